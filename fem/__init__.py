@@ -1,0 +1,1 @@
+"""Linear elasticity: stiffness and mass, sparse factorisation, linear modes."""

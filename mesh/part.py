@@ -1,0 +1,56 @@
+"""The product of the mesh stage: nodes, elements and named node sets of one part."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vanelock.product import Product
+
+
+@dataclass(frozen=True)
+class Part(Product):
+    """A meshed part, one sector of a cyclic structure or a whole one, in metres.
+
+    The engine axis is z; sector j+1 is sector j turned by +2π/N about it. Two parts of one study
+    share this coordinate system. The sets that the later stages know by name:
+
+    - `fixed`: clamped nodes;
+    - `left`, `right`: cyclic faces, `right[i]` being `left[i]` turned by 2π/N;
+    - `hook_front`, `hook_rear`: contact nodes, in the same order on the vane and on the casing,
+      the band on the groove's roof first, each band by ascending angle;
+    - `key`: nodes merged with the other part's nodes of that set, in the same order, which also
+      belong to the hook bands but carry no contact element;
+    - `interlock_left`, `interlock_right`: `interlock_right[i]` of one sector meets
+      `interlock_left[i]` of the next;
+    - `force`: loaded nodes; `accessory`: output nodes.
+
+    Attributes
+    ----------
+    name : str
+        What errors and files call it, "vane" or "casing".
+    points : (n, 3) float
+        Node coordinates, m. Every node belongs to an element.
+    cells : (e, k) int
+        Nodes of each element, in meshio's order for `cell_type`.
+    cell_type : str
+        meshio's name of the element type, such as "tetra10".
+    node_sets : dict of str to (k,) int
+        Node numbers of each set.
+    frames : dict of str to (k, 3, 3) float
+        Contact frame at each node of a contact set: rows are the unit outward normal of this
+        part and two tangents, in Cartesian components. At the hooks: radial, circumferential,
+        axial. At the interlock: face normal, radial, and the in-plane direction across it.
+        The frame of `interlock_right[i]` is that of `interlock_left[i]` with the normal and the
+        second tangent reversed, turned by 2π/N.
+    sectors : int
+        Number of sectors N in the ring; 1 if the part is whole.
+    """
+
+    name: str
+    points: NDArray[np.float64] = field(metadata={"unit": "m"})
+    cells: NDArray[np.int64]
+    cell_type: str
+    node_sets: dict[str, NDArray[np.int64]]
+    frames: dict[str, NDArray[np.float64]]
+    sectors: int

@@ -1,0 +1,1 @@
+"""Friction contacts, harmonic balance and continuation on a System of arrays."""

@@ -1,0 +1,1 @@
+"""Pictures: shapes off-screen with pyvista, curves with matplotlib."""

@@ -1,0 +1,302 @@
+"""The door to the nonlinear solver: a sector's reduced matrices and its contacts, arrays only.
+
+In Fourier coefficients q(t) = Re Σ_h q^(h) e^{ihωt}, harmonic h of a wave of engine order EO has
+the nodal diameter (h·EO) mod N, and obeys
+
+    [K - (hω)² M + ihω C] x^(h) = f^(h) - B_hᴴ λ^(h),      B_h = own + next e^{-ihφ},  φ = 2π EO/N,
+
+with the matrices of that diameter. B_h takes the sector's coefficients to the relative
+displacement (normal, closing positive, and two tangential) of every contact.
+"""
+
+from dataclasses import dataclass, field
+from typing import Self
+
+import h5py
+import numpy as np
+from numpy.typing import NDArray
+
+from vanelock.errors import InputError
+from vanelock.product import Product
+
+FORMAT = "vanelock-system"
+VERSION = 1
+
+
+@dataclass(frozen=True)
+class Contacts:
+    """Contact elements: one node pair each, one normal and two tangential springs.
+
+    Attributes
+    ----------
+    kn : (c,) float
+        Normal stiffness, N/m.
+    kt : (c, 2) float
+        Tangential stiffness in each direction, N/m.
+    mu : (c,) float
+        Friction coefficient.
+    v0 : (c,) float
+        Interference, m; negative: a gap.
+    joint : tuple of str
+        The joint that each contact belongs to; empty where it is not known.
+    """
+
+    kn: NDArray[np.float64]
+    kt: NDArray[np.float64]
+    mu: NDArray[np.float64]
+    v0: NDArray[np.float64]
+    joint: tuple[str, ...] = ()
+
+    @property
+    def count(self) -> int:
+        """Number of contacts c."""
+        return len(self.kn)
+
+    @property
+    def stiffness(self) -> NDArray[np.float64]:
+        """(c, 3) stiffness of (normal, t1, t2), N/m."""
+        return np.column_stack([self.kn, self.kt])
+
+
+@dataclass(frozen=True)
+class Diameter:
+    """Matrices of one nodal diameter, in n reduced coordinates.
+
+    Attributes
+    ----------
+    K, M : (n, n) complex or float
+        Hermitian stiffness and mass, N/m and kg (where coordinates are displacements).
+    own : (c, 3, n)
+        Relative displacement of each contact from this sector's coordinates.
+    next : (c, 3, n) or None
+        The same from the next sector's coordinates.
+    output : (o, 3, n) or None
+        Cartesian displacement of the output nodes.
+    C : (n, n) or None
+        Damping, N s/m, beside the modal one of `System.damping_ratio`.
+    """
+
+    K: NDArray[np.complex128]
+    M: NDArray[np.complex128]
+    own: NDArray[np.complex128]
+    next: NDArray[np.complex128] | None = None
+    output: NDArray[np.complex128] | None = None
+    C: NDArray[np.complex128] | None = None
+
+    def conjugate(self) -> "Diameter":
+        """The same structure at the nodal diameter N - k."""
+        return Diameter(
+            K=self.K.conj(),
+            M=self.M.conj(),
+            own=self.own.conj(),
+            next=None if self.next is None else self.next.conj(),
+            output=None if self.output is None else self.output.conj(),
+            C=None if self.C is None else self.C.conj(),
+        )
+
+
+@dataclass(frozen=True)
+class Force:
+    """Excitation of one harmonic, f^(h)(ω) = vector · ω^omega_power.
+
+    Attributes
+    ----------
+    vector : (n_k,) complex
+        One-sided amplitude, N (N s² for an unbalance), in the basis of the harmonic's diameter.
+    omega_power : int
+        0, or 2 for a rotating unbalance.
+    """
+
+    vector: NDArray[np.complex128]
+    omega_power: int = 0
+
+    def at(self, omega: float) -> NDArray[np.complex128]:
+        """Force vector at the excitation's circular frequency `omega`, rad/s."""
+        return self.vector * omega**self.omega_power if self.omega_power else self.vector
+
+
+@dataclass(frozen=True)
+class System(Product):
+    """Everything that the harmonic balance of one sector needs.
+
+    Attributes
+    ----------
+    sectors : int
+        N; 1 where there is no symmetry.
+    engine_order : int
+        EO; negative: a backward wave.
+    diameters : dict of int to Diameter
+        Matrices by nodal diameter k = (h·EO) mod N; where k is absent and N-k present, its
+        conjugate serves.
+    contacts : Contacts
+        The friction contacts.
+    force : dict of int to Force
+        Excitation by harmonic; 0 is the static load; a missing harmonic is not loaded.
+    output_names : tuple of str
+        Names of the output nodes.
+    damping_ratio : float or None
+        ζ of every mode of the structure with all contacts stuck.
+    """
+
+    sectors: int
+    engine_order: int
+    diameters: dict[int, Diameter]
+    contacts: Contacts
+    force: dict[int, Force] = field(default_factory=dict)
+    output_names: tuple[str, ...] = ()
+    damping_ratio: float | None = None
+
+    def nodal_diameter(self, harmonic: int) -> int:
+        """ND of a harmonic, (h·EO) mod N."""
+        return (harmonic * self.engine_order) % self.sectors
+
+    def phase(self, harmonic: int) -> float:
+        """Angle h φ by which a sector leads the next one at that harmonic, rad."""
+        return 2 * np.pi * self.nodal_diameter(harmonic) / self.sectors
+
+    def at(self, nodal_diameter: int) -> Diameter:
+        """Matrices of a nodal diameter, conjugated from N - k where only that is stored.
+
+        Raises
+        ------
+        InputError
+            If neither is there.
+        """
+        if nodal_diameter in self.diameters:
+            return self.diameters[nodal_diameter]
+        mirrored = (self.sectors - nodal_diameter) % self.sectors
+        if mirrored in self.diameters:
+            return self.diameters[mirrored].conjugate()
+        have = ", ".join(str(k) for k in sorted(self.diameters))
+        raise InputError(
+            f"system: no matrices for nodal diameter {nodal_diameter} (it holds {have}); "
+            "reduce at the diameter of every harmonic used"
+        )
+
+    def contact_rows(self, nodal_diameter: int) -> NDArray[np.complex128]:
+        """B of a diameter, (c, 3, n): own rows plus the next sector's at its phase."""
+        matrices = self.at(nodal_diameter)
+        if matrices.next is None:
+            return matrices.own
+        phase = 2 * np.pi * nodal_diameter / self.sectors
+        rows: NDArray[np.complex128] = matrices.own + matrices.next * np.exp(-1j * phase)
+        return rows
+
+    def _write(self, group: h5py.Group) -> None:
+        group.attrs["format"] = FORMAT
+        group.attrs["version"] = VERSION
+        group.attrs["sectors"] = self.sectors
+        group.attrs["engine_order"] = self.engine_order
+        units = {"K": "N/m", "M": "kg", "C": "N s/m"}
+        for k, matrices in self.diameters.items():
+            inner = group.create_group(f"nd/{k}")
+            for name in ("K", "M", "C", "own", "next", "output"):
+                value = getattr(matrices, name)
+                if value is not None:
+                    inner.create_dataset(name, data=value).attrs["unit"] = units.get(name, "1")
+        contact = group.create_group("contact")
+        for name, unit in {"kn": "N/m", "kt": "N/m", "mu": "1", "v0": "m"}.items():
+            contact.create_dataset(name, data=getattr(self.contacts, name)).attrs["unit"] = unit
+        text = h5py.string_dtype()
+        if self.contacts.joint:
+            contact.create_dataset("joint", data=list(self.contacts.joint), dtype=text)
+        for h, force in self.force.items():
+            dataset = group.create_dataset(f"force/{h}", data=force.vector)
+            dataset.attrs["unit"] = "N" if force.omega_power == 0 else "N s^2"
+            dataset.attrs["omega_power"] = force.omega_power
+        if self.output_names:
+            group.create_dataset("output/name", data=list(self.output_names), dtype=text)
+        if self.damping_ratio is not None:
+            group.create_dataset("damping/ratio", data=self.damping_ratio)
+
+    @classmethod
+    def _read(cls, group: h5py.Group) -> Self:
+        where = group.file.filename
+        if group.attrs.get("format") != FORMAT:
+            raise InputError(f"{where}: expected the format {FORMAT!r} in its attributes")
+        version = int(group.attrs.get("version", 0))
+        if version != VERSION:
+            raise InputError(f"{where}: format version {version}, this program reads {VERSION}")
+
+        def optional(inner: h5py.Group, name: str) -> NDArray[np.complex128] | None:
+            return inner[name][()] if name in inner else None
+
+        diameters = {
+            int(k): Diameter(
+                K=inner["K"][()],
+                M=inner["M"][()],
+                own=inner["own"][()],
+                next=optional(inner, "next"),
+                output=optional(inner, "output"),
+                C=optional(inner, "C"),
+            )
+            for k, inner in group["nd"].items()
+        }
+        contact = group["contact"]
+        kt = np.asarray(contact["kt"][()], float)
+        contacts = Contacts(
+            kn=np.asarray(contact["kn"][()], float),
+            kt=np.column_stack([kt, kt]) if kt.ndim == 1 else kt,
+            mu=np.asarray(contact["mu"][()], float),
+            v0=np.asarray(contact["v0"][()], float),
+            joint=tuple(contact["joint"].asstr()[()]) if "joint" in contact else (),
+        )
+        force = {
+            int(h): Force(dataset[()], int(dataset.attrs.get("omega_power", 0)))
+            for h, dataset in group.get("force", {}).items()
+        }
+        system = cls(
+            sectors=int(group.attrs["sectors"]),
+            engine_order=int(group.attrs["engine_order"]),
+            diameters=diameters,
+            contacts=contacts,
+            force=force,
+            output_names=tuple(group["output/name"].asstr()[()]) if "output" in group else (),
+            damping_ratio=float(group["damping/ratio"][()]) if "damping" in group else None,
+        )
+        system.check(where)
+        return system
+
+    def check(self, where: str = "system") -> None:
+        """Refuse matrices, contacts and forces that do not fit together.
+
+        Raises
+        ------
+        InputError
+            Naming the group, its shape or value, and what is needed.
+        """
+        c = self.contacts.count
+        if self.sectors < 1:
+            raise InputError(f"{where}: sectors = {self.sectors}: must be at least 1")
+        for name, shape in {"kn": (c,), "kt": (c, 2), "mu": (c,), "v0": (c,)}.items():
+            value = getattr(self.contacts, name)
+            if value.shape != shape:
+                raise InputError(f"{where}: contact/{name} has shape {value.shape}, not {shape}")
+            if not np.all(np.isfinite(value)):
+                raise InputError(f"{where}: contact/{name} holds values that are not finite")
+            if name in ("kn", "kt") and np.any(value <= 0):
+                raise InputError(f"{where}: contact/{name}: stiffness must be > 0")
+            if name == "mu" and np.any(value < 0):
+                raise InputError(f"{where}: contact/mu: friction coefficient must be >= 0")
+        for k, matrices in self.diameters.items():
+            n = len(matrices.K)
+            shapes = {"K": (n, n), "M": (n, n), "C": (n, n), "own": (c, 3, n), "next": (c, 3, n)}
+            shapes["output"] = (len(self.output_names), 3, n)
+            for name, shape in shapes.items():
+                value = getattr(matrices, name)
+                if value is None:
+                    continue
+                if value.shape != shape:
+                    raise InputError(f"{where}: nd/{k}/{name} has shape {value.shape}, not {shape}")
+                if not np.all(np.isfinite(value)):
+                    raise InputError(f"{where}: nd/{k}/{name} holds values that are not finite")
+            for name in ("K", "M"):
+                value = getattr(matrices, name)
+                if not np.allclose(value, value.conj().T, rtol=0, atol=1e-9 * abs(value).max()):
+                    raise InputError(f"{where}: nd/{k}/{name} is not Hermitian")
+        for h, force in self.force.items():
+            n = len(self.at(self.nodal_diameter(h)).K)
+            if force.vector.shape != (n,):
+                raise InputError(f"{where}: force/{h} has shape {force.vector.shape}, not {(n,)}")
+            if not np.all(np.isfinite(force.vector)):
+                raise InputError(f"{where}: force/{h} holds values that are not finite")

@@ -1,0 +1,1 @@
+"""Study file, stages and their cache, results file, command line."""

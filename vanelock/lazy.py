@@ -1,0 +1,34 @@
+"""Names of a package that are imported when they are first used.
+
+`import vanelock.nonlinear` must load neither gmsh nor scikit-fem nor VTK, and each stage's
+package offers names from modules that need them. Every stage's `__init__` therefore lists its
+names and where they live, and imports a module only when one of its names is asked for (PEP 562).
+"""
+
+from collections.abc import Callable, Mapping
+from importlib import import_module
+from typing import Any
+
+
+def attributes(
+    package: str, modules: Mapping[str, str]
+) -> tuple[Callable[[str], Any], Callable[[], list[str]]]:
+    """`__getattr__` and `__dir__` of a package whose names live in modules imported on demand.
+
+    Parameters
+    ----------
+    package : str
+        Full name of the package, `__name__` there.
+    modules : mapping of str to str
+        Public name to the module inside the package that defines it.
+    """
+
+    def __getattr__(name: str) -> Any:
+        if name not in modules:
+            raise AttributeError(f"module {package!r} has no attribute {name!r}")
+        return getattr(import_module(f"{package}.{modules[name]}"), name)
+
+    def __dir__() -> list[str]:
+        return sorted(modules)
+
+    return __getattr__, __dir__

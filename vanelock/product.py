@@ -1,0 +1,143 @@
+"""Products of the stages: frozen dataclasses of arrays that save to and load from HDF5.
+
+A field becomes a dataset (arrays and numbers), a group (sparse matrices, dictionaries, products)
+or an attribute (text). `None` is written as nothing. A file is written beside its target and
+renamed, so that a kill leaves the old file or the new one, never a part of either.
+"""
+
+import dataclasses
+import os
+import types
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, Self, Union, get_args, get_origin, get_type_hints
+
+import h5py
+import numpy as np
+import scipy.sparse as sp
+
+from vanelock.errors import InputError
+
+Target = str | os.PathLike[str] | h5py.Group
+
+
+class Product:
+    """A stage's result; subclasses are frozen dataclasses.
+
+    A field's unit, written as an attribute beside its dataset, is `metadata={"unit": "m"}`.
+    """
+
+    def save(self, target: Target) -> None:
+        """Write to a path (replaced as a whole) or into an open h5py group."""
+        if isinstance(target, h5py.Group):
+            self._write(target)
+            return
+        path = Path(target)
+        temporary = path.with_name(f".{path.name}.{os.getpid()}.tmp")
+        try:
+            with h5py.File(temporary, "w") as file:
+                self._write(file)
+            os.replace(temporary, path)
+        except OSError as error:
+            reason = error.strerror or error
+            raise InputError(f"{path}: cannot be written: {reason}") from None
+        finally:
+            temporary.unlink(missing_ok=True)
+
+    @classmethod
+    def load(cls, source: Target) -> Self:
+        """Read what `save` wrote.
+
+        Raises
+        ------
+        InputError
+            If the file is missing, is not HDF5, or does not hold this product.
+        """
+        if isinstance(source, h5py.Group):
+            return cls._read_checked(source, source.name or "/")
+        try:
+            file = h5py.File(source, "r")
+        except FileNotFoundError:
+            raise InputError(f"{source}: no such file") from None
+        except OSError as error:
+            reason = str(error).splitlines()[0]
+            raise InputError(f"{source}: not a readable HDF5 file ({reason})") from None
+        with file:
+            return cls._read_checked(file, str(source))
+
+    @classmethod
+    def _read_checked(cls, group: h5py.Group, where: str) -> Self:
+        try:
+            return cls._read(group)
+        except InputError:
+            raise
+        except (KeyError, OSError, RuntimeError, TypeError, ValueError) as error:
+            reason = str(error.args[0] if error.args else error).splitlines()[0]
+            raise InputError(f"{where}: not a vanelock {cls.__name__} ({reason})") from None
+
+    def _write(self, group: h5py.Group) -> None:
+        group.attrs["product"] = type(self).__name__
+        for field in dataclasses.fields(self):  # type: ignore[arg-type]
+            _write_value(group, field.name, getattr(self, field.name), field.metadata.get("unit"))
+
+    @classmethod
+    def _read(cls, group: h5py.Group) -> Self:
+        found = group.attrs.get("product")
+        if found != cls.__name__:
+            raise InputError(f"{group.file.filename}: expected a {cls.__name__}, found {found}")
+        hints = get_type_hints(cls)
+        names = [field.name for field in dataclasses.fields(cls)]  # type: ignore[arg-type]
+        return cls(**{name: _read_value(group, name, hints[name]) for name in names})
+
+
+def _write_value(group: h5py.Group, name: str, value: Any, unit: str | None = None) -> None:
+    if value is None:
+        return
+    if isinstance(value, str):
+        group.attrs[name] = value
+    elif isinstance(value, Product):
+        value._write(group.create_group(name))
+    elif isinstance(value, Mapping):
+        inner = group.create_group(name)
+        for key, item in value.items():
+            _write_value(inner, str(key), item, unit)
+    elif sp.issparse(value):
+        matrix = value.tocsc()
+        inner = group.create_group(name)
+        inner.attrs["shape"] = matrix.shape
+        for part in ("data", "indices", "indptr"):
+            inner.create_dataset(part, data=getattr(matrix, part))
+    elif isinstance(value, tuple) and all(isinstance(item, str) for item in value):
+        group.create_dataset(name, data=list(value), dtype=h5py.string_dtype())
+    else:
+        array = np.asarray(value)
+        if array.dtype.kind not in "biufc":
+            raise TypeError(f"{group.name}/{name}: cannot store {type(value).__name__}")
+        dataset = group.create_dataset(name, data=array)
+        if unit is not None:
+            dataset.attrs["unit"] = unit
+
+
+def _read_value(group: h5py.Group, name: str, hint: Any) -> Any:
+    if get_origin(hint) in (Union, types.UnionType):  # X | None
+        if name not in group and name not in group.attrs:
+            return None
+        (hint,) = [option for option in get_args(hint) if option is not type(None)]
+    if hint is str:
+        return str(group.attrs[name])
+    if isinstance(hint, type) and issubclass(hint, Product):
+        return hint._read(group[name])
+    origin = get_origin(hint) or hint
+    if isinstance(origin, type) and issubclass(origin, Mapping):
+        key_type, item_type = get_args(hint)
+        inner = group[name]
+        keys = sorted(set(inner) | (set(inner.attrs) - {"product"}))
+        return {key_type(key): _read_value(inner, key, item_type) for key in keys}
+    if isinstance(group[name], h5py.Group):
+        inner = group[name]
+        arrays = tuple(inner[part][()] for part in ("data", "indices", "indptr"))
+        return sp.csc_array(arrays, shape=tuple(inner.attrs["shape"]))
+    if origin is tuple:
+        return tuple(group[name].asstr()[()].tolist())
+    value = group[name][()]
+    return value if isinstance(value, np.ndarray) else hint(value)

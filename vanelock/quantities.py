@@ -1,0 +1,61 @@
+"""Numbers with units, as a study file writes them: `0.004` is in SI units, `"4 mm"` says its own.
+
+The types here are annotations for pydantic models: `thickness: Length` accepts both forms and
+holds metres.
+"""
+
+from functools import lru_cache
+from typing import Annotated, Any
+
+from pydantic import BeforeValidator
+
+
+@lru_cache(maxsize=1)
+def _registry() -> Any:
+    from pint import UnitRegistry
+
+    return UnitRegistry()
+
+
+def si(value: object, unit: str) -> object:
+    """Convert text such as `"0.05 mm"` to a number in the SI unit `unit`; pass numbers through.
+
+    Anything that is neither is passed through too, for the model to refuse with its own message.
+
+    Raises
+    ------
+    ValueError
+        If the text is not a quantity of that dimension.
+    """
+    if not isinstance(value, str):
+        return value
+    from pint.errors import PintError
+
+    # pint evaluates arithmetic; a quantity is short, and `9**9**9` is not one.
+    allowed = len(value) <= 40 and "**" not in value
+    try:
+        if not allowed:
+            raise ValueError
+        quantity = _registry().Quantity(value.strip())
+        converted = quantity.m if quantity.dimensionless and not unit else quantity.m_as(unit)
+        return float(converted)
+    except (PintError, ValueError, TypeError, ArithmeticError, AttributeError, AssertionError):
+        example = f'"1 {unit}"' if unit else '"1"'
+        raise ValueError(
+            f"expected a number in {unit}, or text with a unit such as {example}"
+        ) from None
+
+
+def quantity(unit: str) -> BeforeValidator:
+    """Pydantic validator that accepts a number in `unit`, or text with its own unit."""
+    return BeforeValidator(lambda value: si(value, unit))
+
+
+Length = Annotated[float, quantity("m")]
+Angle = Annotated[float, quantity("deg")]  # degrees at the user's side
+Pressure = Annotated[float, quantity("Pa")]
+Density = Annotated[float, quantity("kg/m^3")]
+Force = Annotated[float, quantity("N")]
+Frequency = Annotated[float, quantity("Hz")]
+Stiffness = Annotated[float, quantity("N/m")]
+Unbalance = Annotated[float, quantity("kg*m")]
