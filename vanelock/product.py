@@ -10,7 +10,7 @@ import os
 import types
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, Self, Union, get_args, get_origin, get_type_hints
+from typing import Any, Self, TypeAlias, Union, get_args, get_origin, get_type_hints
 
 import h5py
 import numpy as np
@@ -18,7 +18,7 @@ import scipy.sparse as sp
 
 from vanelock.errors import InputError
 
-Target = str | os.PathLike[str] | h5py.Group
+Target: TypeAlias = str | os.PathLike[str] | h5py.Group
 
 
 class Product:
