@@ -3,6 +3,18 @@
 from vanelock import lazy
 
 _modules = {
+    "Component": "component",
+    "Excitation": "joining",
+    "Joint": "pairs",
+    "Recovery": "recover",
+    "Reduced": "component",
+    "join": "joining",
+    "linear_modes": "limits",
+    "mac": "limits",
+    "recovery": "recover",
+    "reduce": "reduction",
+    "split": "joining",
+    "unreduced": "sector",
     "Contacts": "system",
     "Diameter": "system",
     "Force": "system",

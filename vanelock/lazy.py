@@ -20,8 +20,11 @@ def attributes(
     package : str
         Full name of the package, `__name__` there.
     modules : mapping of str to str
-        Public name to the module inside the package that defines it.
+        Public name to the module inside the package that defines it. No name may be a module's:
+        importing a module binds it to that name in its package and would hide the attribute.
     """
+    if clash := set(modules) & set(modules.values()):
+        raise ImportError(f"{package}: {sorted(clash)} name both a module and an attribute")
 
     def __getattr__(name: str) -> Any:
         if name not in modules:

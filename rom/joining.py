@@ -1,0 +1,178 @@
+"""Join the reduced vane and casing to the `System` that the harmonic balance solves.
+
+The joined coordinates are the casing's, then the vane's without the key nodes, whose displacements
+are the casing's.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vanelock.errors import InputError
+from vanelock.rom.component import Component, Matrix
+from vanelock.rom.pairs import Joint, contact_pairs, key_pairs, relative_rows
+from vanelock.rom.system import Diameter, Force, System
+
+
+@dataclass(frozen=True)
+class Excitation:
+    """A radial load on the casing's force nodes, travelling around the ring.
+
+    Attributes
+    ----------
+    engine_order : int
+        EO; negative: a backward wave.
+    force : float
+        Radial amplitude per node, N.
+    unbalance : float
+        Or a rotating unbalance of the shaft, kg m, whose force U ω² every force node of the ring
+        shares as a pressure that varies with the cosine of the angle; excites EO ±1.
+    """
+
+    engine_order: int
+    force: float = 0.0
+    unbalance: float = 0.0
+
+
+def joined_dofs(vane: Component, casing: Component) -> NDArray[np.int64]:
+    """(vane.size,) joined coordinate of each of the vane's; key nodes share the casing's."""
+    own, mate = key_pairs(vane, casing)
+    merged = vane.dofs(own).ravel()
+    joined = np.empty(vane.size, np.int64)
+    free = np.setdiff1d(np.arange(vane.size), merged)
+    joined[free] = casing.size + np.arange(len(free))
+    joined[merged] = casing.dofs(mate).ravel()
+    return joined
+
+
+def split(
+    vane: Component, casing: Component, x: NDArray[np.complex128]
+) -> tuple[NDArray[np.complex128], NDArray[np.complex128]]:
+    """The vane's and the casing's reduced coordinates in joined ones.
+
+    Parameters
+    ----------
+    vane, casing : Component
+        The parts that were joined.
+    x : (n,) or (n, k)
+        Joined coordinates.
+    """
+    return x[joined_dofs(vane, casing)], x[: casing.size]
+
+
+def join(
+    vane: Component,
+    casing: Component,
+    joints: Sequence[Joint],
+    excitation: Excitation,
+    damping_ratio: float | None = None,
+) -> System:
+    """Join vane and casing by key ties and contact elements.
+
+    Parameters
+    ----------
+    vane, casing : Component
+        Reduced parts; the system gets the casing's nodal diameters.
+    joints : sequence of Joint
+        Joints with contact elements; others stay open.
+    excitation : Excitation
+        The travelling load.
+    damping_ratio : float, optional
+        Modal damping ratio ζ with all contacts stuck.
+
+    Returns
+    -------
+    System
+        Contacts ordered by joint; the outputs are the accessory nodes, their displacement in
+        (radial, circumferential, axial) components.
+    """
+    if vane.sectors != casing.sectors:
+        raise InputError(f"vane and casing differ in sectors: {vane.sectors}, {casing.sectors}")
+    N = vane.sectors
+    of_vane = joined_dofs(vane, casing)
+    n = int(of_vane.max(initial=casing.size - 1)) + 1
+
+    pairs = contact_pairs(vane, casing, joints)
+    vane_dofs = of_vane[vane.dofs(pairs.vane)]
+    mate_dofs = np.empty_like(vane_dofs)
+    mate_dofs[pairs.next] = of_vane[vane.dofs(pairs.mate[pairs.next])]
+    mate_dofs[~pairs.next] = casing.dofs(pairs.mate[~pairs.next])
+    own, following = relative_rows(pairs, vane_dofs, mate_dofs, n, N)
+    output, names = _outputs(vane, casing, of_vane, n)
+
+    c = len(pairs.vane)
+    diameters = {}
+    for k in sorted(casing.diameters):
+        shell, blade = casing.at(k), vane.at(k)
+        diameters[k] = Diameter(
+            K=_superpose(shell.K, blade.K, of_vane, n),
+            M=_superpose(shell.M, blade.M, of_vane, n),
+            own=own.toarray().reshape(c, 3, n),
+            next=following.toarray().reshape(c, 3, n) if np.any(pairs.next) else None,
+            output=output,
+        )
+    return System(
+        sectors=N,
+        engine_order=excitation.engine_order,
+        diameters=diameters,
+        contacts=pairs.contacts,
+        force={1: travelling_force(casing, excitation, n)},
+        output_names=names,
+        damping_ratio=damping_ratio,
+    )
+
+
+def travelling_force(casing: Component, excitation: Excitation, size: int) -> Force:
+    """First harmonic of the excitation, amplitude · e_r(θ) · e^{-i·EO·θ} at each force node."""
+    nodes = casing.node_sets.get("force")
+    if nodes is None:
+        raise InputError(f"{casing.name}: no node set 'force' among its masters")
+    amplitude, power = excitation.force, 0
+    if excitation.unbalance:
+        if excitation.force:
+            raise InputError("excitation: give force or unbalance, not both")
+        if abs(excitation.engine_order) != 1:
+            raise InputError(
+                f"excitation.unbalance: excites engine order 1 or -1, not {excitation.engine_order}"
+            )
+        # Σ over the ring of a cos²θ = U ω², θ the angle from the load's direction.
+        amplitude, power = 2 * excitation.unbalance / (casing.sectors * len(nodes)), 2
+    points = casing.position(nodes)
+    theta = np.arctan2(points[:, 1], points[:, 0])
+    radial = np.column_stack([np.cos(theta), np.sin(theta), np.zeros(len(nodes))])
+    vector = np.zeros(size, complex)
+    vector[casing.dofs(nodes)] = (
+        amplitude * radial * np.exp(-1j * excitation.engine_order * theta)[:, None]
+    )
+    return Force(vector, power)
+
+
+def _superpose(shell: Matrix, blade: Matrix, of_vane: NDArray[np.int64], n: int) -> Matrix:
+    joined = np.zeros((n, n), np.result_type(shell, blade))
+    joined[: len(shell), : len(shell)] = shell
+    joined[np.ix_(of_vane, of_vane)] += blade
+    return joined
+
+
+def _outputs(
+    vane: Component, casing: Component, of_vane: NDArray[np.int64], n: int
+) -> tuple[NDArray[np.float64] | None, tuple[str, ...]]:
+    """Rows of the retained accessory nodes, and their names."""
+    rows: list[NDArray[np.float64]] = []
+    names: list[str] = []
+    for piece in (vane, casing):
+        nodes = piece.node_sets.get("accessory")
+        if nodes is None:
+            continue
+        dofs = piece.dofs(nodes) if piece is casing else of_vane[piece.dofs(nodes)]
+        points = piece.position(nodes)
+        theta = np.arctan2(points[:, 1], points[:, 0])
+        for i, angle in enumerate(theta):
+            row = np.zeros((3, n))
+            c, s = np.cos(angle), np.sin(angle)
+            row[:, dofs[i]] = [[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]]
+            rows.append(row)
+            names.append(f"{piece.name} accessory {i + 1}")
+    return (np.array(rows) if rows else None), tuple(names)

@@ -1,0 +1,55 @@
+"""Linear modes of a joined system, its contacts linear springs or open."""
+
+import numpy as np
+import scipy.linalg as sl
+from numpy.typing import NDArray
+
+from vanelock.errors import InputError
+from vanelock.rom.system import System
+
+
+def linear_modes(
+    system: System,
+    nodal_diameter: int,
+    count: int,
+    closed: NDArray[np.bool_] | None = None,
+) -> tuple[NDArray[np.float64], NDArray[np.complex128]]:
+    """Lowest modes at a nodal diameter.
+
+    Parameters
+    ----------
+    system : System
+        The joined parts.
+    nodal_diameter : int
+        ND.
+    count : int
+        Number of modes.
+    closed : (c,) bool, optional
+        Contacts that act as linear springs; the others are open. Default: all.
+
+    Returns
+    -------
+    frequency : (count,) float
+        Hz, ascending.
+    shapes : (n, count)
+        Mass-normalised.
+    """
+    matrices = system.at(nodal_diameter)
+    if not 1 <= count <= len(matrices.K):
+        raise InputError(f"{count} modes of a system of {len(matrices.K)} coordinates")
+    chosen = np.ones(system.contacts.count, bool) if closed is None else np.asarray(closed, bool)
+    B = system.contact_rows(nodal_diameter)[chosen].reshape(-1, len(matrices.K))
+    stiffness = system.contacts.stiffness[chosen].ravel()
+    K = matrices.K + (B.conj().T * stiffness) @ B
+    omega2, shapes = sl.eigh(K, matrices.M, subset_by_index=[0, count - 1])
+    return np.sqrt(omega2.clip(0)) / (2 * np.pi), shapes
+
+
+def mac(
+    a: NDArray[np.complex128], b: NDArray[np.complex128], M: NDArray[np.complex128]
+) -> NDArray[np.float64]:
+    """Modal assurance criterion |aᴴMb|² / (aᴴMa · bᴴMb) of each pair of columns, (j, k)."""
+    cross = np.abs(a.conj().T @ (M @ b)) ** 2
+    norm_a = np.einsum("ij,ij->j", a.conj(), M @ a).real
+    norm_b = np.einsum("ij,ij->j", b.conj(), M @ b).real
+    return np.asarray(cross / np.outer(norm_a, norm_b))

@@ -1,0 +1,218 @@
+"""Which node meets which: contact pairs of the vane's joints and their relative displacement."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
+from typing import Protocol
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+
+from vanelock.errors import InputError
+from vanelock.rom.cyclic import turn
+from vanelock.rom.system import Contacts
+
+HOOK_SETS = ("hook_front", "hook_rear")
+COINCIDENT = 1e-9
+"""Largest distance of two nodes that meet, relative to their distance from the axis."""
+
+
+@dataclass(frozen=True)
+class Joint:
+    """Contact properties of a joint, the same at each of its node pairs.
+
+    Attributes
+    ----------
+    name : str
+        "hook" (vane to casing) or "interlock" (vane to the next vane).
+    kn, kt : float
+        Normal and tangential stiffness of a node pair, N/m.
+    mu : float
+        Friction coefficient.
+    interference : float
+        Overlap of the unloaded parts at a pair, m; negative: a gap.
+    """
+
+    name: str
+    kn: float
+    kt: float
+    mu: float
+    interference: float
+
+
+class Piece(Protocol):
+    """What joining needs of a part, reduced or not."""
+
+    @property
+    def name(self) -> str: ...
+    @property
+    def sectors(self) -> int: ...
+    @property
+    def node_sets(self) -> dict[str, NDArray[np.int64]]: ...
+    @property
+    def frames(self) -> dict[str, NDArray[np.float64]]: ...
+    def position(self, nodes: NDArray[np.int64]) -> NDArray[np.float64]:
+        """(k, 3) coordinates of nodes, m."""
+
+
+@dataclass(frozen=True)
+class Pairs:
+    """Node pairs in contact, hooks first.
+
+    Attributes
+    ----------
+    vane : (c,) int
+        The vane's node.
+    mate : (c,) int
+        The node it meets: the casing's, or the next vane's where `next`.
+    next : (c,) bool
+        Whether the mate belongs to the next sector.
+    frames : (c, 3, 3) float
+        Rows: the vane's outward normal and two tangents.
+    joint : tuple of str
+        Name of each pair's joint.
+    contacts : Contacts
+        Their properties.
+    """
+
+    vane: NDArray[np.int64]
+    mate: NDArray[np.int64]
+    next: NDArray[np.bool_]
+    frames: NDArray[np.float64]
+    contacts: Contacts
+
+
+def contact_pairs(vane: Piece, casing: Piece, joints: Sequence[Joint]) -> Pairs:
+    """Pair the nodes of the given joints.
+
+    Raises
+    ------
+    InputError
+        If a joint is unknown or given twice, sets are missing or of different lengths, or nodes
+        that should meet lie apart.
+    """
+    names = [joint.name for joint in joints]
+    for name in names:
+        if name not in ("hook", "interlock"):
+            raise InputError(f'joint "{name}": allowed are "hook" and "interlock"')
+        if names.count(name) > 1:
+            raise InputError(f'joint "{name}" is given {names.count(name)} times')
+    found = [
+        (joint, *pairs)
+        for joint in sorted(joints, key=lambda joint: joint.name)
+        for pairs in (_hook(vane, casing) if joint.name == "hook" else _interlock(vane))
+    ]
+    count = [len(own) for _, own, *_ in found]
+
+    def each(values: list[float]) -> NDArray[np.float64]:
+        return np.repeat(np.asarray(values, float), count)
+
+    contacts = Contacts(
+        kn=each([joint.kn for joint, *_ in found]),
+        kt=np.column_stack([each([joint.kt for joint, *_ in found])] * 2),
+        mu=each([joint.mu for joint, *_ in found]),
+        v0=each([joint.interference for joint, *_ in found]),
+        joint=tuple(np.repeat([joint.name for joint, *_ in found], count).tolist()),
+    )
+    none = np.empty(0, np.int64)
+    return Pairs(
+        vane=np.concatenate([none, *(own for _, own, *_ in found)]),
+        mate=np.concatenate([none, *(mate for _, _, mate, *_ in found)]),
+        next=np.repeat([joint.name == "interlock" for joint, *_ in found], count).astype(bool),
+        frames=np.concatenate([np.empty((0, 3, 3)), *(frames for *_, frames in found)]),
+        contacts=contacts,
+    )
+
+
+NodePairs = tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.float64]]
+
+
+def _hook(vane: Piece, casing: Piece) -> list[NodePairs]:
+    """Both hooks' pairs; the key nodes are merged and carry no contact."""
+    pairs = []
+    for name in HOOK_SETS:
+        own, mate = _set(vane, name), _set(casing, name)
+        _coincide(name, vane.position(own), casing.position(mate), mate)
+        contact = ~np.isin(own, vane.node_sets.get("key", ()))
+        pairs.append((own[contact], mate[contact], vane.frames[name][contact]))
+    return pairs
+
+
+def _interlock(vane: Piece) -> list[NodePairs]:
+    """The right face on the left face of the next sector's vane."""
+    own, mate = _set(vane, "interlock_right"), _set(vane, "interlock_left")
+    _coincide(
+        "interlock_right", vane.position(own), vane.position(mate) @ turn(vane.sectors).T, mate
+    )
+    return [(own, mate, vane.frames["interlock_right"])]
+
+
+def key_pairs(vane: Piece, casing: Piece) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Vane and casing nodes that are merged."""
+    own, mate = _set(vane, "key"), _set(casing, "key")
+    _coincide("key", vane.position(own), casing.position(mate), mate)
+    return own, mate
+
+
+def _set(piece: Piece, name: str) -> NDArray[np.int64]:
+    if name not in piece.node_sets:
+        raise InputError(f"{piece.name}: no node set {name!r} among its masters")
+    return piece.node_sets[name]
+
+
+def _coincide(
+    name: str,
+    own: NDArray[np.float64],
+    mate: NDArray[np.float64],
+    mate_nodes: NDArray[np.int64],
+) -> None:
+    if len(own) != len(mate):
+        raise InputError(f"{name}: {len(own)} nodes on one part and {len(mate)} on the other")
+    distance = np.linalg.norm(own - mate, axis=1)
+    radius = np.hypot(own[:, 0], own[:, 1]).max(initial=1e-300)
+    if np.any(distance > COINCIDENT * radius):
+        worst = int(np.argmax(distance))
+        raise InputError(
+            f"{name}: pair {worst} (mate node {mate_nodes[worst]}) lies {distance[worst]:.3g} m apart"
+        )
+
+
+def relative_rows(
+    pairs: Pairs,
+    vane_dofs: NDArray[np.int64],
+    mate_dofs: NDArray[np.int64],
+    size: int,
+    sectors: int,
+) -> tuple[sp.csr_array, sp.csr_array]:
+    """Rows (normal, t1, t2) of every pair's relative displacement, closing positive.
+
+    Parameters
+    ----------
+    pairs : Pairs
+        c pairs.
+    vane_dofs, mate_dofs : (c, 3) int
+        Coordinates that are the Cartesian displacement of the two nodes, each in its own sector.
+    size : int
+        Number of coordinates n.
+    sectors : int
+        N.
+
+    Returns
+    -------
+    own, next : (3c, n) sparse
+        Rows on this sector's coordinates and on the next one's.
+    """
+    other = ~pairs.next
+    own = _rows(pairs.frames, vane_dofs, size) - _rows(
+        pairs.frames * other[:, None, None], mate_dofs, size
+    )
+    turned = pairs.frames @ turn(sectors) * pairs.next[:, None, None]
+    return own, -_rows(turned, mate_dofs, size)
+
+
+def _rows(frames: NDArray[np.float64], dofs: NDArray[np.int64], size: int) -> sp.csr_array:
+    """(3c, n) matrix with each 3x3 frame in the columns of its node."""
+    rows = np.broadcast_to(np.arange(3 * len(frames)).reshape(-1, 3, 1), frames.shape)
+    columns = np.broadcast_to(dofs[:, None, :], frames.shape)
+    shape = (3 * len(frames), size)
+    return sp.csr_array((frames.ravel(), (rows.ravel(), columns.ravel())), shape=shape)

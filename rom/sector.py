@@ -1,0 +1,94 @@
+"""The unreduced cyclic sector: both parts' finite elements, joined with linear contact springs.
+
+The reference for every reduction error; nothing here is a reduced-order model.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+
+from vanelock.fem import Model, cyclic_transform
+from vanelock.rom.cyclic import phase_factor
+from vanelock.rom.pairs import Joint, contact_pairs, key_pairs, relative_rows
+
+
+@dataclass(frozen=True)
+class _Whole:
+    """A model seen as a piece to join: every node is retained."""
+
+    model: Model
+
+    @property
+    def name(self) -> str:
+        return self.model.part.name
+
+    @property
+    def sectors(self) -> int:
+        return self.model.part.sectors
+
+    @property
+    def node_sets(self) -> dict[str, NDArray[np.int64]]:
+        return self.model.part.node_sets
+
+    @property
+    def frames(self) -> dict[str, NDArray[np.float64]]:
+        return self.model.part.frames
+
+    def position(self, nodes: NDArray[np.int64]) -> NDArray[np.float64]:
+        return self.model.part.points[nodes]
+
+
+def unreduced(
+    vane: Model, casing: Model, joints: Sequence[Joint], nodal_diameter: int
+) -> tuple[sp.csc_array, sp.csc_array]:
+    """K and M of the sector at a nodal diameter, every given joint closed.
+
+    Parameters
+    ----------
+    vane, casing : fem.Model
+        The parts; the casing's faces are cyclic, the vane continues through the interlock only.
+    joints : sequence of Joint
+        Joints whose contacts are linear springs; the others are open.
+    nodal_diameter : int
+        ND.
+
+    Returns
+    -------
+    K, M : (n, n) sparse, Hermitian
+        In the cyclic casing's coordinates, then the vane's without its key nodes.
+    """
+    T = sp.csr_array(cyclic_transform(casing, nodal_diameter))
+    n_casing, n_vane = T.shape[1], vane.K.shape[0]
+    pieces = _Whole(vane), _Whole(casing)
+
+    def casing_dofs(nodes: NDArray[np.int64]) -> NDArray[np.int64]:
+        # A node off the faces has a coordinate of its own: one unit entry in its row of T.
+        return T.indices[T.indptr[casing.dofs[nodes]]].astype(np.int64)
+
+    own, mate = key_pairs(*pieces)
+    of_vane = np.empty(n_vane, np.int64)
+    merged = vane.dofs[own].ravel()
+    free = np.setdiff1d(np.arange(n_vane), merged)
+    of_vane[free] = n_casing + np.arange(len(free))
+    of_vane[merged] = casing_dofs(mate).ravel()
+    n = n_casing + len(free)
+
+    to_vane = sp.csr_array((np.ones(n_vane), (np.arange(n_vane), of_vane)), shape=(n_vane, n))
+    to_casing = sp.hstack([T, sp.csr_array((T.shape[0], n - n_casing))]).tocsr()
+    pairs = contact_pairs(*pieces, joints)
+    vane_dofs = of_vane[vane.dofs[pairs.vane]]
+    mate_dofs = np.empty_like(vane_dofs)
+    mate_dofs[pairs.next] = of_vane[vane.dofs[pairs.mate[pairs.next]]]
+    mate_dofs[~pairs.next] = casing_dofs(pairs.mate[~pairs.next])
+    here, there = relative_rows(pairs, vane_dofs, mate_dofs, n, vane.part.sectors)
+    B = here + there * phase_factor(nodal_diameter, vane.part.sectors)
+    springs = sp.diags_array(pairs.contacts.stiffness.ravel())
+
+    def joined(shell: sp.csc_array, blade: sp.csc_array) -> sp.csc_array:
+        return sp.csc_array(to_casing.conj().T @ shell @ to_casing + to_vane.T @ blade @ to_vane)
+
+    K = joined(casing.K, vane.K) + B.conj().T @ springs @ B
+    return sp.csc_array((K + K.conj().T) / 2), joined(casing.M, vane.M)
