@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from vanelock.errors import InputError
 from vanelock.product import Product
+from vanelock.rom.masters import Masters
 
 Matrix = NDArray[np.float64] | NDArray[np.complex128]
 
@@ -39,21 +40,11 @@ class Component(Product):
 
     Attributes
     ----------
-    name : str
-        Name of the part.
-    sectors : int
-        Sectors N in the ring.
+    masters : Masters
+        The retained nodes, in the order of their coordinates.
     cyclic : bool
         Whether the part continues into its neighbours, with matrices by nodal diameter; if not,
         its one set of matrices is stored under 0 and serves every diameter.
-    nodes : (m,) int
-        The part's node numbers of the retained masters, in the order of their coordinates.
-    points : (m, 3) float
-        Their coordinates, m.
-    node_sets : dict of str to (k,) int
-        Node numbers of the sets that were retained.
-    frames : dict of str to (k, 3, 3) float
-        Contact frames of those sets, as in `mesh.Part`.
     interface_modes : int
         Number of face coordinates that come first.
     diameters : dict of int to Reduced
@@ -66,13 +57,8 @@ class Component(Product):
         Their frequencies, Hz.
     """
 
-    name: str
-    sectors: int
+    masters: Masters
     cyclic: bool
-    nodes: NDArray[np.int64]
-    points: NDArray[np.float64] = field(metadata={"unit": "m"})
-    node_sets: dict[str, NDArray[np.int64]]
-    frames: dict[str, NDArray[np.float64]]
     interface_modes: int
     diameters: dict[int, Reduced]
     boundary_nodes: NDArray[np.int64]
@@ -82,7 +68,7 @@ class Component(Product):
     @property
     def size(self) -> int:
         """Number of reduced coordinates."""
-        return self.interface_modes + 3 * len(self.nodes) + len(self.fixed_frequencies)
+        return self.interface_modes + 3 * len(self.masters.nodes) + len(self.fixed_frequencies)
 
     def at(self, nodal_diameter: int) -> Reduced:
         """Matrices of a nodal diameter.
@@ -94,29 +80,16 @@ class Component(Product):
         """
         if not self.cyclic:
             return self.diameters[0]
-        k = nodal_diameter % self.sectors
+        k = nodal_diameter % self.masters.sectors
         if k in self.diameters:
             return self.diameters[k]
-        if (mirrored := (self.sectors - k) % self.sectors) in self.diameters:
+        if (mirrored := (self.masters.sectors - k) % self.masters.sectors) in self.diameters:
             found = self.diameters[mirrored]
             basis = None if found.basis is None else found.basis.conj()
             return Reduced(found.K.conj(), found.M.conj(), basis)
         have = ", ".join(str(k) for k in sorted(self.diameters))
-        raise InputError(f"{self.name}: not reduced at nodal diameter {k} (only at {have})")
-
-    def position(self, nodes: NDArray[np.int64]) -> NDArray[np.float64]:
-        """(k, 3) coordinates of the given retained nodes, m."""
-        return self.points[self._places(nodes)]
+        raise InputError(f"{self.masters.part}: not reduced at nodal diameter {k} (only at {have})")
 
     def dofs(self, nodes: NDArray[np.int64]) -> NDArray[np.int64]:
         """(k, 3) reduced coordinates that are the displacement of the given retained nodes."""
-        return self.interface_modes + 3 * self._places(nodes)[:, None] + np.arange(3)
-
-    def _places(self, nodes: NDArray[np.int64]) -> NDArray[np.int64]:
-        """Where the given nodes stand among the retained ones."""
-        order = np.argsort(self.nodes)
-        rank = np.searchsorted(self.nodes, nodes, sorter=order)
-        places = order[rank.clip(max=len(order) - 1)]
-        if np.any(missing := self.nodes[places] != nodes):
-            raise InputError(f"{self.name}: node {nodes[missing][0]} was not retained as a master")
-        return places
+        return self.interface_modes + 3 * self.masters.places(nodes)[:, None] + np.arange(3)

@@ -38,7 +38,7 @@ class Excitation:
 
 def joined_dofs(vane: Component, casing: Component) -> NDArray[np.int64]:
     """(vane.size,) joined coordinate of each of the vane's; key nodes share the casing's."""
-    own, mate = key_pairs(vane, casing)
+    own, mate = key_pairs(vane.masters, casing.masters)
     merged = vane.dofs(own).ravel()
     joined = np.empty(vane.size, np.int64)
     free = np.setdiff1d(np.arange(vane.size), merged)
@@ -88,13 +88,13 @@ def join(
         Contacts ordered by joint; the outputs are the accessory nodes, their displacement in
         (radial, circumferential, axial) components.
     """
-    if vane.sectors != casing.sectors:
-        raise InputError(f"vane and casing differ in sectors: {vane.sectors}, {casing.sectors}")
-    N = vane.sectors
+    N = vane.masters.sectors
+    if N != casing.masters.sectors:
+        raise InputError(f"vane and casing differ in sectors: {N}, {casing.masters.sectors}")
     of_vane = joined_dofs(vane, casing)
     n = int(of_vane.max(initial=casing.size - 1)) + 1
 
-    pairs = contact_pairs(vane, casing, joints)
+    pairs = contact_pairs(vane.masters, casing.masters, joints)
     vane_dofs = of_vane[vane.dofs(pairs.vane)]
     mate_dofs = np.empty_like(vane_dofs)
     mate_dofs[pairs.next] = of_vane[vane.dofs(pairs.mate[pairs.next])]
@@ -126,9 +126,7 @@ def join(
 
 def travelling_force(casing: Component, excitation: Excitation, size: int) -> Force:
     """First harmonic of the excitation, amplitude · e_r(θ) · e^{-i·EO·θ} at each force node."""
-    nodes = casing.node_sets.get("force")
-    if nodes is None:
-        raise InputError(f"{casing.name}: no node set 'force' among its masters")
+    nodes = casing.masters.set("force")
     amplitude, power = excitation.force, 0
     if excitation.unbalance:
         if excitation.force:
@@ -138,8 +136,8 @@ def travelling_force(casing: Component, excitation: Excitation, size: int) -> Fo
                 f"excitation.unbalance: excites engine order 1 or -1, not {excitation.engine_order}"
             )
         # Σ over the ring of a cos²θ = U ω², θ the angle from the load's direction.
-        amplitude, power = 2 * excitation.unbalance / (casing.sectors * len(nodes)), 2
-    points = casing.position(nodes)
+        amplitude, power = 2 * excitation.unbalance / (casing.masters.sectors * len(nodes)), 2
+    points = casing.masters.position(nodes)
     theta = np.arctan2(points[:, 1], points[:, 0])
     radial = np.column_stack([np.cos(theta), np.sin(theta), np.zeros(len(nodes))])
     vector = np.zeros(size, complex)
@@ -163,16 +161,16 @@ def _outputs(
     rows: list[NDArray[np.float64]] = []
     names: list[str] = []
     for piece in (vane, casing):
-        nodes = piece.node_sets.get("accessory")
+        nodes = piece.masters.node_sets.get("accessory")
         if nodes is None:
             continue
         dofs = piece.dofs(nodes) if piece is casing else of_vane[piece.dofs(nodes)]
-        points = piece.position(nodes)
+        points = piece.masters.position(nodes)
         theta = np.arctan2(points[:, 1], points[:, 0])
         for i, angle in enumerate(theta):
             row = np.zeros((3, n))
             c, s = np.cos(angle), np.sin(angle)
             row[:, dofs[i]] = [[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]]
             rows.append(row)
-            names.append(f"{piece.name} accessory {i + 1}")
+            names.append(f"{piece.masters.part} accessory {i + 1}")
     return (np.array(rows) if rows else None), tuple(names)

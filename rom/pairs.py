@@ -1,8 +1,7 @@
 """Which node meets which: contact pairs of the vane's joints and their relative displacement."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
-from typing import Protocol
+from dataclasses import dataclass
 
 import numpy as np
 import scipy.sparse as sp
@@ -10,6 +9,7 @@ from numpy.typing import NDArray
 
 from vanelock.errors import InputError
 from vanelock.rom.cyclic import turn
+from vanelock.rom.masters import Masters
 from vanelock.rom.system import Contacts
 
 HOOK_SETS = ("hook_front", "hook_rear")
@@ -40,21 +40,6 @@ class Joint:
     interference: float
 
 
-class Piece(Protocol):
-    """What joining needs of a part, reduced or not."""
-
-    @property
-    def name(self) -> str: ...
-    @property
-    def sectors(self) -> int: ...
-    @property
-    def node_sets(self) -> dict[str, NDArray[np.int64]]: ...
-    @property
-    def frames(self) -> dict[str, NDArray[np.float64]]: ...
-    def position(self, nodes: NDArray[np.int64]) -> NDArray[np.float64]:
-        """(k, 3) coordinates of nodes, m."""
-
-
 @dataclass(frozen=True)
 class Pairs:
     """Node pairs in contact, hooks first.
@@ -82,7 +67,7 @@ class Pairs:
     contacts: Contacts
 
 
-def contact_pairs(vane: Piece, casing: Piece, joints: Sequence[Joint]) -> Pairs:
+def contact_pairs(vane: Masters, casing: Masters, joints: Sequence[Joint]) -> Pairs:
     """Pair the nodes of the given joints.
 
     Raises
@@ -127,37 +112,31 @@ def contact_pairs(vane: Piece, casing: Piece, joints: Sequence[Joint]) -> Pairs:
 NodePairs = tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.float64]]
 
 
-def _hook(vane: Piece, casing: Piece) -> list[NodePairs]:
+def _hook(vane: Masters, casing: Masters) -> list[NodePairs]:
     """Both hooks' pairs; the key nodes are merged and carry no contact."""
     pairs = []
     for name in HOOK_SETS:
-        own, mate = _set(vane, name), _set(casing, name)
+        own, mate = vane.set(name), casing.set(name)
         _coincide(name, vane.position(own), casing.position(mate), mate)
         contact = ~np.isin(own, vane.node_sets.get("key", ()))
         pairs.append((own[contact], mate[contact], vane.frames[name][contact]))
     return pairs
 
 
-def _interlock(vane: Piece) -> list[NodePairs]:
+def _interlock(vane: Masters) -> list[NodePairs]:
     """The right face on the left face of the next sector's vane."""
-    own, mate = _set(vane, "interlock_right"), _set(vane, "interlock_left")
+    own, mate = vane.set("interlock_right"), vane.set("interlock_left")
     _coincide(
         "interlock_right", vane.position(own), vane.position(mate) @ turn(vane.sectors).T, mate
     )
     return [(own, mate, vane.frames["interlock_right"])]
 
 
-def key_pairs(vane: Piece, casing: Piece) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+def key_pairs(vane: Masters, casing: Masters) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """Vane and casing nodes that are merged."""
-    own, mate = _set(vane, "key"), _set(casing, "key")
+    own, mate = vane.set("key"), casing.set("key")
     _coincide("key", vane.position(own), casing.position(mate), mate)
     return own, mate
-
-
-def _set(piece: Piece, name: str) -> NDArray[np.int64]:
-    if name not in piece.node_sets:
-        raise InputError(f"{piece.name}: no node set {name!r} among its masters")
-    return piece.node_sets[name]
 
 
 def _coincide(
@@ -173,7 +152,8 @@ def _coincide(
     if np.any(distance > COINCIDENT * radius):
         worst = int(np.argmax(distance))
         raise InputError(
-            f"{name}: pair {worst} (mate node {mate_nodes[worst]}) lies {distance[worst]:.3g} m apart"
+            f"{name}: pair {worst} (mate node {mate_nodes[worst]}) lies "
+            f"{distance[worst]:.3g} m apart"
         )
 
 

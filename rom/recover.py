@@ -49,10 +49,9 @@ class Recovery:
             The diameter at which they are.
         """
         q = np.asarray(coordinates)
-        if len(q) != self.component.size:
-            raise InputError(
-                f"{self.component.name}: {len(q)} coordinates given, it has {self.component.size}"
-            )
+        name, size = self.component.masters.part, self.component.size
+        if len(q) != size:
+            raise InputError(f"{name}: {len(q)} coordinates given, it has {size}")
         columns = q.reshape(len(q), -1)
         basis = self.component.at(nodal_diameter).basis
         x = columns if basis is None else basis @ columns

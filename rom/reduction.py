@@ -11,6 +11,7 @@ from vanelock.fem import Model
 from vanelock.rom.component import Component, Reduced
 from vanelock.rom.craig_bampton import CraigBampton, craig_bampton
 from vanelock.rom.cyclic import cyclic_constraint
+from vanelock.rom.masters import choose
 from vanelock.rom.tran import Interface, interface_basis
 
 Route = Literal["paper"]
@@ -53,44 +54,31 @@ def reduce(
     if route != "paper":
         raise InputError(f'route = "{route}": allowed is "paper"')
     part = model.part
-    if missing := [name for name in masters if name not in part.node_sets]:
-        raise InputError(f"{part.name}: no node set {missing[0]!r}")
-    retained = _unique([part.node_sets[name] for name in masters])
+    kept = choose(part, tuple(masters))
 
     cyclic = nodal_diameters is not None
     if not cyclic:
-        reduced = craig_bampton(model, retained, modes)
+        reduced = craig_bampton(model, kept.nodes, modes)
         diameters = {0: Reduced(reduced.K, reduced.M)}
         interface_modes = 0
     else:
         left, right = _free_faces(model)
-        if shared := sorted(set(retained) & {*left, *right}):
+        if shared := sorted(set(kept.nodes) & {*left, *right}):
             raise InputError(f"{part.name}: node {shared[0]} is a master and on a cyclic face")
-        reduced = craig_bampton(model, np.concatenate([left, right, retained]), modes)
+        reduced = craig_bampton(model, np.concatenate([left, right, kept.nodes]), modes)
         diameters = {
             k: _at_diameter(reduced, len(left), k, part.sectors, interface, interface_modes)
             for k in sorted({k % part.sectors for k in nodal_diameters or ()})
         }
     return Component(
-        name=part.name,
-        sectors=part.sectors,
+        masters=kept,
         cyclic=cyclic,
-        nodes=retained,
-        points=part.points[retained],
-        node_sets={name: part.node_sets[name] for name in masters},
-        frames={name: part.frames[name] for name in masters if name in part.frames},
         interface_modes=interface_modes,
         diameters=diameters,
         boundary_nodes=reduced.nodes,
         fixed_modes=reduced.fixed_modes,
         fixed_frequencies=reduced.fixed_frequencies,
     )
-
-
-def _unique(sets: Sequence[NDArray[np.int64]]) -> NDArray[np.int64]:
-    """Nodes of all sets, each once, in order of first appearance."""
-    nodes = np.concatenate(sets) if sets else np.empty(0, np.int64)
-    return nodes[np.sort(np.unique(nodes, return_index=True)[1])]
 
 
 def _free_faces(model: Model) -> tuple[NDArray[np.int64], NDArray[np.int64]]:

@@ -4,7 +4,6 @@ The reference for every reduction error; nothing here is a reduced-order model.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 import scipy.sparse as sp
@@ -12,33 +11,8 @@ from numpy.typing import NDArray
 
 from vanelock.fem import Model, cyclic_transform
 from vanelock.rom.cyclic import phase_factor
+from vanelock.rom.masters import everything
 from vanelock.rom.pairs import Joint, contact_pairs, key_pairs, relative_rows
-
-
-@dataclass(frozen=True)
-class _Whole:
-    """A model seen as a piece to join: every node is retained."""
-
-    model: Model
-
-    @property
-    def name(self) -> str:
-        return self.model.part.name
-
-    @property
-    def sectors(self) -> int:
-        return self.model.part.sectors
-
-    @property
-    def node_sets(self) -> dict[str, NDArray[np.int64]]:
-        return self.model.part.node_sets
-
-    @property
-    def frames(self) -> dict[str, NDArray[np.float64]]:
-        return self.model.part.frames
-
-    def position(self, nodes: NDArray[np.int64]) -> NDArray[np.float64]:
-        return self.model.part.points[nodes]
 
 
 def unreduced(
@@ -62,7 +36,7 @@ def unreduced(
     """
     T = sp.csr_array(cyclic_transform(casing, nodal_diameter))
     n_casing, n_vane = T.shape[1], vane.K.shape[0]
-    pieces = _Whole(vane), _Whole(casing)
+    pieces = everything(vane.part), everything(casing.part)
 
     def casing_dofs(nodes: NDArray[np.int64]) -> NDArray[np.int64]:
         # A node off the faces has a coordinate of its own: one unit entry in its row of T.
