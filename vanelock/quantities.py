@@ -4,6 +4,7 @@ The types here are annotations for pydantic models: `thickness: Length` accepts 
 holds metres.
 """
 
+import re
 from functools import lru_cache
 from typing import Annotated, Any
 
@@ -31,8 +32,9 @@ def si(value: object, unit: str) -> object:
         return value
     from pint.errors import PintError
 
-    # pint evaluates arithmetic; a quantity is short, and `9**9**9` is not one.
-    allowed = len(value) <= 40 and "**" not in value
+    # A number first: pint reads "mm" as one millimetre. Short and without powers of powers, since
+    # pint evaluates arithmetic.
+    allowed = re.match(r"\s*[+-]?\.?\d", value) and len(value) <= 40 and "**" not in value
     try:
         if not allowed:
             raise ValueError

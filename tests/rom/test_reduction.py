@@ -1,0 +1,143 @@
+"""Craig-Bampton, cyclic symmetry and Tran against the unreduced sector."""
+
+import numpy as np
+import pytest
+import scipy.linalg as sl
+
+from vanelock import fem, rom
+from vanelock.errors import InputError
+from vanelock.rom.cyclic import turn
+
+
+def test_static_answer_to_master_loads_is_exact(coarse):
+    """Constraint modes reproduce statics: x_m = (K⁻¹)_mm f_m of the full model."""
+    model, casing = coarse.casing_model, coarse.casing
+    nodes = casing.masters.node_sets["force"]
+    f = np.zeros(model.K.shape[0])
+    f[model.dofs[nodes, 0]] = 1.0
+    T = fem.cyclic_transform(model, 0)
+    full = T @ fem.factorise((T.conj().T @ model.K @ T).tocsc()).solve(np.asarray(T.conj().T @ f))
+    # Every face dof kept: the published route then spans all static answers.
+    faces = 3 * int(np.sum(model.dofs[model.part.node_sets["left"], 0] >= 0))
+    whole = rom.reduce(
+        model, ("hook_front", "force"), 0, nodal_diameters=[0], interface_modes=faces
+    )
+    g = np.zeros(whole.size)
+    g[whole.dofs(nodes)[:, 0]] = 1.0
+    x = np.linalg.solve(whole.at(0).K, g)
+    expected = full[model.dofs[nodes]]
+    np.testing.assert_allclose(x[whole.dofs(nodes)], expected.real, atol=1e-9 * abs(expected).max())
+    # ... and the recovered field is the full one everywhere.
+    field = rom.recovery(whole, model).displacement(x, 0)
+    free = model.dofs >= 0
+    assert np.abs(field[free] - full[model.dofs[free]]).max() < 1e-9 * np.abs(full).max()
+
+
+@pytest.mark.parametrize("k", [0, 1, 8])
+@pytest.mark.parametrize("interlock", ["free", "closed"])
+def test_frequencies_against_the_unreduced_sector(coarse, k, interlock):
+    """A ROM is a Ritz model: never below the truth, and close to it for the first six modes."""
+    joints = coarse.joints if interlock == "closed" else coarse.joints[:1]
+    K, M = rom.unreduced(coarse.vane_model, coarse.casing_model, joints, k)
+    truth = np.sqrt(fem.eigenpairs(K, M, 6)[0]) / (2 * np.pi)
+    closed = ~coarse.interlock if interlock == "free" else None
+    found, _ = rom.linear_modes(coarse.system, k, 6, closed)
+    error = found / truth - 1
+    assert np.all(error > -1e-9)
+    assert error[1] < 0.02  # ten face modes by the published basis
+    assert np.all(error < 0.1)
+
+
+def test_followed_face_modes_are_an_order_more_accurate(coarse):
+    joints = coarse.joints[:1]
+    K, M = rom.unreduced(coarse.vane_model, coarse.casing_model, joints, 1)
+    truth = np.sqrt(fem.eigenpairs(K, M, 2)[0][1]) / (2 * np.pi)
+    masters = tuple(coarse.casing.masters.node_sets)
+    casing = rom.reduce(coarse.casing_model, masters, 10, nodal_diameters=[1], interface="followed")
+    system = rom.join(coarse.vane, casing, joints, rom.Excitation(1, force=1.0))
+    followed = rom.linear_modes(system, 1, 2)[0][1] / truth - 1
+    published = rom.linear_modes(coarse.system, 1, 2, ~coarse.interlock)[0][1] / truth - 1
+    assert 0 < followed < 0.002
+    assert followed < published / 3
+
+
+def test_published_face_modes_by_their_definition(coarse):
+    """The face coordinates' block of the cyclic Guyan model is diagonal: its own modes."""
+    casing = coarse.casing.at(1)
+    b = coarse.casing.interface_modes
+    m = 3 * len(coarse.casing.masters.nodes)
+    K = casing.K[: b + m, : b + m]
+    # Condense the other masters: what is left is Φᴴ S Φ = Ω², positive and ascending.
+    S = K[:b, :b] - K[:b, b:] @ np.linalg.solve(K[b:, b:], K[b:, :b])
+    off = S - np.diag(np.diag(S))
+    assert np.abs(off).max() < 1e-7 * np.abs(np.diag(S)).max()
+    assert np.all(np.diff(np.diag(S).real) > 0)
+
+
+def test_conjugate_diameters(coarse):
+    """ND k and N-k have the same frequencies and conjugate matrices."""
+    a, b = coarse.system.at(1), coarse.system.at(15)
+    np.testing.assert_array_equal(a.K, b.K.conj())
+    forward = sl.eigvalsh(a.K, a.M)
+    casing = rom.reduce(
+        coarse.casing_model, tuple(coarse.casing.masters.node_sets), 10, nodal_diameters=[15]
+    )
+    system = rom.join(
+        coarse.vane, casing, coarse.joints, rom.Excitation(-1, force=30.0), damping_ratio=0.003
+    )
+    backward = sl.eigvalsh(system.at(15).K, system.at(15).M)
+    np.testing.assert_allclose(backward, forward, rtol=1e-7, atol=1e-6 * forward[5])
+    assert system.nodal_diameter(1) == 15
+    assert np.isrealobj(coarse.system.at(0).K)
+    assert np.isrealobj(coarse.system.at(8).K)
+
+
+def test_recovered_mode_is_the_unreduced_one(coarse):
+    """Mode 2 of ND 1, recovered on every node, has a MAC of 1 with the unreduced eigenvector."""
+    K, M = rom.unreduced(coarse.vane_model, coarse.casing_model, coarse.joints[:1], 1)
+    _, vectors = fem.eigenpairs(K, M, 2)
+    _, shapes = rom.linear_modes(coarse.system, 1, 2, ~coarse.interlock)
+    q_vane, q_casing = rom.split(coarse.vane, coarse.casing, shapes[:, 1])
+    fields = {}
+    for model, component, q in (
+        (coarse.vane_model, coarse.vane, q_vane),
+        (coarse.casing_model, coarse.casing, q_casing),
+    ):
+        fields[component.masters.part] = rom.recovery(component, model).displacement(q, 1)
+        nodes = component.masters.nodes
+        np.testing.assert_allclose(
+            fields[component.masters.part][nodes], q[component.dofs(nodes)], rtol=1e-12
+        )
+    # Kinetic energy of the recovered fields is that of the reduced coordinates (normalised to 1).
+    energy = 0.0
+    for model in (coarse.vane_model, coarse.casing_model):
+        u = fields[model.part.name][model.dofs >= 0]
+        x = np.zeros(model.K.shape[0], complex)
+        x[model.dofs[model.dofs >= 0]] = u
+        energy += (x.conj() @ (model.M @ x)).real
+    assert energy == pytest.approx(1.0, abs=1e-9)
+    # The cyclic face condition holds on all nodes.
+    part = coarse.casing_model.part
+    u = fields["casing"]
+    turned = u[part.node_sets["left"]] @ turn(16).T * np.exp(-2j * np.pi / 16)
+    np.testing.assert_allclose(u[part.node_sets["right"]], turned, atol=1e-12 * np.abs(u).max())
+    # Vane part of the eigenvector: the vane's free coordinates follow the casing's.
+    vane = coarse.vane_model
+    merged = vane.dofs[vane.part.node_sets["key"]].ravel()
+    rest = np.setdiff1d(np.arange(vane.K.shape[0]), merged)
+    expected = vectors[-len(rest) :, 1]
+    found = np.zeros(vane.K.shape[0], complex)
+    found[vane.dofs] = fields["vane"]
+    a, b = expected, found[rest]
+    assert abs(np.vdot(a, b)) ** 2 / (np.vdot(a, a) * np.vdot(b, b)).real > 0.9999
+
+
+def test_sets_that_cannot_be_masters_are_refused(coarse):
+    with pytest.raises(InputError, match="no node set 'hooks'"):
+        rom.reduce(coarse.vane_model, ("hooks",))
+    with pytest.raises(InputError, match="interface_modes = 0"):
+        rom.reduce(coarse.casing_model, ("force",), nodal_diameters=[0], interface_modes=0)
+    with pytest.raises(InputError, match="is clamped"):
+        rom.reduce(coarse.casing_model, ("fixed",))
+    with pytest.raises(InputError, match='allowed is "paper"'):
+        rom.reduce(coarse.vane_model, ("key",), route="quick")
