@@ -1,0 +1,56 @@
+"""The product of the finite-element stage: stiffness and mass of one part."""
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+
+from vanelock.errors import InputError
+from vanelock.fem.material import Material
+from vanelock.mesh import Part
+from vanelock.product import Product
+
+
+@dataclass(frozen=True)
+class Model(Product):
+    """Stiffness and mass of a part over its n free degrees of freedom, in Cartesian components.
+
+    Attributes
+    ----------
+    part : Part
+        The mesh.
+    material : Material
+        Its material.
+    K, M : (n, n) csc_array
+        Stiffness, N/m, and consistent mass, kg; symmetric to the last bit.
+    dofs : (nodes, 3) int
+        Row of each node's x, y and z displacement; -1 where the node is clamped.
+    """
+
+    part: Part
+    material: Material
+    K: sp.csc_array = field(metadata={"unit": "N/m"})
+    M: sp.csc_array = field(metadata={"unit": "kg"})
+    dofs: NDArray[np.int64]
+
+    def rows(self, node_set: str) -> NDArray[np.int64]:
+        """(k, 3) rows of the nodes of a set, -1 where clamped.
+
+        Raises
+        ------
+        InputError
+            If the part has no such set.
+        """
+        sets = self.part.node_sets
+        if node_set not in sets:
+            have = ", ".join(sorted(sets)) or "none"
+            raise InputError(f"{self.part.name}: no node set {node_set!r}; it has {have}")
+        rows: NDArray[np.int64] = self.dofs[sets[node_set]]
+        return rows
+
+    def field(self, x: NDArray[Any]) -> NDArray[Any]:
+        """Displacement (nodes, 3) or (nodes, 3, k) of free-dof vectors x, (n,) or (n, k)."""
+        padded = np.concatenate([x, np.zeros_like(x[:1])])  # clamped: row -1
+        return padded[self.dofs]
