@@ -2,6 +2,16 @@
 
 from vanelock import lazy
 
-_modules = {"Part": "part"}
+_modules = {
+    "CasingDimensions": "dimensions",
+    "HookDimensions": "dimensions",
+    "Part": "part",
+    "Quality": "tetrahedra",
+    "VaneDimensions": "dimensions",
+    "casing_sector": "casing",
+    "check_fit": "fit",
+    "quality": "tetrahedra",
+    "vane_segment": "vane",
+}
 __all__ = list(_modules)
 __getattr__, __dir__ = lazy.attributes(__name__, _modules)

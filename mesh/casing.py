@@ -1,0 +1,140 @@
+"""The casing sector: shell, two end flanges, two rails whose grooves hold the vane's feet."""
+
+import numpy as np
+
+from vanelock.mesh import occ, sets
+from vanelock.mesh.dimensions import CasingDimensions, HookDimensions
+from vanelock.mesh.extract import generate, matching, nodes_on, place
+from vanelock.mesh.fit import check_casing
+from vanelock.mesh.kernel import session
+from vanelock.mesh.part import Part
+from vanelock.mesh.size import element_size
+
+
+def casing_sector(
+    dimensions: CasingDimensions | None = None,
+    hook: HookDimensions | None = None,
+    sectors: int = 16,
+    size: str | float = "medium",
+) -> Part:
+    """Mesh one casing sector with straight-sided quadratic tetrahedra.
+
+    Parameters
+    ----------
+    dimensions : CasingDimensions, optional
+        The scene's by default.
+    hook : HookDimensions, optional
+        What the groove shares with the vane's foot, `VaneDimensions.hook`.
+    sectors : int
+        Sectors in the ring.
+    size : {"coarse", "medium"} or float
+        Largest element edge, by name or in m.
+
+    Returns
+    -------
+    Part
+        "casing", with the sets `hook_front`, `hook_rear` and `key` (in the order of the vane's,
+        at the same places), `left` and `right` (matched), `fixed` (both end faces), `force` (16 by
+        ascending angle) and `accessory` (3 outside, above the front rail). Frames for both hooks.
+
+    Raises
+    ------
+    InputError
+        If the dimensions contradict one another, cannot be meshed, or the system lacks a library
+        that gmsh needs.
+    """
+    dimensions = dimensions or CasingDimensions()
+    hook = hook or HookDimensions()
+    check_casing(dimensions, hook, sectors)
+    length = element_size(size, "casing")
+    bands = sets.hook_bands(hook, sectors)
+    force = sets.force_points(dimensions, sectors)
+    accessory = sets.casing_accessory_points(dimensions, sectors)
+    outline = _outline(dimensions, hook)
+    with session("casing") as gmsh:
+        band_tags, point_tags = occ.imprint(
+            gmsh,
+            occ.revolve(gmsh, outline, np.pi / sectors),
+            [occ.arc(gmsh, band[0], band[-1]) for band in bands],
+            [occ.point(gmsh, position) for position in np.concatenate([force, accessory])],
+        )
+        left_tag, right_tag = occ.end_faces(gmsh, len(outline))
+        for tag in band_tags:
+            gmsh.model.mesh.setTransfiniteCurve(tag, sets.HOOK_CORNERS)
+        turn = np.eye(4)
+        turn[:3, :3] = sets.rotation(2 * np.pi / sectors)
+        gmsh.model.mesh.setPeriodic(2, [right_tag], [left_tag], turn.ravel().tolist())
+        mesh = generate(gmsh, length)
+        on = [nodes_on(gmsh, mesh, 1, tag) for tag in band_tags]
+        at = np.concatenate([nodes_on(gmsh, mesh, 0, tag) for tag in point_tags])
+        left, right = (nodes_on(gmsh, mesh, 2, tag) for tag in (left_tag, right_tag))
+        fixed = np.unique(
+            np.concatenate(
+                [
+                    nodes_on(gmsh, mesh, 2, tag)
+                    for z in (0.0, dimensions.length)
+                    for tag in occ.faces_at(gmsh, z)
+                ]
+            )
+        )
+    names = ("front roof", "front lip", "rear roof", "rear lip")
+    rows = [
+        matching(mesh.points, nodes, band, f"casing hook {name}")
+        for name, nodes, band in zip(names, on, bands, strict=True)
+    ]
+    loaded = matching(mesh.points, at[: sets.FORCES], force, "casing force")
+    outputs = matching(mesh.points, at[sets.FORCES :], accessory, "casing accessory")
+    turned = mesh.points[left] @ sets.rotation(2 * np.pi / sectors).T
+    right = matching(mesh.points, right, turned, "casing right")
+    points = place(
+        mesh,
+        np.concatenate([*rows, loaded, outputs, right]),
+        np.concatenate([*bands, force, accessory, turned]),
+    )
+    frames = sets.hook_frames(bands, -1.0)
+    return Part(
+        name="casing",
+        points=points,
+        cells=mesh.cells,
+        cell_type="tetra10",
+        node_sets={
+            "hook_front": np.concatenate(rows[:2]),
+            "hook_rear": np.concatenate(rows[2:]),
+            "key": np.array([row[len(row) // 2] for row in rows]),
+            "left": left,
+            "right": right,
+            "fixed": fixed,
+            "force": loaded,
+            "accessory": outputs,
+        },
+        frames={
+            "hook_front": np.concatenate(frames[:2]),
+            "hook_rear": np.concatenate(frames[2:]),
+        },
+        sectors=sectors,
+    )
+
+
+def _outline(casing: CasingDimensions, hook: HookDimensions) -> list[tuple[float, float]]:
+    """(radius, z) around the section: along the outside, then back along the inside."""
+    outside = [
+        (casing.flange_radius, 0.0),
+        (casing.flange_radius, casing.flange_thickness),
+        (casing.outer_radius, casing.flange_thickness),
+        (casing.outer_radius, casing.length - casing.flange_thickness),
+        (casing.flange_radius, casing.length - casing.flange_thickness),
+        (casing.flange_radius, casing.length),
+    ]
+    front = [
+        (casing.inner_radius, casing.rail_front),
+        (casing.rail_inner_radius, casing.rail_front),
+        (casing.rail_inner_radius, casing.groove_mouth),
+        (hook.lip_radius, casing.groove_mouth),
+        (hook.lip_radius, casing.groove_bottom),
+        (hook.roof_radius, casing.groove_bottom),
+        (hook.roof_radius, casing.groove_mouth),
+        (casing.inner_radius, casing.groove_mouth),
+    ]
+    rear = [(radius, 2 * hook.mid_plane - z) for radius, z in front]
+    ends = [(casing.inner_radius, casing.length), (casing.inner_radius, 0.0)]
+    return [*outside, ends[0], *rear, *reversed(front), ends[1]]

@@ -1,0 +1,147 @@
+"""Dimensions of the vane segment and of the casing sector, with their defaults and limits.
+
+Positions along the engine axis z are those of the front hook; the rear hook mirrors it about
+`HookDimensions.mid_plane`. The defaults make a segment whose second one-nodal-diameter mode lies
+at an engine's speed.
+"""
+
+from collections.abc import Sequence
+from itertools import pairwise
+from typing import Any, Self
+
+from pydantic import BaseModel, ConfigDict, Field, model_validator
+
+from vanelock.quantities import Angle, Length
+
+
+def _length(default: float, description: str, largest: float = 5.0) -> Any:
+    return Field(default, ge=1e-4, le=largest, description=f"{description} [m]")
+
+
+def _ascending(model: BaseModel, names: Sequence[str]) -> None:
+    """Refuse values that do not grow strictly along `names`; a dot reaches into a field."""
+    for low, high in pairwise(names):
+        below, above = _value(model, low), _value(model, high)
+        if not below < above:
+            raise ValueError(f"{high} = {above:g}: must exceed {low} = {below:g}")
+
+
+def _value(model: Any, name: str) -> float:
+    for part in name.split("."):
+        model = getattr(model, part)
+    return float(model)
+
+
+class Dimensions(BaseModel):
+    """Frozen dimensions; unknown names are refused."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+
+class HookDimensions(Dimensions):
+    """What a vane's foot and the casing's groove share: the radii and the bands they touch at."""
+
+    roof_radius: Length = _length(0.592, "radius at which the foot touches the groove's roof")
+    lip_radius: Length = _length(0.584, "radius at which the foot touches the groove's lip")
+    band_position: Length = _length(0.074, "axial position of the front hook's contact bands")
+    band_extent: float = Field(
+        default=0.90,
+        ge=0.1,
+        le=0.99,
+        description="length of a contact band as a fraction of the pitch",
+    )
+    mid_plane: Length = _length(0.100, "axial position of the plane that mirrors the hooks")
+
+    @model_validator(mode="after")
+    def _ordered(self) -> Self:
+        _ascending(self, ("lip_radius", "roof_radius"))
+        _ascending(self, ("band_position", "mid_plane"))
+        return self
+
+
+class VaneDimensions(Dimensions):
+    """A vane segment: outer shroud with two hooks, aerofoils, inner shroud with interlocks."""
+
+    aerofoils: int = Field(default=4, ge=1, le=12, description="aerofoils per segment")
+    chord: Length = _length(0.047, "chord of an aerofoil", 0.5)
+    thickness: Length = _length(0.0045, "thickness of an aerofoil at mid-chord", 0.1)
+    edge_thickness: Length = _length(0.0022, "thickness of an aerofoil at its edges", 0.1)
+    camber: float = Field(
+        default=0.12,
+        ge=0,
+        le=0.4,
+        description="height of the camber line as a fraction of the chord",
+    )
+    stagger: Angle = Field(
+        default=35.0, ge=-70, le=70, description="angle between the chord and the engine axis [deg]"
+    )
+    inner_shroud_inner_radius: Length = _length(0.410, "inner radius of the inner shroud")
+    inner_shroud_outer_radius: Length = _length(0.432, "outer radius of the inner shroud")
+    inner_shroud_front: Length = _length(0.070, "axial position of the inner shroud's front face")
+    interlock_slant: Angle = Field(
+        default=35.0,
+        ge=-60,
+        le=60,
+        description="angle between the interlock faces and the engine axis [deg]",
+    )
+    outer_shroud_inner_radius: Length = _length(0.567, "inner radius of the outer shroud")
+    outer_shroud_outer_radius: Length = _length(0.573, "outer radius of the outer shroud")
+    outer_shroud_front: Length = _length(0.060, "axial position of the outer shroud's front face")
+    outer_shroud_extent: float = Field(
+        default=0.96,
+        ge=0.1,
+        le=0.999,
+        description="length of the outer shroud and its hooks as a fraction of the pitch",
+    )
+    foot_front: Length = _length(0.068, "axial position of the front foot's front face")
+    leg_front: Length = _length(0.084, "axial position of the front leg's front face")
+    leg_rear: Length = _length(0.0885, "axial position of the front leg's and foot's rear face")
+    hook: HookDimensions = HookDimensions()
+
+    @model_validator(mode="after")
+    def _possible(self) -> Self:
+        _ascending(
+            self,
+            (
+                "inner_shroud_inner_radius",
+                "inner_shroud_outer_radius",
+                "outer_shroud_inner_radius",
+                "outer_shroud_outer_radius",
+                "hook.lip_radius",
+                "hook.roof_radius",
+            ),
+        )
+        _ascending(
+            self, ("foot_front", "hook.band_position", "leg_front", "leg_rear", "hook.mid_plane")
+        )
+        _ascending(self, ("outer_shroud_front", "leg_front"))
+        _ascending(self, ("inner_shroud_front", "hook.mid_plane"))
+        _ascending(self, ("hook.band_extent", "outer_shroud_extent"))
+        if self.edge_thickness > self.thickness:
+            raise ValueError(
+                f"edge_thickness = {self.edge_thickness:g}: must not exceed "
+                f"thickness = {self.thickness:g}"
+            )
+        return self
+
+
+class CasingDimensions(Dimensions):
+    """A casing sector from z = 0: shell, two end flanges, two rails with C-shaped grooves."""
+
+    length: Length = _length(0.200, "axial length of the casing")
+    inner_radius: Length = _length(0.600, "inner radius of the shell")
+    outer_radius: Length = _length(0.604, "outer radius of the shell")
+    flange_radius: Length = _length(0.625, "outer radius of the end flanges")
+    flange_thickness: Length = _length(0.010, "axial thickness of an end flange")
+    rail_inner_radius: Length = _length(0.578, "inner radius of the rails")
+    rail_front: Length = _length(0.058, "axial position of the front rail's front face")
+    groove_bottom: Length = _length(0.066, "axial position of the bottom of the front groove")
+    groove_mouth: Length = _length(0.082, "axial position of the mouth of the front groove")
+
+    @model_validator(mode="after")
+    def _possible(self) -> Self:
+        _ascending(self, ("rail_inner_radius", "inner_radius", "outer_radius", "flange_radius"))
+        _ascending(
+            self, ("flange_thickness", "rail_front", "groove_bottom", "groove_mouth", "length")
+        )
+        return self

@@ -1,0 +1,88 @@
+"""From gmsh's mesh to arrays: nodes, elements, and the nodes on curves, faces and points."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+
+from vanelock.errors import InputError
+from vanelock.mesh.occ import TOLERANCE
+
+TETRA10 = 11  # gmsh's number of the element type
+# gmsh and meshio (VTK) number the last two edges of the tetrahedron in opposite order.
+_MESHIO_ORDER = [0, 1, 2, 3, 4, 5, 6, 7, 9, 8]
+EDGES = [(0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3)]  # corners of nodes 4 to 9, meshio's order
+
+
+@dataclass(frozen=True)
+class Mesh:
+    """Nodes (n, 3) and tetra10 elements (e, 10), with gmsh's tags of the nodes (n,), ascending."""
+
+    points: NDArray[np.float64]
+    cells: NDArray[np.int64]
+    tags: NDArray[np.int64]
+
+    def number(self, tags: Any) -> NDArray[np.int64]:
+        """Node numbers of gmsh's node tags."""
+        return np.searchsorted(self.tags, np.asarray(tags, dtype=np.int64))
+
+
+def generate(gmsh: Any, size: float) -> Mesh:
+    """Mesh the current model with straight-sided quadratic tetrahedra no larger than `size`, m."""
+    gmsh.option.setNumber("Mesh.MeshSizeMax", size)
+    gmsh.model.mesh.generate(3)
+    gmsh.model.mesh.setOrder(2)
+    _, nodes = gmsh.model.mesh.getElementsByType(TETRA10)
+    used, cells = np.unique(np.asarray(nodes, dtype=np.int64), return_inverse=True)
+    tags, coordinates, _ = gmsh.model.mesh.getNodes()
+    order = np.argsort(tags)
+    tags = np.asarray(tags, dtype=np.int64)[order]
+    points = np.asarray(coordinates).reshape(-1, 3)[order]
+    if not np.array_equal(tags, used):
+        raise InputError(
+            f"{gmsh.model.getCurrent()}: {len(tags) - len(used)} nodes belong to no tetrahedron"
+        )
+    return Mesh(points, cells.reshape(-1, 10)[:, _MESHIO_ORDER], tags)
+
+
+def nodes_on(gmsh: Any, mesh: Mesh, dim: int, tag: int) -> NDArray[np.int64]:
+    """Nodes of a point, curve or face and of its boundary, ascending."""
+    tags, _, _ = gmsh.model.mesh.getNodes(dim, tag, includeBoundary=dim > 0)
+    return np.unique(mesh.number(tags))
+
+
+def matching(
+    points: NDArray[np.float64],
+    candidates: NDArray[np.int64],
+    places: NDArray[np.float64],
+    what: str,
+) -> NDArray[np.int64]:
+    """The candidates in the order of the places (k, 3) where they must lie, one each.
+
+    Nodes whose place is known in closed form come out of the kernel within its tolerance; one
+    further off is the wrong node.
+
+    Raises
+    ------
+    InputError
+        If their count differs, or a place has no candidate within the kernel's tolerance.
+    """
+    if len(candidates) != len(places):
+        raise InputError(f"{what}: {len(candidates)} nodes, expected {len(places)}")
+    distance, nearest = cKDTree(points[candidates]).query(places)
+    if len(np.unique(nearest)) != len(places) or distance.max() > TOLERANCE:
+        raise InputError(f"{what}: a node lies {distance.max():.2g} m off its place")
+    return np.asarray(candidates[nearest])
+
+
+def place(mesh: Mesh, nodes: NDArray[np.int64], places: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Points (n, 3) with nodes moved to their exact places and mid-side nodes on their chords."""
+    points = mesh.points.copy()
+    points[nodes] = places
+    for middle, (start, end) in enumerate(EDGES, start=4):
+        points[mesh.cells[:, middle]] = 0.5 * (
+            points[mesh.cells[:, start]] + points[mesh.cells[:, end]]
+        )
+    return points

@@ -1,0 +1,124 @@
+"""The one place that loads gmsh: its system libraries, its sessions, its options."""
+
+import ctypes
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import Any
+
+from vanelock.errors import InputError
+
+PACKAGES = "libglu1-mesa libxft2 libxcursor1 libxinerama1 libgomp1 libgl1"
+_LIBRARIES = (
+    "libGLU.so.1",
+    "libGL.so.1",
+    "libX11.so.6",
+    "libXext.so.6",
+    "libXrender.so.1",
+    "libXfixes.so.3",
+    "libXcursor.so.1",
+    "libXft.so.2",
+    "libXinerama.so.1",
+    "libfontconfig.so.1",
+    "libgomp.so.1",
+)
+
+# gmsh keeps one model list and one option table for the whole process.
+_session = threading.Lock()
+
+_OPTIONS = {
+    "General.Terminal": 0,
+    "General.NumThreads": 1,  # the same mesh, bit for bit, on every machine and in every call
+    "Mesh.RandomSeed": 1,
+    "Mesh.Algorithm": 6,  # frontal Delaunay on surfaces
+    "Mesh.Algorithm3D": 1,  # Delaunay
+    "Mesh.Optimize": 1,
+    "Mesh.OptimizeNetgen": 1,
+    "Mesh.MeshSizeFromPoints": 0,
+    "Mesh.MeshSizeFromCurvature": 0,
+    "Mesh.SecondOrderLinear": 1,  # straight-sided: mid-side nodes on the chord
+}
+
+
+def missing_libraries(load: Callable[[str], object] = ctypes.CDLL) -> list[str]:
+    """Shared libraries that gmsh is linked against and that this system does not have.
+
+    Parameters
+    ----------
+    load : callable
+        Opens a library by name, raising OSError if it is absent.
+    """
+    missing = []
+    for name in _LIBRARIES:
+        try:
+            load(name)
+        except OSError:
+            missing.append(name)
+    return missing
+
+
+def load(libraries: Callable[[], list[str]] = missing_libraries) -> Any:
+    """The gmsh module.
+
+    Raises
+    ------
+    InputError
+        If a system library that gmsh needs is missing, naming the command that installs it.
+    """
+    missing = libraries()
+    if missing:
+        raise InputError(
+            f"gmsh: system libraries {', '.join(missing)} are missing: "
+            f"run `apt-get install -y {PACKAGES}`"
+        )
+    try:
+        import gmsh
+    except (ImportError, OSError) as error:
+        reason = str(error).splitlines()[0]
+        raise InputError(
+            f"gmsh: cannot be loaded ({reason}): run `pip install gmsh` "
+            f"and `apt-get install -y {PACKAGES}`"
+        ) from None
+    return gmsh
+
+
+@contextmanager
+def session(part: str) -> Iterator[Any]:
+    """A fresh gmsh, quiet and deterministic, closed again whatever happens.
+
+    Sessions of several threads wait for one another. Configuration files of the user's are not
+    read, and no signal handler is set, so that it works outside the main thread.
+
+    Parameters
+    ----------
+    part : str
+        What is being meshed, for errors.
+
+    Raises
+    ------
+    InputError
+        If gmsh is already in use in this process, or cannot build or mesh the geometry.
+    """
+    gmsh = load()
+    with _session:
+        if gmsh.isInitialized():
+            raise InputError(
+                f"{part}: gmsh is already initialised in this process: "
+                "call gmsh.finalize() before meshing"
+            )
+        gmsh.initialize(readConfigFiles=False, interruptible=False)
+        try:
+            for name, value in _OPTIONS.items():
+                gmsh.option.setNumber(name, value)
+            gmsh.model.add(part)
+            yield gmsh
+        except InputError:
+            raise
+        except Exception as error:
+            # gmsh reports every failure as a bare Exception.
+            if type(error) is not Exception:
+                raise
+            reason = (str(error).splitlines() or ["no reason given"])[0]
+            raise InputError(f"{part}: these dimensions cannot be meshed ({reason})") from None
+        finally:
+            gmsh.finalize()

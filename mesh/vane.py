@@ -1,0 +1,217 @@
+"""The vane segment: outer shroud and hooks, aerofoils, inner shroud with slanted interlocks."""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vanelock.errors import InputError
+from vanelock.mesh import aerofoil, occ, sets
+from vanelock.mesh.dimensions import VaneDimensions
+from vanelock.mesh.extract import Mesh, generate, matching, nodes_on, place
+from vanelock.mesh.fit import check_vane
+from vanelock.mesh.kernel import session
+from vanelock.mesh.part import Part
+from vanelock.mesh.size import element_size
+
+
+def vane_segment(
+    dimensions: VaneDimensions | None = None, sectors: int = 16, size: str | float = "medium"
+) -> Part:
+    """Mesh one vane segment with straight-sided quadratic tetrahedra.
+
+    Parameters
+    ----------
+    dimensions : VaneDimensions, optional
+        The scene's by default.
+    sectors : int
+        Segments in the ring.
+    size : {"coarse", "medium"} or float
+        Largest element edge, by name or in m.
+
+    Returns
+    -------
+    Part
+        "vane", with the sets `hook_front` and `hook_rear` (30 nodes each: roof, then lip, each by
+        ascending angle), `key` (4: the middle nodes of front roof, front lip, rear roof, rear
+        lip), `interlock_left` and `interlock_right` (10 each: the row at the inner radius, then
+        at the outer, each by ascending z) and `accessory` (3 on the middle aerofoil, from the
+        inner shroud outwards). Frames for all of them but `key` and `accessory`.
+
+    Raises
+    ------
+    InputError
+        If the dimensions contradict one another, cannot be meshed, or the system lacks a library
+        that gmsh needs.
+    """
+    dimensions = dimensions or VaneDimensions()
+    check_vane(dimensions, sectors)
+    length = element_size(size, "vane")
+    bands = sets.hook_bands(dimensions.hook, sectors)
+    left = sets.interlock_rows(dimensions, sectors)
+    right = left @ sets.rotation(2 * np.pi / sectors).T
+    accessory = aerofoil.accessory_points(dimensions, sectors)
+    with session("vane") as gmsh:
+        solid = _solid(gmsh, dimensions, sectors)
+        band_tags, point_tags = occ.imprint(
+            gmsh,
+            solid,
+            [occ.arc(gmsh, band[0], band[-1]) for band in bands],
+            [occ.point(gmsh, position) for position in accessory],
+        )
+        row_tags = [_edge(gmsh, row) for side in (left, right) for row in side]
+        for tag in band_tags:
+            gmsh.model.mesh.setTransfiniteCurve(tag, sets.HOOK_CORNERS)
+        for tag in row_tags:
+            gmsh.model.mesh.setTransfiniteCurve(tag, sets.INTERLOCK_CORNERS)
+        mesh = generate(gmsh, length)
+        on = [nodes_on(gmsh, mesh, 1, tag) for tag in band_tags + row_tags]
+        at = np.concatenate([nodes_on(gmsh, mesh, 0, tag) for tag in point_tags])
+    return _part(dimensions, sectors, mesh, on, at, (bands, left, right, accessory))
+
+
+def _part(
+    dimensions: VaneDimensions,
+    sectors: int,
+    mesh: Mesh,
+    on: list[NDArray[np.int64]],
+    at: NDArray[np.int64],
+    places: tuple[NDArray[np.float64], ...],
+) -> Part:
+    bands, left, right, accessory = places
+    names = ["hook_front roof", "hook_front lip", "hook_rear roof", "hook_rear lip"]
+    names += [f"interlock_{side}" for side in ("left", "left", "right", "right")]
+    curves = [*bands, *left, *right]
+    rows = [
+        matching(mesh.points, nodes, row, f"vane {name}")
+        for name, nodes, row in zip(names, on, curves, strict=True)
+    ]
+    tips = matching(mesh.points, at, accessory, "vane accessory")
+    points = place(mesh, np.concatenate([*rows, tips]), np.concatenate([*curves, accessory]))
+    hook = sets.hook_frames(bands, 1.0)
+    interlock = np.broadcast_to(sets.interlock_frame(dimensions, sectors), (10, 3, 3)).copy()
+    return Part(
+        name="vane",
+        points=points,
+        cells=mesh.cells,
+        cell_type="tetra10",
+        node_sets={
+            "hook_front": np.concatenate(rows[0:2]),
+            "hook_rear": np.concatenate(rows[2:4]),
+            "key": np.array([row[len(row) // 2] for row in rows[:4]]),
+            "interlock_left": np.concatenate(rows[4:6]),
+            "interlock_right": np.concatenate(rows[6:8]),
+            "accessory": tips,
+        },
+        frames={
+            "hook_front": np.concatenate(hook[:2]),
+            "hook_rear": np.concatenate(hook[2:]),
+            "interlock_left": interlock,
+            "interlock_right": sets.opposite(interlock, sectors),
+        },
+        sectors=sectors,
+    )
+
+
+def _solid(gmsh: Any, vane: VaneDimensions, sectors: int) -> occ.Entity:
+    hooks = _hooks(gmsh, vane, sectors)
+    shroud = _inner_shroud(gmsh, vane, sectors)
+    blades = _aerofoils(gmsh, vane, sectors)
+    fused, _ = gmsh.model.occ.fuse([hooks], [shroud, *blades])
+    if len(fused) != 1:
+        raise InputError(f"vane: shrouds and aerofoils make {len(fused)} bodies instead of one")
+    entity: occ.Entity = fused[0]
+    return entity
+
+
+def _hooks(gmsh: Any, vane: VaneDimensions, sectors: int) -> occ.Entity:
+    """Outer shroud with both hooks, revolved from one outline."""
+    hook = vane.hook
+    front = [
+        (vane.outer_shroud_outer_radius, vane.leg_rear),
+        (hook.roof_radius, vane.leg_rear),
+        (hook.roof_radius, vane.foot_front),
+        (hook.lip_radius, vane.foot_front),
+        (hook.lip_radius, vane.leg_front),
+        (vane.outer_shroud_outer_radius, vane.leg_front),
+        (vane.outer_shroud_outer_radius, vane.outer_shroud_front),
+        (vane.outer_shroud_inner_radius, vane.outer_shroud_front),
+    ]
+    rear = [(radius, 2 * hook.mid_plane - z) for radius, z in reversed(front)]
+    half = vane.outer_shroud_extent * np.pi / sectors
+    return occ.revolve(gmsh, front + rear, half)
+
+
+def _inner_shroud(gmsh: Any, vane: VaneDimensions, sectors: int) -> occ.Entity:
+    """A ring piece longer than the pitch, cut by the two slanted interlock planes."""
+    kernel = gmsh.model.occ
+    inner, outer = vane.inner_shroud_inner_radius, vane.inner_shroud_outer_radius
+    front, middle = vane.inner_shroud_front, vane.hook.mid_plane
+    rear = 2 * middle - front
+    half = np.pi / sectors
+    lean = abs((middle - front) * np.tan(np.radians(vane.interlock_slant)))
+    margin = 1.1 * np.arcsin(lean / inner) + 0.02
+    ring = occ.revolve(
+        gmsh, [(inner, front), (inner, rear), (outer, rear), (outer, front)], half + margin
+    )
+    # In the frame (normal, radial, across) of a face the waste is a box on its outer side.
+    left = sets.interlock_frame(vane, sectors)
+    deep = 2 * (margin * outer + lean)
+    wide = 4 * (lean + middle - front)
+    waste = []
+    for frame in (left, sets.opposite(left, sectors)):
+        box = kernel.addBox(0, 0.5 * inner, -0.5 * wide, deep, outer, wide)
+        turn = np.eye(4)
+        turn[:3, :3] = frame.T
+        turn[2, 3] = middle
+        kernel.affineTransform([(3, box)], turn.ravel().tolist())
+        waste.append((3, box))
+    cut, _ = kernel.cut([ring], waste)
+    if len(cut) != 1:
+        raise InputError(f"vane: the interlock planes leave {len(cut)} inner shrouds")
+    entity: occ.Entity = cut[0]
+    return entity
+
+
+def _aerofoils(gmsh: Any, vane: VaneDimensions, sectors: int) -> list[occ.Entity]:
+    """Prisms along their radial axes, from inside the inner to inside the outer shroud."""
+    kernel = gmsh.model.occ
+    start, end = aerofoil.ends(vane)
+    convex, concave = aerofoil.profile(vane)
+    solids = []
+    for angle in aerofoil.angles(vane, sectors):
+        there, back = (
+            [kernel.addPoint(start, across, vane.hook.mid_plane + z) for across, z in side]
+            for side in (convex, concave[::-1])
+        )
+        loop = kernel.addCurveLoop(
+            [
+                kernel.addSpline(there),
+                kernel.addLine(there[-1], back[0]),
+                kernel.addSpline(back),
+                kernel.addLine(back[-1], there[0]),
+            ]
+        )
+        # The points between a spline's ends are no part of it.
+        kernel.remove([(0, corner) for corner in (*there[1:-1], *back[1:-1])])
+        face = (2, kernel.addPlaneSurface([loop]))
+        swept = kernel.extrude([face], end - start, 0, 0)
+        kernel.rotate(swept, 0, 0, 0, 0, 0, 1, angle)
+        solids.append(next(entity for entity in swept if entity[0] == 3))
+    return solids
+
+
+def _edge(gmsh: Any, row: NDArray[np.float64]) -> int:
+    """The edge of the solid that ends in the first and last point of an interlock row."""
+    ends = row[[0, -1]]
+    found = []
+    for _, tag in gmsh.model.getEntities(1):
+        corners = gmsh.model.getBoundary([(1, tag)], combined=False)
+        if len(corners) != 2:
+            continue
+        positions = np.array([gmsh.model.getValue(0, corner, []) for _, corner in corners])
+        if any(np.allclose(positions, order, rtol=0, atol=1e-6) for order in (ends, ends[::-1])):
+            found.append(tag)
+    if len(found) != 1:
+        raise InputError(f"vane: {len(found)} edges of the interlock face instead of one")
+    return int(found[0])
