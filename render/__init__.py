@@ -1,1 +1,16 @@
 """Pictures: shapes off-screen with pyvista, curves with matplotlib."""
+
+from vanelock import lazy
+
+_modules = {
+    "Curve": "curves",
+    "loop_picture": "loops",
+    "mesh_picture": "meshes",
+    "mode_picture": "shapes",
+    "preload_picture": "preload",
+    "response_curves": "curves",
+    "response_picture": "shapes",
+    "write_vtu": "export",
+}
+__all__ = list(_modules)
+__getattr__, __dir__ = lazy.attributes(__name__, _modules)

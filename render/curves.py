@@ -1,0 +1,270 @@
+"""Forced response curves of several cases in one figure."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Final, Literal
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from numpy.typing import ArrayLike, NDArray
+
+from vanelock.errors import InputError
+from vanelock.render import style
+
+Real = NDArray[np.float64]
+Kind = Literal["nonlinear", "free", "stuck"]
+
+_DASHES: Final = ("-", "--", ":", "-.")  # the most harmonics get the full line
+_LIMITS: Final = {"free": ((0, (6, 2)), "linear, free"), "stuck": ((0, (1, 1)), "linear, stuck")}
+
+
+@dataclass(frozen=True)
+class Curve:
+    """Amplitude over frequency of one case.
+
+    Attributes
+    ----------
+    frequency : (p,) float
+        Hz.
+    amplitude : (p,) float
+        m; not a number where a point has none.
+    group : str
+        What the colour stands for, such as "μ = 0.3"; curves of one group share it.
+    harmonics : int or None
+        H, which the line style stands for.
+    converged : (p,) bool or None
+        Which points converged; None: all. The others are flagged in the figure, never left out.
+    kind : "nonlinear", "free" or "stuck"
+        The linear limits, with open and with closed contacts, are drawn in grey.
+    """
+
+    frequency: ArrayLike
+    amplitude: ArrayLike
+    group: str = ""
+    harmonics: int | None = None
+    converged: ArrayLike | None = None
+    kind: Kind = "nonlinear"
+
+    @property
+    def label(self) -> str:
+        """What the legend calls it."""
+        if self.kind != "nonlinear":
+            return ": ".join(filter(None, (_LIMITS[self.kind][1], self.group)))
+        harmonics = "" if self.harmonics is None else f"H = {self.harmonics}"
+        return ", ".join(filter(None, (self.group, harmonics))) or "response"
+
+
+@dataclass(frozen=True)
+class Peak:
+    """Largest converged point of a curve: Hz, m, and whether it lies at an end of the range."""
+
+    frequency: float
+    amplitude: float
+    at_edge: bool
+
+
+def response_curves(
+    path: style.PathLike,
+    curves: Sequence[Curve],
+    title: str = "Forced response",
+    monitor: str = "",
+    logarithmic: bool = False,
+    engine_order: int | None = None,
+) -> Path:
+    """Draw forced response curves with their peaks, and return the path.
+
+    Colours tell the groups apart, line styles the harmonics; grey lines are the linear limits. A
+    marker sits at each peak, with its value in the legend. A line is broken where a point did not
+    converge, and a cross marks that point, at the foot of the figure where it has no amplitude.
+
+    Parameters
+    ----------
+    path : path
+        PNG file to write.
+    curves : sequence of Curve
+        The cases and limits, in the order of the legend.
+    title : str
+        Heading.
+    monitor : str
+        What is monitored, such as "vane accessory 1, radial".
+    logarithmic : bool
+        Logarithmic amplitudes.
+    engine_order : int, optional
+        With it, a second axis gives the rotor's speed 60 f/EO in rpm.
+
+    Raises
+    ------
+    InputError
+        If there is no curve, its arrays do not fit together, or the file cannot be written.
+    """
+    if not curves:
+        raise InputError("curves: none given: at least one is needed")
+    for curve in curves:
+        _check(curve)
+    with style.applied():
+        made = style.figure(6.75, title, f"Monitored: {monitor}" if monitor else "")
+        axes = style.axes(made, 0.95, 0.75, 7.3, 4.75)
+        handles = [_draw(axes, curve, look) for curve, look in _looks(curves)]
+        axes.set(xlabel="excitation frequency (Hz)", ylabel="amplitude (µm)")
+        ends = [np.asarray(curve.frequency, float)[[0, -1]] for curve in curves]
+        axes.set_xlim(float(np.min(ends)), float(np.max(ends)))
+        if logarithmic:
+            axes.set_yscale("log")
+        else:
+            axes.set_ylim(bottom=0)
+        lost = sum(_flag(axes, curve, look) for curve, look in _looks(curves))
+        handles += [_flag_handle(lost)] if lost else []
+        if engine_order:
+            _speed_axis(axes, abs(engine_order))
+        _legend(made, handles)
+        return style.write(made, path)
+
+
+def peak(curve: Curve) -> Peak | None:
+    """Largest converged point of a curve; None where no point converged."""
+    amplitude = np.where(_converged(curve), np.asarray(curve.amplitude, float), np.nan)
+    if np.all(np.isnan(amplitude)):
+        return None
+    at = int(np.nanargmax(amplitude))
+    frequency = np.asarray(curve.frequency, float)
+    ends = (frequency.min(), frequency.max())
+    return Peak(float(frequency[at]), float(amplitude[at]), bool(frequency[at] in ends))
+
+
+def _check(curve: Curve) -> None:
+    frequency, amplitude = np.asarray(curve.frequency), np.asarray(curve.amplitude)
+    if frequency.ndim != 1 or not len(frequency) or amplitude.shape != frequency.shape:
+        raise InputError(
+            f"curve {curve.label}: frequency of shape {frequency.shape} and amplitude of shape "
+            f"{amplitude.shape}: two equal lists are needed"
+        )
+    if curve.converged is not None and np.shape(curve.converged) != frequency.shape:
+        raise InputError(
+            f"curve {curve.label}: converged of shape {np.shape(curve.converged)}: "
+            f"{frequency.shape} is needed"
+        )
+
+
+def _converged(curve: Curve) -> NDArray[np.bool_]:
+    known: NDArray[np.bool_] = np.isfinite(np.asarray(curve.amplitude, float))
+    if curve.converged is not None:
+        known &= np.asarray(curve.converged, bool)
+    return known
+
+
+@dataclass(frozen=True)
+class _Look:
+    colour: str
+    dashes: object
+    width: float
+    marker: str
+
+
+def _looks(curves: Sequence[Curve]) -> list[tuple[Curve, _Look]]:
+    """Each curve with its colour, line style and marker."""
+    groups = list(dict.fromkeys(c.group for c in curves if c.kind == "nonlinear"))
+    orders = sorted({c.harmonics or 0 for c in curves if c.kind == "nonlinear"}, reverse=True)
+    made = []
+    for curve in curves:
+        if curve.kind == "nonlinear":
+            order = orders.index(curve.harmonics or 0)
+            dashes = _DASHES[order % len(_DASHES)]
+            colour = style.colour(groups.index(curve.group))
+            look = _Look(colour, dashes, 2.0, "os^D"[order % 4])
+        else:
+            look = _Look(style.GREY, _LIMITS[curve.kind][0], 1.6, "v")
+        made.append((curve, look))
+    return made
+
+
+def _draw(axes: Axes, curve: Curve, look: _Look) -> Line2D:
+    """Draw a curve and its peak; return what the legend shows."""
+    frequency = np.asarray(curve.frequency, float)
+    micrometres = 1e6 * np.where(_converged(curve), np.asarray(curve.amplitude, float), np.nan)
+    drawn: dict[str, Any] = {"color": look.colour, "ls": look.dashes, "lw": look.width}
+    # A lone converged point between two lost ones has no line: give it a dot.
+    known = np.isfinite(micrometres)
+    alone = known & ~np.append(known[1:], False) & ~np.append(False, known[:-1])
+    axes.plot(frequency, micrometres, **drawn)
+    axes.plot(frequency[alone], micrometres[alone], ".", color=look.colour)
+    top = peak(curve)
+    text = f"{curve.label}\n"
+    if top is None:
+        text += "no converged point"
+    else:
+        axes.plot(
+            top.frequency,
+            1e6 * top.amplitude,
+            look.marker,
+            ms=8,
+            mfc="white",
+            mec=look.colour,
+            mew=1.8,
+            zorder=4,
+        )
+        end = ", end of range" if top.at_edge else ""
+        text += f"{1e6 * top.amplitude:.3g} µm at {top.frequency:.1f} Hz{end}"
+    return Line2D([], [], **drawn, marker=look.marker, ms=8, mfc="white", mew=1.8, label=text)
+
+
+def _flag(axes: Axes, curve: Curve, look: _Look) -> int:
+    """Cross out the points that did not converge, and count them."""
+    lost = ~_converged(curve)
+    frequency = np.asarray(curve.frequency, float)[lost]
+    micrometres = 1e6 * np.asarray(curve.amplitude, float)[lost]
+    low, high = axes.get_ylim()
+    placed = np.isfinite(micrometres) & (micrometres >= low) & (micrometres <= 1.5 * high)
+    cross: dict[str, Any] = {
+        "color": look.colour,
+        "ls": "",
+        "marker": "x",
+        "ms": 9,
+        "mew": 2.2,
+        "zorder": 5,
+    }
+    axes.plot(frequency[placed], micrometres[placed], **cross)
+    foot = np.full(np.count_nonzero(~placed), 0.025)
+    axes.plot(frequency[~placed], foot, transform=axes.get_xaxis_transform(), **cross)
+    if np.any(placed):
+        axes.set_ylim(top=max(high, 1.05 * float(micrometres[placed].max())))
+    return int(np.count_nonzero(lost))
+
+
+def _flag_handle(lost: int) -> Line2D:
+    points = "point" if lost == 1 else "points"
+    label = f"{lost} {points} not converged\n(at the foot: no amplitude)"
+    return Line2D([], [], color=style.BLACK, ls="", marker="x", ms=9, mew=2.2, label=label)
+
+
+def _speed_axis(axes: Axes, engine_order: int) -> None:
+    def speed(frequency: Any) -> Any:
+        return 60 / engine_order * frequency
+
+    def back(rpm: Any) -> Any:
+        return engine_order / 60 * rpm
+
+    above = axes.secondary_xaxis("top", functions=(speed, back))
+    above.set_xlabel(f"rotor speed at EO {engine_order} (rpm)", fontsize=11)
+    above.tick_params(labelsize=11)
+    above.spines["top"].set_visible(True)
+
+
+def _legend(figure: Figure, handles: Sequence[Line2D]) -> None:
+    """Legend to the right of the axes, smaller where there are many curves."""
+    across, up = figure.get_size_inches()
+    size = 11.0 if len(handles) <= 9 else max(6.5, 11.0 * 9 / len(handles))
+    figure.legend(
+        handles=handles,
+        title="Cases and their peaks",
+        title_fontsize=12.5,
+        alignment="left",
+        loc="upper left",
+        bbox_to_anchor=(8.45 / across, 5.6 / up),
+        borderaxespad=0,
+        handlelength=3.2,
+        labelspacing=0.7,
+        fontsize=size,
+    )

@@ -1,0 +1,59 @@
+"""Shapes as `.vtu` files, which ParaView opens."""
+
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vanelock.errors import InputError
+from vanelock.mesh import Part
+from vanelock.render import annulus, style
+
+
+def write_vtu(
+    path: style.PathLike, part: Part, shape: NDArray[np.complex128] | None = None
+) -> Path:
+    """Write a part with its node sets and, if given, a shape, and return the path.
+
+    Parameters
+    ----------
+    path : path
+        File to write, named `.vtu`.
+    part : Part
+        Becomes points (m) and elements; each node set becomes point data, 1 on its nodes, 0 off
+        them.
+    shape : (n, 3) complex, optional
+        Becomes the point data `displacement_real`, `displacement_imag` (Cartesian, in the shape's
+        unit), `amplitude` (largest length in a cycle) and `phase_radial` (degrees). ParaView's
+        "Warp By Vector" on the first two deforms the part at the instants 0 and a quarter period
+        before.
+
+    Raises
+    ------
+    InputError
+        If the shape does not fit the part, or the file cannot be written.
+    """
+    import meshio
+
+    target = Path(path)
+    data: dict[str, NDArray[np.float64] | NDArray[np.int8]] = {}
+    if shape is not None:
+        if np.shape(shape) != part.points.shape:
+            wanted = part.points.shape
+            raise InputError(f"{part.name}: shape of {np.shape(shape)}: {wanted} is needed")
+        radial = annulus.cylindrical(part.points, shape)[:, 0]
+        data["displacement_real"] = np.real(shape).astype(float)
+        data["displacement_imag"] = np.imag(shape).astype(float)
+        data["amplitude"] = annulus.peak(shape)
+        data["phase_radial"] = np.degrees(np.angle(radial))
+    for name, nodes in part.node_sets.items():
+        flags = np.zeros(len(part.points), np.int8)
+        flags[nodes] = 1
+        data[f"set_{name}"] = flags
+    mesh = meshio.Mesh(part.points, [(part.cell_type, part.cells)], point_data=data)
+    try:
+        target.parent.mkdir(parents=True, exist_ok=True)
+        mesh.write(target, file_format="vtu")
+    except OSError as error:
+        raise InputError(f"{target}: cannot be written: {error.strerror or error}") from None
+    return target

@@ -1,0 +1,223 @@
+"""The mesh: one sector with its node sets, the hook's foot in its groove, and the ring."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.collections import PolyCollection
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+from numpy.typing import NDArray
+
+from vanelock.mesh import Part
+from vanelock.render import annulus, offscreen, scene, style, views
+from vanelock.render.surface import Surface, surface
+
+Real = NDArray[np.float64]
+
+# Sets that belong together share a colour; an entry without nodes in any part is left out.
+SETS: Final[tuple[tuple[str, tuple[str, ...], str, str], ...]] = (
+    ("hook bands", ("hook_front", "hook_rear"), style.VERMILION, "o"),
+    ("key nodes (merged)", ("key",), style.BLACK, "o"),
+    ("interlock faces", ("interlock_left", "interlock_right"), style.GREEN, "o"),
+    ("loaded nodes", ("force",), style.BLUE, "o"),
+    ("output nodes", ("accessory",), style.PURPLE, "o"),
+)
+CYCLIC: Final = ("left", "right")
+
+
+def mesh_picture(path: style.PathLike, vane: Part, casing: Part, title: str = "Mesh") -> Path:
+    """Draw vane segment and casing sector with their node sets, and return the path.
+
+    Left: the sector, the casing translucent, nodes of the sets as balls (pale where hidden).
+    Right: the meridional section through the front hook, in mm, and the full ring.
+
+    Parameters
+    ----------
+    path : path
+        PNG file to write.
+    vane, casing : Part
+        The two parts; any of the sets of `Part` may be absent.
+    title : str
+        Heading of the figure.
+
+    Raises
+    ------
+    InputError
+        If this machine cannot draw, or the file cannot be written.
+    """
+    parts = (vane, casing)
+    surfaces = tuple(surface(part) for part in parts)
+    with style.applied():
+        figure = style.figure(8.4, title, _counts(parts))
+        picture, size = style.image_axes(figure, 0.3, 1.25, 6.6, 6.1)
+        picture.imshow(scene.snapshot(_sector(parts, surfaces), size), aspect="auto")
+        cut = style.axes(figure, 7.75, 4.75, 3.9, 2.4)
+        _section(cut, parts)
+        whole, size = style.image_axes(figure, 7.1, 0.25, 4.75, 3.75)
+        whole.imshow(scene.snapshot(_ring(parts, surfaces), size), aspect="auto")
+        _heading(figure, 7.1, 4.02, f"Full ring of {vane.sectors} sectors")
+        _legend(figure, parts)
+        return style.write(figure, path)
+
+
+def _counts(parts: Sequence[Part]) -> str:
+    one = (f"{p.name}: {len(p.points):,} nodes, {len(p.cells):,} {p.cell_type}" for p in parts)
+    return f"{';  '.join(one)};  {3 * sum(len(p.points) for p in parts):,} degrees of freedom"
+
+
+def _heading(figure: Figure, left: float, bottom: float, text: str) -> None:
+    across, up = figure.get_size_inches()
+    figure.text(left / across, bottom / up, text, fontsize=12.5)
+
+
+def _sector(parts: Sequence[Part], surfaces: Sequence[Surface]) -> scene.Scene:
+    bodies, lines = [], []
+    for part, skin in zip(parts, surfaces, strict=True):
+        points = part.points[skin.nodes]
+        solid = part is parts[0]
+        place, triangles = scene.smooth_surface(points, skin)
+        bodies.append(
+            scene.Body(points[place], triangles, style.part_colour(part.name), 1 if solid else 0.3)
+        )
+        opacity = 0.45 if solid else 0.14
+        lines.append(scene.Lines(points, skin.mesh_edges, width=1, opacity=opacity))
+        lines.append(scene.Lines(points, skin.outline, width=1.6, opacity=0.9 if solid else 0.5))
+    marks = []
+    for _, names, colour, _ in SETS:
+        for part in parts:
+            nodes = _nodes(part, names)
+            if len(nodes):
+                marks.append(scene.Marks(part.points[nodes], colour, 13 if "key" in names else 10))
+    every = np.concatenate([part.points for part in parts])
+    return scene.Scene(views.sector_camera(parts[0].points, every), bodies, lines, marks)
+
+
+def _nodes(part: Part, names: Sequence[str]) -> NDArray[np.int64]:
+    found = [part.node_sets[name] for name in names if name in part.node_sets]
+    return np.unique(np.concatenate(found)) if found else np.empty(0, np.int64)
+
+
+def _ring(parts: Sequence[Part], surfaces: Sequence[Surface]) -> scene.Scene:
+    """The ring in pale colours, the meshed sector in its own."""
+    bodies, lines = [], []
+    for part, skin in zip(parts, surfaces, strict=True):
+        points = part.points[skin.nodes]
+        place, triangles = scene.smooth_surface(points, skin)
+        colour = style.part_colour(part.name)
+        bodies.append(scene.Body(points[place], triangles, colour))
+        copies = range(1, part.sectors)
+        if not copies:
+            continue
+        others = [annulus.sector_points(points[place], j, part.sectors) for j in copies]
+        pale = scene.Body(
+            np.concatenate(others),
+            scene.repeat(triangles[~skin.cyclic], len(place), len(copies)),
+            "#eceef0",
+        )
+        bodies.append(pale)
+        whole = scene.ring(points, part.sectors)
+        edges = scene.repeat(skin.outline, len(points), part.sectors)
+        lines.append(scene.Lines(whole, edges, style.GREY, 0.7, 0.5))
+    return scene.Scene(views.ring_camera(parts[0].points), bodies, lines)
+
+
+def _section(axes: Axes, parts: Sequence[Part]) -> None:
+    """Meridional section through the middle of the front hook, in mm, its elements drawn."""
+    vane, casing = parts
+    hook = vane.node_sets.get("hook_front")
+    points = vane.points[hook] if hook is not None else vane.points
+    angle = float(np.arctan2(points[:, 1].mean(), points[:, 0].mean()))
+    if hook is not None:
+        # Just beside a node, so that the cut does not run along element faces.
+        angle += 1e-3
+    for part in (casing, vane):
+        axes.add_collection(
+            PolyCollection(
+                [1e3 * polygon for polygon in meridional_section(part, angle)],
+                facecolors=style.part_colour(part.name),
+                edgecolors=style.BLACK,
+                linewidths=0.5,
+            )
+        )
+    if hook is not None:
+        radius = np.hypot(points[:, 0], points[:, 1])
+        axes.plot(1e3 * points[:, 2], 1e3 * radius, "o", color=style.VERMILION, ms=7, zorder=3)
+        z, r = 1e3 * points[:, 2].mean(), 1e3 * radius.mean()
+        span = max(1e3 * np.ptp(radius), 1.0)
+        axes.set(xlim=(z - 4.2 * span, z + 5.2 * span), ylim=(r - 3.2 * span, r + 2.7 * span))
+    else:
+        axes.autoscale()
+    axes.set_aspect("equal", adjustable="box", anchor="W")
+    axes.set(
+        xlabel="axial position z (mm)",
+        ylabel="radius r (mm)",
+        title="Section through the front hook" if hook is not None else "Section",
+    )
+    axes.grid(False)
+
+
+def meridional_section(part: Part, angle: float) -> list[Real]:
+    """Cut of a part's elements by the half plane at `angle` radians about z.
+
+    Returns
+    -------
+    list of (k, 2) float
+        z and r of each cut element's outline, m.
+    """
+    pv = offscreen.pyvista()
+    corners = {"tetra": 4, "tetra10": 4}.get(part.cell_type, 8)
+    kind = pv.CellType.TETRA if corners == 4 else pv.CellType.HEXAHEDRON
+    grid = pv.UnstructuredGrid({kind: part.cells[:, :corners]}, part.points)
+    normal = (-np.sin(angle), np.cos(angle), 0.0)
+    cut = grid.slice(normal=normal, origin=(0.0, 0.0, 0.0), generate_triangles=False)
+    radius = cut.points @ np.array([np.cos(angle), np.sin(angle), 0.0])
+    flat = np.column_stack([cut.points[:, 2], radius])
+    polygons = [flat[face] for face in cut.irregular_faces] if cut.n_cells else []
+    return [polygon for polygon in polygons if polygon[:, 1].mean() > 0]
+
+
+def _legend(figure: Figure, parts: Sequence[Part]) -> None:
+    handles: list[Line2D | Patch] = [
+        Patch(facecolor=style.part_colour(part.name), edgecolor=style.GREY, label=part.name)
+        for part in parts
+    ]
+    for label, names, colour, marker in SETS:
+        counts = [f"{len(_nodes(p, names))} {p.name}" for p in parts if len(_nodes(p, names))]
+        if counts:
+            handles.append(
+                Line2D(
+                    [],
+                    [],
+                    color=colour,
+                    marker=marker,
+                    ls="",
+                    ms=8,
+                    label=f"{label} ({', '.join(counts)})",
+                )
+            )
+    faces = [f"{len(p.node_sets['left'])} {p.name}" for p in parts if "left" in p.node_sets]
+    note = [f"cyclic faces: {', '.join(faces)} nodes each"] if faces else []
+    clamped = [f"{len(p.node_sets['fixed'])} {p.name}" for p in parts if "fixed" in p.node_sets]
+    note += [f"clamped: {', '.join(clamped)} nodes"] if clamped else []
+    figure.legend(
+        handles=handles,
+        loc="lower left",
+        bbox_to_anchor=(0.3 / style.WIDTH, 0.3 / 8.4),
+        ncols=2,
+        columnspacing=1.5,
+        handletextpad=0.5,
+        borderpad=0,
+        fontsize=10.5,
+    )
+    if note:
+        figure.text(
+            0.35 / style.WIDTH,
+            0.14 / 8.4,
+            "Not marked: " + "; ".join(note),
+            fontsize=9.5,
+            color=style.GREY,
+        )

@@ -1,0 +1,123 @@
+"""Preload of the contacts: normal force of each pair, and how much of its friction is used up."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.patches import Patch
+from matplotlib.ticker import MaxNLocator
+from numpy.typing import ArrayLike, NDArray
+
+from vanelock.errors import InputError
+from vanelock.render import style
+
+Real = NDArray[np.float64]
+
+
+def preload_picture(
+    path: style.PathLike,
+    force: ArrayLike,
+    mu: ArrayLike,
+    joints: Sequence[str],
+    title: str = "Preload of the contacts",
+    subtitle: str = "",
+) -> Path:
+    """Draw the static contact forces joint by joint, and return the path.
+
+    Above: normal force n of each contact. Below: friction over its bound, |t| / (μ n), 1 where the
+    contact slid at assembly; an open contact is crossed out.
+
+    Parameters
+    ----------
+    path : path
+        PNG file to write.
+    force : (c, 3) float
+        n, t1, t2 of each contact, N.
+    mu : (c,) float or float
+        Friction coefficient.
+    joints : sequence of c str
+        The joint that each contact belongs to.
+    title, subtitle : str
+        Heading and the line under it.
+
+    Raises
+    ------
+    InputError
+        If the arrays do not fit together or the file cannot be written.
+    """
+    f = np.asarray(force, float)
+    if f.ndim != 2 or f.shape != (len(joints), 3) or not len(joints):
+        raise InputError(f"preload: force of shape {f.shape}: ({len(joints)}, 3) is needed")
+    used = utilisation(f, np.broadcast_to(np.asarray(mu, float), len(f)))
+    names = list(dict.fromkeys(joints))
+    counts = [sum(joint == name for joint in joints) for name in names]
+    room = 10.6 - 0.75 * (len(names) - 1)
+    # A joint of few contacts still needs room for its title.
+    share = np.maximum(counts, 0.3 * max(counts))
+    widths = room * share / share.sum()
+    with style.applied():
+        figure = style.figure(6.9, title, subtitle)
+        left = 1.0
+        for position, (name, width) in enumerate(zip(names, widths, strict=True)):
+            chosen = np.array([joint == name for joint in joints])
+            upper = style.axes(figure, left, 3.45, width, 2.3)
+            lower = style.axes(figure, left, 1.05, width, 1.7)
+            _bars(upper, f[chosen, 0], style.colour(position))
+            upper.set_title(f"{name}: {chosen.sum()} contacts, {_range(f[chosen, 0])}")
+            _ratios(lower, used[chosen])
+            if position == 0:
+                upper.set_ylabel("normal force n (N)")
+                lower.set_ylabel("|t| / (μ n) (–)")
+            left += width + 0.75
+        figure.legend(
+            handles=[
+                Patch(color=style.BLUE, label="sticks"),
+                Patch(color=style.VERMILION, label="slid at assembly"),
+                Patch(facecolor="white", edgecolor=style.GREY, hatch="xxx", label="open"),
+            ],
+            loc="lower right",
+            bbox_to_anchor=(11.65 / style.WIDTH, 0.1 / 6.9),
+            ncols=3,
+            borderpad=0,
+        )
+        return style.write(figure, path)
+
+
+def utilisation(force: Real, mu: Real) -> Real:
+    """(c,) largest of |t1|, |t2| over μn; not a number where the contact is open."""
+    closed = force[:, 0] > 0
+    bound = np.where(closed, mu * force[:, 0], 1.0)
+    largest = np.abs(force[:, 1:]).max(axis=1)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        ratio: Real = np.where(closed, largest / bound, np.nan)
+    return ratio
+
+
+def _range(normal: Real) -> str:
+    low, high = float(normal.min()), float(normal.max())
+    return f"{low:.3g} N" if f"{low:.3g}" == f"{high:.3g}" else f"{low:.3g} to {high:.3g} N"
+
+
+def _number(axes: Axes, count: int) -> NDArray[np.int64]:
+    axes.set(xlabel="contact", xlim=(0.3, count + 0.7))
+    axes.xaxis.set_major_locator(MaxNLocator(integer=True, nbins=min(count, 10), min_n_ticks=1))
+    axes.grid(False, axis="x")
+    return np.arange(1, count + 1)
+
+
+def _bars(axes: Axes, normal: Real, colour: str) -> None:
+    axes.bar(_number(axes, len(normal)), normal, width=0.75, color=colour)
+    axes.set_xlabel("")
+
+
+def _ratios(axes: Axes, used: Real) -> None:
+    at = _number(axes, len(used))
+    known = np.nan_to_num(used)
+    slid = known >= 1 - 1e-6
+    axes.bar(at, known, width=0.75, color=np.where(slid, style.VERMILION, style.BLUE).tolist())
+    opened = np.isnan(used)
+    if opened.any():
+        axes.bar(at[opened], 1.0, width=0.75, fc="white", ec=style.GREY, hatch="xxx", lw=0.8)
+    axes.axhline(1, color=style.BLACK, lw=1, ls=(0, (4, 3)))
+    axes.set_ylim(0, 1.12)

@@ -1,0 +1,136 @@
+"""House style of every picture: sizes, fonts, colours, titles, and how a figure is written.
+
+Figures are made without pyplot, so that neither the caller's backend nor its settings change.
+Colours are those of Okabe and Ito (2008), which people with any common colour blindness can tell
+apart; the colour maps are perceptually uniform.
+"""
+
+import os
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, Final
+
+import matplotlib as mpl
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.colors import Colormap, LinearSegmentedColormap
+from matplotlib.figure import Figure
+
+from vanelock.errors import InputError
+
+PathLike = str | os.PathLike[str]
+
+DPI: Final = 150
+WIDTH: Final = 12.0  # inches: 1800 pixels
+BLACK: Final = "#1a1a1a"
+GREY: Final = "#6b6b6b"
+LIGHT: Final = "#d9d9d9"
+BLUE: Final = "#0072b2"
+ORANGE: Final = "#e69f00"
+GREEN: Final = "#009e73"
+VERMILION: Final = "#d55e00"
+PURPLE: Final = "#cc79a7"
+SKY: Final = "#56b4e9"
+SERIES: Final = (BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY)
+PART_COLOURS: Final = {"vane": "#c9b28a", "casing": "#a9b7c6"}
+AMPLITUDE_MAP: Final = mpl.colormaps["viridis"]
+# Cyclic: lightness tells 0 from 180 degrees, hue tells a lead from a lag.
+PHASE_MAP: Final = LinearSegmentedColormap.from_list(
+    "phase", ["#f7f0b6", "#5aa9d6", "#1d2a5e", "#c2482b", "#f7f0b6"]
+)
+
+SETTINGS: Final[dict[str, Any]] = {
+    "font.family": "DejaVu Sans",  # shipped with matplotlib
+    "font.size": 12.0,
+    "axes.titlesize": 12.5,
+    "axes.titlelocation": "left",
+    "axes.labelsize": 12.5,
+    "axes.edgecolor": GREY,
+    "axes.labelcolor": BLACK,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.grid": True,
+    "axes.axisbelow": True,
+    "grid.color": LIGHT,
+    "grid.linewidth": 0.7,
+    "xtick.color": BLACK,
+    "ytick.color": BLACK,
+    "text.color": BLACK,
+    "legend.frameon": False,
+    "legend.fontsize": 11.0,
+    "lines.linewidth": 1.8,
+    "figure.facecolor": "white",
+    "axes.facecolor": "white",
+}
+
+
+def part_colour(name: str) -> str:
+    """Colour of a part's surface where nothing else colours it."""
+    return PART_COLOURS.get(name, LIGHT)
+
+
+def applied() -> Any:
+    """Context in which matplotlib uses the house style: `with style.applied(): ...`."""
+    plain: dict[Any, Any] = {k: v for k, v in mpl.rcParamsDefault.items() if "backend" not in k}
+    plain.update(SETTINGS)
+    return mpl.rc_context(plain)
+
+
+def figure(height: float, title: str, subtitle: str = "", width: float = WIDTH) -> Figure:
+    """Figure of that size in inches with its title, and room of 0.9 inches for it at the top."""
+    made = Figure(figsize=(width, height), dpi=DPI)
+    FigureCanvasAgg(made)
+    left = 0.35 / width
+    made.text(left, 1 - 0.22 / height, title, fontsize=16, fontweight="bold", va="top")
+    if subtitle:
+        made.text(left, 1 - 0.58 / height, subtitle, fontsize=11.5, color=GREY, va="top")
+    return made
+
+
+def axes(figure: Figure, left: float, bottom: float, width: float, height: float) -> Axes:
+    """Axes at a place given in inches from the figure's lower left corner."""
+    across, up = figure.get_size_inches()
+    return figure.add_axes((left / across, bottom / up, width / across, height / up))
+
+
+def image_axes(
+    figure: Figure, left: float, bottom: float, width: float, height: float
+) -> tuple[Axes, tuple[int, int]]:
+    """Bare axes for an image, in inches, and the image's size in pixels that fills them exactly."""
+    size = round(width * DPI), round(height * DPI)
+    left, bottom = round(left * DPI) / DPI, round(bottom * DPI) / DPI
+    made = axes(figure, left, bottom, size[0] / DPI, size[1] / DPI)
+    made.set_axis_off()
+    return made, size
+
+
+def colour_bar(axes: Axes, colours: Colormap, low: float, high: float, label: str) -> Any:
+    """Vertical colour bar that fills `axes`, with its label beside it."""
+    shown = mpl.cm.ScalarMappable(mpl.colors.Normalize(low, high), colours)
+    bar = axes.figure.colorbar(shown, cax=axes)
+    bar.set_label(label)
+    bar.outline.set_edgecolor(GREY)
+    axes.grid(False)
+    return bar
+
+
+def colour(position: int, palette: Sequence[str] = SERIES) -> str:
+    """Colour of a series by its number."""
+    return palette[position % len(palette)]
+
+
+def write(figure: Figure, path: PathLike) -> Path:
+    """Write a figure as PNG, making its folder, and return the path.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be written.
+    """
+    target = Path(path)
+    try:
+        target.parent.mkdir(parents=True, exist_ok=True)
+        figure.savefig(target, format="png", dpi=DPI, facecolor="white")
+    except OSError as error:
+        raise InputError(f"{target}: cannot be written: {error.strerror or error}") from None
+    return target
