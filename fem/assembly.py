@@ -140,7 +140,7 @@ def _element_matrices(
     points = part.points[part.cells[block]]
     jacobian = np.einsum("eai,qaj->eqij", points, reference.gradients, optimize=True)
     determinant = np.linalg.det(jacobian)
-    if determinant.min() <= 0:
+    if not determinant.min() > 0:  # catches what is not a number, too
         bad = block.start + int(np.argmin(determinant.min(axis=1)))
         raise InputError(f"{part.name}: element {bad} is turned inside out or has no volume")
     weights = determinant * reference.weights

@@ -60,10 +60,9 @@ def eigenpairs(
     if factor is None:
         factor = factorise(K - shift * M if shift else K)
     if n <= DENSE or count > n // 4:
-        basis = np.eye(n)
+        values, vectors = scipy.linalg.eigh((K - shift * M).toarray(), M.toarray())
     else:
-        basis = _lanczos(factor, K, M, count, shift)
-    values, vectors = _rayleigh_ritz(factor, M, basis)
+        values, vectors = _rayleigh_ritz(factor, M, _lanczos(factor, K, M, count, shift))
     return shift + values[:count], _oriented(vectors[:, :count])
 
 
@@ -91,7 +90,7 @@ def _rayleigh_ritz(factor: Factor, M: Any, basis: Matrix) -> tuple[NDArray[np.fl
     load = M @ basis
     X = factor.solve(load)
     stiffness, mass = X.conj().T @ load, X.conj().T @ (M @ X)
-    # Scaled to a unit diagonal, since the columns of X differ by the range of the eigenvalues.
+    # The columns of X are nearly eigenvectors over (λ - shift): scaled, the mass is nearly one.
     scale = 1 / np.sqrt(np.diagonal(mass).real)
     stiffness, mass = (scale[:, None] * (A + A.conj().T) / 2 * scale for A in (stiffness, mass))
     values, coefficients = scipy.linalg.eigh(stiffness, mass)

@@ -26,8 +26,8 @@ COLUMNS = 128  # right-hand sides at once: beyond that a solver gains nothing mo
 BYTES = 2**28  # and no more of them than fit in this
 
 # Smallest eigenvalue of the matrix scaled to a unit diagonal, below which it is singular. Round-off
-# leaves 1e-17 or less where a rigid-body motion is free; slender parts come down to some 1e-12.
-SINGULAR = 1e-15
+# leaves some 1e-17 where a rigid-body motion is free; thin flat elements come down to 1e-15.
+SINGULAR = 1e-16
 
 
 @dataclass(frozen=True)
@@ -129,7 +129,11 @@ def factorise(A: Any, backend: str | None = None) -> Factor:
     if not np.all(np.isfinite(A.data)):
         raise InputError("the matrix holds values that are not finite")
     is_complex = np.iscomplexobj(A.data)
-    A = A.astype(np.complex128 if is_complex else np.float64, copy=False)
+    if not A.has_canonical_format:  # unsorted, or with duplicates: in a copy, not in the caller's
+        A = A.copy()
+        A.sum_duplicates()
+    data = np.ascontiguousarray(A.data, np.complex128 if is_complex else np.float64)
+    A = sp.csc_array((data, A.indices, A.indptr), shape=A.shape)
     diagonal = A.diagonal().real
     if diagonal.min() <= 0:
         raise InputError(f"{_NOT_DEFINITE} (row {int(diagonal.argmin())} of its diagonal)")

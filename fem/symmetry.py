@@ -73,7 +73,9 @@ def cyclic_transform(model: Model, nodal_diameter: int, sectors: int | None = No
     columns = column[np.repeat(l_rows[mates], 3, axis=0)].ravel()
     values = np.tile(turn.ravel(), int(mates.sum()))
     allowed = scipy.linalg.null_space(turn - np.eye(3), rcond=1e-9)  # of a node on the axis
-    spread = np.arange(centre.shape[0] * allowed.shape[1]).reshape(len(centre), -1) + len(kept)
+    spread = np.arange(centre.shape[0] * allowed.shape[1]).reshape(
+        len(centre), allowed.shape[1]
+    ) + len(kept)
     T = sp.coo_array(
         (
             np.concatenate([np.ones(len(kept)), values, np.tile(allowed.ravel(), len(centre))]),
