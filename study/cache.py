@@ -1,0 +1,173 @@
+"""Products kept in a run's folder under a hash of exactly the inputs that they depend on.
+
+An entry is one HDF5 file whose name holds the stage, the key and the digest of the file's bytes:
+a truncated or altered entry is noticed before it is read, and computed again.
+"""
+
+import hashlib
+import json
+import os
+from collections.abc import Callable, Generator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
+from functools import lru_cache
+from importlib.metadata import PackageNotFoundError, version
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any, Generic, TypeVar
+
+import h5py
+
+import vanelock
+from vanelock.errors import InputError
+from vanelock.product import Product
+
+P = TypeVar("P", bound=Product)
+
+
+@dataclass(frozen=True)
+class Entry(Generic[P]):
+    """A product out of the cache.
+
+    Attributes
+    ----------
+    product : Product
+        The product.
+    seconds : float
+        What computing it took.
+    """
+
+    product: P
+    seconds: float
+
+
+@dataclass(frozen=True)
+class Cache:
+    """The cache of one run's folder.
+
+    Attributes
+    ----------
+    folder : Path
+        Where the entries are; made when the first one is stored.
+    notice : callable
+        Called with one line of text when an entry had to be dropped.
+    """
+
+    folder: Path
+    notice: Callable[[str], None]
+
+    def load(self, stage: str, key: str, kind: type[P]) -> Entry[P] | None:
+        """The stored product, or None where there is none that is intact."""
+        for path in sorted(self.folder.glob(f"{_flat(stage)}-{key}-*.h5")):
+            try:
+                if file_digest(path) != path.stem.rpartition("-")[2]:
+                    raise InputError("its contents have changed since it was written")
+                with h5py.File(path, "r") as file:
+                    product = kind.load(file["product"])
+                    return Entry(product, float(file.attrs["seconds"]))
+            except (InputError, KeyError, OSError) as error:
+                reason = str(error).splitlines()[0]
+                self.notice(f"{path}: damaged cache entry, computing {stage} again ({reason})")
+                path.unlink(missing_ok=True)
+        return None
+
+    def store(self, stage: str, key: str, product: Product, seconds: float) -> None:
+        """Keep a product; a kill leaves a whole entry or none.
+
+        Raises
+        ------
+        InputError
+            If the folder cannot be written.
+        """
+        with writing(self.folder):
+            self.folder.mkdir(parents=True, exist_ok=True)
+            temporary = self.folder / f".{_flat(stage)}.{os.getpid()}.tmp"
+            try:
+                with h5py.File(temporary, "w") as file:
+                    file.attrs["stage"] = stage
+                    file.attrs["seconds"] = seconds
+                    product.save(file.create_group("product"))
+                digest = file_digest(temporary)
+                os.replace(temporary, self.folder / f"{_flat(stage)}-{key}-{digest}.h5")
+            finally:
+                temporary.unlink(missing_ok=True)
+
+
+def key_of(
+    stage: str, package: str, inputs: Mapping[str, Any], upstream: tuple[str, ...] = ()
+) -> str:
+    """Hash of a stage's own inputs, its upstream keys and the code that computes it.
+
+    Parameters
+    ----------
+    stage : str
+        Its name.
+    package : str
+        The stage package whose code computes it.
+    inputs : mapping
+        What JSON can hold: the study's keys that this stage reads, and nothing else.
+    upstream : tuple of str
+        Keys of the products that it takes.
+    """
+    record = {
+        "stage": stage,
+        "inputs": inputs,
+        "upstream": list(upstream),
+        "code": code_version(package),
+    }
+    text = json.dumps(_canonical(record), sort_keys=True, separators=(",", ":"), allow_nan=False)
+    return hashlib.sha256(text.encode()).hexdigest()[:20]
+
+
+def _canonical(value: Any) -> Any:
+    """Numbers to 12 digits, so that "20 um" and 20e-6, a bit apart, are the same."""
+    if isinstance(value, Mapping):
+        return {str(key): _canonical(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [_canonical(item) for item in value]
+    return float(f"{value:.12g}") if isinstance(value, float) else value
+
+
+@lru_cache
+def code_version(package: str) -> str:
+    """The program's version and a digest of one stage's source files.
+
+    A digest, because a working copy changes between versions. The mesh generator's version
+    counts too, since node numbers depend on it.
+    """
+    digest = hashlib.sha256(vanelock.__version__.encode())
+    spec = find_spec(f"vanelock.{package}")
+    for folder in (spec.submodule_search_locations or ()) if spec else ():
+        for path in sorted(Path(folder).glob("**/*.py")):
+            digest.update(path.name.encode() + b"\0" + path.read_bytes())
+    if package == "mesh":
+        digest.update(installed("gmsh").encode())
+    return f"{vanelock.__version__}+{digest.hexdigest()[:12]}"
+
+
+def installed(distribution: str) -> str:
+    """Installed version of a distribution, "none" where it is not there."""
+    try:
+        return version(distribution)
+    except PackageNotFoundError:
+        return "none"
+
+
+def file_digest(path: Path) -> str:
+    """Digest of a file's bytes."""
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()[:20]
+
+
+@contextmanager
+def writing(path: Path) -> Generator[None, None, None]:
+    """Turn a failure to write (no permission, full disk) into one line about `path`."""
+    try:
+        yield
+    except (OSError, RuntimeError) as error:  # HDF5 raises either when the disk is full
+        reason = getattr(error, "strerror", None) or str(error).splitlines()[0]
+        raise InputError(f"{path}: cannot be written: {reason}") from None
+
+
+def _flat(stage: str) -> str:
+    return "".join(c if c.isalnum() else "-" for c in stage)

@@ -1,0 +1,114 @@
+"""The linear limits of a case: its modes with the interlock free and stuck, the mode of interest.
+
+The mode of interest is counted with the interlock free and followed to the stuck system by the
+modal assurance criterion. Both share their coordinates, so their shapes compare directly.
+"""
+
+from dataclasses import dataclass, field
+from math import ceil
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vanelock.errors import InputError
+from vanelock.product import Product
+from vanelock.rom import System, linear_modes, mac
+from vanelock.study.model import Study
+
+SHOWN = 6
+"""Frequencies in the table."""
+
+
+@dataclass(frozen=True)
+class Limits(Product):
+    """Linear modes at the nodal diameter of the excitation.
+
+    Attributes
+    ----------
+    nodal_diameter : int
+        ND of the first harmonic.
+    free, stuck : (m,) float
+        Natural frequencies with the interlock's contacts open and closed, Hz; hooks are closed.
+    free_mode, stuck_mode : int
+        Place of the mode of interest among them, from 0.
+    mac : float
+        Modal assurance criterion between the two.
+    """
+
+    nodal_diameter: int
+    free: NDArray[np.float64] = field(metadata={"unit": "Hz"})
+    stuck: NDArray[np.float64] = field(metadata={"unit": "Hz"})
+    free_mode: int
+    stuck_mode: int
+    mac: float
+
+    @property
+    def free_frequency(self) -> float:
+        """Frequency of the mode of interest with the interlock free, Hz."""
+        return float(self.free[self.free_mode])
+
+    @property
+    def stuck_frequency(self) -> float:
+        """Frequency of the mode of interest with the interlock stuck, Hz."""
+        return float(self.stuck[self.stuck_mode])
+
+    @property
+    def rise(self) -> float:
+        """Relative rise of the frequency from free to stuck."""
+        return self.stuck_frequency / self.free_frequency - 1
+
+    def position(self, frequency: float) -> float:
+        """Where a frequency lies between free (0) and stuck (1); NaN where the two agree."""
+        span = self.stuck_frequency - self.free_frequency
+        return (frequency - self.free_frequency) / span if span else float("nan")
+
+
+def hooks(system: System) -> NDArray[np.bool_]:
+    """(c,) contacts that stay closed when the interlock is free."""
+    return np.array([joint != "interlock" for joint in system.contacts.joint], bool)
+
+
+def limits(system: System, mode: int) -> Limits:
+    """Modes of both limits, and the mode of interest in both.
+
+    Parameters
+    ----------
+    system : System
+        The system of a case.
+    mode : int
+        Place of the mode of interest with the interlock free, from 1.
+    """
+    k = system.nodal_diameter(1)
+    size = len(system.at(k).K)
+    if mode > size:
+        raise InputError(f"response.mode = {mode}: the reduced model has {size} modes")
+    count = min(size, max(SHOWN, mode + 6))
+    free, free_shapes = linear_modes(system, k, count, closed=hooks(system))
+    stuck, stuck_shapes = linear_modes(system, k, count)
+    likeness = mac(free_shapes[:, [mode - 1]], stuck_shapes, system.at(k).M)[0]
+    partner = int(likeness.argmax())
+    return Limits(k, free, stuck, mode - 1, partner, float(likeness[partner]))
+
+
+def frequencies(study: Study, limits: Limits) -> NDArray[np.float64]:
+    """Excitation frequencies of a case, Hz.
+
+    Where the study names neither frequencies nor a range: from a little below the mode of interest
+    with the interlock free to a little above it with the interlock stuck.
+    """
+    response = study.response
+    if response.frequencies is not None:
+        return np.array(response.frequencies)
+    if response.range is not None:
+        low, high = response.range
+    else:
+        low, high = sorted([limits.free_frequency, limits.stuck_frequency])
+        margin = max(0.25 * (high - low), 0.03 * low)
+        low, high = low - margin, high + margin
+    return np.linspace(low, high, response.points)
+
+
+def fine(frequency: float, damping: float, points: int = 81) -> NDArray[np.float64]:
+    """Frequencies that resolve a lightly damped linear peak, Hz: a few bandwidths either side."""
+    width = 8 * damping * frequency
+    return np.linspace(frequency - width, frequency + width, 2 * ceil(points / 2) + 1)

@@ -1,0 +1,173 @@
+"""Schema errors in words: full key, value given, what is allowed, nearest known key."""
+
+import difflib
+from typing import Any, get_args
+
+from pydantic import BaseModel, ValidationError
+from pydantic.fields import FieldInfo
+from pydantic_core import ErrorDetails
+
+from vanelock.study.model import Study
+
+Location = tuple[int | str, ...]
+
+_BOUNDS = {
+    "greater_than": ("gt", ">"),
+    "greater_than_equal": ("ge", ">="),
+    "less_than": ("lt", "<"),
+    "less_than_equal": ("le", "<="),
+}
+_TYPES = {
+    "int": "a whole number",
+    "float": "a number",
+    "bool": "true or false",
+    "string": "text",
+    "tuple": "a list",
+    "dict": "a table",
+    "model": "a table",
+    "finite_number": "a finite number",
+}
+
+
+def explain(error: ValidationError, data: dict[str, Any]) -> list[str]:
+    """One line for each mistake that pydantic found in the study `data`."""
+    lines = []
+    for details in error.errors(include_url=False):
+        key, told = dotted(details["loc"]), reason(details)
+        value = _given(data, details["loc"], details["input"])
+        if not key:
+            lines.append(told)
+        elif not isinstance(value, dict | BaseModel):
+            lines.append(f"{key} = {show(value)}: {told}")
+        elif f"{key}.{told.partition(' = ')[0]}" in known_keys():
+            lines.append(f"{key}.{told}")  # a table's own check names one of its keys
+        else:
+            lines.append(f"{key}: {told}")
+    return list(dict.fromkeys(lines))
+
+
+def _given(data: Any, location: Location, converted: Any) -> Any:
+    """The value as the study gives it, before its unit was converted."""
+    try:
+        for item in location:
+            data = data[item]
+    except (KeyError, IndexError, TypeError):
+        return converted
+    return data
+
+
+def reason(details: ErrorDetails) -> str:
+    """What is wrong with a value and what is allowed."""
+    kind, location = details["type"], details["loc"]
+    context = details.get("ctx", {})
+    field = field_at(location)
+    subject, unit = _subject(field, location)
+    if kind == "extra_forbidden":
+        return unknown(location)
+    if kind in _BOUNDS:
+        name, sign = _BOUNDS[kind]
+        return f"{subject} must be {sign} {_number(context[name])}{unit}"
+    if kind == "literal_error":
+        return f"{subject} must be one of {context['expected']}".replace("'", '"')
+    if kind in ("too_short", "too_long"):
+        allowed = context.get("min_length", context.get("max_length"))
+        bound = "at least" if kind == "too_short" else "at most"
+        return f"{subject}: expected {bound} {allowed} of them"
+    if kind in ("string_too_short", "string_too_long"):
+        allowed = context.get("min_length", context.get("max_length"))
+        bound = "at least" if kind == "string_too_short" else "at most"
+        return f"{subject} must have {bound} {allowed} characters"
+    expected = _TYPES.get(kind.removesuffix("_type").removesuffix("_parsing"))
+    if expected:
+        return f"expected {expected}"
+    return details["msg"].removeprefix("Value error, ").removeprefix("Assertion failed, ")
+
+
+def dotted(location: Location) -> str:
+    """Key as a user writes it: `joints.interlock.mu`, `response.frequencies[2]`."""
+    text = ""
+    for item in location:
+        if isinstance(item, int):
+            text += f"[{item}]"
+        else:
+            bare = item.replace("_", "").replace("-", "").isalnum() and item.isascii()
+            text += ("." if text else "") + (item if bare else f'"{item}"')
+    return text
+
+
+def show(value: object) -> str:
+    """A value as TOML writes it, shortened to fit a line."""
+    if isinstance(value, bool):
+        text = str(value).lower()
+    elif isinstance(value, str):
+        text = '"' + value.replace("\n", " ") + '"'
+    elif isinstance(value, list | tuple):
+        text = "[" + ", ".join(show(item) for item in value) + "]"
+    else:
+        text = str(value).replace("\n", " ")
+    return text if len(text) <= 60 else text[:57] + "..."
+
+
+def known_keys(table: type[BaseModel] = Study, prefix: str = "") -> list[str]:
+    """Every dotted key of the schema, tables included, sweep entries apart."""
+    keys = []
+    for name, field in table.model_fields.items():
+        keys.append(prefix + name)
+        if inner := _table(field):
+            keys += known_keys(inner, f"{prefix}{name}.")
+    return keys
+
+
+def unknown(location: Location) -> str:
+    """Hint for an unknown key: a similar one beside it, else anywhere, else what there is."""
+    *path, key = [str(item) for item in location]
+    prefix = "".join(f"{item}." for item in path)
+    every = known_keys()
+    beside = [k for k in every if k.startswith(prefix) and "." not in k[len(prefix) :]]
+    names = {k[len(prefix) :].lower(): k for k in beside}
+    elsewhere: dict[str, str] = {}
+    for k in every:
+        elsewhere.setdefault(k.rpartition(".")[2].lower(), k)
+    if close := difflib.get_close_matches(key.lower(), names, 1):
+        nearest = names[close[0]]
+    elif close := difflib.get_close_matches(key.lower(), elsewhere, 1, cutoff=0.75):
+        nearest = elsewhere[close[0]]
+    elif close := difflib.get_close_matches(prefix + key, every, 1):
+        nearest = close[0]
+    else:
+        here = ", ".join(k[len(prefix) :] for k in beside)
+        return f"unknown key; known here: {here}" if here else "unknown key"
+    return f"unknown key; nearest known key: {nearest}"
+
+
+def _table(field: FieldInfo) -> type[BaseModel] | None:
+    """The table that a field holds, if it is one."""
+    for option in (field.annotation, *get_args(field.annotation)):
+        if isinstance(option, type) and issubclass(option, BaseModel):
+            return option
+    return None
+
+
+def field_at(location: Location) -> FieldInfo | None:
+    """The schema's field at a location; list entries belong to their list's field."""
+    table: type[BaseModel] | None = Study
+    field = None
+    for item in location:
+        if isinstance(item, int):
+            continue
+        if table is None or item not in table.model_fields:
+            return None
+        field = table.model_fields[item]
+        table = _table(field)
+    return field
+
+
+def _subject(field: FieldInfo | None, location: Location) -> tuple[str, str]:
+    """What a field's description calls it, and its unit, which stands there in brackets."""
+    text = (field.description if field else None) or str(location[-1] if location else "study")
+    subject, _, unit = text.partition(" [")
+    return subject, f" {unit.rstrip(']')}" if unit else ""
+
+
+def _number(value: object) -> str:
+    return f"{value:.12g}" if isinstance(value, int | float) else str(value)

@@ -1,0 +1,270 @@
+"""The study file's schema: every key, its unit, its default and what it may be.
+
+Field descriptions are the subjects of error messages ("friction coefficient must be >= 0").
+"""
+
+import re
+from itertools import pairwise
+from typing import Annotated, Any, Literal
+
+from pydantic import (
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    ValidationInfo,
+    field_validator,
+    model_validator,
+)
+
+from vanelock.mesh import CasingDimensions, VaneDimensions
+from vanelock.mesh.size import LARGEST, SIZES, SMALLEST
+from vanelock.quantities import (
+    Density,
+    Force,
+    Frequency,
+    Length,
+    Pressure,
+    Stiffness,
+    Unbalance,
+    si,
+)
+
+COMPONENTS = ("radial", "circumferential", "axial")
+MONITOR = (
+    rf"(?P<node>(?:vane|casing) accessory [1-9]\d*)(?:, (?P<component>{'|'.join(COMPONENTS)}))?"
+)
+
+
+def _mesh_size(value: object) -> object:
+    """Pass a named size; anything else is a length in metres."""
+    if isinstance(value, str) and value in SIZES:
+        return value
+    try:
+        length = si(value, "m")
+    except ValueError:
+        length = None
+    if isinstance(length, bool) or not isinstance(length, int | float):
+        length = 0.0
+    if not SMALLEST <= length <= LARGEST:
+        names = " or ".join(f'"{name}"' for name in SIZES)
+        raise ValueError(
+            f"element size must be {names}, or {SMALLEST * 1e3:g} mm to {LARGEST * 1e3:g} mm"
+        )
+    return float(length)
+
+
+def _sequence(value: object) -> object:
+    return tuple(value) if isinstance(value, list) else value
+
+
+MeshSize = Annotated[Any, BeforeValidator(_mesh_size)]
+FrequencyList = Annotated[
+    tuple[Annotated[Frequency, Field(gt=0, description="frequency [Hz]")], ...],
+    BeforeValidator(_sequence),
+]
+
+
+class Table(BaseModel):
+    """A table of the study file: unknown keys and wrong types are refused."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False, strict=True)
+
+
+class Ring(Table):
+    """The ring of vane segments."""
+
+    sectors: int = Field(default=16, ge=3, le=400, description="number of sectors")
+
+
+class Elastic(Table):
+    """An isotropic material."""
+
+    E: Pressure = Field(default=170e9, gt=0, description="Young's modulus [Pa]")
+    nu: float = Field(default=0.3, gt=-1, lt=0.5, description="Poisson's ratio")
+    rho: Density = Field(default=8200.0, gt=0, description="density [kg/m^3]")
+
+
+class Material(Table):
+    """Materials of the parts."""
+
+    vane: Elastic = Elastic()
+    casing: Elastic = Elastic()
+
+
+class Mesh(Table):
+    """Finite-element meshes of both parts."""
+
+    size: MeshSize = Field(default="medium", description="element size")
+
+
+class HookJoint(Table):
+    """Contacts between the vane's hooks and the casing's grooves, per node pair."""
+
+    kn: Stiffness = Field(default=1.67e7, gt=0, description="normal stiffness [N/m]")
+    kt: Stiffness = Field(default=1.67e7, gt=0, description="tangential stiffness [N/m]")
+    mu: float = Field(default=0.3, ge=0, description="friction coefficient")
+    interference: Length = Field(default=20e-6, gt=0, le=1e-3, description="interference [m]")
+
+
+class InterlockJoint(Table):
+    """Contacts between neighbouring segments' inner shrouds, per node pair."""
+
+    enabled: bool = Field(default=True, description="whether the interlock has contacts")
+    kn: Stiffness = Field(default=1e6, gt=0, description="normal stiffness [N/m]")
+    kt: Stiffness = Field(default=1e6, gt=0, description="tangential stiffness [N/m]")
+    mu: float = Field(default=0.3, ge=0, description="friction coefficient")
+    interference: Length = Field(default=2e-6, ge=-1e-3, le=1e-3, description="interference [m]")
+
+
+class Joints(Table):
+    """The joints with friction contacts."""
+
+    hook: HookJoint = HookJoint()
+    interlock: InterlockJoint = InterlockJoint()
+
+
+class Rom(Table):
+    """Reduced-order model."""
+
+    route: Literal["paper"] = Field(default="paper", description="route")
+    vane_modes: int = Field(
+        default=10, ge=1, le=1000, description="number of fixed-interface modes"
+    )
+    casing_modes: int = Field(
+        default=10, ge=1, le=1000, description="number of fixed-interface modes"
+    )
+    interface_modes: int = Field(
+        default=10, ge=1, le=10000, description="number of interface modes"
+    )
+    interface: Literal["published", "followed"] = Field(
+        default="published", description="interface basis"
+    )
+
+
+class Excitation(Table):
+    """The travelling radial load on the casing: a force per node, or a rotating unbalance."""
+
+    engine_order: int = Field(default=1, ge=-1000, le=1000, description="engine order")
+    force: Force | None = Field(default=None, gt=0, description="radial force per node [N]")
+    unbalance: Unbalance | None = Field(default=None, gt=0, description="unbalance [kg m]")
+
+    @field_validator("engine_order")
+    @classmethod
+    def _travels(cls, value: int) -> int:
+        if value == 0:
+            raise ValueError("engine order must not be 0; negative is a backward wave")
+        return value
+
+    @field_validator("unbalance")
+    @classmethod
+    def _one_load(cls, value: float | None, info: ValidationInfo) -> float | None:
+        if value is None:
+            return value
+        if info.data.get("force") is not None:
+            raise ValueError("give either unbalance or excitation.force, not both")
+        if abs(info.data.get("engine_order", 1)) != 1:
+            raise ValueError("an unbalance excites excitation.engine_order 1 or -1 only")
+        return value
+
+    @property
+    def force_per_node(self) -> float:
+        """Radial force per node, N: 30 N unless the study says otherwise, 0 with an unbalance."""
+        if self.unbalance is not None:
+            return 0.0
+        return 30.0 if self.force is None else self.force
+
+
+class Damping(Table):
+    """Structural damping."""
+
+    ratio: float = Field(default=0.003, gt=0, lt=1, description="damping ratio")
+
+
+class Response(Table):
+    """Where and how finely the forced response is computed."""
+
+    mode: int = Field(default=2, ge=1, le=20, description="mode of interest")
+    frequencies: FrequencyList | None = Field(
+        default=None, min_length=1, description="excitation frequency [Hz]"
+    )
+    range: FrequencyList | None = Field(
+        default=None, min_length=2, max_length=2, description="[low, high] frequency [Hz]"
+    )
+    points: int = Field(default=81, ge=2, le=100_000, description="number of frequencies")
+    harmonics: int = Field(default=3, ge=1, le=99, description="highest harmonic")
+
+    @field_validator("frequencies")
+    @classmethod
+    def _ascends(cls, value: tuple[float, ...] | None) -> tuple[float, ...] | None:
+        if value is not None and any(a >= b for a, b in pairwise(value)):
+            raise ValueError("frequencies must ascend")
+        return value
+
+    @field_validator("range")
+    @classmethod
+    def _low_high(
+        cls, value: tuple[float, ...] | None, info: ValidationInfo
+    ) -> tuple[float, ...] | None:
+        if value is None:
+            return value
+        if info.data.get("frequencies") is not None:
+            raise ValueError("give either response.range or response.frequencies, not both")
+        if value[0] >= value[1]:
+            raise ValueError("must be [low, high] with low < high")
+        return value
+
+
+class Outputs(Table):
+    """What a run shows of its results."""
+
+    monitor: str | None = Field(default=None, description="monitored displacement")
+    shapes: bool = Field(default=True, description="whether shapes are drawn")
+    loops: bool = Field(default=True, description="whether a hysteresis loop is drawn")
+
+    @field_validator("monitor")
+    @classmethod
+    def _named(cls, value: str | None) -> str | None:
+        if value is not None and not re.fullmatch(MONITOR, value):
+            raise ValueError(
+                'expected an output node and a component, such as "vane accessory 1, radial" '
+                "(vane or casing; radial, circumferential or axial)"
+            )
+        return value
+
+
+class Study(Table):
+    """A study: one scene, and the keys that are swept over it."""
+
+    name: str = Field(default="vane segment", min_length=1, max_length=200, description="name")
+    ring: Ring = Ring()
+    vane: VaneDimensions = VaneDimensions()
+    casing: CasingDimensions = CasingDimensions()
+    material: Material = Material()
+    mesh: Mesh = Mesh()
+    joints: Joints = Joints()
+    rom: Rom = Rom()
+    excitation: Excitation = Excitation()
+    damping: Damping = Damping()
+    response: Response = Response()
+    sweep: dict[str, Annotated[tuple[Any, ...], BeforeValidator(_sequence)]] = Field(
+        default_factory=dict, description="swept keys"
+    )
+    outputs: Outputs = Outputs()
+
+    @model_validator(mode="before")
+    @classmethod
+    def _flatten_sweep(cls, data: Any) -> Any:
+        """Accept `joints.interlock.mu = [...]` without quotes, which TOML nests."""
+        if isinstance(data, dict) and isinstance(data.get("sweep"), dict):
+            return {**data, "sweep": dict(_leaves(data["sweep"]))}
+        return data
+
+
+def _leaves(table: dict[str, Any], prefix: str = "") -> list[tuple[str, Any]]:
+    """Dotted key and value of everything in nested tables."""
+    found = []
+    for key, value in table.items():
+        dotted = f"{prefix}{key}"
+        found += _leaves(value, f"{dotted}.") if isinstance(value, dict) else [(dotted, value)]
+    return found

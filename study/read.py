@@ -1,0 +1,81 @@
+"""Read a study file: TOML, then the schema, then the sweep; every mistake is one clear line."""
+
+import os
+import re
+import tomllib
+from pathlib import Path
+from typing import Any
+
+from pydantic import ValidationError
+
+from vanelock.errors import InputError
+from vanelock.study.messages import explain
+from vanelock.study.model import Study
+from vanelock.study.sweep import cases
+
+
+def load_study(path: str | os.PathLike[str]) -> Study:
+    """Read and check a study file.
+
+    Raises
+    ------
+    InputError
+        One line for each mistake: the file, the full key, the value given and what is allowed.
+    """
+    where = str(path)
+    study = parse_study(read_text(Path(path)), where)
+    try:
+        cases(study)
+    except InputError as error:
+        raise InputError(
+            "\n".join(f"{where}: {line}" for line in str(error).splitlines())
+        ) from None
+    return study
+
+
+def read_text(path: Path) -> str:
+    """Text of a file.
+
+    Raises
+    ------
+    InputError
+        If it cannot be read or is not text.
+    """
+    try:
+        return path.read_bytes().decode("utf-8")
+    except FileNotFoundError:
+        raise InputError(f"{path}: no such file") from None
+    except IsADirectoryError:
+        raise InputError(f"{path}: is a folder, a study file is needed") from None
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read: {error.strerror or error}") from None
+    except UnicodeDecodeError:
+        raise InputError(f"{path}: not a text file in UTF-8") from None
+
+
+def parse_study(text: str, where: str = "study") -> Study:
+    """Check the text of a study file, sweep values apart; `where` is what errors call it."""
+    return check_study(_toml(text, where), where)
+
+
+def check_study(data: dict[str, Any], where: str = "study") -> Study:
+    """Check the nested tables of a study."""
+    try:
+        return Study.model_validate(data, strict=True)
+    except ValidationError as error:
+        lines = explain(error, data)
+        raise InputError("\n".join(f"{where}: {line}" for line in lines)) from None
+
+
+def _toml(text: str, where: str) -> dict[str, Any]:
+    try:
+        return tomllib.loads(text.replace("\r\n", "\n"))
+    except tomllib.TOMLDecodeError as error:
+        message = str(error)
+        found = re.fullmatch(r"(.*) \(at (?:line (\d+), column (\d+)|end of document)\)", message)
+        if found is None:
+            raise InputError(f"{where}: not valid TOML: {message}") from None
+        line = found[2] or str(len(text.splitlines()) or 1)
+        raise InputError(f"{where}: line {line}: not valid TOML: {found[1]}") from None
+    except RecursionError:
+        raise InputError(f"{where}: not a study: nested too deeply") from None

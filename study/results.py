@@ -1,0 +1,151 @@
+"""The file that a run leaves behind: `results.h5`.
+
+    /                    format, version, complete (false while the run goes on)
+    /mesh/<part>         mesh.Part
+    /rom/<part>          rom.Component, its matrices also as /rom/<part>/<nodal diameter>
+    /system              nonlinear.System
+    /preload/<case>      static state
+    /limits/<name>       linear modes with the interlock free and stuck
+    /response/<case>     nonlinear.Response, the swept keys and the summary as attributes,
+                         and the products that it came from where they are not those above
+    /provenance          study text, date, versions, hashes and times of the stages
+
+Everything is written to a copy which then takes the file's place, so that at any moment the file
+is a whole one and holds every case finished before.
+"""
+
+import os
+import shutil
+from collections.abc import Generator, Mapping
+from contextlib import contextmanager
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import h5py
+
+from vanelock.errors import InputError
+from vanelock.product import Product
+from vanelock.rom import Component, System
+from vanelock.study.cache import writing
+
+FORMAT = "vanelock-results"
+VERSION = 1
+NAME = "results.h5"
+
+
+def check_results(path: Path) -> None:
+    """Refuse to go on where `path` is something that this program did not write.
+
+    Raises
+    ------
+    InputError
+        If the file is there and is not readable, or is not a results file of this version.
+    """
+    if not os.path.lexists(path):
+        return
+    with open_results(path):
+        pass
+
+
+@contextmanager
+def open_results(path: str | os.PathLike[str]) -> Generator[h5py.File, None, None]:
+    """A results file, open for reading.
+
+    Raises
+    ------
+    InputError
+        If it is missing, damaged or foreign.
+    """
+    advice = "move it away or name another folder with --output"
+    try:
+        file = h5py.File(path, "r")
+    except FileNotFoundError:
+        raise InputError(f"{path}: no such file") from None
+    except OSError as error:
+        reason = str(error).splitlines()[0]
+        raise InputError(f"{path}: not a readable HDF5 file ({reason}); {advice}") from None
+    with file:
+        found = file.attrs.get("format")
+        if not isinstance(found, str) or found != FORMAT:
+            raise InputError(f"{path}: not a vanelock results file; {advice}")
+        if (version := int(file.attrs.get("version", 0))) != VERSION:
+            raise InputError(
+                f"{path}: results of format version {version}, this program writes {VERSION}; "
+                f"{advice}"
+            )
+        yield file
+
+
+class Results:
+    """The results file of a run in progress.
+
+    Parameters
+    ----------
+    path : Path
+        Where it is; what was there is replaced when the first part is written.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self._begun = False
+
+    @contextmanager
+    def edit(self) -> Generator[h5py.File, None, None]:
+        """The file, open for additions that appear all at once or not at all."""
+        temporary = self.path.with_name(f".{self.path.name}.{os.getpid()}.tmp")
+        with writing(self.path):
+            try:
+                if self._begun:
+                    shutil.copyfile(self.path, temporary)
+                with h5py.File(temporary, "a") as file:
+                    if not self._begun:
+                        file.attrs["format"] = FORMAT
+                        file.attrs["version"] = VERSION
+                        file.attrs["complete"] = False
+                    yield file
+                os.replace(temporary, self.path)
+                self._begun = True
+            finally:
+                temporary.unlink(missing_ok=True)
+
+
+def put(file: h5py.File, where: str, product: Product, attributes: Mapping[str, Any]) -> None:
+    """Write a product at a path of the file, with attributes beside its own."""
+    group = file.require_group(where)
+    product.save(group)
+    for name, value in attributes.items():
+        group.attrs[name] = value
+
+
+def put_component(file: h5py.File, where: str, component: Component) -> None:
+    """Write a reduced part; its matrices can be reached as `<where>/<nodal diameter>` too."""
+    put(file, where, component, {})
+    group = file[where]
+    for k in component.diameters:
+        group[str(k)] = group[f"diameters/{k}"]
+
+
+def put_system(file: h5py.File, where: str, system: System, matrices: str | None = None) -> None:
+    """Write a system; one with the matrices of the system at `matrices` shares them."""
+    if matrices is None:
+        put(file, where, system, {})
+        return
+    put(file, where, replace(system, diameters={}), {})
+    file[where]["nd"] = file[f"{matrices}/nd"]
+
+
+def load_system(path: str | os.PathLike[str], case: str) -> System:
+    """The system of a case of a results file.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be used or has no such case.
+    """
+    with open_results(path) as file:
+        group = file.get(f"response/{case}")
+        if group is None:
+            have = ", ".join(file.get("response", {}))
+            raise InputError(f"{path}: no case {case!r} (it has {have})")
+        return System.load(group["system"])

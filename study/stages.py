@@ -1,0 +1,203 @@
+"""The stages of a study, each a step from the products before it to its own.
+
+A step knows what it depends on: its key is the hash of the study's keys that it reads, of its
+upstream steps' keys and of the code behind it. So all keys of a study are known before anything
+is computed, and a product that is in the cache saves everything upstream of it.
+"""
+
+import time
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import asdict, dataclass, field
+from typing import Any, Generic, TypeVar
+
+from vanelock import fem, mesh, rom
+from vanelock.fem import Model
+from vanelock.mesh import Part
+from vanelock.product import Product
+from vanelock.rom import Component, Joint, System
+from vanelock.study.cache import Cache, key_of
+from vanelock.study.model import Study
+from vanelock.study.progress import Begun, Done, Listener
+
+P = TypeVar("P", bound=Product)
+PARTS = ("vane", "casing")
+MASTERS = {
+    "vane": ("hook_front", "hook_rear", "interlock_left", "interlock_right", "key", "accessory"),
+    "casing": ("hook_front", "hook_rear", "key", "force", "accessory"),
+}
+
+
+@dataclass(frozen=True)
+class Step(Generic[P]):
+    """One stage of one study.
+
+    Attributes
+    ----------
+    name : str
+        What the progress display calls it.
+    key : str
+        Hash of all that its product depends on.
+    kind : type
+        The product's class.
+    needs : tuple of Step
+        Steps whose products it takes.
+    compute : callable
+        From those products to its own.
+    kept : bool
+        Whether the product goes into the cache; one that takes longer to read than to make
+        does not.
+    """
+
+    name: str
+    key: str
+    kind: type[P]
+    needs: tuple["Step[Any]", ...]
+    compute: Callable[..., P]
+    kept: bool = True
+
+
+def step(
+    name: str,
+    package: str,
+    inputs: Mapping[str, Any],
+    kind: type[P],
+    needs: tuple[Step[Any], ...],
+    compute: Callable[..., P],
+    kept: bool = True,
+) -> Step[P]:
+    """A step whose key follows from its inputs, what it needs and the code of `package`."""
+    key = key_of(name, package, inputs, tuple(need.key for need in needs))
+    return Step(name, key, kind, needs, compute, kept)
+
+
+@dataclass
+class Stages:
+    """Runs steps: from memory, from the cache, or by computing them.
+
+    Attributes
+    ----------
+    cache : Cache
+        Where products are kept between runs.
+    listener : callable
+        Told about each stage.
+    done : dict of str to Done
+        The steps so far by key, in order.
+    """
+
+    cache: Cache
+    listener: Listener
+    done: dict[str, Done] = field(default_factory=dict)
+    _products: dict[str, Product] = field(default_factory=dict)
+
+    def get(self, step: Step[P]) -> P:
+        """Product of a step."""
+        if step.key in self._products:
+            return self._products[step.key]  # type: ignore[return-value]
+        entry = self.cache.load(step.name, step.key, step.kind) if step.kept else None
+        if entry is not None:
+            product, seconds = entry.product, entry.seconds
+        else:
+            product, seconds = self._computed(step)
+        self.done[step.key] = Done(step.name, seconds, entry is not None)
+        self.listener(self.done[step.key])
+        self._products[step.key] = product
+        return product
+
+    def forget(self, step: Step[Any]) -> None:
+        """Drop a product from memory."""
+        self._products.pop(step.key, None)
+
+    def _computed(self, step: Step[P]) -> tuple[P, float]:
+        given = [self.get(need) for need in step.needs]
+        self.listener(Begun(step.name))
+        began = time.perf_counter()
+        product = step.compute(*given)
+        seconds = time.perf_counter() - began
+        if step.kept:
+            self.cache.store(step.name, step.key, product, seconds)
+        return product, seconds
+
+
+def mesh_step(study: Study, part: str) -> Step[Part]:
+    """Mesh of a part."""
+    sectors, size = study.ring.sectors, study.mesh.size
+    dimensions = {"vane": study.vane, "casing": study.casing}[part].model_dump()
+    inputs = {"sectors": sectors, "size": size, "dimensions": dimensions}
+    if part == "casing":
+        inputs["hook"] = study.vane.hook.model_dump()
+
+    def compute() -> Part:
+        if part == "vane":
+            return mesh.vane_segment(study.vane, sectors, size)
+        return mesh.casing_sector(study.casing, study.vane.hook, sectors, size)
+
+    return step(f"mesh {part}", "mesh", inputs, Part, (), compute)
+
+
+def model_step(study: Study, part: str) -> Step[Model]:
+    """Stiffness and mass of a part; assembling takes no longer than reading would."""
+    elastic = getattr(study.material, part).model_dump()
+
+    def compute(part: Part) -> Model:
+        return fem.assemble(part, fem.Material(**elastic))
+
+    return step(f"fem {part}", "fem", elastic, Model, (mesh_step(study, part),), compute, False)
+
+
+def rom_step(study: Study, part: str, diameters: Iterable[int]) -> Step[Component]:
+    """Reduced model of a part; the casing's at the given nodal diameters."""
+    options = study.rom
+    inputs: dict[str, Any] = {"masters": MASTERS[part], "modes": getattr(options, f"{part}_modes")}
+    if part == "casing":
+        inputs |= {
+            "nodal_diameters": sorted(diameters),
+            "route": options.route,
+            "interface": options.interface,
+            "interface_modes": options.interface_modes,
+        }
+
+    def compute(model: Model) -> Component:
+        return rom.reduce(model, **inputs)
+
+    return step(f"rom {part}", "rom", inputs, Component, (model_step(study, part),), compute)
+
+
+def diameters(studies: Iterable[Study]) -> tuple[int, ...]:
+    """Nodal diameters (h·EO) mod N of all harmonics of some cases, k and N-k once."""
+    found = set()
+    for study in studies:
+        N = study.ring.sectors
+        for h in range(study.response.harmonics + 1):
+            k = (h * study.excitation.engine_order) % N
+            found.add(min(k, N - k))
+    return tuple(sorted(found))
+
+
+def joints(study: Study) -> tuple[Joint, ...]:
+    """The joints with contact elements."""
+    hook, interlock = study.joints.hook, study.joints.interlock
+    found = [Joint("hook", hook.kn, hook.kt, hook.mu, hook.interference)]
+    if interlock.enabled:
+        properties = interlock.model_dump(exclude={"enabled"})
+        found.append(Joint("interlock", **properties))
+    return tuple(found)
+
+
+def system_step(study: Study, vane: Step[Component], casing: Step[Component]) -> Step[System]:
+    """The system of a case; joining takes no time, so it is not kept."""
+    excitation = rom.Excitation(
+        engine_order=study.excitation.engine_order,
+        force=study.excitation.force_per_node,
+        unbalance=study.excitation.unbalance or 0.0,
+    )
+    joined = joints(study)
+    inputs = {
+        "joints": [asdict(joint) for joint in joined],
+        "excitation": asdict(excitation),
+        "damping": study.damping.ratio,
+    }
+
+    def compute(vane: Component, casing: Component) -> System:
+        return rom.join(vane, casing, joined, excitation, study.damping.ratio)
+
+    return step("system", "rom", inputs, System, (vane, casing), compute, False)

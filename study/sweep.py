@@ -1,0 +1,142 @@
+"""Cases of a study: the product of the swept keys' values, each checked as the key itself is."""
+
+from dataclasses import dataclass
+from itertools import product
+from typing import Any, get_args
+
+from pydantic import ValidationError
+
+from vanelock.errors import InputError
+from vanelock.study.messages import explain, field_at, known_keys, reason, show, unknown
+from vanelock.study.model import Study
+
+LARGEST = 100_000
+"""Most cases of one study."""
+
+
+@dataclass(frozen=True)
+class Case:
+    """One point of a sweep.
+
+    Attributes
+    ----------
+    name : str
+        Short and unique in its study, such as "mu=0.15,harmonics=3".
+    values : dict of str to number
+        The swept keys' values, SI.
+    study : Study
+        The study with those values and no sweep.
+    """
+
+    name: str
+    values: dict[str, float]
+    study: Study
+
+
+def cases(study: Study) -> tuple[Case, ...]:
+    """Every case, the last key running fastest; one called "nominal" where nothing is swept.
+
+    Raises
+    ------
+    InputError
+        One line for each swept key or value that the study could not hold.
+    """
+    if not study.sweep:
+        return (Case("nominal", {}, study),)
+    mistakes: list[str] = []
+    for key, values in study.sweep.items():
+        mistakes += _mistakes(study, key, values)
+    if mistakes:
+        raise InputError("\n".join(mistakes))
+    count = 1
+    for values in study.sweep.values():
+        count *= len(values)
+    if count > LARGEST:
+        raise InputError(f"sweep: {count} cases: at most {LARGEST} are allowed")
+    names = _short(list(study.sweep))
+    found: dict[str, Case] = {}
+    for combination in product(*study.sweep.values()):
+        chosen = dict(zip(study.sweep, combination, strict=True))
+        case = _case(study, chosen, names)
+        found[case.name] = case
+    return tuple(found.values())
+
+
+def _case(study: Study, chosen: dict[str, Any], names: dict[str, str]) -> Case:
+    """The study with all chosen values at once: combinations may be impossible too."""
+    try:
+        changed = _with(study, chosen)
+    except ValidationError as error:
+        shown = ", ".join(f"{key} = {show(value)}" for key, value in chosen.items())
+        raise InputError(f"sweep: {shown}: {explain(error, {})[0]}") from None
+    values = {key: value_at(changed, key) for key in chosen}
+    name = ",".join(f"{names[key]}={value:.9g}" for key, value in values.items())
+    return Case(name, values, changed)
+
+
+def _mistakes(study: Study, key: str, values: tuple[Any, ...]) -> list[str]:
+    """What is wrong with a swept key, value by value."""
+    where = f'sweep."{key}"'
+    if key not in known_keys():
+        return [f"{where}: {unknown(tuple(key.split('.')))}"]
+    if not _holds_number(key):
+        return [f"{where}: only keys that hold a number can be swept"]
+    if not values:
+        return [f"{where} = []: needs at least one value"]
+    found: list[str] = []
+    seen: dict[float, int] = {}
+    for i, value in enumerate(values):
+        item = f"{where}[{i}] = {show(value)}"
+        try:
+            number = value_at(_with(study, {key: value}), key)
+        except ValidationError as error:
+            found.append(f"{item}: {reason(error.errors(include_url=False)[0])}")
+            continue
+        if isinstance(number, bool) or not isinstance(number, int | float):
+            found.append(f"{item}: expected a number")
+            continue
+        if number in seen:
+            found.append(f"{item}: the same as entry {seen[number]}")
+        seen.setdefault(number, i)
+    return found
+
+
+def _holds_number(key: str) -> bool:
+    field = field_at(tuple(key.split(".")))
+    if field is None:
+        return False
+    options = [field.annotation, *get_args(field.annotation)]
+    options += [inner for option in options for inner in get_args(option)[:1]]
+    return key == "mesh.size" or any(option in (int, float) for option in options)
+
+
+def value_at(study: Study, key: str) -> Any:
+    """Value of a dotted key, None where there is none."""
+    value: Any = study
+    for name in key.split("."):
+        value = getattr(value, name, None)
+    return value
+
+
+def _with(study: Study, changes: dict[str, Any]) -> Study:
+    """The study with some keys changed and no sweep; raises pydantic's ValidationError."""
+    data = study.model_dump(exclude_unset=True, exclude={"sweep"})
+    for key, value in changes.items():
+        *path, last = key.split(".")
+        table = data
+        for name in path:
+            table = table.setdefault(name, {})
+        table[last] = value
+    return Study.model_validate(data, strict=True)
+
+
+def _short(keys: list[str]) -> dict[str, str]:
+    """Each key's last word, with as many before it as it takes to tell the keys apart."""
+    names = {}
+    for key in keys:
+        words = key.split(".")
+        depth = 1
+        while any(other != key and other.split(".")[-depth:] == words[-depth:] for other in keys):
+            depth += 1
+        names[key] = ".".join(words[-depth:])
+    return names

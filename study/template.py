@@ -1,0 +1,30 @@
+"""The commented study file that `vanelock init` writes."""
+
+from importlib.resources import files
+from pathlib import Path
+
+from vanelock.errors import InputError
+from vanelock.study.cache import writing
+
+
+def template_text() -> str:
+    """Its text."""
+    return files("vanelock.study").joinpath("template.toml").read_text("utf-8")
+
+
+def write_template(path: Path) -> None:
+    """Write it to a file that is not there yet.
+
+    Raises
+    ------
+    InputError
+        If the file exists or cannot be written.
+    """
+    text = template_text()
+    try:
+        with writing(path), path.open("x", encoding="utf-8") as file:
+            file.write(text)
+    except InputError:
+        if path.exists():
+            raise InputError(f"{path}: exists already; name another file") from None
+        raise

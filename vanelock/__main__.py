@@ -1,0 +1,114 @@
+"""Command line: `vanelock run | init`.
+
+Errors are one plain line on standard error. Exit status: 0; 2 for input that cannot be used;
+130 when stopped by the user.
+"""
+
+import signal
+import sys
+from pathlib import Path
+from types import FrameType
+from typing import Annotated, NoReturn
+
+import typer
+
+import vanelock
+from vanelock.errors import InputError
+
+app = typer.Typer(
+    name="vanelock",
+    help="Friction-damped vibration of turbine vane segments.",
+    add_completion=False,
+    rich_markup_mode=None,
+    pretty_exceptions_enable=False,
+    no_args_is_help=True,
+)
+
+
+def _version(asked: bool) -> None:
+    if asked:
+        print(f"vanelock {vanelock.__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def _options(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_version, is_eager=True, help="Show the version.")
+    ] = False,
+) -> None:
+    """Friction-damped vibration of turbine vane segments."""
+
+
+@app.command()
+def run(
+    study: Annotated[Path, typer.Argument(help="Study file (TOML).")],
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", help="Folder; default runs/<name of the file>.")
+    ] = None,
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print errors only.")] = False,
+    as_json: Annotated[
+        bool, typer.Option("--json", help="Print one JSON object a line instead of text.")
+    ] = False,
+) -> None:
+    """Run a study; what an earlier run in the same folder computed is used again."""
+    from vanelock.study import choose_listener, load_study, read_text, run_study
+
+    loaded = load_study(study)
+    folder = output or Path("runs") / study.stem
+    try:
+        with choose_listener(quiet, as_json) as listener:
+            run_study(loaded, folder, listener, read_text(study))
+    except KeyboardInterrupt:
+        print(
+            f"vanelock: stopped; finished work is kept in {folder}, "
+            "and the same command goes on from there",
+            file=sys.stderr,
+        )
+        raise typer.Exit(130) from None
+
+
+@app.command()
+def init(
+    path: Annotated[Path, typer.Argument(help="File to write.")] = Path("study.toml"),
+) -> None:
+    """Write a commented study file."""
+    from vanelock.study import write_template
+
+    write_template(path)
+    print(f"{path} written; run it with: vanelock run {path}")
+
+
+def _stop(number: int, frame: FrameType | None) -> NoReturn:
+    raise KeyboardInterrupt
+
+
+def main(arguments: list[str] | None = None) -> None:
+    """Run the command line and exit with its status."""
+    signal.signal(signal.SIGTERM, _stop)
+    sys.exit(_status(arguments))
+
+
+def _status(arguments: list[str] | None) -> int:
+    try:
+        return app(arguments, prog_name="vanelock", standalone_mode=False) or 0
+    except InputError as error:
+        lines = str(error).splitlines()
+    except (KeyboardInterrupt, typer.Abort):
+        print("vanelock: stopped", file=sys.stderr)
+        return 130
+    except BrokenPipeError:
+        sys.stderr.close()
+        return 141
+    except Exception as error:
+        # typer's own errors (unknown option, missing argument); it does not export their class.
+        if not hasattr(error, "format_message"):
+            raise
+        lines = [error.format_message()]
+    for line in lines:
+        print(f"vanelock: {line}", file=sys.stderr)
+    return 2
+
+
+if __name__ == "__main__":
+    main()
