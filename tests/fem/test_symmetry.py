@@ -23,7 +23,7 @@ def wedge(lattice, sectors, counts=(1, 2, 1), fixed=None):
 
     def place(p):
         x, y, z = p.T
-        angle = 2 * np.pi / sectors * (y + 0.3 * z)  # a helical cut, and so slanted faces
+        angle = 2 * np.pi / sectors * y + 0.2 * z  # a helical cut, and so slanted faces
         r = 0.3 + 0.1 * x + 0.02 * np.sin(2 * np.pi * y) * (x + 0.5 * z)
         return np.column_stack([r * np.cos(angle), r * np.sin(angle), 0.05 * z + 0.02 * x * x])
 
