@@ -1,0 +1,48 @@
+# make study    run the example study into runs/vane
+# make test     run every test
+# Each makes the environment in .venv first, once.
+
+PYTEST := OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 MKL_NUM_THREADS=1 .venv/bin/python -m pytest
+WORKERS := 2
+MADE := .venv/made
+
+.PHONY: study test test-fast verify lint setup lock
+
+study: $(MADE)
+	.venv/bin/vanelock run examples/vane.toml --output runs/vane
+
+# A skipped test counts as failed here: what ships is what was tested.
+test: $(MADE)
+	$(PYTEST) -n $(WORKERS) --dist loadfile --everything
+
+test-fast: $(MADE)
+	$(PYTEST) -n $(WORKERS) --dist loadfile -m "not slow"
+
+# Every verification at full count; rewrites docs/verification.
+verify: $(MADE)
+	VANELOCK_VERIFY=full $(PYTEST) -n $(WORKERS) --dist loadfile --everything tests/verification
+
+lint: $(MADE)
+	.venv/bin/python -m ruff check
+	.venv/bin/python -m ruff format --check
+	.venv/bin/python -m mypy
+	.venv/bin/lint-imports
+
+setup: $(MADE)
+
+# The environment knows the folder it was made in: a moved or copied checkout makes its own.
+ifneq "$(shell cat $(MADE) 2>/dev/null)" "$(CURDIR)"
+.PHONY: $(MADE)
+endif
+
+$(MADE): pyproject.toml requirements.lock tools/setup.sh tools/environment.py tools/system_packages.py
+	sh tools/setup.sh
+
+# The newest versions that pyproject.toml allows become the pinned ones.
+lock: $(MADE)
+	.venv/bin/python -m venv --clear build/lock
+	build/lock/bin/python -m pip install --quiet --upgrade pip setuptools Cython numpy
+	build/lock/bin/python -m pip install --quiet --no-build-isolation '.[test,cholmod,pardiso]'
+	{ echo "# Exact versions that the set-up installs; written by 'make lock'."; \
+	  build/lock/bin/python -m pip freeze --all --exclude vanelock; } > requirements.lock.new
+	mv requirements.lock.new requirements.lock

@@ -1,0 +1,79 @@
+"""What holds for the repository's text: no machine's paths, no package hosts, short files."""
+
+import os
+import re
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parent.parent
+GENERATED = {"build", "dist", "runs", "__pycache__"}
+TEXT = {".py", ".toml", ".md", ".sh", ".lock", ".html", ".css", ".json", ".yaml", ".yml", ".txt"}
+
+# A home folder or scratch folder of one machine, in any file.
+MACHINE_PATH = re.compile(r"(?<![\w.])/(?:home|root|work|Users|mnt|tmp)/\w")
+# Where packages come from is each user's own configuration.
+PACKAGE_SOURCE = re.compile(
+    r"-{2}(?:extra-)?index-url|-{2}find-links|-{2}trusted-host|PIP_[A-Z]*URL"
+)
+ADDRESS = re.compile(r"\w+://")
+
+
+def files() -> Iterator[Path]:
+    """Every text file of the project, without what tools and runs leave behind."""
+    for folder, folders, names in os.walk(ROOT):
+        folders[:] = [
+            name
+            for name in folders
+            if name not in GENERATED
+            and not name.endswith(".egg-info")
+            and (not name.startswith(".") or name == ".ci")
+        ]
+        for name in names:
+            path = Path(folder) / name
+            if path.suffix in TEXT or name in {"Makefile", "run", "LICENSE", ".gitignore"}:
+                yield path
+
+
+def occurrences(pattern: re.Pattern[str], paths: Iterator[Path]) -> list[str]:
+    return [
+        f"{path.relative_to(ROOT)}:{number}: {line.strip()}"
+        for path in paths
+        for number, line in enumerate(path.read_text().splitlines(), 1)
+        if pattern.search(line)
+    ]
+
+
+@pytest.mark.parametrize("pattern", [MACHINE_PATH, PACKAGE_SOURCE], ids=["path", "source"])
+def test_no_file_names_a_machine(pattern: re.Pattern[str]) -> None:
+    assert occurrences(pattern, files()) == []
+
+
+def test_set_up_names_no_address() -> None:
+    setting_up = [
+        path
+        for path in files()
+        if path.relative_to(ROOT).parts[0] in {"tools", ".ci"}
+        or path.name in {"Makefile", "pyproject.toml", "requirements.lock"}
+    ]
+    assert len(setting_up) >= 7
+    assert occurrences(ADDRESS, iter(setting_up)) == []
+
+
+def test_lock_holds_names_and_versions_alone() -> None:
+    lines = (ROOT / "requirements.lock").read_text().splitlines()
+    pins = [line for line in lines if not line.startswith("#")]
+    assert [pin for pin in pins if not re.fullmatch(r"[\w.-]+==[\w.]+", pin)] == []
+    names = {re.split("==", pin)[0].lower().replace("_", "-") for pin in pins}
+    assert len(names) == len(pins)
+    assert {"numpy", "gmsh", "vtk", "scikit-sparse", "pytest", "setuptools", "cython"} <= names
+
+
+def test_no_file_is_too_long_to_read() -> None:
+    long = {
+        str(path.relative_to(ROOT)): length
+        for path in files()
+        if path.suffix == ".py" and (length := len(path.read_text().splitlines())) >= 400
+    }
+    assert long == {}

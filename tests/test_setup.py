@@ -1,0 +1,208 @@
+"""The set-up: it looks for what gmsh needs, stops with the exact line, and rests once done."""
+
+import os
+import re
+import shutil
+import subprocess
+import sys
+import time
+from importlib.metadata import files
+from pathlib import Path
+from types import ModuleType
+
+import pytest
+
+ROOT = Path(__file__).resolve().parent.parent
+MADE_FROM = [
+    "Makefile",
+    "pyproject.toml",
+    "requirements.lock",
+    "tools/setup.sh",
+    "tools/environment.py",
+    "tools/system_packages.py",
+]
+# Any Debian with Python has these.
+ALWAYS_THERE = {"c", "dl", "m", "pthread", "rt", "stdc++", "gcc_s", "z"}
+
+
+@pytest.fixture
+def tools(monkeypatch: pytest.MonkeyPatch) -> ModuleType:
+    """The set-up's main module, `tools/environment.py`; `.system_packages` is the other one."""
+    monkeypatch.syspath_prepend(str(ROOT / "tools"))
+    for name in ["environment", "system_packages"]:
+        monkeypatch.delitem(sys.modules, name, raising=False)
+    import environment
+
+    module: ModuleType = environment
+    return module
+
+
+@pytest.fixture
+def log(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Where stand-ins for apt-get and sudo, alone on the PATH but for `env`, write their calls."""
+    log = tmp_path / "log"
+    log.touch()
+    commands = tmp_path / "bin"
+    commands.mkdir()
+    for name, rest in {"apt-get": "", "sudo": 'shift; exec "$@"'}.items():
+        script = commands / name
+        script.write_text(f'#!/bin/sh\necho {name} "$@" >> "{log}"\n{rest}\n')
+        script.chmod(0o755)
+    for name in ["env", "true"]:
+        found = shutil.which(name)
+        assert found is not None
+        (commands / name).symlink_to(found)
+    monkeypatch.setenv("PATH", str(commands))
+    return log
+
+
+def test_what_gmsh_links_to_is_looked_for(tools: ModuleType) -> None:
+    (library,) = [
+        path for path in files("gmsh") or [] if re.search(r"libgmsh\.so\.[\d.]+$", str(path))
+    ]
+    names = re.findall(rb"\0(lib[\w+-]+\.so\.\d+)(?=\0)", library.read_binary()[: 2**24])
+    needed = {name.decode() for name in names}
+    assert {"libGLU.so.1", "libc.so.6"} <= needed
+    known = set(tools.system_packages.REQUIRED_LIBRARIES)
+    assert {n for n in needed - known if n[3:].split(".so")[0] not in ALWAYS_THERE} == set()
+
+
+def test_absent_library_is_noticed(tools: ModuleType) -> None:
+    asked = ["libc.so.6", "libvane.so.7", "libm.so.6"]
+    assert tools.system_packages.absent_libraries(asked) == ["libvane.so.7"]
+
+
+def test_root_installs_by_apt(
+    tools: ModuleType, log: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(os, "geteuid", lambda: 0)
+    tools.system_packages.install(["libgl1", "gcc"])
+    *_, last = log.read_text().splitlines()
+    assert last.startswith("apt-get ")
+    assert last.endswith(" install --yes --no-install-recommends libgl1 gcc")
+
+
+def test_user_with_sudo_installs_by_sudo(
+    tools: ModuleType, log: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(os, "geteuid", lambda: 1000)
+    tools.system_packages.install(["libgl1"])
+    calls = log.read_text().splitlines()
+    assert calls[0] == "sudo -n true"
+    assert calls[-2].startswith("sudo -n env DEBIAN_FRONTEND=noninteractive apt-get ")
+    assert calls[-1].endswith(" install --yes --no-install-recommends libgl1")
+
+
+def test_user_without_sudo_is_told_the_line(
+    tools: ModuleType, log: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(os, "geteuid", lambda: 1000)
+    (log.parent / "bin" / "sudo").unlink()
+    monkeypatch.setattr(tools.system_packages, "missing_required", lambda: ["libgl1", "libegl1"])
+    monkeypatch.setattr(tools.system_packages, "missing_for_cholmod", lambda: ["gcc"])
+    with pytest.raises(SystemExit) as stop:
+        tools._system()
+    line = "apt-get update && apt-get install --yes --no-install-recommends libgl1 libegl1 gcc"
+    assert f"    {line}\n" in str(stop.value.code)
+    assert log.read_text() == ""
+
+
+def test_missing_compiler_alone_does_not_stop(
+    tools: ModuleType, log: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(os, "geteuid", lambda: 1000)
+    (log.parent / "bin" / "sudo").unlink()
+    monkeypatch.setattr(tools.system_packages, "missing_required", list)
+    monkeypatch.setattr(tools.system_packages, "missing_for_cholmod", lambda: ["gcc"])
+    obstacle = tools._system()
+    assert "apt-get install --yes --no-install-recommends gcc" in obstacle
+
+
+def test_old_python_is_refused() -> None:
+    run = subprocess.run(
+        ["sh", ROOT / "tools" / "setup.sh"],
+        env={"PYTHON": "/bin/false", "PATH": "/usr/bin:/bin"},
+        capture_output=True,
+        text=True,
+    )
+    assert run.returncode == 1
+    assert "no Python 3.11 or newer among: /bin/false" in run.stderr
+
+
+@pytest.fixture
+def checkout(tmp_path: Path) -> Path:
+    """What make looks at, in a folder with a space in its name, with an environment just made."""
+    folder = tmp_path / "a checkout"
+    for name in MADE_FROM:
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
+        shutil.copy(ROOT / name, folder / name)
+    (folder / ".venv").mkdir()
+    (folder / ".venv" / "made").write_text(f"{folder.resolve()}\n")
+    return folder
+
+
+def make(folder: Path, target: str) -> str:
+    command = ["make", "--dry-run", target]
+    environment = {name: os.environ[name] for name in os.environ if not name.startswith("MAKE")}
+    run = subprocess.run(
+        command, cwd=folder, env=environment, capture_output=True, text=True, check=True
+    )
+    return run.stdout
+
+
+@pytest.mark.parametrize("target", ["study", "test"])
+def test_made_environment_is_left_alone(checkout: Path, target: str) -> None:
+    commands = make(checkout, target)
+    assert "setup.sh" not in commands
+    assert len(commands.splitlines()) == 1
+
+
+@pytest.mark.parametrize("changed", MADE_FROM[1:])
+def test_changed_source_makes_it_anew(checkout: Path, changed: str) -> None:
+    later = time.time() + 10
+    os.utime(checkout / changed, (later, later))
+    assert make(checkout, "study").startswith("sh tools/setup.sh")
+
+
+def test_moved_checkout_makes_its_own(checkout: Path) -> None:
+    moved = checkout.rename(checkout.with_name("elsewhere"))
+    assert make(moved, "test").startswith("sh tools/setup.sh")
+
+
+def test_skipped_and_expected_failures_count_as_failed(tmp_path: Path) -> None:
+    shutil.copy(ROOT / "conftest.py", tmp_path)
+    (tmp_path / "test_one.py").write_text(
+        "import pytest\n"
+        "def test_runs(): pass\n"
+        "@pytest.mark.skip\n"
+        "def test_skipped(): pass\n"
+        "@pytest.mark.xfail\n"
+        "def test_expected(): assert False\n"
+        "@pytest.mark.xfail\n"
+        "def test_better_than_expected(): pass\n"
+    )
+    command = [sys.executable, "-m", "pytest", "-c", "/dev/null", "-p", "no:cacheprovider"]
+    plain = subprocess.run(
+        [*command, "--rootdir", tmp_path, tmp_path], capture_output=True, text=True
+    )
+    assert "1 passed, 1 skipped, 1 xfailed, 1 xpassed" in plain.stdout
+    assert plain.returncode == 0
+    strict = subprocess.run(
+        [*command, "-n", "2", "--everything", "--rootdir", tmp_path, tmp_path],
+        capture_output=True,
+        text=True,
+    )
+    assert re.search(r"2 failed, 1 passed, 1 error in", strict.stdout)
+    assert strict.returncode == 1
+
+
+def test_skipped_file_counts_as_failed(tmp_path: Path) -> None:
+    shutil.copy(ROOT / "conftest.py", tmp_path)
+    (tmp_path / "test_one.py").write_text("def test_runs(): pass\n")
+    (tmp_path / "test_two.py").write_text("import pytest\npytest.importorskip('no_such_module')\n")
+    command = [sys.executable, "-m", "pytest", "-c", "/dev/null", "-p", "no:cacheprovider"]
+    strict = subprocess.run(
+        [*command, "--everything", "--rootdir", tmp_path, tmp_path], capture_output=True, text=True
+    )
+    assert "1 error" in strict.stdout
+    assert strict.returncode != 0

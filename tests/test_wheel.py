@@ -1,0 +1,85 @@
+"""The wheel, built from a copy of the tree, holds every module and works away from the tree."""
+
+import re
+import shutil
+import subprocess
+import sys
+import zipfile
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parent.parent
+STAGES = ["mesh", "fem", "rom", "nonlinear", "render", "study"]
+
+
+def pip(*arguments: str | Path) -> None:
+    command = [sys.executable, "-m", "pip", "--quiet", "--disable-pip-version-check", *arguments]
+    subprocess.run(command, check=True)
+
+
+@pytest.fixture(scope="module")
+def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Built from a copy, since setuptools would reuse a `build` folder that lies in the tree."""
+    copy = tmp_path_factory.mktemp("tree") / "vanelock"
+    copy.mkdir()
+    for name in ["pyproject.toml", "README.md", "LICENSE"]:
+        shutil.copy(ROOT / name, copy)
+    for name in ["vanelock", *STAGES]:
+        leave = shutil.ignore_patterns("__pycache__")
+        shutil.copytree(ROOT / name, copy / name, symlinks=True, ignore=leave)
+    target = tmp_path_factory.mktemp("wheel")
+    pip("wheel", "--no-deps", "--no-index", "--no-build-isolation", "--wheel-dir", target, copy)
+    (path,) = target.glob("*.whl")
+    return path
+
+
+def test_wheel_holds_the_package_and_nothing_else(wheel: Path) -> None:
+    modules = {f"vanelock/{path.name}" for path in (ROOT / "vanelock").glob("*.py")}
+    for stage in STAGES:
+        modules |= {f"vanelock/{path.relative_to(ROOT)}" for path in (ROOT / stage).rglob("*.py")}
+    data = {"vanelock/py.typed", "vanelock/study/template.toml"}
+    with zipfile.ZipFile(wheel) as archive:
+        held = {name for name in archive.namelist() if ".dist-info/" not in name}
+        metadata = {Path(name).name for name in archive.namelist() if ".dist-info/" in name}
+    assert held == modules | data
+    assert {"METADATA", "LICENSE", "entry_points.txt"} <= metadata
+
+
+def test_installed_wheel_works_outside_the_tree(wheel: Path, tmp_path: Path) -> None:
+    site = tmp_path / "site"
+    pip("install", "--no-deps", "--no-index", "--target", site, wheel)
+    code = (
+        "import sys; sys.path.insert(0, sys.argv[1])\n"
+        "import importlib\n"
+        f"for stage in {STAGES}:\n"
+        "    module = importlib.import_module('vanelock.' + stage)\n"
+        "    for name in dir(module): getattr(module, name)\n"
+        "print(*sorted({m.__file__ for n, m in sys.modules.items()\n"
+        "    if n.split('.')[0] == 'vanelock'}), sep='\\n')"
+    )
+    run = subprocess.run(
+        [sys.executable, "-c", code, site],
+        stdout=subprocess.PIPE,
+        text=True,
+        cwd=tmp_path,
+        check=True,
+    )
+    files = run.stdout.split("\n")[:-1]
+    assert len(files) > len(STAGES)
+    assert all(Path(file).is_relative_to(site) for file in files)
+
+
+def test_installed_command_tells_its_version(wheel: Path, tmp_path: Path) -> None:
+    site = tmp_path / "site"
+    pip("install", "--no-deps", "--no-index", "--target", site, wheel)
+    (built,) = re.findall(r"^vanelock-([^-]+)-", wheel.name)
+    run = subprocess.run(
+        [sys.executable, site / "bin" / "vanelock", "--version"],
+        stdout=subprocess.PIPE,
+        text=True,
+        cwd=tmp_path,
+        env={"PYTHONPATH": str(site), "PATH": "/usr/bin:/bin"},
+        check=True,
+    )
+    assert built in run.stdout
