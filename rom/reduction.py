@@ -65,6 +65,11 @@ def reduce(
         left, right = _free_faces(model)
         if shared := sorted(set(kept.nodes) & {*left, *right}):
             raise InputError(f"{part.name}: node {shared[0]} is a master and on a cyclic face")
+        if not 1 <= interface_modes <= 3 * len(left):
+            raise InputError(
+                f"interface_modes = {interface_modes}: allowed are 1 to {3 * len(left)}, "
+                "the dofs of a face"
+            )
         reduced = craig_bampton(model, np.concatenate([left, right, kept.nodes]), modes)
         diameters = {
             k: _at_diameter(reduced, len(left), k, part.sectors, interface, interface_modes)

@@ -44,8 +44,6 @@ def interface_basis(
     interface : "published" or "followed"
         The basis, see above.
     """
-    if not 1 <= count <= faces:
-        raise InputError(f"interface_modes = {count}: allowed are 1 to {faces}, the face's dofs")
     b, t = slice(0, faces), slice(faces, faces + masters)
     lowest = [0, count - 1]
     follow = np.zeros((faces, masters), K.dtype)

@@ -1,5 +1,6 @@
 """The coarse vane and casing, reduced and joined once."""
 
+from functools import lru_cache
 from types import SimpleNamespace
 
 import numpy as np
@@ -32,7 +33,16 @@ def coarse():
     vane = rom.reduce(vane_model, VANE_MASTERS, modes=10)
     casing = rom.reduce(casing_model, CASING_MASTERS, modes=10, nodal_diameters=[0, 1, 3, 8])
     system = rom.join(vane, casing, JOINTS, rom.Excitation(1, force=30.0), damping_ratio=0.003)
+
+    @lru_cache
+    def truth(k, interlock):
+        """Six frequencies, Hz, and vectors of the unreduced sector."""
+        joints = JOINTS if interlock == "closed" else JOINTS[:1]
+        omega2, vectors = fem.eigenpairs(*rom.unreduced(vane_model, casing_model, joints, k), 6)
+        return np.sqrt(omega2) / (2 * np.pi), vectors
+
     return SimpleNamespace(
+        truth=truth,
         vane_model=vane_model,
         casing_model=casing_model,
         vane=vane,
