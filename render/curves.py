@@ -9,6 +9,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from matplotlib.ticker import LogFormatter
 from numpy.typing import ArrayLike, NDArray
 
 from vanelock.errors import InputError
@@ -113,6 +114,8 @@ def response_curves(
         axes.set_xlim(float(np.min(ends)), float(np.max(ends)))
         if logarithmic:
             axes.set_yscale("log")
+            axes.yaxis.set_major_formatter("{x:g}")
+            axes.yaxis.set_minor_formatter(LogFormatter(labelOnlyBase=False))
         else:
             axes.set_ylim(bottom=0)
         lost = sum(_flag(axes, curve, look) for curve, look in _looks(curves))
@@ -206,7 +209,7 @@ def _draw(axes: Axes, curve: Curve, look: _Look) -> Line2D:
             zorder=4,
         )
         end = ", end of range" if top.at_edge else ""
-        text += f"{1e6 * top.amplitude:.3g} µm at {top.frequency:.1f} Hz{end}"
+        text += f"{style.number(1e6 * top.amplitude)} µm at {top.frequency:.1f} Hz{end}"
     return Line2D([], [], **drawn, marker=look.marker, ms=8, mfc="white", mew=1.8, label=text)
 
 

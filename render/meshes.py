@@ -21,7 +21,7 @@ Real = NDArray[np.float64]
 # Sets that belong together share a colour; an entry without nodes in any part is left out.
 SETS: Final[tuple[tuple[str, tuple[str, ...], str, str], ...]] = (
     ("hook bands", ("hook_front", "hook_rear"), style.VERMILION, "o"),
-    ("key nodes (merged)", ("key",), style.BLACK, "o"),
+    ("key nodes, merged", ("key",), style.BLACK, "o"),
     ("interlock faces", ("interlock_left", "interlock_right"), style.GREEN, "o"),
     ("loaded nodes", ("force",), style.BLUE, "o"),
     ("output nodes", ("accessory",), style.PURPLE, "o"),
@@ -148,7 +148,7 @@ def _section(axes: Axes, parts: Sequence[Part]) -> None:
         axes.plot(1e3 * points[:, 2], 1e3 * radius, "o", color=style.VERMILION, ms=7, zorder=3)
         z, r = 1e3 * points[:, 2].mean(), 1e3 * radius.mean()
         span = max(1e3 * np.ptp(radius), 1.0)
-        axes.set(xlim=(z - 4.2 * span, z + 5.2 * span), ylim=(r - 3.2 * span, r + 2.7 * span))
+        axes.set(xlim=(z - 3.4 * span, z + 4.4 * span), ylim=(r - 2.7 * span, r + 2.2 * span))
     else:
         axes.autoscale()
     axes.set_aspect("equal", adjustable="box", anchor="W")
@@ -196,7 +196,7 @@ def _legend(figure: Figure, parts: Sequence[Part]) -> None:
                     marker=marker,
                     ls="",
                     ms=8,
-                    label=f"{label} ({', '.join(counts)})",
+                    label=f"{label}: {', '.join(counts)}",
                 )
             )
     faces = [f"{len(p.node_sets['left'])} {p.name}" for p in parts if "left" in p.node_sets]

@@ -61,10 +61,10 @@ def preload_picture(
         left = 1.0
         for position, (name, width) in enumerate(zip(names, widths, strict=True)):
             chosen = np.array([joint == name for joint in joints])
-            upper = style.axes(figure, left, 3.45, width, 2.3)
+            upper = style.axes(figure, left, 3.4, width, 2.15)
             lower = style.axes(figure, left, 1.05, width, 1.7)
-            _bars(upper, f[chosen, 0], style.colour(position))
-            upper.set_title(f"{name}: {chosen.sum()} contacts, {_range(f[chosen, 0])}")
+            _bars(upper, f[chosen, 0], used[chosen])
+            upper.set_title(f"{name}: {chosen.sum()} contacts\n{_range(f[chosen, 0])}")
             _ratios(lower, used[chosen])
             if position == 0:
                 upper.set_ylabel("normal force n (N)")
@@ -96,7 +96,8 @@ def utilisation(force: Real, mu: Real) -> Real:
 
 def _range(normal: Real) -> str:
     low, high = float(normal.min()), float(normal.max())
-    return f"{low:.3g} N" if f"{low:.3g}" == f"{high:.3g}" else f"{low:.3g} to {high:.3g} N"
+    ends = style.number(low), style.number(high)
+    return f"{ends[0]} N" if ends[0] == ends[1] else f"{ends[0]} to {ends[1]} N"
 
 
 def _number(axes: Axes, count: int) -> NDArray[np.int64]:
@@ -106,16 +107,19 @@ def _number(axes: Axes, count: int) -> NDArray[np.int64]:
     return np.arange(1, count + 1)
 
 
-def _bars(axes: Axes, normal: Real, colour: str) -> None:
-    axes.bar(_number(axes, len(normal)), normal, width=0.75, color=colour)
+def _state_colours(used: Real) -> list[str]:
+    slid = np.nan_to_num(used) >= 1 - 1e-6
+    return [style.VERMILION if one else style.BLUE for one in slid]
+
+
+def _bars(axes: Axes, normal: Real, used: Real) -> None:
+    axes.bar(_number(axes, len(normal)), normal, width=0.75, color=_state_colours(used))
     axes.set_xlabel("")
 
 
 def _ratios(axes: Axes, used: Real) -> None:
     at = _number(axes, len(used))
-    known = np.nan_to_num(used)
-    slid = known >= 1 - 1e-6
-    axes.bar(at, known, width=0.75, color=np.where(slid, style.VERMILION, style.BLUE).tolist())
+    axes.bar(at, np.nan_to_num(used), width=0.75, color=_state_colours(used))
     opened = np.isnan(used)
     if opened.any():
         axes.bar(at[opened], 1.0, width=0.75, fc="white", ec=style.GREY, hatch="xxx", lw=0.8)

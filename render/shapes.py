@@ -24,7 +24,7 @@ _FAINT: Final = 0.02  # below this share of the largest a phase means nothing
 
 
 @dataclass(frozen=True)
-class _Skin:
+class Skin:
     """What one part needs to be drawn: its skin, and that skin's points split at sharp edges."""
 
     part: Part
@@ -72,7 +72,7 @@ def mode_picture(
     InputError
         If a shape does not fit its part or is zero, or this machine cannot draw.
     """
-    skins = _skins(parts, shapes)
+    skins = skins_of(parts, shapes)
     largest = max(float(annulus.peak(shape).max()) for shape in shapes)
     drawn = _DRAWN * _radius(parts)
     drawn = 1e-3 * max(round(1e3 * drawn), 1) if drawn > 1e-3 else drawn
@@ -87,9 +87,13 @@ def mode_picture(
     with style.applied():
         figure = style.figure(6.9, title, _sentence(subtitle, stated))
         _panel(
-            figure, 0.3, 5.0, "One sector (undeformed in grey)", _one(skins, angle, scale, paint)
+            figure,
+            0.3,
+            5.0,
+            "One sector (undeformed in grey)",
+            sector_scene(skins, angle, scale, paint),
         )
-        ring = _ring(skins, nodal_diameter, angle, scale, paint)
+        ring = ring_scene(skins, nodal_diameter, angle, scale, paint)
         _panel(figure, 5.3, 5.4, f"Full ring, {_wave(parts, nodal_diameter)}", ring)
         style.colour_bar(
             style.axes(figure, 10.95, 1.4, 0.16, 3.6),
@@ -136,7 +140,7 @@ def response_picture(
     InputError
         If a shape does not fit its part or is zero, or this machine cannot draw.
     """
-    skins = _skins(parts, shapes)
+    skins = skins_of(parts, shapes)
     amplitude = max(float(annulus.peak(shape).max()) for shape in shapes)
     scale = annulus.round_scale(amplitude, _DRAWN * _radius(parts))
     angle = annulus.largest_instant(*shapes)
@@ -157,17 +161,15 @@ def response_picture(
         degrees[np.abs(moved) < _FAINT * strongest] = np.nan
         return scene.colours(degrees, style.PHASE_MAP, -180, 180)
 
-    stated = (
-        f"Largest amplitude {1e6 * amplitude:.3g} µm; deformation drawn {scale:,.0f} times as large"
-    )
+    stated = f"Largest amplitude {style.number(1e6 * amplitude)} µm; deformation drawn {scale:,.0f} times as large"
     name = COMPONENTS[component]
     with style.applied():
         figure = style.figure(6.9, title, _sentence(subtitle, stated))
-        left = _ring(skins, nodal_diameter, angle, scale, by_amplitude)
+        left = ring_scene(skins, nodal_diameter, angle, scale, by_amplitude)
         _panel(figure, 0.3, 4.75, f"Amplitude, {_wave(parts, nodal_diameter)}", left)
         bar = style.axes(figure, 5.1, 1.6, 0.15, 3.2)
         style.colour_bar(bar, style.AMPLITUDE_MAP, 0, 1e6 * amplitude, "amplitude (µm)")
-        right = _ring(skins, nodal_diameter, angle, scale, by_phase)
+        right = ring_scene(skins, nodal_diameter, angle, scale, by_phase)
         _panel(figure, 6.1, 4.75, f"Phase of the {name} motion", right)
         bar = style.axes(figure, 10.9, 1.6, 0.15, 3.2)
         phase = style.colour_bar(bar, style.PHASE_MAP, -180, 180, "phase (degrees)")
@@ -183,7 +185,7 @@ def response_picture(
         return style.write(figure, path)
 
 
-def _skins(parts: Sequence[Part], shapes: Sequence[Complex]) -> list[_Skin]:
+def skins_of(parts: Sequence[Part], shapes: Sequence[Complex]) -> list[Skin]:
     """Check that parts and shapes belong together, and extract what is drawn."""
     if len(parts) != len(shapes):
         raise InputError(f"shapes: given {len(shapes)}: {len(parts)}, one for each part, needed")
@@ -201,7 +203,7 @@ def _skins(parts: Sequence[Part], shapes: Sequence[Complex]) -> list[_Skin]:
     for part, shape in zip(parts, shapes, strict=True):
         skin = surface(part)
         split, triangles = scene.smooth_surface(part.points[skin.nodes], skin)
-        skins.append(_Skin(part, skin, np.asarray(shape)[skin.nodes], split, triangles))
+        skins.append(Skin(part, skin, np.asarray(shape)[skin.nodes], split, triangles))
     return skins
 
 
@@ -209,7 +211,7 @@ def _radius(parts: Sequence[Part]) -> float:
     return max(float(np.hypot(part.points[:, 0], part.points[:, 1]).max()) for part in parts)
 
 
-def _one(skins: Sequence[_Skin], angle: float, scale: float, paint: Paint) -> scene.Scene:
+def sector_scene(skins: Sequence[Skin], angle: float, scale: float, paint: Paint) -> scene.Scene:
     """Scene of sector 0, with the undeformed outline."""
     bodies, lines, seen = [], [], []
     for skin in skins:
@@ -223,8 +225,8 @@ def _one(skins: Sequence[_Skin], angle: float, scale: float, paint: Paint) -> sc
     return scene.Scene(camera, bodies, lines)
 
 
-def _ring(
-    skins: Sequence[_Skin], nodal_diameter: int, angle: float, scale: float, paint: Paint
+def ring_scene(
+    skins: Sequence[Skin], nodal_diameter: int, angle: float, scale: float, paint: Paint
 ) -> scene.Scene:
     """Scene of all sectors; each is drawn in sector 0's frame, then turned to its place."""
     bodies, lines = [], []

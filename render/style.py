@@ -33,7 +33,10 @@ PURPLE: Final = "#cc79a7"
 SKY: Final = "#56b4e9"
 SERIES: Final = (BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY)
 PART_COLOURS: Final = {"vane": "#c9b28a", "casing": "#a9b7c6"}
-AMPLITUDE_MAP: Final = mpl.colormaps["viridis"]
+# From the grey of what stands still, evenly darker.
+AMPLITUDE_MAP: Final = LinearSegmentedColormap.from_list(
+    "amplitude", ["#ecedee", "#bfe0df", "#6cbfc8", "#2c8ab8", "#28509c", "#22195a"]
+)
 # Cyclic: lightness tells 0 from 180 degrees, hue tells a lead from a lag.
 PHASE_MAP: Final = LinearSegmentedColormap.from_list(
     "phase", ["#f7f0b6", "#5aa9d6", "#1d2a5e", "#c2482b", "#f7f0b6"]
@@ -117,6 +120,11 @@ def colour_bar(axes: Axes, colours: Colormap, low: float, high: float, label: st
 def colour(position: int, palette: Sequence[str] = SERIES) -> str:
     """Colour of a series by its number."""
     return palette[position % len(palette)]
+
+
+def number(value: float) -> str:
+    """Text of a number to three significant digits, trailing zeros kept: 70.0, 131, 0.250."""
+    return f"{value:#.3g}".rstrip(".") if 1e-3 <= abs(value) < 1e3 else f"{value:.3g}"
 
 
 def write(figure: Figure, path: PathLike) -> Path:

@@ -20,7 +20,7 @@ def _directions(points: Real) -> tuple[Real, Real, Real]:
 def sector_camera(points: Real, fit: Real | None = None) -> Camera:
     """View of one sector, its outer side up, from in front, a little below and to one side."""
     radial, around, axial = _directions(points)
-    return Camera(0.72 * axial + 0.62 * around + 0.28 * radial, radial, fit)
+    return Camera(0.72 * axial - 0.62 * around + 0.25 * radial, radial, fit)
 
 
 def ring_camera(points: Real, fit: Real | None = None) -> Camera:
