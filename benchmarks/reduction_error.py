@@ -41,7 +41,9 @@ def table(size: str) -> list[str]:
         f"Mesh size {size}: vane {vane.K.shape[0]} dofs, casing {casing.K.shape[0]} dofs; ten",
         "fixed-interface modes a part, ten face modes; nodal diameter 1.",
         "",
-        "| interlock | face basis | ROM size | " + " | ".join(f"f{i + 1}" for i in range(COUNT)),
+        "| interlock | face basis | ROM size | "
+        + " | ".join(f"f{i + 1}" for i in range(COUNT))
+        + " |",
         "|---|---|---" + "|---:" * COUNT + "|",
     ]
     references = {name: truth(vane, casing, joints) for name, joints in CASES.items()}

@@ -8,8 +8,7 @@ from numpy.typing import NDArray
 from vanelock.errors import InputError
 from vanelock.product import Product
 from vanelock.rom.masters import Masters
-
-Matrix = NDArray[np.float64] | NDArray[np.complex128]
+from vanelock.rom.system import Matrix
 
 
 @dataclass(frozen=True)
@@ -25,9 +24,9 @@ class Reduced(Product):
         None where the two are the same.
     """
 
-    K: NDArray[np.complex128] = field(metadata={"unit": "N/m"})
-    M: NDArray[np.complex128] = field(metadata={"unit": "kg"})
-    basis: NDArray[np.complex128] | None = None
+    K: Matrix = field(metadata={"unit": "N/m"})
+    M: Matrix = field(metadata={"unit": "kg"})
+    basis: Matrix | None = None
 
 
 @dataclass(frozen=True)

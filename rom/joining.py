@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vanelock.errors import InputError
-from vanelock.rom.component import Component, Matrix
+from vanelock.rom.component import Component
 from vanelock.rom.pairs import Joint, contact_pairs, key_pairs, relative_rows
-from vanelock.rom.system import Diameter, Force, System
+from vanelock.rom.system import Diameter, Force, Matrix, System
 
 
 @dataclass(frozen=True)

@@ -69,7 +69,7 @@ class Recovery:
         """K_ss⁻¹ b by one real solve."""
         k = b.shape[1]
         x = self.factor.solve(np.hstack([b.real, np.imag(b)]))
-        return x[:, :k] + 1j * x[:, k:]
+        return np.asarray(x[:, :k] + 1j * x[:, k:])
 
 
 def recovery(component: Component, model: Model) -> Recovery:

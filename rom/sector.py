@@ -40,7 +40,7 @@ def unreduced(
 
     def casing_dofs(nodes: NDArray[np.int64]) -> NDArray[np.int64]:
         # A node off the faces has a coordinate of its own: one unit entry in its row of T.
-        return T.indices[T.indptr[casing.dofs[nodes]]].astype(np.int64)
+        return np.asarray(T.indices[T.indptr[casing.dofs[nodes]]], np.int64)
 
     own, mate = key_pairs(*pieces)
     of_vane = np.empty(n_vane, np.int64)

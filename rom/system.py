@@ -10,7 +10,7 @@ displacement (normal, closing positive, and two tangential) of every contact.
 """
 
 from dataclasses import dataclass, field
-from typing import Self
+from typing import Any, Self, TypeAlias
 
 import h5py
 import numpy as np
@@ -18,6 +18,9 @@ from numpy.typing import NDArray
 
 from vanelock.errors import InputError
 from vanelock.product import Product
+
+Matrix: TypeAlias = NDArray[Any]
+"""Real where the physics is, at the nodal diameters 0 and N/2, and complex elsewhere."""
 
 FORMAT = "vanelock-system"
 VERSION = 1
@@ -76,12 +79,12 @@ class Diameter:
         Damping, N s/m, beside the modal one of `System.damping_ratio`.
     """
 
-    K: NDArray[np.complex128]
-    M: NDArray[np.complex128]
-    own: NDArray[np.complex128]
-    next: NDArray[np.complex128] | None = None
-    output: NDArray[np.complex128] | None = None
-    C: NDArray[np.complex128] | None = None
+    K: Matrix
+    M: Matrix
+    own: Matrix
+    next: Matrix | None = None
+    output: Matrix | None = None
+    C: Matrix | None = None
 
     def conjugate(self) -> "Diameter":
         """The same structure at the nodal diameter N - k."""
@@ -173,13 +176,13 @@ class System(Product):
             "reduce at the diameter of every harmonic used"
         )
 
-    def contact_rows(self, nodal_diameter: int) -> NDArray[np.complex128]:
+    def contact_rows(self, nodal_diameter: int) -> Matrix:
         """B of a diameter, (c, 3, n): own rows plus the next sector's at its phase."""
         matrices = self.at(nodal_diameter)
         if matrices.next is None:
             return matrices.own
         phase = 2 * np.pi * nodal_diameter / self.sectors
-        rows: NDArray[np.complex128] = matrices.own + matrices.next * np.exp(-1j * phase)
+        rows: Matrix = matrices.own + matrices.next * np.exp(-1j * phase)
         return rows
 
     def _write(self, group: h5py.Group) -> None:

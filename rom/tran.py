@@ -15,21 +15,21 @@ from typing import Literal
 
 import numpy as np
 import scipy.linalg as sl
-from numpy.typing import NDArray
 
 from vanelock.errors import InputError
+from vanelock.rom.system import Matrix
 
 Interface = Literal["published", "followed"]
 
 
 def interface_basis(
-    K: NDArray[np.complex128],
-    M: NDArray[np.complex128],
+    K: Matrix,
+    M: Matrix,
     faces: int,
     masters: int,
     count: int,
     interface: Interface = "published",
-) -> NDArray[np.complex128]:
+) -> Matrix:
     """W_Tran in (x_b, x_t, η) = W_Tran (η_cs, x_t, η).
 
     Parameters
@@ -66,5 +66,5 @@ def interface_basis(
     return W
 
 
-def _hermitian(A: NDArray[np.complex128]) -> NDArray[np.complex128]:
+def _hermitian(A: Matrix) -> Matrix:
     return (A + A.conj().T) / 2
