@@ -1,0 +1,46 @@
+"""Compiled kernels, kept on disk by the sources that they were made of.
+
+A cached kernel contains the code of the kernels that it calls, but Numba looks at the age of its
+own file only. Each state of the sources therefore gets its own folder of cached code.
+"""
+
+import hashlib
+import os
+from collections.abc import Callable
+from functools import lru_cache
+from pathlib import Path
+from typing import TypeVar, cast
+
+import numba
+
+Kernel = TypeVar("Kernel", bound=Callable[..., object])
+
+SOURCES = ("trigonometric.py", "slider.py", "sampled.py", "law.py")
+
+
+@lru_cache(maxsize=1)
+def _folder() -> str:
+    here = Path(__file__).resolve().parent
+    digest = hashlib.sha256()
+    for name in SOURCES:
+        digest.update((here / name).read_bytes())
+    chosen = vars(numba.config)["CACHE_DIR"]
+    if chosen:
+        base = Path(chosen)
+    elif os.access(here, os.W_OK):
+        base = here / "__pycache__"
+    else:
+        base = Path.home() / ".cache" / "vanelock"
+    return str(base / f"kernels-{digest.hexdigest()[:12]}")
+
+
+def kernel(function: Kernel) -> Kernel:
+    """Compile a function when it is first called, or load what an earlier run compiled."""
+    settings = vars(numba.config)
+    given = settings["CACHE_DIR"]
+    settings["CACHE_DIR"] = _folder()
+    try:
+        compiled = numba.njit(cache=True)(function)
+    finally:
+        settings["CACHE_DIR"] = given
+    return cast(Kernel, compiled)

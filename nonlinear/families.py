@@ -1,0 +1,141 @@
+"""Families of balances to move along: in frequency, and in added loads at one frequency."""
+
+from dataclasses import dataclass, replace
+from math import ceil, log, sqrt
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vanelock.nonlinear.balance import Balance, Structure
+
+Floats = NDArray[np.float64]
+Array = NDArray[Any]
+
+MARGIN = 0.02  # how far, relatively, an arc may leave the range of frequencies
+
+
+@dataclass(frozen=True)
+class Frequencies:
+    """Balances by circular frequency, rad/s, receptances summed over all modes."""
+
+    structure: Structure
+
+    def at(self, parameter: float) -> Balance:
+        """The balance at a circular frequency."""
+        return self.structure.balance(parameter)
+
+    def slope(self, parameter: float, w: Floats) -> Floats:
+        """du/dω at fixed w."""
+        return self.structure.slope(parameter, w)
+
+
+@dataclass(frozen=True)
+class Interpolated:
+    """Balances by circular frequency, rad/s, in a range: a few modes summed, the others tabulated.
+
+    Those above three times hω vary smoothly in the range, and Chebyshev interpolation of their sum
+    is exact to rounding; the summation over hundreds of modes is paid at the nodes only.
+
+    Attributes
+    ----------
+    structure : Structure
+    limits : (float, float)
+        The range, rad/s; outside it all modes are summed.
+    nodes : (k,) float
+        Chebyshev nodes, rad/s.
+    weights : (k,) float
+        Barycentric weights.
+    low : tuple of int
+        Number of modes summed, by harmonic.
+    tables : tuple of (k, 3c, 3c)
+        R̂_h of the other modes at the nodes, h = 1 ... H.
+    """
+
+    structure: Structure
+    limits: tuple[float, float]
+    nodes: Floats
+    weights: Floats
+    low: tuple[int, ...]
+    tables: tuple[Array, ...]
+
+    def at(self, parameter: float) -> Balance:
+        """The balance at a circular frequency."""
+        inner = self.structure
+        if not self.limits[0] <= parameter <= self.limits[1]:
+            return inner.balance(parameter)
+        distance = parameter - self.nodes
+        if np.any(distance == 0):
+            shares = (distance == 0).astype(float)
+        else:
+            shares = self.weights / distance
+            shares /= shares.sum()
+        receptance = [inner.receptance(0, parameter)]
+        for h in range(1, inner.harmonics + 1):
+            modes, low = inner.at(h), self.low[h]
+            near = modes.rows[:, :low]
+            summed = (near / modes.dynamic(h * parameter)[:low]) @ near.conj().T
+            table = self.tables[h - 1]
+            rest = (shares @ table.reshape(len(shares), -1)).reshape(table.shape[1:])
+            receptance.append(rest + summed * inner.stiffness)
+        return Balance(parameter, inner.linear(parameter), tuple(receptance))
+
+    def slope(self, parameter: float, w: Floats) -> Floats:
+        """du/dω at fixed w."""
+        return self.structure.slope(parameter, w)
+
+
+def frequencies(structure: Structure, omegas: Floats) -> Frequencies | Interpolated:
+    """The family for a set of circular frequencies, rad/s, tabulated where that is cheaper."""
+    low, high = float((1 - MARGIN) * omegas.min()), float((1 + MARGIN) * omegas.max())
+    coupled = any(modes.coupled_damping is not None for modes in structure.modes.values())
+    # The nearest pole is at three times the highest frequency; Bernstein's ellipse through it.
+    x = (3 * high - 0.5 * (high + low)) / (0.5 * (high - low))
+    count = ceil(log(1e16) / log(x + sqrt(x * x - 1))) + 1
+    if coupled or structure.harmonics == 0 or len(omegas) <= count:
+        return Frequencies(structure)
+    k = np.arange(count)
+    cosine = np.cos(np.pi * (2 * k + 1) / (2 * count))
+    nodes = 0.5 * (low + high) + 0.5 * (high - low) * cosine
+    weights = np.asarray((-1.0) ** k * np.sin(np.pi * (2 * k + 1) / (2 * count)), float)
+    counts, tables = [0], []
+    for h in range(1, structure.harmonics + 1):
+        modes = structure.at(h)
+        number = int(np.count_nonzero(modes.compliance * (3 * h * high) ** 2 > 1))
+        counts.append(number)
+        far = modes.rows[:, number:]
+        table = [
+            (far / modes.dynamic(h * omega)[number:]) @ far.conj().T * structure.stiffness
+            for omega in nodes
+        ]
+        tables.append(np.array(table))
+    return Interpolated(structure, (low, high), nodes, weights, tuple(counts), tuple(tables))
+
+
+@dataclass(frozen=True)
+class Loads:
+    """Balances at one frequency whose ũ moves along a direction.
+
+    Attributes
+    ----------
+    balance : Balance
+        At the parameter 0.
+    direction : (c, 3, 2H + 1) float
+        dũ/dp, m.
+    """
+
+    balance: Balance
+    direction: Floats
+
+    def at(self, parameter: float) -> Balance:
+        """The balance at a value of the parameter."""
+        return replace(self.balance, linear=self.balance.linear + parameter * self.direction)
+
+    def slope(self, parameter: float, w: Floats) -> Floats:
+        """dũ/dp, whatever the parameter."""
+        return self.direction
+
+
+def fixed(balance: Balance) -> Loads:
+    """A family of one."""
+    return Loads(balance, np.zeros_like(balance.linear))

@@ -1,0 +1,107 @@
+"""Linear limits of the response: every contact either a spring or open."""
+
+from collections.abc import Iterable, Sequence
+from typing import TypeAlias
+
+import numpy as np
+import scipy.linalg as la
+from numpy.typing import ArrayLike, NDArray
+
+from vanelock.errors import InputError
+from vanelock.nonlinear.balance import Structure, structure
+from vanelock.nonlinear.law import OPEN, STUCK, Deviation
+from vanelock.nonlinear.newton import Solution, scales
+from vanelock.nonlinear.response import Response, assemble_response
+from vanelock.nonlinear.trigonometric import TURN, to_complex, to_real
+from vanelock.rom.system import Contacts, System
+
+Closed: TypeAlias = str | Sequence[str] | NDArray[np.bool_]
+
+
+def linear_response(
+    system: System, frequencies: ArrayLike, closed: Closed = "all", harmonics: int = 1
+) -> Response:
+    """Response with some contacts acting as linear springs and the others open.
+
+    The damping is that of the structure with all contacts stuck, whatever `closed` says, so that
+    free, stuck and nonlinear responses differ by their contacts alone.
+
+    Parameters
+    ----------
+    system : System
+    frequencies : (p,) array_like
+        Hz.
+    closed : (c,) bool, or joint names, or "all", or "none"
+        Contacts that act as springs, in tension too, with their interference.
+    harmonics : int
+        H.
+
+    Returns
+    -------
+    Response
+        With `state` STUCK for the springs and OPEN for the others.
+
+    Raises
+    ------
+    InputError
+        If the mask or a joint does not fit, or a static load is not held by what is closed.
+    """
+    prepared = structure(system, harmonics)
+    mask = closed_contacts(system.contacts, closed)
+    omegas = TURN * np.atleast_1d(np.asarray(frequencies, float))
+    return assemble_response(prepared, [_solve(prepared, omega, mask) for omega in omegas])
+
+
+def closed_contacts(contacts: Contacts, closed: Closed) -> NDArray[np.bool_]:
+    """(c,) mask of the contacts that `closed` names.
+
+    Raises
+    ------
+    InputError
+        If a joint is unknown or the mask has the wrong length.
+    """
+    if isinstance(closed, str) and closed in ("all", "none"):
+        return np.full(contacts.count, closed == "all")
+    names = [closed] if isinstance(closed, str) else closed
+    if isinstance(names, Iterable) and all(isinstance(name, str) for name in names):
+        for name in names:
+            if name not in contacts.joint:
+                known = ", ".join(sorted(set(contacts.joint))) or "none named"
+                raise InputError(f"closed: given {name!r}: joints are {known}, or 'all', 'none'")
+        return np.array([joint in names for joint in contacts.joint], bool)
+    mask = np.asarray(closed)
+    if mask.dtype != bool or mask.shape != (contacts.count,):
+        raise InputError(
+            f"closed: given {mask.dtype} of shape {mask.shape}: needs bool, ({contacts.count},)"
+        )
+    return mask
+
+
+def _solve(prepared: Structure, omega: float, closed: NDArray[np.bool_]) -> Solution:
+    """One frequency: an open contact has w = u, so u = ũ + R̂ w is a linear system for those."""
+    balance = prepared.balance(omega)
+    c = len(closed)
+    rows = np.flatnonzero(np.repeat(~closed, 3))
+    linear = to_complex(balance.linear.reshape(3 * c, -1))
+    w = np.zeros_like(linear)
+    for h, R in enumerate(balance.receptance):
+        matrix = np.eye(len(rows)) - R[np.ix_(rows, rows)]
+        right = linear[h, rows].real if h == 0 else linear[h, rows]
+        w[h, rows] = _consistent(matrix, right) if h == 0 else la.solve(matrix, right)
+    real = to_real(w).reshape(balance.linear.shape)
+    u = balance.displacement(real)
+    gap = real - np.where(closed[:, None, None], 0.0, u)
+    residual = float(np.abs(gap / scales(balance.linear)).max(initial=0.0))
+    deviation = Deviation(real, np.empty(0), np.where(closed, STUCK, OPEN), np.zeros(c))
+    return Solution(omega, omega, real, u, residual, 1, residual < 1e-8, deviation)
+
+
+def _consistent(matrix: NDArray[np.float64], right: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Solve a static system that may leave free motions, if nothing drives them."""
+    if not len(right):
+        return right
+    solution = la.lstsq(matrix, right, cond=1e-12)[0]
+    missing = np.abs(matrix @ solution - right).max()
+    if missing > 1e-8 * max(np.abs(right).max(), np.finfo(float).tiny):
+        raise InputError("closed: these contacts do not hold the static load")
+    return np.asarray(solution)

@@ -1,0 +1,265 @@
+"""Newton's iteration on the condensed balance, on the contacts that deviate from sticking.
+
+Components of w that are zero on both sides of w = W(u(w)) are no unknowns; one that becomes
+active is added on the spot, so that the solution found solves all equations. Steps are judged by
+the natural merit ‖P⁻¹r‖ with the current matrix P (Deuflhard), and never made shorter than 1/8: at
+the kinks of the law, short steps stall where a long one that raises the residual passes.
+
+The balance may belong to a family, by frequency or load. Its parameter is then held, or free on a
+plane across the path of solutions, which is how arcs pass folds.
+"""
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+import scipy.linalg as la
+from numpy.typing import NDArray
+
+from vanelock.nonlinear.balance import Balance
+from vanelock.nonlinear.law import Deviation, Law
+
+Floats = NDArray[np.float64]
+
+TOLERANCE = 1e-10
+LENGTHS = (1.0, 0.5, 0.25, 0.125)
+
+
+class Family(Protocol):
+    """Balances that differ by one parameter."""
+
+    def at(self, parameter: float) -> Balance:
+        """The balance at a value of the parameter."""
+
+    def slope(self, parameter: float, w: Floats) -> Floats:
+        """Derivative of u to the parameter at fixed w, (c, 3, 2H + 1)."""
+
+
+@dataclass(frozen=True)
+class Plane:
+    """The plane normal·(w - w₀, parameter - parameter₀) = 0, for a parameter that is free.
+
+    Attributes
+    ----------
+    w, parameter
+        The point it goes through.
+    normal_w, normal_parameter
+        Its normal.
+    """
+
+    w: Floats
+    parameter: float
+    normal_w: Floats
+    normal_parameter: float
+
+    def distance(self, w: Floats, parameter: float) -> float:
+        """Distance of a point along the normal."""
+        along = np.vdot(self.normal_w, w - self.w)
+        return float(along + self.normal_parameter * (parameter - self.parameter))
+
+
+@dataclass(frozen=True)
+class Solution:
+    """A state of the balance, converged or the best that was reached.
+
+    Attributes
+    ----------
+    omega : float
+        rad/s.
+    parameter : float
+        Of the family.
+    w, u : (c, 3, 2H + 1) float
+        Deviation and relative displacement, m.
+    residual : float
+        Largest |w - W(u)| of each harmonic over that harmonic's scale.
+    iterations : int
+        Newton steps, of failed attempts too.
+    converged : bool
+        Whether the residual is below the tolerance.
+    deviation : Deviation
+        The law at u.
+    """
+
+    omega: float
+    parameter: float
+    w: Floats
+    u: Floats
+    residual: float
+    iterations: int
+    converged: bool
+    deviation: Deviation
+
+
+def scales(linear: Floats) -> Floats:
+    """(2H + 1,) displacements, m, to which the residual of each harmonic is referred.
+
+    The mean is measured against the largest displacement; harmonics h >= 1 against the largest of
+    theirs, but not more finely than rounding of the mean allows.
+    """
+    every = np.abs(linear).max(axis=(0, 1), initial=0.0)
+    largest = every.max()
+    moving = max(every[1:].max(initial=0.0), 1e-4 * largest)
+    scale = np.full(linear.shape[2], moving if moving > 0 else 1.0)
+    scale[0] = largest if largest > 0 else 1.0
+    return scale
+
+
+def newton_matrix(balance: Balance, deviation: Deviation, rows: NDArray[np.int64]) -> Floats:
+    """P = I - (dW/du) R̂ on the given components of w."""
+    m = deviation.w.shape[2]
+    functionals = deviation.jacobian.reshape(-1, 3, m)[rows]
+    matrix = -balance.times_receptance(functionals, rows)
+    matrix[np.diag_indices_from(matrix)] += 1.0
+    return matrix
+
+
+def response_to(deviation: Deviation, rows: NDArray[np.int64], moved: Floats) -> Floats:
+    """(dW/du) times a displacement (c, 3, 2H + 1), on the given components of w."""
+    m = deviation.w.shape[2]
+    functionals = deviation.jacobian.reshape(-1, 3 * m)[rows]
+    rates: Floats = np.einsum("rk,rk->r", functionals, moved.reshape(-1, 3 * m)[rows // (3 * m)])
+    return rates
+
+
+def active_rows(w: Floats, deviation: Deviation) -> NDArray[np.int64]:
+    """Components of w that are unknown: not zero on either side of w = W."""
+    return np.flatnonzero((w != 0) | (deviation.w != 0))
+
+
+@dataclass(frozen=True)
+class _State:
+    """One evaluation of the equations."""
+
+    w: Floats
+    parameter: float
+    balance: Balance
+    u: Floats
+    deviation: Deviation
+    gap: Floats  # (n,) or, on a plane, (n + 1,)
+
+
+def _evaluate(
+    family: Family,
+    law: Law,
+    w: Floats,
+    parameter: float,
+    balance: Balance | None,
+    plane: Plane | None,
+) -> _State:
+    if balance is None:
+        balance = family.at(parameter)
+    u = balance.displacement(w)
+    deviation = law(u)
+    gap = (w - deviation.w).reshape(-1)
+    if plane is not None:
+        gap = np.append(gap, plane.distance(w, parameter))
+    return _State(w, parameter, balance, u, deviation, gap)
+
+
+def _matrix(family: Family, state: _State, rows: NDArray[np.int64], plane: Plane | None) -> Floats:
+    """Jacobian of the active equations, bordered by the plane."""
+    inner = newton_matrix(state.balance, state.deviation, rows)
+    if plane is None:
+        return inner
+    size = len(rows)
+    matrix = np.empty((size + 1, size + 1))
+    matrix[:size, :size] = inner
+    moved = family.slope(state.parameter, state.w)
+    matrix[:size, size] = -response_to(state.deviation, rows, moved)
+    matrix[size, :size] = plane.normal_w.reshape(-1)[rows]
+    matrix[size, size] = plane.normal_parameter
+    return matrix
+
+
+def solve(
+    family: Family,
+    law: Law,
+    start: Floats,
+    parameter: float,
+    plane: Plane | None = None,
+    tolerance: float = TOLERANCE,
+    limit: int = 15,
+) -> Solution:
+    """Solve w = W(u(w)) from a start, at a parameter or on a plane.
+
+    Parameters
+    ----------
+    family : Family
+    law : Law
+    start : (c, 3, 2H + 1) float
+        First guess of w, m.
+    parameter : float
+        Its value; where a plane is given, the first guess.
+    plane : Plane, optional
+        Where the solution is looked for with the parameter free.
+    tolerance : float
+        Relative residual that counts as converged.
+    limit : int
+        Most Newton steps.
+    """
+    held = family.at(parameter) if plane is None else None
+    state = _evaluate(family, law, start, parameter, held, plane)
+    scale = scales(state.balance.linear)
+    clean = np.where((state.deviation.w == 0) & (np.abs(start) <= tolerance * scale), 0.0, start)
+    if np.any(clean != start):
+        state = _evaluate(family, law, clean, parameter, held, plane)
+    weight = np.broadcast_to(1 / scale, start.shape).reshape(-1)
+    if plane is not None:
+        weight = np.append(weight, 1.0)
+    active = np.zeros(start.size, bool)
+    iteration = 0
+    while True:
+        residual = float(np.abs(state.gap * weight)[: start.size].max(initial=0.0))
+        if residual < tolerance or iteration == limit or not np.isfinite(residual):
+            break
+        active[active_rows(state.w, state.deviation)] = True
+        following = _step(family, law, state, np.flatnonzero(active), weight, held, plane)
+        if following is None:
+            break
+        state = following
+        iteration += 1
+    return Solution(
+        omega=state.balance.omega,
+        parameter=state.parameter,
+        w=state.w,
+        u=state.u,
+        residual=residual,
+        iterations=iteration,
+        converged=residual < tolerance,
+        deviation=state.deviation,
+    )
+
+
+def _step(
+    family: Family,
+    law: Law,
+    state: _State,
+    rows: NDArray[np.int64],
+    weight: Floats,
+    held: Balance | None,
+    plane: Plane | None,
+) -> _State | None:
+    """One damped Newton step; None where the matrix is singular."""
+    n = state.w.size
+    with np.errstate(all="ignore"):
+        factors = la.lu_factor(_matrix(family, state, rows, plane), check_finite=False)
+    if not np.all(np.isfinite(factors[0])) or not np.all(np.diagonal(factors[0])):
+        return None
+    unknowns = rows if plane is None else np.append(rows, n)
+    step = np.zeros_like(state.gap)
+    step[unknowns] = -la.lu_solve(factors, state.gap[unknowns], check_finite=False)
+    merit = np.linalg.norm(step * weight)
+    best: tuple[float, _State] | None = None
+    for length in LENGTHS:
+        w = state.w + length * step[:n].reshape(state.w.shape)
+        parameter = state.parameter if plane is None else state.parameter + length * step[n]
+        trial = _evaluate(family, law, w, parameter, held, plane)
+        ahead = trial.gap.copy()  # components outside P count as they are
+        ahead[unknowns] = la.lu_solve(factors, trial.gap[unknowns], check_finite=False)
+        reached = float(np.linalg.norm(ahead * weight))
+        if best is None or reached < best[0]:
+            best = (reached, trial)
+        if reached < (1 - length / 4) * merit:
+            break
+    assert best is not None
+    return best[1]

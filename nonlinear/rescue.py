@@ -1,0 +1,115 @@
+"""Ways to a solution where no neighbouring one is known."""
+
+from collections.abc import Callable, Generator, Iterator
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vanelock.nonlinear.arc import follow
+from vanelock.nonlinear.balance import Balance
+from vanelock.nonlinear.families import Loads, fixed
+from vanelock.nonlinear.law import Law
+from vanelock.nonlinear.newton import TOLERANCE, Solution, solve
+
+Floats = NDArray[np.float64]
+
+
+def from_nothing(
+    balance: Balance, law: Callable[[int], Law], tolerance: float = TOLERANCE
+) -> Solution:
+    """Solve a balance without a start, by what works, the cheapest first.
+
+    Parameters
+    ----------
+    balance : Balance
+    law : callable
+        The contact law for a number of harmonics.
+    tolerance : float
+        Relative residual that counts as converged.
+
+    Returns
+    -------
+    Solution
+        Not converged if nothing worked: the one of smallest residual.
+    """
+    spent = 0
+    best: Solution | None = None
+    for attempt in _attempts(balance, law, tolerance):
+        spent += attempt.iterations
+        if best is None or attempt.residual < best.residual:
+            best = attempt
+        if attempt.converged:
+            break
+    assert best is not None
+    return replace(best, iterations=spent, parameter=balance.omega)
+
+
+def _attempts(balance: Balance, law: Callable[[int], Law], tolerance: float) -> Iterator[Solution]:
+    harmonics = (balance.linear.shape[2] - 1) // 2
+    top = law(harmonics)
+    yield solve(fixed(balance), top, np.zeros_like(balance.linear), 0.0, tolerance=tolerance)
+    raised = yield from _raise_harmonics(balance, law, tolerance)
+    if harmonics > 0 and raised is not None:
+        yield from _raise_force(balance, top, raised, tolerance)
+    yield from _release(balance, top, tolerance)
+
+
+def _raise_harmonics(
+    balance: Balance, law: Callable[[int], Law], tolerance: float
+) -> Generator[Solution, None, Floats | None]:
+    """Solve with 0, 1, ... H harmonics, each from the last; returns the static deviation."""
+    harmonics = (balance.linear.shape[2] - 1) // 2
+    w: Floats = np.zeros((*balance.linear.shape[:2], 1))
+    static: Floats | None = None
+    for h in range(harmonics + 1):
+        m = 2 * h + 1
+        cut = Balance(balance.omega, balance.linear[:, :, :m].copy(), balance.receptance[: h + 1])
+        start = np.zeros((*w.shape[:2], m))
+        start[:, :, : w.shape[2]] = w
+        found = solve(fixed(cut), law(h), start, 0.0, tolerance=tolerance, limit=25)
+        if h == harmonics:
+            yield found
+        if found.converged or h > 0:
+            w = found.w
+        if h == 0 and found.converged:
+            static = found.w
+    return static
+
+
+def _raise_force(
+    balance: Balance, law: Law, static: Floats, tolerance: float
+) -> Iterator[Solution]:
+    """From the static state, raise all that vibrates from nothing to its full amplitude."""
+    direction = balance.linear.copy()
+    direction[:, :, 0] = 0.0
+    still = replace(balance, linear=balance.linear - direction)
+    family = Loads(still, direction)
+    start = np.zeros_like(balance.linear)
+    start[:, :, 0] = static[:, :, 0]
+    begun = solve(family, law, start, 0.0, tolerance=tolerance)
+    if begun.converged:
+        yield from _followed(family, law, begun, 1.0, tolerance)
+
+
+def _release(balance: Balance, law: Law, tolerance: float) -> Iterator[Solution]:
+    """From a preload so high that everything sticks, down to the true one."""
+    most = np.abs(balance.linear).sum(axis=2).max(initial=0.0)
+    steepest = np.where(law.alpha > 0, law.alpha, np.inf).min(initial=np.inf)
+    if not np.isfinite(steepest) or most == 0:
+        return
+    direction = np.zeros_like(balance.linear)
+    direction[:, 0, 0] = 1.0
+    family = Loads(balance, direction)
+    height = most * (1.1 + 1.1 / steepest)
+    begun = solve(family, law, np.zeros_like(balance.linear), height, tolerance=tolerance)
+    if begun.converged:
+        yield from _followed(family, law, begun, 0.0, tolerance)
+
+
+def _followed(
+    family: Loads, law: Law, begun: Solution, target: float, tolerance: float
+) -> Iterator[Solution]:
+    arc = follow(family, law, begun, target, tolerance)
+    if arc.solution is not None:
+        yield arc.solution

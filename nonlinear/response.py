@@ -1,0 +1,153 @@
+"""Forced response: what the solver hands on."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vanelock.nonlinear.balance import Structure
+from vanelock.nonlinear.law import Deviation
+from vanelock.nonlinear.newton import Solution
+from vanelock.nonlinear.trigonometric import TURN, basis, to_complex, to_real
+from vanelock.product import Product
+
+Array = NDArray[np.complex128]
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Response(Product):
+    """Periodic response at p frequencies, q(t) = Re Σ_h q^(h) e^{ihωt}.
+
+    Attributes
+    ----------
+    frequency : (p,) float
+        Hz.
+    x : dict of int to (p, n_h) complex
+        All coordinates of the system, by harmonic, in the basis of the harmonic's diameter.
+    contact : (p, H + 1, c, 3) complex
+        Relative displacements (v, u1, u2), interference included in the mean of v, m.
+    force : (p, H + 1, c, 3) complex
+        Contact forces (n, t1, t2), N.
+    state : (p, c) int
+        STUCK, SLIP, OPEN or SLIP_OPEN.
+    dissipation : (p, c) float
+        Friction work of each contact in a period, J.
+    output : (p, H + 1, o, 3) complex
+        Displacement of the output nodes, m.
+    amplitude : (p, o, 3) float
+        Half the peak-to-peak of each output over a period, m.
+    converged : (p,) bool
+        Whether the residual is below the tolerance; if not, nothing here is to be trusted.
+    residual : (p,) float
+        Relative residual of the balance.
+    iterations : (p,) int
+        Newton steps spent.
+    active : (p,) int
+        Contacts that deviate from sticking where they were assembled.
+    stiffness : (c, 3) float
+        (kn, kt1, kt2), N/m.
+    mu : (c,) float
+        Friction coefficients.
+    harmonic_diameters : (H + 1,) int
+        Nodal diameter of each harmonic.
+    """
+
+    frequency: Floats = field(metadata={"unit": "Hz"})
+    x: dict[int, Array]
+    contact: Array = field(metadata={"unit": "m"})
+    force: Array = field(metadata={"unit": "N"})
+    state: NDArray[np.int64]
+    dissipation: Floats = field(metadata={"unit": "J"})
+    output: Array = field(metadata={"unit": "m"})
+    amplitude: Floats = field(metadata={"unit": "m"})
+    converged: NDArray[np.bool_]
+    residual: Floats
+    iterations: NDArray[np.int64]
+    active: NDArray[np.int64]
+    stiffness: Floats = field(metadata={"unit": "N/m"})
+    mu: Floats
+    harmonic_diameters: NDArray[np.int64]
+
+    @property
+    def harmonics(self) -> int:
+        """H."""
+        return int(self.contact.shape[1]) - 1
+
+    @property
+    def points(self) -> int:
+        """Number of frequencies p."""
+        return len(self.frequency)
+
+
+def half_peak_to_peak(q: Array) -> Floats:
+    """Half the peak-to-peak over a period of q(t), given one-sided coefficients (H + 1, ...)."""
+    harmonics = len(q) - 1
+    if harmonics < 2:
+        return np.asarray(np.abs(q[1:]).sum(axis=0))
+    a = to_real(q).reshape(-1, 2 * harmonics + 1)
+    count = 32 * harmonics
+    table = basis(harmonics, TURN * np.arange(count) / count)
+    history = a @ table.T
+    h = np.arange(harmonics + 1)
+    one_sided = to_complex(a)
+    extreme = []
+    for found in (history.argmax(axis=1), history.argmin(axis=1)):
+        angle = TURN * found / count
+        for _ in range(3):  # from the nearest sample Newton's iteration needs no more
+            wave = one_sided * np.exp(1j * np.outer(h, angle))
+            slope = (1j * h[:, None] * wave).sum(axis=0).real
+            curvature = -(h[:, None] ** 2 * wave).sum(axis=0).real
+            step = np.divide(slope, curvature, out=np.zeros_like(slope), where=curvature != 0)
+            angle = angle - step.clip(-TURN / count, TURN / count)
+        polished = (one_sided * np.exp(1j * np.outer(h, angle))).sum(axis=0).real
+        extreme.append(polished)
+    top, bottom = np.maximum(extreme[0], history.max(1)), np.minimum(extreme[1], history.min(1))
+    return np.asarray((top - bottom).reshape(q.shape[1:]) / 2)
+
+
+def assemble_response(structure: Structure, solutions: Sequence[Solution]) -> Response:
+    """Collect solved points into a response, all coordinates recovered."""
+    H, system = structure.harmonics, structure.system
+    count, outputs = system.contacts.count, len(system.output_names)
+    m = 2 * H + 1
+    by_point = [structure.amplitudes(s.omega, s.w) for s in solutions]
+    x, output = {}, np.zeros((len(solutions), H + 1, outputs, 3), complex)
+    for h in range(H + 1):
+        modal = np.array([point[h] for point in by_point])
+        shapes = structure.at(h).shapes
+        x[h] = (modal.reshape(-1, len(shapes.T)) @ shapes.T).astype(complex)
+        rows = system.at(structure.nodal_diameters[h]).output
+        if rows is not None:
+            output[:, h] = np.einsum("pn,oen->poe", x[h], rows)
+    stacked = np.array([s.u for s in solutions]).reshape(-1, count, 3, m)
+    deviating = np.array([s.w for s in solutions]).reshape(stacked.shape)
+    pulled = (stacked - deviating) * system.contacts.stiffness[:, :, None]
+    if outputs:
+        amplitude = half_peak_to_peak(output.swapaxes(0, 1))
+    else:
+        amplitude = np.zeros((len(solutions), 0, 3))
+    return Response(
+        frequency=np.array([s.omega for s in solutions]) / TURN,
+        x=x,
+        contact=to_complex(stacked).swapaxes(0, 1),
+        force=to_complex(pulled).swapaxes(0, 1),
+        state=np.array([s.deviation.state for s in solutions]).reshape(-1, count),
+        dissipation=np.array([s.deviation.dissipation for s in solutions]).reshape(-1, count),
+        output=output,
+        amplitude=amplitude,
+        converged=np.array([s.converged for s in solutions], bool),
+        residual=np.array([s.residual for s in solutions], float),
+        iterations=np.array([s.iterations for s in solutions], np.int64),
+        active=np.array([_active(s.deviation) for s in solutions], np.int64),
+        stiffness=system.contacts.stiffness,
+        mu=system.contacts.mu,
+        harmonic_diameters=np.array(structure.nodal_diameters),
+    )
+
+
+def _active(deviation: Deviation) -> int:
+    """Contacts with any w."""
+    deviating = np.asarray(deviation.w.any(axis=(1, 2)))
+    return int(np.count_nonzero(deviating))

@@ -1,0 +1,103 @@
+"""An independent contact law and small systems, written without the package's kernels."""
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from vanelock.rom.system import Contacts, Diameter, Force, System
+
+Floats = NDArray[np.float64]
+Array = NDArray[np.complex128]
+
+
+def march(contacts: Contacts, q: Array, count: int) -> Floats:
+    """Forces (n, t1, t2) of all contacts by the three states of the element, after one period.
+
+    q holds one-sided coefficients (H + 1, c, 3) of (v, u1, u2); the result is (count, c, 3).
+    """
+    angle = 2 * np.pi * np.arange(count) / count
+    h = np.arange(len(q))
+    wave = np.exp(1j * np.outer(angle, h))
+    u = np.einsum("th,hcd->tcd", wave, q).real
+    kt, mu = contacts.kt, contacts.mu[:, None]
+    n = np.maximum(contacts.kn * u[:, :, 0], 0.0)[:, :, None]
+    slip = mu * n
+    moved = kt * np.diff(u[:, :, 1:], axis=0, prepend=u[-1:, :, 1:])
+    open_ = n == 0
+    forces = np.concatenate([n, np.zeros((count, contacts.count, 2))], axis=2)
+    t = np.clip(kt * u[0, :, 1:], -slip[0], slip[0])
+    for i in range(1, 2 * count):
+        s = i % count
+        t = np.where(open_[s], 0.0, np.clip(t + moved[s], -slip[s], slip[s]))
+        forces[s, :, 1:] = t
+    return forces
+
+
+def coefficients(history: Floats, harmonics: int) -> Array:
+    """One-sided coefficients (H + 1, ...) of sampled histories (s, ...)."""
+    q: Array = np.fft.rfft(history, axis=0)[: harmonics + 1] / len(history)
+    q[1:] *= 2
+    return q
+
+
+def random_system(
+    seed: int,
+    *,
+    size: int = 20,
+    contacts: int = 6,
+    mu: float = 0.3,
+    preload: float = 1.0,
+    amplitude: float = 1.0,
+    damping_ratio: float | None = 0.005,
+    sectors: int = 5,
+    engine_order: int = 1,
+    harmonics: int = 5,
+) -> System:
+    """Hermitian matrices by nodal diameter, contacts within the sector and to the next one."""
+    rng = np.random.default_rng(seed)
+    own = rng.normal(size=(contacts, 3, size)).astype(complex)
+    beyond = rng.normal(size=(contacts, 3, size)) * (rng.random((contacts, 1, 1)) < 0.5) + 0j
+    base, coupling = rng.normal(size=(size, size)), 0.2 * rng.normal(size=(size, size))
+    diameters = {}
+    for k in sorted({(h * engine_order) % sectors for h in range(harmonics + 1)}):
+        factor = base + coupling * np.exp(-2j * np.pi * k / sectors)
+        K = factor.conj().T @ factor + 0.3 * np.eye(size)
+        diameters[k] = Diameter(
+            K=K.real if k == 0 else K,
+            M=np.diag(np.linspace(0.5, 2, size)),
+            own=own,
+            next=beyond if sectors > 1 else None,
+            output=np.eye(size, dtype=complex)[None, :3],
+        )
+    push: Array = rng.normal(size=size) + 1j * rng.normal(size=size)
+    return System(
+        sectors=sectors,
+        engine_order=engine_order,
+        diameters=diameters,
+        contacts=Contacts(
+            kn=rng.uniform(0.5, 2, contacts),
+            kt=rng.uniform(0.5, 2, (contacts, 2)),
+            mu=np.full(contacts, mu),
+            v0=preload * rng.uniform(0.3, 1, contacts),
+        ),
+        force={1: Force(amplitude * push)},
+        output_names=("tip",),
+        damping_ratio=damping_ratio,
+    )
+
+
+@pytest.fixture(name="march")
+def march_fixture() -> Callable[[Contacts, Array, int], Floats]:
+    return march
+
+
+@pytest.fixture(name="coefficients")
+def coefficients_fixture() -> Callable[[Floats, int], Array]:
+    return coefficients
+
+
+@pytest.fixture(name="random_system")
+def random_system_fixture() -> Callable[..., System]:
+    return random_system
