@@ -137,17 +137,17 @@ def _element_matrices(
     part: Part, block: slice, material: Material, reference: ReferenceElement
 ) -> tuple[Array, Array]:
     """Stiffness (e, 3, k, 3, k) and scalar mass (e, k, k) of a block of elements."""
-    points = part.points[part.cells[block]]
-    jacobian = np.einsum("eai,qaj->eqij", points, reference.gradients, optimize=True)
-    determinant = np.linalg.det(jacobian)
+    points = part.points[part.cells[block]].transpose(2, 0, 1)  # (3, e, k)
+    slopes = reference.gradients.transpose(2, 1, 0)  # (3, k, q)
+    cofactor, determinant = _cofactors(points[:, None] @ slopes)
     if not determinant.min() > 0:  # catches what is not a number, too
         bad = block.start + int(np.argmin(determinant.min(axis=1)))
         raise InputError(f"{part.name}: element {bad} is turned inside out or has no volume")
     weights = determinant * reference.weights
-    gradient = reference.gradients @ np.linalg.inv(jacobian)  # (e, q, k, 3)
-    e, q, k, _ = gradient.shape
-    left = gradient.transpose(0, 3, 2, 1).reshape(e, 3 * k, q)
-    product = ((left * weights[:, None]) @ left.transpose(0, 2, 1)).reshape(e, 3, k, 3, k)
+    e, k, q = points.shape[1], *slopes.shape[1:]
+    gradient = np.einsum("jaq,ijeq->eiaq", slopes, cofactor / determinant).reshape(e, 3 * k, q)
+    weighted = gradient * weights[:, None]
+    product = (weighted @ gradient.transpose(0, 2, 1)).reshape(e, 3, k, 3, k)
     lame, shear = material.lame
     stiffness = lame * product + shear * product.transpose(0, 3, 2, 1, 4)
     laplace = shear * np.einsum("eiaib->eab", product)
@@ -157,6 +157,14 @@ def _element_matrices(
     pair = (values[:, :, None] * values[:, None]).reshape(q, k * k)
     mass = material.rho * (weights @ pair).reshape(e, k, k)
     return stiffness, mass
+
+
+def _cofactors(jacobian: Array) -> tuple[Array, Array]:
+    """Cofactors and determinant of 3 x 3 matrices in the first two axes; J⁻ᵀ is their ratio."""
+    after, before = [1, 2, 0], [2, 0, 1]
+    cofactor = jacobian[after][:, after] * jacobian[before][:, before]
+    cofactor -= jacobian[after][:, before] * jacobian[before][:, after]
+    return cofactor, np.sum(jacobian[0] * cofactor[0], axis=0)
 
 
 def _symmetric(half: sp.csr_array) -> sp.csc_array:

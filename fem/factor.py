@@ -5,6 +5,7 @@ PARDISO through pypardiso (real; a complex matrix as a real one of twice the siz
 SuperLU, which always works and is several times slower.
 """
 
+import weakref
 from collections.abc import Callable
 from dataclasses import dataclass
 from importlib import import_module
@@ -209,4 +210,5 @@ def _pardiso(A: sp.csc_array) -> Solve:
         x = np.asarray(solver.solve(upper, stacked)).reshape(stacked.shape)
         return x[:n] + 1j * x[n:]
 
+    weakref.finalize(solve, solver.free_memory, everything=True)  # the library never does
     return solve
