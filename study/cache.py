@@ -11,8 +11,8 @@ from collections.abc import Callable, Generator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import lru_cache
+from importlib import import_module
 from importlib.metadata import PackageNotFoundError, version
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, Generic, TypeVar
 
@@ -23,6 +23,8 @@ from vanelock.errors import InputError
 from vanelock.product import Product
 
 P = TypeVar("P", bound=Product)
+STEPS = ("stages", "limits", "forced")
+"""Modules of this package that say how a stage is called."""
 
 
 @dataclass(frozen=True)
@@ -130,16 +132,20 @@ def _canonical(value: Any) -> Any:
 
 @lru_cache
 def code_version(package: str) -> str:
-    """The program's version and a digest of one stage's source files.
+    """The program's version and a digest of the source files that compute a stage.
 
     A digest, because a working copy changes between versions. The mesh generator's version
     counts too, since node numbers depend on it.
     """
-    digest = hashlib.sha256(vanelock.__version__.encode())
-    spec = find_spec(f"vanelock.{package}")
-    for folder in (spec.submodule_search_locations or ()) if spec else ():
-        for path in sorted(Path(folder).glob("**/*.py")):
-            digest.update(path.name.encode() + b"\0" + path.read_bytes())
+    files = [
+        path
+        for folder in import_module(f"vanelock.{package}").__path__
+        for path in sorted(Path(folder).glob("*.py"))
+    ]
+    files += [Path(__file__).with_name(f"{module}.py") for module in STEPS]
+    digest = hashlib.sha256()
+    for path in files:
+        digest.update(path.name.encode() + b"\0" + path.read_bytes())
     if package == "mesh":
         digest.update(installed("gmsh").encode())
     return f"{vanelock.__version__}+{digest.hexdigest()[:12]}"

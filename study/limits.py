@@ -4,6 +4,7 @@ The mode of interest is counted with the interlock free and followed to the stuc
 modal assurance criterion. Both share their coordinates, so their shapes compare directly.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from math import ceil
 
@@ -63,9 +64,9 @@ class Limits(Product):
         return (frequency - self.free_frequency) / span if span else float("nan")
 
 
-def hooks(system: System) -> NDArray[np.bool_]:
-    """(c,) contacts that stay closed when the interlock is free."""
-    return np.array([joint != "interlock" for joint in system.contacts.joint], bool)
+def hooks(joints: Sequence[str]) -> NDArray[np.bool_]:
+    """(c,) contacts that stay closed when the interlock is free, from each contact's joint."""
+    return np.array([joint != "interlock" for joint in joints], bool)
 
 
 def limits(system: System, mode: int) -> Limits:
@@ -83,7 +84,7 @@ def limits(system: System, mode: int) -> Limits:
     if mode > size:
         raise InputError(f"response.mode = {mode}: the reduced model has {size} modes")
     count = min(size, max(SHOWN, mode + 6))
-    free, free_shapes = linear_modes(system, k, count, closed=hooks(system))
+    free, free_shapes = linear_modes(system, k, count, closed=hooks(system.contacts.joint))
     stuck, stuck_shapes = linear_modes(system, k, count)
     likeness = mac(free_shapes[:, [mode - 1]], stuck_shapes, system.at(k).M)[0]
     partner = int(likeness.argmax())

@@ -152,7 +152,8 @@ def choose_listener(quiet: bool, as_json: bool) -> Generator[Listener, None, Non
 
 
 def print_table(console: Console, table: Table) -> None:
-    """Print a table and its notes."""
+    """Print a table under its title, and its notes."""
+    console.print(f"\n{table.title}", soft_wrap=True)
     console.print(table.rich())
     for note in table.notes:
         console.print(note, soft_wrap=True)

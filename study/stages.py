@@ -46,6 +46,8 @@ class Step(Generic[P]):
     kept : bool
         Whether the product goes into the cache; one that takes longer to read than to make
         does not.
+    quick : bool
+        Whether it is done before anyone could read its name.
     """
 
     name: str
@@ -54,6 +56,7 @@ class Step(Generic[P]):
     needs: tuple["Step[Any]", ...]
     compute: Callable[..., P]
     kept: bool = True
+    quick: bool = False
 
 
 def step(
@@ -64,10 +67,11 @@ def step(
     needs: tuple[Step[Any], ...],
     compute: Callable[..., P],
     kept: bool = True,
+    quick: bool = False,
 ) -> Step[P]:
     """A step whose key follows from its inputs, what it needs and the code of `package`."""
     key = key_of(name, package, inputs, tuple(need.key for need in needs))
-    return Step(name, key, kind, needs, compute, kept)
+    return Step(name, key, kind, needs, compute, kept, quick)
 
 
 @dataclass
@@ -98,18 +102,28 @@ class Stages:
             product, seconds = entry.product, entry.seconds
         else:
             product, seconds = self._computed(step)
-        self.done[step.key] = Done(step.name, seconds, entry is not None)
-        self.listener(self.done[step.key])
+        if step.key not in self.done:
+            self.done[step.key] = Done(step.name, seconds, entry is not None)
+            if not step.quick:
+                self.listener(self.done[step.key])
         self._products[step.key] = product
         return product
 
-    def forget(self, step: Step[Any]) -> None:
-        """Drop a product from memory."""
-        self._products.pop(step.key, None)
+    def retain(self, steps: Iterable[Step[Any]]) -> None:
+        """Drop from memory what none of the steps, nor any that they need, produces."""
+        wanted: set[str] = set()
+        waiting = list(steps)
+        while waiting:
+            step = waiting.pop()
+            if step.key not in wanted:
+                wanted.add(step.key)
+                waiting += step.needs
+        self._products = {k: v for k, v in self._products.items() if k in wanted}
 
     def _computed(self, step: Step[P]) -> tuple[P, float]:
         given = [self.get(need) for need in step.needs]
-        self.listener(Begun(step.name))
+        if not step.quick and step.key not in self.done:
+            self.listener(Begun(step.name))
         began = time.perf_counter()
         product = step.compute(*given)
         seconds = time.perf_counter() - began
@@ -200,4 +214,4 @@ def system_step(study: Study, vane: Step[Component], casing: Step[Component]) ->
     def compute(vane: Component, casing: Component) -> System:
         return rom.join(vane, casing, joined, excitation, study.damping.ratio)
 
-    return step("system", "rom", inputs, System, (vane, casing), compute, False)
+    return step("system", "rom", inputs, System, (vane, casing), compute, False, True)

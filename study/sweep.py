@@ -1,5 +1,6 @@
 """Cases of a study: the product of the swept keys' values, each checked as the key itself is."""
 
+from collections.abc import Hashable, Sequence
 from dataclasses import dataclass
 from itertools import product
 from typing import Any, get_args
@@ -140,3 +141,29 @@ def _short(keys: list[str]) -> dict[str, str]:
             depth += 1
         names[key] = ".".join(words[-depth:])
     return names
+
+
+def label(cases: Sequence[Case], groups: Sequence[Hashable]) -> list[str]:
+    """What tells the groups that cases belong to apart: the swept values fixed in every group.
+
+    Parameters
+    ----------
+    cases : sequence of Case
+        All cases.
+    groups : sequence
+        The group of each; "" is the label of an only one.
+    """
+    if len(set(groups)) < 2:
+        return [""] * len(cases)
+    keys = list(cases[0].values)
+    fixed = []
+    for key in keys:
+        seen: dict[Hashable, float] = {}
+        values = [case.values[key] for case in cases]
+        if all(seen.setdefault(g, v) == v for g, v in zip(groups, values, strict=True)):
+            fixed.append(key)
+    names = _short(keys)
+    return [
+        ",".join(f"{names[key]}={case.values[key]:.9g}" for key in fixed) or case.name
+        for case in cases
+    ]

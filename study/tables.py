@@ -49,8 +49,8 @@ class Table:
         return {"table": self.key, "rows": rows, "notes": list(self.notes)}
 
     def rich(self) -> RichTable:
-        """The table for people."""
-        table = RichTable(title=self.title, title_justify="left", box=SIMPLE_HEAD)
+        """The table for people, without its title."""
+        table = RichTable(box=SIMPLE_HEAD, pad_edge=False)
         for i, column in enumerate(self.columns):
             numbers = any(isinstance(row[i], int | float) for row in self.rows)
             table.add_column(column.head, justify="right" if numbers else "left", no_wrap=True)

@@ -1,0 +1,47 @@
+"""Peak so far and time left, from the work of the cases that this run had to compute."""
+
+import time
+from collections.abc import Iterable
+
+from vanelock.study.forced import REFINED
+from vanelock.study.model import Study
+from vanelock.study.plan import Planned
+from vanelock.study.progress import Point
+
+
+class Clock:
+    """Stopwatch over all cases of a run."""
+
+    def __init__(self, planned: Iterable[Planned]) -> None:
+        self._left = {each.response.key: work(each.case.study) for each in planned}
+        self._done = 0.0
+        self._seconds = 0.0
+        self._began = time.perf_counter()
+        self._name, self._own, self._peak = "", 0.0, 0.0
+
+    def begin(self, planned: Planned) -> None:
+        """A case begins."""
+        self._name, self._peak = planned.case.name, 0.0
+        self._own = self._left.pop(planned.response.key, 0.0)
+        self._began = time.perf_counter()
+
+    def end(self, computed: bool) -> None:
+        """It has its response, computed now or not."""
+        if computed:
+            self._seconds += time.perf_counter() - self._began
+            self._done += self._own
+
+    def point(self, done: int, total: int, amplitude: float) -> Point:
+        """A point of it is solved; `amplitude` counts for the peak, m."""
+        self._peak = max(self._peak, amplitude) if amplitude == amplitude else self._peak
+        part = self._own * done / total
+        pace = (self._seconds + time.perf_counter() - self._began) / max(self._done + part, 1e-9)
+        left = pace * (self._own - part + sum(self._left.values()))
+        return Point(self._name, done, total, self._peak, left)
+
+
+def work(study: Study) -> float:
+    """Relative cost of a response: the unknowns at a point grow with 2H + 1."""
+    response = study.response
+    points = len(response.frequencies) if response.frequencies else response.points + 2 * REFINED
+    return float(points * (2 * response.harmonics + 1) ** 1.5)

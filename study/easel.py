@@ -1,0 +1,63 @@
+"""Files that show results, drawn again only when what they show has changed."""
+
+import json
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+from vanelock.study.cache import file_digest, key_of
+from vanelock.study.folder import record
+from vanelock.study.progress import Begun, Done, Listener
+
+
+@dataclass
+class Easel:
+    """Draws files unless they are there and show the same already.
+
+    Attributes
+    ----------
+    folder : Path
+        The run's folder.
+    listener : callable
+        Told about each file drawn.
+    done : list of Done
+        The files so far.
+    """
+
+    folder: Path
+    listener: Listener
+    done: list[Done] = field(default_factory=list)
+
+    @cached_property
+    def _known(self) -> dict[str, list[str]]:
+        try:
+            known = json.loads((self.folder / "cache" / "pictures.json").read_text("utf-8"))
+            return {
+                str(name): [str(key), str(digest), str(float(seconds))]
+                for name, (key, digest, seconds) in known.items()
+            }
+        except (OSError, ValueError, AttributeError, TypeError):
+            return {}
+
+    def draw(self, name: str, shows: Any, function: Callable[[Path], object]) -> Path:
+        """The file `name`; `shows` is what JSON can hold of all that it depends on."""
+        path = self.folder / name
+        key = key_of(name, "render", {"shows": shows})
+        known = self._known.get(name)
+        if known is not None and known[0] == key and path.is_file():
+            if file_digest(path) == known[1]:
+                self.done.append(Done(name, float(known[2]), True))
+                return path
+        self.listener(Begun(name))
+        began = time.perf_counter()
+        path.unlink(missing_ok=True)
+        function(path)
+        seconds = time.perf_counter() - began
+        self._known[name] = [key, file_digest(path), f"{seconds:.3f}"]
+        record(self.folder / "cache" / "pictures.json", json.dumps(self._known, indent=1))
+        self.done.append(Done(name, seconds, False))
+        self.listener(self.done[-1])
+        return path

@@ -1,0 +1,61 @@
+"""The folder of a run: made, checked and claimed before anything is computed."""
+
+import fcntl
+import os
+from collections.abc import Generator
+from contextlib import contextmanager
+from pathlib import Path
+
+from vanelock.errors import InputError
+from vanelock.study import results
+
+
+@contextmanager
+def claimed(folder: Path) -> Generator[None, None, None]:
+    """Hold a folder for one run.
+
+    Raises
+    ------
+    InputError
+        If it cannot be made or written, another run is using it, or its results file is not ours.
+    """
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        lock = (folder / ".lock").open("a")
+    except OSError as error:
+        reason = error.strerror or str(error)
+        raise InputError(f"{folder}: cannot be used as a folder to write to: {reason}") from None
+    with lock:
+        try:
+            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except OSError:
+            raise InputError(f"{folder}: another run is using this folder") from None
+        results.check_results(folder / results.NAME)
+        _sweep_up(folder)
+        yield
+
+
+def _sweep_up(folder: Path) -> None:
+    """Remove unfinished files that a killed run left; nobody else is writing here."""
+    for place in (folder, folder / "cache"):
+        for path in place.glob(".*.tmp"):
+            path.unlink(missing_ok=True)
+
+
+def record(path: Path, text: str) -> None:
+    """Write a small text file as a whole or not at all.
+
+    Raises
+    ------
+    InputError
+        If it cannot be written.
+    """
+    temporary = path.with_name(f".{path.name}.{os.getpid()}.tmp")
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        temporary.write_text(text, "utf-8")
+        os.replace(temporary, path)
+    except OSError as error:
+        raise InputError(f"{path}: cannot be written: {error.strerror or error}") from None
+    finally:
+        temporary.unlink(missing_ok=True)

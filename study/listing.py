@@ -1,0 +1,165 @@
+"""Tables of what a run found."""
+
+from collections.abc import Collection, Mapping, Sequence
+
+import numpy as np
+
+from vanelock.nonlinear import Response
+from vanelock.study.limits import SHOWN, Limits
+from vanelock.study.progress import Done
+from vanelock.study.summary import Peak, Summary
+from vanelock.study.tables import Column, Table
+
+
+TOGETHER = {
+    "preload": "preloads",
+    "response": "responses",
+    "figures": "pictures",
+    "shapes": "pictures",
+}
+"""Stages that share a line of the table of times, by the first word of their names."""
+
+
+def stage_times(done: Collection[Done]) -> Table:
+    """Time of each kind of stage: in this run, and what it took when it was computed."""
+    kinds: dict[str, list[Done]] = {}
+    for each in done:
+        word = each.stage.replace("/", " ").partition(" ")[0]
+        kinds.setdefault(TOGETHER.get(word, each.stage), []).append(each)
+    rows = []
+    for kind, entries in kinds.items():
+        now = [entry.seconds for entry in entries if not entry.cached]
+        rows.append((kind, len(entries), len(now), sum(now), sum(e.seconds for e in entries)))
+    number, new = sum(row[1] for row in rows), sum(row[2] for row in rows)
+    rows.append(("total", number, new, sum(row[3] for row in rows), sum(row[4] for row in rows)))
+    columns = (
+        Column("stage", "stage"),
+        Column("count", "number", "d"),
+        Column("computed", "computed now", "d"),
+        Column("seconds_now", "in [s]", ".1f"),
+        Column("seconds", "all took [s]", ".1f"),
+    )
+    return Table("stages", "Stages", columns, tuple(rows))
+
+
+def limits_table(name: str, limits: Limits) -> Table:
+    """First frequencies with the interlock free and stuck, and the mode of interest."""
+    count = min(SHOWN, len(limits.free))
+    columns = (
+        Column("interlock", "interlock"),
+        *(Column(f"f{i + 1}_hz", f"f{i + 1} [Hz]", ".2f") for i in range(count)),
+        Column("mode", "mode of interest", "d"),
+        Column("frequency_hz", "its f [Hz]", ".2f"),
+        Column("rise_percent", "rise [%]", "+.2f"),
+        Column("mac", "MAC", ".3f"),
+    )
+    free = (limits.free_mode + 1, limits.free_frequency, None, None)
+    stuck = (limits.stuck_mode + 1, limits.stuck_frequency, 100 * limits.rise, limits.mac)
+    rows = (
+        ("free", *limits.free[:count].tolist(), *free),
+        ("stuck", *limits.stuck[:count].tolist(), *stuck),
+    )
+    notes = []
+    if limits.mac < 0.5:
+        notes.append(
+            f"The mode of interest is hardly recognisable in the stuck system: MAC {limits.mac:.2f}"
+        )
+    title = f"Linear limits{name and f', {name}'}: modes of nodal diameter {limits.nodal_diameter}"
+    return Table("limits", title, columns, rows, tuple(notes))
+
+
+def preload_table(name: str, joints: Sequence[str], static: Response) -> Table:
+    """Normal forces at rest by joint, and how much of the friction bound is used."""
+    force, mu = static.force[0, 0].real, static.mu
+    normal, friction = force[:, 0], np.abs(force[:, 1:]).max(axis=1)
+    closed = normal > 0
+    slid = closed & (friction >= mu * normal * (1 - 1e-9))
+    rows = []
+    for joint in dict.fromkeys(joints):
+        own = np.array([other == joint for other in joints])
+        n = normal[own]
+        used = friction[own & closed] / normal[own & closed]
+        largest = float(used.max()) if len(used) else None
+        rows.append(
+            (
+                joint,
+                *(float(value) for value in (n.min(), n.mean(), n.max())),
+                int((own & closed).sum()),
+                int((own & ~closed).sum()),
+                int((own & slid).sum()),
+                largest,
+                float(mu[own].max()),
+            )
+        )
+    columns = (
+        Column("joint", "joint"),
+        Column("n_min", "n min [N]", ".2f"),
+        Column("n_mean", "mean", ".2f"),
+        Column("n_max", "max", ".2f"),
+        Column("closed", "closed", "d"),
+        Column("open", "open", "d"),
+        Column("slipped", "slipped", "d"),
+        Column("t_over_n", "largest |t|/n", ".3f"),
+        Column("mu", "mu", ".3g"),
+    )
+    notes = []
+    if not static.converged.all():
+        notes.append(
+            f"NOT CONVERGED: residual {static.residual.max():.1e}; do not use these forces"
+        )
+    return Table(
+        "preload", f"Preload at rest{name and f', {name}'}", columns, tuple(rows), tuple(notes)
+    )
+
+
+def linear_table(peaks: Mapping[str, Peak | None], monitor: str, name: str) -> Table:
+    """Linear peaks with the interlock free and stuck."""
+    columns = (
+        Column("interlock", "interlock"),
+        Column("peak_um", "peak [um]", ".2f"),
+        Column("frequency_hz", "at [Hz]", ".2f"),
+    )
+    rows = tuple(
+        (which, 1e6 * peak.amplitude, peak.frequency) if peak else (which, None, None)
+        for which, peak in peaks.items()
+    )
+    title = f"Linear responses of {monitor}{name and f', {name}'}"
+    return Table("linear", title, columns, rows)
+
+
+def response_table(cases: Sequence[Summary], monitor: str) -> Table:
+    """One line for each case."""
+    columns = (
+        Column("case", "case"),
+        Column("harmonics", "H", "d"),
+        Column("mu", "mu", ".3g"),
+        Column("peak_um", "peak [um]", ".2f"),
+        Column("frequency_hz", "at [Hz]", ".2f"),
+        Column("of_free", "/ free", ".3f"),
+        Column("of_stuck", "/ stuck", ".3f"),
+        Column("x", "x", ".3f"),
+        Column("slipping_percent", "slip [%]", ".0f"),
+        Column("opening_percent", "open [%]", ".0f"),
+        Column("converged", "converged"),
+        Column("seconds", "s", ".1f"),
+    )
+    rows = []
+    for c in cases:
+        found = (None, None) if c.peak is None else (1e6 * c.peak.amplitude, c.peak.frequency)
+        rest = (c.of_free, c.of_stuck, c.position, 100 * c.slipping, 100 * c.opening)
+        known = tuple(None if np.isnan(value) else value for value in rest)
+        done = f"{c.converged}/{c.points}"
+        rows.append((c.case, c.harmonics, c.mu, *found, *known, done, c.seconds))
+    notes = [
+        "/ free, / stuck: peak over the linear peaks; x: 0 at the free, 1 at the stuck frequency; "
+        "slip, open: interlock pairs at the peak."
+    ]
+    for c in cases:
+        if c.converged < c.points:
+            notes.append(
+                f"{c.case}: {c.points - c.converged} of {c.points} points DID NOT CONVERGE "
+                f"(largest residual {c.worst:.1e}); they are left out of the numbers above"
+            )
+        if c.peak is not None and c.peak.at_edge:
+            notes.append(f"{c.case}: the largest point is at the end of the frequency range")
+    return Table("cases", f"Responses of {monitor}", columns, tuple(rows), tuple(notes))

@@ -1,0 +1,266 @@
+"""The pictures and shape files of a run."""
+
+import re
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vanelock import nonlinear, render, rom
+from vanelock.mesh import Part
+from vanelock.nonlinear import Response
+from vanelock.study.easel import Easel
+from vanelock.study.forced import Limit
+from vanelock.study.limits import hooks
+from vanelock.study.model import Study
+from vanelock.study.monitor import Monitor
+from vanelock.study.plan import LIMITS, Planned
+from vanelock.study.progress import Notice
+from vanelock.study.stages import PARTS, Stages, mesh_step, model_step
+from vanelock.study.summary import Peak
+
+DETAILED = 8
+"""Cases that get pictures of their own; a larger sweep gets those of the first and the last."""
+
+Floats = NDArray[np.float64]
+Shape = NDArray[np.complex128]
+
+
+@dataclass
+class Shown:
+    """What the pictures need of the responses, collected while the cases run.
+
+    Attributes
+    ----------
+    monitor : Monitor
+        The displacement in the curves.
+    linear : dict of (name, "free" | "stuck") to (frequency, amplitude)
+        Linear responses.
+    curve : dict of str to (frequency, amplitude, converged)
+        Nonlinear responses by case.
+    top : dict of str to Response
+        The largest point of each case, alone.
+    peak : dict of str to Peak
+        The same in numbers.
+    static : dict of str to Response
+        The state at rest.
+    """
+
+    monitor: Monitor
+    linear: dict[tuple[str, Limit], tuple[Floats, Floats]] = field(default_factory=dict)
+    curve: dict[str, tuple[Floats, Floats, NDArray[np.bool_]]] = field(default_factory=dict)
+    top: dict[str, Response] = field(default_factory=dict)
+    peak: dict[str, Peak] = field(default_factory=dict)
+    static: dict[str, Response] = field(default_factory=dict)
+
+
+@dataclass
+class Gallery:
+    """All pictures of a run."""
+
+    study: Study
+    planned: Sequence[Planned]
+    stages: Stages
+    shown: Shown
+    easel: Easel
+
+    def draw(self) -> list[Path]:
+        """Draw them."""
+        paths = [self._curves(), *self._preloads()]
+        detailed = self._detailed()
+        if self.study.outputs.loops:
+            paths += [path for each in detailed for path in self._loops(each)]
+        if self.study.outputs.shapes:
+            paths += self._mesh(self.planned[0])
+            paths += self._modes(self.planned[0])
+            paths += [path for each in detailed for path in self._response(each)]
+        return paths
+
+    def _detailed(self) -> list[Planned]:
+        """Cases with pictures of their own."""
+        cases = [each for each in self.planned if each.case.name in self.shown.top]
+        if len(cases) <= DETAILED:
+            return cases
+        told = f"pictures of loops and shapes for the first and the last of {len(cases)} cases"
+        self.easel.listener(Notice(told))
+        return [cases[0], cases[-1]]
+
+    def _curves(self) -> Path:
+        made = [
+            render.Curve(f, a, kind=which, group=name)
+            for (name, which), (f, a) in self.shown.linear.items()
+        ]
+        made += [
+            render.Curve(
+                *self.shown.curve[each.case.name][:2],
+                group=_words(each, without="response.harmonics"),
+                harmonics=each.case.study.response.harmonics,
+                converged=self.shown.curve[each.case.name][2],
+            )
+            for each in self.planned
+        ]
+        keys = [(each.response.key, each.case.name) for each in self.planned]
+        monitor, order = self.shown.monitor.name, self.study.excitation.engine_order
+        return self.easel.draw(
+            "figures/response.png",
+            [keys, monitor, self.study.name],
+            lambda path: render.response_curves(
+                path, made, f"{self.study.name}: forced response", monitor, engine_order=order
+            ),
+        )
+
+    def _preloads(self) -> list[Path]:
+        paths, seen = [], set()
+        for each in self.planned:
+            if each.preload.key in seen:
+                continue
+            seen.add(each.preload.key)
+            paths.append(self._preload(each))
+        return paths
+
+    def _preload(self, each: Planned) -> Path:
+        static = self.shown.static[each.case.name]
+        joints = self.stages.get(each.system).contacts.joint
+        suffix = f"_{slug(each.preload_name)}" if each.preload_name else ""
+        return self.easel.draw(
+            f"figures/preload{suffix}.png",
+            [each.preload.key, each.preload_name],
+            lambda path: render.preload_picture(
+                path, static.force[0, 0].real, static.mu, joints, subtitle=each.preload_name
+            ),
+        )
+
+    def _loops(self, each: Planned) -> list[Path]:
+        """Loop of the interlock contact that dissipates most at the peak."""
+        top, name = self.shown.top[each.case.name], each.case.name
+        joints = self.stages.get(each.system).contacts.joint
+        own = [i for i, joint in enumerate(joints) if joint == "interlock"]
+        if not own or not top.dissipation[0, own].any():
+            return []
+        contact = max(own, key=lambda i: float(top.dissipation[0, i]))
+        frequency = self.shown.peak[name].frequency
+        title = f"Interlock contact {own.index(contact) + 1} at {frequency:.2f} Hz"
+
+        def function(path: Path) -> None:
+            displacement, force = nonlinear.contact_loop(top, 0, contact)
+            render.loop_picture(path, displacement, force, float(top.mu[contact]), title, name)
+
+        shows = [each.response.key, title, name, self.shown.monitor.name]
+        return [self.easel.draw(f"figures/loop_{slug(name)}.png", shows, function)]
+
+    def _mesh(self, each: Planned) -> list[Path]:
+        keys = [mesh_step(each.case.study, part).key for part in PARTS]
+        title = f"{self.study.name}: mesh"
+        return [
+            self.easel.draw(
+                "figures/mesh.png",
+                [keys, title],
+                lambda path: render.mesh_picture(path, *self._parts(each), title),
+            )
+        ]
+
+    def _modes(self, each: Planned) -> list[Path]:
+        """The mode of interest with the interlock free and stuck."""
+        limits = self.stages.get(each.linear.limits)
+        k = limits.nodal_diameter
+        paths = []
+        for which in LIMITS:
+            place = limits.free_mode if which == "free" else limits.stuck_mode
+            frequency = limits.free_frequency if which == "free" else limits.stuck_frequency
+            title = f"Mode {place + 1} of nodal diameter {k}, interlock {which}: {frequency:.2f} Hz"
+
+            def coordinates(which: str = which, place: int = place) -> Shape:
+                system = self.stages.get(each.linear.system)
+                closed = hooks(system.contacts.joint) if which == "free" else None
+                shapes = rom.linear_modes(system, k, place + 1, closed)[1]
+                return np.asarray(shapes[:, place], complex)
+
+            shows = [each.linear.limits.key, title]
+            paths += self._shape(f"mode_{which}", each, coordinates, k, title, "", shows)
+        return paths
+
+    def _response(self, each: Planned) -> list[Path]:
+        """First harmonic at the peak."""
+        name = each.case.name
+        top, peak = self.shown.top[name], self.shown.peak[name]
+        k = int(top.harmonic_diameters[1])
+        title = f"Response at its peak, {peak.frequency:.2f} Hz"
+        shows = [each.response.key, title, name, self.shown.monitor.name]
+        subtitle = f"{name}, first harmonic"
+        return self._shape(
+            f"response_{slug(name)}", each, lambda: top.x[1][0], k, title, subtitle, shows
+        )
+
+    def _shape(
+        self,
+        name: str,
+        each: Planned,
+        coordinates: Callable[[], Shape],
+        k: int,
+        title: str,
+        subtitle: str,
+        shows: Any,
+    ) -> list[Path]:
+        """Picture and one .vtu file for each part of a displacement field."""
+        fields: list[Shape] = []
+
+        def shapes() -> list[Shape]:
+            if not fields:
+                fields.extend(self._fields(each, coordinates(), k))
+            return fields
+
+        def picture(path: Path) -> None:
+            draw = render.mode_picture if name.startswith("mode") else render.response_picture
+            draw(path, self._parts(each), shapes(), k, title, subtitle)
+
+        paths = [self.easel.draw(f"shapes/{name}.png", shows, picture)]
+        for i, part in enumerate(PARTS):
+
+            def write(path: Path, i: int = i) -> None:
+                render.write_vtu(path, self._parts(each)[i], shapes()[i])
+
+            paths.append(self.easel.draw(f"shapes/{name}_{part}.vtu", shows, write))
+        return paths
+
+    def _parts(self, each: Planned) -> list[Part]:
+        return [self.stages.get(mesh_step(each.case.study, part)) for part in PARTS]
+
+    def _fields(self, each: Planned, x: Shape, k: int) -> list[Shape]:
+        """Displacement of every node of both parts from joined coordinates."""
+        components = [self.stages.get(each.rom[part]) for part in PARTS]
+        pieces = rom.split(*components, x)
+        return [
+            self._recovery(each, part).displacement(q, k)
+            for part, q in zip(PARTS, pieces, strict=True)
+        ]
+
+    def _recovery(self, each: Planned, part: str) -> rom.Recovery:
+        key = each.rom[part].key
+        if key not in self._recoveries:
+            model = self.stages.get(model_step(each.case.study, part))
+            self._recoveries[key] = rom.recovery(self.stages.get(each.rom[part]), model)
+        return self._recoveries[key]
+
+    @cached_property
+    def _recoveries(self) -> dict[str, rom.Recovery]:
+        return {}
+
+
+def slug(name: str) -> str:
+    """A case's name for use in file names."""
+    return re.sub(r"[^A-Za-z0-9.+-]+", "_", name.replace("=", "")).strip("_")
+
+
+def _words(each: Planned, without: str) -> str:
+    """Swept values of a case in words, one key left out."""
+    names = {"mu": "μ"}
+    texts = []
+    for text, key in zip(each.case.name.split(","), each.case.values, strict=False):
+        if key != without:
+            name, _, value = text.partition("=")
+            texts.append(f"{names.get(name, name)} = {value}")
+    return ", ".join(texts)

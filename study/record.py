@@ -1,0 +1,146 @@
+"""What a run writes into its results file, and when."""
+
+import platform
+from collections.abc import Mapping
+from dataclasses import asdict
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+import h5py
+
+import vanelock
+from vanelock.nonlinear import Response
+from vanelock.product import Product
+from vanelock.rom import Component, System
+from vanelock.study import results
+from vanelock.study.cache import installed
+from vanelock.study.model import Study
+from vanelock.study.plan import LIMITS, Linear, Planned
+from vanelock.study.progress import Done
+from vanelock.study.stages import PARTS, Stages, Step, mesh_step
+from vanelock.study.summary import Summary
+
+LIBRARIES = (
+    "gmsh",
+    "h5py",
+    "matplotlib",
+    "numba",
+    "numpy",
+    "pydantic",
+    "pyvista",
+    "scikit-fem",
+    "scikit-sparse",
+    "scipy",
+    "vtk",
+)
+
+
+class Record:
+    """The results file of a run, written part by part as they come.
+
+    Parameters
+    ----------
+    folder : Path
+        The run's folder.
+    stages : Stages
+        Where the products come from.
+    """
+
+    def __init__(self, folder: Path, stages: Stages) -> None:
+        self._file = results.Results(folder / results.NAME)
+        self._stages = stages
+        self._places: dict[str, str] = {}
+
+    def provenance(self, study: Study, text: str) -> None:
+        """Begin the file: what is computed, when and by which versions."""
+        with self._file.edit() as file:
+            group = file.require_group("provenance")
+            group.attrs["date"] = datetime.now(UTC).isoformat(timespec="seconds")
+            group.attrs["study"] = text
+            group.attrs["settings"] = study.model_dump_json()
+            versions = group.require_group("versions")
+            versions.attrs["vanelock"] = vanelock.__version__
+            versions.attrs["python"] = platform.python_version()
+            versions.attrs["platform"] = platform.platform()
+            for library in LIBRARIES:
+                versions.attrs[library] = installed(library)
+
+    def parts(self, planned: Planned) -> None:
+        """Meshes, reduced parts and system of the first case."""
+        products = self._products(planned)
+        with self._file.edit() as file:
+            self._write(file, planned, products, "")
+
+    def _products(self, planned: Planned) -> dict[str, Product]:
+        """What a case has that is not in the file yet, by key; its system always."""
+        steps: list[Step[Any]] = [mesh_step(planned.case.study, part) for part in PARTS]
+        steps += planned.rom.values()
+        wanted = [step for step in steps if step.key not in self._places]
+        return {step.key: self._stages.get(step) for step in [*wanted, planned.system]}
+
+    def _write(
+        self, file: h5py.File, planned: Planned, products: dict[str, Product], under: str
+    ) -> None:
+        for part in PARTS:
+            mesh, reduced = mesh_step(planned.case.study, part).key, planned.rom[part].key
+            if mesh in products:
+                self._places[mesh] = f"{under}/mesh/{part}"
+                results.put(file, self._places[mesh], products[mesh], {})
+            if isinstance(component := products.get(reduced), Component):
+                self._places[reduced] = f"{under}/rom/{part}"
+                results.put_component(file, self._places[reduced], component)
+        system = products[planned.system.key]
+        assert isinstance(system, System)
+        matrices = " ".join(step.key for step in planned.rom.values())
+        results.put_system(file, f"{under}/system", system, self._places.get(matrices))
+        self._places.setdefault(matrices, f"{under}/system")
+
+    def linear(self, linear: Linear) -> None:
+        """Modes and linear responses of a set of limits."""
+        limits = self._stages.get(linear.limits)
+        responses = {which: self._stages.get(linear.responses[which]) for which in LIMITS}
+        with self._file.edit() as file:
+            results.put(file, f"limits/{linear.name or 'all'}", limits, {})
+            for which, response in responses.items():
+                name = f"{which},{linear.name}" if linear.name else which
+                results.put(file, f"response/{name}", response, {"linear": which})
+
+    def case(
+        self,
+        planned: Planned,
+        response: Response,
+        static: Response,
+        summary: Summary,
+        monitor: str,
+    ) -> None:
+        """Everything about a case, at once."""
+        where = f"response/{planned.case.name}"
+        products = self._products(planned)
+        with self._file.edit() as file:
+            self._write(file, planned, products, f"/{where}")
+            results.put(file, where, response, _attributes(planned, summary, monitor))
+            results.put(file, f"{where}/preload", static, {})
+
+    def complete(self, done: Mapping[str, Done]) -> None:
+        """End the file: times and hashes of all stages, nothing is missing."""
+        with self._file.edit() as file:
+            for key, entry in done.items():
+                group = file.require_group(f"provenance/stages/{entry.stage} {key[:8]}")
+                group.attrs["key"] = key
+                group.attrs["seconds"] = entry.seconds
+                group.attrs["cached"] = entry.cached
+            file.attrs["complete"] = True
+
+
+def _attributes(planned: Planned, summary: Summary, monitor: str) -> dict[str, Any]:
+    """The summary as attributes of the case."""
+    values: dict[str, Any] = {"monitor": monitor, "key": planned.response.key}
+    values |= {f"sweep {key}": value for key, value in planned.case.values.items()}
+    for name, value in asdict(summary).items():
+        if isinstance(value, int | float):
+            values[name] = value
+    if summary.peak is not None:
+        values["peak_frequency"] = summary.peak.frequency
+        values["peak_amplitude"] = summary.peak.amplitude
+    return values

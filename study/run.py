@@ -1,0 +1,162 @@
+"""Run a study: every stage that is not cached, the results file, the tables and the pictures."""
+
+import os
+import time
+from dataclasses import asdict
+from pathlib import Path
+
+import numpy as np
+
+from vanelock.nonlinear import Response
+from vanelock.study import listing, results
+from vanelock.study.cache import Cache
+from vanelock.study.clock import Clock
+from vanelock.study.easel import Easel
+from vanelock.study.folder import claimed
+from vanelock.study.forced import chosen
+from vanelock.study.model import Study
+from vanelock.study.monitor import monitor
+from vanelock.study.pictures import Gallery, Shown
+from vanelock.study.plan import LIMITS, Linear, Planned, plan
+from vanelock.study.progress import Finished, Listener, Notice, silent
+from vanelock.study.record import Record
+from vanelock.study.stages import Stages
+from vanelock.study.summary import Peak, Summary, peak_of, summarise
+from vanelock.study.sweep import cases
+
+
+def run_study(
+    study: Study,
+    folder: str | os.PathLike[str],
+    listener: Listener = silent,
+    text: str = "",
+) -> tuple[Summary, ...]:
+    """Run a study in a folder; what earlier runs there computed is used again.
+
+    Parameters
+    ----------
+    study : Study
+        What to compute.
+    folder : path
+        Where `results.h5`, `figures/`, `shapes/` and `cache/` go.
+    listener : callable
+        Told about stages, points, notices and tables.
+    text : str
+        The study file's text, kept in the results.
+
+    Returns
+    -------
+    tuple of Summary
+        One for each case.
+
+    Raises
+    ------
+    InputError
+        If the study cannot be computed, or the folder not be used.
+    """
+    path = Path(folder)
+    began = time.perf_counter()
+    with claimed(path):
+        stages = Stages(Cache(path / "cache", lambda told: listener(Notice(told))), listener)
+        running = Run(study, path, listener, stages)
+        running.record.provenance(study, text)
+        found = running.all_cases()
+        easel = Easel(path, listener)
+        drawn = Gallery(study, running.planned, stages, running.shown, easel).draw()
+        listener(listing.stage_times([*stages.done.values(), *easel.done]))
+        running.record.complete(stages.done)
+    told = {
+        "cases": [asdict(case) for case in found],
+        "results": str(path / results.NAME),
+        "pictures": [str(picture) for picture in drawn],
+    }
+    listener(Finished(str(path), time.perf_counter() - began, told))
+    return found
+
+
+class Run:
+    """A run under way.
+
+    Parameters
+    ----------
+    study : Study
+        What to compute.
+    folder : Path
+        The run's folder, claimed.
+    listener : callable
+        Told about tables, points and notices.
+    stages : Stages
+        What computes or finds each product.
+    """
+
+    def __init__(self, study: Study, folder: Path, listener: Listener, stages: Stages) -> None:
+        self.study, self.listener, self.stages = study, listener, stages
+        self.planned = plan(cases(study), self._point)
+        self.record = Record(folder, stages)
+        self._clock = Clock(self.planned)
+        self._peaks: dict[str, dict[str, Peak | None]] = {}
+
+    def all_cases(self) -> tuple[Summary, ...]:
+        """Everything but the pictures; a line for each case."""
+        first = self.planned[0]
+        self.record.parts(first)
+        limits = {each.linear.key: each.linear for each in self.planned}
+        for linear in limits.values():
+            found = self.stages.get(linear.limits)
+            self.listener(listing.limits_table(linear.name, found))
+            self.record.linear(linear)
+        wanted = self.study.outputs.monitor
+        free = self.stages.get(first.linear.responses["free"])
+        self.shown = Shown(monitor(wanted, self.stages.get(first.system), free))
+        for linear in limits.values():
+            self._linear(linear)
+        summaries = []
+        for i, each in enumerate(self.planned):
+            summaries.append(self._case(each))
+            self.stages.retain([later.response for later in self.planned[i + 1 :]])
+        self.listener(listing.response_table(summaries, self.shown.monitor.name))
+        return tuple(summaries)
+
+    def _linear(self, linear: Linear) -> None:
+        """Linear peaks of a set of limits."""
+        peaks: dict[str, Peak | None] = {}
+        for which in LIMITS:
+            response = self.stages.get(linear.responses[which])
+            amplitude = self.shown.monitor.amplitude(response)
+            peaks[which] = peak_of(response, amplitude)
+            self.shown.linear[linear.name, which] = response.frequency, amplitude
+        self._peaks[linear.key] = peaks
+        self.listener(listing.linear_table(peaks, self.shown.monitor.name, linear.name))
+
+    def _case(self, planned: Planned) -> Summary:
+        """Preload and response of a case: computed, written, shown."""
+        case, joints = planned.case, self.stages.get(planned.system).contacts.joint
+        static = self._preload(planned, joints)
+        self._clock.begin(planned)
+        response = self.stages.get(planned.response)
+        done = self.stages.done[planned.response.key]
+        self._clock.end(not done.cached)
+        amplitude = self.shown.monitor.amplitude(response)
+        peak = peak_of(response, amplitude)
+        limits, linear = self.stages.get(planned.linear.limits), self._peaks[planned.linear.key]
+        found = summarise(case, joints, response, peak, limits, linear, done.seconds)
+        self.record.case(planned, response, static, found, self.shown.monitor.name)
+        self.shown.static[case.name] = static
+        self.shown.curve[case.name] = response.frequency, amplitude, response.converged
+        if peak is not None:
+            self.shown.peak[case.name] = peak
+            self.shown.top[case.name] = chosen([response], np.array([peak.point]))
+        if found.converged < found.points:
+            lost = f"{found.points - found.converged} of {found.points} points did not converge"
+            self.listener(Notice(f"{case.name}: {lost} (largest residual {found.worst:.1e})"))
+        return found
+
+    def _preload(self, planned: Planned, joints: tuple[str, ...]) -> Response:
+        new = planned.preload.key not in self.stages.done
+        static = self.stages.get(planned.preload)
+        if new:
+            self.listener(listing.preload_table(planned.preload_name, joints, static))
+        return static
+
+    def _point(self, done: int, total: int, frequency: float, amplitude: float) -> None:
+        self.listener(self._clock.point(done, total, amplitude))

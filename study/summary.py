@@ -1,0 +1,160 @@
+"""What a run found, in numbers."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vanelock.nonlinear import OPEN, SLIP, SLIP_OPEN, Response
+from vanelock.study.limits import Limits, hooks
+from vanelock.study.sweep import Case
+
+SLIPPING = (SLIP, SLIP_OPEN)
+OPENING = (OPEN, SLIP_OPEN)
+
+
+@dataclass(frozen=True)
+class Peak:
+    """Largest converged point of a response: its index, frequency [Hz] and amplitude [m]."""
+
+    point: int
+    frequency: float
+    amplitude: float
+    at_edge: bool
+
+
+@dataclass(frozen=True)
+class Summary:
+    """A case in numbers.
+
+    Attributes
+    ----------
+    case : str
+        Its name.
+    values : dict of str to float
+        The swept keys.
+    harmonics : int
+        H.
+    mu : float or None
+        Friction coefficient of the interlock.
+    peak : Peak or None
+        None where no point converged.
+    of_free, of_stuck : float
+        Peak over the linear peak with the interlock free and stuck.
+    position : float
+        Frequency of the peak between that of the mode of interest free (0) and stuck (1).
+    slipping, opening : float
+        Share of the interlock's pairs that slip and that open in every period at the peak.
+    hook_slipping : float
+        Share of the hooks' pairs that slip.
+    friction_share : float
+        Share of the friction work at the peak that is the interlock's.
+    converged, points : int
+        Points that converged, and all.
+    worst : float
+        Largest residual of the others, 0 if there are none.
+    seconds : float
+        What computing took.
+    """
+
+    case: str
+    values: dict[str, float]
+    harmonics: int
+    mu: float | None
+    peak: Peak | None
+    of_free: float
+    of_stuck: float
+    position: float
+    slipping: float
+    opening: float
+    hook_slipping: float
+    friction_share: float
+    converged: int
+    points: int
+    worst: float
+    seconds: float
+
+
+def peak_of(response: Response, amplitude: NDArray[np.float64]) -> Peak | None:
+    """Largest converged point, None where there is none."""
+    known = np.where(response.converged, amplitude, -np.inf)
+    top = int(known.argmax())
+    if not np.isfinite(known[top]):
+        return None
+    edge = response.points > 1 and top in (0, response.points - 1)
+    return Peak(top, float(response.frequency[top]), float(amplitude[top]), edge)
+
+
+def share(states: NDArray[np.int64], wanted: Sequence[int]) -> float:
+    """Share of contacts in one of the wanted states; NaN where there are no contacts."""
+    return float(np.isin(states, wanted).mean()) if len(states) else float("nan")
+
+
+def friction_share(dissipation: NDArray[np.float64], interlock: NDArray[np.bool_]) -> float:
+    """The interlock's share of the friction work; NaN where nothing slips."""
+    total = float(dissipation.sum())
+    return float(dissipation[interlock].sum()) / total if total > 0 else float("nan")
+
+
+def summarise(
+    case: Case,
+    joints: Sequence[str],
+    response: Response,
+    peak: Peak | None,
+    limits: Limits,
+    linear: Mapping[str, Peak | None],
+    seconds: float,
+) -> Summary:
+    """A case in numbers.
+
+    Parameters
+    ----------
+    case : Case
+        The case.
+    joints : sequence of c str
+        Joint of each contact.
+    response : Response
+        Its nonlinear response.
+    peak : Peak or None
+        The response's largest point.
+    limits : Limits
+        Its linear modes.
+    linear : dict of "free" | "stuck" to Peak or None
+        Peaks of the linear responses.
+    seconds : float
+        What computing the response took.
+    """
+    interlock = ~hooks(joints)
+    slipping = opening = hook_slipping = friction = position = float("nan")
+    ratio = dict.fromkeys(linear, float("nan"))
+    if peak is not None:
+        state = response.state[peak.point]
+        slipping = share(state[interlock], SLIPPING)
+        opening = share(state[interlock], OPENING)
+        hook_slipping = share(state[~interlock], SLIPPING)
+        friction = friction_share(response.dissipation[peak.point], interlock)
+        position = limits.position(peak.frequency)
+        for which, other in linear.items():
+            if other is not None and other.amplitude > 0:
+                ratio[which] = peak.amplitude / other.amplitude
+    lost = response.residual[~response.converged]
+    interlocked = case.study.joints.interlock
+    return Summary(
+        case=case.name,
+        values=case.values,
+        harmonics=case.study.response.harmonics,
+        mu=interlocked.mu if interlocked.enabled else None,
+        peak=peak,
+        of_free=ratio["free"],
+        of_stuck=ratio["stuck"],
+        position=position,
+        slipping=slipping,
+        opening=opening,
+        hook_slipping=hook_slipping,
+        friction_share=friction,
+        converged=int(response.converged.sum()),
+        points=response.points,
+        worst=float(lost.max()) if len(lost) else 0.0,
+        seconds=seconds,
+    )
