@@ -1,5 +1,6 @@
 """Forced response curves of several cases in one figure."""
 
+import textwrap
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -20,6 +21,7 @@ Kind = Literal["nonlinear", "free", "stuck"]
 
 _DASHES: Final = ("-", "--", ":", "-.")  # the most harmonics get the full line
 _LIMITS: Final = {"free": ((0, (6, 2)), "linear, free"), "stuck": ((0, (1, 1)), "linear, stuck")}
+_LISTED: Final = 28  # more lines than that do not fit beside the curves
 
 
 @dataclass(frozen=True)
@@ -108,7 +110,8 @@ def response_curves(
     with style.applied():
         made = style.figure(6.75, title, f"Monitored: {monitor}" if monitor else "")
         axes = style.axes(made, 0.95, 0.75, 7.3, 4.75)
-        handles = [_draw(axes, curve, look) for curve, look in _looks(curves)]
+        looks = _looks(curves)
+        handles = [_draw(axes, curve, look) for curve, look in looks]
         axes.set(xlabel="excitation frequency (Hz)", ylabel="amplitude (µm)")
         ends = [np.asarray(curve.frequency, float)[[0, -1]] for curve in curves]
         axes.set_xlim(float(np.min(ends)), float(np.max(ends)))
@@ -118,7 +121,7 @@ def response_curves(
             axes.yaxis.set_minor_formatter(LogFormatter(labelOnlyBase=False))
         else:
             axes.set_ylim(bottom=0)
-        lost = sum(_flag(axes, curve, look) for curve, look in _looks(curves))
+        lost = sum(_flag(axes, curve, look) for curve, look in looks)
         handles += [_flag_handle(lost)] if lost else []
         if engine_order:
             _speed_axis(axes, abs(engine_order))
@@ -169,14 +172,14 @@ class _Look:
 def _looks(curves: Sequence[Curve]) -> list[tuple[Curve, _Look]]:
     """Each curve with its colour, line style and marker."""
     groups = list(dict.fromkeys(c.group for c in curves if c.kind == "nonlinear"))
+    colours = dict(zip(groups, style.series(len(groups)), strict=True))
     orders = sorted({c.harmonics or 0 for c in curves if c.kind == "nonlinear"}, reverse=True)
     made = []
     for curve in curves:
         if curve.kind == "nonlinear":
             order = orders.index(curve.harmonics or 0)
             dashes = _DASHES[order % len(_DASHES)]
-            colour = style.colour(groups.index(curve.group))
-            look = _Look(colour, dashes, 2.0, "os^D"[order % 4])
+            look = _Look(colours[curve.group], dashes, 2.0, "os^D"[order % 4])
         else:
             look = _Look(style.GREY, _LIMITS[curve.kind][0], 1.6, "v")
         made.append((curve, look))
@@ -194,7 +197,7 @@ def _draw(axes: Axes, curve: Curve, look: _Look) -> Line2D:
     axes.plot(frequency, micrometres, **drawn)
     axes.plot(frequency[alone], micrometres[alone], ".", color=look.colour)
     top = peak(curve)
-    text = f"{curve.label}\n"
+    text = textwrap.fill(curve.label, 33) + "\n"
     if top is None:
         text += "no converged point"
     else:
@@ -256,9 +259,16 @@ def _speed_axis(axes: Axes, engine_order: int) -> None:
 
 
 def _legend(figure: Figure, handles: Sequence[Line2D]) -> None:
-    """Legend to the right of the axes, smaller where there are many curves."""
+    """Legend to the right of the axes: in one line a curve where there are many."""
     across, up = figure.get_size_inches()
-    size = 11.0 if len(handles) <= 9 else max(6.5, 11.0 * 9 / len(handles))
+    size = 11.0 if len(handles) <= 9 else max(7.5, 11.0 * 9 / len(handles))
+    if len(handles) > 13:
+        for handle in handles:
+            handle.set_label(": ".join(str(handle.get_label()).rsplit("\n", 1)))
+    if len(handles) > _LISTED:
+        more = len(handles) - _LISTED + 1
+        rest = Line2D([], [], ls="", label=f"and {more} more")
+        handles = [*handles[: _LISTED - 2], rest, handles[-1]]
     figure.legend(
         handles=handles,
         title="Cases and their peaks",

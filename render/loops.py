@@ -111,8 +111,8 @@ def states(normal: Real, friction: Real, mu: float) -> NDArray[np.int64]:
 def _energy(joules: float) -> str:
     for factor, unit in ((1.0, "J"), (1e3, "mJ"), (1e6, "µJ")):
         if abs(joules) * factor >= 0.1:
-            return f"{joules * factor:.3g} {unit}"
-    return f"{1e9 * joules:.3g} nJ"
+            return f"{style.number(joules * factor)} {unit}"
+    return f"{style.number(1e9 * joules)} nJ"
 
 
 def _coloured(axes: Axes, x: Real, y: Real, state: NDArray[np.int64], width: float) -> None:

@@ -217,7 +217,7 @@ def _legend(figure: Figure, parts: Sequence[Part]) -> None:
         figure.text(
             0.35 / style.WIDTH,
             0.14 / 8.4,
-            "Not marked: " + "; ".join(note),
+            "Pale balls: hidden nodes. Not marked: " + "; ".join(note),
             fontsize=9.5,
             color=style.GREY,
         )

@@ -2,7 +2,7 @@
 
 Without an OpenGL library VTK ends the whole process with a segmentation fault at its first
 picture, so the libraries are looked for first, then one small picture is drawn in a process of
-its own. Software drawing (Mesa) is enough.
+its own: a library may be there and its driver not. Software drawing (Mesa) is enough.
 """
 
 import ctypes
@@ -57,10 +57,10 @@ def render_window() -> str:
     """VTK window class that draws off-screen here; "" where VTK's own choice does."""
     if sys.platform != "linux":
         return ""
-    absent = missing(LIBRARIES)
-    if absent:
+    if missing(LIBRARIES) == list(LIBRARIES):
         raise InputError(
-            f"pictures: cannot load {', '.join(absent)}: install OpenGL by `{INSTALL}`"
+            f"pictures: neither {' nor '.join(LIBRARIES)} can be loaded: "
+            f"install OpenGL by `{INSTALL}`"
         )
     for window in _WINDOWS:
         if draws(window):

@@ -64,7 +64,7 @@ def preload_picture(
             upper = style.axes(figure, left, 3.4, width, 2.15)
             lower = style.axes(figure, left, 1.05, width, 1.7)
             _bars(upper, f[chosen, 0], used[chosen])
-            upper.set_title(f"{name}: {chosen.sum()} contacts\n{_range(f[chosen, 0])}")
+            upper.set_title(f"{name}: {_contacts(int(chosen.sum()))}\n{_range(f[chosen, 0])}")
             _ratios(lower, used[chosen])
             if position == 0:
                 upper.set_ylabel("normal force n (N)")
@@ -92,6 +92,10 @@ def utilisation(force: Real, mu: Real) -> Real:
     with np.errstate(divide="ignore", invalid="ignore"):
         ratio: Real = np.where(closed, largest / bound, np.nan)
     return ratio
+
+
+def _contacts(count: int) -> str:
+    return "1 contact" if count == 1 else f"{count} contacts"
 
 
 def _range(normal: Real) -> str:

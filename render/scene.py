@@ -168,6 +168,7 @@ def snapshot(scene: Scene, size: tuple[int, int]) -> Pixels:
             if scene.marks:
                 for actor in solid:
                     actor.SetVisibility(False)
+                plotter.render()  # a second screenshot alone would return the first
                 picture = _shine_through(picture, _shoot(plotter))
         finally:
             plotter.close()

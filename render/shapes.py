@@ -25,16 +25,31 @@ _FAINT: Final = 0.02  # below this share of the largest a phase means nothing
 
 @dataclass(frozen=True)
 class Skin:
-    """What one part needs to be drawn: its skin, and that skin's points split at sharp edges."""
+    """What one part needs to be drawn.
+
+    Attributes
+    ----------
+    part : Part
+        The part.
+    surface : Surface
+        Its skin.
+    shape : (m, 3) complex
+        The shape on sector 0 at the skin's nodes.
+    split : (p,) int
+        Into those nodes: they are doubled along sharp edges.
+    triangles : (t, 3) int
+        Into `split`.
+    """
 
     part: Part
     surface: Surface
-    shape: Complex  # at the surface's nodes
+    shape: Complex
     split: NDArray[np.int64]
     triangles: NDArray[np.int64]
 
     @property
     def points(self) -> Real:
+        """(m, 3) undeformed coordinates of the skin's nodes, m."""
         points: Real = self.part.points[self.surface.nodes]
         return points
 
@@ -161,7 +176,10 @@ def response_picture(
         degrees[np.abs(moved) < _FAINT * strongest] = np.nan
         return scene.colours(degrees, style.PHASE_MAP, -180, 180)
 
-    stated = f"Largest amplitude {style.number(1e6 * amplitude)} µm; deformation drawn {scale:,.0f} times as large"
+    stated = (
+        f"Largest amplitude {style.number(1e6 * amplitude)} µm; "
+        f"deformation drawn {scale:,.10g} times as large"
+    )
     name = COMPONENTS[component]
     with style.applied():
         figure = style.figure(6.9, title, _sentence(subtitle, stated))

@@ -6,15 +6,15 @@ apart; the colour maps are perceptually uniform.
 """
 
 import os
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, Final
 
 import matplotlib as mpl
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.colors import Colormap, LinearSegmentedColormap
+from matplotlib.colors import Colormap, LinearSegmentedColormap, to_hex
 from matplotlib.figure import Figure
+from matplotlib.text import Text
 
 from vanelock.errors import InputError
 
@@ -84,10 +84,21 @@ def figure(height: float, title: str, subtitle: str = "", width: float = WIDTH) 
     made = Figure(figsize=(width, height), dpi=DPI)
     FigureCanvasAgg(made)
     left = 0.35 / width
-    made.text(left, 1 - 0.22 / height, title, fontsize=16, fontweight="bold", va="top")
+    texts = [made.text(left, 1 - 0.22 / height, title, fontsize=16, fontweight="bold", va="top")]
     if subtitle:
-        made.text(left, 1 - 0.58 / height, subtitle, fontsize=11.5, color=GREY, va="top")
+        texts.append(
+            made.text(left, 1 - 0.58 / height, subtitle, fontsize=11.5, color=GREY, va="top")
+        )
+    for text in texts:
+        _fit(text, (width - 0.7) * DPI)
     return made
+
+
+def _fit(text: Text, pixels: float) -> None:
+    """Make a text smaller until it is no wider than that."""
+    wide = text.get_window_extent().width
+    if wide > pixels:
+        text.set_fontsize(float(text.get_fontsize()) * pixels / wide)
 
 
 def axes(figure: Figure, left: float, bottom: float, width: float, height: float) -> Axes:
@@ -117,13 +128,18 @@ def colour_bar(axes: Axes, colours: Colormap, low: float, high: float, label: st
     return bar
 
 
-def colour(position: int, palette: Sequence[str] = SERIES) -> str:
-    """Colour of a series by its number."""
-    return palette[position % len(palette)]
+def series(count: int) -> list[str]:
+    """Colours of that many series: distinct ones for a few, an even scale for many."""
+    if count <= len(SERIES):
+        return list(SERIES[:count])
+    scale = mpl.colormaps["viridis"]
+    return [to_hex(scale(0.92 * position / (count - 1))) for position in range(count)]
 
 
 def number(value: float) -> str:
     """Text of a number to three significant digits, trailing zeros kept: 70.0, 131, 0.250."""
+    if value == 0:
+        return "0"
     return f"{value:#.3g}".rstrip(".") if 1e-3 <= abs(value) < 1e3 else f"{value:.3g}"
 
 

@@ -1,0 +1,49 @@
+"""What ParaView reads from a `.vtu` file, read back by VTK and by meshio."""
+
+import meshio
+import numpy as np
+import pytest
+
+from vanelock.errors import InputError
+from vanelock.render import annulus, offscreen, write_vtu
+
+
+def test_shape_and_sets_come_back(sector, tmp_path):
+    part = sector()
+    random = np.random.default_rng(2)
+    shape = random.standard_normal(part.points.shape) + 1j * random.standard_normal(
+        part.points.shape
+    )
+    path = write_vtu(tmp_path / "shapes" / "casing.vtu", part, shape)
+    mesh = offscreen.pyvista().read(path)
+    np.testing.assert_array_equal(mesh.points, part.points)
+    np.testing.assert_array_equal(mesh.cells.reshape(-1, 11)[:, 1:], part.cells)
+    assert set(mesh.celltypes) == {24}  # VTK_QUADRATIC_TETRA
+    data = mesh.point_data
+    back = data["displacement_real"] + 1j * data["displacement_imag"]
+    np.testing.assert_array_equal(back, shape)
+    np.testing.assert_array_equal(data["amplitude"], annulus.peak(shape))
+    np.testing.assert_array_equal(np.flatnonzero(data["set_left"]), np.sort(part.node_sets["left"]))
+    # Straight-sided: its volume is that of four chords of an eighth of the annulus.
+    volume = 4 * 0.5 * np.sin(np.pi / 16) * (0.6**2 - 0.5**2) * 0.1
+    assert mesh.volume == pytest.approx(volume, rel=1e-9)
+
+
+def test_phase_is_that_of_the_radial_motion(sector, tmp_path):
+    part = sector()
+    angle = np.arctan2(part.points[:, 1], part.points[:, 0])
+    radial = np.column_stack([np.cos(angle), np.sin(angle), 0 * angle])
+    shape = radial * np.exp(-1j * angle)[:, None]
+    data = meshio.read(write_vtu(tmp_path / "casing.vtu", part, shape)).point_data
+    np.testing.assert_allclose(data["phase_radial"], -np.degrees(angle), atol=1e-12)
+
+
+def test_a_part_without_a_shape(sector, tmp_path):
+    part = sector()
+    data = meshio.read(write_vtu(tmp_path / "casing.vtu", part)).point_data
+    assert set(data) == {f"set_{name}" for name in part.node_sets}
+
+
+def test_a_shape_of_another_part_is_refused(sector, tmp_path):
+    with pytest.raises(InputError, match=r"casing: shape of \(3, 3\)"):
+        write_vtu(tmp_path / "x.vtu", sector(), np.zeros((3, 3), complex))
