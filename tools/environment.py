@@ -54,9 +54,12 @@ def main() -> None:
     with open(__file__) as script:
         fcntl.flock(script, fcntl.LOCK_EX)  # two make commands at once take turns
         cholmod_obstacle = _system()
-        _virtual_environment()
-        _dependencies()
-        _sparse_solver(cholmod_obstacle)
+        try:
+            _virtual_environment()
+            _dependencies()
+            _sparse_solver(cholmod_obstacle)
+        except subprocess.CalledProcessError as error:
+            sys.exit(f"setup: failed, see above: {' '.join(map(str, error.cmd))}")
         _graphics()
         (ENVIRONMENT / "made").write_text(f"{ROOT}\n")
     _say(f"done in {time.monotonic() - began:.0f} s")
@@ -84,7 +87,7 @@ def _system() -> str | None:
             f"setup: as root, run this line and then the same make command again:\n\n    {line}\n"
         )
     still = system_packages.missing_for_cholmod()
-    return f"{reason}; to have it: {install_line(still)}" if still else None
+    return f"{reason}; to have it: {install_line(still)} && rm .venv/made" if still else None
 
 
 def _virtual_environment() -> None:
@@ -133,7 +136,10 @@ def _sparse_solver(obstacle: str | None) -> None:
 
 def _graphics() -> None:
     if not _runs(_CHECK_GRAPHICS, show=True):
-        sys.exit("setup: gmsh and VTK are installed, but one of them cannot work here, see above")
+        sys.exit(
+            "setup: gmsh and VTK are installed, but one of them does not work here, see above; "
+            "a missing software driver is installed by: apt-get install libgl1-mesa-dri"
+        )
 
 
 def _pip(*arguments: str) -> None:
