@@ -8,6 +8,7 @@ _modules = {
     "Model": "model",
     "Modes": "vibration",
     "assemble": "assembly",
+    "backends": "factor",
     "cyclic_transform": "symmetry",
     "eigenpairs": "eigen",
     "factorise": "factor",

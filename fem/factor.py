@@ -93,7 +93,7 @@ class Factor:
         return x[:, :k] + 1j * x[:, k:]
 
 
-def available() -> tuple[str, ...]:
+def backends() -> tuple[str, ...]:
     """Names of the backends that can be imported, the preferred one first."""
     return tuple(name for name, module in _MODULES.items() if find_spec(module) is not None)
 
@@ -106,7 +106,7 @@ def factorise(A: Any, backend: str | None = None) -> Factor:
     A : (n, n) sparse
         Real symmetric or complex Hermitian; both halves must be stored.
     backend : str, optional
-        One of `available()`; its first unless given.
+        One of `backends()`; its first unless given.
 
     Raises
     ------
@@ -120,7 +120,7 @@ def factorise(A: Any, backend: str | None = None) -> Factor:
     >>> factorise(A).solve([1.0, 1.0])
     array([0.5 , 0.25])
     """
-    have = available()
+    have = backends()
     backend = backend or have[0]
     if backend not in have:
         raise InputError(f"backend = {backend!r}: the installed solvers are {', '.join(have)}")

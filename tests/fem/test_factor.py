@@ -11,7 +11,7 @@ from vanelock.errors import InputError
 from vanelock.fem import Material, assemble, factorise
 from vanelock.fem import factor as module
 
-BACKENDS = module.available()
+BACKENDS = module.backends()
 both_kinds = pytest.mark.parametrize("is_complex", [False, True], ids=["real", "Hermitian"])
 every_backend = pytest.mark.parametrize("backend", BACKENDS)
 
