@@ -134,6 +134,17 @@ class Structure:
         rows = self.at(0).rows
         return np.asarray((rows @ rows.T) * self.stiffness)
 
+    @cached_property
+    def output_rows(self) -> dict[int, Array]:
+        """(o, 3, n) displacements of the output nodes in each mode, by nodal diameter."""
+        rows = {}
+        for k, modes in self.modes.items():
+            output = self.system.at(k).output
+            if output is None:
+                output = np.zeros((len(self.system.output_names), 3, len(modes.shapes)))
+            rows[k] = output @ modes.shapes
+        return rows
+
     def modal_force(self, harmonic: int, omega: float) -> Array:
         """Modal force of the excitation; preload of the interference included at h = 0."""
         modes, force = self.at(harmonic), self.system.force.get(harmonic)
@@ -194,6 +205,12 @@ class Structure:
                 push = push.real
             result.append(modes.solve(h * omega, self.modal_force(h, omega) + push))
         return result
+
+    def output(self, amplitudes: list[Array]) -> NDArray[np.complex128]:
+        """(H + 1, o, 3) displacement of the output nodes from modal amplitudes, m."""
+        diameters = self.nodal_diameters
+        pairs = zip(diameters, amplitudes, strict=True)
+        return np.array([self.output_rows[k] @ amplitude for k, amplitude in pairs], complex)
 
 
 def structure(system: System, harmonics: int, harmonic_diameters: str = "wave") -> Structure:

@@ -85,14 +85,16 @@ class Interpolated:
         return self.structure.slope(parameter, w)
 
 
-def frequencies(structure: Structure, omegas: Floats) -> Frequencies | Interpolated:
-    """The family for a set of circular frequencies, rad/s, tabulated where that is cheaper."""
-    low, high = float((1 - MARGIN) * omegas.min()), float((1 + MARGIN) * omegas.max())
+def frequencies(
+    structure: Structure, lowest: float, highest: float, points: int
+) -> Frequencies | Interpolated:
+    """The family for some points in a range of ω, rad/s, tabulated where that is cheaper."""
+    low, high = (1 - MARGIN) * lowest, (1 + MARGIN) * highest
     coupled = any(modes.coupled_damping is not None for modes in structure.modes.values())
     # The nearest pole is at three times the highest frequency; Bernstein's ellipse through it.
     x = (3 * high - 0.5 * (high + low)) / (0.5 * (high - low))
     count = ceil(log(1e16) / log(x + sqrt(x * x - 1))) + 1
-    if coupled or structure.harmonics == 0 or len(omegas) <= count:
+    if coupled or structure.harmonics == 0 or points <= count:
         return Frequencies(structure)
     k = np.arange(count)
     cosine = np.cos(np.pi * (2 * k + 1) / (2 * count))

@@ -8,7 +8,8 @@ import scipy.linalg as la
 from numpy.typing import ArrayLike, NDArray
 
 from vanelock.errors import InputError
-from vanelock.nonlinear.balance import Structure, structure
+from vanelock.nonlinear.balance import Balance, structure
+from vanelock.nonlinear.families import frequencies as family_of
 from vanelock.nonlinear.law import OPEN, STUCK, Deviation
 from vanelock.nonlinear.newton import Solution, scales
 from vanelock.nonlinear.response import Response, assemble_response
@@ -48,8 +49,25 @@ def linear_response(
     """
     prepared = structure(system, harmonics)
     mask = closed_contacts(system.contacts, closed)
-    omegas = TURN * np.atleast_1d(np.asarray(frequencies, float))
-    return assemble_response(prepared, [_solve(prepared, omega, mask) for omega in omegas])
+    omegas = TURN * checked_frequencies(frequencies)
+    family = family_of(prepared, float(omegas.min()), float(omegas.max()), len(omegas))
+    return assemble_response(prepared, [_solve(family.at(omega), mask) for omega in omegas])
+
+
+def checked_frequencies(frequencies: ArrayLike) -> NDArray[np.float64]:
+    """(p,) Hz, positive and finite.
+
+    Raises
+    ------
+    InputError
+        If they are not.
+    """
+    hertz = np.atleast_1d(np.asarray(frequencies, float))
+    if hertz.ndim != 1 or not len(hertz):
+        raise InputError(f"frequencies: given shape {hertz.shape}: needs a list of at least one")
+    if not np.all(np.isfinite(hertz)) or np.any(hertz <= 0):
+        raise InputError(f"frequencies: given {hertz.min()} Hz: must be > 0 and finite")
+    return hertz
 
 
 def closed_contacts(contacts: Contacts, closed: Closed) -> NDArray[np.bool_]:
@@ -77,9 +95,8 @@ def closed_contacts(contacts: Contacts, closed: Closed) -> NDArray[np.bool_]:
     return mask
 
 
-def _solve(prepared: Structure, omega: float, closed: NDArray[np.bool_]) -> Solution:
+def _solve(balance: Balance, closed: NDArray[np.bool_]) -> Solution:
     """One frequency: an open contact has w = u, so u = ũ + R̂ w is a linear system for those."""
-    balance = prepared.balance(omega)
     c = len(closed)
     rows = np.flatnonzero(np.repeat(~closed, 3))
     linear = to_complex(balance.linear.reshape(3 * c, -1))
@@ -93,7 +110,7 @@ def _solve(prepared: Structure, omega: float, closed: NDArray[np.bool_]) -> Solu
     gap = real - np.where(closed[:, None, None], 0.0, u)
     residual = float(np.abs(gap / scales(balance.linear)).max(initial=0.0))
     deviation = Deviation(real, np.empty(0), np.where(closed, STUCK, OPEN), np.zeros(c))
-    return Solution(omega, omega, real, u, residual, 1, residual < 1e-8, deviation)
+    return Solution(balance.omega, balance.omega, real, u, residual, 1, residual < 1e-8, deviation)
 
 
 def _consistent(matrix: NDArray[np.float64], right: NDArray[np.float64]) -> NDArray[np.float64]:

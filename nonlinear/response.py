@@ -113,21 +113,16 @@ def assemble_response(structure: Structure, solutions: Sequence[Solution]) -> Re
     count, outputs = system.contacts.count, len(system.output_names)
     m = 2 * H + 1
     by_point = [structure.amplitudes(s.omega, s.w) for s in solutions]
-    x, output = {}, np.zeros((len(solutions), H + 1, outputs, 3), complex)
+    x = {}
     for h in range(H + 1):
         modal = np.array([point[h] for point in by_point])
         shapes = structure.at(h).shapes
         x[h] = (modal.reshape(-1, len(shapes.T)) @ shapes.T).astype(complex)
-        rows = system.at(structure.nodal_diameters[h]).output
-        if rows is not None:
-            output[:, h] = np.einsum("pn,oen->poe", x[h], rows)
     stacked = np.array([s.u for s in solutions]).reshape(-1, count, 3, m)
     deviating = np.array([s.w for s in solutions]).reshape(stacked.shape)
     pulled = (stacked - deviating) * system.contacts.stiffness[:, :, None]
-    if outputs:
-        amplitude = half_peak_to_peak(output.swapaxes(0, 1))
-    else:
-        amplitude = np.zeros((len(solutions), 0, 3))
+    output = np.array([structure.output(point) for point in by_point], complex)
+    output = output.reshape(-1, H + 1, outputs, 3)
     return Response(
         frequency=np.array([s.omega for s in solutions]) / TURN,
         x=x,
@@ -136,7 +131,7 @@ def assemble_response(structure: Structure, solutions: Sequence[Solution]) -> Re
         state=np.array([s.deviation.state for s in solutions]).reshape(-1, count),
         dissipation=np.array([s.deviation.dissipation for s in solutions]).reshape(-1, count),
         output=output,
-        amplitude=amplitude,
+        amplitude=half_peak_to_peak(output.swapaxes(0, 1)),
         converged=np.array([s.converged for s in solutions], bool),
         residual=np.array([s.residual for s in solutions], float),
         iterations=np.array([s.iterations for s in solutions], np.int64),

@@ -1,59 +1,24 @@
-"""Frequency response of a system with friction contacts."""
+"""One solution after another: a list of frequencies, or a range sampled as the curve needs it."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
-from functools import lru_cache
-from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from vanelock.nonlinear.arc import follow
-from vanelock.nonlinear.balance import structure
-from vanelock.nonlinear.families import Frequencies, Interpolated, fixed, frequencies
-from vanelock.nonlinear.law import Law, contact_law
-from vanelock.nonlinear.newton import TOLERANCE, Solution, solve
+from vanelock.nonlinear.families import Frequencies, Interpolated, fixed
+from vanelock.nonlinear.law import Law
+from vanelock.nonlinear.newton import Solution, solve
 from vanelock.nonlinear.rescue import from_nothing
-from vanelock.nonlinear.response import Response, assemble_response
-from vanelock.nonlinear.trigonometric import TURN
-from vanelock.rom.system import System
+from vanelock.nonlinear.response import half_peak_to_peak
+from vanelock.nonlinear.trigonometric import to_complex
 
 Floats = NDArray[np.float64]
-Progress: TypeAlias = Callable[[int, int, float, float], None]
 
-
-def static_response(system: System) -> Response:
-    """The assembled state at rest: preload by interference and static load, friction, lift-off.
-
-    Returns
-    -------
-    Response
-        One point, harmonic 0 alone, at frequency 0.
-    """
-    prepared = structure(system, 0)
-    found = from_nothing(prepared.balance(0.0), lambda h: contact_law(system.contacts, h))
-    return assemble_response(prepared, [found])
-
-
-def frequency_response(
-    system: System,
-    frequencies_hz: ArrayLike | tuple[float, float],
-    harmonics: int = 3,
-    progress: Progress | None = None,
-    harmonic_diameters: str = "wave",
-    samples: int | None = None,
-    tolerance: float = TOLERANCE,
-) -> Response:
-    """Coupled static and dynamic balance at every frequency, to a relative residual of 1e-10."""
-    prepared = structure(system, harmonics, harmonic_diameters)
-    omegas = TURN * np.atleast_1d(np.asarray(frequencies_hz, float))
-    solver = Solver(
-        frequencies(prepared, omegas),
-        lru_cache(lambda h: contact_law(system.contacts, h, samples)),
-        harmonics,
-        tolerance,
-    )
-    return assemble_response(prepared, list(solver.sweep(omegas)))
+BEND = 0.06
+"""How far, relatively, the amplitude may leave the line through the last two points. The curve then
+leaves the chord between two points by about an eighth of that."""
 
 
 @dataclass(frozen=True)
@@ -65,47 +30,83 @@ class Solver:
     family : Frequencies or Interpolated
     law : callable
         The contact law for a number of harmonics.
-    harmonics : int
     tolerance : float
+        Relative residual that counts as converged.
     """
 
     family: Frequencies | Interpolated
     law: Callable[[int], Law]
-    harmonics: int
     tolerance: float
 
     def sweep(self, omegas: Floats) -> Iterator[Solution]:
-        """Solve point by point, each from its predecessors."""
+        """Solve at each frequency, rad/s, from its predecessors."""
         history: list[Solution] = []
         for omega in omegas:
-            found = self.point(omega, history)
+            found = self.point(float(omega), history)
             yield found
             if found.converged:
                 history = [*history, found][-2:]
 
+    def explore(self, begin: float, end: float) -> Iterator[Solution]:
+        """Solve from `begin` to `end`, rad/s, at steps that follow the curve.
+
+        Steps are at most a fortieth of the range, at least an 80th of the half-power bandwidth.
+        """
+        span, sign = abs(end - begin), np.sign(end - begin)
+        ratio = self.family.structure.system.damping_ratio or 0.0
+        finest = max(2 * ratio * min(begin, end) / 80, span / 5000)
+        history = [self.point(begin, [])]
+        yield history[0]
+        step = span / 200
+        while history[-1].omega != end:
+            last = history[-1]
+            left = abs(end - last.omega)
+            omega = end if step >= 0.999 * left else last.omega + sign * step
+            found = self.point(omega, [point for point in history if point.converged])
+            error = self._bend(history, found)
+            if error > BEND and step > finest:
+                step = max(finest, step * max(0.3, 0.8 * np.sqrt(BEND / error)))
+                continue
+            yield found
+            history = [*history, found][-2:]
+            growth = 0.9 * np.sqrt(BEND / max(error, 1e-12))
+            step = float(np.clip(step * min(1.5, growth), finest, span / 40))
+
+    def _bend(self, history: list[Solution], found: Solution) -> float:
+        """Relative distance of a new amplitude from the line through the last two."""
+        if len(history) < 2:
+            return 0.0
+        a, b = (self.amplitude(point) for point in history)
+        c = self.amplitude(found)
+        line = b + (b - a) * (found.omega - history[1].omega) / (
+            history[1].omega - history[0].omega
+        )
+        return float(np.abs(c - line).max() / max(np.abs(b).max(), np.finfo(float).tiny))
+
+    def amplitude(self, solution: Solution) -> Floats:
+        """Half the peak-to-peak of every output; of the contacts where there is none, m."""
+        structure = self.family.structure
+        if structure.system.output_names:
+            moved = structure.output(structure.amplitudes(solution.omega, solution.w))
+        else:
+            moved = to_complex(solution.u)
+        return half_peak_to_peak(moved).reshape(-1)
+
     def point(self, omega: float, history: list[Solution]) -> Solution:
-        """Solve at one frequency, rad/s, given up to two converged neighbours, the last nearest."""
+        """Solve at one frequency, rad/s, given up to two converged neighbours, the nearest last."""
         balance = self.family.at(omega)
-        law = self.law(self.harmonics)
-        spent, best = 0, None
+        law = self.law(self.family.structure.harmonics)
+        tried: list[Solution] = []
         for start in _starts(omega, history):
-            found = solve(fixed(balance), law, start, 0.0, tolerance=self.tolerance)
-            spent += found.iterations
-            if best is None or found.residual < best.residual:
-                best = found
-            if found.converged:
-                break
-        if history and (best is None or not best.converged):
+            tried.append(solve(fixed(balance), law, start, 0.0, tolerance=self.tolerance))
+            if tried[-1].converged:
+                return _counted(tried, omega)
+        if history:
             arc = follow(self.family, law, history[-1], omega, self.tolerance)
-            spent += arc.iterations
             if arc.solution is not None:
-                best = arc.solution
-        if best is None or not best.converged:
-            found = from_nothing(balance, self.law, self.tolerance)
-            spent += found.iterations
-            if best is None or found.residual < best.residual:
-                best = found
-        return replace(best, omega=omega, parameter=omega, iterations=spent)
+                return _counted([*tried, arc.solution], omega)
+        tried.append(from_nothing(balance, self.law, self.tolerance))
+        return _counted(tried, omega)
 
 
 def _starts(omega: float, history: list[Solution]) -> Iterator[Floats]:
@@ -115,3 +116,10 @@ def _starts(omega: float, history: list[Solution]) -> Iterator[Floats]:
         yield b.w + (omega - b.omega) / (b.omega - a.omega) * (b.w - a.w)
     if history:
         yield history[-1].w
+
+
+def _counted(tried: list[Solution], omega: float) -> Solution:
+    """The best of some attempts, with the iterations of them all."""
+    best = min(tried, key=lambda each: (not each.converged, each.residual))
+    spent = sum(each.iterations for each in tried)
+    return replace(best, omega=omega, parameter=omega, iterations=spent)

@@ -1,0 +1,165 @@
+"""Forced response of a system with friction contacts, and its state at rest."""
+
+from collections.abc import Callable, Iterable, Iterator
+from functools import lru_cache
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from vanelock.errors import InputError
+from vanelock.nonlinear.balance import structure
+from vanelock.nonlinear.families import frequencies as family_of
+from vanelock.nonlinear.law import contact_law
+from vanelock.nonlinear.linear import checked_frequencies
+from vanelock.nonlinear.newton import TOLERANCE, Solution
+from vanelock.nonlinear.rescue import from_nothing
+from vanelock.nonlinear.response import Response, assemble_response
+from vanelock.nonlinear.sweep import Solver
+from vanelock.nonlinear.trigonometric import TURN
+from vanelock.rom.system import System
+
+Floats = NDArray[np.float64]
+Progress: TypeAlias = Callable[[int, int, float, float], None]
+
+
+def static_response(system: System) -> Response:
+    """The assembled state at rest: preload by interference and static load, friction, lift-off.
+
+    Parameters
+    ----------
+    system : System
+
+    Returns
+    -------
+    Response
+        One point, harmonic 0 alone, at frequency 0.
+
+    Raises
+    ------
+    InputError
+        If the structure is not held even with all contacts stuck.
+    """
+    prepared = structure(system, 0)
+    found = from_nothing(prepared.balance(0.0), lambda h: contact_law(system.contacts, h))
+    return assemble_response(prepared, [found])
+
+
+def frequency_response(
+    system: System,
+    frequencies: ArrayLike | tuple[float, float],
+    harmonics: int = 3,
+    coupling: str = "coupled",
+    direction: str = "up",
+    harmonic_diameters: str = "wave",
+    samples: int | None = None,
+    tolerance: float = TOLERANCE,
+    progress: Progress | None = None,
+) -> Response:
+    """Steady vibration with friction: the coupled balance of all harmonics at every frequency.
+
+    Parameters
+    ----------
+    system : System
+    frequencies : (p,) array_like or (float, float)
+        Hz. An array or list: exactly these. A tuple (low, high): a range, sampled as the curve
+        needs it, the largest amplitude located once more by a parabola.
+    harmonics : int
+        H; the mean is always among the unknowns.
+    coupling : {"coupled"}
+        Static and dynamic balance are solved together.
+    direction : {"up", "down"}
+        Whether frequencies are passed upwards or downwards, which chooses the branch where
+        several solutions exist.
+    harmonic_diameters : {"wave", "sector"}
+        Nodal diameter of harmonic h: (h·EO) mod N, or that of the first one for all h >= 1.
+    samples : int, optional
+        Evaluate the contact law on this many samples instead of locating its events.
+    tolerance : float
+        Relative residual at which a point counts as converged.
+    progress : callable, optional
+        Called after each point with (points done, points in all, estimated for a range; Hz;
+        largest amplitude of any output, m).
+
+    Returns
+    -------
+    Response
+        `converged`, `residual` and `iterations` say for each point whether it is to be trusted.
+
+    Raises
+    ------
+    InputError
+        If an option is unknown, a frequency is not positive, or a nodal diameter is missing.
+    """
+    for name, given, allowed in (
+        ("coupling", coupling, ("coupled",)),
+        ("direction", direction, ("up", "down")),
+    ):
+        if given not in allowed:
+            raise InputError(f"{name}: given {given!r}: allowed: {', '.join(allowed)}")
+    if samples is not None and samples < 4 * harmonics + 4:
+        raise InputError(f"samples: given {samples}: needs at least {4 * harmonics + 4}")
+    is_range = isinstance(frequencies, tuple)
+    hertz = checked_frequencies(frequencies)
+    if is_range and (len(hertz) != 2 or hertz[0] >= hertz[1]):
+        raise InputError(f"frequencies: given {tuple(hertz)}: a range is (low, high), low < high")
+    prepared = structure(system, harmonics, harmonic_diameters)
+    omegas = TURN * hertz
+    points = 100 if is_range else len(omegas)
+    solver = Solver(
+        family_of(prepared, omegas.min(), omegas.max(), points),
+        lru_cache(lambda h: contact_law(system.contacts, h, samples)),
+        tolerance,
+    )
+    order = np.argsort(omegas, kind="stable")
+    if direction == "down":
+        order = order[::-1]
+    if is_range:
+        begin, end = omegas[order]
+        found = list(_reported(solver, solver.explore(begin, end), progress, (begin, end), None))
+        found = sorted(_peaked(solver, found), key=lambda point: point.omega)
+    else:
+        swept = _reported(solver, solver.sweep(omegas[order]), progress, None, len(omegas))
+        by_place = dict(zip(order, swept, strict=True))
+        found = [by_place[i] for i in range(len(omegas))]
+    return assemble_response(prepared, found)
+
+
+def _reported(
+    solver: Solver,
+    solutions: Iterable[Solution],
+    progress: Progress | None,
+    ends: tuple[float, float] | None,
+    total: int | None,
+) -> Iterator[Solution]:
+    """Pass solutions on, telling `progress` of each."""
+    for done, solution in enumerate(solutions, 1):
+        yield solution
+        if progress is None:
+            continue
+        if ends is not None:
+            share = (solution.omega - ends[0]) / (ends[1] - ends[0])
+            expected = done if share >= 1 else max(done + 1, round(done / max(share, 0.01)))
+        else:
+            expected = total or done
+        amplitude = float(solver.amplitude(solution).max(initial=0.0))
+        progress(done, expected, solution.omega / TURN, amplitude)
+
+
+def _peaked(solver: Solver, found: list[Solution]) -> list[Solution]:
+    """One more point, at the vertex of the parabola through the three highest neighbours."""
+    if len(found) < 3:
+        return found
+    sizes = np.array([solver.amplitude(point).max(initial=0.0) for point in found])
+    top = int(np.argmax(sizes))
+    if not 0 < top < len(found) - 1:
+        return found
+    x = np.array([found[i].omega for i in (top - 1, top, top + 1)]) - found[top].omega
+    bend, rise, _ = np.polyfit(x, sizes[top - 1 : top + 2], 2)
+    vertex = -rise / (2 * bend) if bend < 0 else 0.0
+    if vertex == 0.0 or not min(x) < vertex < max(x):
+        return found
+    beside = found[top - 1] if (vertex < 0) == (x[0] < 0) else found[top + 1]
+    history = [point for point in (beside, found[top]) if point.converged]
+    added = solver.point(found[top].omega + vertex, history)
+    return [*found, added]

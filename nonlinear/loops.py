@@ -1,0 +1,90 @@
+"""Time histories of a contact over one period, exact at every instant."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vanelock.errors import InputError
+from vanelock.nonlinear.response import Response
+from vanelock.nonlinear.slider import (
+    BEGIN,
+    FREE,
+    HELD,
+    HIGH,
+    KIND,
+    LOW,
+    PLACE,
+    WIDTH,
+    slider_path,
+)
+from vanelock.nonlinear.trigonometric import TURN, basis, grid, roots, to_real
+
+Floats = NDArray[np.float64]
+
+
+def contact_loop(
+    response: Response, point: int, contact: int, samples: int = 512
+) -> tuple[Floats, Floats]:
+    """Displacements and forces of one contact over a period, for hysteresis loops.
+
+    Parameters
+    ----------
+    response : Response
+    point, contact : int
+        Which frequency and which contact.
+    samples : int
+        Number of equal steps of the period.
+
+    Returns
+    -------
+    displacement : (samples, 3) float
+        v, u1, u2, interference included, m.
+    force : (samples, 3) float
+        n, t1, t2, N.
+
+    Raises
+    ------
+    InputError
+        If the point or the contact does not exist.
+    """
+    counts = {"point": response.points, "contact": len(response.mu)}
+    for (name, count), given in zip(counts.items(), (point, contact), strict=True):
+        if not -count <= given < count:
+            raise InputError(f"{name}: given {given}: there are {count}, counted from 0")
+    u = to_real(response.contact[point, :, contact])
+    angle = TURN * np.arange(samples) / samples
+    displacement = basis(response.harmonics, angle) @ u.T
+    kn, *kt = response.stiffness[contact]
+    force = np.empty_like(displacement)
+    force[:, 0] = kn * np.maximum(displacement[:, 0], 0.0)
+    for d, k in enumerate(kt, 1):
+        alpha = response.mu[contact] * kn / k
+        place = slider_history(u[0], u[d], alpha, angle)
+        force[:, d] = k * (displacement[:, d] - place)
+    force[displacement[:, 0] <= 0, 1:] = 0.0
+    return displacement, force
+
+
+def slider_history(v: Floats, u: Floats, alpha: float, angle: Floats) -> Floats:
+    """Place of a friction slider at the given angles in [0, 2π).
+
+    Parameters
+    ----------
+    v, u : (2H + 1,)
+        Coefficients of the normal and tangential displacement.
+    alpha : float
+        μ kn/kt.
+    angle : (s,)
+        rad.
+    """
+    harmonics = (len(u) - 1) // 2
+    table, contact = grid(harmonics), np.empty(4 * harmonics + 4)
+    path = np.empty((6 * len(contact) + 2, WIDTH))
+    v, u = np.ascontiguousarray(v), np.ascontiguousarray(u)
+    count = roots(v, table, contact)
+    path = path[: slider_path(v, u, alpha, contact, count, table, path)]
+    wrapped = path[0, BEGIN] + (angle - path[0, BEGIN]) % TURN
+    segment = np.searchsorted(path[:, BEGIN], wrapped, side="right") - 1
+    kind = path[segment, KIND]
+    at_v, at_u = (basis(harmonics, angle) @ a for a in (v, u))
+    bound = np.select([kind == LOW, kind == HIGH, kind == FREE], [-alpha, alpha, 0.0])
+    return np.where(kind == HELD, path[segment, PLACE], at_u + bound * at_v)
