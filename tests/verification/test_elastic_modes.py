@@ -109,7 +109,7 @@ def lame_error(lattice, cell_type, n):
         [np.sin(z) * np.cos(x), zero, -np.cos(z) * np.sin(x)],
     ]
     lame = np.empty((len(vectors), 3))
-    lame[model.dofs.ravel()] = np.moveaxis(fields, 0, 2).transpose(1, 0, 2).reshape(-1, 3)
+    lame[model.dofs.ravel()] = np.array(fields).transpose(2, 1, 0).reshape(-1, 3)
     gram = np.linalg.cholesky(lame.T @ model.M @ lame)
     share = np.linalg.solve(gram, lame.T @ model.M @ vectors)  # of each mode in those fields
     share = np.sum(share**2, axis=0)
