@@ -58,7 +58,8 @@ def mesh_picture(path: style.PathLike, vane: Part, casing: Part, title: str = "M
         cut = style.axes(figure, 7.75, 4.75, 3.9, 2.4)
         _section(cut, parts)
         whole, size = style.image_axes(figure, 7.1, 0.25, 4.75, 3.75)
-        whole.imshow(scene.snapshot(_ring(parts, surfaces), size), aspect="auto")
+        coarse = [surface(part, corners_only=True) for part in parts]
+        whole.imshow(scene.snapshot(_ring(parts, coarse), size), aspect="auto")
         _heading(figure, 7.1, 4.02, f"Full ring of {vane.sectors} sectors")
         _legend(figure, parts)
         return style.write(figure, path)

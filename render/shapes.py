@@ -108,7 +108,9 @@ def mode_picture(
             "One sector (undeformed in grey)",
             sector_scene(skins, angle, scale, paint),
         )
-        ring = ring_scene(skins, nodal_diameter, angle, scale, paint)
+        # Each sector of the ring is small: its elements' corners are enough.
+        coarse = skins_of(parts, shapes, corners_only=True)
+        ring = ring_scene(coarse, nodal_diameter, angle, scale, paint)
         _panel(figure, 5.3, 5.4, f"Full ring, {_wave(parts, nodal_diameter)}", ring)
         style.colour_bar(
             style.axes(figure, 10.95, 1.4, 0.16, 3.6),
@@ -155,7 +157,7 @@ def response_picture(
     InputError
         If a shape does not fit its part or is zero, or this machine cannot draw.
     """
-    skins = skins_of(parts, shapes)
+    skins = skins_of(parts, shapes, corners_only=True)
     amplitude = max(float(annulus.peak(shape).max()) for shape in shapes)
     scale = annulus.round_scale(amplitude, _DRAWN * _radius(parts))
     angle = annulus.largest_instant(*shapes)
@@ -203,7 +205,9 @@ def response_picture(
         return style.write(figure, path)
 
 
-def skins_of(parts: Sequence[Part], shapes: Sequence[Complex]) -> list[Skin]:
+def skins_of(
+    parts: Sequence[Part], shapes: Sequence[Complex], corners_only: bool = False
+) -> list[Skin]:
     """Check that parts and shapes belong together, and extract what is drawn."""
     if len(parts) != len(shapes):
         raise InputError(f"shapes: given {len(shapes)}: {len(parts)}, one for each part, needed")
@@ -219,7 +223,7 @@ def skins_of(parts: Sequence[Part], shapes: Sequence[Complex]) -> list[Skin]:
         raise InputError("shapes: zero everywhere: there is nothing to draw")
     skins = []
     for part, shape in zip(parts, shapes, strict=True):
-        skin = surface(part)
+        skin = surface(part, corners_only=corners_only)
         split, triangles = scene.smooth_surface(part.points[skin.nodes], skin)
         skins.append(Skin(part, skin, np.asarray(shape)[skin.nodes], split, triangles))
     return skins

@@ -25,12 +25,13 @@ def prism_volume(sectors, steps, inner, outer, length):
     return steps * 0.5 * np.sin(step) * (outer**2 - inner**2) * length
 
 
+@pytest.mark.parametrize("corners_only", [False, True])
 @pytest.mark.parametrize("cell_type", ["tetra", "tetra10"])
-def test_skin_of_a_sector_encloses_its_volume(sector, cell_type):
+def test_skin_of_a_sector_encloses_its_volume(sector, cell_type, corners_only):
     part = sector(sectors=8, divisions=(2, 4, 3))
     cells = part.cells[:, :4] if cell_type == "tetra" else part.cells
     part = Part("casing", part.points, cells, cell_type, part.node_sets, {}, 8)
-    skin = surface(part)
+    skin = surface(part, corners_only=corners_only)
     points = part.points[skin.nodes]
     expected = prism_volume(8, 4, 0.5, 0.6, 0.1)
     assert volume(points, skin.triangles) == pytest.approx(expected, rel=1e-12)
