@@ -118,18 +118,20 @@ def assemble_response(structure: Structure, solutions: Sequence[Solution]) -> Re
         modal = np.array([point[h] for point in by_point])
         shapes = structure.at(h).shapes
         x[h] = (modal.reshape(-1, len(shapes.T)) @ shapes.T).astype(complex)
-    stacked = np.array([s.u for s in solutions]).reshape(-1, count, 3, m)
+    stacked = np.array([s.u for s in solutions]).reshape(len(solutions), count, 3, m)
     deviating = np.array([s.w for s in solutions]).reshape(stacked.shape)
     pulled = (stacked - deviating) * system.contacts.stiffness[:, :, None]
     output = np.array([structure.output(point) for point in by_point], complex)
-    output = output.reshape(-1, H + 1, outputs, 3)
+    output = output.reshape(len(solutions), H + 1, outputs, 3)
     return Response(
         frequency=np.array([s.omega for s in solutions]) / TURN,
         x=x,
         contact=to_complex(stacked).swapaxes(0, 1),
         force=to_complex(pulled).swapaxes(0, 1),
-        state=np.array([s.deviation.state for s in solutions]).reshape(-1, count),
-        dissipation=np.array([s.deviation.dissipation for s in solutions]).reshape(-1, count),
+        state=np.array([s.deviation.state for s in solutions]).reshape(len(solutions), count),
+        dissipation=np.array([s.deviation.dissipation for s in solutions]).reshape(
+            len(solutions), count
+        ),
         output=output,
         amplitude=half_peak_to_peak(output.swapaxes(0, 1)),
         converged=np.array([s.converged for s in solutions], bool),
