@@ -110,7 +110,7 @@ def states(normal: Real, friction: Real, mu: float) -> NDArray[np.int64]:
 
 def _energy(joules: float) -> str:
     for factor, unit in ((1.0, "J"), (1e3, "mJ"), (1e6, "µJ")):
-        if abs(joules) * factor >= 0.1:
+        if abs(joules) * factor >= 1:
             return f"{style.number(joules * factor)} {unit}"
     return f"{style.number(1e9 * joules)} nJ"
 
