@@ -3,10 +3,12 @@
 import time
 from collections.abc import Iterable
 
-from vanelock.study.forced import REFINED
 from vanelock.study.model import Study
 from vanelock.study.plan import Planned
 from vanelock.study.progress import Point
+
+TYPICAL = 100
+"""Points of a response over a range that chooses them itself."""
 
 
 class Clock:
@@ -43,5 +45,5 @@ class Clock:
 def work(study: Study) -> float:
     """Relative cost of a response: the unknowns at a point grow with 2H + 1."""
     response = study.response
-    points = len(response.frequencies) if response.frequencies else response.points + 2 * REFINED
+    points = len(response.frequencies) if response.frequencies else response.points or TYPICAL
     return float(points * (2 * response.harmonics + 1) ** 1.5)

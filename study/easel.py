@@ -42,7 +42,9 @@ class Easel:
         except (OSError, ValueError, AttributeError, TypeError):
             return {}
 
-    def draw(self, name: str, shows: Any, function: Callable[[Path], object]) -> Path:
+    def draw(
+        self, name: str, shows: Any, function: Callable[[Path], object], quick: bool = False
+    ) -> Path:
         """The file `name`; `shows` is what JSON can hold of all that it depends on."""
         path = self.folder / name
         key = key_of(name, "render", {"shows": shows})
@@ -51,7 +53,8 @@ class Easel:
             if file_digest(path) == known[1]:
                 self.done.append(Done(name, float(known[2]), True))
                 return path
-        self.listener(Begun(name))
+        if not quick:
+            self.listener(Begun(name))
         began = time.perf_counter()
         path.unlink(missing_ok=True)
         function(path)
@@ -59,5 +62,6 @@ class Easel:
         self._known[name] = [key, file_digest(path), f"{seconds:.3f}"]
         record(self.folder / "cache" / "pictures.json", json.dumps(self._known, indent=1))
         self.done.append(Done(name, seconds, False))
-        self.listener(self.done[-1])
+        if not quick:
+            self.listener(self.done[-1])
         return path

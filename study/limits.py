@@ -91,8 +91,8 @@ def limits(system: System, mode: int) -> Limits:
     return Limits(k, free, stuck, mode - 1, partner, float(likeness[partner]))
 
 
-def frequencies(study: Study, limits: Limits) -> NDArray[np.float64]:
-    """Excitation frequencies of a case, Hz.
+def frequencies(study: Study, limits: Limits) -> NDArray[np.float64] | tuple[float, float]:
+    """Excitation frequencies of a case, Hz; a tuple is a range.
 
     Where the study names neither frequencies nor a range: from a little below the mode of interest
     with the interlock free to a little above it with the interlock stuck.
@@ -106,7 +106,7 @@ def frequencies(study: Study, limits: Limits) -> NDArray[np.float64]:
         low, high = sorted([limits.free_frequency, limits.stuck_frequency])
         margin = max(0.25 * (high - low), 0.03 * low)
         low, high = low - margin, high + margin
-    return np.linspace(low, high, response.points)
+    return (low, high) if response.points is None else np.linspace(low, high, response.points)
 
 
 def fine(frequency: float, damping: float, points: int = 81) -> NDArray[np.float64]:

@@ -10,7 +10,6 @@ from vanelock.study.progress import Done
 from vanelock.study.summary import Peak, Summary
 from vanelock.study.tables import Column, Table
 
-
 TOGETHER = {
     "preload": "preloads",
     "response": "responses",

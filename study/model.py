@@ -191,8 +191,15 @@ class Response(Table):
     range: FrequencyList | None = Field(
         default=None, min_length=2, max_length=2, description="[low, high] frequency [Hz]"
     )
-    points: int = Field(default=81, ge=2, le=100_000, description="number of frequencies")
+    points: int | None = Field(default=None, ge=2, le=100_000, description="number of frequencies")
     harmonics: int = Field(default=3, ge=1, le=99, description="highest harmonic")
+
+    @field_validator("points")
+    @classmethod
+    def _on_a_range(cls, value: int | None, info: ValidationInfo) -> int | None:
+        if value is not None and info.data.get("frequencies") is not None:
+            raise ValueError("give either response.points or response.frequencies, not both")
+        return value
 
     @field_validator("frequencies")
     @classmethod

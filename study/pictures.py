@@ -223,7 +223,7 @@ class Gallery:
             def write(path: Path, i: int = i) -> None:
                 render.write_vtu(path, self._parts(each)[i], shapes()[i])
 
-            paths.append(self.easel.draw(f"shapes/{name}_{part}.vtu", shows, write))
+            paths.append(self.easel.draw(f"shapes/{name}_{part}.vtu", shows, write, quick=True))
         return paths
 
     def _parts(self, each: Planned) -> list[Part]:

@@ -5,15 +5,13 @@ import time
 from dataclasses import asdict
 from pathlib import Path
 
-import numpy as np
-
 from vanelock.nonlinear import Response
 from vanelock.study import listing, results
 from vanelock.study.cache import Cache
 from vanelock.study.clock import Clock
 from vanelock.study.easel import Easel
 from vanelock.study.folder import claimed
-from vanelock.study.forced import chosen
+from vanelock.study.forced import alone
 from vanelock.study.model import Study
 from vanelock.study.monitor import monitor
 from vanelock.study.pictures import Gallery, Shown
@@ -145,7 +143,7 @@ class Run:
         self.shown.curve[case.name] = response.frequency, amplitude, response.converged
         if peak is not None:
             self.shown.peak[case.name] = peak
-            self.shown.top[case.name] = chosen([response], np.array([peak.point]))
+            self.shown.top[case.name] = alone(response, peak.point)
         if found.converged < found.points:
             lost = f"{found.points - found.converged} of {found.points} points did not converge"
             self.listener(Notice(f"{case.name}: {lost} (largest residual {found.worst:.1e})"))
