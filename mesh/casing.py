@@ -9,6 +9,7 @@ from vanelock.mesh.fit import check_casing
 from vanelock.mesh.kernel import session
 from vanelock.mesh.part import Part
 from vanelock.mesh.size import element_size
+from vanelock.mesh.tetrahedra import valid
 
 
 def casing_sector(
@@ -92,7 +93,7 @@ def casing_sector(
         np.concatenate([*bands, force, accessory, turned]),
     )
     frames = sets.hook_frames(bands, -1.0)
-    return Part(
+    part = Part(
         name="casing",
         points=points,
         cells=mesh.cells,
@@ -113,6 +114,7 @@ def casing_sector(
         },
         sectors=sectors,
     )
+    return valid(part)
 
 
 def _outline(casing: CasingDimensions, hook: HookDimensions) -> list[tuple[float, float]]:

@@ -5,7 +5,6 @@ Positions along the engine axis z are those of the front hook; the rear hook mir
 at an engine's speed.
 """
 
-from collections.abc import Sequence
 from itertools import pairwise
 from typing import Any, Self
 
@@ -13,17 +12,21 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from vanelock.quantities import Angle, Length
 
+CLEARANCE = 5e-4  # m; thinner walls and gaps are beyond any mesh
+
 
 def _length(default: float, description: str, largest: float = 5.0) -> Any:
     return Field(default, ge=1e-4, le=largest, description=f"{description} [m]")
 
 
-def _ascending(model: BaseModel, names: Sequence[str]) -> None:
-    """Refuse values that do not grow strictly along `names`; a dot reaches into a field."""
+def _ascending(model: BaseModel, *names: str) -> None:
+    """Refuse lengths that do not grow along `names` by a wall's thickness; a dot reaches deeper."""
     for low, high in pairwise(names):
         below, above = _value(model, low), _value(model, high)
-        if not below < above:
-            raise ValueError(f"{high} = {above:g}: must exceed {low} = {below:g}")
+        if below > above - CLEARANCE:
+            raise ValueError(
+                f"{high} = {above:g} m: must exceed {low} = {below:g} m by at least {CLEARANCE:g} m"
+            )
 
 
 def _value(model: Any, name: str) -> float:
@@ -54,8 +57,8 @@ class HookDimensions(Dimensions):
 
     @model_validator(mode="after")
     def _ordered(self) -> Self:
-        _ascending(self, ("lip_radius", "roof_radius"))
-        _ascending(self, ("band_position", "mid_plane"))
+        _ascending(self, "lip_radius", "roof_radius")
+        _ascending(self, "band_position", "mid_plane")
         return self
 
 
@@ -102,21 +105,23 @@ class VaneDimensions(Dimensions):
     def _possible(self) -> Self:
         _ascending(
             self,
-            (
-                "inner_shroud_inner_radius",
-                "inner_shroud_outer_radius",
-                "outer_shroud_inner_radius",
-                "outer_shroud_outer_radius",
-                "hook.lip_radius",
-                "hook.roof_radius",
-            ),
+            "inner_shroud_inner_radius",
+            "inner_shroud_outer_radius",
+            "outer_shroud_inner_radius",
+            "outer_shroud_outer_radius",
+            "hook.lip_radius",
+            "hook.roof_radius",
         )
         _ascending(
-            self, ("foot_front", "hook.band_position", "leg_front", "leg_rear", "hook.mid_plane")
+            self, "foot_front", "hook.band_position", "leg_front", "leg_rear", "hook.mid_plane"
         )
-        _ascending(self, ("outer_shroud_front", "leg_front"))
-        _ascending(self, ("inner_shroud_front", "hook.mid_plane"))
-        _ascending(self, ("hook.band_extent", "outer_shroud_extent"))
+        _ascending(self, "outer_shroud_front", "leg_front")
+        _ascending(self, "inner_shroud_front", "hook.mid_plane")
+        if not self.hook.band_extent < self.outer_shroud_extent:
+            raise ValueError(
+                f"hook.band_extent = {self.hook.band_extent:g}: the bands must be shorter than the "
+                f"foot, outer_shroud_extent = {self.outer_shroud_extent:g}"
+            )
         if self.edge_thickness > self.thickness:
             raise ValueError(
                 f"edge_thickness = {self.edge_thickness:g}: must not exceed "
@@ -140,8 +145,8 @@ class CasingDimensions(Dimensions):
 
     @model_validator(mode="after")
     def _possible(self) -> Self:
-        _ascending(self, ("rail_inner_radius", "inner_radius", "outer_radius", "flange_radius"))
+        _ascending(self, "rail_inner_radius", "inner_radius", "outer_radius", "flange_radius")
         _ascending(
-            self, ("flange_thickness", "rail_front", "groove_bottom", "groove_mouth", "length")
+            self, "flange_thickness", "rail_front", "groove_bottom", "groove_mouth", "length"
         )
         return self

@@ -4,19 +4,25 @@ The models of `dimensions` check themselves; what also depends on the number of 
 the other part, is checked here.
 """
 
+from itertools import pairwise
+
 import numpy as np
+from numpy.typing import NDArray
 
 from vanelock.errors import InputError
 from vanelock.mesh import aerofoil
-from vanelock.mesh.dimensions import CasingDimensions, HookDimensions, VaneDimensions
-
-CLEARANCE = 5e-4  # m; thinner walls and gaps are beyond any mesh
+from vanelock.mesh.dimensions import (
+    CLEARANCE,
+    CasingDimensions,
+    HookDimensions,
+    VaneDimensions,
+)
 
 
 def check_sectors(sectors: int) -> None:
     """Refuse a number of sectors that makes no ring."""
-    if not 3 <= sectors <= 360:
-        raise InputError(f"ring.sectors = {sectors}: must lie between 3 and 360")
+    if not 6 <= sectors <= 360:
+        raise InputError(f"ring.sectors = {sectors}: must lie between 6 and 360")
 
 
 def check_fit(vane: VaneDimensions, casing: CasingDimensions, sectors: int) -> None:
@@ -42,24 +48,33 @@ def check_fit(vane: VaneDimensions, casing: CasingDimensions, sectors: int) -> N
 def check_casing(casing: CasingDimensions, hook: HookDimensions, sectors: int) -> None:
     """Refuse a casing whose grooves do not hold the bands, or whose rails overlap."""
     check_sectors(sectors)
-    prefix = "casing."
-    _below(
-        f"{prefix}rail_inner_radius", casing.rail_inner_radius, "hook.lip_radius", hook.lip_radius
+    radii = (
+        ("casing.rail_inner_radius", casing.rail_inner_radius),
+        ("vane.hook.lip_radius", hook.lip_radius),
+        ("vane.hook.roof_radius", hook.roof_radius),
+        ("casing.inner_radius", casing.inner_radius),
     )
-    _below("hook.roof_radius", hook.roof_radius, f"{prefix}inner_radius", casing.inner_radius)
-    _below(f"{prefix}groove_bottom", casing.groove_bottom, "hook.band_position", hook.band_position)
-    _below("hook.band_position", hook.band_position, f"{prefix}groove_mouth", casing.groove_mouth)
-    _below(f"{prefix}groove_mouth", casing.groove_mouth, "hook.mid_plane", hook.mid_plane)
-    _below(
-        "rear rail's rear face",
-        2 * hook.mid_plane - casing.rail_front,
-        "rear flange's front face",
-        casing.length - casing.flange_thickness,
+    positions = (
+        ("casing.groove_bottom", casing.groove_bottom),
+        ("vane.hook.band_position", hook.band_position),
+        ("casing.groove_mouth", casing.groove_mouth),
+        ("vane.hook.mid_plane", hook.mid_plane),
     )
+    ends = (
+        ("2 vane.hook.mid_plane - casing.rail_front", 2 * hook.mid_plane - casing.rail_front),
+        ("casing.length - casing.flange_thickness", casing.length - casing.flange_thickness),
+    )
+    for chain in (radii, positions, ends):
+        for low, high in pairwise(chain):
+            _below(*low, *high)
 
 
 def check_vane(vane: VaneDimensions, sectors: int) -> None:
-    """Refuse aerofoils that leave their shrouds or touch one another."""
+    """Refuse aerofoils that leave their shrouds.
+
+    Each then lies between slanted planes that share the pitch out among the aerofoils, so that
+    none touches its neighbour.
+    """
     check_sectors(sectors)
     sides = aerofoil.profile(vane)
     across, axial = sides[..., 0].ravel(), sides[..., 1].ravel()
@@ -69,21 +84,19 @@ def check_vane(vane: VaneDimensions, sectors: int) -> None:
         _below(f"vane.{name}", front, "the aerofoils' front", vane.hook.mid_plane - half)
     _check_interlock(vane, sectors, across, axial)
     _check_outer_shroud(vane, sectors, across)
-    _check_passage(vane, sectors)
 
 
 def _check_interlock(
     vane: VaneDimensions,
     sectors: int,
-    across: np.ndarray,
-    axial: np.ndarray,
+    across: NDArray[np.float64],
+    axial: NDArray[np.float64],
 ) -> None:
     """The outermost aerofoils must stay inside the slanted interlock planes."""
     slant = np.radians(vane.interlock_slant)
     rest = np.pi / sectors - aerofoil.angles(vane, sectors)[-1]
-    radius = vane.inner_shroud_outer_radius
+    along, _ = aerofoil.ends(vane)  # where the pitch is shortest
     normal, radial = np.cos(slant) * np.cos(rest), -np.cos(slant) * np.sin(rest)
-    along = np.sqrt(radius**2 - across**2)
     lean = np.sin(slant) * axial
     # Distance from the right-hand plane, in which the aerofoil's axis lies `rest` before it; the
     # left-hand plane is the mirror image.
@@ -92,46 +105,33 @@ def _check_interlock(
     room = float(min(right.min(), left.min()))
     if room < CLEARANCE:
         raise InputError(
-            f"vane.chord = {vane.chord:g} m: with {vane.aerofoils} aerofoils, stagger "
-            f"{vane.stagger:g} deg and slant {vane.interlock_slant:g} deg an aerofoil comes "
-            f"{room * 1e3:.2f} mm near the interlock face: at least "
-            f"{CLEARANCE * 1e3:.1f} mm is needed"
+            f"vane.chord = {vane.chord:g} m, stagger = {vane.stagger:g} deg, interlock_slant = "
+            f"{vane.interlock_slant:g} deg: the outermost of {vane.aerofoils} aerofoils "
+            f"{_distance(room)} the interlock face: at least {CLEARANCE * 1e3:g} mm is needed"
         )
 
 
-def _check_outer_shroud(vane: VaneDimensions, sectors: int, across: np.ndarray) -> None:
+def _check_outer_shroud(vane: VaneDimensions, sectors: int, across: NDArray[np.float64]) -> None:
     edge = vane.outer_shroud_extent * np.pi / sectors - aerofoil.angles(vane, sectors)[-1]
     extent = np.abs(across).max()
     room = float(vane.outer_shroud_inner_radius * np.sin(max(edge, 0.0)) - extent)
     if room < CLEARANCE:
         raise InputError(
-            f"vane.outer_shroud_extent = {vane.outer_shroud_extent:g}: the outermost aerofoil "
-            f"comes {room * 1e3:.2f} mm near the shroud's end: at least "
-            f"{CLEARANCE * 1e3:.1f} mm is needed"
+            f"vane.outer_shroud_extent = {vane.outer_shroud_extent:g}: the outermost of "
+            f"{vane.aerofoils} aerofoils {_distance(room)} the shroud's end: at least "
+            f"{CLEARANCE * 1e3:g} mm is needed"
         )
 
 
-def _check_passage(vane: VaneDimensions, sectors: int) -> None:
-    """Neighbouring aerofoils must leave a passage between them."""
-    if vane.aerofoils == 1:
-        return
-    spacing = 2 * np.pi / sectors / vane.aerofoils * vane.inner_shroud_outer_radius
-    convex, concave = aerofoil.profile(vane)
-    low, high = concave[:, 1].min(), convex[:, 1].max()
-    z = np.linspace(max(low, convex[:, 1].min()), min(high, concave[:, 1].max()), 201)
-    gap = spacing - np.abs(
-        np.interp(z, convex[:, 1], convex[:, 0]) - np.interp(z, concave[:, 1], concave[:, 0])
-    )
-    if gap.min() < 2 * CLEARANCE:
-        raise InputError(
-            f"vane.aerofoils = {vane.aerofoils}: neighbouring aerofoils leave "
-            f"{gap.min() * 1e3:.2f} mm between them: at least {2e3 * CLEARANCE:.1f} mm is needed"
-        )
+def _distance(room: float) -> str:
+    if room < 0:
+        return f"reaches {-room * 1e3:.2f} mm past"
+    return f"stays only {room * 1e3:.2f} mm from"
 
 
 def _below(low_name: str, low: float, high_name: str, high: float) -> None:
     if low > high - CLEARANCE:
         raise InputError(
-            f"{low_name} = {low:g} m: must be less than {high_name} = {high:g} m "
-            f"by at least {CLEARANCE:g} m"
+            f"{low_name} = {low:g} m: must lie at least {CLEARANCE:g} m below "
+            f"{high_name} = {high:g} m"
         )

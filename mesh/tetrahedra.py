@@ -74,6 +74,23 @@ def quality(part: Part) -> Quality:
     )
 
 
+def valid(part: Part) -> Part:
+    """The part itself, if every element is the right way round.
+
+    Raises
+    ------
+    InputError
+        If an element is flat or inverted at any of its nodes.
+    """
+    worst = quality(part).smallest_jacobian
+    if not worst > 0:
+        raise InputError(
+            f"{part.name}: an element is inverted (Jacobian {worst:.2g} m^3): "
+            "choose another mesh.size"
+        )
+    return part
+
+
 def jacobians(part: Part, positions: NDArray[np.float64]) -> NDArray[np.float64]:
     """Derivative of place by reference coordinates at positions (q, 3): (e, q, 3, 3), m."""
     gradients = np.array([_gradients(position, part.cells.shape[1]) for position in positions])

@@ -13,6 +13,7 @@ from vanelock.mesh.fit import check_vane
 from vanelock.mesh.kernel import session
 from vanelock.mesh.part import Part
 from vanelock.mesh.size import element_size
+from vanelock.mesh.tetrahedra import valid
 
 
 def vane_segment(
@@ -90,7 +91,7 @@ def _part(
     points = place(mesh, np.concatenate([*rows, tips]), np.concatenate([*curves, accessory]))
     hook = sets.hook_frames(bands, 1.0)
     interlock = np.broadcast_to(sets.interlock_frame(dimensions, sectors), (10, 3, 3)).copy()
-    return Part(
+    part = Part(
         name="vane",
         points=points,
         cells=mesh.cells,
@@ -111,6 +112,7 @@ def _part(
         },
         sectors=sectors,
     )
+    return valid(part)
 
 
 def _solid(gmsh: Any, vane: VaneDimensions, sectors: int) -> occ.Entity:
