@@ -75,8 +75,10 @@ def matching(
     if len(candidates) != len(places):
         raise InputError(f"{what}: {len(candidates)} nodes, expected {len(places)}")
     distance, nearest = cKDTree(points[candidates]).query(places)
-    if len(np.unique(nearest)) != len(places) or distance.max() > TOLERANCE:
+    if distance.max() > TOLERANCE:
         raise InputError(f"{what}: a node lies {distance.max():.2g} m off its place")
+    if len(np.unique(nearest)) != len(places):
+        raise InputError(f"{what}: two places share a node")
     return np.asarray(candidates[nearest])
 
 
