@@ -6,7 +6,6 @@ modal assurance criterion. Both share their coordinates, so their shapes compare
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from math import ceil
 
 import numpy as np
 from numpy.typing import NDArray
@@ -109,7 +108,11 @@ def frequencies(study: Study, limits: Limits) -> NDArray[np.float64] | tuple[flo
     return (low, high) if response.points is None else np.linspace(low, high, response.points)
 
 
-def fine(frequency: float, damping: float, points: int = 81) -> NDArray[np.float64]:
-    """Frequencies that resolve a lightly damped linear peak, Hz: a few bandwidths either side."""
-    width = 8 * damping * frequency
-    return np.linspace(frequency - width, frequency + width, 2 * ceil(points / 2) + 1)
+def fine(frequency: float, damping: float, points: int = 61) -> NDArray[np.float64]:
+    """Frequencies that resolve a lightly damped linear peak, Hz.
+
+    They reach six half-bandwidths ζf to either side and are densest, 0.06 ζf, in the middle, where
+    the peak is; it is then missed by no more than 0.05 % of its height.
+    """
+    across = np.sinh(3 * np.linspace(-1, 1, points)) / np.sinh(3)
+    return np.asarray(frequency * (1 + 6 * damping * across).clip(min=0.01))

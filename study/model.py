@@ -74,7 +74,7 @@ class Table(BaseModel):
 class Ring(Table):
     """The ring of vane segments."""
 
-    sectors: int = Field(default=16, ge=3, le=400, description="number of sectors")
+    sectors: int = Field(default=16, ge=3, le=360, description="number of sectors")
 
 
 class Elastic(Table):

@@ -8,6 +8,7 @@ from typing import Any, get_args
 from pydantic import ValidationError
 
 from vanelock.errors import InputError
+from vanelock.mesh import check_fit
 from vanelock.study.messages import explain, field_at, known_keys, reason, show, unknown
 from vanelock.study.model import Study
 
@@ -43,6 +44,7 @@ def cases(study: Study) -> tuple[Case, ...]:
         One line for each swept key or value that the study could not hold.
     """
     if not study.sweep:
+        check_fit(study.vane, study.casing, study.ring.sectors)
         return (Case("nominal", {}, study),)
     mistakes: list[str] = []
     for key, values in study.sweep.items():
@@ -56,9 +58,14 @@ def cases(study: Study) -> tuple[Case, ...]:
         raise InputError(f"sweep: {count} cases: at most {LARGEST} are allowed")
     names = _short(list(study.sweep))
     found: dict[str, Case] = {}
+    fitting = set()
     for combination in product(*study.sweep.values()):
         chosen = dict(zip(study.sweep, combination, strict=True))
         case = _case(study, chosen, names)
+        geometry = case.study.vane, case.study.casing, case.study.ring.sectors
+        if geometry not in fitting:
+            _check_fit(case, chosen)
+            fitting.add(geometry)
         found[case.name] = case
     return tuple(found.values())
 
@@ -73,6 +80,15 @@ def _case(study: Study, chosen: dict[str, Any], names: dict[str, str]) -> Case:
     values = {key: value_at(changed, key) for key in chosen}
     name = ",".join(f"{names[key]}={value:.9g}" for key, value in values.items())
     return Case(name, values, changed)
+
+
+def _check_fit(case: Case, chosen: dict[str, Any]) -> None:
+    """Refuse a vane and a casing that cannot be assembled."""
+    try:
+        check_fit(case.study.vane, case.study.casing, case.study.ring.sectors)
+    except InputError as error:
+        shown = ", ".join(f"{key} = {show(value)}" for key, value in chosen.items())
+        raise InputError(f"sweep: {shown}: {error}") from None
 
 
 def _mistakes(study: Study, key: str, values: tuple[Any, ...]) -> list[str]:

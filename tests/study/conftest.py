@@ -1,0 +1,41 @@
+"""A system small enough to solve by hand, and a run of the real scene on a coarse mesh."""
+
+import numpy as np
+import pytest
+
+from vanelock.rom import Contacts, Diameter, Force, System
+
+HOOK, INTERLOCK, SPRING = 3e6, 1e6, 2e6
+
+
+@pytest.fixture
+def ring():
+    """Three sectors of two masses of 1 kg, normal contacts alone.
+
+    The first mass hangs in its hook and holds the second by a spring; the second presses on that
+    of the next sector, so that at nodal diameter 1 the interlock has the stiffness
+    |1 - e^{-2πi/3}|² kn = 3 kn.
+    """
+    own = np.zeros((2, 3, 2))
+    following = np.zeros((2, 3, 2))
+    own[0, 0, 0] = own[1, 0, 1] = 1
+    following[1, 0, 1] = -1
+    K = np.array([[SPRING, -SPRING], [-SPRING, SPRING]])
+    output = np.zeros((1, 3, 2))
+    output[0, 1, 1] = 1
+    matrices = Diameter(K, np.eye(2), own, following, output)
+    return System(
+        sectors=3,
+        engine_order=1,
+        diameters={0: matrices, 1: matrices},
+        contacts=Contacts(
+            kn=np.array([HOOK, INTERLOCK]),
+            kt=np.full((2, 2), 1e6),
+            mu=np.array([0.3, 0.3]),
+            v0=np.array([1e-5, 1e-5]),
+            joint=("hook", "interlock"),
+        ),
+        force={1: Force(np.array([1.0 + 0j, 0]))},
+        output_names=("vane accessory 1",),
+        damping_ratio=0.01,
+    )

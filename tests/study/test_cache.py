@@ -1,0 +1,245 @@
+"""The cache: keys, and entries that come back whole or not at all."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from vanelock.errors import InputError
+from vanelock.product import Product
+from vanelock.study import parse_study
+from vanelock.study.cache import Cache, key_of
+from vanelock.study.easel import Easel
+from vanelock.study.plan import plan
+from vanelock.study.progress import silent
+from vanelock.study.stages import Stages, step
+from vanelock.study.sweep import cases
+
+
+@dataclass(frozen=True)
+class Numbers(Product):
+    values: NDArray[np.float64] = field(metadata={"unit": "m"})
+    name: str
+
+
+@pytest.fixture
+def noticed():
+    return []
+
+
+@pytest.fixture
+def cache(tmp_path, noticed):
+    return Cache(tmp_path / "cache", noticed.append)
+
+
+def entry(cache):
+    (path,) = cache.folder.glob("*.h5")
+    return path
+
+
+def test_entries_come_back_to_the_last_bit(cache, noticed):
+    product = Numbers(np.random.default_rng(1).normal(size=1000), "mine")
+    cache.store("a stage", "key", product, 1.25)
+    found = cache.load("a stage", "key", Numbers)
+    assert np.array_equal(found.product.values, product.values)
+    assert (found.product.name, found.seconds) == ("mine", 1.25)
+    assert cache.load("a stage", "other", Numbers) is None
+    assert noticed == []
+
+
+@pytest.mark.parametrize("damage", ["bit", "cut", "empty", "text"])
+def test_damaged_entries_are_noticed_and_dropped(cache, noticed, damage):
+    cache.store("a stage", "key", Numbers(np.arange(1000.0), "mine"), 1.0)
+    path = entry(cache)
+    content = bytearray(path.read_bytes())
+    if damage == "bit":
+        content[len(content) // 2] ^= 1
+    elif damage == "cut":
+        del content[-100:]
+    else:
+        content = b"" if damage == "empty" else b"not HDF5"
+    path.write_bytes(content)
+    assert cache.load("a stage", "key", Numbers) is None
+    assert not path.exists()
+    assert len(noticed) == 1
+    assert str(path) in noticed[0]
+    assert "computing a stage again" in noticed[0]
+
+
+def test_a_failed_store_leaves_nothing(cache):
+    class Unstorable:
+        pass
+
+    with pytest.raises(TypeError):
+        cache.store("a stage", "key", Numbers(np.zeros(1), Unstorable()), 1.0)
+    assert list(cache.folder.iterdir()) == []
+
+
+def test_a_file_in_the_place_of_the_folder(tmp_path, cache):
+    cache.folder.write_text("in the way")
+    with pytest.raises(InputError, match="cannot be written"):
+        cache.store("a stage", "key", Numbers(np.zeros(1), ""), 1.0)
+
+
+def test_keys_follow_inputs_and_what_is_upstream():
+    base = key_of("s", "rom", {"a": 1, "b": [0.1, 2]}, ("up",))
+    assert key_of("s", "rom", {"b": (0.1, 2), "a": 1}, ("up",)) == base
+    assert key_of("s", "rom", {"a": 1, "b": [0.1 + 1e-16, 2]}, ("up",)) == base
+    others = [
+        key_of("t", "rom", {"a": 1, "b": [0.1, 2]}, ("up",)),
+        key_of("s", "fem", {"a": 1, "b": [0.1, 2]}, ("up",)),
+        key_of("s", "rom", {"a": 1, "b": [0.1, 3]}, ("up",)),
+        key_of("s", "rom", {"a": 1, "b": [0.1 + 1e-9, 2]}, ("up",)),
+        key_of("s", "rom", {"a": 1, "b": [0.1, 2]}, ("down",)),
+        key_of("s", "rom", {"a": 1, "b": [0.1, 2]}, ()),
+    ]
+    assert len({base, *others}) == 7
+
+
+def test_steps_run_once_and_only_when_needed(cache):
+    calls = []
+
+    def number(name, value, *needs):
+        def compute(*given):
+            calls.append(name)
+            return Numbers(np.array([value + sum(g.values[0] for g in given)]), name)
+
+        return step(name, "rom", {"value": value}, Numbers, needs, compute)
+
+    def chain(top):
+        low = number("low", 1.0)
+        return number("high", top, number("middle", 10.0, low), low)
+
+    assert Stages(cache, silent).get(chain(100.0)).values[0] == 112
+    assert calls == ["low", "middle", "high"]
+    assert Stages(cache, silent).get(chain(100.0)).values[0] == 112
+    assert calls == ["low", "middle", "high"]  # all from the cache
+    stages = Stages(cache, silent)
+    assert stages.get(chain(200.0)).values[0] == 212
+    assert calls == ["low", "middle", "high", "high"]
+    assert [(d.stage, d.cached) for d in stages.done.values()] == [
+        ("middle", True),
+        ("low", True),
+        ("high", False),
+    ]
+    entry_of_middle = next(cache.folder.glob("middle-*.h5"))
+    entry_of_middle.write_bytes(entry_of_middle.read_bytes()[:-1])
+    assert Stages(cache, silent).get(chain(300.0)).values[0] == 312
+    assert calls[4:] == ["middle", "high"]
+
+
+def keys(text):
+    """Key of each step of a one-case study."""
+    (planned,) = plan(cases(parse_study(text)), lambda *_: None)
+    found = {}
+    waiting = [planned.preload, planned.response, *planned.linear.responses.values()]
+    while waiting:
+        one = waiting.pop()
+        found[f"{one.name}, linear" if one is planned.linear.system else one.name] = one.key
+        waiting += one.needs
+    return found
+
+
+EVERYTHING = {
+    "mesh vane",
+    "mesh casing",
+    "fem vane",
+    "fem casing",
+    "rom vane",
+    "rom casing",
+    "system",
+    "system, linear",
+    "linear limits",
+    "linear response, free",
+    "linear response, stuck",
+    "preload",
+    "response nominal",
+}
+MESHES_ON = EVERYTHING
+CASING_ON = EVERYTHING - {"mesh vane", "fem vane", "rom vane"}
+SYSTEM_ON = EVERYTHING - {f"{a} {b}" for a in ("mesh", "fem", "rom") for b in ("vane", "casing")}
+CASE = {"system", "preload", "response nominal"}
+
+
+@pytest.mark.parametrize(
+    ("text", "changed"),
+    [
+        ('name = "other"', set()),
+        ("[outputs]\nshapes = false\nloops = false", set()),
+        ("[joints.hook]\nkn = 16700000", set()),
+        ('[joints.hook]\ninterference = "20 um"', set()),
+        ("[joints.interlock]\nmu = 0.2", CASE),
+        ('[joints.interlock]\ninterference = "5 um"', CASE),
+        ("[joints.interlock]\nkt = 2e6", SYSTEM_ON),
+        ("[excitation]\nforce = 10", SYSTEM_ON),
+        ("[damping]\nratio = 0.001", SYSTEM_ON),
+        (
+            "[response]\nharmonics = 5",
+            EVERYTHING
+            - {f"{s} vane" for s in ("mesh", "fem", "rom")}
+            - {"mesh casing", "fem casing"},
+        ),
+        (
+            "[response]\nrange = [200, 300]",
+            {"linear response, free", "linear response, stuck", "response nominal"},
+        ),
+        (
+            "[response]\nmode = 3",
+            {
+                "linear limits",
+                "linear response, free",
+                "linear response, stuck",
+                "response nominal",
+            },
+        ),
+        ("[rom]\ninterface_modes = 12", CASING_ON - {"mesh casing", "fem casing"}),
+        ("[material.casing]\nrho = 8000", CASING_ON - {"mesh casing"}),
+        ('[casing]\nouter_radius = "605 mm"', CASING_ON),
+        ("[vane.hook]\nband_extent = 0.91", EVERYTHING),
+        ('[mesh]\nsize = "coarse"', EVERYTHING),
+        ("[ring]\nsectors = 17", EVERYTHING),
+    ],
+)
+def test_a_change_reaches_exactly_what_depends_on_it(text, changed):
+    before, after = keys(""), keys(text)
+    assert before.keys() == EVERYTHING
+    assert {name for name in before if before[name] != after[name]} == changed
+
+
+def test_cases_share_what_they_can():
+    found = plan(
+        cases(
+            parse_study(
+                '[sweep]\n"joints.interlock.mu" = [0.15, 0.3]\n"response.harmonics" = [1, 3]'
+            )
+        ),
+        lambda *_: None,
+    )
+    assert len({each.rom["casing"].key for each in found}) == 1
+    assert len({each.system.key for each in found}) == 2
+    assert len({each.linear.key for each in found}) == 1
+    assert len({each.response.key for each in found}) == 4
+    assert [each.preload_name for each in found] == ["mu=0.15"] * 2 + ["mu=0.3"] * 2
+
+
+def test_pictures_are_drawn_again_only_when_they_would_change(tmp_path):
+    drawn = []
+
+    def write(text):
+        def function(path):
+            drawn.append(text)
+            path.parent.mkdir(exist_ok=True)
+            path.write_text(text)
+
+        return function
+
+    for shows, text in (([1], "one"), ([1], "one again"), ([2], "two")):
+        path = Easel(tmp_path, silent).draw("figures/a.png", shows, write(text))
+    assert drawn == ["one", "two"]
+    path.write_text("spoilt")
+    Easel(tmp_path, silent).draw("figures/a.png", [2], write("repaired"))
+    assert path.read_text() == "repaired"
+    (tmp_path / "cache" / "pictures.json").write_text('{"figures/a.png": 3')
+    Easel(tmp_path, silent).draw("figures/a.png", [2], write("list lost"))
+    assert path.read_text() == "list lost"

@@ -1,0 +1,165 @@
+"""The command line: exit status and messages, in processes of their own."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+
+import h5py
+import pytest
+
+import vanelock
+from vanelock.study import open_results, parse_study, template_text
+
+VANELOCK = [sys.executable, "-m", "vanelock"]
+
+
+def call(*arguments, cwd):
+    return subprocess.run(
+        [*VANELOCK, *map(str, arguments)], cwd=cwd, capture_output=True, text=True, timeout=300
+    )
+
+
+def refused(*arguments, cwd):
+    """The one line on standard error of a call that must fail with status 2."""
+    done = call(*arguments, cwd=cwd)
+    assert done.returncode == 2, done.stderr
+    assert done.stdout == ""
+    assert "Traceback" not in done.stderr
+    (line,) = done.stderr.splitlines()
+    return line
+
+
+def test_version(tmp_path):
+    done = call("--version", cwd=tmp_path)
+    assert (done.returncode, done.stdout) == (0, f"vanelock {vanelock.__version__}\n")
+
+
+def test_init_writes_a_study_that_can_be_read_once(tmp_path):
+    assert call("init", "mine.toml", cwd=tmp_path).returncode == 0
+    text = (tmp_path / "mine.toml").read_text("utf-8")
+    assert text == template_text()
+    assert parse_study(text).name == "vane segment"
+    line = refused("init", "mine.toml", cwd=tmp_path)
+    assert line == "vanelock: mine.toml: exists already; name another file"
+
+
+def test_usage_errors_are_one_line(tmp_path):
+    assert refused("run", "--fast", "a.toml", cwd=tmp_path).startswith(
+        "vanelock: No such option: --fast"
+    )
+    assert "Missing argument" in refused("run", cwd=tmp_path)
+    assert "No such command" in refused("walk", cwd=tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("text", "line"),
+    [
+        (None, "a.toml: no such file"),
+        (b"\xff\xfe\x00", "a.toml: not a text file in UTF-8"),
+        (b"[joints", "a.toml: line 1: not valid TOML: "),
+        (
+            b"[joints.interlock]\nmu = -0.1",
+            "a.toml: joints.interlock.mu = -0.1: friction coefficient must be >= 0",
+        ),
+        (b"colour = 1", "a.toml: colour = 1: unknown key"),
+        (b"[vane]\nchord = 10", "a.toml: vane.chord = 10: chord of an aerofoil must be <= 0.5 m"),
+    ],
+)
+def test_bad_studies(tmp_path, text, line):
+    if text is not None:
+        (tmp_path / "a.toml").write_bytes(text)
+    assert refused("run", "a.toml", cwd=tmp_path).startswith(f"vanelock: {line}")
+    assert not (tmp_path / "runs").exists()
+
+
+def test_bad_folders(tmp_path):
+    (tmp_path / "a.toml").write_text("")
+    (tmp_path / "taken").write_text("a file")
+    for folder in ("taken", "taken/below"):
+        line = refused("run", "a.toml", "--output", folder, cwd=tmp_path)
+        assert line.startswith(f"vanelock: {folder}: cannot be used as a folder to write to")
+    # A results file that is damaged, or is something else, is left as it is.
+    for content in (b"\x89HDF\r\n\x1a\n then nothing", b"my own notes"):
+        mine = tmp_path / "mine" / "results.h5"
+        mine.parent.mkdir(exist_ok=True)
+        mine.write_bytes(content)
+        line = refused("run", "a.toml", "-o", "mine", cwd=tmp_path)
+        assert line.startswith("vanelock: mine/results.h5: not a readable HDF5 file")
+        assert mine.read_bytes() == content
+        assert not (tmp_path / "mine" / "cache").exists()
+
+
+STUDY = """
+[mesh]
+size = "coarse"
+[response]
+frequencies = [255, 260, 262, 264, 266, 268, 270, 275, 280, 285]
+harmonics = 1
+[sweep]
+"joints.interlock.mu" = [0.15, 0.3]
+[outputs]
+shapes = false
+loops = false
+"""
+SECOND = "mu=0.3"
+
+
+def stopped_at_second_case(folder, number):
+    """Run until the second case is under way, then send a signal: status and standard error."""
+    process = subprocess.Popen(
+        [*VANELOCK, "run", "a.toml", "--json"],
+        cwd=folder,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    for line in process.stdout:
+        if json.loads(line) == {"event": "begun", "stage": f"response {SECOND}"}:
+            os.kill(process.pid, number)
+            break
+    _, errors = process.communicate(timeout=60)
+    return process.returncode, errors
+
+
+def test_interrupted_and_killed_runs_keep_what_was_finished(tmp_path):
+    (tmp_path / "a.toml").write_text(STUDY)
+    results = tmp_path / "runs" / "a" / "results.h5"
+
+    status, errors = stopped_at_second_case(tmp_path, signal.SIGINT)
+    assert status == 130
+    assert errors == (
+        "vanelock: stopped; finished work is kept in runs/a, "
+        "and the same command goes on from there\n"
+    )
+    with open_results(results) as file:
+        assert set(file["response"]) == {"free", "stuck", "mu=0.15"}
+        assert not file.attrs["complete"]
+
+    status, _ = stopped_at_second_case(tmp_path, signal.SIGKILL)
+    assert status == -signal.SIGKILL
+    with open_results(results) as file:
+        assert set(file["response"]) == {"free", "stuck", "mu=0.15"}
+
+    done = call("run", "a.toml", "--json", cwd=tmp_path)
+    assert (done.returncode, done.stderr) == (0, "")
+    events = [json.loads(line) for line in done.stdout.splitlines()]
+    computed = {e["stage"] for e in events if e["event"] == "done" and not e["cached"]}
+    assert {stage for stage in computed if not stage.startswith("figures/")} == {
+        "response mu=0.3"
+    } | ({"preload"} & computed)
+    summary = events[-1]["summary"]
+    assert [case["case"] for case in summary["cases"]] == ["mu=0.15", "mu=0.3"]
+    with h5py.File(results) as file:
+        assert file.attrs["complete"]
+        assert set(file["response"]) == {"free", "stuck", "mu=0.15", "mu=0.3"}
+        peaks = [file[f"response/mu={mu}"].attrs["peak_amplitude"] for mu in (0.15, 0.3)]
+    assert peaks == [case["peak"]["amplitude"] for case in summary["cases"]]
+
+    quiet = call("run", "a.toml", "--quiet", cwd=tmp_path)
+    assert (quiet.returncode, quiet.stdout, quiet.stderr) == (0, "", "")
+    plain = call("run", "a.toml", cwd=tmp_path)
+    assert "Responses of vane accessory 1" in plain.stdout
+    assert "response mu=0.3: unchanged" in plain.stderr
+    assert "\x1b" not in plain.stdout + plain.stderr

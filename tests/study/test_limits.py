@@ -1,0 +1,94 @@
+"""Linear limits against the closed form of two masses."""
+
+import numpy as np
+import pytest
+
+from vanelock.errors import InputError
+from vanelock.nonlinear import linear_response
+from vanelock.study import parse_study
+from vanelock.study.limits import Limits, fine, frequencies, limits
+from vanelock.study.monitor import monitor
+from vanelock.study.summary import peak_of
+
+HOOK, INTERLOCK, SPRING = 3e6, 1e6, 2e6
+
+
+def two_masses(a, b, c):
+    """Frequencies of K = [[a, b], [b, c]], M = 1, in Hz."""
+    mean, spread = (a + c) / 2, np.hypot((a - c) / 2, b)
+    return np.sqrt([mean - spread, mean + spread]) / (2 * np.pi)
+
+
+def test_frequencies_of_both_limits(ring):
+    found = limits(ring, 2)
+    assert found.nodal_diameter == 1
+    np.testing.assert_allclose(found.free, two_masses(HOOK + SPRING, -SPRING, SPRING), rtol=1e-12)
+    np.testing.assert_allclose(
+        found.stuck, two_masses(HOOK + SPRING, -SPRING, SPRING + 3 * INTERLOCK), rtol=1e-12
+    )
+    assert (found.free_mode, found.stuck_mode) == (1, 1)
+    assert found.rise == pytest.approx(found.stuck[1] / found.free[1] - 1)
+
+
+def test_mode_of_interest_and_its_likeness(ring):
+    """The angle between eigenvectors (cos α, sin α), tan 2α = 2b/(a - c), gives the MAC."""
+    found = limits(ring, 1)
+    free = np.arctan2(-2 * SPRING, HOOK) / 2
+    stuck = np.arctan2(-2 * SPRING, HOOK - 3 * INTERLOCK) / 2
+    assert found.mac == pytest.approx(np.cos(free - stuck) ** 2, rel=1e-12)
+
+
+def test_a_mode_that_is_not_there(ring):
+    with pytest.raises(InputError, match=r"response\.mode = 3: the reduced model has 2 modes"):
+        limits(ring, 3)
+
+
+def some_limits(free=250.0, stuck=280.0):
+    return Limits(1, np.array([100, free]), np.array([120, stuck]), 1, 1, 0.9)
+
+
+def test_default_range_spans_free_to_stuck():
+    low, high = frequencies(parse_study(""), some_limits())
+    assert low < 250 < 280 < high
+    assert low == pytest.approx(250 - 7.5)
+    assert high == pytest.approx(280 + 7.5)
+    low, high = frequencies(parse_study(""), some_limits(stuck=250.0))
+    assert (low, high) == pytest.approx((242.5, 257.5))
+
+
+def test_frequencies_that_a_study_names():
+    exact = frequencies(parse_study("[response]\nfrequencies = [1, 2, 4]"), some_limits())
+    assert exact.tolist() == [1, 2, 4]
+    assert frequencies(parse_study("[response]\nrange = [240, 300]"), some_limits()) == (240, 300)
+    even = frequencies(parse_study("[response]\nrange = [240, 300]\npoints = 4"), some_limits())
+    assert even.tolist() == [240, 260, 280, 300]
+
+
+def test_position_between_the_limits():
+    found = some_limits()
+    assert [found.position(f) for f in (250, 265, 280)] == [0, 0.5, 1]
+    assert np.isnan(some_limits(stuck=250.0).position(260))
+
+
+def test_fine_frequencies_find_the_linear_peak(ring):
+    """With modal damping a mode's peak is |Φ_out Φ_in F| / (2 ζ ω²) within ζ²."""
+    found = limits(ring, 2)
+    response = linear_response(ring, fine(found.stuck_frequency, 0.01), "all")
+    watched = monitor(None, ring, response)
+    assert watched.name == "vane accessory 1, circumferential"
+    peak = peak_of(response, watched.amplitude(response))
+    omega = 2 * np.pi * found.stuck
+    angle = np.arctan2(-2 * SPRING, HOOK - 3 * INTERLOCK) / 2
+    residues = np.sin(angle) * np.cos(angle) * np.array([-1, 1])
+    f = 2 * np.pi * np.linspace(0.97, 1.03, 20001) * found.stuck_frequency
+    exact = abs((residues / (omega**2 - f[:, None] ** 2 + 0.02j * omega * f[:, None])).sum(axis=1))
+    assert peak.amplitude == pytest.approx(exact.max(), rel=5e-4)
+    assert peak.frequency == pytest.approx(f[exact.argmax()] / (2 * np.pi), rel=1e-3)
+    assert not peak.at_edge
+
+
+def test_monitor_that_is_not_there(ring):
+    response = linear_response(ring, [100.0], "all")
+    assert monitor("vane accessory 1, axial", ring, response).component == 2
+    with pytest.raises(InputError, match='monitor = "vane accessory 2, axial": allowed nodes are'):
+        monitor("vane accessory 2, axial", ring, response)

@@ -1,0 +1,194 @@
+"""Study files: what is accepted, and one clear line for everything that is not."""
+
+import pytest
+
+from vanelock.errors import InputError
+from vanelock.study import Study, load_study, parse_study, template_text
+
+
+def complaint(text):
+    with pytest.raises(InputError) as caught:
+        parse_study(text, "vane.toml")
+    return str(caught.value)
+
+
+def test_smallest_studies_are_the_scene():
+    assert parse_study("") == Study()
+    named = parse_study('name = "mine"')
+    assert named.name == "mine"
+    assert named.joints.hook.interference == 20e-6
+    assert named.joints.interlock.kn == 1e6
+    assert named.vane.interlock_slant == 35
+    assert named.excitation.force_per_node == 30
+    assert named.damping.ratio == 0.003
+
+
+def leaves(table, prefix=""):
+    for key, value in table.items():
+        if isinstance(value, dict):
+            yield from leaves(value, f"{prefix}{key}.")
+        else:
+            yield prefix + key, value
+
+
+def test_template_states_every_default():
+    written = dict(leaves(parse_study(template_text()).model_dump()))
+    defaults = dict(leaves(Study().model_dump())) | {"excitation.force": 30.0}
+    assert written.keys() == defaults.keys()
+    for key, value in defaults.items():
+        close = pytest.approx(value, rel=1e-12) if isinstance(value, float) else value
+        assert written[key] == close, key
+
+
+def test_template_mentions_every_key():
+    text = template_text()
+    for key, _ in leaves(Study().model_dump()):
+        assert f"{key.rpartition('.')[2]} = " in text, key
+
+
+@pytest.mark.parametrize(
+    ("text", "si"),
+    [
+        ("0.05", 0.05),
+        ('"50 mm"', 0.05),
+        ('"5 cm"', 0.05),
+        ('"50000 um"', 0.05),
+        ('"50e3 µm"', 0.05),
+        ('"0.05"', None),
+        ('"50 kg"', None),
+    ],
+)
+def test_lengths(text, si):
+    source = f"[vane]\nchord = {text}"
+    if si is None:
+        assert complaint(source).startswith(f"vane.toml: vane.chord = {text}: expected a number in")
+    else:
+        assert parse_study(source).vane.chord == pytest.approx(si, rel=1e-14)
+
+
+def test_other_units():
+    study = parse_study(
+        """
+        [material.vane]
+        E = "200 GPa"
+        rho = "8.1 g/cm^3"
+        [joints.hook]
+        kn = "20 N/um"
+        [excitation]
+        unbalance = "1500 g*mm"
+        [response]
+        range = ["0.24 kHz", 300]
+        [vane]
+        stagger = "0.5 rad"
+        """
+    )
+    assert study.material.vane.E == pytest.approx(200e9)
+    assert study.material.casing.E == 170e9
+    assert study.material.vane.rho == pytest.approx(8100)
+    assert study.joints.hook.kn == pytest.approx(2e7)
+    assert study.excitation.unbalance == pytest.approx(1.5e-3)
+    assert study.excitation.force_per_node == 0
+    assert study.response.range == pytest.approx((240, 300))
+    assert study.vane.stagger == pytest.approx(28.64788975654116)
+
+
+@pytest.mark.parametrize(
+    ("text", "line"),
+    [
+        (
+            "[joints.interlock]\nmu = -0.1",
+            "joints.interlock.mu = -0.1: friction coefficient must be >= 0",
+        ),
+        (
+            "[joints.interlock]\nmuu = 0.1",
+            "joints.interlock.muu = 0.1: unknown key; nearest known key: joints.interlock.mu",
+        ),
+        ("mu = 0.1", "mu = 0.1: unknown key; nearest known key: joints.hook.mu"),
+        ("[joint.hook]\nmu = 0.1", "joint: unknown key; nearest known key: joints"),
+        ("[ring]\nsectors = 16.0", "ring.sectors = 16.0: expected a whole number"),
+        ("[ring]\nsectors = true", "ring.sectors = true: expected a whole number"),
+        ("[joints.hook]\nmu = nan", "joints.hook.mu = nan: expected a finite number"),
+        ('[joints.hook]\nmu = "high"', 'joints.hook.mu = "high": expected a number'),
+        ("joints = 3", "joints = 3: expected a table"),
+        ("name = 3", "name = 3: expected text"),
+        (
+            '[joints.hook]\nkn = "-2 N/m"',
+            'joints.hook.kn = "-2 N/m": normal stiffness must be > 0 N/m',
+        ),
+        ('[rom]\nroute = "fast"', 'rom.route = "fast": route must be one of "paper"'),
+        (
+            '[mesh]\nsize = "tiny"',
+            'mesh.size = "tiny": element size must be "coarse" or "medium", or 1 mm to 50 mm',
+        ),
+        (
+            '[vane]\nchord = "1 km"',
+            'vane.chord = "1 km": chord of an aerofoil must be <= 0.5 m',
+        ),
+        (
+            "[excitation]\nforce = 1\nunbalance = 1e-3",
+            "excitation.unbalance = 0.001: give either unbalance or excitation.force, not both",
+        ),
+        (
+            "[excitation]\nengine_order = 2\nunbalance = 1e-3",
+            "excitation.unbalance = 0.001: "
+            "an unbalance excites excitation.engine_order 1 or -1 only",
+        ),
+        (
+            "[excitation]\nengine_order = 0",
+            "excitation.engine_order = 0: engine order must not be 0; negative is a backward wave",
+        ),
+        (
+            "[response]\nrange = [300, 200]",
+            "response.range = [300, 200]: must be [low, high] with low < high",
+        ),
+        (
+            "[response]\nfrequencies = [250, 240]",
+            "response.frequencies = [250, 240]: frequencies must ascend",
+        ),
+        (
+            "[response]\nfrequencies = [1, 2, -3]",
+            "response.frequencies[2] = -3: excitation frequency must be > 0 Hz",
+        ),
+        ("a = = 1", "line 1: not valid TOML: Invalid value"),
+        ('name = "a"\nname = "b"', "line 2: not valid TOML: Cannot overwrite a value"),
+        ("[ring]\nsectors = [1,\n", "line 2: not valid TOML: Invalid value"),
+    ],
+)
+def test_one_line_for_one_mistake(text, line):
+    assert complaint(text) == f"vane.toml: {line}"
+
+
+def test_dimensions_that_contradict_one_another():
+    told = complaint("[vane]\nleg_front = 0.09")
+    assert told.startswith("vane.toml: vane.leg_rear = 0.0885")
+    assert "leg_front = 0.09" in told
+    assert len(told.splitlines()) == 1
+
+
+def test_keys_of_later_stages_are_unknown_for_now():
+    assert complaint("accuracy = 0.01").startswith("vane.toml: accuracy = 0.01: unknown key")
+    assert 'coupling = "coupled": unknown key' in complaint('[response]\ncoupling = "coupled"')
+
+
+def test_every_mistake_gets_its_line():
+    lines = complaint("[joints.hook]\nmu = -1\nkn = 0\n[ring]\nsectors = 2").splitlines()
+    assert lines == [
+        "vane.toml: ring.sectors = 2: number of sectors must be >= 3",
+        "vane.toml: joints.hook.kn = 0: normal stiffness must be > 0 N/m",
+        "vane.toml: joints.hook.mu = -1: friction coefficient must be >= 0",
+    ]
+
+
+def test_monitor_names_a_node_and_a_component():
+    wanted = "casing accessory 2, axial"
+    assert parse_study(f'[outputs]\nmonitor = "{wanted}"').outputs.monitor == wanted
+    assert "expected an output node" in complaint('[outputs]\nmonitor = "blade"')
+
+
+def test_parts_that_do_not_fit_are_refused_on_reading(tmp_path):
+    path = tmp_path / "vane.toml"
+    path.write_text("[vane]\naerofoils = 12")
+    with pytest.raises(InputError) as caught:
+        load_study(path)
+    assert str(caught.value).startswith(f"{path}: vane.")
+    assert len(str(caught.value).splitlines()) == 1

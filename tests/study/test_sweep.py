@@ -1,0 +1,113 @@
+"""Sweeps: the product of all lists, every value checked as its key would be."""
+
+import pytest
+
+from vanelock.errors import InputError
+from vanelock.study import cases, load_study, parse_study
+from vanelock.study.sweep import label
+
+
+def test_product_runs_the_last_key_fastest():
+    study = parse_study(
+        '[sweep]\n"joints.interlock.mu" = [0.15, 0.3]\n"response.harmonics" = [1, 3, 5]'
+    )
+    found = cases(study)
+    assert [(c.study.joints.interlock.mu, c.study.response.harmonics) for c in found] == [
+        (0.15, 1),
+        (0.15, 3),
+        (0.15, 5),
+        (0.3, 1),
+        (0.3, 3),
+        (0.3, 5),
+    ]
+    assert found[1].name == "mu=0.15,harmonics=3"
+    assert found[1].values == {"joints.interlock.mu": 0.15, "response.harmonics": 3}
+    assert all(not c.study.sweep for c in found)
+
+
+def test_no_sweep_is_one_case():
+    (case,) = cases(parse_study(""))
+    assert (case.name, case.values) == ("nominal", {})
+
+
+def test_keys_may_stand_without_quotes_and_values_carry_units():
+    (first, second) = cases(parse_study('[sweep]\nvane.chord = ["40 mm", 0.045]'))
+    assert first.study.vane.chord == pytest.approx(0.04)
+    assert second.study.vane.chord == 0.045
+
+
+def test_names_tell_equal_last_words_apart():
+    study = parse_study(
+        '[sweep]\n"joints.hook.mu" = [0.2]\n"joints.interlock.mu" = [0.3]\n"vane.chord" = [0.04]'
+    )
+    assert cases(study)[0].name == "hook.mu=0.2,interlock.mu=0.3,chord=0.04"
+
+
+def test_a_default_that_depends_on_another_key_can_be_swept():
+    found = cases(parse_study('[sweep]\n"excitation.unbalance" = [1e-3, 2e-3]'))
+    assert [c.study.excitation.unbalance for c in found] == [1e-3, 2e-3]
+    assert [c.study.excitation.force_per_node for c in found] == [0, 0]
+
+
+@pytest.mark.parametrize(
+    ("text", "line"),
+    [
+        (
+            '"joints.interlock.mu" = [0.1, -0.1]',
+            'sweep."joints.interlock.mu"[1] = -0.1: friction coefficient must be >= 0',
+        ),
+        (
+            '"joints.interlock.muu" = [0.1]',
+            'sweep."joints.interlock.muu": unknown key; nearest known key: joints.interlock.mu',
+        ),
+        (
+            '"joints.interlock" = [0.1]',
+            'sweep."joints.interlock": only keys that hold a number can be swept',
+        ),
+        ('"rom.route" = ["paper"]', 'sweep."rom.route": only keys that hold a number can be swept'),
+        (
+            '"joints.interlock.enabled" = [true]',
+            'sweep."joints.interlock.enabled": only keys that hold a number can be swept',
+        ),
+        ('"vane.chord" = []', 'sweep."vane.chord" = []: needs at least one value'),
+        ('"vane.chord" = [0.04, "40 mm"]', 'sweep."vane.chord"[1] = "40 mm": the same as entry 0'),
+        ('"ring.sectors" = [16.5]', 'sweep."ring.sectors"[0] = 16.5: expected a whole number'),
+        (
+            '"material.vane.nu" = [0.3, 0.5]',
+            'sweep."material.vane.nu"[1] = 0.5: Poisson\'s ratio must be < 0.5',
+        ),
+    ],
+)
+def test_mistakes(tmp_path, text, line):
+    path = tmp_path / "vane.toml"
+    path.write_text(f"[sweep]\n{text}")
+    with pytest.raises(InputError) as caught:
+        load_study(path)
+    assert str(caught.value) == f"{path}: {line}"
+
+
+def test_impossible_combinations_are_refused():
+    study = parse_study(
+        '[sweep]\n"vane.thickness" = [0.002, 0.004]\n"vane.edge_thickness" = [0.001, 0.003]\n'
+        "[vane]\nthickness = 0.01\nedge_thickness = 0.0001"
+    )
+    with pytest.raises(
+        InputError, match=r"vane\.thickness = 0\.002, vane\.edge_thickness = 0\.003"
+    ):
+        cases(study)
+
+
+def test_too_many_cases():
+    many = ", ".join(f"{0.1 + i * 1e-3}" for i in range(400))
+    study = parse_study(f'[sweep]\n"joints.hook.mu" = [{many}]\n"joints.interlock.mu" = [{many}]')
+    with pytest.raises(InputError, match="160000 cases: at most 100000"):
+        cases(study)
+
+
+def test_labels_name_what_tells_groups_apart():
+    found = cases(
+        parse_study('[sweep]\n"joints.interlock.mu" = [0.1, 0.2]\n"response.harmonics" = [1, 3]')
+    )
+    assert label(found, ["a"] * 4) == [""] * 4
+    assert label(found, ["a", "a", "b", "b"]) == ["mu=0.1", "mu=0.1", "mu=0.2", "mu=0.2"]
+    assert label(found, ["a", "b", "a", "b"]) == ["harmonics=1", "harmonics=3"] * 2
