@@ -54,8 +54,9 @@ class Limits(Product):
 
     @property
     def rise(self) -> float:
-        """Relative rise of the frequency from free to stuck."""
-        return self.stuck_frequency / self.free_frequency - 1
+        """Relative rise of the frequency from free to stuck; NaN for a mode at 0 Hz."""
+        free = self.free_frequency
+        return self.stuck_frequency / free - 1 if free > 0 else float("nan")
 
     def position(self, frequency: float) -> float:
         """Where a frequency lies between free (0) and stuck (1); NaN where the two agree."""
@@ -103,6 +104,8 @@ def frequencies(study: Study, limits: Limits) -> NDArray[np.float64] | tuple[flo
         low, high = response.range
     else:
         low, high = sorted([limits.free_frequency, limits.stuck_frequency])
+        if low <= 0:
+            raise InputError("response: the mode of interest lies at 0 Hz: give range")
         margin = max(0.25 * (high - low), 0.03 * low)
         low, high = low - margin, high + margin
     return (low, high) if response.points is None else np.linspace(low, high, response.points)

@@ -53,7 +53,7 @@ def limits_table(name: str, limits: Limits) -> Table:
         Column("mac", "MAC", ".3f"),
     )
     free = (limits.free_mode + 1, limits.free_frequency, None, None)
-    stuck = (limits.stuck_mode + 1, limits.stuck_frequency, 100 * limits.rise, limits.mac)
+    stuck = (limits.stuck_mode + 1, limits.stuck_frequency, _known(100 * limits.rise), limits.mac)
     rows = (
         ("free", *limits.free[:count].tolist(), *free),
         ("stuck", *limits.stuck[:count].tolist(), *stuck),
@@ -146,7 +146,7 @@ def response_table(cases: Sequence[Summary], monitor: str) -> Table:
     for c in cases:
         found = (None, None) if c.peak is None else (1e6 * c.peak.amplitude, c.peak.frequency)
         rest = (c.of_free, c.of_stuck, c.position, 100 * c.slipping, 100 * c.opening)
-        known = tuple(None if np.isnan(value) else value for value in rest)
+        known = map(_known, rest)
         done = f"{c.converged}/{c.points}"
         rows.append((c.case, c.harmonics, c.mu, *found, *known, done, c.seconds))
     notes = [
@@ -162,3 +162,7 @@ def response_table(cases: Sequence[Summary], monitor: str) -> Table:
         if c.peak is not None and c.peak.at_edge:
             notes.append(f"{c.case}: the largest point is at the end of the frequency range")
     return Table("cases", f"Responses of {monitor}", columns, tuple(rows), tuple(notes))
+
+
+def _known(value: float) -> float | None:
+    return None if np.isnan(value) else value

@@ -80,9 +80,9 @@ class Ring(Table):
 class Elastic(Table):
     """An isotropic material."""
 
-    E: Pressure = Field(default=170e9, gt=0, description="Young's modulus [Pa]")
+    E: Pressure = Field(default=170e9, ge=1e3, le=1e15, description="Young's modulus [Pa]")
     nu: float = Field(default=0.3, gt=-1, lt=0.5, description="Poisson's ratio")
-    rho: Density = Field(default=8200.0, gt=0, description="density [kg/m^3]")
+    rho: Density = Field(default=8200.0, gt=0, le=1e6, description="density [kg/m^3]")
 
 
 class Material(Table):
@@ -101,8 +101,8 @@ class Mesh(Table):
 class HookJoint(Table):
     """Contacts between the vane's hooks and the casing's grooves, per node pair."""
 
-    kn: Stiffness = Field(default=1.67e7, gt=0, description="normal stiffness [N/m]")
-    kt: Stiffness = Field(default=1.67e7, gt=0, description="tangential stiffness [N/m]")
+    kn: Stiffness = Field(default=1.67e7, gt=0, le=1e15, description="normal stiffness [N/m]")
+    kt: Stiffness = Field(default=1.67e7, gt=0, le=1e15, description="tangential stiffness [N/m]")
     mu: float = Field(default=0.3, ge=0, description="friction coefficient")
     interference: Length = Field(default=20e-6, gt=0, le=1e-3, description="interference [m]")
 
@@ -111,8 +111,8 @@ class InterlockJoint(Table):
     """Contacts between neighbouring segments' inner shrouds, per node pair."""
 
     enabled: bool = Field(default=True, description="whether the interlock has contacts")
-    kn: Stiffness = Field(default=1e6, gt=0, description="normal stiffness [N/m]")
-    kt: Stiffness = Field(default=1e6, gt=0, description="tangential stiffness [N/m]")
+    kn: Stiffness = Field(default=1e6, gt=0, le=1e15, description="normal stiffness [N/m]")
+    kt: Stiffness = Field(default=1e6, gt=0, le=1e15, description="tangential stiffness [N/m]")
     mu: float = Field(default=0.3, ge=0, description="friction coefficient")
     interference: Length = Field(default=2e-6, ge=-1e-3, le=1e-3, description="interference [m]")
 

@@ -4,10 +4,11 @@
     /mesh/<part>         mesh.Part
     /rom/<part>          rom.Component, its matrices also as /rom/<part>/<nodal diameter>
     /system              nonlinear.System
-    /preload/<case>      static state
-    /limits/<name>       linear modes with the interlock free and stuck
-    /response/<case>     nonlinear.Response, the swept keys and the summary as attributes,
-                         and the products that it came from where they are not those above
+    /limits/<name>       linear modes with the interlock free and stuck; "all" if cases share them
+    /response/<case>     nonlinear.Response, with the swept keys and the summary as attributes;
+                         its system and preload, and mesh and rom where they are not those above
+    /response/free, stuck
+                         linear responses, ",<name>" added where cases do not share them
     /provenance          study text, date, versions, hashes and times of the stages
 
 Everything is written to a copy which then takes the file's place, so that at any moment the file

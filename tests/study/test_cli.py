@@ -115,6 +115,7 @@ def stopped_at_second_case(folder, number):
         stderr=subprocess.PIPE,
         text=True,
     )
+    assert process.stdout is not None
     for line in process.stdout:
         if json.loads(line) == {"event": "begun", "stage": f"response {SECOND}"}:
             os.kill(process.pid, number)

@@ -13,7 +13,7 @@ from vanelock.rom import System
 from vanelock.study import load_system, open_results, parse_study, run_study
 from vanelock.study.folder import claimed
 from vanelock.study.limits import Limits
-from vanelock.study.progress import Done, Finished, Notice, Point
+from vanelock.study.progress import Done, Event, Finished, Notice, Point
 from vanelock.study.stages import mesh_step
 from vanelock.study.tables import Table
 
@@ -28,7 +28,7 @@ shapes = false
 """
 
 
-class Listener(list):
+class Listener(list[Event]):
     """Everything that a run said."""
 
     def computed(self):
