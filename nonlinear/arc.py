@@ -58,7 +58,7 @@ class _Tangent:
     orientation: float
 
 
-def _tangent(family: Family, law: Law, point: Solution) -> _Tangent | None:
+def _tangent(family: Family, point: Solution) -> _Tangent | None:
     balance = family.at(point.parameter)
     rows = active_rows(point.w, point.deviation)
     z = np.zeros(point.w.size)
@@ -100,11 +100,12 @@ def follow(
         Most points of the path.
     """
     span = target - start.parameter
-    weight = 1 / scales(family.at(start.parameter).linear)
+    ends = [scales(family.at(p).linear) for p in (start.parameter, target)]
+    weight = 1 / np.maximum(*ends)
     here, folds, iterations = start, [], 0
     length, constant, last_sign = 0.2, 0.0, np.sign(span)
     for step in range(limit):
-        tangent = _tangent(family, law, here)
+        tangent = _tangent(family, here)
         if tangent is None:
             break
         if constant == 0.0:
@@ -113,10 +114,7 @@ def follow(
         if sign != last_sign:
             folds.append(here.parameter)
             last_sign = sign
-        # In the scaled space (w/scale, p/span) the tangent has length one.
-        size = np.hypot(np.linalg.norm(tangent.z * weight) * abs(span), 1.0)
-        rate = sign * abs(span) / size
-        ahead, spent = _advance(family, law, here, tangent.z, rate, length, weight, span)
+        ahead, spent = _advance(family, law, here, tangent, constant, length, weight, span)
         iterations += spent
         if ahead is None:
             break
@@ -142,25 +140,66 @@ def _advance(
     family: Family,
     law: Law,
     here: Solution,
-    z: Floats,
-    rate: float,
+    tangent: _Tangent,
+    constant: float,
     length: float,
     weight: Floats,
     span: float,
 ) -> tuple[tuple[Solution, float] | None, int]:
-    """The next point, its step halved until Newton converges; and the iterations spent."""
+    """The next point, its step halved until Newton converges; and the iterations spent.
+
+    Where even the shortest step fails, a contact changes its state right here, and the path goes
+    on in the direction that the other state gives it, which may be backwards.
+    """
     spent = 0
-    normal = (z * weight**2 * rate, rate / span**2)
     while True:
-        w, parameter = here.w + length * rate * z, here.parameter + length * rate
-        plane = Plane(w, parameter, *normal)
-        found = solve(family, law, w, parameter, plane, ROUGH, 12)
-        spent += found.iterations
-        moved = np.hypot(
-            np.linalg.norm((found.w - w) * weight), (found.parameter - parameter) / span
-        )
-        if found.converged and moved < max(length, 10 * SHORTEST):
+        found, iterations = _step(family, law, here, tangent, constant, length, weight, span)
+        spent += iterations
+        if found is not None:
             return (found, length), spent
         if length <= SHORTEST:
-            return None, spent
+            break
         length *= 0.5
+    for push in (2.0, 8.0, 32.0):
+        along, rate = _arrow(tangent, constant, weight, span)
+        w, parameter = here.w + push * SHORTEST * along, here.parameter + push * SHORTEST * rate
+        u = family.at(parameter).displacement(w)
+        beyond = replace(here, w=w, parameter=parameter, u=u, deviation=law(u))
+        turned = _tangent(family, beyond)
+        if turned is None:
+            continue
+        for length in (push * SHORTEST, 4 * push * SHORTEST):
+            found, iterations = _step(family, law, here, turned, constant, length, weight, span)
+            spent += iterations
+            if found is not None:
+                return (found, length), spent
+    return None, spent
+
+
+def _arrow(tangent: _Tangent, constant: float, weight: Floats, span: float) -> tuple[Floats, float]:
+    """Unit vector along the path in the scaled space (w·weight, p/span), in physical units."""
+    size = np.hypot(np.linalg.norm(tangent.z * weight) * abs(span), 1.0)
+    rate = float(constant * tangent.orientation * abs(span) / size)
+    return tangent.z * rate, rate
+
+
+def _step(
+    family: Family,
+    law: Law,
+    here: Solution,
+    tangent: _Tangent,
+    constant: float,
+    length: float,
+    weight: Floats,
+    span: float,
+) -> tuple[Solution | None, int]:
+    """The point at a distance along the tangent, if Newton finds one near there."""
+    along, rate = _arrow(tangent, constant, weight, span)
+    w, parameter = here.w + length * along, here.parameter + length * rate
+    plane = Plane(w, parameter, along * weight**2, rate / span**2)
+    found = solve(family, law, w, parameter, plane, ROUGH, 12)
+    moved = np.hypot(np.linalg.norm((found.w - w) * weight), (found.parameter - parameter) / span)
+    # A path may bend by 45 degrees in a step, and sharply at a kink, which short steps single out.
+    near = moved < length or moved < 3 * length < 0.25
+    jumped = abs(found.parameter - here.parameter) > 0.3 * abs(span)
+    return found if found.converged and near and not jumped else None, found.iterations

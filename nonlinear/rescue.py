@@ -110,6 +110,6 @@ def _release(balance: Balance, law: Law, tolerance: float) -> Iterator[Solution]
 def _followed(
     family: Loads, law: Law, begun: Solution, target: float, tolerance: float
 ) -> Iterator[Solution]:
-    arc = follow(family, law, begun, target, tolerance)
+    arc = follow(family, law, begun, target, tolerance, limit=600)
     if arc.solution is not None:
         yield arc.solution
