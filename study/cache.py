@@ -7,6 +7,7 @@ a truncated or altered entry is noticed before it is read, and computed again.
 import hashlib
 import json
 import os
+import re
 from collections.abc import Callable, Generator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -171,7 +172,9 @@ def writing(path: Path) -> Generator[None, None, None]:
     try:
         yield
     except (OSError, RuntimeError) as error:  # HDF5 raises either when the disk is full
-        reason = getattr(error, "strerror", None) or str(error).splitlines()[0]
+        told = str(error).splitlines()[0]
+        inner = re.search(r"error message = '([^']+)'", told)  # HDF5's report of the system's error
+        reason = getattr(error, "strerror", None) or (inner[1] if inner else told)
         raise InputError(f"{path}: cannot be written: {reason}") from None
 
 

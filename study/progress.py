@@ -9,15 +9,13 @@ import time
 from collections.abc import Callable, Generator
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass
+from io import StringIO
 from typing import Any, TypeAlias
 
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskID, TextColumn
 
 from vanelock.study.tables import Table
-
-WIDE = 160
-"""Columns of a table that does not go to a terminal."""
 
 
 @dataclass(frozen=True)
@@ -77,7 +75,7 @@ class Lines:
     interval = 5.0
 
     def __init__(self) -> None:
-        self._tables = Console(width=WIDE, file=sys.stdout, highlight=False, markup=False)
+        self._tables = Console(file=sys.stdout, highlight=False, markup=False)
         self._spoke = time.monotonic()
 
     def __call__(self, event: Event) -> None:
@@ -100,7 +98,9 @@ class Bar:
     """A bar for the stage in hand, with point, peak and time left."""
 
     def __init__(self, bar: Progress) -> None:
-        self._tables = Console(file=sys.stdout, highlight=False, markup=False)
+        # On one terminal all must pass through the bar, which moves down for it.
+        here = sys.stdout.isatty()
+        self._tables = bar.console if here else Console(highlight=False, markup=False)
         self._bar = bar
         self._task: TaskID | None = None
 
@@ -152,11 +152,12 @@ def choose_listener(quiet: bool, as_json: bool) -> Generator[Listener, None, Non
 
 
 def print_table(console: Console, table: Table) -> None:
-    """Print a table under its title, and its notes."""
-    console.print(f"\n{table.title}", soft_wrap=True)
-    console.print(table.rich())
-    for note in table.notes:
-        console.print(note, soft_wrap=True)
+    """Print a table under its title, and its notes; a narrow terminal breaks lines."""
+    written = StringIO()
+    Console(width=1000, file=written, markup=False, highlight=False).print(table.rich())
+    lines = [line.rstrip() for line in written.getvalue().splitlines()]
+    text = "\n".join(["", table.title, *filter(None, lines), *table.notes])
+    console.print(text, soft_wrap=True)
     console.file.flush()
 
 

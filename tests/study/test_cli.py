@@ -91,6 +91,21 @@ def test_bad_folders(tmp_path):
         assert not (tmp_path / "mine" / "cache").exists()
 
 
+def test_a_full_disk(tmp_path):
+    """A limit on the size of files stands in for one."""
+    (tmp_path / "a.toml").write_text('[mesh]\nsize = "coarse"\n')
+    done = subprocess.run(
+        ["bash", "-c", 'ulimit -f 100; exec "$@"', "bash", *VANELOCK, "run", "a.toml", "--quiet"],
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        timeout=300,
+    )
+    assert (done.returncode, done.stdout) == (2, "")
+    assert done.stderr == "vanelock: runs/a/cache: cannot be written: File too large\n"
+    assert not list(tmp_path.glob("runs/a/**/*.tmp"))
+
+
 STUDY = """
 [mesh]
 size = "coarse"
