@@ -163,7 +163,8 @@ class Structure:
             modes = self.at(h)
             moved.append(modes.rows @ modes.solve(h * omega, self.modal_force(h, omega)))
         moved[0] = moved[0] + self._interference
-        return to_real(np.stack(moved)).reshape(self.system.contacts.count, 3, -1)
+        shape = (self.system.contacts.count, 3, 2 * self.harmonics + 1)
+        return to_real(np.stack(moved)).reshape(shape)
 
     def receptance(self, harmonic: int, omega: float) -> Array:
         """R̂_h, (3c, 3c), by summing all modes."""

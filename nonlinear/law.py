@@ -128,8 +128,25 @@ def contact_law(contacts: Contacts, harmonics: int, samples: int | None = None) 
 @kernel
 def _scale(matrix: Floats) -> None:
     """Integrals over a period to Fourier coefficients: 1/2π of the first row, 1/π of the others."""
-    matrix[0] /= TURN
-    matrix[1:] /= 0.5 * TURN
+    for j in range(matrix.shape[0]):
+        for k in range(matrix.shape[1]):
+            matrix[j, k] /= TURN if j == 0 else 0.5 * TURN
+
+
+@kernel
+def _add_product(matrix: Floats, vector: Floats, out: Floats) -> None:
+    """Out += matrix · vector."""
+    for j in range(out.size):
+        for k in range(vector.size):
+            out[j] += matrix[j, k] * vector[k]
+
+
+@kernel
+def _place(block: Floats, contact: int, row: int, column: int, jacobian: Floats) -> None:
+    """Put dw_row/du_column of one contact into the Jacobian of all."""
+    for j in range(block.shape[0]):
+        for k in range(block.shape[1]):
+            jacobian[contact, row, j, column, k] = block[j, k]
 
 
 @kernel
@@ -139,8 +156,8 @@ def _add_normal(v: Floats, contact: Floats, count: int, w: Floats, jacobian: Flo
     if count == 0:
         if value(v, 0.0) > 0.0:
             return 0
-        w[:] = v
         for k in range(m):
+            w[k] = v[k]
             jacobian[k, k] = 1.0
         return 2
     moments = np.zeros(m, np.complex128)
@@ -150,7 +167,7 @@ def _add_normal(v: Floats, contact: Floats, count: int, w: Floats, jacobian: Flo
         add_integrals(contact[i], last, moments)
     gram(moments, jacobian)
     _scale(jacobian)
-    w[:] = jacobian @ v
+    _add_product(jacobian, v, w)
     return 1
 
 
@@ -160,54 +177,48 @@ def _add_slider(
 ) -> tuple[bool, float]:
     """Coefficients of a slider path, its derivatives to u and to v; whether it slips; ∫ αv |dw|."""
     m = u.size
-    low, high, free = (
-        np.zeros(m, np.complex128),
-        np.zeros(m, np.complex128),
-        np.zeros(m, np.complex128),
-    )
+    moments = np.zeros((3, m), np.complex128)  # of the angles on the lower and upper bound, and off
     held = np.empty((m + 1) // 2, np.complex128)
     integral, phi = np.empty(m), np.empty(m)
-    slips = False
+    slips, opens = False, False
     for i in range(path.shape[0]):
         kind, begin, end = int(path[i, KIND]), path[i, BEGIN], path[i, END]
-        if kind == LOW:
-            add_integrals(begin, end, low)
-            slips = True
-        elif kind == HIGH:
-            add_integrals(begin, end, high)
-            slips = True
-        elif kind == FREE:
-            add_integrals(begin, end, free)
-        elif kind == HELD and not np.isnan(path[i, SOURCE]):
+        if kind == HELD:
+            if np.isnan(path[i, SOURCE]):
+                continue
             held[:] = 0.0
             add_integrals(begin, end, held)
             integral[0] = held[0].real
-            integral[1::2] = held[1:].real
-            integral[2::2] = -held[1:].imag
-            w += path[i, PLACE] * integral
+            for h in range(1, held.size):
+                integral[2 * h - 1], integral[2 * h] = held[h].real, -held[h].imag
             basis_at(path[i, SOURCE], phi)
             for j in range(m):
+                w[j] += path[i, PLACE] * integral[j]
                 for k in range(m):
                     along[j, k] += integral[j] * phi[k]
                     across[j, k] += integral[j] * path[i, FACTOR] * phi[k]
+        else:
+            add_integrals(begin, end, moments[0 if kind == LOW else 1 if kind == HIGH else 2])
+            slips = slips or kind != FREE
+            opens = opens or kind == FREE
     work = 0.0
-    if slips:
-        on_low, on_high = np.zeros((m, m)), np.zeros((m, m))
-        gram(low, on_low)
-        gram(high, on_high)
-        at_low, at_high = u - alpha * v, u + alpha * v
-        slid = on_low @ derivative(at_low) - on_high @ derivative(at_high)
-        work = alpha * float(np.dot(v, slid))
-        w += on_low @ at_low + on_high @ at_high
-        along += on_low + on_high
-        across += alpha * (on_high - on_low)
-    if free[0].real > 0.0:
-        off = np.zeros((m, m))
-        gram(free, off)
-        w += off @ u
-        along += off
-    w[0] /= TURN
-    w[1:] /= 0.5 * TURN
+    share, moving = np.empty((m, m)), np.empty(m)
+    for g in range(3):
+        if (not slips and g < 2) or (not opens and g == 2):
+            continue
+        gram(moments[g], share)
+        factor = -alpha if g == 0 else alpha if g == 1 else 0.0
+        for k in range(m):
+            moving[k] = u[k] + factor * v[k]
+        rate = derivative(moving)
+        for j in range(m):
+            for k in range(m):
+                w[j] += share[j, k] * moving[k]
+                along[j, k] += share[j, k]
+                across[j, k] += factor * share[j, k]
+                work -= factor * v[j] * share[j, k] * rate[k]
+    for j in range(m):
+        w[j] /= TURN if j == 0 else 0.5 * TURN
     _scale(along)
     _scale(across)
     return slips, work
@@ -235,7 +246,7 @@ def _located(
         along[:] = 0.0
         opening = _add_normal(v, contact, count, w[c, 0], along)
         if opening > 0:
-            jacobian[c, 0, :, 0, :] = along
+            _place(along, c, 0, 0, jacobian)
         slips = False
         for d in range(1, 3):
             a = alpha[c, d - 1]
@@ -245,8 +256,8 @@ def _located(
             along[:] = 0.0
             across[:] = 0.0
             slip, work = _add_slider(v, u[c, d], a, path[:size], w[c, d], along, across)
-            jacobian[c, d, :, d, :] = along
-            jacobian[c, d, :, 0, :] = across
+            _place(along, c, d, d, jacobian)
+            _place(across, c, d, 0, jacobian)
             slips = slips or slip or (a == 0.0 and m > 1)
             energy[c] += stiffness[c, d] * work
         state[c] = OPEN if opening == 2 else SLIP_OPEN if opening == 1 else SLIP if slips else STUCK

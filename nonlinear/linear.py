@@ -99,7 +99,7 @@ def _solve(balance: Balance, closed: NDArray[np.bool_]) -> Solution:
     """One frequency: an open contact has w = u, so u = ũ + R̂ w is a linear system for those."""
     c = len(closed)
     rows = np.flatnonzero(np.repeat(~closed, 3))
-    linear = to_complex(balance.linear.reshape(3 * c, -1))
+    linear = to_complex(balance.linear.reshape(3 * c, balance.linear.shape[2]))
     w = np.zeros_like(linear)
     for h, R in enumerate(balance.receptance):
         matrix = np.eye(len(rows)) - R[np.ix_(rows, rows)]

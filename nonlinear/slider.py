@@ -86,10 +86,14 @@ def _ordered(start: float, groups: Floats, counts: Floats, out: Floats) -> int:
     for g in range(groups.shape[0]):
         for i in range(int(counts[g])):
             distance = (groups[g, i] - start) % TURN
-            if distance > 0.0:
-                out[total] = distance
-                total += 1
-    out[:total].sort()
+            if distance <= 0.0:
+                continue
+            place = total
+            while place > 1 and out[place - 1] > distance:
+                out[place] = out[place - 1]
+                place -= 1
+            out[place] = distance
+            total += 1
     return total
 
 

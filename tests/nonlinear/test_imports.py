@@ -2,6 +2,9 @@
 
 import subprocess
 import sys
+from pathlib import Path
+
+from vanelock.nonlinear import compiled
 
 
 def test_the_solver_loads_neither_meshing_nor_elements_nor_rendering() -> None:
@@ -15,3 +18,9 @@ def test_the_solver_loads_neither_meshing_nor_elements_nor_rendering() -> None:
         [sys.executable, "-c", program], capture_output=True, text=True, check=True
     )
     assert shown.stdout.strip() == "[]"
+
+
+def test_cached_kernels_are_kept_by_all_their_sources() -> None:
+    folder = Path(compiled.__file__).parent
+    compiling = {path.name for path in folder.glob("*.py") if "\n@kernel" in path.read_text()}
+    assert set(compiled.SOURCES) == compiling

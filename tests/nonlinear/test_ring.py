@@ -57,9 +57,9 @@ def sector(seed: int, order: int, v0: float) -> System:
             rng.uniform(0.5, 1, 2), rng.uniform(0.5, 1, (2, 2)), np.full(2, 0.4), np.full(2, v0)
         ),
         force={
-            0: Force(0.1 * rng.normal(size=MASSES).astype(complex)),
-            1: Force(rng.normal(size=MASSES) + 1j * rng.normal(size=MASSES)),
-            2: Force(0.3 * rng.normal(size=MASSES).astype(complex)),
+            0: Force((0.1 * rng.normal(size=MASSES)).astype(complex)),
+            1: Force(np.asarray(rng.normal(size=(2, MASSES)).T @ [1, 1j], complex)),
+            2: Force((0.3 * rng.normal(size=MASSES)).astype(complex)),
         },
         damping_ratio=0.03,
     )
@@ -81,7 +81,7 @@ def whole(seed: int, one: System) -> System:
     )
     lag = -2 * np.pi * one.engine_order / N
     force = {
-        h: Force(np.concatenate([f.vector * np.exp(1j * h * lag * j) for j in range(N)]))
+        h: Force(np.kron(np.exp(1j * h * lag * np.arange(N)), f.vector).astype(complex))
         for h, f in one.force.items()
     }
     contacts = one.contacts

@@ -116,7 +116,7 @@ def pair(v0: float, amplitude: float) -> System:
             )
         },
         contacts=Contacts(np.full(1, 0.9), np.full((1, 2), 0.7), np.full(1, 0.5), np.full(1, v0)),
-        force={1: Force(amplitude * np.array([1.0, 0.8j]))},
+        force={1: Force(np.array([amplitude, 0.8j * amplitude]))},
     )
 
 
