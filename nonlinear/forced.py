@@ -16,6 +16,7 @@ from vanelock.nonlinear.newton import TOLERANCE, Solution
 from vanelock.nonlinear.rescue import from_nothing
 from vanelock.nonlinear.response import Response, assemble_response
 from vanelock.nonlinear.sweep import Solver
+from vanelock.nonlinear.threads import one_thread
 from vanelock.nonlinear.trigonometric import TURN
 from vanelock.rom.system import System
 
@@ -23,6 +24,7 @@ Floats = NDArray[np.float64]
 Progress: TypeAlias = Callable[[int, int, float, float], None]
 
 
+@one_thread
 def static_response(system: System) -> Response:
     """The assembled state at rest: preload by interference and static load, friction, lift-off.
 
@@ -45,6 +47,7 @@ def static_response(system: System) -> Response:
     return assemble_response(prepared, [found])
 
 
+@one_thread
 def frequency_response(
     system: System,
     frequencies: ArrayLike | tuple[float, float],

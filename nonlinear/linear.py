@@ -13,12 +13,14 @@ from vanelock.nonlinear.families import frequencies as family_of
 from vanelock.nonlinear.law import OPEN, STUCK, Deviation
 from vanelock.nonlinear.newton import Solution, scales
 from vanelock.nonlinear.response import Response, assemble_response
+from vanelock.nonlinear.threads import one_thread
 from vanelock.nonlinear.trigonometric import TURN, to_complex, to_real
 from vanelock.rom.system import Contacts, System
 
 Closed: TypeAlias = str | Sequence[str] | NDArray[np.bool_]
 
 
+@one_thread
 def linear_response(
     system: System, frequencies: ArrayLike, closed: Closed = "all", harmonics: int = 1
 ) -> Response:
