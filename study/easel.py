@@ -12,6 +12,9 @@ from vanelock.study.cache import file_digest, key_of
 from vanelock.study.folder import record
 from vanelock.study.progress import Begun, Done, Listener
 
+FOLDERS = ("figures/", "shapes/")
+"""Where the files go; nothing else is ever removed."""
+
 
 @dataclass
 class Easel:
@@ -38,6 +41,7 @@ class Easel:
             return {
                 str(name): [str(key), str(digest), str(float(seconds))]
                 for name, (key, digest, seconds) in known.items()
+                if ".." not in name and name.startswith(FOLDERS)
             }
         except (OSError, ValueError, AttributeError, TypeError):
             return {}
@@ -60,8 +64,19 @@ class Easel:
         function(path)
         seconds = time.perf_counter() - began
         self._known[name] = [key, file_digest(path), f"{seconds:.3f}"]
-        record(self.folder / "cache" / "pictures.json", json.dumps(self._known, indent=1))
+        self._note()
         self.done.append(Done(name, seconds, False))
         if not quick:
             self.listener(self.done[-1])
         return path
+
+    def tidy(self) -> None:
+        """Remove files that an earlier run drew and this one did not: they show other results."""
+        current = {done.stage for done in self.done}
+        for name in [name for name in self._known if name not in current]:
+            (self.folder / name).unlink(missing_ok=True)
+            del self._known[name]
+            self._note()
+
+    def _note(self) -> None:
+        record(self.folder / "cache" / "pictures.json", json.dumps(self._known, indent=1))

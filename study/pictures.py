@@ -78,6 +78,7 @@ class Gallery:
             paths += self._mesh(self.planned[0])
             paths += self._modes(self.planned[0])
             paths += [path for each in detailed for path in self._response(each)]
+        self.easel.tidy()
         return paths
 
     def _detailed(self) -> list[Planned]:
@@ -91,13 +92,13 @@ class Gallery:
 
     def _curves(self) -> Path:
         made = [
-            render.Curve(f, a, kind=which, group=name)
+            render.Curve(f, a, kind=which, group=words(name))
             for (name, which), (f, a) in self.shown.linear.items()
         ]
         made += [
             render.Curve(
                 *self.shown.curve[each.case.name][:2],
-                group=_words(each, without="response.harmonics"),
+                group=words(each.case.name, without="harmonics"),
                 harmonics=each.case.study.response.harmonics,
                 converged=self.shown.curve[each.case.name][2],
             )
@@ -130,7 +131,7 @@ class Gallery:
             f"figures/preload{suffix}.png",
             [each.preload.key, each.preload_name],
             lambda path: render.preload_picture(
-                path, static.force[0, 0].real, static.mu, joints, subtitle=each.preload_name
+                path, static.force[0, 0].real, static.mu, joints, subtitle=words(each.preload_name)
             ),
         )
 
@@ -147,7 +148,9 @@ class Gallery:
 
         def function(path: Path) -> None:
             displacement, force = nonlinear.contact_loop(top, 0, contact)
-            render.loop_picture(path, displacement, force, float(top.mu[contact]), title, name)
+            render.loop_picture(
+                path, displacement, force, float(top.mu[contact]), title, words(name)
+            )
 
         shows = [each.response.key, title, name, self.shown.monitor.name]
         return [self.easel.draw(f"figures/loop_{slug(name)}.png", shows, function)]
@@ -190,7 +193,7 @@ class Gallery:
         k = int(top.harmonic_diameters[1])
         title = f"Response at its peak, {peak.frequency:.2f} Hz"
         shows = [each.response.key, title, name, self.shown.monitor.name]
-        subtitle = f"{name}, first harmonic"
+        subtitle = f"{words(name)}, first harmonic"
         return self._shape(
             f"response_{slug(name)}", each, lambda: top.x[1][0], k, title, subtitle, shows
         )
@@ -255,12 +258,12 @@ def slug(name: str) -> str:
     return re.sub(r"[^A-Za-z0-9.+-]+", "_", name.replace("=", "")).strip("_")
 
 
-def _words(each: Planned, without: str) -> str:
-    """Swept values of a case in words, one key left out."""
-    names = {"mu": "μ"}
+def words(name: str, without: str = "") -> str:
+    """A case's name, such as "mu=0.3,harmonics=1", as people write it; one key left out."""
+    symbols = {"mu": "μ", "harmonics": "H"}
     texts = []
-    for text, key in zip(each.case.name.split(","), each.case.values, strict=False):
+    for text in name.split(","):
+        key, _, value = text.partition("=")
         if key != without:
-            name, _, value = text.partition("=")
-            texts.append(f"{names.get(name, name)} = {value}")
+            texts.append(f"{symbols.get(key, key)} = {value}" if value else key)
     return ", ".join(texts)

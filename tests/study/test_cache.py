@@ -11,6 +11,7 @@ from vanelock.product import Product
 from vanelock.study import parse_study
 from vanelock.study.cache import Cache, key_of
 from vanelock.study.easel import Easel
+from vanelock.study.pictures import slug, words
 from vanelock.study.plan import plan
 from vanelock.study.progress import silent
 from vanelock.study.stages import Stages, step
@@ -240,3 +241,25 @@ def test_pictures_are_drawn_again_only_when_they_would_change(tmp_path):
     (tmp_path / "cache" / "pictures.json").write_text('{"figures/a.png": 3')
     Easel(tmp_path, silent).draw("figures/a.png", [2], write("list lost"))
     assert path.read_text() == "list lost"
+
+
+def test_pictures_of_other_results_are_removed(tmp_path):
+    def write(path):
+        path.parent.mkdir(exist_ok=True)
+        path.write_text("drawn")
+
+    (tmp_path / "figures").mkdir()
+    (tmp_path / "figures" / "mine.png").write_text("not ours")
+    for names in (("a", "b"), ("b", "c")):
+        easel = Easel(tmp_path, silent)
+        for name in names:
+            easel.draw(f"figures/{name}.png", [], write)
+        easel.tidy()
+    assert {path.stem for path in (tmp_path / "figures").iterdir()} == {"b", "c", "mine"}
+
+
+def test_names_of_cases_in_words_and_in_files():
+    assert words("mu=0.15,harmonics=3", without="harmonics") == "μ = 0.15"
+    assert words("mu=0.15,harmonics=3") == "μ = 0.15, H = 3"
+    assert words("nominal") == "nominal"
+    assert slug("hook.mu=0.15,kn=1e+06") == "hook.mu0.15_kn1e+06"
