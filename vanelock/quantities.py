@@ -40,7 +40,7 @@ def si(value: object, unit: str) -> object:
             raise ValueError
         quantity = _registry().Quantity(value.strip())
         converted = quantity.m if quantity.dimensionless and not unit else quantity.m_as(unit)
-        return float(converted)
+        return float(f"{converted:.15g}")  # 4.5 mm is 0.0045 m, as its digits say
     except (PintError, ValueError, TypeError, ArithmeticError, AttributeError, AssertionError):
         example = f'"1 {unit}"' if unit else '"1"'
         raise ValueError(
