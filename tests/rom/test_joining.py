@@ -7,23 +7,23 @@ from vanelock import rom
 from vanelock.errors import InputError
 
 
-def test_the_scene_has_66_contacts(coarse):
-    contacts = coarse.system.contacts
+def test_the_scene_has_66_contacts(scene):
+    contacts = scene.system.contacts
     assert contacts.count == 66
     assert contacts.joint.count("hook") == 56
     assert contacts.joint.count("interlock") == 10
-    assert coarse.system.output_names[0] == "vane accessory 1"
-    size = coarse.vane.size + coarse.casing.size - 12
-    assert coarse.system.at(1).K.shape == (size, size)
+    assert scene.system.output_names[0] == "vane accessory 1"
+    size = scene.vane.size + scene.casing.size - 12
+    assert scene.system.at(1).K.shape == (size, size)
 
 
-def test_unbalance_resultant(coarse):
+def test_unbalance_resultant(scene):
     """The casing's load, summed around the ring, is the unbalance's centrifugal force U ω²."""
     unbalance, omega, N = 1.5e-3, 1600.0, 16
     system = rom.join(
-        coarse.vane, coarse.casing, coarse.joints, rom.Excitation(1, unbalance=unbalance)
+        scene.vane, scene.casing, scene.joints, rom.Excitation(1, unbalance=unbalance)
     )
-    f = system.force[1].at(omega)[coarse.casing.dofs(coarse.casing.masters.node_sets["force"])]
+    f = system.force[1].at(omega)[scene.casing.dofs(scene.casing.masters.node_sets["force"])]
     for t in (0.0, 0.3, 1.1):
         total = np.zeros(3)
         for j in range(N):
@@ -35,47 +35,47 @@ def test_unbalance_resultant(coarse):
         np.testing.assert_allclose(total, expected, atol=1e-9 * unbalance * omega**2)
 
 
-def test_sixteen_loads_of_30_newton_are_about_1500_gram_millimetres(coarse):
+def test_sixteen_loads_of_30_newton_are_about_1500_gram_millimetres(scene):
     """30 N on each of 16 nodes of 16 sectors near 255 Hz is an unbalance of 1.5 kg mm."""
     omega = 2 * np.pi * 255
     unbalance = rom.join(
-        coarse.vane, coarse.casing, coarse.joints, rom.Excitation(1, unbalance=1.5e-3)
+        scene.vane, scene.casing, scene.joints, rom.Excitation(1, unbalance=1.5e-3)
     )
-    ratio = np.abs(unbalance.force[1].at(omega)).max() / np.abs(coarse.system.force[1].vector).max()
+    ratio = np.abs(unbalance.force[1].at(omega)).max() / np.abs(scene.system.force[1].vector).max()
     assert ratio == pytest.approx(1.0, abs=0.01)
 
 
-def test_system_file_round_trip(coarse, tmp_path):
-    coarse.system.save(tmp_path / "system.h5")
+def test_system_file_round_trip(scene, tmp_path):
+    scene.system.save(tmp_path / "system.h5")
     back = rom.System.load(tmp_path / "system.h5")
-    for k, matrices in coarse.system.diameters.items():
+    for k, matrices in scene.system.diameters.items():
         for name in ("K", "M", "own", "next", "output"):
             np.testing.assert_array_equal(getattr(back.at(k), name), getattr(matrices, name))
-    np.testing.assert_array_equal(back.force[1].vector, coarse.system.force[1].vector)
-    assert back.contacts.joint == coarse.system.contacts.joint
-    assert back.output_names == coarse.system.output_names
+    np.testing.assert_array_equal(back.force[1].vector, scene.system.force[1].vector)
+    assert back.contacts.joint == scene.system.contacts.joint
+    assert back.output_names == scene.system.output_names
     assert (back.sectors, back.engine_order, back.damping_ratio) == (16, 1, 0.003)
 
 
-def test_component_file_round_trip(coarse, tmp_path):
-    coarse.casing.save(tmp_path / "casing.h5")
+def test_component_file_round_trip(scene, tmp_path):
+    scene.casing.save(tmp_path / "casing.h5")
     back = rom.Component.load(tmp_path / "casing.h5")
-    np.testing.assert_array_equal(back.at(3).basis, coarse.casing.at(3).basis)
-    np.testing.assert_array_equal(back.masters.nodes, coarse.casing.masters.nodes)
-    assert back.size == coarse.casing.size
+    np.testing.assert_array_equal(back.at(3).basis, scene.casing.at(3).basis)
+    np.testing.assert_array_equal(back.masters.nodes, scene.casing.masters.nodes)
+    assert back.size == scene.casing.size
     assert sorted(back.diameters) == [0, 1, 2, 3, 8]
 
 
-def test_what_does_not_fit_is_refused(coarse, tmp_path):
+def test_what_does_not_fit_is_refused(scene, tmp_path):
     rivet = [rom.Joint("rivet", 1.0, 1.0, 0.1, 0.0)]
     with pytest.raises(InputError, match='joint "rivet"'):
-        rom.join(coarse.vane, coarse.casing, rivet, rom.Excitation(1, force=1.0))
+        rom.join(scene.vane, scene.casing, rivet, rom.Excitation(1, force=1.0))
     with pytest.raises(InputError, match="not reduced at nodal diameter 5"):
-        coarse.casing.at(5)
+        scene.casing.at(5)
     with pytest.raises(InputError, match="no matrices for nodal diameter 6"):
-        coarse.system.at(6)
+        scene.system.at(6)
     with pytest.raises(InputError, match="engine order 1 or -1, not 4"):
-        rom.join(coarse.vane, coarse.casing, coarse.joints, rom.Excitation(4, unbalance=1e-3))
+        rom.join(scene.vane, scene.casing, scene.joints, rom.Excitation(4, unbalance=1e-3))
     (tmp_path / "noise.h5").write_bytes(b"\x89HDF\r\n\x1a\n" + bytes(range(200)))
     with pytest.raises(InputError, match=r"noise\.h5: not a readable HDF5 file"):
         rom.System.load(tmp_path / "noise.h5")

@@ -9,9 +9,9 @@ from vanelock.errors import InputError
 from vanelock.rom.cyclic import turn
 
 
-def test_static_answer_to_master_loads_is_exact(coarse):
+def test_static_answer_to_master_loads_is_exact(scene):
     """Constraint modes reproduce statics: x_m = (K⁻¹)_mm f_m of the full model."""
-    model, casing = coarse.casing_model, coarse.casing
+    model, casing = scene.casing_model, scene.casing
     nodes = casing.masters.node_sets["force"]
     f = np.zeros(model.K.shape[0])
     f[model.dofs[nodes, 0]] = 1.0
@@ -36,21 +36,21 @@ def test_static_answer_to_master_loads_is_exact(coarse):
 @pytest.mark.parametrize(
     ("k", "interlock"), [(0, "closed"), (1, "free"), (1, "closed"), (8, "free")]
 )
-def test_frequencies_against_the_unreduced_sector(coarse, k, interlock):
+def test_frequencies_against_the_unreduced_sector(scene, k, interlock):
     """A ROM is a Ritz model: never below the truth, and close to it for the first six modes."""
-    truth, _ = coarse.truth(k, interlock)
-    closed = ~coarse.interlock if interlock == "free" else None
-    found, _ = rom.linear_modes(coarse.system, k, 6, closed)
+    truth, _ = scene.truth(k, interlock)
+    closed = ~scene.interlock if interlock == "free" else None
+    found, _ = rom.linear_modes(scene.system, k, 6, closed)
     error = found / truth - 1
     assert np.all(error > -1e-9)
     assert error[1] < 0.02  # ten face modes by the published basis
     assert np.all(error < 0.1)
 
 
-def test_followed_face_modes_cost_nothing_beside_craig_bampton(coarse):
+def test_followed_face_modes_cost_nothing_beside_craig_bampton(scene):
     """Ten followed modes do what all face dofs do; ten published ones do not."""
-    model, masters = coarse.casing_model, tuple(coarse.casing.masters.node_sets)
-    truth = coarse.truth(1, "free")[0][1]
+    model, masters = scene.casing_model, tuple(scene.casing.masters.node_sets)
+    truth = scene.truth(1, "free")[0][1]
     faces = 3 * int(np.sum(model.dofs[model.part.node_sets["left"], 0] >= 0))
     error = {}
     for name, interface, count in (
@@ -66,18 +66,18 @@ def test_followed_face_modes_cost_nothing_beside_craig_bampton(coarse):
             interface=interface,
             interface_modes=count,
         )
-        system = rom.join(coarse.vane, casing, coarse.joints[:1], rom.Excitation(1, force=1.0))
+        system = rom.join(scene.vane, casing, scene.joints[:1], rom.Excitation(1, force=1.0))
         error[name] = rom.linear_modes(system, 1, 2)[0][1] / truth - 1
     assert 0 < error["all"] < error["followed"] < error["published"]
     assert error["followed"] < 1.01 * error["all"] < 0.002
     assert error["published"] > 1.5 * error["all"]
 
 
-def test_published_face_modes_by_their_definition(coarse):
+def test_published_face_modes_by_their_definition(scene):
     """The face coordinates' block of the cyclic Guyan model is diagonal: its own modes."""
-    casing = coarse.casing.at(1)
-    b = coarse.casing.interface_modes
-    m = 3 * len(coarse.casing.masters.nodes)
+    casing = scene.casing.at(1)
+    b = scene.casing.interface_modes
+    m = 3 * len(scene.casing.masters.nodes)
     K = casing.K[: b + m, : b + m]
     # Condense the other masters: what is left is Φᴴ S Φ = Ω², positive and ascending.
     S = K[:b, :b] - K[:b, b:] @ np.linalg.solve(K[b:, b:], K[b:, :b])
@@ -86,33 +86,33 @@ def test_published_face_modes_by_their_definition(coarse):
     assert np.all(np.diff(np.diag(S).real) > 0)
 
 
-def test_conjugate_diameters(coarse):
+def test_conjugate_diameters(scene):
     """ND k and N-k have the same frequencies and conjugate matrices."""
-    a, b = coarse.system.at(1), coarse.system.at(15)
+    a, b = scene.system.at(1), scene.system.at(15)
     np.testing.assert_array_equal(a.K, b.K.conj())
     forward = sl.eigvalsh(a.K, a.M)
     casing = rom.reduce(
-        coarse.casing_model, tuple(coarse.casing.masters.node_sets), 10, nodal_diameters=[15]
+        scene.casing_model, tuple(scene.casing.masters.node_sets), 10, nodal_diameters=[15]
     )
     system = rom.join(
-        coarse.vane, casing, coarse.joints, rom.Excitation(-1, force=30.0), damping_ratio=0.003
+        scene.vane, casing, scene.joints, rom.Excitation(-1, force=30.0), damping_ratio=0.003
     )
     backward = sl.eigvalsh(system.at(15).K, system.at(15).M)
     np.testing.assert_allclose(backward, forward, rtol=1e-7, atol=1e-6 * forward[5])
     assert system.nodal_diameter(1) == 15
-    assert np.isrealobj(coarse.system.at(0).K)
-    assert np.isrealobj(coarse.system.at(8).K)
+    assert np.isrealobj(scene.system.at(0).K)
+    assert np.isrealobj(scene.system.at(8).K)
 
 
-def test_recovered_mode_is_the_unreduced_one(coarse):
+def test_recovered_mode_is_the_unreduced_one(scene):
     """Mode 2 of ND 1, recovered on every node, has a MAC of 1 with the unreduced eigenvector."""
-    _, vectors = coarse.truth(1, "free")
-    _, shapes = rom.linear_modes(coarse.system, 1, 2, ~coarse.interlock)
-    q_vane, q_casing = rom.split(coarse.vane, coarse.casing, shapes[:, 1])
+    _, vectors = scene.truth(1, "free")
+    _, shapes = rom.linear_modes(scene.system, 1, 2, ~scene.interlock)
+    q_vane, q_casing = rom.split(scene.vane, scene.casing, shapes[:, 1])
     fields = {}
     for model, component, q in (
-        (coarse.vane_model, coarse.vane, q_vane),
-        (coarse.casing_model, coarse.casing, q_casing),
+        (scene.vane_model, scene.vane, q_vane),
+        (scene.casing_model, scene.casing, q_casing),
     ):
         fields[component.masters.part] = rom.recovery(component, model).displacement(q, 1)
         nodes = component.masters.nodes
@@ -121,19 +121,19 @@ def test_recovered_mode_is_the_unreduced_one(coarse):
         )
     # Kinetic energy of the recovered fields is that of the reduced coordinates (normalised to 1).
     energy = 0.0
-    for model in (coarse.vane_model, coarse.casing_model):
+    for model in (scene.vane_model, scene.casing_model):
         u = fields[model.part.name][model.dofs >= 0]
         x = np.zeros(model.K.shape[0], complex)
         x[model.dofs[model.dofs >= 0]] = u
         energy += (x.conj() @ (model.M @ x)).real
     assert energy == pytest.approx(1.0, abs=1e-9)
     # The cyclic face condition holds on all nodes.
-    part = coarse.casing_model.part
+    part = scene.casing_model.part
     u = fields["casing"]
     turned = u[part.node_sets["left"]] @ turn(16).T * np.exp(-2j * np.pi / 16)
     np.testing.assert_allclose(u[part.node_sets["right"]], turned, atol=1e-12 * np.abs(u).max())
     # Vane part of the eigenvector: the vane's free coordinates follow the casing's.
-    vane = coarse.vane_model
+    vane = scene.vane_model
     merged = vane.dofs[vane.part.node_sets["key"]].ravel()
     rest = np.setdiff1d(np.arange(vane.K.shape[0]), merged)
     expected = vectors[-len(rest) :, 1]
@@ -143,12 +143,12 @@ def test_recovered_mode_is_the_unreduced_one(coarse):
     assert abs(np.vdot(a, b)) ** 2 / (np.vdot(a, a) * np.vdot(b, b)).real > 0.9999
 
 
-def test_sets_that_cannot_be_masters_are_refused(coarse):
+def test_sets_that_cannot_be_masters_are_refused(scene):
     with pytest.raises(InputError, match="no node set 'hooks'"):
-        rom.reduce(coarse.vane_model, ("hooks",))
+        rom.reduce(scene.vane_model, ("hooks",))
     with pytest.raises(InputError, match="interface_modes = 0"):
-        rom.reduce(coarse.casing_model, ("force",), nodal_diameters=[0], interface_modes=0)
+        rom.reduce(scene.casing_model, ("force",), nodal_diameters=[0], interface_modes=0)
     with pytest.raises(InputError, match="is clamped"):
-        rom.reduce(coarse.casing_model, ("fixed",))
+        rom.reduce(scene.casing_model, ("fixed",))
     with pytest.raises(InputError, match='allowed is "paper"'):
-        rom.reduce(coarse.vane_model, ("key",), route="quick")
+        rom.reduce(scene.vane_model, ("key",), route="quick")
