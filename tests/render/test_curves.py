@@ -42,13 +42,16 @@ def test_peak_is_the_largest_converged_point():
     amplitude = resonance(250.0, 40e-6)
     assert curves.peak(Curve(F, amplitude)) == curves.Peak(250.0, amplitude.max(), False)
     without = curves.peak(Curve(F, amplitude, converged=F != 250.0))
+    assert without is not None
     assert without.amplitude == amplitude[[19, 21]].max()
     assert abs(without.frequency - 250.0) == 0.5
 
 
 def test_a_peak_at_the_end_of_the_range_is_said_to_be_there(figures):
     rising = Curve(F, F * 1e-7)
-    assert curves.peak(rising).at_edge
+    found = curves.peak(rising)
+    assert found is not None
+    assert found.at_edge
     response_curves("x.png", [rising])
     assert labels(figures[0]) == ["response\n26.0 µm at 260.0 Hz, end of range"]
 

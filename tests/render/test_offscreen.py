@@ -1,6 +1,7 @@
 """A machine that cannot draw is told so, instead of ending in a crash."""
 
 import os
+import sys
 
 import pytest
 
@@ -41,7 +42,7 @@ def test_a_trial_with_the_wrong_colour_does_not_count():
     [("missing", lambda libraries: list(libraries)), ("draws", lambda window: False)],
 )
 def test_the_message_says_what_to_install(unknown, monkeypatch, name, value):
-    monkeypatch.setattr(offscreen.sys, "platform", "linux")
+    monkeypatch.setattr(sys, "platform", "linux")
     monkeypatch.setattr(offscreen, name, value)
     with pytest.raises(InputError) as raised:
         offscreen.pyvista()
@@ -51,7 +52,7 @@ def test_the_message_says_what_to_install(unknown, monkeypatch, name, value):
 
 
 def test_one_library_of_the_two_is_worth_a_trial(unknown, monkeypatch):
-    monkeypatch.setattr(offscreen.sys, "platform", "linux")
+    monkeypatch.setattr(sys, "platform", "linux")
     monkeypatch.setattr(offscreen, "missing", lambda libraries: ["libGL.so.1"])
     monkeypatch.setattr(offscreen, "draws", lambda window: window == "vtkEGLRenderWindow")
     assert offscreen.render_window() == "vtkEGLRenderWindow"

@@ -134,7 +134,7 @@ def test_response_picture_shows_every_phase(parts, tmp_path):
 
 def captured(monkeypatch):
     """Texts of the figure that would be written."""
-    texts = []
+    texts: list[str] = []
     monkeypatch.setattr(
         style, "write", lambda figure, path: texts.extend(t.get_text() for t in figure.texts)
     )

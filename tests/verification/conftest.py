@@ -12,7 +12,7 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
 FULL = os.environ.get("VANELOCK_VERIFY") == "full"
-rows = defaultdict(list)
+rows: dict[str, list[tuple[str, str, str]]] = defaultdict(list)
 
 
 def pytest_runtest_logreport(report: pytest.TestReport) -> None:
