@@ -2,8 +2,7 @@
 # make test     run every test
 # Each makes the environment in .venv first, once.
 
-PYTEST := OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 MKL_NUM_THREADS=1 .venv/bin/python -m pytest
-WORKERS := 2
+PYTEST := .venv/bin/python -m pytest -n 2 --dist loadfile
 MADE := .venv/made
 
 .PHONY: study test test-fast verify lint setup lock
@@ -13,14 +12,14 @@ study: $(MADE)
 
 # A skipped test counts as failed here: what ships is what was tested.
 test: $(MADE)
-	$(PYTEST) -n $(WORKERS) --dist loadfile --everything
+	$(PYTEST) --everything
 
 test-fast: $(MADE)
-	$(PYTEST) -n $(WORKERS) --dist loadfile -m "not slow"
+	$(PYTEST) -m "not slow" --ignore=tests/verification
 
 # Every verification at full count; rewrites docs/verification.
 verify: $(MADE)
-	VANELOCK_VERIFY=full $(PYTEST) -n $(WORKERS) --dist loadfile --everything tests/verification
+	VANELOCK_VERIFY=full $(PYTEST) --everything tests/verification
 
 lint: $(MADE)
 	.venv/bin/python -m ruff check

@@ -1,8 +1,13 @@
-"""`--everything`: a test that is skipped, or expected to fail, counts as failed."""
+"""For all tests: one thread each, and `--everything`, which counts a skipped test as failed."""
 
+import os
 from collections.abc import Generator
 
 import pytest
+
+# Before NumPy is loaded. Two workers whose BLAS takes all cores hold each other up.
+for _name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
+    os.environ.setdefault(_name, "1")
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:

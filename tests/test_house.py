@@ -3,9 +3,12 @@
 import os
 import re
 from collections.abc import Iterator
+from importlib.metadata import requires
 from pathlib import Path
 
 import pytest
+from packaging.requirements import Requirement
+from packaging.utils import canonicalize_name
 
 ROOT = Path(__file__).resolve().parent.parent
 GENERATED = {"build", "dist", "runs", "__pycache__"}
@@ -68,6 +71,22 @@ def test_lock_holds_names_and_versions_alone() -> None:
     names = {re.split("==", pin)[0].lower().replace("_", "-") for pin in pins}
     assert len(names) == len(pins)
     assert {"numpy", "gmsh", "vtk", "scikit-sparse", "pytest", "setuptools", "cython"} <= names
+
+
+def test_lock_pins_all_that_is_installed_with_vanelock() -> None:
+    pins = re.findall(r"^([\w.-]+)==", (ROOT / "requirements.lock").read_text(), re.MULTILINE)
+    needed: set[str] = set()
+    wanted = [Requirement("vanelock[test]")]
+    while wanted:
+        parent = wanted.pop()
+        for child in map(Requirement, requires(parent.name) or []):
+            contexts = [{"extra": extra} for extra in ("", *parent.extras)]
+            applies = not child.marker or any(map(child.marker.evaluate, contexts))
+            if applies and canonicalize_name(child.name) not in needed:
+                needed.add(canonicalize_name(child.name))
+                wanted.append(child)
+    assert len(needed) > 40
+    assert needed - {canonicalize_name(pin) for pin in pins} == set()
 
 
 def test_no_file_is_too_long_to_read() -> None:
