@@ -38,6 +38,7 @@ def first_frequency(system: System) -> float:
     return float(np.sqrt(la.eigvalsh(matrices.K, matrices.M)[0]) / (2 * np.pi))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("preload", [0.1, 1.0, 10.0])
 @pytest.mark.parametrize("seed", [0, 2, 3])
 def test_every_point_from_stick_to_rattling_converges_and_is_right(

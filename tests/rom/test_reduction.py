@@ -8,6 +8,8 @@ from vanelock import fem, rom
 from vanelock.errors import InputError
 from vanelock.rom.cyclic import turn
 
+pytestmark = pytest.mark.slow
+
 
 def test_static_answer_to_master_loads_is_exact(scene):
     """Constraint modes reproduce statics: x_m = (K⁻¹)_mm f_m of the full model."""

@@ -139,6 +139,7 @@ def stopped_at_second_case(folder, number):
     return process.returncode, errors
 
 
+@pytest.mark.slow
 def test_interrupted_and_killed_runs_keep_what_was_finished(tmp_path):
     (tmp_path / "a.toml").write_text(STUDY)
     results = tmp_path / "runs" / "a" / "results.h5"

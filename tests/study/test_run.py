@@ -17,6 +17,8 @@ from vanelock.study.progress import Done, Event, Finished, Notice, Point
 from vanelock.study.stages import mesh_step
 from vanelock.study.tables import Table
 
+pytestmark = pytest.mark.slow
+
 STUDY = """
 [mesh]
 size = "coarse"
