@@ -9,6 +9,7 @@ _modules = {
     "Modes": "vibration",
     "assemble": "assembly",
     "backends": "factor",
+    "cyclic_faces": "symmetry",
     "cyclic_transform": "symmetry",
     "eigenpairs": "eigen",
     "factorise": "factor",

@@ -1,12 +1,11 @@
 """Cyclic symmetry: the constraint that ties the two faces of a sector."""
 
-from typing import Any
-
 import numpy as np
 import scipy.linalg
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
+from vanelock.cyclic import phase_factor, turn
 from vanelock.errors import InputError
 from vanelock.fem.model import Model
 from vanelock.mesh import Part
@@ -55,8 +54,8 @@ def cyclic_transform(model: Model, nodal_diameter: int, sectors: int | None = No
     """
     part = model.part
     sectors = part.sectors if sectors is None else sectors
-    left, right, rotation = _faces(part, sectors)
-    turn = rotation * _phase(nodal_diameter, sectors)
+    left, right = cyclic_faces(part, sectors)
+    follow = turn(sectors) * phase_factor(nodal_diameter, sectors)
     n = model.K.shape[0]
     on_axis = left == right
     centre = model.dofs[left[on_axis]]
@@ -71,8 +70,8 @@ def cyclic_transform(model: Model, nodal_diameter: int, sectors: int | None = No
     mates = l_free & r_free
     rows = np.repeat(r_rows[mates], 3)  # each row of a right node takes three left ones
     columns = column[np.repeat(l_rows[mates], 3, axis=0)].ravel()
-    values = np.tile(turn.ravel(), int(mates.sum()))
-    allowed = scipy.linalg.null_space(turn - np.eye(3), rcond=1e-9)  # of a node on the axis
+    values = np.tile(follow.ravel(), int(mates.sum()))
+    allowed = scipy.linalg.null_space(follow - np.eye(3), rcond=1e-9)  # of a node on the axis
     spread = np.arange(centre.shape[0] * allowed.shape[1]).reshape(
         len(centre), allowed.shape[1]
     ) + len(kept)
@@ -92,16 +91,14 @@ def cyclic_transform(model: Model, nodal_diameter: int, sectors: int | None = No
     return T
 
 
-def _phase(nodal_diameter: int, sectors: int) -> complex:
-    """e^{-iφ}, real where it is."""
-    k = nodal_diameter % sectors
-    if k == 0:
-        return 1.0
-    return -1.0 if 2 * k == sectors else complex(np.exp(-2j * np.pi * k / sectors))
+def cyclic_faces(part: Part, sectors: int) -> tuple[Integers, Integers]:
+    """Node numbers of the sets `left` and `right`, mates at equal places.
 
-
-def _faces(part: Part, sectors: int) -> tuple[Integers, Integers, NDArray[Any]]:
-    """Node numbers of the two faces, checked, and the rotation from left to right."""
+    Raises
+    ------
+    InputError
+        If a face is missing, or the right one is not the left one turned by 2π/N.
+    """
     if sectors < 2:
         raise InputError(f"{part.name}: sectors = {sectors}: cyclic symmetry needs at least 2")
     for name in ("left", "right"):
@@ -112,12 +109,10 @@ def _faces(part: Part, sectors: int) -> tuple[Integers, Integers, NDArray[Any]]:
         raise InputError(
             f"{part.name}: {len(left)} nodes in `left`, {len(right)} in `right`: they must match"
         )
-    c, s = np.cos(2 * np.pi / sectors), np.sin(2 * np.pi / sectors)
-    rotation = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
-    gap = np.linalg.norm(part.points[right] - part.points[left] @ rotation.T, axis=1)
+    gap = np.linalg.norm(part.points[right] - part.points[left] @ turn(sectors).T, axis=1)
     if len(gap) and gap.max() > TOLERANCE * np.ptp(part.points, axis=0).max():
         raise InputError(
             f"{part.name}: right node {right[gap.argmax()]} lies {gap.max():.3g} m from left node "
             f"{left[gap.argmax()]} turned by 2π/{sectors}: the faces must match node by node"
         )
-    return left, right, rotation
+    return left, right

@@ -3,8 +3,8 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from vanelock.cyclic import rotation
 from vanelock.mesh.dimensions import VaneDimensions
-from vanelock.mesh.sets import rotation
 
 STATIONS = np.linspace(-1.0, 1.0, 5)  # from the leading to the trailing edge, in half chords
 

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from vanelock.cyclic import turn
 from vanelock.mesh import occ, sets
 from vanelock.mesh.dimensions import CasingDimensions, HookDimensions
 from vanelock.mesh.extract import generate, matching, nodes_on, place
@@ -62,9 +63,9 @@ def casing_sector(
         left_tag, right_tag = occ.end_faces(gmsh, len(outline))
         for tag in band_tags:
             gmsh.model.mesh.setTransfiniteCurve(tag, sets.HOOK_CORNERS)
-        turn = np.eye(4)
-        turn[:3, :3] = sets.rotation(2 * np.pi / sectors)
-        gmsh.model.mesh.setPeriodic(2, [right_tag], [left_tag], turn.ravel().tolist())
+        affine = np.eye(4)
+        affine[:3, :3] = turn(sectors)
+        gmsh.model.mesh.setPeriodic(2, [right_tag], [left_tag], affine.ravel().tolist())
         mesh = generate(gmsh, length)
         on = [nodes_on(gmsh, mesh, 1, tag) for tag in band_tags]
         at = np.concatenate([nodes_on(gmsh, mesh, 0, tag) for tag in point_tags])
@@ -85,7 +86,7 @@ def casing_sector(
     ]
     loaded = matching(mesh.points, at[: sets.FORCES], force, "casing force")
     outputs = matching(mesh.points, at[sets.FORCES :], accessory, "casing accessory")
-    turned = mesh.points[left] @ sets.rotation(2 * np.pi / sectors).T
+    turned = mesh.points[left] @ turn(sectors).T
     right = matching(mesh.points, right, turned, "casing right")
     points = place(
         mesh,

@@ -7,18 +7,13 @@ corner nodes lies on their chord.
 import numpy as np
 from numpy.typing import NDArray
 
+from vanelock.cyclic import rotation, turn
 from vanelock.mesh.dimensions import CasingDimensions, HookDimensions, VaneDimensions
 
 HOOK_CORNERS = 8  # corner nodes of a hook's band; with those between them, 15
 INTERLOCK_CORNERS = 3  # of a row on an interlock face; with those between them, 5
 FORCES = 16
 ACCESSORIES = 3
-
-
-def rotation(angle: float) -> NDArray[np.float64]:
-    """Turn by `angle` rad about z: (3, 3)."""
-    c, s = np.cos(angle), np.sin(angle)
-    return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
 
 
 def cylindrical(
@@ -107,7 +102,7 @@ def opposite(frames: NDArray[np.float64], sectors: int) -> NDArray[np.float64]:
     The normal and the second tangent are reversed and all is turned by 2π/N.
     """
     reversed_ = np.array([-1.0, 1.0, -1.0])[:, None] * frames
-    return np.asarray(reversed_ @ rotation(2 * np.pi / sectors).T)
+    return np.asarray(reversed_ @ turn(sectors).T)
 
 
 def interlock_rows(vane: VaneDimensions, sectors: int) -> NDArray[np.float64]:

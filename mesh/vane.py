@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from vanelock.cyclic import turn
 from vanelock.errors import InputError
 from vanelock.mesh import aerofoil, occ, sets
 from vanelock.mesh.dimensions import VaneDimensions
@@ -50,7 +51,7 @@ def vane_segment(
     length = element_size(size, "vane")
     bands = sets.hook_bands(dimensions.hook, sectors)
     left = sets.interlock_rows(dimensions, sectors)
-    right = left @ sets.rotation(2 * np.pi / sectors).T
+    right = left @ turn(sectors).T
     accessory = aerofoil.accessory_points(dimensions, sectors)
     with session("vane") as gmsh:
         solid = _solid(gmsh, dimensions, sectors)
@@ -163,10 +164,10 @@ def _inner_shroud(gmsh: Any, vane: VaneDimensions, sectors: int) -> occ.Entity:
     waste = []
     for frame in (left, sets.opposite(left, sectors)):
         box = kernel.addBox(0, 0.5 * inner, -0.5 * wide, deep, outer, wide)
-        turn = np.eye(4)
-        turn[:3, :3] = frame.T
-        turn[2, 3] = middle
-        kernel.affineTransform([(3, box)], turn.ravel().tolist())
+        affine = np.eye(4)
+        affine[:3, :3] = frame.T
+        affine[2, 3] = middle
+        kernel.affineTransform([(3, box)], affine.ravel().tolist())
         waste.append((3, box))
     cut, _ = kernel.cut([ring], waste)
     if len(cut) != 1:

@@ -8,26 +8,21 @@ axis z. The displacement at the phase angle α = ωt is Re(x e^{iα}).
 import numpy as np
 from numpy.typing import NDArray
 
+from vanelock.cyclic import turn
+
 Complex = NDArray[np.complex128]
 Real = NDArray[np.float64]
 
 
-def turn(sector: int, sectors: int) -> Real:
-    """(3, 3) rotation that takes sector 0 to sector j, about z by 2π j/N."""
-    angle = 2 * np.pi * sector / sectors
-    c, s = np.cos(angle), np.sin(angle)
-    return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
-
-
 def sector_points(points: Real, sector: int, sectors: int) -> Real:
     """(n, 3) coordinates of the same nodes on sector j, m."""
-    return points @ turn(sector, sectors).T
+    return points @ turn(sectors, sector).T
 
 
 def sector_shape(shape: Complex, sector: int, sectors: int, nodal_diameter: int) -> Complex:
     """(n, 3) Cartesian shape on sector j of the wave whose shape on sector 0 is given."""
     lag = np.exp(-2j * np.pi * nodal_diameter * sector / sectors)
-    turned: Complex = lag * (np.asarray(shape) @ turn(sector, sectors).T)
+    turned: Complex = lag * (np.asarray(shape) @ turn(sectors, sector).T)
     return turned
 
 

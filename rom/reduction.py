@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vanelock.errors import InputError
-from vanelock.fem import Model
+from vanelock.fem import Model, cyclic_faces
 from vanelock.rom.component import Component, Reduced
 from vanelock.rom.craig_bampton import CraigBampton, craig_bampton
 from vanelock.rom.cyclic import cyclic_constraint
@@ -88,12 +88,13 @@ def reduce(
 
 def _free_faces(model: Model) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """Matching nodes of the left and right faces, those of clamped edges left out."""
-    part = model.part
-    for name in ("left", "right"):
-        if name not in part.node_sets:
-            raise InputError(f"{part.name}: cyclic symmetry needs the node set {name!r}")
-    left, right = part.node_sets["left"], part.node_sets["right"]
+    left, right = cyclic_faces(model.part, model.part.sectors)
     free = model.dofs[left, 0] >= 0
+    if np.any(alone := free != (model.dofs[right, 0] >= 0)):
+        raise InputError(
+            f"{model.part.name}: node {left[alone][0]} of `left` and its mate {right[alone][0]} of "
+            "`right`: one is clamped, the other free"
+        )
     return left[free], right[free]
 
 

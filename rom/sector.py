@@ -9,8 +9,8 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
+from vanelock.cyclic import phase_factor
 from vanelock.fem import Model, cyclic_transform
-from vanelock.rom.cyclic import phase_factor
 from vanelock.rom.masters import everything
 from vanelock.rom.pairs import Joint, contact_pairs, key_pairs, relative_rows
 

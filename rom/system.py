@@ -16,6 +16,7 @@ import h5py
 import numpy as np
 from numpy.typing import NDArray
 
+from vanelock.cyclic import phase_factor
 from vanelock.errors import InputError
 from vanelock.product import Product
 
@@ -153,10 +154,6 @@ class System(Product):
         """ND of a harmonic, (h·EO) mod N."""
         return (harmonic * self.engine_order) % self.sectors
 
-    def phase(self, harmonic: int) -> float:
-        """Angle h φ by which a sector leads the next one at that harmonic, rad."""
-        return 2 * np.pi * self.nodal_diameter(harmonic) / self.sectors
-
     def at(self, nodal_diameter: int) -> Diameter:
         """Matrices of a nodal diameter, conjugated from N - k where only that is stored.
 
@@ -181,8 +178,7 @@ class System(Product):
         matrices = self.at(nodal_diameter)
         if matrices.next is None:
             return matrices.own
-        phase = 2 * np.pi * nodal_diameter / self.sectors
-        rows: Matrix = matrices.own + matrices.next * np.exp(-1j * phase)
+        rows: Matrix = matrices.own + matrices.next * phase_factor(nodal_diameter, self.sectors)
         return rows
 
     def _write(self, group: h5py.Group) -> None:
@@ -214,6 +210,8 @@ class System(Product):
 
     @classmethod
     def _read(cls, group: h5py.Group) -> Self:
+        from vanelock.rom.consistency import check
+
         where = group.file.filename
         if group.attrs.get("format") != FORMAT:
             raise InputError(f"{where}: expected the format {FORMAT!r} in its attributes")
@@ -257,49 +255,5 @@ class System(Product):
             output_names=tuple(group["output/name"].asstr()[()]) if "output" in group else (),
             damping_ratio=float(group["damping/ratio"][()]) if "damping" in group else None,
         )
-        system.check(where)
+        check(system, where)
         return system
-
-    def check(self, where: str = "system") -> None:
-        """Refuse matrices, contacts and forces that do not fit together.
-
-        Raises
-        ------
-        InputError
-            Naming the group, its shape or value, and what is needed.
-        """
-        c = self.contacts.count
-        if self.sectors < 1:
-            raise InputError(f"{where}: sectors = {self.sectors}: must be at least 1")
-        for name, shape in {"kn": (c,), "kt": (c, 2), "mu": (c,), "v0": (c,)}.items():
-            value = getattr(self.contacts, name)
-            if value.shape != shape:
-                raise InputError(f"{where}: contact/{name} has shape {value.shape}, not {shape}")
-            if not np.all(np.isfinite(value)):
-                raise InputError(f"{where}: contact/{name} holds values that are not finite")
-            if name in ("kn", "kt") and np.any(value <= 0):
-                raise InputError(f"{where}: contact/{name}: stiffness must be > 0")
-            if name == "mu" and np.any(value < 0):
-                raise InputError(f"{where}: contact/mu: friction coefficient must be >= 0")
-        for k, matrices in self.diameters.items():
-            n = len(matrices.K)
-            shapes = {"K": (n, n), "M": (n, n), "C": (n, n), "own": (c, 3, n), "next": (c, 3, n)}
-            shapes["output"] = (len(self.output_names), 3, n)
-            for name, shape in shapes.items():
-                value = getattr(matrices, name)
-                if value is None:
-                    continue
-                if value.shape != shape:
-                    raise InputError(f"{where}: nd/{k}/{name} has shape {value.shape}, not {shape}")
-                if not np.all(np.isfinite(value)):
-                    raise InputError(f"{where}: nd/{k}/{name} holds values that are not finite")
-            for name in ("K", "M"):
-                value = getattr(matrices, name)
-                if not np.allclose(value, value.conj().T, rtol=0, atol=1e-9 * abs(value).max()):
-                    raise InputError(f"{where}: nd/{k}/{name} is not Hermitian")
-        for h, force in self.force.items():
-            n = len(self.at(self.nodal_diameter(h)).K)
-            if force.vector.shape != (n,):
-                raise InputError(f"{where}: force/{h} has shape {force.vector.shape}, not {(n,)}")
-            if not np.all(np.isfinite(force.vector)):
-                raise InputError(f"{where}: force/{h} holds values that are not finite")

@@ -1,5 +1,9 @@
 """Joining: counts, excitation, files."""
 
+import re
+from dataclasses import replace
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -87,3 +91,49 @@ def test_modal_assurance_criterion():
     a = np.array([[1.0, 1.0], [1.0, -2.0]])
     b = a * np.array([3j, -0.5])
     np.testing.assert_allclose(rom.mac(a, b, M), np.eye(2), atol=1e-15)
+
+
+def small(**changes):
+    """A system of two coordinates and one contact, with some fields changed."""
+    n = 2
+    own, eye = np.ones((1, 3, n)), np.eye(n)
+    plain = rom.Diameter(2 * eye, eye, own, next=-own, output=np.ones((1, 3, n)))
+    contacts = rom.Contacts(np.ones(1), np.ones((1, 2)), np.ones(1), np.zeros(1))
+    fields: dict[str, Any] = {
+        "sectors": 4,
+        "engine_order": 1,
+        "diameters": {0: plain, 1: plain},
+        "contacts": contacts,
+        "force": {1: rom.Force(np.ones(n))},
+        "output_names": ("o",),
+        "damping_ratio": 0.01,
+    }
+    return rom.System(**{**fields, **changes}), plain
+
+
+WRONG: dict[str, Any] = {
+    "nd/1/output is missing": lambda d: {"diameters": {0: d, 1: replace(d, output=None)}},
+    "nd/0/next is missing": lambda d: {"diameters": {0: replace(d, next=None), 1: d}},
+    "nd/1/C is missing": lambda d: {"diameters": {0: replace(d, C=np.eye(2)), 1: d}},
+    "nd/0/C is not Hermitian": lambda d: {"diameters": {0: replace(d, C=1j * np.eye(2))}},
+    "nd/0/K is not Hermitian": lambda d: {"diameters": {0: replace(d, K=np.triu(d.K + 1))}},
+    "nd/0/M is not positive": lambda d: {"diameters": {0: replace(d, M=np.diag([1.0, -1.0]))}},
+    "damping/ratio = -0.05": lambda d: {"damping_ratio": -0.05},
+    "damping/ratio = nan": lambda d: {"damping_ratio": float("nan")},
+    "force/0 is complex": lambda d: {"force": {0: rom.Force(1j * np.ones(2))}},
+    "force/-1: harmonics": lambda d: {"force": {-1: rom.Force(np.ones(2))}},
+    "force/1 has shape": lambda d: {"force": {1: rom.Force(np.ones(3))}},
+    "sectors = 0": lambda d: {"sectors": 0},
+    "object 'nd' doesn't exist": lambda d: {"diameters": {}, "force": {}},
+}
+
+
+@pytest.mark.parametrize("message", WRONG)
+def test_a_system_file_that_does_not_fit_together_is_refused(message, tmp_path):
+    right, plain = small()
+    right.save(tmp_path / "right.h5")
+    rom.System.load(tmp_path / "right.h5")
+    wrong, _ = small(**WRONG[message](plain))
+    wrong.save(tmp_path / "wrong.h5")
+    with pytest.raises(InputError, match=re.escape(message)):
+        rom.System.load(tmp_path / "wrong.h5")

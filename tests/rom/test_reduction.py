@@ -1,12 +1,14 @@
 """Craig-Bampton, cyclic symmetry and Tran against the unreduced sector."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import scipy.linalg as sl
 
 from vanelock import fem, rom
+from vanelock.cyclic import turn
 from vanelock.errors import InputError
-from vanelock.rom.cyclic import turn
 
 pytestmark = pytest.mark.slow
 
@@ -154,3 +156,14 @@ def test_sets_that_cannot_be_masters_are_refused(scene):
         rom.reduce(scene.casing_model, ("fixed",))
     with pytest.raises(InputError, match='allowed is "paper"'):
         rom.reduce(scene.vane_model, ("key",), route="quick")
+
+
+def test_faces_that_do_not_match_are_refused(scene):
+    model = scene.casing_model
+    sets = model.part.node_sets
+    shuffled = replace(model.part, node_sets={**sets, "right": sets["right"][::-1]})
+    with pytest.raises(InputError, match="must match node by node"):
+        rom.reduce(replace(model, part=shuffled), ("force",), nodal_diameters=[0])
+    other = replace(model.part, sectors=20)
+    with pytest.raises(InputError, match="must match node by node"):
+        rom.reduce(replace(model, part=other), ("force",), nodal_diameters=[0])
