@@ -14,6 +14,14 @@ Complex = NDArray[np.complex128]
 Real = NDArray[np.float64]
 
 
+def wave_name(nodal_diameter: int, sectors: int) -> str:
+    """Words for a wave; the diameter N - k is k's wave travelling backward."""
+    k = nodal_diameter % sectors
+    if 2 * k > sectors:
+        return f"nodal diameter {sectors - k}, backward wave"
+    return f"nodal diameter {k}"
+
+
 def sector_points(points: Real, sector: int, sectors: int) -> Real:
     """(n, 3) coordinates of the same nodes on sector j, m."""
     return points @ turn(sectors, sector).T

@@ -282,7 +282,8 @@ def _panel(figure: Figure, left: float, width: float, heading: str, drawn: scene
 
 
 def _wave(parts: Sequence[Part], nodal_diameter: int) -> str:
-    return f"{parts[0].sectors} sectors, nodal diameter {nodal_diameter}"
+    sectors = parts[0].sectors
+    return f"{sectors} sectors, {annulus.wave_name(nodal_diameter, sectors)}"
 
 
 def _sentence(*texts: str) -> str:

@@ -151,7 +151,7 @@ def response_table(cases: Sequence[Summary], monitor: str) -> Table:
         rows.append((c.case, c.harmonics, c.mu, *found, *known, done, c.seconds))
     notes = [
         "/ free, / stuck: peak over the linear peaks; x: 0 at the free, 1 at the stuck frequency; "
-        "slip, open: interlock pairs at the peak."
+        "slip, open: interlock pairs that rub, that lift off in a period at the peak (or both)."
     ]
     for c in cases:
         if c.converged < c.points:

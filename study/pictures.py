@@ -105,7 +105,9 @@ class Gallery:
             for each in self.planned
         ]
         keys = [(each.response.key, each.case.name) for each in self.planned]
-        monitor, order = self.shown.monitor.name, self.study.excitation.engine_order
+        monitor = self.shown.monitor.name
+        orders = {abs(each.case.study.excitation.engine_order) for each in self.planned}
+        order = orders.pop() if len(orders) == 1 else None  # one speed axis, or none
         return self.easel.draw(
             "figures/response.png",
             [keys, monitor, self.study.name],
@@ -174,7 +176,8 @@ class Gallery:
         for which in LIMITS:
             place = limits.free_mode if which == "free" else limits.stuck_mode
             frequency = limits.free_frequency if which == "free" else limits.stuck_frequency
-            title = f"Mode {place + 1} of nodal diameter {k}, interlock {which}: {frequency:.2f} Hz"
+            wave = render.wave_name(k, self.study.ring.sectors)
+            title = f"Mode {place + 1} of {wave}, interlock {which}: {frequency:.2f} Hz"
 
             def coordinates(which: str = which, place: int = place) -> Shape:
                 system = self.stages.get(each.linear.system)

@@ -6,12 +6,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from vanelock.nonlinear import OPEN, SLIP, SLIP_OPEN, Response
+from vanelock.nonlinear import OPEN, SLIP_OPEN, Response
 from vanelock.study.limits import Limits, hooks
 from vanelock.study.sweep import Case
 
-SLIPPING = (SLIP, SLIP_OPEN)
 OPENING = (OPEN, SLIP_OPEN)
+RUBS = 1e-6
+"""Friction work of a contact that slips, relative to the largest: one that opens without rubbing
+is not counted as slipping."""
 
 
 @dataclass(frozen=True)
@@ -45,7 +47,8 @@ class Summary:
     position : float
         Frequency of the peak between that of the mode of interest free (0) and stuck (1).
     slipping, opening : float
-        Share of the interlock's pairs that slip and that open in every period at the peak.
+        Share of the interlock's pairs that slip, by their friction work, and that open in every
+        period at the peak; a pair may do both.
     hook_slipping : float
         Share of the hooks' pairs that slip.
     friction_share : float
@@ -86,9 +89,9 @@ def peak_of(response: Response, amplitude: NDArray[np.float64]) -> Peak | None:
     return Peak(top, float(response.frequency[top]), float(amplitude[top]), edge)
 
 
-def share(states: NDArray[np.int64], wanted: Sequence[int]) -> float:
-    """Share of contacts in one of the wanted states; NaN where there are no contacts."""
-    return float(np.isin(states, wanted).mean()) if len(states) else float("nan")
+def share(chosen: NDArray[np.bool_]) -> float:
+    """Share of contacts that are chosen; NaN where there are no contacts."""
+    return float(chosen.mean()) if len(chosen) else float("nan")
 
 
 def friction_share(dissipation: NDArray[np.float64], interlock: NDArray[np.bool_]) -> float:
@@ -130,10 +133,11 @@ def summarise(
     ratio = dict.fromkeys(linear, float("nan"))
     if peak is not None:
         state = response.state[peak.point]
-        slipping = share(state[interlock], SLIPPING)
-        opening = share(state[interlock], OPENING)
-        hook_slipping = share(state[~interlock], SLIPPING)
-        friction = friction_share(response.dissipation[peak.point], interlock)
+        work = response.dissipation[peak.point]
+        slips = work > RUBS * work.max(initial=np.finfo(float).tiny)
+        slipping, hook_slipping = share(slips[interlock]), share(slips[~interlock])
+        opening = share(np.isin(state[interlock], OPENING))
+        friction = friction_share(work, interlock)
         position = limits.position(peak.frequency)
         for which, other in linear.items():
             if other is not None and other.amplitude > 0:

@@ -85,3 +85,10 @@ def test_cylindrical_components_of_a_known_wave(sector):
 )
 def test_round_scale(largest, drawn, scale):
     assert annulus.round_scale(largest, drawn) == pytest.approx(scale, rel=1e-12)
+
+
+def test_a_wave_beyond_half_the_sectors_travels_backward():
+    assert annulus.wave_name(1, 16) == "nodal diameter 1"
+    assert annulus.wave_name(8, 16) == "nodal diameter 8"
+    assert annulus.wave_name(15, 16) == "nodal diameter 1, backward wave"
+    assert annulus.wave_name(-1, 16) == "nodal diameter 1, backward wave"

@@ -8,7 +8,6 @@ import scipy.linalg as la
 
 from vanelock import rom
 from vanelock.nonlinear import OPEN, STUCK, frequency_response, linear_response, static_response
-from vanelock.nonlinear.law import SLIP, SLIP_OPEN
 
 
 def changed(system, interlock, mu=None, v0=None, force=1.0):
@@ -74,7 +73,8 @@ def test_friction_holds_the_peak_down_between_the_linear_limits(
     assert response.residual.max() < 1e-10
     curve = response.amplitude[:, 0].max(axis=1)
     peak = int(np.argmax(curve))
-    slipping = np.isin(response.state[peak], (SLIP, SLIP_OPEN))
+    work = response.dissipation[peak]
+    slipping = work > 1e-6 * work.max()  # rubs, whether or not it lifts off as well
     record_property("peak / free", f"{curve[peak] / limits['free']:.3f}")
     record_property("peak / stuck", f"{curve[peak] / limits['stuck']:.3f}")
     record_property("x", f"{(frequencies[peak] - free) / (stuck - free):.3f}")
