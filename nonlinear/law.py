@@ -40,7 +40,6 @@ from vanelock.nonlinear.trigonometric import (
     grid,
     roots,
     value,
-    value_and_slope,
 )
 from vanelock.rom.system import Contacts
 
@@ -154,14 +153,14 @@ def _add_normal(v: Floats, contact: Floats, count: int, w: Floats, jacobian: Flo
     """min(v, 0) and its derivative; returns 0 closed, 1 open for a part of the period, 2 open."""
     m = v.size
     if count == 0:
-        if value(v, 0.0) > 0.0:
+        if v[0] > 0.0:  # the mean has the sign; a single value may be a zero that v only touches
             return 0
         for k in range(m):
             w[k] = v[k]
             jacobian[k, k] = 1.0
         return 2
     moments = np.zeros(m, np.complex128)
-    first = 0 if value_and_slope(v, contact[0])[1] < 0.0 else 1
+    first = 0 if value(v, 0.0) >= 0.0 else 1
     for i in range(first, count, 2):
         last = contact[i + 1] if i + 1 < count else contact[0] + TURN
         add_integrals(contact[i], last, moments)

@@ -116,7 +116,7 @@ def slider_path(
     out : (n, 6)
         Receives the segments; n = 6 r + 2 suffices.
     """
-    closed = contacts == 0 and value(v, 0.0) > 0.0
+    closed = contacts == 0 and v[0] > 0.0
     if alpha == 0.0 or (contacts == 0 and not closed):
         return _whole(out, FREE, 0.0, np.nan, 0.0)
     low, high = u - alpha * v, u + alpha * v
@@ -141,12 +141,21 @@ def slider_path(
             return _whole(out, HELD, 0.0, np.nan, 0.0)
         start, mode = low_at, LOW  # only slipping takes a slider to the top of its lower bound
     else:
-        start, mode = contact[0], FREE
-        if value_and_slope(v, start)[1] < 0.0:
-            start = contact[1]
+        start, mode = contact[1 if value(v, 0.0) >= 0.0 else 0], FREE  # where it touches down
     order = np.empty(3 * contact.size + 1)
     total = _ordered(start, breaks, counts, order)
-    return _march(v, u, alpha, low, high, low_slope, high_slope, start, mode, order, total, out)
+    return _march(v, u, alpha, low, high, start, mode, order, total, out)
+
+
+@kernel
+def _is_open(v: Floats, begin: float, end: float) -> bool:
+    """Whether v < 0 in a piece without change of sign, though it may touch zero here and there."""
+    largest = 0.0
+    for i in range(1, 6):
+        sample = value(v, begin + i / 6 * (end - begin))
+        if abs(sample) > abs(largest):
+            largest = sample
+    return largest < 0.0
 
 
 @kernel
@@ -156,8 +165,6 @@ def _march(
     alpha: float,
     low: Floats,
     high: Floats,
-    low_slope: Floats,
-    high_slope: Floats,
     start: float,
     mode: int,
     order: Floats,
@@ -170,13 +177,15 @@ def _march(
     for i in range(total):
         a = start + order[i]
         b = start + (order[i + 1] if i + 1 < total else TURN)
-        middle = 0.5 * (a + b)
-        if value(v, middle) < 0.0:
+        if b <= a:  # roots of two of the polynomials at the same angle
+            continue
+        if _is_open(v, a, b):
             count = _append(out, count, FREE, a, b, 0.0, np.nan, 0.0)
             mode = FREE
             continue
-        rising = value(low_slope, middle) > 0.0
-        falling = value(high_slope, middle) < 0.0
+        # Both bounds are monotone from a to b, so their ends tell, wherever a slope may vanish.
+        rising = value(low, b) > value(low, a)
+        falling = value(high, b) < value(high, a)
         if mode == FREE:  # touches down unstressed; the instant moves with v
             place, slope = value_and_slope(u, a)
             closing = value_and_slope(v, a)[1]

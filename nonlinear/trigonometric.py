@@ -98,14 +98,18 @@ def spread(a: Floats) -> float:
 def crossing(a: Floats, level: float, begin: float, end: float) -> float:
     """The angle between `begin` and `end` where a(θ) = level, which must lie between its values.
 
-    Newton's iteration kept inside a shrinking bracket, to the last bits.
+    Newton's iteration kept inside a shrinking bracket, to the last bits. Where the values at the
+    ends have the same sign, one of them is zero but for rounding, and that is the root: a caller
+    who found a change of sign by other arithmetic gets it, too.
     """
     f_begin = value(a, begin) - level
     f_end = value(a, end) - level
     if f_begin == 0.0:
         return begin
-    if f_end == 0.0 or (f_begin > 0.0) == (f_end > 0.0):
+    if f_end == 0.0:
         return end
+    if (f_begin > 0.0) == (f_end > 0.0):
+        return begin if abs(f_begin) < abs(f_end) else end
     angle = begin - f_begin * (end - begin) / (f_end - f_begin)
     for _ in range(80):
         f, slope = value_and_slope(a, angle)
@@ -134,7 +138,8 @@ def roots(a: Floats, table: Floats, found: Floats) -> int:
 
     `table` holds φ on a uniform grid. Between two of its points of equal sign a pair of roots is
     found through the extremum between them, so that only a pair that comes with a second extremum
-    in the same sixteenth of the shortest wave could escape.
+    in the same sixteenth of the shortest wave could escape. Their number is even, and at the first
+    one a falls if a(0) >= 0; slopes at roots would not say so where a only touches zero.
     """
     total = 0.0
     for h in range(1, (a.size + 1) // 2):

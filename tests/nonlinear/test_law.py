@@ -106,6 +106,79 @@ def test_coefficients_agree_with_marching(
         assert errors[1][~touching].mean() < 0.1 * errors[0][~touching].mean()
 
 
+def draw_aligned(harmonics: int, count: int, part: int, lifts: bool) -> tuple[Contacts, Floats]:
+    """Whole amplitudes at phases of multiples of π/part: events and tangencies on any grid.
+
+    Without lift-off half of the v are constant, and of the others every third touches zero.
+    """
+    rng = np.random.default_rng([harmonics, part])
+    mu = rng.choice([0.5, 1.0, 2.0], count)
+    made = Contacts(np.ones(count), np.ones((count, 2)), mu, np.zeros(count))
+    u = np.zeros((count, 3, 2 * harmonics + 1))
+    u[:, :, 0] = rng.integers(-2, 3, (count, 3))
+    size = rng.integers(-2, 3, (count, 3, harmonics))
+    phase = np.pi / part * rng.integers(0, 2 * part, (count, 3, harmonics))
+    u[:, :, 1::2], u[:, :, 2::2] = size * np.cos(phase), size * np.sin(phase)
+    if not lifts:
+        u[:, 0, 0] = np.abs(size[:, 0]).sum(axis=1) + rng.integers(0, 3, count)
+        u[::2, 0, 1:] = 0.0
+        u[:, 0, 0] += u[:, 0, 0] == 0
+    return made, u
+
+
+@pytest.mark.parametrize("lifts", [False, True])
+@pytest.mark.parametrize("part", [8, 12])
+@pytest.mark.parametrize("harmonics", [1, 2, 3, 4, 5])
+def test_events_on_the_grid_that_brackets_them_are_found(
+    harmonics: int,
+    part: int,
+    lifts: bool,
+    march: Callable[..., Floats],
+    coefficients: Callable[..., Any],
+) -> None:
+    made, u = draw_aligned(harmonics, 500, part, lifts)
+    found = contact_law(made, harmonics)(u)
+    assert np.any(found.state == (SLIP_OPEN if lifts else SLIP))
+    assert np.all(found.dissipation >= -1e-12)
+    exact = forces(made, u, found.w)
+    marched = coefficients(march(made, to_complex(u), 3000), harmonics)
+    error = np.abs(marched - exact).max(axis=(0, 2)) / np.abs(u).max(axis=(1, 2), initial=1.0)
+    assert error.max() < 1e-2  # the marching's own error, of first order at touch-downs
+
+
+def test_slip_is_seen_where_the_bound_has_a_level_instant_midway() -> None:
+    # u rises from -2π/3 to 2π/3 with slope 0 at 0, exactly midway; between bounds at u ± 2 the
+    # slider goes from u_min + 2 to u_max - 2 and back.
+    made = Contacts(np.ones(1), np.ones((1, 2)), np.full(1, 2.0), np.zeros(1))
+    u = np.zeros((1, 3, 5))
+    u[0, 0, 0] = 1.0
+    u[0, 1] = -2.0, 0.0, -2.0, 0.0, 1.0  # -2 + 2 sin θ - sin 2θ
+    found = contact_law(made, 2)(u)
+    angle = 2 * np.pi * (np.arange(100000) + 0.5) / 100000 - np.pi
+    history = -2 + 2 * np.sin(angle) - np.sin(2 * angle)
+    top, bottom = -4 + 1.5 * np.sqrt(3), -1.5 * np.sqrt(3)
+    rises = np.abs(angle) < 2 * np.pi / 3
+    w = np.where(rises, np.maximum(history - 2, bottom), np.minimum(history + 2, top))
+    h = np.arange(3)[:, None]
+    expected = (w * np.exp(-1j * h * angle)).mean(axis=1) * [1, 2, 2]
+    np.testing.assert_allclose(to_complex(found.w[0, 1]), expected, atol=1e-8)
+    assert found.state[0] == SLIP
+    np.testing.assert_allclose(found.dissipation, 2 * 2.0 * (top - bottom), rtol=1e-12)
+
+
+def test_contact_that_only_touches_zero_is_closed() -> None:
+    # v = 1 - cos(hθ + φ) is never negative, whatever rounding says of the instants v = 0.
+    phase = np.pi / 12 * np.arange(24)
+    made = Contacts(np.ones(24), np.ones((24, 2)), np.ones(24), np.zeros(24))
+    for harmonics, h in ((1, 1), (3, 1), (3, 2), (5, 4)):
+        u = np.zeros((24, 3, 2 * harmonics + 1))
+        u[:, 0, 0] = 1.0
+        u[:, 0, 2 * h - 1], u[:, 0, 2 * h] = -np.cos(phase), np.sin(phase)
+        found = contact_law(made, harmonics)(u)
+        np.testing.assert_allclose(found.w[:, 0], 0.0, atol=1e-14)
+        np.testing.assert_allclose(found.dissipation, 0.0, atol=1e-14)
+
+
 @pytest.mark.parametrize("samples", [None, 64])
 @pytest.mark.parametrize("harmonics", [0, 1, 3, 5])
 def test_jacobian_is_the_derivative(harmonics: int, samples: int | None) -> None:
