@@ -4,6 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vanelock.errors import InputError
+from vanelock.nonlinear.law import contact_law
 from vanelock.nonlinear.response import Response
 from vanelock.nonlinear.slider import (
     BEGIN,
@@ -17,8 +18,11 @@ from vanelock.nonlinear.slider import (
     slider_path,
 )
 from vanelock.nonlinear.trigonometric import TURN, basis, grid, roots, to_real
+from vanelock.rom.system import Contacts
 
 Floats = NDArray[np.float64]
+
+AGREEMENT = 1e-6  # of the law with the response's forces, as displacements, to the point's largest
 
 
 def contact_loop(
@@ -44,13 +48,16 @@ def contact_loop(
     Raises
     ------
     InputError
-        If the point or the contact does not exist.
+        If the point or the contact does not exist, the point has not converged, or its forces are
+        not those of the contact law with located events: a linear limit that pulls or sticks beyond
+        the bound of friction, or a response on plain samples.
     """
     counts = {"point": response.points, "contact": len(response.mu)}
     for (name, count), given in zip(counts.items(), (point, contact), strict=True):
         if not -count <= given < count:
             raise InputError(f"{name}: given {given}: there are {count}, counted from 0")
     u = to_real(response.contact[point, :, contact])
+    _check(response, point, contact, u)
     angle = TURN * np.arange(samples) / samples
     displacement = basis(response.harmonics, angle) @ u.T
     kn, *kt = response.stiffness[contact]
@@ -62,6 +69,26 @@ def contact_loop(
         force[:, d] = k * (displacement[:, d] - place)
     force[displacement[:, 0] <= 0, 1:] = 0.0
     return displacement, force
+
+
+def _check(response: Response, point: int, contact: int, u: Floats) -> None:
+    """Refuse a point whose forces are not those that the loop would show."""
+    if not response.converged[point]:
+        raise InputError(
+            f"point: given {point}: not converged (residual {response.residual[point]:.1e}); "
+            "a loop needs a converged one"
+        )
+    stiffness = response.stiffness[[contact]]
+    made = Contacts(stiffness[:, 0], stiffness[:, 1:], response.mu[[contact]], np.zeros(1))
+    w = contact_law(made, response.harmonics)(u[None]).w[0]
+    given = u - to_real(response.force[point, :, contact]) / stiffness.T
+    largest = np.abs(response.contact[point]).max()
+    apart = float(np.abs(w - given).max() / largest) if largest > 0 else 0.0
+    if apart > AGREEMENT:
+        raise InputError(
+            f"response: contact {contact} has forces {apart:.1e} away from the contact law: a loop "
+            f"needs a nonlinear response without `samples`, within {AGREEMENT:g}"
+        )
 
 
 def slider_history(v: Floats, u: Floats, alpha: float, angle: Floats) -> Floats:

@@ -4,6 +4,7 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
+import scipy.linalg as la
 from numpy.typing import NDArray
 
 from vanelock.rom.system import Contacts, Diameter, Force, System
@@ -88,6 +89,12 @@ def random_system(
     )
 
 
+def first_frequency(system: System) -> float:
+    """Lowest natural frequency of the first harmonic without contacts, Hz."""
+    matrices = system.at(system.nodal_diameter(1))
+    return float(np.sqrt(la.eigvalsh(matrices.K, matrices.M)[0]) / (2 * np.pi))
+
+
 @pytest.fixture(name="march")
 def march_fixture() -> Callable[[Contacts, Array, int], Floats]:
     return march
@@ -101,3 +108,8 @@ def coefficients_fixture() -> Callable[[Floats, int], Array]:
 @pytest.fixture(name="random_system")
 def random_system_fixture() -> Callable[..., System]:
     return random_system
+
+
+@pytest.fixture(name="first_frequency")
+def first_frequency_fixture() -> Callable[[System], float]:
+    return first_frequency

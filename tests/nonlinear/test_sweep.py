@@ -6,7 +6,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import scipy.linalg as la
 from numpy.typing import NDArray
 
 from vanelock.errors import InputError
@@ -31,11 +30,7 @@ from vanelock.rom.system import Contacts, Diameter, Force
 Floats = NDArray[np.float64]
 Array = NDArray[np.complex128]
 Make = Callable[..., System]
-
-
-def first_frequency(system: System) -> float:
-    matrices = system.at(system.nodal_diameter(1))
-    return float(np.sqrt(la.eigvalsh(matrices.K, matrices.M)[0]) / (2 * np.pi))
+Lowest = Callable[[System], float]
 
 
 @pytest.mark.slow
@@ -43,6 +38,7 @@ def first_frequency(system: System) -> float:
 @pytest.mark.parametrize("seed", [0, 2, 3])
 def test_every_point_from_stick_to_rattling_converges_and_is_right(
     random_system: Make,
+    first_frequency: Lowest,
     march: Callable[..., Floats],
     coefficients: Callable[..., Array],
     seed: int,
@@ -63,7 +59,9 @@ def test_every_point_from_stick_to_rattling_converges_and_is_right(
         assert worst.max() < 2e-2 * np.abs(response.force).max()  # the marching's own error
 
 
-def test_states_run_from_stuck_through_slip_to_opening(random_system: Make) -> None:
+def test_states_run_from_stuck_through_slip_to_opening(
+    random_system: Make, first_frequency: Lowest
+) -> None:
     system = random_system(1, preload=10.0)
     hertz = np.linspace(0.5, 2.5, 30) * first_frequency(system)
     seen: set[int] = set()
@@ -132,7 +130,9 @@ def test_arc_passes_both_folds_of_a_bent_curve() -> None:
     np.testing.assert_allclose(amplitude, 0.15 / abs(1 - 1.6**2 + 0.032j), rtol=1e-9)
 
 
-def test_load_raised_step_by_step_meets_the_direct_solution(random_system: Make) -> None:
+def test_load_raised_step_by_step_meets_the_direct_solution(
+    random_system: Make, first_frequency: Lowest
+) -> None:
     system = random_system(4, preload=3.0)
     balance = structure(system, 3).balance(2 * np.pi * 1.5 * first_frequency(system))
     law = contact_law(system.contacts, 3)
@@ -149,7 +149,7 @@ def test_load_raised_step_by_step_meets_the_direct_solution(random_system: Make)
     np.testing.assert_allclose(arc.solution.u[:, :, 1::2], expected, atol=1e-8)
 
 
-def test_range_follows_the_curve(random_system: Make) -> None:
+def test_range_follows_the_curve(random_system: Make, first_frequency: Lowest) -> None:
     system = random_system(5, preload=10.0, damping_ratio=0.003)
     low, high = np.array([0.6, 2.2]) * first_frequency(system)
     told: list[tuple[int, int, float, float]] = []
@@ -171,7 +171,9 @@ def test_range_follows_the_curve(random_system: Make) -> None:
     assert max(each[3] for each in told) <= found.amplitude.max()
 
 
-def test_listed_frequencies_come_back_as_given(random_system: Make) -> None:
+def test_listed_frequencies_come_back_as_given(
+    random_system: Make, first_frequency: Lowest
+) -> None:
     system = random_system(1)
     hertz = first_frequency(system) * np.array([1.4, 0.6, 1.0])
     told: list[tuple[int, int, float, float]] = []
@@ -182,7 +184,9 @@ def test_listed_frequencies_come_back_as_given(random_system: Make) -> None:
     assert [each[:2] for each in told] == [(1, 3), (2, 3), (3, 3)]
 
 
-def test_loop_encloses_the_work_and_has_the_forces_of_the_balance(random_system: Make) -> None:
+def test_loop_encloses_the_work_and_has_the_forces_of_the_balance(
+    random_system: Make, first_frequency: Lowest
+) -> None:
     system = random_system(0, preload=1.0)
     response = frequency_response(system, [1.2 * first_frequency(system)], 3)
     assert np.any(response.state == SLIP_OPEN)
@@ -196,6 +200,27 @@ def test_loop_encloses_the_work_and_has_the_forces_of_the_balance(random_system:
         assert np.all(np.abs(f[:, 1:]) <= 0.3 * f[:, :1] + 1e-12)
     with pytest.raises(InputError, match="contact: given 6"):
         contact_loop(response, 0, 6)
+
+
+def test_loop_is_refused_where_it_would_not_have_the_forces_of_the_response(
+    random_system: Make, first_frequency: Lowest
+) -> None:
+    system = random_system(0, preload=1.0)
+    hertz = [1.2 * first_frequency(system)]
+    response = frequency_response(system, hertz, 3)
+    lost = replace(response, converged=np.zeros(1, bool))
+    with pytest.raises(InputError, match="point: given 0: not converged"):
+        contact_loop(lost, 0, 0)
+    slipping = int(np.argmax(response.dissipation[0]))
+    sampled = frequency_response(system, hertz, 3, samples=32)
+    assert sampled.converged.all()
+    for other in (sampled, linear_response(system, hertz, "all", harmonics=3)):
+        with pytest.raises(InputError, match=f"contact {slipping} has forces"):
+            contact_loop(other, 0, slipping)
+    # Within the bound of friction, springs are what the law says.
+    stuck = linear_response(random_system(1, preload=100.0, mu=50.0), hertz, "all", harmonics=3)
+    u, f = contact_loop(stuck, 0, 0, 64)
+    np.testing.assert_allclose(f, u * stuck.stiffness[0], rtol=1e-12)
 
 
 def wrapped(history: Floats) -> Floats:
@@ -213,7 +238,9 @@ def test_amplitude_is_half_the_peak_to_peak() -> None:
         np.testing.assert_allclose(half_peak_to_peak(q), np.ptp(history, axis=0) / 2, rtol=1e-7)
 
 
-def test_response_survives_its_file(random_system: Make, tmp_path: Path) -> None:
+def test_response_survives_its_file(
+    random_system: Make, first_frequency: Lowest, tmp_path: Path
+) -> None:
     system = random_system(1)
     system.save(tmp_path / "system.h5")
     again = System.load(tmp_path / "system.h5")
