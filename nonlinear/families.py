@@ -34,8 +34,9 @@ class Frequencies:
 class Interpolated:
     """Balances by circular frequency, rad/s, in a range: a few modes summed, the others tabulated.
 
-    Those above three times hω vary smoothly in the range, and Chebyshev interpolation of their sum
-    is exact to rounding; the summation over hundreds of modes is paid at the nodes only.
+    Those whose poles are further than three times hω from zero, natural frequencies or decays of
+    overdamped modes, vary smoothly in the range, and Chebyshev interpolation of their sum is exact
+    to rounding; the summation over hundreds of modes is paid at the nodes only.
 
     Attributes
     ----------
@@ -91,27 +92,32 @@ def frequencies(
     """The family for some points in a range of ω, rad/s, tabulated where that is cheaper."""
     low, high = (1 - MARGIN) * lowest, (1 + MARGIN) * highest
     coupled = any(modes.coupled_damping is not None for modes in structure.modes.values())
-    # The nearest pole is at three times the highest frequency; Bernstein's ellipse through it.
+    # A pole is at least three times the highest frequency from zero, worst on the real axis;
+    # Bernstein's ellipse through it.
     x = (3 * high - 0.5 * (high + low)) / (0.5 * (high - low))
     count = ceil(log(1e16) / log(x + sqrt(x * x - 1))) + 1
     if coupled or structure.harmonics == 0 or points <= count:
         return Frequencies(structure)
+    summed = [0]
+    for h in range(1, structure.harmonics + 1):
+        near = np.flatnonzero(structure.at(h).poles() < 3 * h * high)
+        summed.append(int(near.max(initial=-1)) + 1)
+    if all(n == len(structure.at(h).compliance) for h, n in enumerate(summed) if h):
+        return Frequencies(structure)  # nothing left to tabulate
     k = np.arange(count)
     cosine = np.cos(np.pi * (2 * k + 1) / (2 * count))
     nodes = 0.5 * (low + high) + 0.5 * (high - low) * cosine
     weights = np.asarray((-1.0) ** k * np.sin(np.pi * (2 * k + 1) / (2 * count)), float)
-    counts, tables = [0], []
+    tables = []
     for h in range(1, structure.harmonics + 1):
-        modes = structure.at(h)
-        number = int(np.count_nonzero(modes.compliance * (3 * h * high) ** 2 > 1))
-        counts.append(number)
+        modes, number = structure.at(h), summed[h]
         far = modes.rows[:, number:]
         table = [
             (far / modes.dynamic(h * omega)[number:]) @ far.conj().T * structure.stiffness
             for omega in nodes
         ]
         tables.append(np.array(table))
-    return Interpolated(structure, (low, high), nodes, weights, tuple(counts), tuple(tables))
+    return Interpolated(structure, (low, high), nodes, weights, tuple(summed), tuple(tables))
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,7 @@ from vanelock.errors import InputError
 from vanelock.nonlinear.balance import structure
 from vanelock.nonlinear.families import frequencies as family_of
 from vanelock.nonlinear.law import contact_law
-from vanelock.nonlinear.linear import checked_frequencies
+from vanelock.nonlinear.linear import check_forces, checked_frequencies
 from vanelock.nonlinear.newton import TOLERANCE, Solution
 from vanelock.nonlinear.rescue import from_nothing
 from vanelock.nonlinear.response import Response, assemble_response
@@ -92,7 +92,8 @@ def frequency_response(
     Raises
     ------
     InputError
-        If an option is unknown, a frequency is not positive, or a nodal diameter is missing.
+        If an option is unknown, a frequency is not positive, a nodal diameter is missing, or a
+        harmonic above H is excited.
     """
     for name, given, allowed in (
         ("coupling", coupling, ("coupled",)),
@@ -107,6 +108,7 @@ def frequency_response(
     if is_range and (len(hertz) != 2 or hertz[0] >= hertz[1]):
         raise InputError(f"frequencies: given {tuple(hertz)}: a range is (low, high), low < high")
     prepared = structure(system, harmonics, harmonic_diameters)
+    check_forces(system, harmonics)
     omegas = TURN * hertz
     points = 100 if is_range else len(omegas)
     solver = Solver(

@@ -47,9 +47,11 @@ def linear_response(
     Raises
     ------
     InputError
-        If the mask or a joint does not fit, or a static load is not held by what is closed.
+        If the mask or a joint does not fit, a static load is not held by what is closed, or a
+        harmonic above H is excited.
     """
     prepared = structure(system, harmonics)
+    check_forces(system, harmonics)
     mask = closed_contacts(system.contacts, closed)
     omegas = TURN * checked_frequencies(frequencies)
     family = family_of(prepared, float(omegas.min()), float(omegas.max()), len(omegas))
@@ -70,6 +72,21 @@ def checked_frequencies(frequencies: ArrayLike) -> NDArray[np.float64]:
     if not np.all(np.isfinite(hertz)) or np.any(hertz <= 0):
         raise InputError(f"frequencies: given {hertz.min()} Hz: must be > 0 and finite")
     return hertz
+
+
+def check_forces(system: System, harmonics: int) -> None:
+    """Refuse a system that is excited at a harmonic beyond those of the balance.
+
+    Raises
+    ------
+    InputError
+        Naming the force.
+    """
+    for h, force in sorted(system.force.items()):
+        if h > harmonics and np.any(force.vector):
+            raise InputError(
+                f"harmonics: given {harmonics}: the system has force/{h}; needs at least {h}"
+            )
 
 
 def closed_contacts(contacts: Contacts, closed: Closed) -> NDArray[np.bool_]:
@@ -110,7 +127,9 @@ def _solve(balance: Balance, closed: NDArray[np.bool_]) -> Solution:
     real = to_real(w).reshape(balance.linear.shape)
     u = balance.displacement(real)
     gap = real - np.where(closed[:, None, None], 0.0, u)
-    residual = float(np.abs(gap / scales(balance.linear)).max(initial=0.0))
+    # Near a resonance of the open structure u is far larger than ũ, and so is its rounding.
+    scale = np.maximum(scales(balance.linear), scales(u))
+    residual = float(np.abs(gap / scale).max(initial=0.0))
     deviation = Deviation(real, np.empty(0), np.where(closed, STUCK, OPEN), np.zeros(c))
     return Solution(balance.omega, balance.omega, real, u, residual, 1, residual < 1e-8, deviation)
 

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,7 +25,7 @@ class Response(Product):
     ----------
     frequency : (p,) float
         Hz.
-    x : dict of int to (p, n_h) complex
+    x : dict of int to (p, n_h) complex; float for h = 0
         All coordinates of the system, by harmonic, in the basis of the harmonic's diameter.
     contact : (p, H + 1, c, 3) complex
         Relative displacements (v, u1, u2), interference included in the mean of v, m.
@@ -55,7 +56,7 @@ class Response(Product):
     """
 
     frequency: Floats = field(metadata={"unit": "Hz"})
-    x: dict[int, Array]
+    x: dict[int, NDArray[Any]]
     contact: Array = field(metadata={"unit": "m"})
     force: Array = field(metadata={"unit": "N"})
     state: NDArray[np.int64]
@@ -117,7 +118,8 @@ def assemble_response(structure: Structure, solutions: Sequence[Solution]) -> Re
     for h in range(H + 1):
         modal = np.array([point[h] for point in by_point])
         shapes = structure.at(h).shapes
-        x[h] = (modal.reshape(-1, len(shapes.T)) @ shapes.T).astype(complex)
+        moved = modal.reshape(-1, len(shapes.T)) @ shapes.T
+        x[h] = moved.real.copy() if h == 0 else moved.astype(complex)
     stacked = np.array([s.u for s in solutions]).reshape(len(solutions), count, 3, m)
     deviating = np.array([s.w for s in solutions]).reshape(stacked.shape)
     pulled = (stacked - deviating) * system.contacts.stiffness[:, :, None]

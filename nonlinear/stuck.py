@@ -52,6 +52,16 @@ class StuckModes:
         diagonal: Array = 1 - s**2 * self.compliance + 1j * s * self.damping
         return diagonal
 
+    def poles(self) -> Floats:
+        """(n,) smallest |s|, rad/s, at which each mode's complex dynamic stiffness vanishes.
+
+        That is its natural frequency if it can oscillate; of an overdamped mode, the slower decay.
+        """
+        c, d = self.compliance, np.abs(self.damping)
+        stable = np.maximum(2 * np.sqrt(c), d + np.sqrt(np.maximum(d**2 - 4 * c, 0.0)))
+        with np.errstate(divide="ignore"):
+            return np.asarray(2 / stable)
+
     def solve(self, s: float, right: Array) -> Array:
         """Modal amplitudes (n,) or (n, k) under the modal forces `right` at s, rad/s."""
         diagonal = self.dynamic(s)

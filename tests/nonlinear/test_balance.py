@@ -29,12 +29,7 @@ from vanelock.rom.system import Contacts, Diameter, Force
 Floats = NDArray[np.float64]
 Array = NDArray[np.complex128]
 Make = Callable[..., System]
-
-
-def first_frequency(system: System) -> float:
-    """Lowest natural frequency of the first harmonic without contacts, Hz."""
-    matrices = system.at(system.nodal_diameter(1))
-    return float(np.sqrt(la.eigvalsh(matrices.K, matrices.M)[0]) / (2 * np.pi))
+Lowest = Callable[[System], float]
 
 
 def with_gaps(system: System, gap: float) -> System:
@@ -80,6 +75,7 @@ def dynamic_stiffness(system: System, harmonic: int, omega: float) -> Array:
 @pytest.mark.parametrize("preload", [0.3, 10.0])
 def test_solution_balances_in_full_coordinates_with_marched_forces(
     random_system: Make,
+    first_frequency: Lowest,
     march: Callable[..., Floats],
     coefficients: Callable[..., Array],
     preload: float,
@@ -113,7 +109,10 @@ def test_solution_balances_in_full_coordinates_with_marched_forces(
 
 
 def test_residual_in_full_coordinates_falls_with_the_marching_step(
-    random_system: Make, march: Callable[..., Floats], coefficients: Callable[..., Array]
+    random_system: Make,
+    first_frequency: Lowest,
+    march: Callable[..., Floats],
+    coefficients: Callable[..., Array],
 ) -> None:
     system = random_system(3, preload=1.0)
     response = frequency_response(system, [1.2 * first_frequency(system)], 3)
@@ -130,7 +129,7 @@ def test_residual_in_full_coordinates_falls_with_the_marching_step(
 
 @pytest.mark.parametrize("harmonics", [1, 3])
 def test_newton_matrix_is_the_derivative_in_every_state(
-    random_system: Make, harmonics: int
+    random_system: Make, first_frequency: Lowest, harmonics: int
 ) -> None:
     system = random_system(5, contacts=40, size=30, preload=3.0)
     prepared = structure(system, harmonics)
@@ -164,7 +163,9 @@ def test_newton_matrix_is_the_derivative_in_every_state(
     assert np.abs(measured - exact).max() < 1e-6 * np.abs(exact).max()
 
 
-def test_full_stick_is_the_linear_response_with_all_contacts_closed(random_system: Make) -> None:
+def test_full_stick_is_the_linear_response_with_all_contacts_closed(
+    random_system: Make, first_frequency: Lowest
+) -> None:
     system = with_force(random_system(1, preload=10.0, mu=50.0), 1e-2)
     hertz = first_frequency(system) * np.linspace(0.5, 2.5, 25)
     response = frequency_response(system, hertz, 3)
@@ -174,7 +175,9 @@ def test_full_stick_is_the_linear_response_with_all_contacts_closed(random_syste
     same(response, expected, 1e-10)
 
 
-def test_open_gaps_give_the_linear_response_with_no_contact_closed(random_system: Make) -> None:
+def test_open_gaps_give_the_linear_response_with_no_contact_closed(
+    random_system: Make, first_frequency: Lowest
+) -> None:
     system = with_gaps(random_system(2), 1e4)
     hertz = first_frequency(system) * np.linspace(0.5, 2.5, 25)
     response = frequency_response(system, hertz, 3)
@@ -194,7 +197,25 @@ def same(response: Response, expected: Response, tolerance: float) -> None:
         assert error <= tolerance * np.abs(expected.x[1]).max()
 
 
-def test_some_contacts_closed_are_springs_in_full_coordinates(random_system: Make) -> None:
+def test_linear_response_at_a_free_resonance_far_below_the_contacts(
+    random_system: Make, first_frequency: Lowest
+) -> None:
+    # Stuck, the structure hardly moves; free, it resonates with little damping.
+    system = random_system(2, damping_ratio=1e-6)
+    stiff = replace(system.contacts, kn=np.full(6, 1e6), kt=np.full((6, 2), 1e6))
+    system = replace(system, contacts=stiff)
+    hertz = first_frequency(system)
+    response = linear_response(system, [hertz], "none")
+    assert response.converged.all()
+    x = la.solve(dynamic_stiffness(system, 1, 2 * np.pi * hertz), system.force[1].vector)
+    assert np.abs(x).max() > 1e3 * np.abs(linear_response(system, [hertz], "all").x[1]).max()
+    # Rounding of 1e6 N/m, 1e-10 N/m, detunes what is damped by 1e-6 of its stiffness.
+    assert np.abs(response.x[1][0] - x).max() < 1e-5 * np.abs(x).max()
+
+
+def test_some_contacts_closed_are_springs_in_full_coordinates(
+    random_system: Make, first_frequency: Lowest
+) -> None:
     system = random_system(4)
     closed = np.array([True, False, True, False, False, True])
     hertz = 1.3 * first_frequency(system)
@@ -248,7 +269,7 @@ def test_a_static_load_that_nothing_holds_is_refused() -> None:
 
 @pytest.mark.parametrize("preload", [0.3, 3.0])
 def test_power_of_the_force_is_taken_by_friction_and_damping(
-    random_system: Make, preload: float
+    random_system: Make, first_frequency: Lowest, preload: float
 ) -> None:
     system = random_system(6, preload=preload)
     hertz = first_frequency(system) * np.linspace(0.6, 2.0, 15)
@@ -270,7 +291,9 @@ def test_power_of_the_force_is_taken_by_friction_and_damping(
     assert response.dissipation.sum() > 0.3 * total
 
 
-def test_damping_matrix_that_the_modes_do_not_diagonalise(random_system: Make) -> None:
+def test_damping_matrix_that_the_modes_do_not_diagonalise(
+    random_system: Make, first_frequency: Lowest
+) -> None:
     system = random_system(7, damping_ratio=None, engine_order=0, sectors=1)
     rng = np.random.default_rng(0)
     factor = rng.normal(size=(20, 3))
@@ -290,7 +313,9 @@ def test_damping_matrix_that_the_modes_do_not_diagonalise(random_system: Make) -
             assert np.abs(gap).max() < 1e-9 * np.abs(system.force[1].vector).max()
 
 
-def test_modal_and_explicit_damping_are_the_same(random_system: Make) -> None:
+def test_modal_and_explicit_damping_are_the_same(
+    random_system: Make, first_frequency: Lowest
+) -> None:
     system = random_system(8)
     explicit = replace(
         system,
@@ -302,7 +327,9 @@ def test_modal_and_explicit_damping_are_the_same(random_system: Make) -> None:
     same(frequency_response(explicit, hertz, 3), frequency_response(system, hertz, 3), 1e-8)
 
 
-def test_interpolated_receptances_are_those_of_all_modes(random_system: Make) -> None:
+def test_interpolated_receptances_are_those_of_all_modes(
+    random_system: Make, first_frequency: Lowest
+) -> None:
     system = random_system(9, size=60)
     prepared: Structure = structure(system, 3)
     low, high = 2 * np.pi * first_frequency(system) * np.array([0.6, 1.6])
@@ -316,7 +343,42 @@ def test_interpolated_receptances_are_those_of_all_modes(random_system: Make) ->
             assert error < 1e-13 * np.abs(expected).max()
 
 
-def test_unbalance_grows_with_the_square_of_the_speed(random_system: Make) -> None:
+@pytest.mark.parametrize("beta", [0.02, 0.5, 2.0, 10.0])
+def test_interpolated_receptances_are_exact_with_overdamped_modes(
+    random_system: Make, first_frequency: Lowest, beta: float
+) -> None:
+    system = random_system(9, size=60, damping_ratio=None)
+    damped = {}
+    for k, matrices in system.diameters.items():
+        B = rows(system, k)
+        stuck = matrices.K + (B.conj().T * system.contacts.stiffness.reshape(-1)) @ B
+        damped[k] = replace(matrices, C=beta * stuck)
+    prepared = structure(replace(system, diameters=damped), 3)
+    low, high = 2 * np.pi * first_frequency(system) * np.array([0.6, 1.6])
+    family, direct = frequencies(prepared, low, high, 100), Frequencies(prepared)
+    for omega in np.linspace(low, high, 7):
+        for h in range(4):
+            expected = direct.at(omega).receptance[h]
+            error = np.abs(family.at(omega).receptance[h] - expected).max()
+            assert error < 1e-13 * np.abs(expected).max()
+
+
+@pytest.mark.parametrize("solve", [frequency_response, linear_response])
+def test_a_force_above_the_harmonics_of_the_balance_is_refused(
+    random_system: Make, solve: Callable[..., Response]
+) -> None:
+    system = random_system(1)
+    size = len(system.at(system.nodal_diameter(3)).K)
+    system = replace(system, force={**system.force, 3: Force(np.ones(size, complex))})
+    with pytest.raises(InputError, match="harmonics: given 1: the system has force/3"):
+        solve(system, [0.1], harmonics=1)
+    assert solve(system, [0.1], harmonics=3).x[3].any()
+    assert static_response(system).converged.all()
+
+
+def test_unbalance_grows_with_the_square_of_the_speed(
+    random_system: Make, first_frequency: Lowest
+) -> None:
     system = random_system(10, preload=1e3, mu=1e3)
     unbalance = replace(system, force={1: Force(system.force[1].vector, omega_power=2)})
     hertz = first_frequency(system) * np.array([0.7, 1.1])
@@ -339,7 +401,8 @@ def test_static_state_balances_with_friction_and_lift_off(random_system: Make) -
     rest = static_response(system)
     assert rest.converged.all()
     assert set(rest.state[0]) == {STUCK, OPEN}
-    B, x = rows(system, 0).real, rest.x[0][0].real
+    assert rest.x[0].dtype == float
+    B, x = rows(system, 0).real, rest.x[0][0]
     u = (B @ x).reshape(-1, 3)
     u[:, 0] += system.contacts.v0
     n = np.maximum(system.contacts.kn * u[:, 0], 0)

@@ -1,5 +1,7 @@
 """One sector at the nodal diameter of every harmonic against the whole ring, assembled."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from numpy.typing import NDArray
@@ -104,6 +106,7 @@ def whole(seed: int, one: System) -> System:
 @pytest.mark.parametrize("harmonics", [1, 5])
 def test_sector_balance_is_the_rings(order: int, v0: float, harmonics: int) -> None:
     one = sector(3, order, v0)
+    one = replace(one, force={h: f for h, f in one.force.items() if h <= harmonics})
     ring = whole(3, one)
     hertz = np.linspace(0.12, 0.3, 5)
     mine, all_ = (
@@ -130,8 +133,10 @@ def test_static_and_linear_limits_of_the_ring() -> None:
     rest, expected = static_response(one), static_response(ring)
     np.testing.assert_allclose(np.tile(rest.x[0], N), expected.x[0], atol=1e-12)
     for closed in ("all", "none"):
-        a, b = (linear_response(s, [0.2, 0.3], closed) for s in (one, ring))
-        np.testing.assert_allclose(a.x[1], b.x[1][:, :MASSES], atol=1e-10 * np.abs(b.x[1]).max())
+        a, b = (linear_response(s, [0.2, 0.3], closed, 2) for s in (one, ring))
+        for h in (1, 2):
+            scale = np.abs(b.x[h]).max()
+            np.testing.assert_allclose(a.x[h], b.x[h][:, :MASSES], atol=1e-10 * scale)
 
 
 def test_one_diameter_for_all_harmonics_is_another_structure() -> None:
