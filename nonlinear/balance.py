@@ -113,10 +113,6 @@ class Structure:
         """Stuck modes of a harmonic."""
         return self.modes[self.nodal_diameters[harmonic]]
 
-    def lower(self, harmonics: int) -> "Structure":
-        """The same with fewer harmonics."""
-        return Structure(self.system, harmonics, self.nodal_diameters[: harmonics + 1], self.modes)
-
     @cached_property
     def stiffness(self) -> Floats:
         """K_c, (3c,) N/m."""

@@ -224,6 +224,14 @@ def _add_slider(
 
 
 @kernel
+def _state(opening: int, slips: bool) -> int:
+    """State of a contact that is closed (0), open for a part of the period (1) or open (2)."""
+    if opening == 0:
+        return SLIP if slips else STUCK
+    return SLIP_OPEN if opening == 1 else OPEN
+
+
+@kernel
 def _located(
     u: Floats,
     alpha: Floats,
@@ -259,7 +267,7 @@ def _located(
             _place(across, c, d, 0, jacobian)
             slips = slips or slip or (a == 0.0 and m > 1)
             energy[c] += stiffness[c, d] * work
-        state[c] = OPEN if opening == 2 else SLIP_OPEN if opening == 1 else SLIP if slips else STUCK
+        state[c] = _state(opening, slips)
 
 
 @kernel
@@ -279,4 +287,4 @@ def _sampled(
             u[c], alpha[c], stiffness[c], table, w[c], jacobian[c]
         )
         energy[c] = work
-        state[c] = OPEN if opening == 2 else SLIP_OPEN if opening == 1 else SLIP if slips else STUCK
+        state[c] = _state(opening, slips)

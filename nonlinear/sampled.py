@@ -72,7 +72,6 @@ def _sampled_slider(
     size, m = table.shape
     low, high = u - alpha * np.maximum(v, 0.0), u + alpha * np.maximum(v, 0.0)
     source, factor = 0, 0.0  # dw = du + factor dv at that sample
-    held = int(np.argmax(low)) if low.max() > 0.0 else -1
     stays = opened == 0 and low.max() <= high.min()
     place = 0.0
     if stays:
@@ -80,8 +79,7 @@ def _sampled_slider(
             place, source, factor = low.max(), int(np.argmax(low)), -alpha
         elif high.min() < 0.0:
             place, source, factor = high.min(), int(np.argmin(high)), alpha
-            held = source
-        if held < 0:
+        else:  # sticks where it was assembled
             return False, 0.0
     slips, work = False, 0.0
     for i in range(size if stays else 2 * size):
