@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from vanelock.errors import InputError
 from vanelock.nonlinear.stuck import StuckModes, stuck_modes
 from vanelock.nonlinear.trigonometric import to_complex, to_real
+from vanelock.rom.consistency import check
 from vanelock.rom.system import System
 
 Array: TypeAlias = NDArray[Any]
@@ -221,7 +222,13 @@ def structure(system: System, harmonics: int, harmonic_diameters: str = "wave") 
     harmonic_diameters : {"wave", "sector"}
         Whether harmonic h has the nodal diameter (h·EO) mod N of a travelling wave, or every
         h >= 1 that of the first harmonic (to measure what that assumption costs).
+
+    Raises
+    ------
+    InputError
+        If the system's parts do not fit together, or an option is unknown.
     """
+    check(system)
     if harmonics < 0:
         raise InputError(f"harmonics: given {harmonics}: must be >= 0")
     if harmonic_diameters not in ("wave", "sector"):

@@ -214,7 +214,10 @@ class System(Product):
 
         where = group.file.filename
         if group.attrs.get("format") != FORMAT:
-            raise InputError(f"{where}: expected the format {FORMAT!r} in its attributes")
+            inner = group.get("system")
+            held = isinstance(inner, h5py.Group) and inner.attrs.get("format") == FORMAT
+            hint = "; a results file holds it in its group /system" if held else ""
+            raise InputError(f"{where}: expected the format {FORMAT!r} in its attributes{hint}")
         version = int(group.attrs.get("version", 0))
         if version != VERSION:
             raise InputError(f"{where}: format version {version}, this program reads {VERSION}")
