@@ -4,6 +4,7 @@ The models of `dimensions` check themselves; what also depends on the number of 
 the other part, is checked here.
 """
 
+from collections.abc import Sequence
 from itertools import pairwise
 
 import numpy as np
@@ -18,11 +19,18 @@ from vanelock.mesh.dimensions import (
     VaneDimensions,
 )
 
+FEWEST, MOST = 6, 360  # sectors of a ring
+_USUAL = 16  # sectors
+
+PROFILE = ("chord", "thickness", "edge_thickness", "camber", "stagger")
+"""Dimensions that make an aerofoil's profile."""
+_SHROUD = ("inner_shroud_inner_radius", "inner_shroud_outer_radius")
+
 
 def check_sectors(sectors: int) -> None:
     """Refuse a number of sectors that makes no ring."""
-    if not 6 <= sectors <= 360:
-        raise InputError(f"ring.sectors = {sectors}: must lie between 6 and 360")
+    if not FEWEST <= sectors <= MOST:
+        raise InputError(f"ring.sectors = {sectors}: must lie between {FEWEST} and {MOST}")
 
 
 def check_fit(vane: VaneDimensions, casing: CasingDimensions, sectors: int) -> None:
@@ -81,7 +89,12 @@ def check_vane(vane: VaneDimensions, sectors: int) -> None:
     half = np.abs(axial).max()
     for name in ("inner_shroud_front", "outer_shroud_front"):
         front = getattr(vane, name)
-        _below(f"vane.{name}", front, "the aerofoils' front", vane.hook.mid_plane - half)
+        clear = vane.hook.mid_plane - half
+        if front > clear - CLEARANCE:
+            raise InputError(
+                f"{_entering(vane, None, PROFILE, name)}: the aerofoils' front, at {clear:g} m, "
+                f"must lie at least {CLEARANCE:g} m behind the shroud's"
+            )
     _check_interlock(vane, sectors, across, axial)
     _check_outer_shroud(vane, sectors, across)
 
@@ -105,9 +118,9 @@ def _check_interlock(
     room = float(min(right.min(), left.min()))
     if room < CLEARANCE:
         raise InputError(
-            f"vane.chord = {vane.chord:g} m, stagger = {vane.stagger:g} deg, interlock_slant = "
-            f"{vane.interlock_slant:g} deg: the outermost of {vane.aerofoils} aerofoils "
-            f"{_distance(room)} the interlock face: at least {CLEARANCE * 1e3:g} mm is needed"
+            f"{_entering(vane, sectors, (*PROFILE, 'aerofoils', *_SHROUD), 'interlock_slant')}: "
+            f"the outermost of {vane.aerofoils} aerofoils {_distance(room)} the interlock face: "
+            f"at least {CLEARANCE * 1e3:g} mm is needed"
         )
 
 
@@ -115,12 +128,27 @@ def _check_outer_shroud(vane: VaneDimensions, sectors: int, across: NDArray[np.f
     edge = vane.outer_shroud_extent * np.pi / sectors - aerofoil.angles(vane, sectors)[-1]
     extent = np.abs(across).max()
     room = float(vane.outer_shroud_inner_radius * np.sin(max(edge, 0.0)) - extent)
+    names = (*PROFILE, "aerofoils", "outer_shroud_inner_radius")
     if room < CLEARANCE:
         raise InputError(
-            f"vane.outer_shroud_extent = {vane.outer_shroud_extent:g}: the outermost of "
+            f"{_entering(vane, sectors, names, 'outer_shroud_extent')}: the outermost of "
             f"{vane.aerofoils} aerofoils {_distance(room)} the shroud's end: at least "
             f"{CLEARANCE * 1e3:g} mm is needed"
         )
+
+
+def _entering(vane: VaneDimensions, sectors: int | None, names: Sequence[str], last: str) -> str:
+    """What a check depends on: of `names` those that differ from the defaults, and `last`."""
+    usual = VaneDimensions()
+    shown = []
+    for name in (*names, last):
+        field, value = VaneDimensions.model_fields[name], getattr(vane, name)
+        if name == last or value != getattr(usual, name):
+            unit = (field.description or "").partition(" [")[2].rstrip("]")
+            shown.append(f"vane.{name} = {value:g} {unit}".rstrip())
+    if sectors not in (None, _USUAL):
+        shown.append(f"ring.sectors = {sectors}")
+    return ", ".join(shown)
 
 
 def _distance(room: float) -> str:

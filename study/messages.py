@@ -119,7 +119,7 @@ def known_keys(table: type[BaseModel] = Study, prefix: str = "") -> list[str]:
 
 
 def unknown(location: Location) -> str:
-    """Hint for an unknown key: a similar one beside it, else anywhere, else what there is."""
+    """Hint for an unknown key: a similar one beside it, else the same elsewhere, else its table."""
     *path, key = [str(item) for item in location]
     prefix = "".join(f"{item}." for item in path)
     every = known_keys()
@@ -132,7 +132,7 @@ def unknown(location: Location) -> str:
         nearest = names[close[0]]
     elif close := difflib.get_close_matches(key.lower(), elsewhere, 1, cutoff=0.75):
         nearest = elsewhere[close[0]]
-    elif close := difflib.get_close_matches(prefix + key, every, 1):
+    elif not beside and (close := difflib.get_close_matches(prefix + key, every, 1)):
         nearest = close[0]
     else:
         here = ", ".join(k[len(prefix) :] for k in beside)

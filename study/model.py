@@ -5,7 +5,7 @@ Field descriptions are the subjects of error messages ("friction coefficient mus
 
 import re
 from itertools import pairwise
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, Self
 
 from pydantic import (
     BaseModel,
@@ -18,6 +18,9 @@ from pydantic import (
 )
 
 from vanelock.mesh import CasingDimensions, VaneDimensions
+from vanelock.mesh.effort import MOST as LARGEST_MESHES
+from vanelock.mesh.effort import check_size
+from vanelock.mesh.fit import FEWEST, MOST
 from vanelock.mesh.size import LARGEST, SIZES, SMALLEST
 from vanelock.quantities import (
     Density,
@@ -31,9 +34,7 @@ from vanelock.quantities import (
 )
 
 COMPONENTS = ("radial", "circumferential", "axial")
-MONITOR = (
-    rf"(?P<node>(?:vane|casing) accessory [1-9]\d*)(?:, (?P<component>{'|'.join(COMPONENTS)}))?"
-)
+MONITOR = rf"(?P<node>(?:vane|casing) accessory [1-3])(?:, (?P<component>{'|'.join(COMPONENTS)}))?"
 
 
 def _mesh_size(value: object) -> object:
@@ -49,7 +50,8 @@ def _mesh_size(value: object) -> object:
     if not SMALLEST <= length <= LARGEST:
         names = " or ".join(f'"{name}"' for name in SIZES)
         raise ValueError(
-            f"element size must be {names}, or {SMALLEST * 1e3:g} mm to {LARGEST * 1e3:g} mm"
+            f"element size must be {names}, or {SMALLEST * 1e3:g} mm to {LARGEST * 1e3:g} mm "
+            f"where that makes at most {LARGEST_MESHES:,} degrees of freedom"
         )
     return float(length)
 
@@ -74,7 +76,7 @@ class Table(BaseModel):
 class Ring(Table):
     """The ring of vane segments."""
 
-    sectors: int = Field(default=16, ge=3, le=360, description="number of sectors")
+    sectors: int = Field(default=16, ge=FEWEST, le=MOST, description="number of sectors")
 
 
 class Elastic(Table):
@@ -103,7 +105,7 @@ class HookJoint(Table):
 
     kn: Stiffness = Field(default=1.67e7, gt=0, le=1e15, description="normal stiffness [N/m]")
     kt: Stiffness = Field(default=1.67e7, gt=0, le=1e15, description="tangential stiffness [N/m]")
-    mu: float = Field(default=0.3, ge=0, description="friction coefficient")
+    mu: float = Field(default=0.3, ge=0, le=1000, description="friction coefficient")
     interference: Length = Field(default=20e-6, gt=0, le=1e-3, description="interference [m]")
 
 
@@ -113,7 +115,7 @@ class InterlockJoint(Table):
     enabled: bool = Field(default=True, description="whether the interlock has contacts")
     kn: Stiffness = Field(default=1e6, gt=0, le=1e15, description="normal stiffness [N/m]")
     kt: Stiffness = Field(default=1e6, gt=0, le=1e15, description="tangential stiffness [N/m]")
-    mu: float = Field(default=0.3, ge=0, description="friction coefficient")
+    mu: float = Field(default=0.3, ge=0, le=1000, description="friction coefficient")
     interference: Length = Field(default=2e-6, ge=-1e-3, le=1e-3, description="interference [m]")
 
 
@@ -143,11 +145,18 @@ class Rom(Table):
 
 
 class Excitation(Table):
-    """The travelling radial load on the casing: a force per node, or a rotating unbalance."""
+    """The travelling radial load on the casing: a force per node, or a rotating unbalance.
+
+    A load too small would drown in the round-off of the static deformation.
+    """
 
     engine_order: int = Field(default=1, ge=-1000, le=1000, description="engine order")
-    force: Force | None = Field(default=None, gt=0, description="radial force per node [N]")
-    unbalance: Unbalance | None = Field(default=None, gt=0, description="unbalance [kg m]")
+    force: Force | None = Field(
+        default=None, ge=1e-6, le=1e6, description="radial force per node [N]"
+    )
+    unbalance: Unbalance | None = Field(
+        default=None, ge=1e-9, le=100, description="unbalance [kg m]"
+    )
 
     @field_validator("engine_order")
     @classmethod
@@ -235,7 +244,7 @@ class Outputs(Table):
         if value is not None and not re.fullmatch(MONITOR, value):
             raise ValueError(
                 'expected an output node and a component, such as "vane accessory 1, radial" '
-                "(vane or casing; radial, circumferential or axial)"
+                "(vane or casing; accessory 1 to 3; radial, circumferential or axial)"
             )
         return value
 
@@ -266,6 +275,11 @@ class Study(Table):
         if isinstance(data, dict) and isinstance(data.get("sweep"), dict):
             return {**data, "sweep": dict(_leaves(data["sweep"]))}
         return data
+
+    @model_validator(mode="after")
+    def _can_be_meshed(self) -> Self:
+        check_size(self.mesh.size, self.vane, self.casing, self.ring.sectors)
+        return self
 
 
 def _leaves(table: dict[str, Any], prefix: str = "") -> list[tuple[str, Any]]:

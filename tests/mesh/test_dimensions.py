@@ -106,15 +106,38 @@ def test_impossible_dimensions_are_refused(
     ("vane", "casing", "sectors", "message"),
     [
         ({}, {}, 5, "ring.sectors = 5: must lie between 6 and 360"),
-        ({"aerofoils": 6}, {}, 16, "vane.outer_shroud_extent = 0.96: the outermost of 6"),
+        (
+            {"aerofoils": 6},
+            {},
+            16,
+            "vane.aerofoils = 6, vane.outer_shroud_extent = 0.96: the outermost of 6",
+        ),
         (
             {"chord": 0.07, "inner_shroud_front": 0.06, "outer_shroud_front": 0.05},
             {},
             16,
-            "vane.outer_shroud_extent = 0.96: the outermost of 4",
+            "vane.chord = 0.07 m, vane.outer_shroud_extent = 0.96: the outermost of 4",
         ),
-        ({"interlock_slant": -20}, {}, 16, "vane.chord = 0.047 m, stagger = 35 deg"),
-        ({"inner_shroud_front": 0.085}, {}, 16, "vane.inner_shroud_front = 0.085 m: must lie"),
+        ({"interlock_slant": -20}, {}, 16, "vane.interlock_slant = -20 deg: the outermost"),
+        (
+            {"thickness": 0.06},
+            {},
+            16,
+            "vane.thickness = 0.06 m, vane.interlock_slant = 35 deg: the outermost of 4",
+        ),
+        (
+            {"thickness": 0.095},
+            {},
+            16,
+            "vane.thickness = 0.095 m, vane.inner_shroud_front = 0.07 m: the aerofoils' front",
+        ),
+        ({}, {}, 60, "vane.interlock_slant = 35 deg, ring.sectors = 60: the outermost"),
+        (
+            {"inner_shroud_front": 0.085},
+            {},
+            16,
+            "vane.inner_shroud_front = 0.085 m: the aerofoils' front, at 0.0",
+        ),
         (
             {"foot_front": 0.066},
             {},
@@ -140,7 +163,7 @@ def test_parts_that_do_not_fit_are_refused(
 
 
 def test_meshing_refuses_what_cannot_be_before_it_starts() -> None:
-    with pytest.raises(InputError, match=r"^vane\.outer_shroud_extent"):
+    with pytest.raises(InputError, match=r"^vane\.aerofoils = 8, vane\.outer_shroud_extent"):
         vane_segment(VaneDimensions(aerofoils=8), 16, "coarse")
     with pytest.raises(InputError, match=r"^casing\.rail_inner_radius"):
         casing_sector(CasingDimensions(rail_inner_radius=0.59), size="coarse")

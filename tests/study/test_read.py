@@ -118,7 +118,50 @@ def test_other_units():
         ('[rom]\nroute = "fast"', 'rom.route = "fast": route must be one of "paper"'),
         (
             '[mesh]\nsize = "tiny"',
-            'mesh.size = "tiny": element size must be "coarse" or "medium", or 1 mm to 50 mm',
+            'mesh.size = "tiny": element size must be "coarse" or "medium", or 1 mm to 50 mm '
+            "where that makes at most 1,000,000 degrees of freedom",
+        ),
+        (
+            '[mesh]\nsize = "2 mm"',
+            "mesh.size = 0.002 m: about 3,100,000 degrees of freedom: "
+            "at most 1,000,000 are allowed, that is sizes from 3.2 mm here",
+        ),
+        (
+            "[joints.interlock]\nfriction = 0.1",
+            "joints.interlock.friction = 0.1: unknown key; "
+            "known here: enabled, kn, kt, mu, interference",
+        ),
+        (
+            "[joints.hook]\nmu = 1001",
+            "joints.hook.mu = 1001: friction coefficient must be <= 1000",
+        ),
+        (
+            "[joints.interlock]\nmu = 1e6",
+            "joints.interlock.mu = 1000000.0: friction coefficient must be <= 1000",
+        ),
+        (
+            '[joints.hook]\ninterference = "2 mm"',
+            'joints.hook.interference = "2 mm": interference must be <= 0.001 m',
+        ),
+        (
+            "[excitation]\nforce = 1e-20",
+            "excitation.force = 1e-20: radial force per node must be >= 1e-06 N",
+        ),
+        (
+            "[excitation]\nforce = 0",
+            "excitation.force = 0: radial force per node must be >= 1e-06 N",
+        ),
+        (
+            '[excitation]\nforce = "2 MN"',
+            'excitation.force = "2 MN": radial force per node must be <= 1000000 N',
+        ),
+        (
+            "[excitation]\nunbalance = 1e-10",
+            "excitation.unbalance = 1e-10: unbalance must be >= 1e-09 kg m",
+        ),
+        (
+            "[excitation]\nunbalance = 101",
+            "excitation.unbalance = 101: unbalance must be <= 100 kg m",
         ),
         (
             '[vane]\nchord = "1 km"',
@@ -173,7 +216,7 @@ def test_keys_of_later_stages_are_unknown_for_now():
 def test_every_mistake_gets_its_line():
     lines = complaint("[joints.hook]\nmu = -1\nkn = 0\n[ring]\nsectors = 2").splitlines()
     assert lines == [
-        "vane.toml: ring.sectors = 2: number of sectors must be >= 3",
+        "vane.toml: ring.sectors = 2: number of sectors must be >= 6",
         "vane.toml: joints.hook.kn = 0: normal stiffness must be > 0 N/m",
         "vane.toml: joints.hook.mu = -1: friction coefficient must be >= 0",
     ]
@@ -182,7 +225,10 @@ def test_every_mistake_gets_its_line():
 def test_monitor_names_a_node_and_a_component():
     wanted = "casing accessory 2, axial"
     assert parse_study(f'[outputs]\nmonitor = "{wanted}"').outputs.monitor == wanted
-    assert "expected an output node" in complaint('[outputs]\nmonitor = "blade"')
+    for absent in ("blade", "vane accessory 9, radial", "casing accessory 0"):
+        told = complaint(f'[outputs]\nmonitor = "{absent}"')
+        assert told.startswith(f'vane.toml: outputs.monitor = "{absent}": expected an output node')
+        assert "accessory 1 to 3" in told
 
 
 def test_parts_that_do_not_fit_are_refused_on_reading(tmp_path):
