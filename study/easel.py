@@ -2,18 +2,29 @@
 
 import json
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Generator
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 from typing import Any
 
+from vanelock.errors import InputError
 from vanelock.study.cache import file_digest, key_of
 from vanelock.study.folder import record
 from vanelock.study.progress import Begun, Done, Listener
 
 FOLDERS = ("figures/", "shapes/")
 """Where the files go; nothing else is ever removed."""
+
+
+@contextmanager
+def _placing(path: Path) -> Generator[None, None, None]:
+    """Turn what the system refuses at `path` into one line."""
+    try:
+        yield
+    except OSError as error:
+        raise InputError(f"{path}: cannot be written: {error.strerror or error}") from None
 
 
 @dataclass
@@ -60,8 +71,9 @@ class Easel:
         if not quick:
             self.listener(Begun(name))
         began = time.perf_counter()
-        path.unlink(missing_ok=True)
-        function(path)
+        with _placing(path):
+            path.unlink(missing_ok=True)
+            function(path)
         seconds = time.perf_counter() - began
         self._known[name] = [key, file_digest(path), f"{seconds:.3f}"]
         self._note()
@@ -74,7 +86,8 @@ class Easel:
         """Remove files that an earlier run drew and this one did not: they show other results."""
         current = {done.stage for done in self.done}
         for name in [name for name in self._known if name not in current]:
-            (self.folder / name).unlink(missing_ok=True)
+            with _placing(self.folder / name):
+                (self.folder / name).unlink(missing_ok=True)
             del self._known[name]
             self._note()
 

@@ -9,6 +9,8 @@ from pathlib import Path
 from vanelock.errors import InputError
 from vanelock.study import results
 
+_ADVICE = "move it away or name another folder with --output"
+
 
 @contextmanager
 def claimed(folder: Path) -> Generator[None, None, None]:
@@ -17,7 +19,7 @@ def claimed(folder: Path) -> Generator[None, None, None]:
     Raises
     ------
     InputError
-        If it cannot be made or written, another run is using it, or its results file is not ours.
+        If it cannot be made or written, another run is using it, or what is in it is not ours.
     """
     try:
         folder.mkdir(parents=True, exist_ok=True)
@@ -30,9 +32,21 @@ def claimed(folder: Path) -> Generator[None, None, None]:
             fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except OSError:
             raise InputError(f"{folder}: another run is using this folder") from None
+        _check_places(folder)
         results.check_results(folder / results.NAME)
         _sweep_up(folder)
         yield
+
+
+def _check_places(folder: Path) -> None:
+    """Refuse files where folders go and a folder where the results file goes."""
+    for name in ("cache", "figures", "shapes"):
+        place = folder / name
+        if os.path.lexists(place) and not place.is_dir():
+            raise InputError(f"{place}: is not a folder; {_ADVICE}")
+    place = folder / results.NAME
+    if place.is_dir():
+        raise InputError(f"{place}: is a folder, not a results file; {_ADVICE}")
 
 
 def _sweep_up(folder: Path) -> None:

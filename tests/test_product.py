@@ -79,6 +79,7 @@ def test_a_failed_save_leaves_the_old_file(tmp_path):
 def test_what_is_no_product_is_refused(tmp_path):
     Inner(np.array([1.0 + 0j])).save(tmp_path / "inner.h5")
     (tmp_path / "text.h5").write_text("not HDF5")
+    (tmp_path / "folder.h5").mkdir()
     with h5py.File(tmp_path / "hollow.h5", "w") as file:
         file.attrs["product"] = "Outer"
     whole = (tmp_path / "inner.h5").read_bytes()
@@ -89,6 +90,7 @@ def test_what_is_no_product_is_refused(tmp_path):
         "cut.h5": "not a readable HDF5 file",
         "inner.h5": "expected a Outer, found Inner",
         "hollow.h5": "not a vanelock Outer",
+        "folder.h5": "is a folder, not an HDF5 file",
     }
     for name, message in cases.items():
         with pytest.raises(InputError, match=message) as caught:

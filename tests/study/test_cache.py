@@ -258,6 +258,15 @@ def test_pictures_of_other_results_are_removed(tmp_path):
     assert {path.stem for path in (tmp_path / "figures").iterdir()} == {"b", "c", "mine"}
 
 
+def test_places_that_cannot_be_drawn_to_are_named(tmp_path):
+    (tmp_path / "figures").write_text("a file")
+    (tmp_path / "shapes" / "a.png").mkdir(parents=True)
+    for name in ("figures/a.png", "shapes/a.png"):
+        with pytest.raises(InputError) as caught:
+            Easel(tmp_path, silent).draw(name, [], lambda path: path.write_text("drawn"))
+        assert str(caught.value).startswith(f"{tmp_path / name}: cannot be written: ")
+
+
 def test_names_of_cases_in_words_and_in_files():
     assert words("mu=0.15,harmonics=3", without="harmonics") == "μ = 0.15"
     assert words("mu=0.15,harmonics=3") == "μ = 0.15, H = 3"
