@@ -23,7 +23,6 @@ app = typer.Typer(
     add_completion=False,
     rich_markup_mode=None,
     pretty_exceptions_enable=False,
-    no_args_is_help=True,
 )
 
 
@@ -33,20 +32,39 @@ def _version(asked: bool) -> None:
         raise typer.Exit
 
 
-@app.callback()
+def _path(text: str) -> Path:
+    """A path that was given, not left out: an empty one would be the current folder."""
+    if not text.strip():
+        raise typer.BadParameter("must not be empty")
+    return Path(text)
+
+
+@app.callback(invoke_without_command=True)
 def _options(
+    context: typer.Context,
     version: Annotated[
         bool, typer.Option("--version", callback=_version, is_eager=True, help="Show the version.")
     ] = False,
 ) -> None:
     """Friction-damped vibration of turbine vane segments."""
+    if context.invoked_subcommand is None:
+        print(context.get_help())
 
 
 @app.command()
 def run(
-    study: Annotated[Path, typer.Argument(help="Study file (TOML).")],
+    study: Annotated[
+        Path, typer.Argument(help="Study file (TOML).", parser=_path, metavar="STUDY")
+    ],
     output: Annotated[
-        Path | None, typer.Option("--output", "-o", help="Folder; default runs/<name of the file>.")
+        Path | None,
+        typer.Option(
+            "--output",
+            "-o",
+            help="Folder; default runs/<name of the file>.",
+            parser=_path,
+            metavar="PATH",
+        ),
     ] = None,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print errors only.")] = False,
     as_json: Annotated[
@@ -72,7 +90,9 @@ def run(
 
 @app.command()
 def init(
-    path: Annotated[Path, typer.Argument(help="File to write.")] = Path("study.toml"),
+    path: Annotated[
+        Path, typer.Argument(help="File to write.", parser=_path, metavar="PATH")
+    ] = Path("study.toml"),
 ) -> None:
     """Write a commented study file."""
     from vanelock.study import write_template

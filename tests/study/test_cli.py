@@ -53,6 +53,22 @@ def test_usage_errors_are_one_line(tmp_path):
     assert "No such command" in refused("walk", cwd=tmp_path)
 
 
+def test_help_is_plain_where_nothing_is_asked(tmp_path):
+    done = call(cwd=tmp_path)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert done.stdout == call("--help", cwd=tmp_path).stdout
+    assert done.stdout.startswith("Usage: vanelock ")
+
+
+def test_empty_paths_are_refused(tmp_path):
+    (tmp_path / "a.toml").write_text("")
+    told = "vanelock: Invalid value for {}: must not be empty"
+    assert refused("run", "a.toml", "-o", "", cwd=tmp_path) == told.format("'--output' / '-o'")
+    assert refused("run", "", cwd=tmp_path) == told.format("'STUDY'")
+    assert refused("init", "", cwd=tmp_path) == told.format("'PATH'")
+    assert [path.name for path in tmp_path.iterdir()] == ["a.toml"]
+
+
 @pytest.mark.parametrize(
     ("text", "line"),
     [
@@ -89,6 +105,26 @@ def test_bad_folders(tmp_path):
         assert line.startswith("vanelock: mine/results.h5: not a readable HDF5 file")
         assert mine.read_bytes() == content
         assert not (tmp_path / "mine" / "cache").exists()
+
+
+@pytest.mark.parametrize("name", ["figures", "shapes", "cache"])
+def test_files_where_folders_go(tmp_path, name):
+    (tmp_path / "a.toml").write_text("")
+    (tmp_path / "out").mkdir()
+    (tmp_path / "out" / name).write_text("mine")
+    line = refused("run", "a.toml", "-o", "out", cwd=tmp_path)
+    assert line.startswith(f"vanelock: out/{name}: is not a folder; move it away or name another")
+    assert (tmp_path / "out" / name).read_text() == "mine"
+
+
+def test_a_folder_where_the_results_go(tmp_path):
+    (tmp_path / "a.toml").write_text("")
+    (tmp_path / "out" / "results.h5").mkdir(parents=True)
+    line = refused("run", "a.toml", "-o", "out", cwd=tmp_path)
+    assert line == (
+        "vanelock: out/results.h5: is a folder, not a results file; "
+        "move it away or name another folder with --output"
+    )
 
 
 def test_a_full_disk(tmp_path):
