@@ -4,6 +4,7 @@ import re
 from dataclasses import replace
 from typing import Any
 
+import h5py
 import numpy as np
 import pytest
 
@@ -83,6 +84,23 @@ def test_what_does_not_fit_is_refused(scene, tmp_path):
     (tmp_path / "noise.h5").write_bytes(b"\x89HDF\r\n\x1a\n" + bytes(range(200)))
     with pytest.raises(InputError, match=r"noise\.h5: not a readable HDF5 file"):
         rom.System.load(tmp_path / "noise.h5")
+
+
+def test_a_file_that_holds_a_system_in_its_group_says_so(scene, tmp_path):
+    path = tmp_path / "results.h5"
+    told = f"{path}: expected the format 'vanelock-system' in its attributes"
+    with h5py.File(path, "w") as file:
+        file["mine"] = 1
+    with pytest.raises(InputError) as caught:
+        rom.System.load(path)
+    assert str(caught.value) == told
+    with h5py.File(path, "a") as file:
+        scene.system.save(file.create_group("system"))
+    with pytest.raises(InputError) as caught:
+        rom.System.load(path)
+    assert str(caught.value) == f"{told}; a results file holds it in its group /system"
+    with h5py.File(path) as file:
+        assert rom.System.load(file["system"]).sectors == 16
 
 
 def test_modal_assurance_criterion():
