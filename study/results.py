@@ -26,6 +26,7 @@ from typing import Any
 import h5py
 
 from vanelock.errors import InputError
+from vanelock.nonlinear import OPEN, SLIP, SLIP_OPEN, STUCK, Response
 from vanelock.product import Product
 from vanelock.rom import Component, System
 from vanelock.study.cache import writing
@@ -33,6 +34,8 @@ from vanelock.study.cache import writing
 FORMAT = "vanelock-results"
 VERSION = 1
 NAME = "results.h5"
+STATES = f"{STUCK} stuck, {SLIP} slips, {OPEN} open, {SLIP_OPEN} slips and opens"
+"""What the numbers in a response's `state` stand for."""
 
 
 def check_results(path: Path) -> None:
@@ -115,6 +118,10 @@ def put(file: h5py.File, where: str, product: Product, attributes: Mapping[str, 
     """Write a product at a path of the file, with attributes beside its own."""
     group = file.require_group(where)
     product.save(group)
+    if isinstance(product, Response):
+        group["state"].attrs["codes"] = STATES
+        for harmonic in group["x"].values():
+            harmonic.attrs["unit"] = "m; modal coordinates kg^0.5 m"
     for name, value in attributes.items():
         group.attrs[name] = value
 
