@@ -1,5 +1,6 @@
 """Forced response curves of several cases in one figure."""
 
+import re
 import textwrap
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -21,6 +22,8 @@ Kind = Literal["nonlinear", "free", "stuck"]
 
 _DASHES: Final = ("-", "--", ":", "-.")  # the most harmonics get the full line
 _LIMITS: Final = {"free": ((0, (6, 2)), "linear, free"), "stuck": ((0, (1, 1)), "linear, stuck")}
+_WIDE: Final = 100  # frequencies further apart, highest over lowest, get a logarithmic axis
+_GREYS: Final = (style.GREY, "#1a1a1a", "#a3a3a3", "#454545", "#8a8a8a")
 _LISTED: Final = 28  # more lines than that do not fit beside the curves
 
 
@@ -41,7 +44,11 @@ class Curve:
     converged : (p,) bool or None
         Which points converged; None: all. The others are flagged in the figure, never left out.
     kind : "nonlinear", "free" or "stuck"
-        The linear limits, with open and with closed contacts, are drawn in grey.
+        The linear limits, with open and with closed contacts, are drawn in grey, or in the colour
+        of the nonlinear curves of their group.
+    joined : bool
+        Whether a line joins the points; without it they are dots, and no peak is said to lie at
+        the end of a range.
     """
 
     frequency: ArrayLike
@@ -50,6 +57,7 @@ class Curve:
     harmonics: int | None = None
     converged: ArrayLike | None = None
     kind: Kind = "nonlinear"
+    joined: bool = True
 
     @property
     def label(self) -> str:
@@ -79,7 +87,7 @@ def response_curves(
 ) -> Path:
     """Draw forced response curves with their peaks, and return the path.
 
-    Colours tell the groups apart, line styles the harmonics; grey lines are the linear limits. A
+    Colours tell the groups apart, line styles the harmonics; thin lines are the linear limits. A
     marker sits at each peak, with its value in the legend. A line is broken where a point did not
     converge, and a cross marks that point, at the foot of the figure where it has no amplitude.
 
@@ -113,8 +121,13 @@ def response_curves(
         looks = _looks(curves)
         handles = [_draw(axes, curve, look) for curve, look in looks]
         axes.set(xlabel="excitation frequency (Hz)", ylabel="amplitude (µm)")
-        ends = [np.asarray(curve.frequency, float)[[0, -1]] for curve in curves]
-        axes.set_xlim(float(np.min(ends)), float(np.max(ends)))
+        ends = [np.asarray(curve.frequency, float) for curve in curves]
+        ends = [np.array([each.min(), each.max()]) for each in ends]
+        low, high = float(np.min(ends)), float(np.max(ends))
+        if low > 0 and high > _WIDE * low:
+            axes.set_xscale("log")
+        if low < high:
+            axes.set_xlim(low, high)
         if logarithmic:
             axes.set_yscale("log")
             axes.yaxis.set_major_formatter("{x:g}")
@@ -137,7 +150,8 @@ def peak(curve: Curve) -> Peak | None:
     at = int(np.nanargmax(amplitude))
     frequency = np.asarray(curve.frequency, float)
     ends = (frequency.min(), frequency.max())
-    return Peak(float(frequency[at]), float(amplitude[at]), bool(frequency[at] in ends))
+    at_edge = curve.joined and ends[0] < ends[1] and bool(frequency[at] in ends)
+    return Peak(float(frequency[at]), float(amplitude[at]), at_edge)
 
 
 def _check(curve: Curve) -> None:
@@ -174,6 +188,8 @@ def _looks(curves: Sequence[Curve]) -> list[tuple[Curve, _Look]]:
     groups = list(dict.fromkeys(c.group for c in curves if c.kind == "nonlinear"))
     colours = dict(zip(groups, style.series(len(groups)), strict=True))
     orders = sorted({c.harmonics or 0 for c in curves if c.kind == "nonlinear"}, reverse=True)
+    limits = dict.fromkeys(c.group for c in curves if c.kind != "nonlinear")
+    greys = {group: _GREYS[i % len(_GREYS)] for i, group in enumerate(limits)}
     made = []
     for curve in curves:
         if curve.kind == "nonlinear":
@@ -181,7 +197,8 @@ def _looks(curves: Sequence[Curve]) -> list[tuple[Curve, _Look]]:
             dashes = _DASHES[order % len(_DASHES)]
             look = _Look(colours[curve.group], dashes, 2.0, "os^D"[order % 4])
         else:
-            look = _Look(style.GREY, _LIMITS[curve.kind][0], 1.6, "v")
+            colour = colours.get(curve.group, greys[curve.group])
+            look = _Look(colour, _LIMITS[curve.kind][0], 1.6, "v")
         made.append((curve, look))
     return made
 
@@ -190,14 +207,18 @@ def _draw(axes: Axes, curve: Curve, look: _Look) -> Line2D:
     """Draw a curve and its peak; return what the legend shows."""
     frequency = np.asarray(curve.frequency, float)
     micrometres = 1e6 * np.where(_converged(curve), np.asarray(curve.amplitude, float), np.nan)
-    drawn: dict[str, Any] = {"color": look.colour, "ls": look.dashes, "lw": look.width}
+    dashes = look.dashes if curve.joined else ""
+    drawn: dict[str, Any] = {"color": look.colour, "ls": dashes, "lw": look.width}
     # A lone converged point between two lost ones has no line: give it a dot.
     known = np.isfinite(micrometres)
     alone = known & ~np.append(known[1:], False) & ~np.append(False, known[:-1])
-    axes.plot(frequency, micrometres, **drawn)
+    if curve.joined:
+        axes.plot(frequency, micrometres, **drawn)
+    else:
+        alone = known
     axes.plot(frequency[alone], micrometres[alone], ".", color=look.colour)
     top = peak(curve)
-    text = textwrap.fill(curve.label, 33) + "\n"
+    text = _wrapped(curve.label) + "\n"
     if top is None:
         text += "no converged point"
     else:
@@ -214,6 +235,12 @@ def _draw(axes: Axes, curve: Curve, look: _Look) -> Line2D:
         end = ", end of range" if top.at_edge else ""
         text += f"{style.number(1e6 * top.amplitude)} µm at {top.frequency:.1f} Hz{end}"
     return Line2D([], [], **drawn, marker=look.marker, ms=8, mfc="white", mew=1.8, label=text)
+
+
+def _wrapped(label: str) -> str:
+    """A label in lines of the legend's width, broken between quantities, never inside one."""
+    kept = re.sub(r" ?= ?", "\N{NO-BREAK SPACE}=\N{NO-BREAK SPACE}", label)
+    return textwrap.fill(kept, 33, break_long_words=False, break_on_hyphens=False)
 
 
 def _flag(axes: Axes, curve: Curve, look: _Look) -> int:
@@ -253,6 +280,8 @@ def _speed_axis(axes: Axes, engine_order: int) -> None:
         return engine_order / 60 * rpm
 
     above = axes.secondary_xaxis("top", functions=(speed, back))
+    if axes.get_xscale() == "log":
+        above.set_xscale("log")
     above.set_xlabel(f"rotor speed at EO {engine_order} (rpm)", fontsize=11)
     above.tick_params(labelsize=11)
     above.spines["top"].set_visible(True)

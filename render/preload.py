@@ -22,11 +22,12 @@ def preload_picture(
     joints: Sequence[str],
     title: str = "Preload of the contacts",
     subtitle: str = "",
+    opened: ArrayLike | None = None,
 ) -> Path:
     """Draw the static contact forces joint by joint, and return the path.
 
     Above: normal force n of each contact. Below: friction over its bound, |t| / (μ n), 1 where the
-    contact slid at assembly; an open contact is crossed out.
+    contact slid at assembly, as it does without friction; an open contact is crossed out.
 
     Parameters
     ----------
@@ -40,6 +41,9 @@ def preload_picture(
         The joint that each contact belongs to.
     title, subtitle : str
         Heading and the line under it.
+    opened : (c,) bool, optional
+        Which contacts are open, whatever round-off their forces show; by default those that do
+        not press.
 
     Raises
     ------
@@ -49,6 +53,10 @@ def preload_picture(
     f = np.asarray(force, float)
     if f.ndim != 2 or f.shape != (len(joints), 3) or not len(joints):
         raise InputError(f"preload: force of shape {f.shape}: ({len(joints)}, 3) is needed")
+    apart = f[:, 0] <= 0 if opened is None else np.asarray(opened, bool)
+    if apart.shape != (len(f),):
+        raise InputError(f"preload: opened of shape {apart.shape}: ({len(f)},) is needed")
+    f = np.where(apart[:, None], 0.0, f)
     used = utilisation(f, np.broadcast_to(np.asarray(mu, float), len(f)))
     names = list(dict.fromkeys(joints))
     counts = [sum(joint == name for joint in joints) for name in names]
@@ -85,13 +93,15 @@ def preload_picture(
 
 
 def utilisation(force: Real, mu: Real) -> Real:
-    """(c,) largest of |t1|, |t2| over μn; not a number where the contact is open."""
+    """(c,) largest of |t1|, |t2| over μn, at most 1; not a number where the contact is open.
+
+    A bound of 0 is always reached: without friction what is left of t is round-off.
+    """
     closed = force[:, 0] > 0
-    bound = np.where(closed, mu * force[:, 0], 1.0)
-    largest = np.abs(force[:, 1:]).max(axis=1)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        ratio: Real = np.where(closed, largest / bound, np.nan)
-    return ratio
+    bound = mu * force[:, 0]
+    largest = np.minimum(np.abs(force[:, 1:]).max(axis=1), bound)
+    ratio = np.divide(largest, bound, out=np.ones_like(bound), where=closed & (bound > 0))
+    return np.where(closed, ratio, np.nan)
 
 
 def _contacts(count: int) -> str:
@@ -118,6 +128,8 @@ def _state_colours(used: Real) -> list[str]:
 
 def _bars(axes: Axes, normal: Real, used: Real) -> None:
     axes.bar(_number(axes, len(normal)), normal, width=0.75, color=_state_colours(used))
+    if not normal.any():
+        axes.set_ylim(0, 1)
     axes.set_xlabel("")
 
 

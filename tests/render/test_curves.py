@@ -29,7 +29,8 @@ def figures(monkeypatch):
 
 
 def labels(figure):
-    return [text.get_text() for text in figure.legends[0].get_texts()]
+    texts = [text.get_text() for text in figure.legends[0].get_texts()]
+    return [text.replace("\N{NO-BREAK SPACE}", " ") for text in texts]
 
 
 def crosses(axes):
@@ -170,3 +171,39 @@ def test_curves_need_neither_pyplot_nor_vtk(tmp_path):
     )
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True)
     assert (done.returncode, done.stdout.strip()) == (0, "[]"), done.stderr
+
+
+def test_listed_points_are_dots_that_end_no_range(figures):
+    lone = Curve([265.0], [2e-5], "μ = 0.3", joined=False)
+    some = Curve([240.0, 265.0], [1e-5, 3e-5], "μ = 0.1", joined=False)
+    response_curves("x.png", [lone, some])
+    assert labels(figures[0]) == ["μ = 0.3\n20.0 µm at 265.0 Hz", "μ = 0.1\n30.0 µm at 265.0 Hz"]
+    lines = [line for line in figures[0].axes[0].lines if line.get_linestyle() != "None"]
+    assert all(len(line.get_xdata()) < 2 for line in lines)
+    assert curves.peak(Curve([265.0], [2e-5])) == curves.Peak(265.0, 2e-5, False)
+
+
+def test_frequencies_far_apart_get_a_logarithmic_axis(figures):
+    response_curves("x.png", [Curve([1e-9, 265.0, 1e9], [1e-6, 2e-6, 0.0])], engine_order=1)
+    figures[0].canvas.draw()
+    (axes,) = figures[0].axes
+    assert axes.get_xscale() == "log"
+    assert axes.child_axes[0].get_xlim() == pytest.approx((6e-8, 6e10))
+    response_curves("x.png", [Curve(F, F * 1e-7)])
+    assert figures[1].axes[0].get_xscale() == "linear"
+
+
+def test_linear_limits_of_several_groups_are_told_apart(figures):
+    made = [Curve(F, F * 1e-7 * i, f"EO = {i}", kind="free") for i in (1, 2, 3)]
+    response_curves("x.png", [*made, Curve(F, F * 2e-8, "EO = 2")])
+    drawn = [line for line in figures[0].axes[0].lines if len(line.get_xdata()) == len(F)]
+    colours = [line.get_color() for line in drawn]
+    assert len(set(colours[:3])) == 3
+    assert colours[1] == colours[3]
+
+
+def test_a_label_never_breaks_inside_a_quantity(figures):
+    group = "interlock.mu = 0.3, excitation.force = 12, chord = 0.047"
+    response_curves("x.png", [Curve(F, F * 1e-7, group)])
+    lines = labels(figures[0])[0].split("\n")
+    assert lines[:-1] == ["interlock.mu = 0.3,", "excitation.force = 12,", "chord = 0.047"]

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from matplotlib.colors import to_hex
 
 from vanelock.errors import InputError
 from vanelock.render import loop_picture, loops, preload, preload_picture, style
@@ -136,3 +137,24 @@ def test_preload_by_joint(figures):
 def test_preload_that_does_not_fit_is_refused(tmp_path):
     with pytest.raises(InputError, match=r"force of shape \(3, 3\): \(2, 3\) is needed"):
         preload_picture(tmp_path / "x.png", FORCE, 0.3, ["hook", "hook"])
+
+
+def test_open_contacts_show_no_force_whatever_round_off_says(figures):
+    force = np.array([[2.0, 0.1, 0.0], [4e-16, 1e-16, 0.0], [-4e-16, 0.0, 1e-15]])
+    joints = ["hook", "interlock", "interlock"]
+    preload_picture("x.png", force, 0.3, joints, opened=[False, True, True])
+    normal = [[bar.get_height() for bar in axes.patches] for axes in figures[0].axes]
+    assert normal[0] == [2.0]
+    assert normal[2] == [0.0, 0.0]
+    hatched = [bar.get_height() for bar in figures[0].axes[3].patches if bar.get_hatch()]
+    assert hatched == [1.0, 1.0]
+    assert figures[0].axes[2].get_title(loc="left") == "interlock: 2 contacts\n0 N"
+
+
+def test_contacts_without_friction_have_all_slid(figures):
+    force = np.array([[2.0, 0.0, 0.0], [1e-3, 1e-17, 0.0], [3.0, 1e-16, 1e-17]])
+    assert list(preload.utilisation(force, np.zeros(3))) == [1, 1, 1]
+    assert list(preload.utilisation(force, np.full(3, 1e-300))) == pytest.approx([0, 1, 1])
+    preload_picture("x.png", force, 0.0, ["hook"] * 3)
+    upper = figures[0].axes[0]
+    assert {to_hex(bar.get_facecolor()) for bar in upper.patches} == {style.VERMILION}
