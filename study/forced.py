@@ -9,15 +9,13 @@ import numpy as np
 from vanelock import nonlinear
 from vanelock.nonlinear import Response
 from vanelock.rom import Component, System
-from vanelock.study.limits import Limits, fine, frequencies, hooks, limits
+from vanelock.study.limits import Limits, dense, frequencies, hooks, limits
 from vanelock.study.model import Study
 from vanelock.study.stages import Step, step, system_step
 
 Limit: TypeAlias = Literal["free", "stuck"]
 Progress: TypeAlias = Callable[[int, int, float, float], None]
 
-GRID = 101
-"""Points of a linear response over a range, beside those at its peak."""
 _CONSTANT = (
     "stiffness",
     "mu",
@@ -50,7 +48,7 @@ def preload_step(system: Step[System]) -> Step[Response]:
 def linear_step(
     study: Study, which: Limit, system: Step[System], limits: Step[Limits]
 ) -> Step[Response]:
-    """Linear response with the interlock free or stuck, finer around the mode of interest."""
+    """Linear response with the interlock free or stuck, dense enough to be drawn as a curve."""
     inputs = {**_frequency_keys(study), "closed": which}
 
     def compute(system: System, found: Limits) -> Response:
@@ -59,11 +57,9 @@ def linear_step(
             if which == "free"
             else np.ones(system.contacts.count, bool)
         )
-        centre = found.free_frequency if which == "free" else found.stuck_frequency
-        own = fine(centre, study.damping.ratio)
         wanted = frequencies(study, found)
-        grid = np.linspace(*wanted, GRID) if isinstance(wanted, tuple) else wanted
-        return nonlinear.linear_response(system, np.unique(np.concatenate([grid, own])), closed)
+        grid = dense(wanted, found, which == "stuck", study.damping.ratio)
+        return nonlinear.linear_response(system, grid, closed)
 
     return step(
         f"linear response, {which}", "nonlinear", inputs, Response, (system, limits), compute

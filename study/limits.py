@@ -25,8 +25,10 @@ class Limits(Product):
 
     Attributes
     ----------
-    nodal_diameter : int
-        ND of the first harmonic.
+    nodal_diameter, sectors : int
+        ND of the first harmonic, and N.
+    interlock : bool
+        Whether there are interlock contacts; without them both limits are the same.
     free, stuck : (m,) float
         Natural frequencies with the interlock's contacts open and closed, Hz; hooks are closed.
     free_mode, stuck_mode : int
@@ -36,6 +38,8 @@ class Limits(Product):
     """
 
     nodal_diameter: int
+    sectors: int
+    interlock: bool
     free: NDArray[np.float64] = field(metadata={"unit": "Hz"})
     stuck: NDArray[np.float64] = field(metadata={"unit": "Hz"})
     free_mode: int
@@ -88,7 +92,16 @@ def limits(system: System, mode: int) -> Limits:
     stuck, stuck_shapes = linear_modes(system, k, count)
     likeness = mac(free_shapes[:, [mode - 1]], stuck_shapes, system.at(k).M)[0]
     partner = int(likeness.argmax())
-    return Limits(k, free, stuck, mode - 1, partner, float(likeness[partner]))
+    return Limits(
+        nodal_diameter=k,
+        sectors=system.sectors,
+        interlock=not hooks(system.contacts.joint).all(),
+        free=free,
+        stuck=stuck,
+        free_mode=mode - 1,
+        stuck_mode=partner,
+        mac=float(likeness[partner]),
+    )
 
 
 def frequencies(study: Study, limits: Limits) -> NDArray[np.float64] | tuple[float, float]:
@@ -100,15 +113,63 @@ def frequencies(study: Study, limits: Limits) -> NDArray[np.float64] | tuple[flo
     response = study.response
     if response.frequencies is not None:
         return np.array(response.frequencies)
-    if response.range is not None:
-        low, high = response.range
-    else:
-        low, high = sorted([limits.free_frequency, limits.stuck_frequency])
-        if low <= 0:
-            raise InputError("response: the mode of interest lies at 0 Hz: give range")
-        margin = max(0.25 * (high - low), 0.03 * low)
-        low, high = low - margin, high + margin
+    low, high = _around(limits) if response.range is None else response.range
     return (low, high) if response.points is None else np.linspace(low, high, response.points)
+
+
+def _around(limits: Limits) -> tuple[float, float]:
+    """Range around the mode of interest, free to stuck, Hz."""
+    low, high = sorted([limits.free_frequency, limits.stuck_frequency])
+    if low <= 0:
+        raise InputError("response: the mode of interest lies at 0 Hz: give range")
+    margin = max(0.25 * (high - low), 0.03 * low)
+    return low - margin, high + margin
+
+
+def dense(
+    wanted: NDArray[np.float64] | tuple[float, float],
+    limits: Limits,
+    stuck: bool,
+    damping: float,
+    points: int = 101,
+) -> NDArray[np.float64]:
+    """Frequencies at which a linear response is a true curve, Hz, ascending.
+
+    They span what is wanted and the mode of interest in both limits, evenly there and in equal
+    ratios beyond, and are fine around every known mode within, so that no straight line stands in
+    for a peak.
+
+    Parameters
+    ----------
+    wanted : (p,) float or (low, high)
+        Frequencies of the nonlinear response, Hz; a list's are among those returned.
+    limits : Limits
+        The modes.
+    stuck : bool
+        Whose modes are resolved: those with the interlock stuck, or free.
+    damping : float
+        Modal damping ratio.
+    points : int
+        Points of each even part.
+    """
+    modes = limits.stuck if stuck else limits.free
+    ends = (limits.free_frequency, limits.stuck_frequency)
+    near = np.concatenate([fine(f, damping) for f in ends])
+    if isinstance(wanted, tuple):
+        listed = np.linspace(*wanted, points)
+        near = np.concatenate([near, listed])
+    else:
+        listed = np.asarray(wanted, float)
+    low, high = min(near.min(), listed.min()), max(near.max(), listed.max())
+    even = np.linspace(near.min(), near.max(), points)
+    parts = [listed, even, np.geomspace(low, high, points).clip(low, high)]
+    parts.append(fine(limits.stuck_frequency if stuck else limits.free_frequency, damping))
+    # Beyond the fine frequencies the flank of a peak falls as the inverse of the distance.
+    flank = np.geomspace(max(6 * damping, 1e-3), 0.9, 40)
+    for f in modes:
+        parts += [fine(f, damping, 41), f * (1 - flank), f * (1 + flank)]
+    found = np.unique(np.concatenate(parts))
+    return np.asarray(found[(found >= low) & (found <= high)])
 
 
 def fine(frequency: float, damping: float, points: int = 61) -> NDArray[np.float64]:

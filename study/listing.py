@@ -4,11 +4,12 @@ from collections.abc import Collection, Mapping, Sequence
 
 import numpy as np
 
-from vanelock.nonlinear import Response
+from vanelock.nonlinear import OPEN, Response
+from vanelock.render import wave_name
 from vanelock.study.limits import SHOWN, Limits
 from vanelock.study.progress import Done
 from vanelock.study.summary import Peak, Summary
-from vanelock.study.tables import Column, Table
+from vanelock.study.tables import Cell, Column, Table
 
 TOGETHER = {
     "preload": "preloads",
@@ -42,42 +43,50 @@ def stage_times(done: Collection[Done]) -> Table:
 
 
 def limits_table(name: str, limits: Limits) -> Table:
-    """First frequencies with the interlock free and stuck, and the mode of interest."""
+    """First frequencies with the interlock free and stuck, and the mode of interest.
+
+    Without interlock contacts there is no stuck system.
+    """
     count = min(SHOWN, len(limits.free))
     columns = (
         Column("interlock", "interlock"),
-        *(Column(f"f{i + 1}_hz", f"f{i + 1} [Hz]", ".2f") for i in range(count)),
+        *(Column(f"f{i + 1}_hz", f"f{i + 1} [Hz]", ".6g") for i in range(count)),
         Column("mode", "mode of interest", "d"),
-        Column("frequency_hz", "its f [Hz]", ".2f"),
-        Column("rise_percent", "rise [%]", "+.2f"),
+        Column("frequency_hz", "its f [Hz]", ".6g"),
+        Column("rise_percent", "rise [%]", "+.4g"),
         Column("mac", "MAC", ".3f"),
     )
     free = (limits.free_mode + 1, limits.free_frequency, None, None)
     stuck = (limits.stuck_mode + 1, limits.stuck_frequency, _known(100 * limits.rise), limits.mac)
-    rows = (
-        ("free", *limits.free[:count].tolist(), *free),
-        ("stuck", *limits.stuck[:count].tolist(), *stuck),
-    )
+    rows: list[tuple[Cell, ...]] = [("free", *limits.free[:count].tolist(), *free)]
+    if limits.interlock:
+        rows.append(("stuck", *limits.stuck[:count].tolist(), *stuck))
     notes = []
     if limits.mac < 0.5:
         notes.append(
             f"The mode of interest is hardly recognisable in the stuck system: MAC {limits.mac:.2f}"
         )
-    title = f"Linear limits{name and f', {name}'}: modes of nodal diameter {limits.nodal_diameter}"
-    return Table("limits", title, columns, rows, tuple(notes))
+    wave = wave_name(limits.nodal_diameter, limits.sectors)
+    title = f"Linear limits{name and f', {name}'}: modes of {wave}"
+    return Table("limits", title, columns, tuple(rows), tuple(notes))
 
 
 def preload_table(name: str, joints: Sequence[str], static: Response) -> Table:
-    """Normal forces at rest by joint, and how much of the friction bound is used."""
-    force, mu = static.force[0, 0].real, static.mu
+    """Normal forces at rest by joint, and how much of the friction bound is used.
+
+    Open contacts have no force; what the solver leaves there is round-off.
+    """
+    mu, closed = static.mu, static.state[0] != OPEN
+    force = np.where(closed[:, None], static.force[0, 0].real, 0.0)
     normal, friction = force[:, 0], np.abs(force[:, 1:]).max(axis=1)
-    closed = normal > 0
     slid = closed & (friction >= mu * normal * (1 - 1e-9))
     rows = []
     for joint in dict.fromkeys(joints):
         own = np.array([other == joint for other in joints])
         n = normal[own]
-        used = friction[own & closed] / normal[own & closed]
+        pressed = own & (normal > 0)
+        # What exceeds the bound is round-off, all of it where there is no friction.
+        used = np.minimum(friction[pressed] / normal[pressed], mu[pressed])
         largest = float(used.max()) if len(used) else None
         rows.append(
             (
@@ -92,13 +101,13 @@ def preload_table(name: str, joints: Sequence[str], static: Response) -> Table:
         )
     columns = (
         Column("joint", "joint"),
-        Column("n_min", "n min [N]", ".2f"),
-        Column("n_mean", "mean", ".2f"),
-        Column("n_max", "max", ".2f"),
+        Column("n_min", "n min [N]", ".4g"),
+        Column("n_mean", "mean", ".4g"),
+        Column("n_max", "max", ".4g"),
         Column("closed", "closed", "d"),
         Column("open", "open", "d"),
         Column("slipped", "slipped", "d"),
-        Column("t_over_n", "largest |t|/n", ".3f"),
+        Column("t_over_n", "largest |t|/n", ".3g"),
         Column("mu", "mu", ".3g"),
     )
     notes = []
@@ -112,15 +121,16 @@ def preload_table(name: str, joints: Sequence[str], static: Response) -> Table:
 
 
 def linear_table(peaks: Mapping[str, Peak | None], monitor: str, name: str) -> Table:
-    """Linear peaks with the interlock free and stuck."""
+    """Linear peaks with the interlock free and stuck, one line where the two are the same."""
     columns = (
         Column("interlock", "interlock"),
-        Column("peak_um", "peak [um]", ".2f"),
-        Column("frequency_hz", "at [Hz]", ".2f"),
+        Column("peak_um", "peak [um]", ".4g"),
+        Column("frequency_hz", "at [Hz]", ".6g"),
     )
     rows = tuple(
         (which, 1e6 * peak.amplitude, peak.frequency) if peak else (which, None, None)
         for which, peak in peaks.items()
+        if which == "free" or peak != peaks["free"]
     )
     title = f"Linear responses of {monitor}{name and f', {name}'}"
     return Table("linear", title, columns, rows)
@@ -132,11 +142,11 @@ def response_table(cases: Sequence[Summary], monitor: str) -> Table:
         Column("case", "case"),
         Column("harmonics", "H", "d"),
         Column("mu", "mu", ".3g"),
-        Column("peak_um", "peak [um]", ".2f"),
-        Column("frequency_hz", "at [Hz]", ".2f"),
-        Column("of_free", "/ free", ".3f"),
-        Column("of_stuck", "/ stuck", ".3f"),
-        Column("x", "x", ".3f"),
+        Column("peak_um", "peak [um]", ".4g"),
+        Column("frequency_hz", "at [Hz]", ".6g"),
+        Column("of_free", "/ free", ".4g"),
+        Column("of_stuck", "/ stuck", ".4g"),
+        Column("x", "x", ".3g"),
         Column("slipping_percent", "slip [%]", ".0f"),
         Column("opening_percent", "open [%]", ".0f"),
         Column("converged", "converged"),

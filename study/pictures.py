@@ -22,6 +22,7 @@ from vanelock.study.plan import LIMITS, Planned
 from vanelock.study.progress import Notice
 from vanelock.study.stages import PARTS, Stages, mesh_step, model_step
 from vanelock.study.summary import Peak
+from vanelock.study.sweep import label
 
 DETAILED = 8
 """Cases that get pictures of their own; a larger sweep gets those of the first and the last."""
@@ -76,7 +77,7 @@ class Gallery:
             paths += [path for each in detailed for path in self._loops(each)]
         if self.study.outputs.shapes:
             paths += self._mesh(self.planned[0])
-            paths += self._modes(self.planned[0])
+            paths += self._all_modes()
             paths += [path for each in detailed for path in self._response(each)]
         self.easel.tidy()
         return paths
@@ -91,16 +92,14 @@ class Gallery:
         return [cases[0], cases[-1]]
 
     def _curves(self) -> Path:
-        made = [
-            render.Curve(f, a, kind=which, group=words(name))
-            for (name, which), (f, a) in self.shown.linear.items()
-        ]
+        made = self._linear()
         made += [
             render.Curve(
                 *self.shown.curve[each.case.name][:2],
                 group=words(each.case.name, without="harmonics"),
                 harmonics=each.case.study.response.harmonics,
                 converged=self.shown.curve[each.case.name][2],
+                joined=each.case.study.response.frequencies is None,
             )
             for each in self.planned
         ]
@@ -115,6 +114,24 @@ class Gallery:
                 path, made, f"{self.study.name}: forced response", monitor, engine_order=order
             ),
         )
+
+    def _linear(self) -> list[render.Curve]:
+        """Linear limits: equal ones once; without an interlock there is no stuck one."""
+        found: list[tuple[list[str], Limit, Floats, Floats]] = []
+        for (name, which), (f, a) in self.shown.linear.items():
+            if which == "stuck" and not self.study.joints.interlock.enabled:
+                continue
+            for names, other, *curve in found:
+                if other == which and _equal(curve[0], f) and _equal(curve[1], a):
+                    names.append(name)
+                    break
+            else:
+                found.append(([name], which, f, a))
+        groups = {name for name, _ in self.shown.linear}
+        return [
+            render.Curve(f, a, kind=which, group="" if len(names) == len(groups) else merged(names))
+            for names, which, f, a in found
+        ]
 
     def _preloads(self) -> list[Path]:
         paths, seen = [], set()
@@ -133,7 +150,12 @@ class Gallery:
             f"figures/preload{suffix}.png",
             [each.preload.key, each.preload_name],
             lambda path: render.preload_picture(
-                path, static.force[0, 0].real, static.mu, joints, subtitle=words(each.preload_name)
+                path,
+                static.force[0, 0].real,
+                static.mu,
+                joints,
+                subtitle=words(each.preload_name),
+                opened=static.state[0] == nonlinear.OPEN,
             ),
         )
 
@@ -168,16 +190,38 @@ class Gallery:
             )
         ]
 
-    def _modes(self, each: Planned) -> list[Path]:
+    def _all_modes(self) -> list[Path]:
+        """Modes of each distinct set of linear limits, under the swept values that tell them."""
+        groups = [self._mode_key(each) for each in self.planned]
+        names = label([each.case for each in self.planned], groups)
+        chosen: dict[Any, tuple[Planned, str]] = {}
+        for each, group, name in zip(self.planned, groups, names, strict=True):
+            chosen.setdefault(group, (each, name))
+        distinct = list(chosen.values())
+        if len(distinct) > DETAILED:
+            told = f"pictures of modes for the first and the last of {len(distinct)} linear limits"
+            self.easel.listener(Notice(told))
+            distinct = [distinct[0], distinct[-1]]
+        return [path for each, name in distinct for path in self._modes(each, name)]
+
+    def _mode_key(self, each: Planned) -> tuple[Any, ...]:
+        """What tells modes apart; a load or a damping ratio does not."""
+        limits = self.stages.get(each.linear.limits)
+        places = limits.nodal_diameter, limits.free_mode, limits.stuck_mode
+        parts = tuple(step.key for step in each.rom.values())
+        return *parts, *places, limits.free.tobytes(), limits.stuck.tobytes()
+
+    def _modes(self, each: Planned, name: str) -> list[Path]:
         """The mode of interest with the interlock free and stuck."""
         limits = self.stages.get(each.linear.limits)
         k = limits.nodal_diameter
         paths = []
-        for which in LIMITS:
+        for which in LIMITS if limits.interlock else LIMITS[:1]:
             place = limits.free_mode if which == "free" else limits.stuck_mode
             frequency = limits.free_frequency if which == "free" else limits.stuck_frequency
             wave = render.wave_name(k, self.study.ring.sectors)
-            title = f"Mode {place + 1} of {wave}, interlock {which}: {frequency:.2f} Hz"
+            held = f", interlock {which}" if limits.interlock else ""
+            title = f"Mode {place + 1} of {wave}{held}: {frequency:.2f} Hz"
 
             def coordinates(which: str = which, place: int = place) -> Shape:
                 system = self.stages.get(each.linear.system)
@@ -185,8 +229,9 @@ class Gallery:
                 shapes = rom.linear_modes(system, k, place + 1, closed)[1]
                 return np.asarray(shapes[:, place], complex)
 
-            shows = [each.linear.limits.key, title]
-            paths += self._shape(f"mode_{which}", each, coordinates, k, title, "", shows)
+            shows = [each.linear.limits.key, title, name]
+            file = f"mode_{which}_{slug(name)}" if name else f"mode_{which}"
+            paths += self._shape(file, each, coordinates, k, title, words(name), shows)
         return paths
 
     def _response(self, each: Planned) -> list[Path]:
@@ -263,10 +308,28 @@ def slug(name: str) -> str:
 
 def words(name: str, without: str = "") -> str:
     """A case's name, such as "mu=0.3,harmonics=1", as people write it; one key left out."""
-    symbols = {"mu": "μ", "harmonics": "H"}
+    symbols = {"mu": "μ", "harmonics": "H", "engine_order": "EO"}
     texts = []
     for text in name.split(","):
         key, _, value = text.partition("=")
         if key != without:
             texts.append(f"{symbols.get(key, key)} = {value}" if value else key)
     return ", ".join(texts)
+
+
+def merged(names: Sequence[str]) -> str:
+    """Words for cases that share a curve: the values that differ are listed, equal ones once."""
+    values: dict[str, list[str]] = {}
+    for name in names:
+        for text in words(name).split(", "):
+            key, _, value = text.partition(" = ")
+            if value not in values.setdefault(key, []):
+                values[key].append(value)
+    return ", ".join(
+        f"{key} = {' or '.join(found)}" if any(found) else key for key, found in values.items()
+    )
+
+
+def _equal(a: Floats, b: Floats) -> bool:
+    """Whether two curves are the same but for round-off."""
+    return a.shape == b.shape and bool(np.allclose(a, b, rtol=1e-6, atol=0, equal_nan=True))

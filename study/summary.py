@@ -129,6 +129,8 @@ def summarise(
         What computing the response took.
     """
     interlock = ~hooks(joints)
+    if not interlock.any():  # nothing to stick: the stuck limit is the free one again
+        linear = {"free": linear["free"], "stuck": None}
     slipping = opening = hook_slipping = friction = position = float("nan")
     ratio = dict.fromkeys(linear, float("nan"))
     if peak is not None:

@@ -1,14 +1,17 @@
 """Linear limits against the closed form of two masses."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from vanelock.errors import InputError
 from vanelock.nonlinear import linear_response
 from vanelock.study import parse_study
-from vanelock.study.limits import Limits, fine, frequencies, limits
+from vanelock.study.limits import Limits, dense, fine, frequencies, limits
+from vanelock.study.listing import limits_table, linear_table
 from vanelock.study.monitor import monitor
-from vanelock.study.summary import peak_of
+from vanelock.study.summary import Peak, peak_of
 
 HOOK, INTERLOCK, SPRING = 3e6, 1e6, 2e6
 
@@ -44,7 +47,7 @@ def test_a_mode_that_is_not_there(ring):
 
 
 def some_limits(free=250.0, stuck=280.0):
-    return Limits(1, np.array([100, free]), np.array([120, stuck]), 1, 1, 0.9)
+    return Limits(1, 16, True, np.array([100, free]), np.array([120, stuck]), 1, 1, 0.9)
 
 
 def test_default_range_spans_free_to_stuck():
@@ -93,3 +96,47 @@ def test_monitor_that_is_not_there(ring):
     assert monitor("vane accessory 1, axial", ring, response).component == 2
     with pytest.raises(InputError, match='monitor = "vane accessory 2, axial": allowed nodes are'):
         monitor("vane accessory 2, axial", ring, response)
+
+
+@pytest.mark.parametrize("wanted", [[120.0], [1e-9, 265.0, 1e9], (100.0, 400.0), (10.0, 20.0)])
+@pytest.mark.parametrize("stuck", [False, True])
+def test_straight_lines_between_dense_frequencies_are_a_true_curve(wanted, stuck):
+    """Against Σ 1 / (f² - ν² + 2iζfν) of the modes in between, the closed form."""
+    known, ratio = some_limits(), 0.003
+    wanted = wanted if isinstance(wanted, tuple) else np.array(wanted)
+    drawn = dense(wanted, known, stuck, ratio)
+    assert np.isin(wanted, drawn).all()
+    modes = known.stuck if stuck else known.free
+
+    def amplitude(f):
+        return abs((1 / (modes**2 - f[:, None] ** 2 + 2j * ratio * modes * f[:, None])).sum(axis=1))
+
+    between = np.append(np.linspace(drawn[0], min(drawn[-1], 2000), 20001), drawn[-1])
+    between = np.concatenate([between, *(f * np.linspace(0.97, 1.03, 2001) for f in modes)])
+    between = between[(between >= drawn[0]) & (between <= drawn[-1])]
+    line = np.interp(between, drawn, amplitude(drawn))
+    exact = amplitude(between)
+    assert abs(line - exact).max() < 0.01 * exact.max()
+
+
+def test_a_system_without_interlock_has_one_limit(ring):
+    contacts = replace(ring.contacts, joint=("hook", "hook"))
+    assert limits(ring, 1).interlock
+    found = limits(replace(ring, contacts=contacts), 1)
+    assert not found.interlock
+    table = limits_table("", found)
+    assert [row[0] for row in table.rows] == ["free"]
+    linear = linear_table(
+        {"free": Peak(1, 9.0, 1e-5, False), "stuck": Peak(1, 9.0, 1e-5, False)}, "", ""
+    )
+    assert [row[0] for row in linear.rows] == ["free"]
+
+
+def test_the_table_of_limits_names_the_wave(ring):
+    title = limits_table(
+        "",
+        limits(
+            replace(ring, engine_order=-1, diameters={**ring.diameters, 2: ring.diameters[1]}), 1
+        ),
+    ).title
+    assert title == "Linear limits: modes of nodal diameter 1, backward wave"

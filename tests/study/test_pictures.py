@@ -1,0 +1,125 @@
+"""Which curves and modes a sweep draws, and what it calls them."""
+
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+
+from vanelock.nonlinear import static_response
+from vanelock.study import parse_study
+from vanelock.study.limits import Limits
+from vanelock.study.listing import preload_table
+from vanelock.study.monitor import Monitor
+from vanelock.study.pictures import Gallery, Shown, merged
+from vanelock.study.sweep import cases
+
+F = np.linspace(240.0, 300.0, 7)
+
+
+def gallery(text, limits=(), linear=None):
+    """A gallery of cases with the given limits; the easel keeps what it is told."""
+    study = parse_study(text)
+    shown = Shown(Monitor("vane accessory 1, radial", 0, 0), linear or {})
+    planned = [
+        SimpleNamespace(
+            case=case,
+            rom={part: SimpleNamespace(key=part) for part in ("vane", "casing")},
+            linear=SimpleNamespace(limits=found, system=None),
+        )
+        for case, found in zip(cases(study), limits, strict=False)
+    ]
+    told = []
+    stages = SimpleNamespace(get=lambda found: replace(found) if found else found)
+    for found in limits:
+        object.__setattr__(found, "key", "key")
+    return Gallery(study, planned, stages, shown, SimpleNamespace(listener=told.append)), told
+
+
+def found(k=1, free=250.0):
+    return Limits(k, 18, True, np.array([100, free]), np.array([120, 280.0]), 1, 1, 0.9)
+
+
+def modes(monkeypatch, drawn):
+    """(file, title, subtitle) of each mode picture."""
+    heard = []
+
+    def shape(self, name, each, coordinates, k, title, subtitle, shows):
+        heard.append((name, title, subtitle))
+        return []
+
+    monkeypatch.setattr(Gallery, "_shape", shape)
+    drawn._all_modes()
+    return heard
+
+
+def test_each_distinct_limit_has_its_modes_drawn(monkeypatch):
+    text = '[ring]\nsectors = 18\n[vane]\naerofoils = 3\nchord = "54 mm"\nthickness = "4.8 mm"\n'
+    text += '[sweep]\n"excitation.engine_order" = [-1, 1]\n"excitation.force" = [10, 20]'
+    drawn, _ = gallery(text, [found(17), found(17), found(1), found(1)])
+    assert modes(monkeypatch, drawn) == [
+        (
+            f"mode_{which}_engine_order{order}",
+            f"Mode 2 of {wave}, interlock {which}: {frequency} Hz",
+            f"EO = {order}",
+        )
+        for order, wave in ((-1, "nodal diameter 1, backward wave"), (1, "nodal diameter 1"))
+        for which, frequency in (("free", "250.00"), ("stuck", "280.00"))
+    ]
+
+
+def test_one_limit_needs_no_name_and_many_are_not_all_drawn(monkeypatch):
+    drawn, _ = gallery('[sweep]\n"joints.interlock.mu" = [0.1, 0.3]', [found(), found()])
+    assert [name for name, _, _ in modes(monkeypatch, drawn)] == ["mode_free", "mode_stuck"]
+    values = [round(5 + 0.1 * i, 1) for i in range(9)]
+    text = f'[sweep]\n"joints.hook.kn" = {values}'
+    drawn, told = gallery(text, [found(free=250.0 + i) for i in range(9)])
+    names = [name for name, _, _ in modes(monkeypatch, drawn)]
+    assert names == [f"mode_{w}_kn{v}" for v in ("5", "5.8") for w in ("free", "stuck")]
+    assert "the first and the last of 9 linear limits" in told[0].text
+
+
+def test_equal_linear_limits_are_one_curve_and_others_are_named():
+    rising, other = (F, 1e-7 * F), (F, 2e-7 * F)
+    linear = {
+        ("engine_order=-1", "free"): rising,
+        ("engine_order=1", "free"): (F, 1e-7 * F * (1 + 1e-12)),
+        ("engine_order=2", "free"): other,
+        ("engine_order=-1", "stuck"): other,
+        ("engine_order=1", "stuck"): other,
+        ("engine_order=2", "stuck"): other,
+    }
+    labels = [curve.label for curve in gallery("", (), linear)[0]._linear()]
+    assert labels == ["linear, free: EO = -1 or 1", "linear, free: EO = 2", "linear, stuck"]
+    without = gallery("[joints.interlock]\nenabled = false", (), linear)[0]._linear()
+    assert [curve.kind for curve in without] == ["free", "free"]
+
+
+def test_words_for_merged_cases():
+    assert merged(["mu=0.1,kn=5", "mu=0.3,kn=5"]) == "μ = 0.1 or 0.3, kn = 5"
+
+
+def test_an_open_joint_has_no_preload(ring):
+    gap = replace(ring, contacts=replace(ring.contacts, v0=np.array([1e-5, -1e-5])))
+    rest = static_response(gap)
+    rest.force[0, 0] = [[2, 0, 0], [4e-16, 1e-16, 0]]
+    hook, interlock = preload_table("", gap.contacts.joint, rest).record()["rows"]
+    assert (hook["closed"], hook["open"]) == (1, 0)
+    assert (interlock["closed"], interlock["open"], interlock["slipped"]) == (0, 1, 0)
+    assert (interlock["n_min"], interlock["n_max"], interlock["t_over_n"]) == (0, 0, None)
+    assert hook["n_mean"] == 2
+
+
+def test_without_friction_no_share_of_the_bound_is_round_off(ring):
+    smooth = replace(ring, contacts=replace(ring.contacts, mu=np.zeros(2)))
+    rest = static_response(smooth)
+    rest.force[0, 0, :, 1] = 1e-17
+    rows = preload_table("", smooth.contacts.joint, rest).record()["rows"]
+    assert [(row["closed"], row["slipped"], row["t_over_n"]) for row in rows] == [(1, 1, 0)] * 2
+
+
+def test_tables_print_four_digits_of_any_size(ring):
+    rest = static_response(ring)
+    rest.force[0, 0, 0, 0], rest.force[0, 0, 1, 0] = 1.23456e-7, 1.23456e300
+    shown = preload_table("", ring.contacts.joint, rest)
+    cells = [format(row[3], shown.columns[3].form) for row in shown.rows]
+    assert cells == ["1.235e-07", "1.235e+300"]
