@@ -20,8 +20,7 @@ from vanelock.nonlinear import (
     linear_response,
     static_response,
 )
-from vanelock.nonlinear.balance import Structure, structure
-from vanelock.nonlinear.families import Frequencies, Interpolated, frequencies
+from vanelock.nonlinear.balance import structure
 from vanelock.nonlinear.law import contact_law
 from vanelock.nonlinear.newton import newton_matrix, response_to
 from vanelock.rom.system import Contacts, Diameter, Force
@@ -325,42 +324,6 @@ def test_modal_and_explicit_damping_are_the_same(
     assert structure(explicit, 3).at(1).coupled_damping is None
     hertz = first_frequency(system) * np.linspace(0.7, 1.8, 10)
     same(frequency_response(explicit, hertz, 3), frequency_response(system, hertz, 3), 1e-8)
-
-
-def test_interpolated_receptances_are_those_of_all_modes(
-    random_system: Make, first_frequency: Lowest
-) -> None:
-    system = random_system(9, size=60)
-    prepared: Structure = structure(system, 3)
-    low, high = 2 * np.pi * first_frequency(system) * np.array([0.6, 1.6])
-    table, direct = frequencies(prepared, low, high, 100), Frequencies(prepared)
-    assert isinstance(table, Interpolated)
-    assert any(table.low)
-    for omega in np.linspace(low, high, 7):
-        for h in range(4):
-            expected = direct.at(omega).receptance[h]
-            error = np.abs(table.at(omega).receptance[h] - expected).max()
-            assert error < 1e-13 * np.abs(expected).max()
-
-
-@pytest.mark.parametrize("beta", [0.02, 0.5, 2.0, 10.0])
-def test_interpolated_receptances_are_exact_with_overdamped_modes(
-    random_system: Make, first_frequency: Lowest, beta: float
-) -> None:
-    system = random_system(9, size=60, damping_ratio=None)
-    damped = {}
-    for k, matrices in system.diameters.items():
-        B = rows(system, k)
-        stuck = matrices.K + (B.conj().T * system.contacts.stiffness.reshape(-1)) @ B
-        damped[k] = replace(matrices, C=beta * stuck)
-    prepared = structure(replace(system, diameters=damped), 3)
-    low, high = 2 * np.pi * first_frequency(system) * np.array([0.6, 1.6])
-    family, direct = frequencies(prepared, low, high, 100), Frequencies(prepared)
-    for omega in np.linspace(low, high, 7):
-        for h in range(4):
-            expected = direct.at(omega).receptance[h]
-            error = np.abs(family.at(omega).receptance[h] - expected).max()
-            assert error < 1e-13 * np.abs(expected).max()
 
 
 @pytest.mark.parametrize("solve", [frequency_response, linear_response])
