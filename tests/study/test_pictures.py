@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 
@@ -20,7 +21,7 @@ def gallery(text, limits=(), linear=None):
     """A gallery of cases with the given limits; the easel keeps what it is told."""
     study = parse_study(text)
     shown = Shown(Monitor("vane accessory 1, radial", 0, 0), linear or {})
-    planned = [
+    planned: list[Any] = [
         SimpleNamespace(
             case=case,
             rom={part: SimpleNamespace(key=part) for part in ("vane", "casing")},
@@ -28,11 +29,12 @@ def gallery(text, limits=(), linear=None):
         )
         for case, found in zip(cases(study), limits, strict=False)
     ]
-    told = []
-    stages = SimpleNamespace(get=lambda found: replace(found) if found else found)
+    told: list[Any] = []
+    stages: Any = SimpleNamespace(get=lambda found: replace(found) if found else found)
     for found in limits:
         object.__setattr__(found, "key", "key")
-    return Gallery(study, planned, stages, shown, SimpleNamespace(listener=told.append)), told
+    easel: Any = SimpleNamespace(listener=told.append)
+    return Gallery(study, planned, stages, shown, easel), told
 
 
 def found(k=1, free=250.0):
