@@ -13,7 +13,6 @@ from vanelock.mesh.dimensions import CasingDimensions, HookDimensions, VaneDimen
 HOOK_CORNERS = 8  # corner nodes of a hook's band; with those between them, 15
 INTERLOCK_CORNERS = 3  # of a row on an interlock face; with those between them, 5
 FORCES = 16
-ACCESSORIES = 3
 
 
 def cylindrical(

@@ -8,7 +8,7 @@ axis z. The displacement at the phase angle α = ωt is Re(x e^{iα}).
 import numpy as np
 from numpy.typing import NDArray
 
-from vanelock.cyclic import turn
+from vanelock.cyclic import phase_factor, turn
 
 Complex = NDArray[np.complex128]
 Real = NDArray[np.float64]
@@ -29,7 +29,7 @@ def sector_points(points: Real, sector: int, sectors: int) -> Real:
 
 def sector_shape(shape: Complex, sector: int, sectors: int, nodal_diameter: int) -> Complex:
     """(n, 3) Cartesian shape on sector j of the wave whose shape on sector 0 is given."""
-    lag = np.exp(-2j * np.pi * nodal_diameter * sector / sectors)
+    lag = phase_factor(nodal_diameter * sector, sectors)
     turned: Complex = lag * (np.asarray(shape) @ turn(sectors, sector).T)
     return turned
 

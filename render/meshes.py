@@ -26,7 +26,6 @@ SETS: Final[tuple[tuple[str, tuple[str, ...], str, str], ...]] = (
     ("loaded nodes", ("force",), style.BLUE, "o"),
     ("output nodes", ("accessory",), style.PURPLE, "o"),
 )
-CYCLIC: Final = ("left", "right")
 
 
 def mesh_picture(path: style.PathLike, vane: Part, casing: Part, title: str = "Mesh") -> Path:

@@ -9,6 +9,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
+from vanelock.cyclic import COMPONENTS, phase_factor
 from vanelock.errors import InputError
 from vanelock.mesh import Part
 from vanelock.render import annulus, scene, style, views
@@ -18,7 +19,6 @@ Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 Paint = Callable[[Real, Complex], Real]  # (m, 3) points and shape of one sector -> (m, 3) colours
 
-COMPONENTS: Final = ("radial", "circumferential", "axial")
 _DRAWN: Final = 0.05  # largest displacement in the picture, as a share of the ring's outer radius
 _FAINT: Final = 0.02  # below this share of the largest a phase means nothing
 
@@ -256,7 +256,7 @@ def ring_scene(
         sectors = skin.part.sectors
         placed, colour = [], []
         for j in range(sectors):
-            shape = skin.shape * np.exp(-2j * np.pi * nodal_diameter * j / sectors)
+            shape = skin.shape * phase_factor(nodal_diameter * j, sectors)
             moved = skin.points + scale * annulus.at(shape, angle)
             placed.append(annulus.sector_points(moved, j, sectors))
             colour.append(paint(skin.points, shape)[skin.split])

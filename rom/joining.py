@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from vanelock.errors import InputError
 from vanelock.rom.component import Component
-from vanelock.rom.pairs import Joint, contact_pairs, key_pairs, relative_rows
+from vanelock.rom.pairs import Joint, contact_pairs, key_pairs, merged_dofs, relative_rows
 from vanelock.rom.system import Diameter, Force, Matrix, System
 
 
@@ -39,12 +39,7 @@ class Excitation:
 def joined_dofs(vane: Component, casing: Component) -> NDArray[np.int64]:
     """(vane.size,) joined coordinate of each of the vane's; key nodes share the casing's."""
     own, mate = key_pairs(vane.masters, casing.masters)
-    merged = vane.dofs(own).ravel()
-    joined = np.empty(vane.size, np.int64)
-    free = np.setdiff1d(np.arange(vane.size), merged)
-    joined[free] = casing.size + np.arange(len(free))
-    joined[merged] = casing.dofs(mate).ravel()
-    return joined
+    return merged_dofs(vane.size, casing.size, vane.dofs(own).ravel(), casing.dofs(mate).ravel())
 
 
 def split(
@@ -95,11 +90,9 @@ def join(
     n = int(of_vane.max(initial=casing.size - 1)) + 1
 
     pairs = contact_pairs(vane.masters, casing.masters, joints)
-    vane_dofs = of_vane[vane.dofs(pairs.vane)]
-    mate_dofs = np.empty_like(vane_dofs)
-    mate_dofs[pairs.next] = of_vane[vane.dofs(pairs.mate[pairs.next])]
-    mate_dofs[~pairs.next] = casing.dofs(pairs.mate[~pairs.next])
-    own, following = relative_rows(pairs, vane_dofs, mate_dofs, n, N)
+    own, following = relative_rows(
+        pairs, lambda nodes: of_vane[vane.dofs(nodes)], casing.dofs, n, N
+    )
     output, names = _outputs(vane, casing, of_vane, n)
 
     c = len(pairs.vane)

@@ -1,6 +1,6 @@
 """Which node meets which: contact pairs of the vane's joints and their relative displacement."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -109,6 +109,7 @@ def contact_pairs(vane: Masters, casing: Masters, joints: Sequence[Joint]) -> Pa
     )
 
 
+Coordinates = Callable[[NDArray[np.int64]], NDArray[np.int64]]
 NodePairs = tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.float64]]
 
 
@@ -157,10 +158,29 @@ def _coincide(
         )
 
 
+def merged_dofs(
+    vane_size: int, casing_size: int, vane_keys: NDArray[np.int64], casing_keys: NDArray[np.int64]
+) -> NDArray[np.int64]:
+    """(vane_size,) joined coordinate of each of the vane's, which follow the casing's.
+
+    Parameters
+    ----------
+    vane_size, casing_size : int
+        Numbers of coordinates of the two parts.
+    vane_keys, casing_keys : (k,) int
+        The vane's coordinates that are merged with the casing's.
+    """
+    joined = np.empty(vane_size, np.int64)
+    free = np.setdiff1d(np.arange(vane_size), vane_keys)
+    joined[free] = casing_size + np.arange(len(free))
+    joined[vane_keys] = casing_keys
+    return joined
+
+
 def relative_rows(
     pairs: Pairs,
-    vane_dofs: NDArray[np.int64],
-    mate_dofs: NDArray[np.int64],
+    of_vane: Coordinates,
+    of_casing: Coordinates,
     size: int,
     sectors: int,
 ) -> tuple[sp.csr_array, sp.csr_array]:
@@ -170,8 +190,8 @@ def relative_rows(
     ----------
     pairs : Pairs
         c pairs.
-    vane_dofs, mate_dofs : (c, 3) int
-        Coordinates that are the Cartesian displacement of the two nodes, each in its own sector.
+    of_vane, of_casing : callable
+        (k, 3) coordinates that are the Cartesian displacement of k nodes in their own sector.
     size : int
         Number of coordinates n.
     sectors : int
@@ -183,6 +203,10 @@ def relative_rows(
         Rows on this sector's coordinates and on the next one's.
     """
     other = ~pairs.next
+    vane_dofs = of_vane(pairs.vane)
+    mate_dofs = np.empty_like(vane_dofs)
+    mate_dofs[pairs.next] = of_vane(pairs.mate[pairs.next])
+    mate_dofs[other] = of_casing(pairs.mate[other])
     own = _rows(pairs.frames, vane_dofs, size) - _rows(
         pairs.frames * other[:, None, None], mate_dofs, size
     )

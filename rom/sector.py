@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from vanelock.cyclic import phase_factor
 from vanelock.fem import Model, cyclic_transform
 from vanelock.rom.masters import everything
-from vanelock.rom.pairs import Joint, contact_pairs, key_pairs, relative_rows
+from vanelock.rom.pairs import Joint, contact_pairs, key_pairs, merged_dofs, relative_rows
 
 
 def unreduced(
@@ -43,21 +43,16 @@ def unreduced(
         return np.asarray(T.indices[T.indptr[casing.dofs[nodes]]], np.int64)
 
     own, mate = key_pairs(*pieces)
-    of_vane = np.empty(n_vane, np.int64)
-    merged = vane.dofs[own].ravel()
-    free = np.setdiff1d(np.arange(n_vane), merged)
-    of_vane[free] = n_casing + np.arange(len(free))
-    of_vane[merged] = casing_dofs(mate).ravel()
-    n = n_casing + len(free)
+    keys = vane.dofs[own].ravel()
+    of_vane = merged_dofs(n_vane, n_casing, keys, casing_dofs(mate).ravel())
+    n = n_casing + n_vane - len(keys)
 
     to_vane = sp.csr_array((np.ones(n_vane), (np.arange(n_vane), of_vane)), shape=(n_vane, n))
     to_casing = sp.hstack([T, sp.csr_array((T.shape[0], n - n_casing))]).tocsr()
     pairs = contact_pairs(*pieces, joints)
-    vane_dofs = of_vane[vane.dofs[pairs.vane]]
-    mate_dofs = np.empty_like(vane_dofs)
-    mate_dofs[pairs.next] = of_vane[vane.dofs[pairs.mate[pairs.next]]]
-    mate_dofs[~pairs.next] = casing_dofs(pairs.mate[~pairs.next])
-    here, there = relative_rows(pairs, vane_dofs, mate_dofs, n, vane.part.sectors)
+    here, there = relative_rows(
+        pairs, lambda nodes: of_vane[vane.dofs[nodes]], casing_dofs, n, vane.part.sectors
+    )
     B = here + there * phase_factor(nodal_diameter, vane.part.sectors)
     springs = sp.diags_array(pairs.contacts.stiffness.ravel())
 

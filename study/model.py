@@ -17,6 +17,7 @@ from pydantic import (
     model_validator,
 )
 
+from vanelock.cyclic import COMPONENTS
 from vanelock.mesh import CasingDimensions, VaneDimensions
 from vanelock.mesh.effort import MOST as LARGEST_MESHES
 from vanelock.mesh.effort import check_size
@@ -33,7 +34,6 @@ from vanelock.quantities import (
     si,
 )
 
-COMPONENTS = ("radial", "circumferential", "axial")
 MONITOR = rf"(?P<node>(?:vane|casing) accessory [1-3])(?:, (?P<component>{'|'.join(COMPONENTS)}))?"
 
 

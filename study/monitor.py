@@ -6,10 +6,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from vanelock.cyclic import COMPONENTS
 from vanelock.errors import InputError
 from vanelock.nonlinear import Response
 from vanelock.rom import System
-from vanelock.study.model import COMPONENTS, MONITOR
+from vanelock.study.model import MONITOR
 
 
 @dataclass(frozen=True)

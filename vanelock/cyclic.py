@@ -7,6 +7,9 @@ Sector j+1 is sector j turned by 2π/N. A wave of nodal diameter k reaches it la
 import numpy as np
 from numpy.typing import NDArray
 
+COMPONENTS = ("radial", "circumferential", "axial")
+"""Cylindrical components, in the order of every output."""
+
 
 def rotation(angle: float) -> NDArray[np.float64]:
     """(3, 3) rotation by `angle`, rad, about z."""
