@@ -11,7 +11,6 @@ import numpy as np
 import scipy.linalg as la
 from numpy.typing import NDArray
 
-from vanelock.nonlinear.law import Law
 from vanelock.nonlinear.newton import (
     TOLERANCE,
     Family,
@@ -19,7 +18,6 @@ from vanelock.nonlinear.newton import (
     Solution,
     active_rows,
     newton_matrix,
-    response_to,
     scales,
     solve,
 )
@@ -71,14 +69,13 @@ def _tangent(family: Family, point: Solution) -> _Tangent | None:
         return None
     swaps = np.count_nonzero(pivots != np.arange(len(pivots)))
     sign = np.prod(np.sign(diagonal)) * (-1.0) ** swaps
-    rates = response_to(point.deviation, rows, family.slope(point.parameter, point.w))
+    rates = family.rate(point.parameter, point.w, point.deviation, rows)
     z[rows] = la.lu_solve((factors, pivots), rates, check_finite=False)
     return _Tangent(z.reshape(point.w.shape), float(sign))
 
 
 def follow(
     family: Family,
-    law: Law,
     start: Solution,
     target: float,
     tolerance: float = TOLERANCE,
@@ -89,7 +86,6 @@ def follow(
     Parameters
     ----------
     family : Family
-    law : Law
     start : Solution
         Converged, at another value of the parameter.
     target : float
@@ -114,7 +110,7 @@ def follow(
         if sign != last_sign:
             folds.append(here.parameter)
             last_sign = sign
-        ahead, spent = _advance(family, law, here, tangent, constant, length, weight, span)
+        ahead, spent = _advance(family, here, tangent, constant, length, weight, span)
         iterations += spent
         if ahead is None:
             break
@@ -123,7 +119,7 @@ def follow(
         if (following.parameter - target) * np.sign(span) >= 0:
             ratio = (target - here.parameter) / (following.parameter - here.parameter)
             for begin in (here.w + ratio * (following.w - here.w), following.w, here.w):
-                landed = solve(family, law, begin, target, tolerance=tolerance)
+                landed = solve(family, begin, target, tolerance=tolerance)
                 iterations += landed.iterations
                 if landed.converged:
                     landed = replace(landed, iterations=iterations)
@@ -138,7 +134,6 @@ def follow(
 
 def _advance(
     family: Family,
-    law: Law,
     here: Solution,
     tangent: _Tangent,
     constant: float,
@@ -153,7 +148,7 @@ def _advance(
     """
     spent = 0
     while True:
-        found, iterations = _step(family, law, here, tangent, constant, length, weight, span)
+        found, iterations = _step(family, here, tangent, constant, length, weight, span)
         spent += iterations
         if found is not None:
             return (found, length), spent
@@ -164,12 +159,12 @@ def _advance(
         along, rate = _arrow(tangent, constant, weight, span)
         w, parameter = here.w + push * SHORTEST * along, here.parameter + push * SHORTEST * rate
         u = family.at(parameter).displacement(w)
-        beyond = replace(here, w=w, parameter=parameter, u=u, deviation=law(u))
+        beyond = replace(here, w=w, parameter=parameter, u=u, deviation=family.law(parameter)(u))
         turned = _tangent(family, beyond)
         if turned is None:
             continue
         for length in (push * SHORTEST, 4 * push * SHORTEST):
-            found, iterations = _step(family, law, here, turned, constant, length, weight, span)
+            found, iterations = _step(family, here, turned, constant, length, weight, span)
             spent += iterations
             if found is not None:
                 return (found, length), spent
@@ -185,7 +180,6 @@ def _arrow(tangent: _Tangent, constant: float, weight: Floats, span: float) -> t
 
 def _step(
     family: Family,
-    law: Law,
     here: Solution,
     tangent: _Tangent,
     constant: float,
@@ -197,7 +191,7 @@ def _step(
     along, rate = _arrow(tangent, constant, weight, span)
     w, parameter = here.w + length * along, here.parameter + length * rate
     plane = Plane(w, parameter, along * weight**2, rate / span**2)
-    found = solve(family, law, w, parameter, plane, ROUGH, 12)
+    found = solve(family, w, parameter, plane, ROUGH, 12)
     moved = np.hypot(np.linalg.norm((found.w - w) * weight), (found.parameter - parameter) / span)
     # A path may bend by 45 degrees in a step, and sharply at a kink, which short steps single out.
     near = moved < length or moved < 3 * length < 0.25

@@ -8,7 +8,7 @@ In the contact displacements u, with w their deviation from sticking (`law`) and
 so the nonlinear equations are w = W(u(w)), one for each component of w that is not zero.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, TypeAlias
 
@@ -42,6 +42,13 @@ class Balance:
     omega: float
     linear: Floats
     receptance: tuple[Array, ...]
+
+    def with_mean(self, mean: Floats) -> "Balance":
+        """The balance whose mean displacement is held at (c, 3), m, whatever the contacts do."""
+        linear = self.linear.copy()
+        linear[:, :, 0] = mean
+        still = np.zeros_like(self.receptance[0])
+        return replace(self, linear=linear, receptance=(still, *self.receptance[1:]))
 
     def displacement(self, w: Floats) -> Floats:
         """U = ũ + R̂ w, (c, 3, 2H + 1)."""

@@ -1,128 +1,65 @@
-"""Families of balances to move along: in frequency, and in added loads at one frequency."""
+"""Families of problems to move along: in frequency, in loads, in friction.
+
+A problem is u = ũ + R̂ w with w = W(u), a balance and a law of contact; a family has one for every
+value of its parameter.
+"""
 
 from dataclasses import dataclass, replace
-from math import ceil, log, sqrt
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vanelock.nonlinear.balance import Balance, Structure
+from vanelock.nonlinear.law import Deviation, Law
+from vanelock.nonlinear.tables import Tabulated
 
 Floats = NDArray[np.float64]
-Array = NDArray[Any]
+Rows = NDArray[np.int64]
 
-MARGIN = 0.02  # how far, relatively, an arc may leave the range of frequencies
+
+def response_to(deviation: Deviation, rows: Rows, moved: Floats) -> Floats:
+    """(dW/du) times a displacement (c, 3, 2H + 1), on the given components of w."""
+    m = deviation.w.shape[2]
+    functionals = deviation.jacobian.reshape(-1, 3 * m)[rows]
+    rates: Floats = np.einsum("rk,rk->r", functionals, moved.reshape(-1, 3 * m)[rows // (3 * m)])
+    return rates
 
 
 @dataclass(frozen=True)
 class Frequencies:
-    """Balances by circular frequency, rad/s, receptances summed over all modes."""
-
-    structure: Structure
-
-    def at(self, parameter: float) -> Balance:
-        """The balance at a circular frequency."""
-        return self.structure.balance(parameter)
-
-    def slope(self, parameter: float, w: Floats) -> Floats:
-        """du/dω at fixed w."""
-        return self.structure.slope(parameter, w)
-
-
-@dataclass(frozen=True)
-class Interpolated:
-    """Balances by circular frequency, rad/s, in a range: a few modes summed, the others tabulated.
-
-    Those whose poles are further than three times hω from zero, natural frequencies or decays of
-    overdamped modes, vary smoothly in the range, and Chebyshev interpolation of their sum is exact
-    to rounding; the summation over hundreds of modes is paid at the nodes only.
+    """Problems by circular frequency, rad/s.
 
     Attributes
     ----------
-    structure : Structure
-    limits : (float, float)
-        The range, rad/s; outside it all modes are summed.
-    nodes : (k,) float
-        Chebyshev nodes, rad/s.
-    weights : (k,) float
-        Barycentric weights.
-    low : tuple of int
-        Number of modes summed, by harmonic.
-    tables : tuple of (k, 3c, 3c)
-        R̂_h of the other modes at the nodes, h = 1 ... H.
+    source : Structure or Tabulated
+        Gives the balances.
+    friction : Law
     """
 
-    structure: Structure
-    limits: tuple[float, float]
-    nodes: Floats
-    weights: Floats
-    low: tuple[int, ...]
-    tables: tuple[Array, ...]
+    source: Structure | Tabulated
+    friction: Law
+
+    @property
+    def structure(self) -> Structure:
+        """The structure behind the balances."""
+        return self.source.structure if isinstance(self.source, Tabulated) else self.source
 
     def at(self, parameter: float) -> Balance:
         """The balance at a circular frequency."""
-        inner = self.structure
-        if not self.limits[0] <= parameter <= self.limits[1]:
-            return inner.balance(parameter)
-        distance = parameter - self.nodes
-        if np.any(distance == 0):
-            shares = (distance == 0).astype(float)
-        else:
-            shares = self.weights / distance
-            shares /= shares.sum()
-        receptance = [inner.receptance(0, parameter)]
-        for h in range(1, inner.harmonics + 1):
-            modes, low = inner.at(h), self.low[h]
-            near = modes.rows[:, :low]
-            summed = (near / modes.dynamic(h * parameter)[:low]) @ near.conj().T
-            table = self.tables[h - 1]
-            rest = (shares @ table.reshape(len(shares), -1)).reshape(table.shape[1:])
-            receptance.append(rest + summed * inner.stiffness)
-        return Balance(parameter, inner.linear(parameter), tuple(receptance))
+        return self.source.balance(parameter)
 
-    def slope(self, parameter: float, w: Floats) -> Floats:
-        """du/dω at fixed w."""
-        return self.structure.slope(parameter, w)
+    def law(self, parameter: float) -> Law:
+        """The law, the same at every frequency."""
+        return self.friction
 
-
-def frequencies(
-    structure: Structure, lowest: float, highest: float, points: int
-) -> Frequencies | Interpolated:
-    """The family for some points in a range of ω, rad/s, tabulated where that is cheaper."""
-    low, high = (1 - MARGIN) * lowest, (1 + MARGIN) * highest
-    coupled = any(modes.coupled_damping is not None for modes in structure.modes.values())
-    # A pole is at least three times the highest frequency from zero, worst on the real axis;
-    # Bernstein's ellipse through it.
-    x = (3 * high - 0.5 * (high + low)) / (0.5 * (high - low))
-    count = ceil(log(1e16) / log(x + sqrt(x * x - 1))) + 1
-    if coupled or structure.harmonics == 0 or points <= count:
-        return Frequencies(structure)
-    summed = [0]
-    for h in range(1, structure.harmonics + 1):
-        near = np.flatnonzero(structure.at(h).poles() < 3 * h * high)
-        summed.append(int(near.max(initial=-1)) + 1)
-    if all(n == len(structure.at(h).compliance) for h, n in enumerate(summed) if h):
-        return Frequencies(structure)  # nothing left to tabulate
-    k = np.arange(count)
-    cosine = np.cos(np.pi * (2 * k + 1) / (2 * count))
-    nodes = 0.5 * (low + high) + 0.5 * (high - low) * cosine
-    weights = np.asarray((-1.0) ** k * np.sin(np.pi * (2 * k + 1) / (2 * count)), float)
-    tables = []
-    for h in range(1, structure.harmonics + 1):
-        modes, number = structure.at(h), summed[h]
-        far = modes.rows[:, number:]
-        table = [
-            (far / modes.dynamic(h * omega)[number:]) @ far.conj().T * structure.stiffness
-            for omega in nodes
-        ]
-        tables.append(np.array(table))
-    return Interpolated(structure, (low, high), nodes, weights, tuple(summed), tuple(tables))
+    def rate(self, parameter: float, w: Floats, deviation: Deviation, rows: Rows) -> Floats:
+        """dW/dω at fixed w, on the given components of w."""
+        return response_to(deviation, rows, self.structure.slope(parameter, w))
 
 
 @dataclass(frozen=True)
 class Loads:
-    """Balances at one frequency whose ũ moves along a direction.
+    """Problems at one frequency whose ũ moves along a direction.
 
     Attributes
     ----------
@@ -130,20 +67,60 @@ class Loads:
         At the parameter 0.
     direction : (c, 3, 2H + 1) float
         dũ/dp, m.
+    friction : Law
     """
 
     balance: Balance
     direction: Floats
+    friction: Law
 
     def at(self, parameter: float) -> Balance:
         """The balance at a value of the parameter."""
         return replace(self.balance, linear=self.balance.linear + parameter * self.direction)
 
-    def slope(self, parameter: float, w: Floats) -> Floats:
-        """dũ/dp, whatever the parameter."""
-        return self.direction
+    def law(self, parameter: float) -> Law:
+        """The law, the same under every load."""
+        return self.friction
+
+    def rate(self, parameter: float, w: Floats, deviation: Deviation, rows: Rows) -> Floats:
+        """dW/dp at fixed w, on the given components of w."""
+        return response_to(deviation, rows, self.direction)
 
 
-def fixed(balance: Balance) -> Loads:
+def fixed(balance: Balance, law: Law) -> Loads:
     """A family of one."""
-    return Loads(balance, np.zeros_like(balance.linear))
+    return Loads(balance, np.zeros_like(balance.linear), law)
+
+
+@dataclass(frozen=True)
+class Frictions:
+    """Problems at one frequency whose coefficients of friction are scaled by the parameter, > 0.
+
+    Attributes
+    ----------
+    balance : Balance
+    friction : Law
+        At the parameter 1.
+    """
+
+    balance: Balance
+    friction: Law
+
+    def at(self, parameter: float) -> Balance:
+        """The balance, the same whatever the friction."""
+        return self.balance
+
+    def law(self, parameter: float) -> Law:
+        """The law with all coefficients scaled."""
+        return replace(self.friction, alpha=parameter * self.friction.alpha)
+
+    def rate(self, parameter: float, w: Floats, deviation: Deviation, rows: Rows) -> Floats:
+        """dW/dp at fixed w, on the given components of w.
+
+        A slider's place depends on friction through μ v alone, so that μ dw/dμ = (dw/dv) v.
+        """
+        u = self.balance.displacement(w)
+        u[:, 1:] = 0.0
+        m = w.shape[2]
+        rates = response_to(deviation, rows, u) / parameter
+        return np.where(rows // m % 3 == 0, 0.0, rates)

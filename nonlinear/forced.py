@@ -9,13 +9,14 @@ from numpy.typing import ArrayLike, NDArray
 
 from vanelock.errors import InputError
 from vanelock.nonlinear.balance import structure
-from vanelock.nonlinear.families import frequencies as family_of
+from vanelock.nonlinear.families import Frequencies
 from vanelock.nonlinear.law import contact_law
 from vanelock.nonlinear.linear import check_forces, checked_frequencies
 from vanelock.nonlinear.newton import TOLERANCE, Solution
 from vanelock.nonlinear.rescue import from_nothing
 from vanelock.nonlinear.response import Response, assemble_response
 from vanelock.nonlinear.sweep import Solver
+from vanelock.nonlinear.tables import balances
 from vanelock.nonlinear.threads import one_thread
 from vanelock.nonlinear.trigonometric import TURN
 from vanelock.rom.system import System
@@ -111,11 +112,9 @@ def frequency_response(
     check_forces(system, harmonics)
     omegas = TURN * hertz
     points = 100 if is_range else len(omegas)
-    solver = Solver(
-        family_of(prepared, omegas.min(), omegas.max(), points),
-        lru_cache(lambda h: contact_law(system.contacts, h, samples)),
-        tolerance,
-    )
+    law = lru_cache(lambda h: contact_law(system.contacts, h, samples))
+    source = balances(prepared, omegas.min(), omegas.max(), points)
+    solver = Solver(Frequencies(source, law(harmonics)), law, tolerance)
     order = np.argsort(omegas, kind="stable")
     if direction == "down":
         order = order[::-1]

@@ -9,10 +9,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from vanelock.errors import InputError
 from vanelock.nonlinear.balance import Balance, structure
-from vanelock.nonlinear.families import frequencies as family_of
 from vanelock.nonlinear.law import OPEN, STUCK, Deviation
 from vanelock.nonlinear.newton import Solution, scales
 from vanelock.nonlinear.response import Response, assemble_response
+from vanelock.nonlinear.tables import balances
 from vanelock.nonlinear.threads import one_thread
 from vanelock.nonlinear.trigonometric import TURN, to_complex, to_real
 from vanelock.rom.system import Contacts, System
@@ -54,8 +54,8 @@ def linear_response(
     check_forces(system, harmonics)
     mask = closed_contacts(system.contacts, closed)
     omegas = TURN * checked_frequencies(frequencies)
-    family = family_of(prepared, float(omegas.min()), float(omegas.max()), len(omegas))
-    return assemble_response(prepared, [_solve(family.at(omega), mask) for omega in omegas])
+    source = balances(prepared, float(omegas.min()), float(omegas.max()), len(omegas))
+    return assemble_response(prepared, [_solve(source.balance(omega), mask) for omega in omegas])
 
 
 def checked_frequencies(frequencies: ArrayLike) -> NDArray[np.float64]:

@@ -20,6 +20,7 @@ from vanelock.nonlinear.balance import Balance
 from vanelock.nonlinear.law import Deviation, Law
 
 Floats = NDArray[np.float64]
+Rows = NDArray[np.int64]
 
 TOLERANCE = 1e-10
 LENGTHS = (1.0, 0.5, 0.25, 0.125)
@@ -31,8 +32,11 @@ class Family(Protocol):
     def at(self, parameter: float) -> Balance:
         """The balance at a value of the parameter."""
 
-    def slope(self, parameter: float, w: Floats) -> Floats:
-        """Derivative of u to the parameter at fixed w, (c, 3, 2H + 1)."""
+    def law(self, parameter: float) -> Law:
+        """The law of contact at a value of the parameter."""
+
+    def rate(self, parameter: float, w: Floats, deviation: Deviation, rows: Rows) -> Floats:
+        """Derivative of W to the parameter at fixed w, on the given components of w."""
 
 
 @dataclass(frozen=True)
@@ -104,7 +108,7 @@ def scales(linear: Floats) -> Floats:
     return scale
 
 
-def newton_matrix(balance: Balance, deviation: Deviation, rows: NDArray[np.int64]) -> Floats:
+def newton_matrix(balance: Balance, deviation: Deviation, rows: Rows) -> Floats:
     """P = I - (dW/du) R̂ on the given components of w."""
     m = deviation.w.shape[2]
     functionals = deviation.jacobian.reshape(-1, 3, m)[rows]
@@ -113,15 +117,7 @@ def newton_matrix(balance: Balance, deviation: Deviation, rows: NDArray[np.int64
     return matrix
 
 
-def response_to(deviation: Deviation, rows: NDArray[np.int64], moved: Floats) -> Floats:
-    """(dW/du) times a displacement (c, 3, 2H + 1), on the given components of w."""
-    m = deviation.w.shape[2]
-    functionals = deviation.jacobian.reshape(-1, 3 * m)[rows]
-    rates: Floats = np.einsum("rk,rk->r", functionals, moved.reshape(-1, 3 * m)[rows // (3 * m)])
-    return rates
-
-
-def active_rows(w: Floats, deviation: Deviation) -> NDArray[np.int64]:
+def active_rows(w: Floats, deviation: Deviation) -> Rows:
     """Components of w that are unknown: not zero on either side of w = W."""
     return np.flatnonzero((w != 0) | (deviation.w != 0))
 
@@ -140,7 +136,6 @@ class _State:
 
 def _evaluate(
     family: Family,
-    law: Law,
     w: Floats,
     parameter: float,
     balance: Balance | None,
@@ -149,14 +144,14 @@ def _evaluate(
     if balance is None:
         balance = family.at(parameter)
     u = balance.displacement(w)
-    deviation = law(u)
+    deviation = family.law(parameter)(u)
     gap = (w - deviation.w).reshape(-1)
     if plane is not None:
         gap = np.append(gap, plane.distance(w, parameter))
     return _State(w, parameter, balance, u, deviation, gap)
 
 
-def _matrix(family: Family, state: _State, rows: NDArray[np.int64], plane: Plane | None) -> Floats:
+def _matrix(family: Family, state: _State, rows: Rows, plane: Plane | None) -> Floats:
     """Jacobian of the active equations, bordered by the plane."""
     inner = newton_matrix(state.balance, state.deviation, rows)
     if plane is None:
@@ -164,8 +159,7 @@ def _matrix(family: Family, state: _State, rows: NDArray[np.int64], plane: Plane
     size = len(rows)
     matrix = np.empty((size + 1, size + 1))
     matrix[:size, :size] = inner
-    moved = family.slope(state.parameter, state.w)
-    matrix[:size, size] = -response_to(state.deviation, rows, moved)
+    matrix[:size, size] = -family.rate(state.parameter, state.w, state.deviation, rows)
     matrix[size, :size] = plane.normal_w.reshape(-1)[rows]
     matrix[size, size] = plane.normal_parameter
     return matrix
@@ -173,7 +167,6 @@ def _matrix(family: Family, state: _State, rows: NDArray[np.int64], plane: Plane
 
 def solve(
     family: Family,
-    law: Law,
     start: Floats,
     parameter: float,
     plane: Plane | None = None,
@@ -185,7 +178,6 @@ def solve(
     Parameters
     ----------
     family : Family
-    law : Law
     start : (c, 3, 2H + 1) float
         First guess of w, m.
     parameter : float
@@ -198,11 +190,11 @@ def solve(
         Most Newton steps.
     """
     held = family.at(parameter) if plane is None else None
-    state = _evaluate(family, law, start, parameter, held, plane)
+    state = _evaluate(family, start, parameter, held, plane)
     scale = scales(state.balance.linear)
     clean = np.where((state.deviation.w == 0) & (np.abs(start) <= tolerance * scale), 0.0, start)
     if np.any(clean != start):
-        state = _evaluate(family, law, clean, parameter, held, plane)
+        state = _evaluate(family, clean, parameter, held, plane)
     weight = np.broadcast_to(1 / scale, start.shape).reshape(-1)
     if plane is not None:
         weight = np.append(weight, 1.0)
@@ -213,7 +205,7 @@ def solve(
         if residual < tolerance or iteration == limit or not np.isfinite(residual):
             break
         active[active_rows(state.w, state.deviation)] = True
-        following = _step(family, law, state, np.flatnonzero(active), weight, held, plane)
+        following = _step(family, state, np.flatnonzero(active), weight, held, plane)
         if following is None:
             break
         state = following
@@ -232,9 +224,8 @@ def solve(
 
 def _step(
     family: Family,
-    law: Law,
     state: _State,
-    rows: NDArray[np.int64],
+    rows: Rows,
     weight: Floats,
     held: Balance | None,
     plane: Plane | None,
@@ -253,7 +244,7 @@ def _step(
     for length in LENGTHS:
         w = state.w + length * step[:n].reshape(state.w.shape)
         parameter = state.parameter if plane is None else state.parameter + length * step[n]
-        trial = _evaluate(family, law, w, parameter, held, plane)
+        trial = _evaluate(family, w, parameter, held, plane)
         ahead = trial.gap.copy()  # components outside P count as they are
         ahead[unknowns] = la.lu_solve(factors, trial.gap[unknowns], check_finite=False)
         reached = float(np.linalg.norm(ahead * weight))

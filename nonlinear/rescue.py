@@ -48,7 +48,7 @@ def from_nothing(
 def _attempts(balance: Balance, law: Callable[[int], Law], tolerance: float) -> Iterator[Solution]:
     harmonics = (balance.linear.shape[2] - 1) // 2
     top = law(harmonics)
-    yield solve(fixed(balance), top, np.zeros_like(balance.linear), 0.0, tolerance=tolerance)
+    yield solve(fixed(balance, top), np.zeros_like(balance.linear), 0.0, tolerance=tolerance)
     raised = yield from _raise_harmonics(balance, law, tolerance)
     if harmonics > 0 and raised is not None:
         yield from _raise_force(balance, top, raised, tolerance)
@@ -67,7 +67,7 @@ def _raise_harmonics(
         cut = Balance(balance.omega, balance.linear[:, :, :m].copy(), balance.receptance[: h + 1])
         start = np.zeros((*w.shape[:2], m))
         start[:, :, : w.shape[2]] = w
-        found = solve(fixed(cut), law(h), start, 0.0, tolerance=tolerance, limit=25)
+        found = solve(fixed(cut, law(h)), start, 0.0, tolerance=tolerance, limit=25)
         if h == harmonics:
             yield found
         if found.converged or h > 0:
@@ -84,12 +84,12 @@ def _raise_force(
     direction = balance.linear.copy()
     direction[:, :, 0] = 0.0
     still = replace(balance, linear=balance.linear - direction)
-    family = Loads(still, direction)
+    family = Loads(still, direction, law)
     start = np.zeros_like(balance.linear)
     start[:, :, 0] = static[:, :, 0]
-    begun = solve(family, law, start, 0.0, tolerance=tolerance)
+    begun = solve(family, start, 0.0, tolerance=tolerance)
     if begun.converged:
-        yield from _followed(family, law, begun, 1.0, tolerance)
+        yield from _followed(family, begun, 1.0, tolerance)
 
 
 def _release(balance: Balance, law: Law, tolerance: float) -> Iterator[Solution]:
@@ -100,16 +100,16 @@ def _release(balance: Balance, law: Law, tolerance: float) -> Iterator[Solution]
         return
     direction = np.zeros_like(balance.linear)
     direction[:, 0, 0] = 1.0
-    family = Loads(balance, direction)
+    family = Loads(balance, direction, law)
     height = most * (1.1 + 1.1 / steepest)
-    begun = solve(family, law, np.zeros_like(balance.linear), height, tolerance=tolerance)
+    begun = solve(family, np.zeros_like(balance.linear), height, tolerance=tolerance)
     if begun.converged:
-        yield from _followed(family, law, begun, 0.0, tolerance)
+        yield from _followed(family, begun, 0.0, tolerance)
 
 
 def _followed(
-    family: Loads, law: Law, begun: Solution, target: float, tolerance: float
+    family: Loads, begun: Solution, target: float, tolerance: float
 ) -> Iterator[Solution]:
-    arc = follow(family, law, begun, target, tolerance, limit=600)
+    arc = follow(family, begun, target, tolerance, limit=600)
     if arc.solution is not None:
         yield arc.solution

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vanelock.nonlinear.arc import follow
-from vanelock.nonlinear.families import Frequencies, Interpolated, fixed
+from vanelock.nonlinear.families import Frequencies, fixed
 from vanelock.nonlinear.law import Law
 from vanelock.nonlinear.newton import Solution, solve
 from vanelock.nonlinear.rescue import from_nothing
@@ -27,14 +27,14 @@ class Solver:
 
     Attributes
     ----------
-    family : Frequencies or Interpolated
+    family : Frequencies
     law : callable
         The contact law for a number of harmonics.
     tolerance : float
         Relative residual that counts as converged.
     """
 
-    family: Frequencies | Interpolated
+    family: Frequencies
     law: Callable[[int], Law]
     tolerance: float
 
@@ -95,14 +95,15 @@ class Solver:
     def point(self, omega: float, history: list[Solution]) -> Solution:
         """Solve at one frequency, rad/s, given up to two converged neighbours, the nearest last."""
         balance = self.family.at(omega)
-        law = self.law(self.family.structure.harmonics)
         tried: list[Solution] = []
         for start in _starts(omega, history):
-            tried.append(solve(fixed(balance), law, start, 0.0, tolerance=self.tolerance))
+            tried.append(
+                solve(fixed(balance, self.family.friction), start, 0.0, tolerance=self.tolerance)
+            )
             if tried[-1].converged:
                 return _counted(tried, omega)
         if history:
-            arc = follow(self.family, law, history[-1], omega, self.tolerance)
+            arc = follow(self.family, history[-1], omega, self.tolerance)
             if arc.solution is not None:
                 return _counted([*tried, arc.solution], omega)
         tried.append(from_nothing(balance, self.law, self.tolerance))

@@ -21,8 +21,9 @@ from vanelock.nonlinear import (
     static_response,
 )
 from vanelock.nonlinear.balance import structure
+from vanelock.nonlinear.families import Frequencies, Frictions
 from vanelock.nonlinear.law import contact_law
-from vanelock.nonlinear.newton import newton_matrix, response_to
+from vanelock.nonlinear.newton import newton_matrix
 from vanelock.rom.system import Contacts, Diameter, Force
 
 Floats = NDArray[np.float64]
@@ -158,7 +159,13 @@ def test_newton_matrix_is_the_derivative_in_every_state(
         assert np.abs(measured - exact).max() < 1e-7 * np.abs(exact).max()
     step = 1e-6 * omega
     measured = (gap(w, omega + step) - gap(w, omega - step)) / (2 * step)
-    exact = -response_to(found, every, prepared.slope(omega, w))
+    exact = -Frequencies(prepared, law).rate(omega, w, found, every)
+    assert np.abs(measured - exact).max() < 1e-6 * np.abs(exact).max()
+    family, step = Frictions(balance, law), 1e-6
+    u = balance.displacement(w)
+    measured = (family.law(1 + step)(u).w - family.law(1 - step)(u).w).reshape(-1) / (2 * step)
+    exact = family.rate(1.0, w, found, every)
+    assert np.abs(exact).max() > 0
     assert np.abs(measured - exact).max() < 1e-6 * np.abs(exact).max()
 
 

@@ -116,11 +116,11 @@ def test_arc_passes_both_folds_of_a_bent_curve() -> None:
     # In frequency there is one solution below and above the folds, three between them; going round
     # both folds takes the state from the branch that hits the stop to the one that does not.
     system = gap_oscillator()
-    family, law = Frequencies(structure(system, 1)), contact_law(system.contacts, 1)
+    family = Frequencies(structure(system, 1), contact_law(system.contacts, 1))
     zero = np.zeros((1, 3, 3))
-    begun = solve(family, law, zero, 0.9)
+    begun = solve(family, zero, 0.9)
     assert begun.converged
-    arc = follow(family, law, begun, 1.6)
+    arc = follow(family, begun, 1.6)
     assert arc.solution is not None
     assert arc.solution.converged
     assert len(arc.folds) == 2
@@ -138,10 +138,10 @@ def test_load_raised_step_by_step_meets_the_direct_solution(
     law = contact_law(system.contacts, 3)
     direction = balance.linear.copy()
     direction[:, :, 0] = 0
-    family = Loads(replace(balance, linear=balance.linear - direction), direction)
-    still = solve(family, law, np.zeros_like(direction), 0.0)
+    family = Loads(replace(balance, linear=balance.linear - direction), direction, law)
+    still = solve(family, np.zeros_like(direction), 0.0)
     assert still.converged
-    arc = follow(family, law, still, 1.0)
+    arc = follow(family, still, 1.0)
     assert arc.solution is not None
     direct = frequency_response(system, [balance.omega / (2 * np.pi)], 3)
     assert direct.converged.all()

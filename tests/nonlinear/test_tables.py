@@ -7,32 +7,32 @@ import numpy as np
 import pytest
 
 from vanelock.nonlinear import System
-from vanelock.nonlinear.balance import structure
-from vanelock.nonlinear.families import Frequencies, Interpolated, frequencies
+from vanelock.nonlinear.balance import Structure, structure
+from vanelock.nonlinear.tables import Tabulated, balances
 
 Make = Callable[..., System]
 Lowest = Callable[[System], float]
 
 
-def family_checked(system: System, lowest: float) -> Frequencies | Interpolated:
-    """The family for a range around the lowest frequency, Hz, its receptances checked."""
+def checked(system: System, lowest: float) -> Structure | Tabulated:
+    """What gives the balances around the lowest frequency, Hz, its receptances checked."""
     prepared = structure(system, 3)
     low, high = 2 * np.pi * lowest * np.array([0.6, 1.6])
-    family, direct = frequencies(prepared, low, high, 100), Frequencies(prepared)
+    source = balances(prepared, low, high, 100)
     for omega in np.linspace(low, high, 7):
         for h in range(4):
-            expected = direct.at(omega).receptance[h]
-            error = np.abs(family.at(omega).receptance[h] - expected).max()
+            expected = prepared.balance(omega).receptance[h]
+            error = np.abs(source.balance(omega).receptance[h] - expected).max()
             assert error < 1e-13 * np.abs(expected).max()
-    return family
+    return source
 
 
 def test_interpolated_receptances_are_those_of_all_modes(
     random_system: Make, first_frequency: Lowest
 ) -> None:
     system = random_system(9, size=60)
-    table = family_checked(system, first_frequency(system))
-    assert isinstance(table, Interpolated)
+    table = checked(system, first_frequency(system))
+    assert isinstance(table, Tabulated)
     assert any(table.low)
 
 
@@ -46,4 +46,4 @@ def test_receptances_are_exact_with_overdamped_modes(
         B = system.contact_rows(k).reshape(-1, len(matrices.K))
         stuck = matrices.K + (B.conj().T * system.contacts.stiffness.reshape(-1)) @ B
         damped[k] = replace(matrices, C=beta * stuck)
-    family_checked(replace(system, diameters=damped), first_frequency(system))
+    checked(replace(system, diameters=damped), first_frequency(system))
