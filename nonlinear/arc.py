@@ -5,6 +5,7 @@ sign(ṗ) · sign det P = const, which holds through folds and, unlike the angle
 tangent, across the kinks of the law.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -49,19 +50,52 @@ class Arc:
 
 
 @dataclass(frozen=True)
-class _Tangent:
-    """dw/dp and the sign of det P at a point of the path."""
+class Tangent:
+    """How solutions move with the parameter.
+
+    Attributes
+    ----------
+    z : (c, 3, 2H + 1) float
+        dw/dp.
+    orientation : float
+        Sign of det P.
+    """
 
     z: Floats
     orientation: float
 
 
-def _tangent(family: Family, point: Solution) -> _Tangent | None:
+@dataclass(frozen=True)
+class Step:
+    """A point of a path and where the path goes from there.
+
+    Attributes
+    ----------
+    solution : Solution
+        Converged to `ROUGH` at least.
+    tangent : Tangent
+    along : (c, 3, 2H + 1) float
+        dw/ds in the direction of the path, m; s is its length in (w·weight, p/span).
+    rate : float
+        dp/ds.
+    plane : Plane
+        Through the point, across the path.
+    """
+
+    solution: Solution
+    tangent: Tangent
+    along: Floats
+    rate: float
+    plane: Plane
+
+
+def tangent_at(family: Family, point: Solution) -> Tangent | None:
+    """Tangent of the path at a point of it; None where P is singular."""
     balance = family.at(point.parameter)
     rows = active_rows(point.w, point.deviation)
     z = np.zeros(point.w.size)
     if not len(rows):
-        return _Tangent(z.reshape(point.w.shape), 1.0)
+        return Tangent(z.reshape(point.w.shape), 1.0)
     matrix = newton_matrix(balance, point.deviation, rows)
     factors, pivots = la.lu_factor(matrix, check_finite=False)
     diagonal = np.diagonal(factors)
@@ -71,7 +105,7 @@ def _tangent(family: Family, point: Solution) -> _Tangent | None:
     sign = np.prod(np.sign(diagonal)) * (-1.0) ** swaps
     rates = family.rate(point.parameter, point.w, point.deviation, rows)
     z[rows] = la.lu_solve((factors, pivots), rates, check_finite=False)
-    return _Tangent(z.reshape(point.w.shape), float(sign))
+    return Tangent(z.reshape(point.w.shape), float(sign))
 
 
 def follow(
@@ -101,7 +135,7 @@ def follow(
     here, folds, iterations = start, [], 0
     length, constant, last_sign = 0.2, 0.0, np.sign(span)
     for step in range(limit):
-        tangent = _tangent(family, here)
+        tangent = tangent_at(family, here)
         if tangent is None:
             break
         if constant == 0.0:
@@ -132,10 +166,48 @@ def follow(
     return Arc(None, tuple(folds), step + 1, iterations)
 
 
+def path(family: Family, start: Solution, target: float, longest: float = 1.0) -> Iterator[Step]:
+    """Points of the path of solutions, from a converged one towards a parameter, without end.
+
+    Parameters
+    ----------
+    family : Family
+    start : Solution
+        Converged, at another value of the parameter.
+    target : float
+        Where the path goes first, and what its steps are measured by.
+    longest : float
+        Longest step, in units of the distance to the target.
+
+    Yields
+    ------
+    Step
+        From `start` on; the generator ends where the path cannot be followed.
+    """
+    span = target - start.parameter
+    ends = [scales(family.at(p).linear) for p in (start.parameter, target)]
+    weight = 1 / np.maximum(*ends)
+    here, length, constant = start, min(0.2, longest), 0.0
+    while True:
+        tangent = tangent_at(family, here)
+        if tangent is None:
+            return
+        if constant == 0.0:
+            constant = np.sign(span) * tangent.orientation
+        along, rate = _arrow(tangent, constant, weight, span)
+        plane = Plane(here.w, here.parameter, along * weight**2, rate / span**2)
+        yield Step(here, tangent, along, rate, plane)
+        ahead, _ = _advance(family, here, tangent, constant, length, weight, span)
+        if ahead is None:
+            return
+        here, taken = ahead
+        length = min(taken * np.clip(3.5 / max(here.iterations, 1), 0.5, 2.0), longest)
+
+
 def _advance(
     family: Family,
     here: Solution,
-    tangent: _Tangent,
+    tangent: Tangent,
     constant: float,
     length: float,
     weight: Floats,
@@ -160,7 +232,7 @@ def _advance(
         w, parameter = here.w + push * SHORTEST * along, here.parameter + push * SHORTEST * rate
         u = family.at(parameter).displacement(w)
         beyond = replace(here, w=w, parameter=parameter, u=u, deviation=family.law(parameter)(u))
-        turned = _tangent(family, beyond)
+        turned = tangent_at(family, beyond)
         if turned is None:
             continue
         for length in (push * SHORTEST, 4 * push * SHORTEST):
@@ -171,7 +243,7 @@ def _advance(
     return None, spent
 
 
-def _arrow(tangent: _Tangent, constant: float, weight: Floats, span: float) -> tuple[Floats, float]:
+def _arrow(tangent: Tangent, constant: float, weight: Floats, span: float) -> tuple[Floats, float]:
     """Unit vector along the path in the scaled space (w·weight, p/span), in physical units."""
     size = np.hypot(np.linalg.norm(tangent.z * weight) * abs(span), 1.0)
     rate = float(constant * tangent.orientation * abs(span) / size)
@@ -181,7 +253,7 @@ def _arrow(tangent: _Tangent, constant: float, weight: Floats, span: float) -> t
 def _step(
     family: Family,
     here: Solution,
-    tangent: _Tangent,
+    tangent: Tangent,
     constant: float,
     length: float,
     weight: Floats,

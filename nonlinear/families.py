@@ -101,26 +101,34 @@ class Frictions:
     balance : Balance
     friction : Law
         At the parameter 1.
+    scaled : (c,) bool, optional
+        Contacts whose friction is scaled; all, where it is not given.
     """
 
     balance: Balance
     friction: Law
+    scaled: NDArray[np.bool_] | None = None
 
     def at(self, parameter: float) -> Balance:
         """The balance, the same whatever the friction."""
         return self.balance
 
     def law(self, parameter: float) -> Law:
-        """The law with all coefficients scaled."""
-        return replace(self.friction, alpha=parameter * self.friction.alpha)
+        """The law with the coefficients scaled."""
+        alpha = parameter * self.friction.alpha
+        if self.scaled is not None:
+            alpha = np.where(self.scaled[:, None], alpha, self.friction.alpha)
+        return replace(self.friction, alpha=alpha)
 
     def rate(self, parameter: float, w: Floats, deviation: Deviation, rows: Rows) -> Floats:
         """dW/dp at fixed w, on the given components of w.
 
         A slider's place depends on friction through μ v alone, so that μ dw/dμ = (dw/dv) v.
         """
-        u = self.balance.displacement(w)
+        u = self.balance.displacement(w).copy()
         u[:, 1:] = 0.0
+        if self.scaled is not None:
+            u[~self.scaled] = 0.0
         m = w.shape[2]
         rates = response_to(deviation, rows, u) / parameter
         return np.where(rows // m % 3 == 0, 0.0, rates)
