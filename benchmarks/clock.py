@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 import scipy.linalg as la
 from numpy.typing import NDArray
+
 from vanelock.nonlinear import Force, Response, System, frequency_response
 
 Floats = NDArray[np.float64]

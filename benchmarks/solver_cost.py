@@ -13,6 +13,7 @@ import h5py
 import numpy as np
 from clock import Curve, Unit, dynamic_stiffness, page, scaled, sweep
 from threadpoolctl import threadpool_limits
+
 from vanelock.nonlinear import OPEN, SLIP, SLIP_OPEN, System, frequency_response
 
 
