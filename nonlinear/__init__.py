@@ -3,19 +3,25 @@
 from vanelock import lazy
 
 _modules = {
+    "Audit": "audit",
     "Contacts": "system",
     "Diameter": "system",
     "Force": "system",
     "OPEN": "law",
+    "ParameterResponse": "parametric",
     "Response": "response",
     "SLIP": "law",
     "SLIP_OPEN": "law",
     "STUCK": "law",
     "System": "system",
+    "TimeResponse": "transient",
+    "audit_response": "audit",
     "contact_loop": "loops",
     "frequency_response": "forced",
     "linear_response": "linear",
+    "parameter_response": "parametric",
     "static_response": "forced",
+    "time_response": "transient",
 }
 __all__ = list(_modules)
 __getattr__, __dir__ = lazy.attributes(__name__, _modules)
