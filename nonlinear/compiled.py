@@ -15,7 +15,16 @@ import numba
 
 Kernel = TypeVar("Kernel", bound=Callable[..., object])
 
-SOURCES = ("trigonometric.py", "slider.py", "sampled.py", "law.py")
+SOURCES = (
+    "trigonometric.py",
+    "normal.py",
+    "slider.py",
+    "located.py",
+    "sampled.py",
+    "pursuit.py",
+    "restpoint.py",
+    "isotropic.py",
+)
 
 
 @lru_cache(maxsize=1)

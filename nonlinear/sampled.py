@@ -5,9 +5,30 @@ the Jacobian is the exact derivative of the sampled law, followed through the st
 """
 
 import numpy as np
+from numpy.typing import NDArray
 
 from vanelock.nonlinear.compiled import kernel
+from vanelock.nonlinear.normal import ALWAYS, CLOSED, PARTLY
 from vanelock.nonlinear.trigonometric import Floats
+
+
+@kernel
+def sampled_law(
+    u: Floats,
+    alpha: Floats,
+    stiffness: Floats,
+    table: Floats,
+    w: Floats,
+    jacobian: Floats,
+    opening: NDArray[np.int64],
+    slips: NDArray[np.bool_],
+    energy: Floats,
+) -> None:
+    """The law on plain samples, contact by contact."""
+    for c in range(u.shape[0]):
+        opening[c], slips[c], energy[c] = sampled_contact(
+            u[c], alpha[c], stiffness[c], table, w[c], jacobian[c]
+        )
 
 
 @kernel
@@ -31,7 +52,7 @@ def sampled_contact(
 
     Returns
     -------
-    0 closed, 1 open for a part of the period, 2 open; whether it slips; friction work, J.
+    CLOSED, PARTLY or ALWAYS open; whether it slips; friction work, J.
     """
     size, m = table.shape
     v = table @ u[0]
@@ -54,7 +75,7 @@ def sampled_contact(
     w[:, 0] *= 0.5
     jacobian /= 0.5 * size
     jacobian[:, 0] *= 0.5
-    return 0 if opened == 0 else 2 if opened == size else 1, slips, work
+    return CLOSED if opened == 0 else ALWAYS if opened == size else PARTLY, slips, work
 
 
 @kernel
