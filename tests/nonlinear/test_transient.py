@@ -1,0 +1,72 @@
+"""Time integration of the ring: its own accuracy, against other integrators and the whole ring."""
+
+import numpy as np
+import pytest
+
+from vanelock.errors import InputError
+from vanelock.nonlinear import frequency_response, time_response
+from vanelock.nonlinear.stepping import steps_of
+from vanelock.rom.system import Contacts, Diameter, Force, System
+
+
+def test_modes_step_exactly_or_settle() -> None:
+    # A slow mode, followed through its free decay; a fast one, under a load that rises steadily.
+    omega, ratio, step = 2.0, 0.1, 0.3
+    slow = steps_of(np.array([omega**-2]), np.array([2 * ratio / omega]), step)
+    state = np.array([1.0, 0.0, 0.0])
+    for _ in range(7):
+        state = slow.transition[:, :, 0] @ state
+    rate = omega * np.sqrt(1 - ratio**2)
+    t = 7 * step
+    decay = np.exp(-ratio * omega * t) * (
+        np.cos(rate * t) + ratio * omega / rate * np.sin(rate * t)
+    )
+    assert state[0] == pytest.approx(decay, abs=1e-13)
+    fast = steps_of(np.array([1e-6]), np.array([1e-5]), step)
+    state = np.zeros(3)
+    for i in range(40):
+        state = fast.transition[:, :, 0] @ state + fast.hold[:, 0] * i + fast.rise[:, 0]
+    # Λ y'' + D y' + y = t/τ settles at t/τ - D/τ.
+    assert state[0] == pytest.approx(40 - 1e-5 / step, abs=1e-9)
+    assert np.all(0 <= fast.rise[0])
+    assert np.all(fast.rise[0] < 1)
+
+
+def single(mu: float, force: float, v0: float) -> System:
+    """A mass on a spring of 1 N/m that rubs on the ground, and one that bounces."""
+    return System(
+        sectors=1,
+        engine_order=0,
+        diameters={
+            0: Diameter(K=np.eye(2), M=np.eye(2), own=np.array([[[0, 1], [1, 0.3], [0, 0]]], float))
+        },
+        contacts=Contacts(np.ones(1), np.full((1, 2), 0.8), np.array([mu]), np.array([v0])),
+        force={1: Force(np.array([force, 0.3 * force], complex))},
+        damping_ratio=0.03,
+    )
+
+
+@pytest.mark.parametrize("v0", [1.0, 0.1, -0.1])
+def test_error_falls_with_the_square_of_the_step(v0: float) -> None:
+    system = single(0.4, 0.5, v0)
+    motion = [
+        time_response(system, 0.17, periods=60, steps=steps).contact for steps in (100, 400, 6400)
+    ]
+    scale = np.abs(motion[-1][1]).max()
+    errors = [np.abs(each - motion[-1]).max() / scale for each in motion[:2]]
+    assert errors[0] < 5e-3
+    assert errors[1] < errors[0] / 10
+
+
+def test_missing_diameters_are_named(random_system) -> None:
+    system = random_system(1, sectors=7, harmonics=1)
+    with pytest.raises(InputError, match="nodal diameters 2, 3"):
+        time_response(system, 0.1)
+
+
+def test_start_from_a_balance_stays_there() -> None:
+    system = single(0.4, 0.5, 0.1)
+    response = frequency_response(system, [0.17], harmonics=15)
+    found = time_response(system, 0.17, 3, steps=2000, start=(response, 0))
+    assert found.departure.max() < 2e-3
+    assert found.defect.max() < 2e-3
