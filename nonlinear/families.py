@@ -34,10 +34,13 @@ class Frequencies:
     source : Structure or Tabulated
         Gives the balances.
     friction : Law
+    mean : (c, 3) float, optional
+        Mean displacement that is held whatever the contacts do, m.
     """
 
     source: Structure | Tabulated
     friction: Law
+    mean: Floats | None = None
 
     @property
     def structure(self) -> Structure:
@@ -46,7 +49,8 @@ class Frequencies:
 
     def at(self, parameter: float) -> Balance:
         """The balance at a circular frequency."""
-        return self.source.balance(parameter)
+        balance = self.source.balance(parameter)
+        return balance if self.mean is None else balance.with_mean(self.mean)
 
     def law(self, parameter: float) -> Law:
         """The law, the same at every frequency."""

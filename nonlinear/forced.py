@@ -1,6 +1,7 @@
 """Forced response of a system with friction contacts, and its state at rest."""
 
 from collections.abc import Callable, Iterable, Iterator
+from dataclasses import replace
 from functools import lru_cache
 from typing import TypeAlias
 
@@ -9,8 +10,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from vanelock.errors import InputError
 from vanelock.nonlinear.balance import structure
+from vanelock.nonlinear.coupling import COUPLINGS, at_rest, with_static_mean
 from vanelock.nonlinear.families import Frequencies
-from vanelock.nonlinear.law import contact_law
+from vanelock.nonlinear.law import FRICTIONS, ISOTROPIC_SAMPLES, Law, contact_law
 from vanelock.nonlinear.linear import check_forces, checked_frequencies
 from vanelock.nonlinear.newton import TOLERANCE, Solution
 from vanelock.nonlinear.rescue import from_nothing
@@ -26,12 +28,14 @@ Progress: TypeAlias = Callable[[int, int, float, float], None]
 
 
 @one_thread
-def static_response(system: System) -> Response:
+def static_response(system: System, friction: str = "orthogonal") -> Response:
     """The assembled state at rest: preload by interference and static load, friction, lift-off.
 
     Parameters
     ----------
     system : System
+    friction : {"orthogonal", "isotropic"}
+        As of `frequency_response`.
 
     Returns
     -------
@@ -41,11 +45,13 @@ def static_response(system: System) -> Response:
     Raises
     ------
     InputError
-        If the structure is not held even with all contacts stuck.
+        If the structure is not held even with all contacts stuck, or friction is not possible.
     """
     prepared = structure(system, 0)
-    found = from_nothing(prepared.balance(0.0), lambda h: contact_law(system.contacts, h))
-    return assemble_response(prepared, [found])
+    found = from_nothing(
+        prepared.balance(0.0), lambda h: contact_law(system.contacts, h, friction=friction)
+    )
+    return replace(assemble_response(prepared, [found]), friction=friction)
 
 
 @one_thread
@@ -54,13 +60,14 @@ def frequency_response(
     frequencies: ArrayLike | tuple[float, float],
     harmonics: int = 3,
     coupling: str = "coupled",
+    friction: str = "orthogonal",
     direction: str = "up",
     harmonic_diameters: str = "wave",
     samples: int | None = None,
     tolerance: float = TOLERANCE,
     progress: Progress | None = None,
 ) -> Response:
-    """Steady vibration with friction: the coupled balance of all harmonics at every frequency.
+    """Steady vibration with friction: the balance of all harmonics at every frequency.
 
     Parameters
     ----------
@@ -69,16 +76,22 @@ def frequency_response(
         Hz. An array or list: exactly these. A tuple (low, high): a range, sampled as the curve
         needs it, the largest amplitude located once more by a parabola.
     harmonics : int
-        H; the mean is always among the unknowns.
-    coupling : {"coupled"}
-        Static and dynamic balance are solved together.
+        H; harmonic 0 is the mean.
+    coupling : {"coupled", "uncoupled", "constant-load"}
+        Whether static and dynamic balance are solved together. If not, the static one is solved
+        first and harmonic 0 of the response is its solution: normal forces then vary about those
+        at rest, or are held there for friction's sake, the normal springs linear for good.
+    friction : {"orthogonal", "isotropic"}
+        Whether friction in the two tangential directions is independent, |t1| <= μ n and
+        |t2| <= μ n, or bounded in their plane, |t| <= μ n.
     direction : {"up", "down"}
         Whether frequencies are passed upwards or downwards, which chooses the branch where
         several solutions exist.
     harmonic_diameters : {"wave", "sector"}
         Nodal diameter of harmonic h: (h·EO) mod N, or that of the first one for all h >= 1.
     samples : int, optional
-        Evaluate the contact law on this many samples instead of locating its events.
+        Evaluate the contact law on this many samples of the period instead of locating its
+        events; isotropic friction always does, on 256 unless told otherwise.
     tolerance : float
         Relative residual at which a point counts as converged.
     progress : callable, optional
@@ -97,13 +110,15 @@ def frequency_response(
         harmonic above H is excited.
     """
     for name, given, allowed in (
-        ("coupling", coupling, ("coupled",)),
+        ("coupling", coupling, COUPLINGS),
+        ("friction", friction, FRICTIONS),
         ("direction", direction, ("up", "down")),
     ):
         if given not in allowed:
             raise InputError(f"{name}: given {given!r}: allowed: {', '.join(allowed)}")
-    if samples is not None and samples < 4 * harmonics + 4:
-        raise InputError(f"samples: given {samples}: needs at least {4 * harmonics + 4}")
+    if friction == "isotropic" and samples is None:
+        samples = max(ISOTROPIC_SAMPLES, 16 * harmonics)
+    _check_samples(samples, harmonics, friction)
     is_range = isinstance(frequencies, tuple)
     hertz = checked_frequencies(frequencies)
     if is_range and (len(hertz) != 2 or hertz[0] >= hertz[1]):
@@ -112,9 +127,13 @@ def frequency_response(
     check_forces(system, harmonics)
     omegas = TURN * hertz
     points = 100 if is_range else len(omegas)
-    law = lru_cache(lambda h: contact_law(system.contacts, h, samples))
+    law, rest = _law(system, samples, friction, False), None
+    if coupling != "coupled":
+        rest = at_rest(prepared, law, tolerance)
+        law = _law(system, samples, friction, coupling == "constant-load")
     source = balances(prepared, omegas.min(), omegas.max(), points)
-    solver = Solver(Frequencies(source, law(harmonics)), law, tolerance)
+    mean = None if rest is None else rest.u[:, :, 0]
+    solver = Solver(Frequencies(source, law(harmonics), mean), law, tolerance)
     order = np.argsort(omegas, kind="stable")
     if direction == "down":
         order = order[::-1]
@@ -126,7 +145,24 @@ def frequency_response(
         swept = _reported(solver, solver.sweep(omegas[order]), progress, None, len(omegas))
         by_place = dict(zip(order, swept, strict=True))
         found = [by_place[i] for i in range(len(omegas))]
-    return assemble_response(prepared, found)
+    if rest is not None:
+        found = [with_static_mean(point, rest) for point in found]
+    response = assemble_response(prepared, found)
+    return replace(response, coupling=coupling, friction=friction, samples=samples or 0)
+
+
+def _law(
+    system: System, samples: int | None, friction: str, constant_load: bool
+) -> Callable[[int], Law]:
+    """The contact law by number of harmonics."""
+    return lru_cache(lambda h: contact_law(system.contacts, h, samples, friction, constant_load))
+
+
+def _check_samples(samples: int | None, harmonics: int, friction: str) -> None:
+    """Refuse samples too few for the highest harmonic."""
+    least = max(32, 16 * harmonics) if friction == "isotropic" else 4 * harmonics + 4
+    if samples is not None and samples < least:
+        raise InputError(f"samples: given {samples}: needs at least {least}")
 
 
 def _reported(

@@ -16,7 +16,7 @@ from vanelock.nonlinear.linear import check_forces, checked_frequencies
 from vanelock.nonlinear.newton import TOLERANCE, Family, Solution, solve
 from vanelock.nonlinear.parameters import Joint, Parameter, checked_parameter, checked_values
 from vanelock.nonlinear.rescue import from_nothing
-from vanelock.nonlinear.response import Response, assemble_response
+from vanelock.nonlinear.response import CONSTANT, Response, assemble_response
 from vanelock.nonlinear.threads import one_thread
 from vanelock.nonlinear.trigonometric import TURN
 from vanelock.product import Product
@@ -25,11 +25,7 @@ from vanelock.rom.system import System
 Floats = NDArray[np.float64]
 Progress: TypeAlias = Callable[[int, int, float, float], None]
 
-ALONG_POINTS = {field.name for field in fields(Response)} - {
-    "stiffness",
-    "mu",
-    "harmonic_diameters",
-}
+ALONG_POINTS = {field.name for field in fields(Response)} - set(CONSTANT)
 
 
 @dataclass(frozen=True)

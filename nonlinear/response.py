@@ -17,6 +17,10 @@ Array = NDArray[np.complex128]
 Floats = NDArray[np.float64]
 
 
+CONSTANT = ("stiffness", "mu", "harmonic_diameters", "coupling", "friction", "samples")
+"""What a response does not have point by point."""
+
+
 @dataclass(frozen=True)
 class Response(Product):
     """Periodic response at p frequencies, q(t) = Re Σ_h q^(h) e^{ihωt}.
@@ -53,6 +57,11 @@ class Response(Product):
         Friction coefficients.
     harmonic_diameters : (H + 1,) int
         Nodal diameter of each harmonic.
+    coupling, friction : str
+        As of `frequency_response`. Unless it is "coupled", harmonic 0 of `x`, `contact`, `force`
+        and `output` is the static problem's.
+    samples : int
+        Of the period, on which the contact law was evaluated; 0: its events were located.
     """
 
     frequency: Floats = field(metadata={"unit": "Hz"})
@@ -70,6 +79,9 @@ class Response(Product):
     stiffness: Floats = field(metadata={"unit": "N/m"})
     mu: Floats
     harmonic_diameters: NDArray[np.int64]
+    coupling: str = "coupled"
+    friction: str = "orthogonal"
+    samples: int = 0
 
     @property
     def harmonics(self) -> int:

@@ -8,6 +8,7 @@ import numpy as np
 
 from vanelock import nonlinear
 from vanelock.nonlinear import Response
+from vanelock.nonlinear.response import CONSTANT
 from vanelock.rom import Component, System
 from vanelock.study.limits import Limits, dense, frequencies, hooks, limits
 from vanelock.study.model import Study
@@ -15,12 +16,6 @@ from vanelock.study.stages import Step, step, system_step
 
 Limit: TypeAlias = Literal["free", "stuck"]
 Progress: TypeAlias = Callable[[int, int, float, float], None]
-
-_CONSTANT = (
-    "stiffness",
-    "mu",
-    "harmonic_diameters",
-)  # what a response does not have point by point
 
 
 def linear_system_step(
@@ -88,7 +83,7 @@ def alone(response: Response, point: int) -> Response:
         value = getattr(response, field.name)
         if isinstance(value, dict):
             changed[field.name] = {key: item[[point]] for key, item in value.items()}
-        elif field.name not in _CONSTANT:
+        elif field.name not in CONSTANT:
             changed[field.name] = value[[point]]
     return replace(response, **changed)
 
