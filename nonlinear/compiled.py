@@ -24,6 +24,7 @@ SOURCES = (
     "pursuit.py",
     "restpoint.py",
     "isotropic.py",
+    "gripping.py",
     "marching.py",
 )
 

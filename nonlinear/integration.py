@@ -6,7 +6,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from vanelock.nonlinear.marching import follow, march
+from vanelock.nonlinear.gripping import follow
+from vanelock.nonlinear.marching import march
 from vanelock.nonlinear.response import Response
 from vanelock.nonlinear.ring import Ring
 from vanelock.nonlinear.stepping import steps_of

@@ -1,144 +1,23 @@
-"""Contacts and structure stepped through a period together, compiled.
-
-Within a step the relative displacements run straight from where they are to where they come to
-rest at its end, u = u_known + G w, G the motion that a deviation w causes within the step. Along
-a straight path the contact law is exact: a slider that meets its bound goes with it, and one that
-comes back into contact holds on where the path crosses v = 0. What is left to find are the
-deviations of all contacts at the end of the step, one scalar problem each that is solved exactly,
-in turn, until none of them changes (nonlinear Gauss-Seidel).
-"""
+"""Contacts and structure stepped through a period together, compiled."""
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vanelock.nonlinear.compiled import kernel
+from vanelock.nonlinear.gripping import Columns, Flags, Floats, awaken, sweep
 
-Floats = NDArray[np.float64]
 Complex = NDArray[np.complex128]
-Flags = NDArray[np.bool_]
 
 SWEEPS = 400  # a step that takes more is counted as not solved
 
 
 @kernel
-def normal_deviation(known: float, own: float) -> float:
-    """Deviation w = min(v, 0) where v = known + own w."""
-    return min(known, 0.0) / (1.0 - own)
-
-
-@kernel
-def slider_place(
-    known: float,
-    own: float,
-    held: float,
-    u_before: float,
-    v_before: float,
-    v: float,
-    alpha: float,
-) -> float:
-    """Place w of a slider at the end of a step, u = known + own w.
-
-    Parameters
-    ----------
-    known, own : float
-        u and what w adds to it.
-    held : float
-        w at the beginning.
-    u_before, v_before : float
-        Displacements at the beginning.
-    v : float
-        Normal displacement at the end.
-    alpha : float
-        μ kn/kt: the slider is no further than alpha v from u.
-    """
-    if v <= 0.0:
-        return known / (1.0 - own)
-    place = held
-    if v_before < 0.0:  # touches down on the way, unstressed
-        share = v_before / (v_before - v)
-        place = ((1.0 - share) * u_before + share * known) / (1.0 - share * own)
-    apart = known + own * place - place
-    if apart > alpha * v:
-        return (known - alpha * v) / (1.0 - own)
-    if apart < -alpha * v:
-        return (known + alpha * v) / (1.0 - own)
-    return place
-
-
-@kernel
-def _spread(
-    u: Floats, coupling: Floats, sector: int, column: int, change: float, listed: NDArray[np.int64]
-) -> None:
-    """Move the listed contacts of all sectors by the change of one deviation."""
-    sectors = u.shape[0]
-    for i in range(sectors):
-        row = coupling[(i - sector) % sectors, column]
-        for c in listed:
-            u[i, 3 * c] += row[3 * c] * change
-            u[i, 3 * c + 1] += row[3 * c + 1] * change
-            u[i, 3 * c + 2] += row[3 * c + 2] * change
-
-
-@kernel
-def _sweep(
-    u: Floats,
-    w: Floats,
-    u_before: Floats,
-    w_before: Floats,
-    coupling: Floats,
-    alpha: Floats,
-    listed: NDArray[np.int64],
-) -> float:
-    """Solve the listed contacts once, one after the other; the largest change of a deviation."""
-    largest = 0.0
-    for j in range(u.shape[0]):
-        for c in listed:
-            for e in range(3):
-                a = 3 * c + e
-                own = coupling[0, a, a]
-                known = u[j, a] - own * w[j, a]
-                if e == 0:
-                    place = normal_deviation(known, own)
-                else:
-                    v_before, v = u_before[j, 3 * c], u[j, 3 * c]
-                    place = slider_place(
-                        known, own, w_before[j, a], u_before[j, a], v_before, v, alpha[c, e - 1]
-                    )
-                change = place - w[j, a]
-                if change != 0.0:
-                    w[j, a] = place
-                    _spread(u, coupling, j, a, change, listed)
-                    largest = max(largest, abs(change))
-    return largest
-
-
-@kernel
-def follow(u: Floats, alpha: Floats, w: Floats) -> None:
-    """Move the deviations w (N, 3c) along displacements u (s, N, 3c), which begin at u[0]."""
-    for i in range(1, u.shape[0]):
-        for j in range(u.shape[1]):
-            for a in range(u.shape[2]):
-                c = a // 3
-                if a % 3 == 0:
-                    w[j, a] = min(u[i, j, a], 0.0)
-                else:
-                    w[j, a] = slider_place(
-                        u[i, j, a],
-                        0.0,
-                        w[j, a],
-                        u[i - 1, j, a],
-                        u[i - 1, j, 3 * c],
-                        u[i, j, 3 * c],
-                        alpha[c, a % 3 - 1],
-                    )
-
-
-@kernel
 def _gather(moved: Complex, known: Floats, shift: Complex, weight: Floats, u: Floats) -> None:
     """Displacements u (N, d): what is known plus amplitudes (k, d) by diameter."""
-    u[:, :] = known
-    for k in range(moved.shape[0]):
-        for j in range(u.shape[0]):
+    for j in range(u.shape[0]):
+        for a in range(u.shape[1]):
+            u[j, a] = known[j, a]
+        for k in range(moved.shape[0]):
             turn = weight[k] * shift[k, j]
             for a in range(u.shape[1]):
                 u[j, a] += turn.real * moved[k, a].real - turn.imag * moved[k, a].imag
@@ -161,41 +40,94 @@ def _predict(
 
 
 @kernel
-def _changes(w: Floats, w_before: Floats, shift: Complex, out: Complex) -> NDArray[np.int64]:
-    """Changes of the deviations in a step by diameter (k, d), and which columns are not zero."""
-    sectors = w.shape[0]
-    out[:] = 0.0
-    changed = np.empty(w.shape[1], np.int64)
-    count = 0
-    for a in range(w.shape[1]):
-        found = False
-        for j in range(sectors):
-            change = (w[j, a] - w_before[j, a]) / sectors
-            if change != 0.0:
-                found = True
-                for k in range(out.shape[0]):
-                    out[k, a] += np.conj(shift[k, j]) * change
-        if found:
-            changed[count] = a
-            count += 1
-    return changed[:count]
+def _contacts(predicted: Complex, rows: Complex, static: Complex, known: Complex) -> None:
+    """Displacements (k, d) of the contacts by diameter while no deviation changes."""
+    for k in range(rows.shape[0]):
+        for a in range(rows.shape[1]):
+            total = static[k, a]
+            for m in range(rows.shape[2]):
+                total += rows[k, a, m] * predicted[k, 0, m]
+            known[k, a] = total
 
 
 @kernel
-def _awaken(u: Floats, w: Floats, u_before: Floats, alpha: Floats, awake: Flags) -> bool:
-    """Mark sleeping contacts that no longer stick in some sector; whether there are any."""
-    found = False
+def _changes(w: Floats, w_before: Floats, shift: Complex, change: Complex, changed: Columns) -> int:
+    """Changes of the deviations in a step by diameter (k, d); how many columns are not zero."""
+    sectors = w.shape[0]
+    count = 0
+    for a in range(w.shape[1]):
+        found = False
+        for k in range(change.shape[0]):
+            change[k, a] = 0.0
+        for j in range(sectors):
+            moved = (w[j, a] - w_before[j, a]) / sectors
+            if moved != 0.0:
+                found = True
+                for k in range(change.shape[0]):
+                    change[k, a] += np.conj(shift[k, j]) * moved
+        if found:
+            changed[count] = a
+            count += 1
+    return count
+
+
+@kernel
+def _add(columns: Complex, change: Complex, changed: Columns, count: int, out: Complex) -> None:
+    """Add to displacements (k, d) what the changes cause, `columns` (k, d, d) row by row."""
+    for k in range(out.shape[0]):
+        for i in range(count):
+            a = changed[i]
+            size = change[k, a]
+            for b in range(out.shape[1]):
+                out[k, b] += columns[k, a, b] * size
+
+
+@kernel
+def _commit(
+    predicted: Complex,
+    rows: Complex,
+    rise: Floats,
+    stiffness: Floats,
+    change: Complex,
+    changed: Columns,
+    count: int,
+    state: Complex,
+    load: Complex,
+    push: Complex,
+) -> None:
+    """States and loads at the end of the step."""
+    modes = state.shape[2]
+    for k in range(state.shape[0]):
+        for m in range(modes):
+            push[m] = 0.0
+        for i in range(count):
+            a = changed[i]
+            size = stiffness[a] * change[k, a]
+            for m in range(modes):
+                push[m] += np.conj(rows[k, a, m]) * size
+        for m in range(modes):
+            load[k, m] += push[m]
+            for e in range(3):
+                state[k, e, m] = predicted[k, e, m] + rise[k, e, m] * push[m]
+
+
+@kernel
+def _copy(source: Floats, target: Floats) -> None:
+    """Copy (N, d)."""
+    for j in range(source.shape[0]):
+        for a in range(source.shape[1]):
+            target[j, a] = source[j, a]
+
+
+@kernel
+def _list(awake: Flags, listed: Columns) -> int:
+    """Write the contacts that are awake; how many."""
+    count = 0
     for c in range(awake.size):
         if awake[c]:
-            continue
-        for j in range(u.shape[0]):
-            v = u[j, 3 * c]
-            for e in range(2):
-                a = 3 * c + 1 + e
-                if v < 0.0 or abs(u[j, a] - w[j, a]) > alpha[c, e] * v:
-                    awake[c] = True
-                    found = True
-    return found
+            listed[count] = c
+            count += 1
+    return count
 
 
 @kernel
@@ -252,45 +184,41 @@ def march(
     path, places, motion : (s, N, 3c), (s, N, 3c), (s, k, n)
         Receive u, w and y at the end of each step.
     """
-    steps = linear.shape[0]
     predicted = np.empty_like(state)
-    known = np.empty_like(static)
-    moved = np.empty_like(static)
-    change = np.empty_like(static)
+    known, moved, change = np.empty_like(static), np.empty_like(static), np.empty_like(static)
+    push = np.empty_like(load[0])
+    u_before, w_before = np.empty_like(u), np.empty_like(w)
+    changed, listed = np.empty(w.shape[1], np.int64), np.empty(awake.size, np.int64)
     total, unsolved = 0, 0
-    for i in range(steps):
-        u_before, w_before = u.copy(), w.copy()
+    for i in range(linear.shape[0]):
+        _copy(u, u_before)
+        _copy(w, w_before)
         _predict(state, load, transition, hold, predicted)
-        for k in range(rows.shape[0]):
-            known[k] = np.dot(rows[k], predicted[k, 0]) + static[k]
+        _contacts(predicted, rows, static, known)
         _gather(known, linear[i], shift, weight, u)
         while True:
-            listed = np.flatnonzero(awake)
-            solved = False
-            for _ in range(SWEEPS):
-                total += 1
-                if _sweep(u, w, u_before, w_before, coupling, alpha, listed) <= small:
-                    solved = True
-                    break
-            changed = _changes(w, w_before, shift, change)
-            for k in range(rows.shape[0]):
-                moved[k] = known[k]
-                for a in changed:
-                    moved[k] += response[k, a] * change[k, a]
+            awake_count = _list(awake, listed)
+            sweeps = 1
+            while sweeps < SWEEPS and small < sweep(
+                u, w, u_before, w_before, coupling, alpha, listed[:awake_count]
+            ):
+                sweeps += 1
+            total += sweeps
+            count = _changes(w, w_before, shift, change, changed)
+            for k in range(known.shape[0]):
+                for a in range(known.shape[1]):
+                    moved[k, a] = known[k, a]
+            _add(response, change, changed, count, moved)
             _gather(moved, linear[i], shift, weight, u)
-            if not _awaken(u, w, u_before, alpha, awake):
+            if not awaken(u, w, alpha, awake):
                 break
-        if not solved:
+        if sweeps == SWEEPS:
             unsolved += 1
-        for k in range(rows.shape[0]):
-            push = np.zeros(state.shape[2], np.complex128)
-            for a in changed:
-                static[k] += rigid[k, a] * change[k, a]
-                push += np.conj(rows[k, a]) * (stiffness[a] * change[k, a])
-            load[k] += push
-            for e in range(3):
-                state[k, e] = predicted[k, e] + rise[k, e] * push
-            motion[i, k] = state[k, 0]
-        path[i] = u
-        places[i] = w
+        _add(rigid, change, changed, count, static)
+        _commit(predicted, rows, rise, stiffness, change, changed, count, state, load, push)
+        _copy(u, path[i])
+        _copy(w, places[i])
+        for k in range(state.shape[0]):
+            for m in range(state.shape[2]):
+                motion[i, k, m] = state[k, 0, m]
     return total, unsolved
