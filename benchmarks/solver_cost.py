@@ -3,7 +3,11 @@
     python benchmarks/solver_cost.py --system results.h5 [--harmonics 1 3 5] [--write]
 
 sweeps the system of a file (of `System.save`, or of a study's results) from micro-slip to gross
-slip, upwards and downwards.
+slip, upwards and downwards. Without a file,
+
+    python benchmarks/solver_cost.py [--quick] [--write]
+
+varies harmonics, contacts, size of the model and samples of random cyclic systems (`cyclic.py`).
 """
 
 import argparse
@@ -12,6 +16,7 @@ from typing import NamedTuple
 import h5py
 import numpy as np
 from clock import Curve, Unit, dynamic_stiffness, page, scaled, sweep
+from cyclic import natural, ring
 from threadpoolctl import threadpool_limits
 
 from vanelock.nonlinear import OPEN, SLIP, SLIP_OPEN, System, frequency_response
@@ -92,18 +97,113 @@ def vane(
     return [*lines, "", f"The unit took {1e3 * unit.time():.1f} ms of CPU here (median)."]
 
 
+class Drawn(NamedTuple):
+    """Size of a random system, and what is asked of it."""
+
+    size: int = 250
+    contacts: int = 30
+    harmonics: int = 3
+    samples: int | None = None
+
+
+# Name, coefficient of friction, severity (see `cyclic.ring`).
+DRAWN_REGIMES = (
+    ("micro-slip", 0.3, 1.5),
+    ("gross slip, small μ", 0.01, 60.0),
+    ("gross slip, large force", 0.3, 60.0),
+)
+VARIED = {
+    "harmonics": (1, 3, 5, 7, 9),
+    "contacts": (5, 20, 66, 200),
+    "size": (50, 100, 250, 500, 1000),
+    "samples": (64, 128, 256, 1024, None),
+}
+VARIED_QUICK = {"harmonics": (1,), "samples": (64, None)}
+RICH = 15  # harmonics of the reference
+
+
+def truncation(curve: Curve, rich: Curve) -> float:
+    """Largest difference of the contacts' displacements from the reference, all its harmonics."""
+    a, b = curve.response.contact, rich.response.contact
+    full = np.zeros_like(b)
+    full[:, : a.shape[1]] = a[:, : b.shape[1]]
+    return float(np.abs(full - b).max() / np.abs(b[:, 1:]).max())
+
+
+def measure(drawn: Drawn, mu: float, severity: float, points: int) -> Curve:
+    """One curve around the resonance of a random system."""
+    system = ring(drawn.size, drawn.contacts, max(drawn.harmonics, 3), mu, severity)
+    top = natural(system)
+    unit = Unit(dynamic_stiffness(system, top))
+    hertz = np.linspace(0.8 * top, 1.05 * top, points)
+    return sweep(system, hertz, drawn.harmonics, unit, samples=drawn.samples)
+
+
+def varied(name: str, values: tuple[int | None, ...], base: Drawn, points: int) -> list[str]:
+    """One table: one number varied, three regimes."""
+    error = {"harmonics": f"H = {RICH}", "samples": "located events"}.get(name)
+    last = f" error against {error} |" if error else ""
+    lines = [
+        f"| {name} | regime | median | mean | slip | open | converged | unit |{last}",
+        "|---:|---|" + "---:|" * (7 if error else 6),
+    ]
+    print("\n".join(lines), flush=True)
+    for regime, mu, severity in DRAWN_REGIMES:
+        rich = base._replace(harmonics=RICH) if name == "harmonics" else base
+        reference = measure(rich, mu, severity, points) if error else None
+        for value in values:
+            curve = measure(base._replace(**{name: value}), mu, severity, points)
+            response = curve.response
+            most = [
+                np.isin(response.state, states).sum(axis=1).max()
+                for states in ((SLIP, SLIP_OPEN), (OPEN, SLIP_OPEN))
+            ]
+            lines.append(
+                f"| {'located' if value is None else value} | {regime} | "
+                f"{np.median(curve.units):.2f} | {curve.units.mean():.2f} | {most[0]} | {most[1]} | "
+                f"{np.count_nonzero(response.converged)} / {points} | {1e3 * curve.unit:.1f} ms |"
+                + (f" {truncation(curve, reference):.0e} |" if reference else "")
+            )
+            print(lines[-1], flush=True)
+    return [*lines, ""]
+
+
+def scaling(quick: bool) -> list[str]:
+    """Lines of the report on random systems."""
+    points = 6 if quick else 24
+    base = Drawn(size=40, contacts=4, harmonics=1) if quick else Drawn()
+    measure(base, 0.3, 1.0, 2)  # kernels are compiled here
+    lines = [
+        "CPU of a point after the first one of a curve, in units of one dense complex solve of the",
+        "same model, timed between the points. Random cyclic systems whose modes spread like a",
+        f"vane's, with {base.size} coordinates, {base.contacts} contacts and H = {base.harmonics}",
+        f"where not varied; {points} frequencies from 0.8 to 1.05 of the stuck resonance.",
+        "Slip, open: most contacts that slip, or open, at any point. Errors are of the contacts'",
+        "displacements, relative to the largest at h >= 1.",
+        "",
+    ]
+    for name, values in (VARIED_QUICK if quick else VARIED).items():
+        lines += [f"## {name.capitalize()}", "", *varied(name, values, base, points)]
+    return lines
+
+
 def main() -> None:
     """Print the table."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--system", help="file with a system")
+    parser.add_argument("--system", help="file with a system; random ones if not given")
     parser.add_argument("--harmonics", type=int, nargs="+", default=[1, 3, 5])
     parser.add_argument("--points", type=int, default=100)
     parser.add_argument("--low", type=float, default=245.0, help="Hz")
     parser.add_argument("--high", type=float, default=300.0, help="Hz")
     parser.add_argument("--only", default="", help="regimes whose name contains this")
+    parser.add_argument("--quick", action="store_true", help="a few small random systems")
     parser.add_argument("--write", action="store_true", help="write docs/benchmarks as well")
     options = parser.parse_args()
     with threadpool_limits(limits=1):
+        if options.system is None:
+            title = "Cost of a point against harmonics, contacts, size and samples"
+            page("solver_cost", title, scaling(options.quick), options.write)
+            return
         lines = vane(
             options.system,
             options.harmonics,
@@ -112,7 +212,7 @@ def main() -> None:
             options.points,
             options.only,
         )
-    page("solver_cost_vane", "Cost of a point of the nonlinear response", lines, options.write)
+        page("solver_cost_vane", "Cost of a point of a vane's response", lines, options.write)
 
 
 if __name__ == "__main__":
