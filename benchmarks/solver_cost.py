@@ -153,14 +153,14 @@ def varied(name: str, values: tuple[int | None, ...], base: Drawn, points: int) 
         reference = measure(rich, mu, severity, points) if error else None
         for value in values:
             curve = measure(base._replace(**{name: value}), mu, severity, points)
-            response = curve.response
+            response, cost = curve.response, curve.units
             most = [
                 np.isin(response.state, states).sum(axis=1).max()
                 for states in ((SLIP, SLIP_OPEN), (OPEN, SLIP_OPEN))
             ]
             lines.append(
                 f"| {'located' if value is None else value} | {regime} | "
-                f"{np.median(curve.units):.2f} | {curve.units.mean():.2f} | {most[0]} | {most[1]} | "
+                f"{np.median(cost):.2f} | {cost.mean():.2f} | {most[0]} | {most[1]} | "
                 f"{np.count_nonzero(response.converged)} / {points} | {1e3 * curve.unit:.1f} ms |"
                 + (f" {truncation(curve, reference):.0e} |" if reference else "")
             )
