@@ -6,6 +6,7 @@ are the casing's.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -63,6 +64,7 @@ def join(
     joints: Sequence[Joint],
     excitation: Excitation,
     damping_ratio: float | None = None,
+    diameters: Literal["given", "all"] = "given",
 ) -> System:
     """Join vane and casing by key ties and contact elements.
 
@@ -76,16 +78,28 @@ def join(
         The travelling load.
     damping_ratio : float, optional
         Modal damping ratio ζ with all contacts stuck.
+    diameters : {"given", "all"}
+        "all" insists on every nodal diameter 0 ... ⌊N/2⌋, which time integration of the whole ring
+        needs.
 
     Returns
     -------
     System
         Contacts ordered by joint; the outputs are the accessory nodes, their displacement in
         (radial, circumferential, axial) components.
+
+    Raises
+    ------
+    InputError
+        If the parts differ in sectors, or a nodal diameter that is insisted on is missing.
     """
     N = vane.masters.sectors
     if N != casing.masters.sectors:
         raise InputError(f"vane and casing differ in sectors: {N}, {casing.masters.sectors}")
+    if diameters not in ("given", "all"):
+        raise InputError(f"diameters: given {diameters!r}: allowed are 'given' and 'all'")
+    if diameters == "all":
+        _check_all(casing)
     of_vane = joined_dofs(vane, casing)
     n = int(of_vane.max(initial=casing.size - 1)) + 1
 
@@ -96,10 +110,10 @@ def join(
     output, names = _outputs(vane, casing, of_vane, n)
 
     c = len(pairs.vane)
-    diameters = {}
+    matrices = {}
     for k in sorted(casing.diameters):
         shell, blade = casing.at(k), vane.at(k)
-        diameters[k] = Diameter(
+        matrices[k] = Diameter(
             K=_superpose(shell.K, blade.K, of_vane, n),
             M=_superpose(shell.M, blade.M, of_vane, n),
             own=own.toarray().reshape(c, 3, n),
@@ -109,12 +123,23 @@ def join(
     return System(
         sectors=N,
         engine_order=excitation.engine_order,
-        diameters=diameters,
+        diameters=matrices,
         contacts=pairs.contacts,
         force={1: travelling_force(casing, excitation, n)},
         output_names=names,
         damping_ratio=damping_ratio,
     )
+
+
+def _check_all(casing: Component) -> None:
+    """Refuse a casing that lacks a nodal diameter of the ring."""
+    N = casing.masters.sectors
+    have = {min(k, N - k) for k in casing.diameters}
+    if missing := [k for k in range(N // 2 + 1) if k not in have]:
+        raise InputError(
+            f'{casing.masters.part}: diameters = "all" needs nodal diameters 0 to {N // 2}: '
+            f"not reduced at {', '.join(map(str, missing))}"
+        )
 
 
 def travelling_force(casing: Component, excitation: Excitation, size: int) -> Force:

@@ -86,6 +86,17 @@ def test_what_does_not_fit_is_refused(scene, tmp_path):
         rom.System.load(tmp_path / "noise.h5")
 
 
+def test_all_nodal_diameters_are_insisted_on_if_asked(scene):
+    order = rom.Excitation(1, force=1.0)
+    with pytest.raises(InputError, match="needs nodal diameters 0 to 8: not reduced at 4, 5, 6, 7"):
+        rom.join(scene.vane, scene.casing, scene.joints, order, diameters="all")
+    held = {min(k, 16 - k) for k in scene.casing.diameters}
+    filled = {k: scene.casing.diameters[k if k in held else 8] for k in range(9)}
+    casing = replace(scene.casing, diameters=filled)
+    whole = rom.join(scene.vane, casing, scene.joints, order, diameters="all")
+    assert sorted(whole.diameters) == list(range(9))
+
+
 def test_a_file_that_holds_a_system_in_its_group_says_so(scene, tmp_path):
     path = tmp_path / "results.h5"
     told = f"{path}: expected the format 'vanelock-system' in its attributes"
