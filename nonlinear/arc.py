@@ -12,13 +12,13 @@ import numpy as np
 import scipy.linalg as la
 from numpy.typing import NDArray
 
+from vanelock.nonlinear.linearised import newton_matrix
 from vanelock.nonlinear.newton import (
     TOLERANCE,
     Family,
     Plane,
     Solution,
     active_rows,
-    newton_matrix,
     scales,
     solve,
 )

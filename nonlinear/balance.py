@@ -8,14 +8,16 @@ In the contact displacements u, with w their deviation from sticking (`law`) and
 so the nonlinear equations are w = W(u(w)), one for each component of w that is not zero.
 """
 
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vanelock.errors import InputError
+from vanelock.nonlinear.receptance import Columns, no_columns
 from vanelock.nonlinear.stuck import StuckModes, stuck_modes
 from vanelock.nonlinear.trigonometric import to_complex, to_real
 from vanelock.rom.consistency import check
@@ -23,6 +25,7 @@ from vanelock.rom.system import System
 
 Array: TypeAlias = NDArray[Any]
 Floats = NDArray[np.float64]
+Compute: TypeAlias = Callable[[NDArray[np.int64]], Array]
 
 
 @dataclass(frozen=True)
@@ -35,32 +38,54 @@ class Balance:
         Excitation's circular frequency, rad/s.
     linear : (c, 3, 2H + 1) float
         ũ, relative displacements with all contacts stuck, m.
-    receptance : tuple of (3c, 3c)
-        R̂_h for h = 0 ... H.
+    columns : Columns
+        R̂_h, (3c, 3c), for h = 0 ... H.
     """
 
     omega: float
     linear: Floats
-    receptance: tuple[Array, ...]
+    columns: Columns
 
     def with_mean(self, mean: Floats) -> "Balance":
         """The balance whose mean displacement is held at (c, 3), m, whatever the contacts do."""
         linear = self.linear.copy()
         linear[:, :, 0] = mean
-        still = np.zeros_like(self.receptance[0])
-        return replace(self, linear=linear, receptance=(still, *self.receptance[1:]))
+        size = self.columns.size
+        compute = (no_columns(size), *self.columns.compute[1:])
+        return replace(self, linear=linear, columns=Columns(size, compute))
+
+    def with_harmonics(self, harmonics: int) -> "Balance":
+        """The balance of the first harmonics alone."""
+        linear = self.linear[:, :, : 2 * harmonics + 1].copy()
+        columns = Columns(self.columns.size, self.columns.compute[: harmonics + 1])
+        return replace(self, linear=linear, columns=columns)
 
     def displacement(self, w: Floats) -> Floats:
         """U = ũ + R̂ w, (c, 3, 2H + 1)."""
-        columns = np.flatnonzero(w.any(axis=2).reshape(-1))
-        if not len(columns):
-            return self.linear
-        amplitude = to_complex(w.reshape(-1, w.shape[2])[columns])
-        moved = np.stack(
-            [R[:, columns] @ a for R, a in zip(self.receptance, amplitude, strict=True)]
-        )
-        u: Floats = self.linear + to_real(moved).reshape(w.shape)
-        return u
+        return self.linear + self.moved(w)
+
+    def moved(self, w: Floats) -> Floats:
+        """R̂ w, (c, 3, 2H + 1)."""
+        flat = w.reshape(-1, w.shape[2])
+        components = np.flatnonzero(flat.any(axis=1))
+        if not len(components):
+            return np.zeros_like(w)
+        columns = self.columns
+        columns.hold(components)
+        if 2 * len(components) > len(columns.components):
+            components, held = columns.components, columns.held
+        else:
+            place = columns.place[components]
+            held = [each[place] for each in columns.held]
+        out = np.empty_like(flat)
+        for h, R in enumerate(held):
+            if h == 0:
+                out[:, 0] = flat[components, 0] @ R.real
+                continue
+            k = 2 * h - 1
+            moved = (flat[components, k] + 1j * flat[components, k + 1]) @ R
+            out[:, k], out[:, k + 1] = moved.real, moved.imag
+        return out.reshape(w.shape)
 
     def times_receptance(self, functionals: Floats, rows: NDArray[np.int64]) -> Floats:
         """Functionals of the contacts' displacements as functionals of the components of w.
@@ -80,9 +105,11 @@ class Balance:
         m = functionals.shape[2]
         contact, component, k = rows // (3 * m), rows // m, rows % m
         wanted, place = np.unique(component, return_inverse=True)
+        self.columns.hold(wanted)
+        held = self.columns.place[wanted]
         out = np.empty((len(rows), len(rows)))
-        for h, R in enumerate(self.receptance):
-            own = R[:, wanted].reshape(-1, 3, len(wanted))[contact]
+        for h, R in enumerate(self.columns.held):
+            own = R[held].reshape(len(wanted), -1, 3)[:, contact].transpose(1, 2, 0)
             if h == 0:
                 columns = np.flatnonzero(k == 0)
                 form = np.einsum("re,rec->rc", functionals[:, :, 0], own.real)
@@ -134,9 +161,16 @@ class Structure:
         return offset.reshape(-1)
 
     @cached_property
-    def _static_receptance(self) -> Floats:
+    def _static_columns(self) -> Floats:
         rows = self.at(0).rows
-        return np.asarray((rows @ rows.T) * self.stiffness)
+        return np.asarray((rows @ rows.T) * self.stiffness[:, None])
+
+    @cached_property
+    def static_linear(self) -> Floats:
+        """ũ of the mean, (3c,) m."""
+        modes = self.at(0)
+        moved = modes.rows @ modes.solve(0.0, self.modal_force(0, 0.0))
+        return np.asarray(moved + self._interference)
 
     @cached_property
     def output_rows(self) -> dict[int, Array]:
@@ -149,38 +183,61 @@ class Structure:
             rows[k] = output @ modes.shapes
         return rows
 
+    @cached_property
+    def _modal_forces(self) -> dict[int, Array]:
+        """Modal forces of the excitation at ω = 1 rad/s, those of the interference included."""
+        forces = {h: f for h, f in self.system.force.items() if h <= self.harmonics}
+        modal: dict[int, Array] = {
+            h: self.at(h).shapes.conj().T @ f.vector for h, f in forces.items()
+        }
+        applied = modal[0].real if 0 in modal else 0.0
+        modal[0] = applied - self.at(0).pull @ (self.stiffness * self._interference)
+        return modal
+
     def modal_force(self, harmonic: int, omega: float) -> Array:
         """Modal force of the excitation; preload of the interference included at h = 0."""
-        modes, force = self.at(harmonic), self.system.force.get(harmonic)
-        total = np.zeros(len(modes.compliance), modes.shapes.dtype)
-        if force is not None:
-            applied = modes.shapes.conj().T @ force.at(omega)
-            total = applied.real if harmonic == 0 else applied
-        if harmonic == 0:
-            total = total - modes.rows.T @ (self.stiffness * self._interference)
-        return total
+        force = self.system.force.get(harmonic)
+        if harmonic not in self._modal_forces:
+            return np.zeros(len(self.at(harmonic).compliance))
+        power = 0 if force is None else force.omega_power
+        return (
+            self._modal_forces[harmonic] * omega**power if power else self._modal_forces[harmonic]
+        )
 
-    def linear(self, omega: float) -> Floats:
-        """ũ, (c, 3, 2H + 1) m."""
-        moved = []
-        for h in range(self.harmonics + 1):
-            modes = self.at(h)
-            moved.append(modes.rows @ modes.solve(h * omega, self.modal_force(h, omega)))
-        moved[0] = moved[0] + self._interference
-        shape = (self.system.contacts.count, 3, 2 * self.harmonics + 1)
-        return to_real(np.stack(moved)).reshape(shape)
-
-    def receptance(self, harmonic: int, omega: float) -> Array:
-        """R̂_h, (3c, 3c), by summing all modes."""
-        if harmonic == 0:
-            return self._static_receptance
+    def vibration(self, harmonic: int, omega: float) -> Array:
+        """ũ of a harmonic h >= 1, (3c,) m."""
+        if harmonic not in self.system.force:
+            return np.zeros(len(self.stiffness))
         modes = self.at(harmonic)
-        return (modes.rows @ modes.solve(harmonic * omega, modes.rows.conj().T)) * self.stiffness
+        push = self.modal_force(harmonic, omega)
+        return np.asarray(modes.rows @ modes.solve(harmonic * omega, push))
+
+    def columns(self, harmonic: int, omega: float, wanted: NDArray[np.int64]) -> Array:
+        """Columns of R̂_h, (k, 3c), of the wanted (k,) components, by summing all modes."""
+        if harmonic == 0:
+            return self._static_columns[wanted]
+        modes = self.at(harmonic)
+        shares = modes.solve(harmonic * omega, modes.pull[:, wanted])
+        return (modes.rows @ shares).T * self.stiffness[wanted, None]
+
+    def assembled(
+        self, omega: float, vibrations: Iterable[Array], compute: tuple[Compute, ...]
+    ) -> Balance:
+        """A balance from ũ_h and the columns of R̂_h of the harmonics h = 1 ... H."""
+        linear = to_real(np.stack([self.static_linear, *vibrations]))
+        shape = (self.system.contacts.count, 3, 2 * self.harmonics + 1)
+        still = partial(self.columns, 0, 0.0)
+        columns = Columns(len(self.stiffness), (still, *compute))
+        return Balance(omega, linear.reshape(shape), columns)
 
     def balance(self, omega: float) -> Balance:
         """The balance at a circular frequency, rad/s."""
-        receptance = tuple(self.receptance(h, omega) for h in range(self.harmonics + 1))
-        return Balance(omega, self.linear(omega), receptance)
+        vibrating = range(1, self.harmonics + 1)
+        return self.assembled(
+            omega,
+            (self.vibration(h, omega) for h in vibrating),
+            tuple(partial(self.columns, h, omega) for h in vibrating),
+        )
 
     def slope(self, omega: float, w: Floats) -> Floats:
         """du/dω at fixed w, (c, 3, 2H + 1)."""
@@ -188,24 +245,26 @@ class Structure:
         moved = [np.zeros(len(self.stiffness), complex)]
         for h in range(1, self.harmonics + 1):
             modes, s = self.at(h), h * omega
-            push = self.modal_force(h, omega) + modes.rows.conj().T @ (
-                self.stiffness * amplitude[h]
-            )
+            push = self.modal_force(h, omega) + modes.pull @ (self.stiffness * amplitude[h])
             changed = -h * modes.slope(s, modes.solve(s, push))
             force = self.system.force.get(h)
             if force is not None and force.omega_power:
-                grown = force.at(omega) * (force.omega_power / omega)
-                changed = changed + modes.shapes.conj().T @ grown
+                changed = changed + self.modal_force(h, omega) * (force.omega_power / omega)
             moved.append(modes.rows @ modes.solve(s, changed))
         return to_real(np.stack(moved)).reshape(w.shape)
 
     def amplitudes(self, omega: float, w: Floats) -> list[Array]:
         """Modal amplitudes of every harmonic under the excitation and the deviation w."""
-        amplitude = to_complex(w.reshape(-1, w.shape[2]))
+        pulled = to_complex(w.reshape(-1, w.shape[2])) * self.stiffness
+        components = np.flatnonzero(w.any(axis=2).reshape(-1))
+        few = 4 * len(components) < len(self.stiffness)
         result = []
         for h in range(self.harmonics + 1):
             modes = self.at(h)
-            push = modes.rows.conj().T @ (self.stiffness * amplitude[h])
+            if few:
+                push = (pulled[h, components].conj() @ modes.rows[components]).conj()
+            else:
+                push = modes.pull @ pulled[h]
             if h == 0:
                 push = push.real
             result.append(modes.solve(h * omega, self.modal_force(h, omega) + push))

@@ -16,6 +16,7 @@ import numba
 Kernel = TypeVar("Kernel", bound=Callable[..., object])
 
 SOURCES = (
+    "receptance.py",
     "trigonometric.py",
     "normal.py",
     "slider.py",

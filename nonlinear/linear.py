@@ -120,8 +120,9 @@ def _solve(balance: Balance, closed: NDArray[np.bool_]) -> Solution:
     rows = np.flatnonzero(np.repeat(~closed, 3))
     linear = to_complex(balance.linear.reshape(3 * c, balance.linear.shape[2]))
     w = np.zeros_like(linear)
-    for h, R in enumerate(balance.receptance):
-        matrix = np.eye(len(rows)) - R[np.ix_(rows, rows)]
+    balance.columns.hold(rows)
+    for h, R in enumerate(balance.columns.held):
+        matrix = np.eye(len(rows)) - R[np.ix_(balance.columns.place[rows], rows)].T
         right = linear[h, rows].real if h == 0 else linear[h, rows]
         w[h, rows] = _consistent(matrix, right) if h == 0 else la.solve(matrix, right)
     real = to_real(w).reshape(balance.linear.shape)

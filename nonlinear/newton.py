@@ -13,11 +13,11 @@ from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
-import scipy.linalg as la
 from numpy.typing import NDArray
 
 from vanelock.nonlinear.balance import Balance
 from vanelock.nonlinear.law import Deviation, Law
+from vanelock.nonlinear.linearised import Border, Kept, linearise
 
 Floats = NDArray[np.float64]
 Rows = NDArray[np.int64]
@@ -82,6 +82,8 @@ class Solution:
         Whether the residual is below the tolerance.
     deviation : Deviation
         The law at u.
+    kept : Kept or None
+        Preconditioner for the solutions that follow.
     """
 
     omega: float
@@ -92,6 +94,7 @@ class Solution:
     iterations: int
     converged: bool
     deviation: Deviation
+    kept: Kept | None = None
 
 
 def scales(linear: Floats) -> Floats:
@@ -106,15 +109,6 @@ def scales(linear: Floats) -> Floats:
     scale = np.full(linear.shape[2], moving if moving > 0 else 1.0)
     scale[0] = largest if largest > 0 else 1.0
     return scale
-
-
-def newton_matrix(balance: Balance, deviation: Deviation, rows: Rows) -> Floats:
-    """P = I - (dW/du) R̂ on the given components of w."""
-    m = deviation.w.shape[2]
-    functionals = deviation.jacobian.reshape(-1, 3, m)[rows]
-    matrix = -balance.times_receptance(functionals, rows)
-    matrix[np.diag_indices_from(matrix)] += 1.0
-    return matrix
 
 
 def active_rows(w: Floats, deviation: Deviation) -> Rows:
@@ -151,20 +145,6 @@ def _evaluate(
     return _State(w, parameter, balance, u, deviation, gap)
 
 
-def _matrix(family: Family, state: _State, rows: Rows, plane: Plane | None) -> Floats:
-    """Jacobian of the active equations, bordered by the plane."""
-    inner = newton_matrix(state.balance, state.deviation, rows)
-    if plane is None:
-        return inner
-    size = len(rows)
-    matrix = np.empty((size + 1, size + 1))
-    matrix[:size, :size] = inner
-    matrix[:size, size] = -family.rate(state.parameter, state.w, state.deviation, rows)
-    matrix[size, :size] = plane.normal_w.reshape(-1)[rows]
-    matrix[size, size] = plane.normal_parameter
-    return matrix
-
-
 def solve(
     family: Family,
     start: Floats,
@@ -172,6 +152,7 @@ def solve(
     plane: Plane | None = None,
     tolerance: float = TOLERANCE,
     limit: int = 15,
+    kept: Kept | None = None,
 ) -> Solution:
     """Solve w = W(u(w)) from a start, at a parameter or on a plane.
 
@@ -188,6 +169,8 @@ def solve(
         Relative residual that counts as converged.
     limit : int
         Most Newton steps.
+    kept : Kept, optional
+        Preconditioner of an earlier solution.
     """
     held = family.at(parameter) if plane is None else None
     state = _evaluate(family, start, parameter, held, plane)
@@ -205,10 +188,12 @@ def solve(
         if residual < tolerance or iteration == limit or not np.isfinite(residual):
             break
         active[active_rows(state.w, state.deviation)] = True
-        following = _step(family, state, np.flatnonzero(active), weight, held, plane)
+        exact = min(1e-2, max(0.1 * tolerance / residual, residual))
+        rows = np.flatnonzero(active)
+        following = _step(family, state, rows, weight, exact, held, plane, kept)
         if following is None:
             break
-        state = following
+        state, kept = following
         iteration += 1
     return Solution(
         omega=state.balance.omega,
@@ -219,6 +204,7 @@ def solve(
         iterations=iteration,
         converged=residual < tolerance,
         deviation=state.deviation,
+        kept=kept,
     )
 
 
@@ -227,30 +213,32 @@ def _step(
     state: _State,
     rows: Rows,
     weight: Floats,
+    tolerance: float,
     held: Balance | None,
     plane: Plane | None,
-) -> _State | None:
+    kept: Kept | None,
+) -> tuple[_State, Kept | None] | None:
     """One damped Newton step; None where the matrix is singular."""
-    n = state.w.size
-    with np.errstate(all="ignore"):
-        factors = la.lu_factor(_matrix(family, state, rows, plane), check_finite=False)
-    if not np.all(np.isfinite(factors[0])) or not np.all(np.diagonal(factors[0])):
+    n, border = state.w.size, None
+    if plane is not None:
+        rate = np.zeros(n)
+        rate[rows] = family.rate(state.parameter, state.w, state.deviation, rows)
+        border = Border(rate, plane.normal_w.reshape(-1), plane.normal_parameter)
+    stiffness = family.law(state.parameter).stiffness.reshape(-1)
+    linear = linearise(state.balance, state.deviation, rows, weight, border, kept, stiffness)
+    step = linear.solve(-state.gap, tolerance)
+    if step is None:
         return None
-    unknowns = rows if plane is None else np.append(rows, n)
-    step = np.zeros_like(state.gap)
-    step[unknowns] = -la.lu_solve(factors, state.gap[unknowns], check_finite=False)
-    merit = np.linalg.norm(step * weight)
+    merit = linear.merit(state.gap)
     best: tuple[float, _State] | None = None
     for length in LENGTHS:
         w = state.w + length * step[:n].reshape(state.w.shape)
         parameter = state.parameter if plane is None else state.parameter + length * step[n]
         trial = _evaluate(family, w, parameter, held, plane)
-        ahead = trial.gap.copy()  # components outside P count as they are
-        ahead[unknowns] = la.lu_solve(factors, trial.gap[unknowns], check_finite=False)
-        reached = float(np.linalg.norm(ahead * weight))
+        reached = linear.merit(trial.gap)
         if best is None or reached < best[0]:
             best = (reached, trial)
         if reached < (1 - length / 4) * merit:
             break
     assert best is not None
-    return best[1]
+    return best[1], linear.kept

@@ -64,7 +64,7 @@ def _raise_harmonics(
     static: Floats | None = None
     for h in range(harmonics + 1):
         m = 2 * h + 1
-        cut = Balance(balance.omega, balance.linear[:, :, :m].copy(), balance.receptance[: h + 1])
+        cut = balance.with_harmonics(h)
         start = np.zeros((*w.shape[:2], m))
         start[:, :, : w.shape[2]] = w
         found = solve(fixed(cut, law(h)), start, 0.0, tolerance=tolerance, limit=25)

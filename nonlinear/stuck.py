@@ -10,6 +10,7 @@ highest modes are, and massless coordinates do no harm.
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -46,6 +47,11 @@ class StuckModes:
     compliance: Floats
     damping: Floats
     coupled_damping: Array | None = None
+
+    @cached_property
+    def pull(self) -> Array:
+        """(n, 3c) bᴴ, modal forces of forces in the contacts."""
+        return np.ascontiguousarray(self.rows.conj().T)
 
     def dynamic(self, s: float) -> Array:
         """Diagonal of the modal dynamic stiffness at the circular frequency s, rad/s."""

@@ -96,9 +96,16 @@ class Solver:
         """Solve at one frequency, rad/s, given up to two converged neighbours, the nearest last."""
         balance = self.family.at(omega)
         tried: list[Solution] = []
+        kept = history[-1].kept if history else None
         for start in _starts(omega, history):
             tried.append(
-                solve(fixed(balance, self.family.friction), start, 0.0, tolerance=self.tolerance)
+                solve(
+                    fixed(balance, self.family.friction),
+                    start,
+                    0.0,
+                    tolerance=self.tolerance,
+                    kept=kept,
+                )
             )
             if tried[-1].converged:
                 return _counted(tried, omega)

@@ -1,6 +1,7 @@
 """Receptances over a range of frequencies, from tables."""
 
 from dataclasses import dataclass
+from functools import partial
 from math import ceil, log, sqrt
 from typing import Any
 
@@ -8,11 +9,31 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vanelock.nonlinear.balance import Balance, Structure
+from vanelock.nonlinear.receptance import combine
 
 Floats = NDArray[np.float64]
 Array = NDArray[Any]
 
 MARGIN = 0.02  # how far, relatively, an arc may leave the range of frequencies
+
+
+@dataclass(frozen=True)
+class Table:
+    """What one harmonic's far modes contribute, at the nodes of the range.
+
+    Attributes
+    ----------
+    low : int
+        Number of modes that are summed at every frequency instead.
+    columns : (3c, k, 3c)
+        R̂ of the others: columns, nodes, rows.
+    linear : (3c, k) or None
+        Their ũ; None where the harmonic is not excited.
+    """
+
+    low: int
+    columns: Array
+    linear: Array | None
 
 
 @dataclass(frozen=True)
@@ -32,39 +53,54 @@ class Tabulated:
         Chebyshev nodes, rad/s.
     weights : (k,) float
         Barycentric weights.
-    low : tuple of int
-        Number of modes summed, by harmonic.
-    tables : tuple of (k, 3c, 3c)
-        R̂_h of the other modes at the nodes, h = 1 ... H.
+    tables : tuple of Table
+        For h = 1 ... H.
     """
 
     structure: Structure
     limits: tuple[float, float]
     nodes: Floats
     weights: Floats
-    low: tuple[int, ...]
-    tables: tuple[Array, ...]
+    tables: tuple[Table, ...]
 
     def balance(self, omega: float) -> Balance:
         """The balance at a circular frequency."""
-        inner = self.structure
         if not self.limits[0] <= omega <= self.limits[1]:
-            return inner.balance(omega)
+            return self.structure.balance(omega)
         distance = omega - self.nodes
         if np.any(distance == 0):
             shares = (distance == 0).astype(float)
         else:
             shares = self.weights / distance
             shares /= shares.sum()
-        receptance = [inner.receptance(0, omega)]
-        for h in range(1, inner.harmonics + 1):
-            modes, low = inner.at(h), self.low[h]
-            near = modes.rows[:, :low]
-            summed = (near / modes.dynamic(h * omega)[:low]) @ near.conj().T
-            table = self.tables[h - 1]
-            rest = (shares @ table.reshape(len(shares), -1)).reshape(table.shape[1:])
-            receptance.append(rest + summed * inner.stiffness)
-        return Balance(omega, inner.linear(omega), tuple(receptance))
+        vibrating = range(1, self.structure.harmonics + 1)
+        return self.structure.assembled(
+            omega,
+            (self._vibration(h, omega, shares) for h in vibrating),
+            tuple(partial(self._columns, h, omega, shares) for h in vibrating),
+        )
+
+    def _vibration(self, harmonic: int, omega: float, shares: Floats) -> Array:
+        """ũ_h."""
+        table, structure = self.tables[harmonic - 1], self.structure
+        if table.linear is None:
+            return np.zeros(len(structure.stiffness))
+        modes = structure.at(harmonic)
+        push = structure.modal_force(harmonic, omega)[: table.low]
+        near = modes.rows[:, : table.low] @ (push / modes.dynamic(harmonic * omega)[: table.low])
+        return np.asarray(table.linear @ shares + near)
+
+    def _columns(
+        self, harmonic: int, omega: float, shares: Floats, wanted: NDArray[np.int64]
+    ) -> Array:
+        """Columns of R̂_h."""
+        table, modes = self.tables[harmonic - 1], self.structure.at(harmonic)
+        near = modes.rows[:, : table.low]
+        dynamic = modes.dynamic(harmonic * omega)[: table.low]
+        out = (near[wanted].conj() / dynamic) @ near.T
+        out *= self.structure.stiffness[wanted, None]
+        combine(table.columns, shares, wanted, out)
+        return out
 
 
 def balances(
@@ -79,23 +115,30 @@ def balances(
     count = ceil(log(1e16) / log(x + sqrt(x * x - 1))) + 1
     if coupled or structure.harmonics == 0 or points <= count:
         return structure
-    summed = [0]
+    summed = []
     for h in range(1, structure.harmonics + 1):
         near = np.flatnonzero(structure.at(h).poles() < 3 * h * high)
         summed.append(int(near.max(initial=-1)) + 1)
-    if all(n == len(structure.at(h).compliance) for h, n in enumerate(summed) if h):
+    if all(n == len(structure.at(h).compliance) for h, n in enumerate(summed, 1)):
         return structure  # nothing left to tabulate
     k = np.arange(count)
     cosine = np.cos(np.pi * (2 * k + 1) / (2 * count))
     nodes = 0.5 * (low + high) + 0.5 * (high - low) * cosine
     weights = np.asarray((-1.0) ** k * np.sin(np.pi * (2 * k + 1) / (2 * count)), float)
-    tables = []
-    for h in range(1, structure.harmonics + 1):
-        modes, number = structure.at(h), summed[h]
-        far = modes.rows[:, number:]
-        table = [
-            (far / modes.dynamic(h * omega)[number:]) @ far.conj().T * structure.stiffness
-            for omega in nodes
-        ]
-        tables.append(np.array(table))
-    return Tabulated(structure, (low, high), nodes, weights, tuple(summed), tuple(tables))
+    tables = tuple(_table(structure, h, n, nodes) for h, n in enumerate(summed, 1))
+    return Tabulated(structure, (low, high), nodes, weights, tables)
+
+
+def _table(structure: Structure, harmonic: int, low: int, nodes: Floats) -> Table:
+    """The far modes of a harmonic at the nodes."""
+    modes, force = structure.at(harmonic), structure.system.force.get(harmonic)
+    far, pull = modes.rows[:, low:], modes.pull[low:] * structure.stiffness
+    size = len(far)
+    columns = np.empty((size, len(nodes), size), complex)
+    linear = None if force is None else np.empty((size, len(nodes)), complex)
+    for k, omega in enumerate(nodes):
+        shares = far / modes.dynamic(harmonic * omega)[low:]
+        columns[:, k] = (shares @ pull).T
+        if linear is not None:
+            linear[:, k] = shares @ structure.modal_force(harmonic, omega)[low:]
+    return Table(low, columns, linear)

@@ -23,7 +23,7 @@ from vanelock.nonlinear import (
 from vanelock.nonlinear.balance import structure
 from vanelock.nonlinear.families import Frequencies, Frictions
 from vanelock.nonlinear.law import contact_law
-from vanelock.nonlinear.newton import newton_matrix
+from vanelock.nonlinear.linearised import newton_matrix
 from vanelock.rom.system import Contacts, Diameter, Force
 
 Floats = NDArray[np.float64]
