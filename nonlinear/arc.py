@@ -9,10 +9,9 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
-import scipy.linalg as la
 from numpy.typing import NDArray
 
-from vanelock.nonlinear.linearised import newton_matrix
+from vanelock.nonlinear.linearised import linearise
 from vanelock.nonlinear.newton import (
     TOLERANCE,
     Family,
@@ -27,6 +26,7 @@ Floats = NDArray[np.float64]
 
 ROUGH = 1e-7  # residual of the points on the way
 SHORTEST = 2e-3
+EXACT = 1e-9  # of tangents
 
 
 @dataclass(frozen=True)
@@ -96,16 +96,15 @@ def tangent_at(family: Family, point: Solution) -> Tangent | None:
     z = np.zeros(point.w.size)
     if not len(rows):
         return Tangent(z.reshape(point.w.shape), 1.0)
-    matrix = newton_matrix(balance, point.deviation, rows)
-    factors, pivots = la.lu_factor(matrix, check_finite=False)
-    diagonal = np.diagonal(factors)
-    if not np.all(np.isfinite(diagonal)) or not np.all(diagonal):
+    weight = np.broadcast_to(1 / scales(balance.linear), point.w.shape).reshape(-1)
+    kept = None if point.kept is None else replace(point.kept, stale=True)
+    stiffness = family.law(point.parameter).stiffness.reshape(-1)
+    linear = linearise(balance, point.deviation, rows, weight, None, kept, stiffness)
+    z[rows] = family.rate(point.parameter, point.w, point.deviation, rows)
+    moved = linear.solve(z, EXACT)
+    if moved is None:
         return None
-    swaps = np.count_nonzero(pivots != np.arange(len(pivots)))
-    sign = np.prod(np.sign(diagonal)) * (-1.0) ** swaps
-    rates = family.rate(point.parameter, point.w, point.deviation, rows)
-    z[rows] = la.lu_solve((factors, pivots), rates, check_finite=False)
-    return Tangent(z.reshape(point.w.shape), float(sign))
+    return Tangent(moved.reshape(point.w.shape), linear.orientation())
 
 
 def follow(
@@ -153,7 +152,7 @@ def follow(
         if (following.parameter - target) * np.sign(span) >= 0:
             ratio = (target - here.parameter) / (following.parameter - here.parameter)
             for begin in (here.w + ratio * (following.w - here.w), following.w, here.w):
-                landed = solve(family, begin, target, tolerance=tolerance)
+                landed = solve(family, begin, target, tolerance=tolerance, kept=here.kept)
                 iterations += landed.iterations
                 if landed.converged:
                     landed = replace(landed, iterations=iterations)
@@ -263,7 +262,7 @@ def _step(
     along, rate = _arrow(tangent, constant, weight, span)
     w, parameter = here.w + length * along, here.parameter + length * rate
     plane = Plane(w, parameter, along * weight**2, rate / span**2)
-    found = solve(family, w, parameter, plane, ROUGH, 12)
+    found = solve(family, w, parameter, plane, ROUGH, 12, here.kept)
     moved = np.hypot(np.linalg.norm((found.w - w) * weight), (found.parameter - parameter) / span)
     # A path may bend by 45 degrees in a step, and sharply at a kink, which short steps single out.
     near = moved < length or moved < 3 * length < 0.25

@@ -224,11 +224,17 @@ class Structure:
         self, omega: float, vibrations: Iterable[Array], compute: tuple[Compute, ...]
     ) -> Balance:
         """A balance from ũ_h and the columns of R̂_h of the harmonics h = 1 ... H."""
-        linear = to_real(np.stack([self.static_linear, *vibrations]))
-        shape = (self.system.contacts.count, 3, 2 * self.harmonics + 1)
         still = partial(self.columns, 0, 0.0)
         columns = Columns(len(self.stiffness), (still, *compute))
-        return Balance(omega, linear.reshape(shape), columns)
+        return Balance(omega, self._combined(vibrations), columns)
+
+    def _combined(self, vibrations: Iterable[Array]) -> Floats:
+        shape = (self.system.contacts.count, 3, 2 * self.harmonics + 1)
+        return to_real(np.stack([self.static_linear, *vibrations])).reshape(shape)
+
+    def linear(self, omega: float) -> Floats:
+        """ũ, (c, 3, 2H + 1) m."""
+        return self._combined(self.vibration(h, omega) for h in range(1, self.harmonics + 1))
 
     def balance(self, omega: float) -> Balance:
         """The balance at a circular frequency, rad/s."""

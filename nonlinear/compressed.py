@@ -133,3 +133,15 @@ def spread_out(basis: Basis, a: Floats, m: int) -> Floats:
         out[:, 2 * h - 1], out[:, 2 * h] = total.real, total.imag
         start += 2 * r
     return out
+
+
+def gathered(basis: Basis, form: Floats) -> Floats:
+    """Lᵀ form, (r,), of a linear form of displacements (k, m)."""
+    parts: list[Floats] = []
+    for h, left in enumerate(basis.left):
+        if h == 0:
+            parts.append(form[:, 0] @ left.real)
+            continue
+        total = (form[:, 2 * h - 1] - 1j * form[:, 2 * h]) @ left
+        parts += [total.real, -total.imag]
+    return np.concatenate(parts)

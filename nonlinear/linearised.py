@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from vanelock.nonlinear.balance import Balance
 from vanelock.nonlinear.compressed import (
     Basis,
+    gathered,
     seen,
     small_matrix,
     spread_out,
@@ -86,6 +87,9 @@ class Linearised(Protocol):
     def merit(self, gap: Floats) -> float:
         """Size of a gap as a step: about ‖P⁻¹ gap‖."""
 
+    def orientation(self) -> float:
+        """Sign of det P, after a solution."""
+
 
 def newton_matrix(balance: Balance, deviation: Deviation, rows: Rows) -> Floats:
     """P = I - (dW/du) R̂ on the given components of w."""
@@ -150,6 +154,12 @@ class Direct:
         """‖P⁻¹ gap‖."""
         return float(np.linalg.norm(self._apply(gap) * self.weight))
 
+    def orientation(self) -> float:
+        """Sign of det P."""
+        diagonal, pivots = np.diagonal(self.factors[0]), self.factors[1]
+        swaps = np.count_nonzero(pivots != np.arange(len(pivots)))
+        return float(np.prod(np.sign(diagonal)) * (-1.0) ** swaps)
+
 
 def _inverse(matrix: Floats) -> Floats:
     """The inverse, good enough to precondition with; of a singular matrix, something."""
@@ -198,11 +208,10 @@ class Iterative:
         assert self.border is not None
         rate = self.border.rate[self.entries].reshape(-1, self.m)
         normal = self.border.normal[self.entries].reshape(-1, self.m)
-        form = self.slope.transposed(normal)
-        row = [np.vdot(form, spread_out(self.basis, unit, self.m)) for unit in np.eye(len(matrix))]
+        row = gathered(self.basis, self.slope.transposed(normal))
         corner = float(np.vdot(normal, rate)) + self.border.corner
         column = -seen(self.basis, rate)[:, None]
-        return np.block([[matrix, column], [np.array(row), corner]])
+        return np.block([[matrix, column], [row, corner]])
 
     def _receptance(self, x: Floats) -> Floats:
         """R̂ x on these contacts, (3a, m)."""
@@ -269,6 +278,17 @@ class Iterative:
         if self.border is not None:
             step[-1] = solution[-1]
         return step
+
+    def orientation(self) -> float:
+        """Sign of det P = det(P M⁻¹) det M, M the preconditioner made at this very state.
+
+        P M⁻¹ is close to the identity: what eigenvalues have crossed zero lie apart from the
+        others, and GMRES has found those to solve with them.
+        """
+        values = np.linalg.eigvals(self.hessenberg)
+        real = np.abs(values.imag) <= 1e-8 * np.abs(values)
+        negative = int(np.count_nonzero(real & (values.real < 0)))
+        return float(np.linalg.slogdet(self.kept.matrix)[0] * (-1.0) ** negative)
 
     def merit(self, gap: Floats) -> float:
         """Preconditioned size of a gap."""
