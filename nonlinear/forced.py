@@ -12,11 +12,12 @@ from vanelock.errors import InputError
 from vanelock.nonlinear.balance import structure
 from vanelock.nonlinear.coupling import COUPLINGS, at_rest, with_static_mean
 from vanelock.nonlinear.families import Frequencies
-from vanelock.nonlinear.law import FRICTIONS, ISOTROPIC_SAMPLES, Law, contact_law
+from vanelock.nonlinear.law import Law, contact_law
 from vanelock.nonlinear.linear import check_forces, checked_frequencies
 from vanelock.nonlinear.newton import TOLERANCE, Solution
 from vanelock.nonlinear.rescue import from_nothing
 from vanelock.nonlinear.response import Response, assemble_response
+from vanelock.nonlinear.sampling import FRICTIONS, ISOTROPIC_SAMPLES, least_samples
 from vanelock.nonlinear.sweep import Solver
 from vanelock.nonlinear.tables import balances
 from vanelock.nonlinear.threads import one_thread
@@ -118,7 +119,9 @@ def frequency_response(
             raise InputError(f"{name}: given {given!r}: allowed: {', '.join(allowed)}")
     if friction == "isotropic" and samples is None:
         samples = max(ISOTROPIC_SAMPLES, 16 * harmonics)
-    _check_samples(samples, harmonics, friction)
+    least = least_samples(harmonics, friction)
+    if samples is not None and samples < least:
+        raise InputError(f"samples: given {samples}: needs at least {least}")
     is_range = isinstance(frequencies, tuple)
     hertz = checked_frequencies(frequencies)
     if is_range and (len(hertz) != 2 or hertz[0] >= hertz[1]):
@@ -156,13 +159,6 @@ def _law(
 ) -> Callable[[int], Law]:
     """The contact law by number of harmonics."""
     return lru_cache(lambda h: contact_law(system.contacts, h, samples, friction, constant_load))
-
-
-def _check_samples(samples: int | None, harmonics: int, friction: str) -> None:
-    """Refuse samples too few for the highest harmonic."""
-    least = max(32, 16 * harmonics) if friction == "isotropic" else 4 * harmonics + 4
-    if samples is not None and samples < least:
-        raise InputError(f"samples: given {samples}: needs at least {least}")
 
 
 def _reported(

@@ -23,15 +23,11 @@ from vanelock.nonlinear.isotropic import isotropic_law
 from vanelock.nonlinear.located import located_law
 from vanelock.nonlinear.normal import ALWAYS, CLOSED
 from vanelock.nonlinear.sampled import sampled_law
+from vanelock.nonlinear.sampling import FRICTIONS, ISOTROPIC_SAMPLES
 from vanelock.nonlinear.trigonometric import TURN, Floats, basis, grid
 from vanelock.rom.system import Contacts
 
 STUCK, SLIP, OPEN, SLIP_OPEN = 0, 1, 2, 3
-
-FRICTIONS = ("orthogonal", "isotropic")
-
-ISOTROPIC_SAMPLES = 256
-"""Samples of a period for isotropic friction, unless told otherwise."""
 
 
 @dataclass(frozen=True)
@@ -139,7 +135,7 @@ def contact_law(
     isotropic = friction == "isotropic"
     if isotropic:
         _check_isotropic(contacts)
-        samples = ISOTROPIC_SAMPLES if samples is None else samples
+        samples = max(ISOTROPIC_SAMPLES, 16 * harmonics) if samples is None else samples
     if samples is None:
         table = grid(harmonics)
     else:

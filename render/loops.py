@@ -27,11 +27,14 @@ def loop_picture(
     title: str,
     subtitle: str = "",
     direction: int | None = None,
+    bounding: ArrayLike | None = None,
+    isotropic: bool = False,
 ) -> Path:
     """Draw a contact's hysteresis loop with its normal and friction force, and return the path.
 
     Left: friction force over relative displacement. Right: normal force, and friction force with
-    its bounds ±μn, over the period. Colours tell where the contact sticks, slips or is open. The
+    its bounds ±μn, over the period; where friction is isotropic, what the other direction leaves of
+    them. Colours tell where the contact sticks, slips or is open. The
     energy that friction takes in a cycle and the shares of the period stand under the title.
 
     Parameters
@@ -48,6 +51,10 @@ def loop_picture(
         Heading, such as "Interlock contact 3 at 252.3 Hz", and a line before the numbers.
     direction : {1, 2}, optional
         The friction direction shown; by default the one that takes more energy.
+    bounding : (s,) float, optional
+        The normal force that bounds friction; by default n.
+    isotropic : bool
+        Whether |t| <= μ n in the plane of both directions, or in each by itself.
 
     Raises
     ------
@@ -62,7 +69,12 @@ def loop_picture(
         )
     energy = [dissipated(u[:, k], f[:, k]) for k in (1, 2)]
     k = direction if direction in (1, 2) else 1 + int(energy[1] > energy[0])
-    state = states(f[:, 0], f[:, k], mu)
+    load = f[:, 0] if bounding is None else np.asarray(bounding, float)
+    if isotropic:
+        state = states(load, np.hypot(f[:, 1], f[:, 2]), mu)
+        bound = np.sqrt(np.maximum((mu * load) ** 2 - f[:, 3 - k] ** 2, 0.0))
+    else:
+        state, bound = states(load, f[:, k], mu), mu * load
     shares = [f"{_NAMES[s]} {100 * np.mean(state == s):.0f} %" for s in np.unique(state)]
     taken = (
         f"Friction takes {_energy(energy[k - 1])} a cycle in t{k}, {_energy(sum(energy))} in all"
@@ -71,16 +83,25 @@ def loop_picture(
     with style.applied():
         figure = style.figure(6.75, title, f"{subtitle}. {text}" if subtitle else text)
         loop = style.axes(figure, 1.0, 0.85, 4.7, 4.7)
-        _loop(loop, u[:, k], f[:, 0], f[:, k], mu, state, k)
+        _loop(loop, u[:, k], bound, f[:, k], state, k)
         normal = style.axes(figure, 6.9, 3.55, 4.75, 2.0)
         friction = style.axes(figure, 6.9, 0.85, 4.75, 2.0)
         _history(normal, f[:, 0], state, "Normal load", "normal force n (N)")
         normal.set_ylim(bottom=min(0.0, float(f[:, 0].min())))
-        _bounds(friction, mu * f[:, 0])
+        _bounds(friction, bound)
         _history(friction, f[:, k], state, "Friction force and its bounds", f"force t{k} (N)")
         friction.set_xlabel("time / period (–)")
         shown = [Line2D([], [], color=_COLOURS[s], lw=3, label=_NAMES[s]) for s in np.unique(state)]
-        shown.append(Line2D([], [], color=style.BLACK, lw=1, ls=(0, (4, 3)), label="bounds ±μn"))
+        shown.append(
+            Line2D(
+                [],
+                [],
+                color=style.BLACK,
+                lw=1,
+                ls=(0, (4, 3)),
+                label="bounds" if isotropic else "bounds ±μn",
+            )
+        )
         loop.legend(
             handles=shown,
             ncols=len(shown),
@@ -131,12 +152,13 @@ def _closed(values: Any) -> Any:
 
 
 def _loop(
-    axes: Axes, u: Real, n: Real, t: Real, mu: float, state: NDArray[np.int64], direction: int
+    axes: Axes, u: Real, bound: Real, t: Real, state: NDArray[np.int64], direction: int
 ) -> None:
     micrometres = 1e6 * _closed(u)
     for sign in (1, -1):
-        bound = sign * mu * _closed(n)
-        axes.plot(micrometres, bound, color=style.BLACK, lw=1, ls=(0, (4, 3)), alpha=0.7)
+        axes.plot(
+            micrometres, sign * _closed(bound), color=style.BLACK, lw=1, ls=(0, (4, 3)), alpha=0.7
+        )
     _coloured(axes, micrometres, _closed(t), _closed(state), 2.8)
     axes.set(
         xlabel=f"relative displacement u{direction} (µm)", ylabel=f"friction force t{direction} (N)"

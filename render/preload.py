@@ -23,6 +23,7 @@ def preload_picture(
     title: str = "Preload of the contacts",
     subtitle: str = "",
     opened: ArrayLike | None = None,
+    isotropic: bool = False,
 ) -> Path:
     """Draw the static contact forces joint by joint, and return the path.
 
@@ -44,6 +45,8 @@ def preload_picture(
     opened : (c,) bool, optional
         Which contacts are open, whatever round-off their forces show; by default those that do
         not press.
+    isotropic : bool
+        Whether |t| is that of the plane, or the larger one of both directions.
 
     Raises
     ------
@@ -57,7 +60,7 @@ def preload_picture(
     if apart.shape != (len(f),):
         raise InputError(f"preload: opened of shape {apart.shape}: ({len(f)},) is needed")
     f = np.where(apart[:, None], 0.0, f)
-    used = utilisation(f, np.broadcast_to(np.asarray(mu, float), len(f)))
+    used = utilisation(f, np.broadcast_to(np.asarray(mu, float), len(f)), isotropic)
     names = list(dict.fromkeys(joints))
     counts = [sum(joint == name for joint in joints) for name in names]
     room = 10.6 - 0.75 * (len(names) - 1)
@@ -92,14 +95,15 @@ def preload_picture(
         return style.write(figure, path)
 
 
-def utilisation(force: Real, mu: Real) -> Real:
-    """(c,) largest of |t1|, |t2| over μn, at most 1; not a number where the contact is open.
+def utilisation(force: Real, mu: Real, isotropic: bool = False) -> Real:
+    """(c,) |t|, or the larger of |t1|, |t2|, over μn, at most 1; NaN where the contact is open.
 
     A bound of 0 is always reached: without friction what is left of t is round-off.
     """
     closed = force[:, 0] > 0
     bound = mu * force[:, 0]
-    largest = np.minimum(np.abs(force[:, 1:]).max(axis=1), bound)
+    both = np.abs(force[:, 1:])
+    largest = np.minimum(np.hypot(*both.T) if isotropic else both.max(axis=1), bound)
     ratio = np.divide(largest, bound, out=np.ones_like(bound), where=closed & (bound > 0))
     return np.where(closed, ratio, np.nan)
 

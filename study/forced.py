@@ -35,9 +35,14 @@ def limits_step(study: Study, system: Step[System]) -> Step[Limits]:
     return step("linear limits", "rom", {"mode": mode}, Limits, (system,), compute)
 
 
-def preload_step(system: Step[System]) -> Step[Response]:
+def preload_step(study: Study, system: Step[System]) -> Step[Response]:
     """The state at rest."""
-    return step("preload", "nonlinear", {}, Response, (system,), nonlinear.static_response)
+    friction = study.joints.friction
+
+    def compute(system: System) -> Response:
+        return nonlinear.static_response(system, friction)
+
+    return step("preload", "nonlinear", {"friction": friction}, Response, (system,), compute)
 
 
 def linear_step(
@@ -65,12 +70,17 @@ def response_step(
     name: str, study: Study, system: Step[System], limits: Step[Limits], progress: Progress
 ) -> Step[Response]:
     """Nonlinear response of a case; over a range, where its curve needs points."""
-    harmonics = study.response.harmonics
-    inputs = {**_frequency_keys(study), "harmonics": harmonics}
+    options: dict[str, Any] = {
+        "harmonics": study.response.harmonics,
+        "coupling": study.response.coupling,
+        "samples": study.response.samples,
+        "friction": study.joints.friction,
+    }
+    inputs = {**_frequency_keys(study), **options}
 
     def compute(system: System, found: Limits) -> Response:
         wanted = frequencies(study, found)
-        return nonlinear.frequency_response(system, wanted, harmonics, progress=progress)
+        return nonlinear.frequency_response(system, wanted, progress=progress, **options)
 
     name = f"response {name}"
     return step(name, "nonlinear", inputs, Response, (system, limits), compute)
@@ -90,7 +100,7 @@ def alone(response: Response, point: int) -> Response:
 
 def _frequency_keys(study: Study) -> dict[str, Any]:
     """What the choice of frequencies depends on, beside the linear limits."""
-    return study.response.model_dump(exclude={"harmonics", "mode"})
+    return study.response.model_dump(exclude={"harmonics", "mode", "coupling", "samples"})
 
 
 def _without_friction(study: Study) -> Study:

@@ -78,7 +78,8 @@ def preload_table(name: str, joints: Sequence[str], static: Response) -> Table:
     """
     mu, closed = static.mu, static.state[0] != OPEN
     force = np.where(closed[:, None], static.force[0, 0].real, 0.0)
-    normal, friction = force[:, 0], np.abs(force[:, 1:]).max(axis=1)
+    normal, both = force[:, 0], np.abs(force[:, 1:])
+    friction = np.hypot(*both.T) if static.friction == "isotropic" else both.max(axis=1)
     slid = closed & (friction >= mu * normal * (1 - 1e-9))
     rows = []
     for joint in dict.fromkeys(joints):

@@ -8,6 +8,7 @@ from itertools import pairwise
 from typing import Annotated, Any, Literal, Self
 
 from pydantic import (
+    AfterValidator,
     BaseModel,
     BeforeValidator,
     ConfigDict,
@@ -23,6 +24,7 @@ from vanelock.mesh.effort import MOST as LARGEST_MESHES
 from vanelock.mesh.effort import check_size
 from vanelock.mesh.fit import FEWEST, MOST
 from vanelock.mesh.size import LARGEST, SIZES, SMALLEST
+from vanelock.nonlinear.sampling import least_samples
 from vanelock.quantities import (
     Density,
     Force,
@@ -64,6 +66,17 @@ MeshSize = Annotated[Any, BeforeValidator(_mesh_size)]
 FrequencyList = Annotated[
     tuple[Annotated[Frequency, Field(gt=0, description="frequency [Hz]")], ...],
     BeforeValidator(_sequence),
+]
+
+
+def _travels(value: int) -> int:
+    if value == 0:
+        raise ValueError("engine order must not be 0; negative is a backward wave")
+    return value
+
+
+Order = Annotated[
+    int, Field(ge=-1000, le=1000, description="engine order"), AfterValidator(_travels)
 ]
 
 
@@ -122,6 +135,9 @@ class InterlockJoint(Table):
 class Joints(Table):
     """The joints with friction contacts."""
 
+    friction: Literal["orthogonal", "isotropic"] = Field(
+        default="orthogonal", description="friction in the tangential plane"
+    )
     hook: HookJoint = HookJoint()
     interlock: InterlockJoint = InterlockJoint()
 
@@ -150,7 +166,10 @@ class Excitation(Table):
     A load too small would drown in the round-off of the static deformation.
     """
 
-    engine_order: int = Field(default=1, ge=-1000, le=1000, description="engine order")
+    engine_order: Order = Field(default=1, description="engine order")
+    engine_orders: Annotated[tuple[Order, ...], BeforeValidator(_sequence)] | None = Field(
+        default=None, min_length=1, description="engine orders"
+    )
     force: Force | None = Field(
         default=None, ge=1e-6, le=1e6, description="radial force per node [N]"
     )
@@ -158,11 +177,11 @@ class Excitation(Table):
         default=None, ge=1e-9, le=100, description="unbalance [kg m]"
     )
 
-    @field_validator("engine_order")
+    @field_validator("engine_orders")
     @classmethod
-    def _travels(cls, value: int) -> int:
-        if value == 0:
-            raise ValueError("engine order must not be 0; negative is a backward wave")
+    def _distinct(cls, value: tuple[int, ...] | None) -> tuple[int, ...] | None:
+        if value is not None and len(set(value)) < len(value):
+            raise ValueError("engine orders must differ from each other")
         return value
 
     @field_validator("unbalance")
@@ -172,9 +191,19 @@ class Excitation(Table):
             return value
         if info.data.get("force") is not None:
             raise ValueError("give either unbalance or excitation.force, not both")
-        if abs(info.data.get("engine_order", 1)) != 1:
+        orders = info.data.get("engine_orders") or [info.data.get("engine_order", 1)]
+        if any(abs(order) != 1 for order in orders):
             raise ValueError("an unbalance excites excitation.engine_order 1 or -1 only")
         return value
+
+    @model_validator(mode="after")
+    def _one_list(self) -> Self:
+        if self.engine_orders is not None and "engine_order" in self.model_fields_set:
+            given = list(self.engine_orders)
+            raise ValueError(
+                f"engine_orders = {given}: give either this or excitation.engine_order, not both"
+            )
+        return self
 
     @property
     def force_per_node(self) -> float:
@@ -202,6 +231,12 @@ class Response(Table):
     )
     points: int | None = Field(default=None, ge=2, le=100_000, description="number of frequencies")
     harmonics: int = Field(default=3, ge=1, le=99, description="highest harmonic")
+    coupling: Literal["coupled", "uncoupled", "constant-load"] = Field(
+        default="coupled", description="coupling of the static and the dynamic balance"
+    )
+    samples: int | None = Field(
+        default=None, ge=8, le=1_000_000, description="number of samples of a period"
+    )
 
     @field_validator("points")
     @classmethod
@@ -275,6 +310,16 @@ class Study(Table):
         if isinstance(data, dict) and isinstance(data.get("sweep"), dict):
             return {**data, "sweep": dict(_leaves(data["sweep"]))}
         return data
+
+    @model_validator(mode="after")
+    def _is_sampled_enough(self) -> Self:
+        least = least_samples(self.response.harmonics, self.joints.friction)
+        if self.response.samples is not None and self.response.samples < least:
+            raise ValueError(
+                f"response.samples = {self.response.samples}: number of samples must be >= {least} "
+                f"for {self.response.harmonics} harmonics and {self.joints.friction} friction"
+            )
+        return self
 
     @model_validator(mode="after")
     def _can_be_meshed(self) -> Self:

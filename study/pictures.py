@@ -156,6 +156,7 @@ class Gallery:
                 joints,
                 subtitle=words(each.preload_name),
                 opened=static.state[0] == nonlinear.OPEN,
+                isotropic=static.friction == "isotropic",
             ),
         )
 
@@ -172,8 +173,16 @@ class Gallery:
 
         def function(path: Path) -> None:
             displacement, force = nonlinear.contact_loop(top, 0, contact)
+            held = np.full(len(force), top.force[0, 0, contact, 0].real)
             render.loop_picture(
-                path, displacement, force, float(top.mu[contact]), title, words(name)
+                path,
+                displacement,
+                force,
+                float(top.mu[contact]),
+                title,
+                words(name),
+                bounding=held if top.coupling == "constant-load" else None,
+                isotropic=top.friction == "isotropic",
             )
 
         shows = [each.response.key, title, name, self.shown.monitor.name]

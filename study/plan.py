@@ -99,13 +99,13 @@ def plan(cases: Sequence[Case], progress: Progress) -> tuple[Planned, ...]:
     ]
     keys = [tuple(step.key for step in linear.values()) for linear in linears]
     names = label(cases, keys)
-    preload_names = label(cases, [system.key for system in systems])
+    preloads = [preload_step(c.study, system) for c, system in zip(cases, systems, strict=True)]
+    preload_names = label(cases, [preload.key for preload in preloads])
     planned = []
     for i, case in enumerate(cases):
         linear = Linear(names[i], case.study, bases[i], modes[i], linears[i])
         response = response_step(case.name, case.study, systems[i], modes[i], progress)
-        preload = preload_step(systems[i])
         planned.append(
-            Planned(case, roms[i], systems[i], preload, response, linear, preload_names[i])
+            Planned(case, roms[i], systems[i], preloads[i], response, linear, preload_names[i])
         )
     return tuple(planned)

@@ -34,7 +34,7 @@ class Summary:
     ----------
     case : str
         Its name.
-    values : dict of str to float
+    values : dict of str to number or str
         The swept keys.
     harmonics : int
         H.
@@ -62,7 +62,7 @@ class Summary:
     """
 
     case: str
-    values: dict[str, float]
+    values: dict[str, float | str]
     harmonics: int
     mu: float | None
     peak: Peak | None

@@ -1,9 +1,12 @@
-"""Cases of a study: the product of the swept keys' values, each checked as the key itself is."""
+"""Cases of a study: the product of the swept keys' values, each checked as the key itself is.
+
+Several engine orders are swept values of `excitation.engine_order`, the slowest.
+"""
 
 from collections.abc import Hashable, Sequence
 from dataclasses import dataclass
 from itertools import product
-from typing import Any, get_args
+from typing import Any, Literal, get_args, get_origin
 
 from pydantic import ValidationError
 
@@ -15,6 +18,8 @@ from vanelock.study.model import Study
 LARGEST = 100_000
 """Most cases of one study."""
 
+ORDER = "excitation.engine_order"
+
 
 @dataclass(frozen=True)
 class Case:
@@ -24,14 +29,14 @@ class Case:
     ----------
     name : str
         Short and unique in its study, such as "mu=0.15,harmonics=3".
-    values : dict of str to number
+    values : dict of str to number or str
         The swept keys' values, SI.
     study : Study
         The study with those values and no sweep.
     """
 
     name: str
-    values: dict[str, float]
+    values: dict[str, float | str]
     study: Study
 
 
@@ -43,24 +48,27 @@ def cases(study: Study) -> tuple[Case, ...]:
     InputError
         One line for each swept key or value that the study could not hold.
     """
-    if not study.sweep:
-        check_fit(study.vane, study.casing, study.ring.sectors)
-        return (Case("nominal", {}, study),)
     mistakes: list[str] = []
     for key, values in study.sweep.items():
         mistakes += _mistakes(study, key, values)
     if mistakes:
         raise InputError("\n".join(mistakes))
+    lists = dict(study.sweep)
+    if study.excitation.engine_orders is not None:
+        lists = {ORDER: study.excitation.engine_orders, **lists}
+    if not lists:
+        check_fit(study.vane, study.casing, study.ring.sectors)
+        return (Case("nominal", {}, study),)
     count = 1
-    for values in study.sweep.values():
+    for values in lists.values():
         count *= len(values)
     if count > LARGEST:
         raise InputError(f"sweep: {count} cases: at most {LARGEST} are allowed")
-    names = _short(list(study.sweep))
+    names = _short(list(lists))
     found: dict[str, Case] = {}
     fitting = set()
-    for combination in product(*study.sweep.values()):
-        chosen = dict(zip(study.sweep, combination, strict=True))
+    for combination in product(*lists.values()):
+        chosen = dict(zip(lists, combination, strict=True))
         case = _case(study, chosen, names)
         geometry = case.study.vane, case.study.casing, case.study.ring.sectors
         if geometry not in fitting:
@@ -78,7 +86,7 @@ def _case(study: Study, chosen: dict[str, Any], names: dict[str, str]) -> Case:
         shown = ", ".join(f"{key} = {show(value)}" for key, value in chosen.items())
         raise InputError(f"sweep: {shown}: {explain(error, {})[0]}") from None
     values = {key: value_at(changed, key) for key in chosen}
-    name = ",".join(f"{names[key]}={value:.9g}" for key, value in values.items())
+    name = ",".join(f"{names[key]}={_shown(value)}" for key, value in values.items())
     return Case(name, values, changed)
 
 
@@ -96,12 +104,14 @@ def _mistakes(study: Study, key: str, values: tuple[Any, ...]) -> list[str]:
     where = f'sweep."{key}"'
     if key not in known_keys():
         return [f"{where}: {unknown(tuple(key.split('.')))}"]
-    if not _holds_number(key):
-        return [f"{where}: only keys that hold a number can be swept"]
+    if not (_holds_number(key) or _holds_choice(key)):
+        return [f"{where}: only keys that hold a number or a choice of words can be swept"]
     if not values:
         return [f"{where} = []: needs at least one value"]
+    if key == ORDER and study.excitation.engine_orders is not None:
+        return [f"{where}: give either this or excitation.engine_orders, not both"]
     found: list[str] = []
-    seen: dict[float, int] = {}
+    seen: dict[float | str, int] = {}
     for i, value in enumerate(values):
         item = f"{where}[{i}] = {show(value)}"
         try:
@@ -109,7 +119,7 @@ def _mistakes(study: Study, key: str, values: tuple[Any, ...]) -> list[str]:
         except ValidationError as error:
             found.append(f"{item}: {reason(error.errors(include_url=False)[0])}")
             continue
-        if isinstance(number, bool) or not isinstance(number, int | float):
+        if isinstance(number, bool) or not isinstance(number, int | float | str):
             found.append(f"{item}: expected a number")
             continue
         if number in seen:
@@ -127,6 +137,15 @@ def _holds_number(key: str) -> bool:
     return key == "mesh.size" or any(option in (int, float) for option in options)
 
 
+def _holds_choice(key: str) -> bool:
+    field = field_at(tuple(key.split(".")))
+    return field is not None and get_origin(field.annotation) is Literal
+
+
+def _shown(value: float | str) -> str:
+    return value if isinstance(value, str) else f"{value:.9g}"
+
+
 def value_at(study: Study, key: str) -> Any:
     """Value of a dotted key, None where there is none."""
     value: Any = study
@@ -138,6 +157,7 @@ def value_at(study: Study, key: str) -> Any:
 def _with(study: Study, changes: dict[str, Any]) -> Study:
     """The study with some keys changed and no sweep; raises pydantic's ValidationError."""
     data = study.model_dump(exclude_unset=True, exclude={"sweep"})
+    data.get("excitation", {}).pop("engine_orders", None)
     for key, value in changes.items():
         *path, last = key.split(".")
         table = data
@@ -174,12 +194,12 @@ def label(cases: Sequence[Case], groups: Sequence[Hashable]) -> list[str]:
     keys = list(cases[0].values)
     fixed = []
     for key in keys:
-        seen: dict[Hashable, float] = {}
+        seen: dict[Hashable, float | str] = {}
         values = [case.values[key] for case in cases]
         if all(seen.setdefault(g, v) == v for g, v in zip(groups, values, strict=True)):
             fixed.append(key)
     names = _short(keys)
     return [
-        ",".join(f"{names[key]}={case.values[key]:.9g}" for key in fixed) or case.name
+        ",".join(f"{names[key]}={_shown(case.values[key])}" for key in fixed) or case.name
         for case in cases
     ]

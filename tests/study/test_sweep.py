@@ -43,6 +43,36 @@ def test_names_tell_equal_last_words_apart():
     assert cases(study)[0].name == "hook.mu=0.2,interlock.mu=0.3,chord=0.04"
 
 
+def test_words_can_be_swept_too():
+    study = parse_study(
+        '[sweep]\n"response.coupling" = ["coupled", "constant-load"]\n'
+        '"joints.friction" = ["orthogonal", "isotropic"]'
+    )
+    found = cases(study)
+    assert [(c.study.response.coupling, c.study.joints.friction) for c in found] == [
+        ("coupled", "orthogonal"),
+        ("coupled", "isotropic"),
+        ("constant-load", "orthogonal"),
+        ("constant-load", "isotropic"),
+    ]
+    assert found[3].name == "coupling=constant-load,friction=isotropic"
+    assert found[3].values["response.coupling"] == "constant-load"
+
+
+def test_engine_orders_are_cases_the_slowest_of_all():
+    study = parse_study(
+        '[excitation]\nengine_orders = [1, 2, -3]\n[sweep]\n"joints.interlock.mu" = [0.1, 0.3]'
+    )
+    found = cases(study)
+    orders = [case.study.excitation.engine_order for case in found]
+    assert orders == [1, 1, 2, 2, -3, -3]
+    assert found[5].name == "engine_order=-3,mu=0.3"
+    assert found[5].values == {"excitation.engine_order": -3, "joints.interlock.mu": 0.3}
+    assert all(case.study.excitation.engine_orders is None for case in found)
+    (only,) = cases(parse_study("[excitation]\nengine_orders = [16]"))
+    assert (only.name, only.study.excitation.engine_order) == ("engine_order=16", 16)
+
+
 def test_a_default_that_depends_on_another_key_can_be_swept():
     found = cases(parse_study('[sweep]\n"excitation.unbalance" = [1e-3, 2e-3]'))
     assert [c.study.excitation.unbalance for c in found] == [1e-3, 2e-3]
@@ -62,12 +92,31 @@ def test_a_default_that_depends_on_another_key_can_be_swept():
         ),
         (
             '"joints.interlock" = [0.1]',
-            'sweep."joints.interlock": only keys that hold a number can be swept',
+            'sweep."joints.interlock": '
+            "only keys that hold a number or a choice of words can be swept",
         ),
-        ('"rom.route" = ["paper"]', 'sweep."rom.route": only keys that hold a number can be swept'),
+        (
+            '"response.coupling" = ["coupled", "loose"]',
+            'sweep."response.coupling"[1] = "loose": coupling of the static and the dynamic '
+            'balance must be one of "coupled", "uncoupled" or "constant-load"',
+        ),
+        (
+            '"response.coupling" = ["coupled", "coupled"]',
+            'sweep."response.coupling"[1] = "coupled": the same as entry 0',
+        ),
+        (
+            'name = ["a"]',
+            'sweep."name": only keys that hold a number or a choice of words can be swept',
+        ),
+        (
+            '"excitation.engine_order" = [1, 2]\n[excitation]\nengine_orders = [1]',
+            'sweep."excitation.engine_order": '
+            "give either this or excitation.engine_orders, not both",
+        ),
         (
             '"joints.interlock.enabled" = [true]',
-            'sweep."joints.interlock.enabled": only keys that hold a number can be swept',
+            'sweep."joints.interlock.enabled": '
+            "only keys that hold a number or a choice of words can be swept",
         ),
         ('"vane.chord" = []', 'sweep."vane.chord" = []: needs at least one value'),
         ('"vane.chord" = [0.04, "40 mm"]', 'sweep."vane.chord"[1] = "40 mm": the same as entry 0'),
