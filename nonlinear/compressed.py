@@ -84,7 +84,7 @@ def small_matrix(basis: Basis, slope: Slope) -> Floats:
     moved = []
     for h, left in enumerate(basis.left):
         both = left if h == 0 else np.concatenate([left, 1j * left], axis=1)
-        both = both.reshape(-1, 3, both.shape[1])
+        both = both.reshape(len(both) // 3, 3, both.shape[1])
         if h == 0:
             moved.append(slope.blocks[:, :, :, 0] @ both.real)
             continue
@@ -93,7 +93,7 @@ def small_matrix(basis: Basis, slope: Slope) -> Floats:
         block = np.concatenate([slope.blocks[:, :, :, k], slope.blocks[:, :, :, k + 1]], axis=2)
         moved.append(block @ parts)
     columns = np.concatenate(moved, axis=2)  # (contacts, 3m, r)
-    columns = columns.reshape(-1, m, columns.shape[2])
+    columns = columns.reshape(3 * len(columns), m, columns.shape[2])
     rows: list[Floats] = []
     for h, right in enumerate(basis.right):
         if h == 0:

@@ -87,7 +87,7 @@ def _march(kn: Floats, kt: Floats, mu: Floats, q: Array, samples: int) -> Marche
     moved = kt * np.diff(u[:, :, 1:], axis=0, prepend=u[-1:, :, 1:]) * share[:, :, None]
     start = np.clip(kt * u[0, :, 1:], -bound[0], bound[0])
     t = _friction(start, moved, bound)
-    slipped = (np.abs(t) >= bound) & (bound > 0)
+    slipped = np.abs(t) >= bound  # also where the last step before lift-off lets go
     held = np.roll(t, 1, axis=0)
     slid = (moved - (t - held)) / kt
     rounding = 16 * np.finfo(float).eps * np.abs(u[:, :, 1:]).max(axis=0)
