@@ -87,42 +87,6 @@ class Balance:
             out[:, k], out[:, k + 1] = moved.real, moved.imag
         return out.reshape(w.shape)
 
-    def times_receptance(self, functionals: Floats, rows: NDArray[np.int64]) -> Floats:
-        """Functionals of the contacts' displacements as functionals of the components of w.
-
-        Parameters
-        ----------
-        functionals : (r, 3, 2H + 1)
-            Each is a linear form of one contact's (v, u1, u2).
-        rows : (r,) int
-            Indices into w.reshape(-1): the component that each functional belongs to, which
-            names its contact, and the components of w for which the result is wanted.
-
-        Returns
-        -------
-        (r, r) float
-        """
-        m = functionals.shape[2]
-        contact, component, k = rows // (3 * m), rows // m, rows % m
-        wanted, place = np.unique(component, return_inverse=True)
-        self.columns.hold(wanted)
-        held = self.columns.place[wanted]
-        out = np.empty((len(rows), len(rows)))
-        for h, R in enumerate(self.columns.held):
-            own = R[held].reshape(len(wanted), -1, 3)[:, contact].transpose(1, 2, 0)
-            if h == 0:
-                columns = np.flatnonzero(k == 0)
-                form = np.einsum("re,rec->rc", functionals[:, :, 0], own.real)
-                out[:, columns] = form[:, place[columns]]
-                continue
-            # a_re Re x + a_im Im x = Re((a_re - i a_im) x)
-            weight = functionals[:, :, 2 * h - 1] - 1j * functionals[:, :, 2 * h]
-            form = np.matmul(weight[:, None, :], own)[:, 0, :]
-            for part, k_part in ((form.real, 2 * h - 1), (-form.imag, 2 * h)):
-                columns = np.flatnonzero(k == k_part)
-                out[:, columns] = part[:, place[columns]]
-        return out
-
 
 @dataclass(frozen=True)
 class Structure:

@@ -21,7 +21,7 @@ from vanelock.nonlinear.slope import Slope
 Floats = NDArray[np.float64]
 Rows = NDArray[np.int64]
 
-WEAK = 0.15  # singular values below this are left to the iteration
+WEAK = 0.35  # singular values below this are left to the iteration
 SKETCH = 64
 
 
@@ -72,7 +72,7 @@ def strong_directions(balance: Balance, stiffness: Floats) -> Basis:
             sketch = S @ la.qr(S.conj().T @ sketch, mode="economic")[0]
         Q = la.qr(sketch, mode="economic")[0]
         U, values, V = la.svd(Q.conj().T @ S, full_matrices=False)
-        strong = values > WEAK
+        strong = values > min(WEAK, 0.99 * values[0])  # one at least
         left.append((Q @ U[:, strong]) / root[:, None])
         right.append((values[strong, None] * V[strong]) * root)
     return Basis(tuple(left), tuple(right))
@@ -80,20 +80,8 @@ def strong_directions(balance: Balance, stiffness: Floats) -> Basis:
 
 def small_matrix(basis: Basis, slope: Slope) -> Floats:
     """I - M J L, of a basis restricted to the components of the slope's contacts."""
-    m = slope.blocks.shape[3]
-    moved = []
-    for h, left in enumerate(basis.left):
-        both = left if h == 0 else np.concatenate([left, 1j * left], axis=1)
-        both = both.reshape(len(both) // 3, 3, both.shape[1])
-        if h == 0:
-            moved.append(slope.blocks[:, :, :, 0] @ both.real)
-            continue
-        parts = np.concatenate([both.real, both.imag], axis=1)
-        k = 2 * h - 1
-        block = np.concatenate([slope.blocks[:, :, :, k], slope.blocks[:, :, :, k + 1]], axis=2)
-        moved.append(block @ parts)
-    columns = np.concatenate(moved, axis=2)  # (contacts, 3m, r)
-    columns = columns.reshape(3 * len(columns), m, columns.shape[2])
+    columns = slope.columns(basis.left)
+    columns = columns.reshape(3 * len(columns), slope.m, columns.shape[2])
     rows: list[Floats] = []
     for h, right in enumerate(basis.right):
         if h == 0:

@@ -13,6 +13,7 @@ from typing import Protocol
 import numpy as np
 import scipy.linalg as la
 from numpy.typing import NDArray
+from scipy.linalg.lapack import dgetrf, dgetrs
 
 from vanelock.nonlinear.balance import Balance
 from vanelock.nonlinear.compressed import (
@@ -32,7 +33,7 @@ Rows = NDArray[np.int64]
 
 DIRECT = 150  # unknowns up to which factors are cheaper than an iteration
 LIMIT = 60
-STALE = 4  # iterations for each digit after which the kept matrix is made anew
+STALE = 6  # iterations for each digit after which the kept matrix is made anew
 
 
 @dataclass(frozen=True)
@@ -63,14 +64,15 @@ class Kept:
     basis : Basis
     matrix : (r, r) float
         I - M J L of `compressed`.
-    inverse : (r, r) float
+    factors : tuple
+        Its LU factors.
     stale : bool
         Whether it serves no longer.
     """
 
     basis: Basis
     matrix: Floats
-    inverse: Floats
+    factors: tuple[Floats, NDArray[np.int32]]
     stale: bool = False
 
 
@@ -94,8 +96,13 @@ class Linearised(Protocol):
 def newton_matrix(balance: Balance, deviation: Deviation, rows: Rows) -> Floats:
     """P = I - (dW/du) R̂ on the given components of w."""
     m = deviation.w.shape[2]
-    functionals = deviation.jacobian.reshape(-1, 3, m)[rows]
-    matrix = -balance.times_receptance(functionals, rows)
+    contacts, component, k = rows // (3 * m), rows // m, rows % m
+    wanted, place = np.unique(component, return_inverse=True)
+    slope = slope_of(deviation, np.unique(contacts))
+    held = balance.columns.part(wanted, slope.components)
+    columns = slope.columns([each.T for each in held])
+    local = np.searchsorted(slope.contacts, contacts) * 3 * m + rows % (3 * m)
+    matrix = -columns.reshape(-1, columns.shape[2])[np.ix_(local, k * len(wanted) + place)]
     matrix[np.diag_indices_from(matrix)] += 1.0
     return matrix
 
@@ -161,15 +168,6 @@ class Direct:
         return float(np.prod(np.sign(diagonal)) * (-1.0) ** swaps)
 
 
-def _inverse(matrix: Floats) -> Floats:
-    """The inverse, good enough to precondition with; of a singular matrix, something."""
-    with np.errstate(all="ignore"):
-        try:
-            return np.asarray(np.linalg.inv(matrix))
-        except np.linalg.LinAlgError:
-            return np.asarray(np.linalg.pinv(matrix))
-
-
 class Iterative:
     """P applied, preconditioned by the strong directions of the receptances."""
 
@@ -197,11 +195,11 @@ class Iterative:
         self.basis = basis.of(self.components)
         if kept is None or kept.stale:
             matrix = small_matrix(self.basis, self.slope)
-            kept = Kept(basis, matrix, _inverse(matrix))
+            kept = Kept(basis, matrix, dgetrf(matrix)[:2])
         self.kept: Kept = kept
-        self.inverse = kept.inverse
+        self.factors = kept.factors
         if border is not None:
-            self.inverse = _inverse(self._bordered(kept.matrix))
+            self.factors = dgetrf(self._bordered(kept.matrix))[:2]
 
     def _bordered(self, matrix: Floats) -> Floats:
         """The small matrix with the parameter as one more unknown."""
@@ -244,7 +242,7 @@ class Iterative:
         if self.border is not None:
             normal = self.border.normal[self.entries]
             right = np.append(right, y[-1] - normal @ y[:-1])
-        small = self.inverse @ right
+        small = dgetrs(*self.factors, right)[0]
         r = self.basis.size
         moved = self.slope(spread_out(self.basis, small[:r], self.m))
         out = y.copy()

@@ -1,6 +1,8 @@
 """The linearised law: dW/du of the contacts that deviate from sticking."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,6 +28,11 @@ class Slope:
     blocks: Floats
 
     @property
+    def m(self) -> int:
+        """Number of coefficients 2H + 1."""
+        return int(self.blocks.shape[3])
+
+    @property
     def components(self) -> Rows:
         """(3a,) components of these contacts."""
         return np.asarray(3 * self.contacts[:, None] + np.arange(3)).reshape(-1)
@@ -35,6 +42,23 @@ class Slope:
         a, width, _, m = self.blocks.shape
         product = self.blocks.reshape(a, width, 3 * m) @ u.reshape(a, 3 * m, 1)
         return product.reshape(3 * a, m)
+
+    def columns(self, shapes: Sequence[NDArray[Any]]) -> Floats:
+        """J times shapes of each harmonic (3a, r_h), complex but for h = 0: (a, 3m, Σ).
+
+        The columns of a harmonic h >= 1 are those of its shapes, then of i times its shapes.
+        """
+        a = len(self.contacts)
+        moved = [self.blocks[:, :, :, 0] @ shapes[0].real.reshape(a, 3, shapes[0].shape[1])]
+        for h, shape in enumerate(shapes[1:], 1):
+            wide = shape.reshape(a, 3, shape.shape[1])
+            real, imaginary = wide.real, wide.imag
+            parts = np.concatenate(
+                [np.concatenate([real, -imaginary], 2), np.concatenate([imaginary, real], 2)], 1
+            )
+            both = self.blocks[:, :, :, 2 * h - 1 : 2 * h + 1].transpose(0, 1, 3, 2)
+            moved.append(both.reshape(a, 3 * self.m, 6) @ parts)
+        return np.concatenate(moved, axis=2)
 
     def transposed(self, form: Floats) -> Floats:
         """Jᵀ times a linear form (3a, m) of w, as one of u, (3a, m)."""
