@@ -27,8 +27,8 @@ class Motion:
 
     Attributes
     ----------
-    state : (k, 3, n) complex
-        y, τ y', τ² y'' by diameter.
+    state : (k, 4, n) complex
+        What `stepping` keeps of each mode, y first, by diameter.
     load, static : (k, n), (k, 3c) complex
         Modal loads of the deviations, and their displacements through modes without inertia.
     u, w : (N, 3c) float
@@ -94,7 +94,7 @@ class Integrator:
         """Steady linear vibration with all contacts stuck as they were assembled."""
         diameters, d, n = self.rows.shape
         return Motion(
-            state=np.zeros((diameters, 3, n), complex),
+            state=np.zeros((diameters, 4, n), complex),
             load=np.zeros((diameters, n), complex),
             static=np.zeros((diameters, d), complex),
             u=self.linear[-1].copy(),
@@ -120,12 +120,24 @@ class Integrator:
         angles = TURN * np.arange(-2 * self.steps, 1) / self.steps
         q = response.contact[point].reshape(response.harmonics + 1, -1)
         u = sum(self.ring.travelling(h, q[h], angles) for h in range(response.harmonics + 1))
-        follow(np.ascontiguousarray(u), self.alpha, motion.w)
-        motion.u[:] = np.asarray(u)[-1]
-        push = self.ring.by_diameter(motion.w)
-        motion.load[:] = np.einsum("kdn,kd->kn", self.rows.conj(), push * self.ring.stiffness)
-        motion.static[:] = np.einsum("kad,ka->kd", self.rigid, push)
+        path = np.ascontiguousarray(u)
+        past = []
+        for piece in (path[:-2], path[-3:-1], path[-2:]):  # places at the last three instants
+            follow(piece, self.alpha, motion.w)
+            past.append(self.ring.by_diameter(motion.w))
+        motion.u[:] = path[-1]
+        motion.load[:] = self._loads(past[2])
+        motion.static[:] = np.einsum("kad,ka->kd", self.rigid, past[2])
+        change, before = self._loads(past[2] - past[1]), self._loads(past[1] - past[0])
+        corrected = self.rise[:, 3] > 0
+        motion.state[:, 2] = np.where(corrected, (before - change) / 12, motion.state[:, 2])
+        motion.state[:, 3] = np.where(corrected, change, 0.0)
         return motion
+
+    def _loads(self, deviations: Complex) -> Complex:
+        """Modal loads (k, n) of deviations (k, 3c)."""
+        loads: Complex = np.einsum("kdn,kd->kn", self.rows.conj(), deviations * self.ring.stiffness)
+        return loads
 
     def period(self, motion: Motion) -> Period:
         """Move on by a period."""
@@ -180,7 +192,7 @@ def integrator(ring: Ring, omega: float, steps: int, modes: int | None = None) -
     n, d = max(counts), 3 * contacts.count
     diameters = len(ring.modes)
     rows = np.zeros((diameters, d, n), complex)
-    transition, hold = np.zeros((diameters, 3, 3, n)), np.zeros((diameters, 3, n))
+    transition, hold = np.zeros((diameters, 4, 4, n)), np.zeros((diameters, 4, n))
     rise = np.zeros_like(hold)
     rigid = np.zeros((diameters, d, d), complex)
     response = np.zeros_like(rigid)

@@ -27,14 +27,15 @@ def _gather(moved: Complex, known: Floats, shift: Complex, weight: Floats, u: Fl
 def _predict(
     state: Complex, load: Complex, transition: Floats, hold: Floats, predicted: Complex
 ) -> None:
-    """States (k, 3, n) at the end of the step under the load at its beginning."""
+    """States (k, 4, n) at the end of the step under the load at its beginning."""
     for k in range(state.shape[0]):
-        for e in range(3):
+        for e in range(4):
             for m in range(state.shape[2]):
                 predicted[k, e, m] = (
                     transition[k, e, 0, m] * state[k, 0, m]
                     + transition[k, e, 1, m] * state[k, 1, m]
                     + transition[k, e, 2, m] * state[k, 2, m]
+                    + transition[k, e, 3, m] * state[k, 3, m]
                     + hold[k, e, m] * load[k, m]
                 )
 
@@ -107,7 +108,7 @@ def _commit(
                 push[m] += np.conj(rows[k, a, m]) * size
         for m in range(modes):
             load[k, m] += push[m]
-            for e in range(3):
+            for e in range(4):
                 state[k, e, m] = predicted[k, e, m] + rise[k, e, m] * push[m]
 
 
@@ -163,7 +164,7 @@ def march(
         Steady linear displacements at the end of each step.
     rows : (k, 3c, n)
         b of the modes that have inertia, by diameter.
-    transition, hold, rise : (k, 3, 3, n), (k, 3, n), (k, 3, n)
+    transition, hold, rise : (k, 4, 4, n), (k, 4, n), (k, 4, n)
         Their steps.
     rigid : (k, 3c, 3c)
         Column by column (as rows), displacements that a deviation causes through the other modes.
@@ -177,7 +178,7 @@ def march(
     alpha : (c, 2)
     small : float
         Change of a deviation at which a step counts as solved, m.
-    state, load, static, u, w : (k, 3, n), (k, n), (k, 3c), (N, 3c), (N, 3c)
+    state, load, static, u, w : (k, 4, n), (k, n), (k, 3c), (N, 3c), (N, 3c)
         Updated: states, modal loads, static displacements, displacements and deviations.
     awake : (c,)
         Contacts that may deviate more; grows.

@@ -1,0 +1,324 @@
+"""Harmonic balance of one sector against the whole ring integrated in time.
+
+The integration follows every sector's own contacts. It assumes neither that the motion is periodic
+nor that the sectors repeat each other, so it tests the balance, the nodal diameters of its
+harmonics, and whether the wave that it finds is stable.
+"""
+
+import os
+import time
+from dataclasses import dataclass, replace
+from functools import lru_cache
+
+import numpy as np
+import pytest
+import scipy.linalg as la
+
+from vanelock import rom
+from vanelock.nonlinear import (
+    SLIP,
+    SLIP_OPEN,
+    System,
+    TimeResponse,
+    frequency_response,
+    linear_response,
+    time_response,
+)
+from vanelock.rom.system import Contacts, Diameter, Force
+
+FULL = os.environ.get("VANELOCK_VERIFY") == "full"
+
+MASSES, CONTACTS, H_MAX = 3, 2, 15
+RINGS = ((5, 1), (6, -1), (7, 2), (8, 3), (8, -2))  # sectors, engine order
+ORDERS = (1, 3, 5, 9)
+GENTLE, HIGHEST = 0.2, 11  # share of the vane's force, and H, of its comparison
+
+
+def springs(seed):
+    """K of a sector and to the next one, M, contact rows on own and on next coordinates, load."""
+    rng = np.random.default_rng(seed)
+    K0, K1 = np.diag(rng.uniform(0.5, 1, MASSES)), np.zeros((MASSES, MASSES))
+    for a in range(MASSES):
+        for b in range(a):
+            k = rng.uniform(0.1, 0.5)
+            K0[[a, b], [a, b]] += k
+            K0[[a, b], [b, a]] -= k
+        k, b = rng.uniform(0.05, 0.3), int(rng.integers(MASSES))
+        K0[a, a] += k
+        K0[b, b] += k
+        K1[a, b] -= k
+    M = np.diag(rng.uniform(0.5, 1.5, MASSES))
+    own, beyond = 0.6 * rng.normal(size=(CONTACTS, 3, MASSES)), np.zeros((CONTACTS, 3, MASSES))
+    beyond[1] = 0.6 * rng.normal(size=(3, MASSES))  # the second contact lies between two sectors
+    contacts = Contacts(
+        rng.uniform(0.5, 1, CONTACTS),
+        rng.uniform(0.5, 1, (CONTACTS, 2)),
+        np.full(CONTACTS, 0.4),
+        np.full(CONTACTS, 3.0),
+    )
+    load = np.asarray(rng.normal(size=(2, MASSES)).T @ [1, 1j], complex)
+    return K0, K1, M, own, beyond, contacts, load
+
+
+def spring_ring(seed, force=1.0):
+    """A ring of a few masses and contacts a sector, by nodal diameter."""
+    sectors, order = RINGS[seed % len(RINGS)]
+    K0, K1, M, own, beyond, contacts, load = springs(seed)
+    diameters = {}
+    for k in range(sectors // 2 + 1):
+        following = K1 * np.exp(-2j * np.pi * k / sectors)
+        K = K0 + following + following.conj().T
+        real = (2 * k) % sectors == 0
+        diameters[k] = Diameter(
+            K=K.real if real else K, M=M, own=own, next=beyond, output=np.eye(MASSES)[None]
+        )
+    return System(sectors, order, diameters, contacts, {1: Force(force * load)}, ("masses",), 0.015)
+
+
+def loaded(system, force):
+    return replace(system, force={1: Force(force * system.force[1].vector)})
+
+
+@lru_cache
+def worst_of(seed):
+    """Of each kind of motion, the force at which friction holds the peak down most.
+
+    Returns {"slip" or "lift": (peak over stuck peak, force, frequency of the peak)}; "slip": every
+    contact slips and none opens; "lift": some opens in every period.
+    """
+    system = spring_ring(seed)
+    stuck = linear_response(system, np.linspace(0.1, 0.45, 1500)).amplitude[:, 0].max()
+    found: dict[str, tuple[float, float, float]] = {}
+    for force in 0.1 * 1.5 ** np.arange(12):
+        response = frequency_response(loaded(system, force), np.linspace(0.1, 0.45, 71), 1)
+        size = response.amplitude[:, 0].max(axis=1)
+        top = int(np.argmax(size))
+        state, ratio = response.state[top], size[top] / (force * stuck)
+        kind = "slip" if np.all(state == SLIP) else "lift" if np.any(state == SLIP_OPEN) else ""
+        if kind and ratio < found.get(kind, (np.inf,))[0]:
+            found[kind] = ratio, force, response.frequency[top]
+    return found
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """A balance with more and more harmonics against time integration from its last one."""
+
+    ratio: float
+    steady: TimeResponse
+    by_coefficient: list[float]
+    by_history: list[float]
+
+
+def lags(system, found, harmonics):
+    """(H + 1, N, 1, 1) turn of every harmonic of a wave from the first sector to each."""
+    order = np.arange(harmonics + 1)[:, None] * system.engine_order / system.sectors
+    return np.exp(-2j * np.pi * order * np.arange(found.contact.shape[1]))[:, :, None, None]
+
+
+def errors(system, found, responses, of="contact"):
+    """Differences of coefficients 0 ... H and of the history, relative to the first harmonic."""
+    whole = getattr(found, of)
+    lag, scale = lags(system, found, len(whole) - 1), np.abs(whole[1]).max()
+    coefficients, history = [], []
+    for response in responses:
+        padded = np.zeros((len(whole), 1, *whole.shape[2:]), complex)
+        padded[: response.harmonics + 1, 0] = getattr(response, of)[0]
+        apart = np.abs(whole - lag * padded)
+        coefficients.append(apart[: response.harmonics + 1].max() / scale)
+        history.append(apart.sum(axis=0).max() / scale)  # what truncation leaves out included
+    return coefficients, history
+
+
+def compare(seed, kind):
+    ratio, force, frequency = worst_of(seed)[kind]
+    system = loaded(spring_ring(seed), force)
+    responses = [frequency_response(system, [frequency], H) for H in ORDERS]
+    assert all(response.converged.all() for response in responses)
+    steady = time_response(
+        system, frequency, 300, 512, H_MAX, start=(responses[-1], 0), tolerance=1e-7
+    )
+    assert steady.unsolved == 0
+    return Comparison(ratio, steady, *errors(system, steady, responses))
+
+
+SAMPLE = {"slip": (0, 3), "lift": (4, 8)}
+UNSTABLE = (1, 15)  # rings with lift-off that leave the wave
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", ["slip", "lift"])
+def test_sector_balance_is_the_steady_motion_of_the_ring(kind, record_property):
+    seeds = [seed for seed in range(40) if seed not in UNSTABLE] if FULL else SAMPLE[kind]
+    found = []
+    for seed in seeds:
+        if kind in worst_of(seed) and (kind == "lift" or worst_of(seed)[kind][0] <= 0.5):
+            found.append(compare(seed, kind))
+    record_property("rings", len(found))
+    assert len(found) >= (15 if FULL else 2)
+    for one in found:
+        assert one.steady.defect[-1] < 1e-7
+        moving = one.steady.state.ravel()
+        assert np.any(moving == SLIP_OPEN) if kind == "lift" else np.all(moving == SLIP)
+        assert one.by_history == sorted(one.by_history, reverse=True)
+    if kind == "slip":
+        worst = max(one.ratio for one in found)
+        record_property("peak / stuck peak", f"<= {worst:.2f}")
+        assert worst <= 0.5
+    for i, H in enumerate(ORDERS):
+        coefficient = max(one.by_coefficient[i] for one in found)
+        history = max(one.by_history[i] for one in found)
+        record_property(f"error at H = {H}", f"{coefficient:.1e}, of the history {history:.1e}")
+    assert max(one.by_coefficient[-1] for one in found) < 1e-3
+    assert max(one.by_history[-1] for one in found) < 1e-3
+
+
+def slide(w, u, v, reach):
+    """Sliders after a step to u, v (..., c, 2), (..., c): along where open, within reach if not."""
+    return np.where(v[..., None] < 0, u, np.clip(w, u - reach, u + reach))
+
+
+def by_central_differences(seed, force, frequency, response, steps, periods):
+    """By period, how far the contacts of a spring ring leave a wave: another integrator.
+
+    All sectors' coordinates, central differences, the contacts' forces of the last instant.
+    """
+    N, order = RINGS[seed % len(RINGS)]
+    K0, K1, M, own, beyond, contacts, load = springs(seed)
+    following = np.roll(np.eye(N), 1, axis=1)
+    K = np.kron(np.eye(N), K0) + np.kron(following, K1) + np.kron(following.T, K1.T)
+    M = np.kron(np.eye(N), M)
+    B = np.einsum("ij,cem->icejm", np.eye(N), own) + np.einsum("ij,cem->icejm", following, beyond)
+    B = B.reshape(-1, N * MASSES)
+    stiffness = np.tile(np.column_stack([contacts.kn, contacts.kt]).ravel(), N)
+    omega2, V = la.eigh(K + (B.T * stiffness) @ B, M)
+    C = M @ (V * (0.03 * np.sqrt(omega2))) @ V.T @ M
+    omega, tau = 2 * np.pi * frequency, 1 / frequency / steps
+    lag = np.exp(-2j * np.pi * order * np.outer(np.arange(10), np.arange(N)) / N)
+    wave = {h: (lag[h][:, None] * response.x[h][0]).ravel() for h in range(10)}
+
+    def at(i):
+        return sum((q * np.exp(1j * h * omega * tau * i)).real for h, q in wave.items())
+
+    offset = np.tile(np.column_stack([contacts.v0, 0 * contacts.kt]).ravel(), N)
+    alpha = (contacts.mu * contacts.kn)[:, None] / contacts.kt
+
+    def displaced(x):
+        u = (B @ x + offset).reshape(N, CONTACTS, 3)
+        return u[..., 0], u[..., 1:], alpha * np.maximum(u[..., :1], 0)
+
+    w = np.zeros((N, CONTACTS, 2))
+    for i in range(-2 * steps, 1):
+        v, u, reach = displaced(at(i))
+        w = slide(w, u, v, reach)
+    left = np.linalg.inv(M / tau**2 + C / (2 * tau))
+    A, back = left @ (2 * M / tau**2 - K), left @ (M / tau**2 - C / (2 * tau))
+    angles = 2 * np.pi * np.arange(steps) / steps
+    push = np.kron(lag[1], force * load) * np.exp(1j * angles)[:, None]
+    push, pull = push.real @ left.T, left @ (B.T * stiffness)
+    expected = np.array([B @ wave[h] for h in range(10)])
+    expected[0] += offset
+    x, before, apart = at(0), at(-1), []
+    for _ in range(periods):
+        history = np.empty((steps, len(stiffness)))
+        for i in range(steps):
+            v, u, reach = displaced(x)
+            w = slide(w, u, v, reach)
+            history[i] = B @ x + offset
+            held = np.concatenate([np.maximum(v, 0)[..., None], u - w], axis=2).ravel()
+            x, before = A @ x - back @ before + push[i] - pull @ held, x
+        q = np.fft.rfft(history, axis=0)[:10] / steps
+        q[1:] *= 2
+        apart.append(np.abs(q - expected).max() / np.abs(expected[1:]).max())
+    return np.array(apart)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("seed", "kind", "periods"), [(0, "lift", 15), (1, "lift", 60)])
+def test_another_integrator_stays_with_the_wave_and_leaves_it_alike(
+    seed, kind, periods, record_property
+):
+    # Ring 0 settles on the wave. Ring 1 leaves it, whichever way it is integrated: an unstable
+    # solution, in which the sectors cease to repeat each other.
+    _, force, frequency = worst_of(seed)[kind]
+    system = loaded(spring_ring(seed), force)
+    response = frequency_response(system, [frequency], 9)
+    found = time_response(system, frequency, periods, 512, 9, start=(response, 0)).departure
+    other = by_central_differences(seed, force, frequency, response, 2000, periods)
+    record_property("departure", f"{found[0]:.1e} to {found[-1]:.1e}")
+    record_property("by central differences", f"{other[0]:.1e} to {other[-1]:.1e}")
+    if seed in UNSTABLE:
+        assert found[-1] > 10 * found[0]
+        assert found[-1] == pytest.approx(other[-1], rel=0.2)
+    else:
+        assert found[-1] < 0.2 * found[0]
+        np.testing.assert_allclose(found, other, rtol=0.1, atol=2e-5)
+
+
+@pytest.fixture(scope="module")
+def vane(scene):
+    """The vane's system with all nodal diameters of its ring."""
+    masters = ("hook_front", "hook_rear", "key", "force", "accessory")
+    casing = rom.reduce(scene.casing_model, masters, modes=10, nodal_diameters=range(9))
+    excitation = rom.Excitation(1, force=30.0)
+    return rom.join(scene.vane, casing, scene.joints, excitation, 0.003, diameters="all")
+
+
+def peak_of(system):
+    response = frequency_response(system, (255.0, 280.0), 1)
+    return float(response.frequency[response.amplitude[:, 0].max(axis=1).argmax()])
+
+
+INERTIA = 60  # modes of each nodal diameter that keep their inertia
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("beside", (-1.5, 0.0, 1.5) if FULL else (0.0,))
+def test_vane_stays_with_the_balance(vane, beside, record_property):
+    system = loaded(vane, GENTLE)
+    frequency = peak_of(system) + beside
+    orders = (1, 3, 5, 9, HIGHEST)
+    responses = [frequency_response(system, [frequency], H) for H in orders]
+    assert all(response.converged.all() for response in responses)
+    interlock = np.array(vane.contacts.joint) == "interlock"
+    assert np.all(np.isin(responses[-1].state[0, interlock], (SLIP, SLIP_OPEN)))
+    periods = 50 if FULL else 12
+    found = time_response(
+        system, frequency, periods, 256, HIGHEST, start=(responses[-1], 0), modes=INERTIA
+    )
+    assert found.unsolved == 0
+    matrix = system.at(1).K.astype(complex)
+    began = time.perf_counter()
+    for _ in range(5):
+        np.linalg.solve(matrix, system.force[1].vector)
+    unit = (time.perf_counter() - began) / 5
+    record_property("frequency", f"{frequency:.2f} Hz")
+    record_property(
+        f"departure at H = {HIGHEST} in {periods} periods", f"{max(found.departure):.1e}"
+    )
+    of_contacts, of_outputs = (
+        errors(system, found, responses, of)[0] for of in ("contact", "output")
+    )
+    for H, contact, output in zip(orders, of_contacts, of_outputs, strict=True):
+        record_property(f"H = {H}", f"contacts {contact:.1e}, outputs {output:.1e}")
+    cost = found.seconds / periods
+    record_property("a period", f"{cost:.2f} s, {cost / unit:.0f} dense complex solves")
+    assert np.all(found.departure < 1e-3)
+    assert of_contacts[0] > of_contacts[1] > of_contacts[2] > of_contacts[3]
+
+
+@pytest.mark.slow
+def test_vane_at_full_force_leaves_the_balance_at_any_step(vane, record_property):
+    frequency = peak_of(vane)
+    response = frequency_response(vane, [frequency], 9)
+    assert response.converged.all()
+    rates = []
+    for steps in (256, 512) if FULL else (160, 256):
+        found = time_response(
+            vane, frequency, 11, steps, 9, start=(response, 0), modes=INERTIA
+        ).departure
+        rates.append((found[10] / found[6]) ** 0.25)
+        record_property(f"{steps} steps", f"{found[0]:.1e} to {found[-1]:.1e}")
+    record_property("growth a period", ", ".join(f"{rate:.2f}" for rate in rates))
+    assert min(rates) > 1.2
+    assert rates[0] == pytest.approx(rates[1], rel=0.1)
