@@ -31,7 +31,7 @@ FULL = os.environ.get("VANELOCK_VERIFY") == "full"
 MASSES, CONTACTS, H_MAX = 3, 2, 15
 RINGS = ((5, 1), (6, -1), (7, 2), (8, 3), (8, -2))  # sectors, engine order
 ORDERS = (1, 3, 5, 9)
-GENTLE, HIGHEST = 0.2, 11  # share of the vane's force, and H, of its comparison
+GENTLE, HIGHEST = 0.25, 11  # share of the vane's force, and H, of its comparison
 
 
 def springs(seed):
@@ -109,6 +109,12 @@ class Comparison:
     by_coefficient: list[float]
     by_history: list[float]
 
+    @property
+    def left(self):
+        """Whether the ring, which first follows the wave, leaves it in the end: it is unstable."""
+        apart = self.steady.departure
+        return apart[0] < 2e-3 and apart[-1] > 10 * apart[0]
+
 
 def lags(system, found, harmonics):
     """(H + 1, N, 1, 1) turn of every harmonic of a wave from the first sector to each."""
@@ -143,19 +149,22 @@ def compare(seed, kind):
 
 
 SAMPLE = {"slip": (0, 3), "lift": (4, 8)}
-UNSTABLE = (1, 15)  # rings with lift-off that leave the wave
+UNSTABLE = 1  # a ring with lift-off that leaves the wave
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", ["slip", "lift"])
 def test_sector_balance_is_the_steady_motion_of_the_ring(kind, record_property):
-    seeds = [seed for seed in range(40) if seed not in UNSTABLE] if FULL else SAMPLE[kind]
     found = []
-    for seed in seeds:
+    for seed in range(30) if FULL else SAMPLE[kind]:
         if kind in worst_of(seed) and (kind == "lift" or worst_of(seed)[kind][0] <= 0.5):
             found.append(compare(seed, kind))
+    left = sum(one.left for one in found)
     record_property("rings", len(found))
-    assert len(found) >= (15 if FULL else 2)
+    record_property("left, the wave being unstable", left)
+    assert len(found) >= (12 if FULL else 2)
+    assert left <= 0.1 * len(found)
+    found = [one for one in found if not one.left]
     for one in found:
         assert one.steady.defect[-1] < 1e-7
         moving = one.steady.state.ravel()
@@ -234,7 +243,7 @@ def by_central_differences(seed, force, frequency, response, steps, periods):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("seed", "kind", "periods"), [(0, "lift", 15), (1, "lift", 60)])
+@pytest.mark.parametrize(("seed", "kind", "periods"), [(0, "lift", 15), (UNSTABLE, "lift", 60)])
 def test_another_integrator_stays_with_the_wave_and_leaves_it_alike(
     seed, kind, periods, record_property
 ):
@@ -247,7 +256,7 @@ def test_another_integrator_stays_with_the_wave_and_leaves_it_alike(
     other = by_central_differences(seed, force, frequency, response, 2000, periods)
     record_property("departure", f"{found[0]:.1e} to {found[-1]:.1e}")
     record_property("by central differences", f"{other[0]:.1e} to {other[-1]:.1e}")
-    if seed in UNSTABLE:
+    if seed == UNSTABLE:
         assert found[-1] > 10 * found[0]
         assert found[-1] == pytest.approx(other[-1], rel=0.2)
     else:
