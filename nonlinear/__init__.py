@@ -9,6 +9,7 @@ _modules = {
     "Force": "system",
     "OPEN": "law",
     "ParameterResponse": "parametric",
+    "PeakResponse": "backbone",
     "Response": "response",
     "SLIP": "law",
     "SLIP_OPEN": "law",
@@ -20,6 +21,7 @@ _modules = {
     "frequency_response": "forced",
     "linear_response": "linear",
     "parameter_response": "parametric",
+    "peak_response": "backbone",
     "static_response": "forced",
     "time_response": "transient",
 }

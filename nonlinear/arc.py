@@ -176,7 +176,8 @@ def path(family: Family, start: Solution, target: float, longest: float = 1.0) -
     target : float
         Where the path goes first, and what its steps are measured by.
     longest : float
-        Longest step, in units of the distance to the target.
+        Longest step, in units of the distance to the target, or relative to w where that is larger
+        than the response of the stuck structure.
 
     Yields
     ------
@@ -200,7 +201,8 @@ def path(family: Family, start: Solution, target: float, longest: float = 1.0) -
         if ahead is None:
             return
         here, taken = ahead
-        length = min(taken * np.clip(3.5 / max(here.iterations, 1), 0.5, 2.0), longest)
+        most = longest * max(1.0, float(np.linalg.norm(here.w * weight)))
+        length = min(taken * np.clip(3.5 / max(here.iterations, 1), 0.5, 2.0), most)
 
 
 def _advance(

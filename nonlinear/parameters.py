@@ -17,6 +17,7 @@ from vanelock.nonlinear.families import Frictions, Loads
 from vanelock.nonlinear.law import Deviation, Law
 from vanelock.nonlinear.linear import closed_contacts
 from vanelock.nonlinear.newton import Family
+from vanelock.nonlinear.tables import Tabulated
 from vanelock.rom.system import System
 
 Floats = NDArray[np.float64]
@@ -68,6 +69,18 @@ class Parameter:
     def structure(self, prepared: Structure, value: float) -> Structure:
         """The prepared system with the parameter at a value."""
         return replace(prepared, system=self.system(prepared.system, value))
+
+    def source(self, source: Structure | Tabulated, value: float) -> Structure | Tabulated:
+        """What gives the balances by frequency, with the parameter at a value."""
+        if not isinstance(source, Tabulated):
+            return self.structure(source, value)
+        tables = source.tables
+        if self.name == "force":  # interference and friction leave all that vibrates as it is
+            tables = tuple(
+                replace(each, linear=None if each.linear is None else value * each.linear)
+                for each in tables
+            )
+        return replace(source, structure=self.structure(source.structure, value), tables=tables)
 
     def law(self, system: System, law: Law, value: float) -> Law:
         """The law of contact with the parameter at a value, from that of the system."""

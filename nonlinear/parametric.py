@@ -167,6 +167,7 @@ def parameter_response(
             progress(done, len(given), float(given[i]), float(one.amplitude.max(initial=0.0)))
     solutions = [found[i] for i in range(len(given))]
     response, mu = assembled(prepared, varied, given.tolist(), solutions)
+    response = replace(response, samples=samples or 0)
     return ParameterResponse(parameter, given, response, mu)
 
 

@@ -1,0 +1,92 @@
+"""Where a quantity changes its sign along a path of solutions: folds, and peaks beside folds."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import brentq
+
+from vanelock.nonlinear.arc import Step, Tangent, tangent_at
+from vanelock.nonlinear.newton import TOLERANCE, Family, Plane, Solution, solve
+
+Floats = NDArray[np.float64]
+
+Measure = Callable[[Solution, Tangent], float]
+
+
+@dataclass(frozen=True)
+class Located:
+    """A point of a path at which a quantity vanishes or jumps over zero.
+
+    Attributes
+    ----------
+    solution : Solution
+        The nearest one that was solved.
+    tangent : Tangent
+    left : float
+        What is left of the quantity, relative to its larger value at the ends of the piece.
+    spent : int
+        Points that were solved.
+    """
+
+    solution: Solution
+    tangent: Tangent
+    left: float
+    spent: int
+
+
+def locate(
+    family: Family,
+    before: Step,
+    after: Step,
+    measure: Measure,
+    values: tuple[float, float],
+    tolerance: float = TOLERANCE,
+) -> Located | None:
+    """Find where a quantity passes zero between two neighbouring points of a path.
+
+    Parameters
+    ----------
+    family : Family
+    before, after : Step
+    measure : callable
+        The quantity, of a solution and its tangent.
+    values : (float, float)
+        Its values at the two points, of opposite signs.
+    tolerance : float
+        Relative residual of the solutions.
+
+    Returns
+    -------
+    Located or None
+        None where a point between the two was not found.
+    """
+    a, b = before.solution, after.solution
+    solved: list[tuple[float, Solution, Tangent]] = []
+    normal = (
+        before.plane.normal_w + after.plane.normal_w,
+        before.plane.normal_parameter + after.plane.normal_parameter,
+    )
+
+    def at(share: float) -> float:
+        if share in (0.0, 1.0):
+            return values[int(share)]
+        w = a.w + share * (b.w - a.w)
+        parameter = a.parameter + share * (b.parameter - a.parameter)
+        found = solve(family, w, parameter, Plane(w, parameter, *normal), tolerance, kept=a.kept)
+        tangent = tangent_at(family, found) if found.converged else None
+        if tangent is None:
+            raise ArithmeticError
+        value = measure(found, tangent)
+        solved.append((value, found, tangent))
+        return value
+
+    try:
+        brentq(at, 0.0, 1.0, xtol=1e-13, rtol=1e-13, maxiter=60, disp=False)
+    except ArithmeticError:
+        return None
+    value, found, tangent = min(solved, key=lambda each: abs(each[0]))
+    spent = sum(each[1].iterations for each in solved)
+    left = abs(value) / max(map(abs, values))
+    return Located(replace(found, iterations=spent), tangent, left, len(solved))
