@@ -1,0 +1,89 @@
+"""Coupled, uncoupled and constant-load balances of the vane: alike in full stick, apart in slip."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from vanelock import rom
+from vanelock.nonlinear import STUCK, frequency_response, static_response
+
+COUPLINGS = ("coupled", "uncoupled", "constant-load")
+
+
+def changed(scene, force=1.0, mu=None, interference=None):
+    """The scene with a scaled force, another friction or interference of the interlock."""
+    contacts = scene.system.contacts
+    if mu is not None:
+        contacts = replace(contacts, mu=np.where(scene.interlock, mu, contacts.mu))
+    if interference is not None:
+        contacts = replace(contacts, v0=np.where(scene.interlock, interference, contacts.v0))
+    load = {h: rom.Force(f.vector * force) for h, f in scene.system.force.items()}
+    return replace(scene.system, contacts=contacts, force=load)
+
+
+def limits(scene):
+    free = rom.linear_modes(scene.system, 1, 2, ~scene.interlock)[0][1]
+    return free, rom.linear_modes(scene.system, 1, 2)[0][1]
+
+
+@pytest.mark.parametrize("mu", [0.15, 50.0])
+@pytest.mark.parametrize("harmonics", [1, 3])
+def test_full_stick(scene, mu, harmonics, record_property):
+    # With the smaller friction the interlock's contacts slide at assembly: the mean of what they
+    # then carry relaxes under vibration, which the coupled balance alone follows.
+    system = changed(scene, 1e-3 if mu < 1 else 3e-3, mu)
+    slid = int(static_response(system).active[0])
+    record_property("contacts that slid at assembly", str(slid))
+    assert (slid > 0) == (mu < 1)
+    hertz = limits(scene)[1] + np.linspace(-6.0, 6.0, 25)
+    coupled, *others = (frequency_response(system, hertz, harmonics, c) for c in COUPLINGS)
+    assert np.all(coupled.state == STUCK)
+    moving = np.abs(coupled.contact[:, 1:]).max()
+    pull = np.abs(coupled.force[:, 1:]).max()
+    rest = np.abs(coupled.force[:, 0, scene.interlock]).max()
+    for name, other in zip(COUPLINGS[1:], others, strict=True):
+        assert other.converged.all()
+        assert np.all(other.state == STUCK)
+        apart = np.abs(other.contact - coupled.contact)[:, 1:].max() / moving
+        force = np.abs(other.force - coupled.force)[:, 1:].max() / pull
+        mean = np.abs(other.force - coupled.force)[:, 0].max() / rest
+        record_property(f"{name}, h >= 1", f"{max(apart, force):.1e}")
+        record_property(f"{name}, mean force", f"{mean:.1e} of the interlock's largest")
+        assert apart < 1e-10
+        assert force < 1e-10
+        if slid:
+            assert 1e-4 < mean < 0.2
+        else:
+            assert mean < 1e-9
+
+
+def peaks(system, scene, record_property):
+    low, high = limits(scene)
+    found = {}
+    for coupling in COUPLINGS:
+        response = frequency_response(system, (low - 4.0, high + 4.0), 1, coupling)
+        assert response.converged.all()
+        size = response.amplitude[:, 0].max(axis=1)
+        top = int(size.argmax())
+        found[coupling] = response.frequency[top], size[top]
+        record_property(coupling, f"{1e6 * size[top]:.4g} um at {response.frequency[top]:.2f} Hz")
+    return found
+
+
+@pytest.mark.parametrize("mu", [0.05, 0.15, 0.3, 0.6])
+def test_uncoupled_peaks_are_higher_in_frequency_and_lower_by_friction(scene, mu, record_property):
+    found = peaks(changed(scene, mu=mu), scene, record_property)
+    assert found["uncoupled"][0] > found["coupled"][0]
+    assert found["uncoupled"][1] < found["coupled"][1]
+    if mu <= 0.15:  # gross slip: a load that varies damps better than the same constant one
+        assert found["constant-load"][1] > found["uncoupled"][1]
+
+
+@pytest.mark.parametrize("interference", [1e-6, 2e-6, 4e-6, 8e-6])
+def test_uncoupled_peaks_are_higher_in_frequency_and_lower_by_interference(
+    scene, interference, record_property
+):
+    found = peaks(changed(scene, interference=interference), scene, record_property)
+    assert found["uncoupled"][0] > found["coupled"][0]
+    assert found["uncoupled"][1] < found["coupled"][1]
