@@ -12,7 +12,7 @@ deviations w_j of the contacts from sticking,
     Λ y_k'' + D y_k' + y_k = b_kᴴ K_c W_k,      W_k = 1/N Σ_j w_j e^{2πikj/N}.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -20,8 +20,8 @@ from numpy.typing import NDArray
 
 from vanelock.errors import InputError
 from vanelock.nonlinear.stuck import StuckModes, stuck_modes
-from vanelock.rom.consistency import check
-from vanelock.rom.system import System
+from vanelock.rom.consistency import ROUND_OFF, check
+from vanelock.rom.system import Diameter, System
 
 Array = NDArray[Any]
 Floats = NDArray[np.float64]
@@ -141,12 +141,8 @@ def ring(system: System) -> Ring:
             f"system: nd: no matrices for nodal diameters {named}: time integration of the ring "
             f"needs 0 to {diameters[-1]}"
         )
-    for k in diameters:
-        if (2 * k) % N == 0 and any(np.any(np.imag(A)) for A in (system.at(k).K, system.at(k).own)):
-            raise InputError(
-                f"system: nd/{k}: given complex matrices: time integration needs real coordinates "
-                "at the nodal diameters 0 and N/2, where no wave travels"
-            )
+    standing = {k: _real(system.at(k), k) for k in diameters if (2 * k) % N == 0}
+    system = replace(system, diameters={**system.diameters, **standing})
     modes = tuple(stuck_modes(system, k) for k in diameters)
     for k, found in zip(diameters, modes, strict=True):
         if found.coupled_damping is not None:
@@ -159,3 +155,19 @@ def ring(system: System) -> Ring:
     shift = np.exp(-2j * np.pi * np.outer(order, np.arange(sectors)) / N)
     weight = np.where((2 * order) % N == 0, 1.0, 2.0)
     return Ring(system, sectors, diameters, modes, shift, weight)
+
+
+def _real(matrices: Diameter, nodal_diameter: int) -> Diameter:
+    """Matrices of a diameter at which no wave travels, freed of round-off."""
+    real: dict[str, Array] = {}
+    for name in ("K", "M", "own", "next", "output", "C"):
+        value = getattr(matrices, name)
+        if value is None:
+            continue
+        if np.abs(value.imag).max(initial=0) > ROUND_OFF * np.abs(value).max(initial=0):
+            raise InputError(
+                f"system: nd/{nodal_diameter}/{name}: given complex values: time integration needs "
+                "real coordinates at the nodal diameters 0 and N/2, where no wave travels"
+            )
+        real[name] = value.real
+    return Diameter(**real)

@@ -117,6 +117,12 @@ def time_response(
     TimeResponse
         `defect` says whether the last period is a steady vibration.
 
+    Notes
+    -----
+    Contacts are those of `frequency_response` with orthogonal friction, coupled. A motion that
+    it finds may be unstable, such as a wave that the sectors cease to repeat: the ring then leaves
+    it, and `departure` grows by the same factor every period.
+
     Raises
     ------
     InputError
@@ -178,6 +184,11 @@ def _check_start(whole: Ring, frequency: float, response: Response, point: int) 
     """Refuse a start that is another system's or another frequency's."""
     if not 0 <= point < response.points:
         raise InputError(f"start: given point {point}: the response has {response.points}")
+    if (response.friction, response.coupling) != ("orthogonal", "coupled"):
+        raise InputError(
+            f"start: given a response with {response.friction} friction, {response.coupling}: "
+            "time integration has orthogonal friction, coupled"
+        )
     given = float(response.frequency[point])
     if abs(given - frequency) > 1e-9 * frequency:
         raise InputError(f"start: given a point at {given} Hz: needs one at {frequency} Hz")

@@ -1,5 +1,7 @@
 """Time integration of the ring: its own accuracy, against other integrators and the whole ring."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -86,3 +88,37 @@ def test_start_from_a_balance_stays_there() -> None:
     found = time_response(system, 0.17, 3, steps=2000, start=(response, 0))
     assert found.departure.max() < 2e-3
     assert found.defect.max() < 2e-3
+
+
+def test_what_the_integration_does_not_know_is_refused(random_system) -> None:
+    system = single(0.4, 0.5, 0.1)
+    response = frequency_response(system, [0.17, 0.2], harmonics=3)
+    for start, message in (
+        ((response, 2), "given point 2: the response has 2"),
+        ((response, 1), "given a point at 0.2 Hz: needs one at 0.17 Hz"),
+        ((replace(response, friction="isotropic"), 0), "isotropic friction"),
+        ((replace(response, harmonic_diameters=np.array([0, 0, 0, 1])), 0), "nodal diameters"),
+    ):
+        with pytest.raises(InputError, match=message):
+            time_response(system, 0.17, start=start)
+    matrices = replace(system.at(0), C=np.array([[0.1, 0.05], [0.05, 0.1]]))
+    with pytest.raises(InputError, match="nd/0/C: given one that couples the modes"):
+        time_response(replace(system, diameters={0: matrices}), 0.17)
+    with pytest.raises(InputError, match="steps: given 30: allowed: 40 or more"):
+        time_response(system, 0.17, steps=30)
+
+
+def test_linear_ring_is_in_its_steady_state_at_once(random_system) -> None:
+    # So much preload and friction that all sticks: the motion is the balance's, nothing to settle.
+    system = random_system(3, preload=1e3, mu=50.0, sectors=6, engine_order=-1, harmonics=5)
+    response = frequency_response(system, [0.3], harmonics=2)
+    found = time_response(system, 0.3, 2, 64, 2)
+    assert found.defect.max() < 1e-12
+    lag = np.exp(2j * np.pi * np.arange(6) / 6)[:, None, None]
+    for name in ("contact", "force", "output"):
+        given, expected = getattr(found, name), getattr(response, name)[0]
+        for h in range(3):
+            scale = np.abs(expected[:2]).max()
+            assert np.abs(given[h] - lag**h * expected[h]).max() < 1e-10 * scale
+    for h in range(3):
+        assert np.abs(found.x[h] - response.x[h][0]).max() < 1e-10 * np.abs(response.x[1]).max()
