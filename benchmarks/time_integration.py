@@ -83,11 +83,12 @@ def deviation(q: Array, exact: Array) -> float:
 
 
 def at_error(error: float, errors: list[float], seconds: list[float]) -> float:
-    """CPU of the integration for an error: along the lines between its runs, or beyond them."""
-    x, y = np.log(errors)[::-1], np.log(seconds)[::-1]
-    place = int(np.clip(np.searchsorted(x, np.log(error)), 1, len(x) - 1))
-    slope = (y[place] - y[place - 1]) / (x[place] - x[place - 1])
-    return float(np.exp(y[place] + slope * (np.log(error) - x[place])))
+    """CPU of the integration for an error: of second order in the step through all its runs.
+
+    Not less than the coarsest run's.
+    """
+    scale = np.exp(np.mean(np.log(seconds) + 0.5 * np.log(errors)))
+    return float(max(scale / np.sqrt(error), min(seconds)))
 
 
 def rows(case: Case, harmonics: tuple[int, ...], steps: tuple[int, ...], fine: int) -> list[str]:
@@ -142,8 +143,8 @@ state in which every contact sticks until it is periodic to a hundredth of its e
 `frequency_response` of one sector, the mean of a point of a curve across the peak. Errors: of the
 contacts' displacements in harmonics 0 to 9, those that a balance leaves out included, relative to
 the largest, against an integration with 4096 steps a period started from the balance with H = 31,
-whose own error is near 2e-6. Ratio: CPU of the integration at the balance's error, found between
-its runs or by their slope, over that of the balance. Rings are random ones whose modes spread
+whose own error is near 2e-6. Ratio: CPU of the integration at the balance's error (its runs, taken
+as of second order; at least the coarsest) over that of the balance. Rings are random ones whose modes spread
 like a vane's, damping ratio 0.003, sectors × coordinates.
 """
 
