@@ -73,8 +73,10 @@ def vane(
     size, contacts = len(unit.matrix), system.contacts.count
     lines = [
         f"A system of {size} coordinates a nodal diameter and {contacts} contacts; {points}",
-        f"frequencies from {low:g} to {high:g} Hz, closed list. Force and friction are scaled:",
-        "; ".join(f"{r.name}: force × {r.force:g}, μ × {r.mu:g}" for r in REGIMES) + ".",
+        f"frequencies from {low:g} to {high:g} Hz, closed list. Force and friction: those",
+        "of the file by the factors:",
+        "",
+        *(f"- {r.name}: force × {r.force:g}, μ × {r.mu:g}" for r in REGIMES),
         "",
         "Median, mean, worst: CPU of a point after the first one, in units of one dense complex",
         "solve. Steps: median of Newton's. Slip, open: most contacts that slip, or open, at any",
@@ -119,6 +121,7 @@ VARIED = {
     "samples": (64, 128, 256, 1024, None),
 }
 VARIED_QUICK = {"harmonics": (1,), "samples": (64, None)}
+BASES = {"contacts": Drawn(size=500, harmonics=1)}
 RICH = 15  # harmonics of the reference
 
 
@@ -170,20 +173,27 @@ def varied(name: str, values: tuple[int | None, ...], base: Drawn, points: int) 
 
 def scaling(quick: bool) -> list[str]:
     """Lines of the report on random systems."""
-    points = 6 if quick else 24
+    points = 6 if quick else 20
     base = Drawn(size=40, contacts=4, harmonics=1) if quick else Drawn()
     measure(base, 0.3, 1.0, 2)  # kernels are compiled here
     lines = [
         "CPU of a point after the first one of a curve, in units of one dense complex solve of the",
         "same model, timed between the points. Random cyclic systems whose modes spread like a",
-        f"vane's, with {base.size} coordinates, {base.contacts} contacts and H = {base.harmonics}",
-        f"where not varied; {points} frequencies from 0.8 to 1.05 of the stuck resonance.",
+        f"vane's; {points} frequencies from 0.8 to 1.05 of the stuck resonance.",
         "Slip, open: most contacts that slip, or open, at any point. Errors are of the contacts'",
         "displacements, relative to the largest at h >= 1.",
         "",
     ]
     for name, values in (VARIED_QUICK if quick else VARIED).items():
-        lines += [f"## {name.capitalize()}", "", *varied(name, values, base, points)]
+        where = base if quick else BASES.get(name, base)
+        lines += [
+            f"## {name.capitalize()}",
+            "",
+            f"{where.size} coordinates, {where.contacts} contacts, H = {where.harmonics}, "
+            "but for what varies.",
+            "",
+            *varied(name, values, where, points),
+        ]
     return lines
 
 

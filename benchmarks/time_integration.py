@@ -144,8 +144,8 @@ state in which every contact sticks until it is periodic to a hundredth of its e
 contacts' displacements in harmonics 0 to 9, those that a balance leaves out included, relative to
 the largest, against an integration with 4096 steps a period started from the balance with H = 31,
 whose own error is near 2e-6. Ratio: CPU of the integration at the balance's error (its runs, taken
-as of second order; at least the coarsest) over that of the balance. Rings are random ones whose modes spread
-like a vane's, damping ratio 0.003, sectors × coordinates.
+as of second order; at least the coarsest) over that of the balance. Rings are random ones whose
+modes spread like a vane's, damping ratio 0.003, sectors × coordinates.
 """
 
 
