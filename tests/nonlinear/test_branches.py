@@ -1,0 +1,179 @@
+"""Hysteresis of a sweep against the closed form of an oscillator that hits a stop."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from scipy.optimize import brentq, minimize_scalar
+
+from vanelock.errors import InputError
+from vanelock.nonlinear import OPEN, SLIP_OPEN, Hysteresis, System, hysteresis
+from vanelock.nonlinear.trigonometric import TURN
+from vanelock.rom.system import Contacts, Diameter, Force
+
+Floats = NDArray[np.float64]
+
+DAMPING, FORCE = 0.02, 0.15
+LOW, HIGH = 0.85, 1.6
+
+
+def gap_oscillator() -> System:
+    """A unit mass on a unit spring with a unit gap to another one."""
+    row = np.array([[[1.0], [0.0], [0.0]]])
+    one = Diameter(
+        K=np.ones((1, 1)), M=np.ones((1, 1)), C=np.full((1, 1), DAMPING), own=row, output=row
+    )
+    return System(
+        sectors=1,
+        engine_order=0,
+        diameters={0: one},
+        contacts=Contacts(np.ones(1), np.ones((1, 2)), np.zeros(1), np.full(1, -1.0)),
+        force={1: Force(np.array([FORCE], complex))},
+        output_names=("mass",),
+    )
+
+
+def frequencies_of(X: float) -> Floats:
+    """The two frequencies, rad/s, at which its first harmonic has the amplitude X; or none."""
+
+    def integrals(mean: float) -> tuple[float, float]:
+        gap = 1 - mean
+        if gap >= X:
+            return 0.0, 0.0
+        touch = np.arccos(gap / X)
+        zero = (X * np.sin(touch) - gap * touch) / np.pi
+        first = X * (touch / 2 + np.sin(2 * touch) / 4) - gap * np.sin(touch)
+        return zero, 2 / np.pi * first
+
+    mean = brentq(lambda mean: mean + integrals(mean)[0], -X, 0.0, xtol=1e-15)
+    spring = 1 + integrals(mean)[1] / X
+    middle = spring - DAMPING**2 / 2
+    root = middle**2 - spring**2 + (FORCE / X) ** 2
+    if root < 0:
+        return np.full(2, np.nan)
+    return np.asarray(np.sqrt(middle + np.sqrt(root) * np.array([-1, 1])))
+
+
+def closed_folds() -> tuple[tuple[float, float], tuple[float, float]]:
+    """(ω, X) of the upper fold, near the tip of the peak, and of the lower one."""
+    X = np.linspace(1.0, 8.0, 4001)
+    both = np.array([frequencies_of(x) for x in X])
+    both = both[np.isfinite(both[:, 0])]
+    X = X[: len(both)]
+    tip = X[-1]
+    side = int(np.argmax(both.max(axis=0)))
+    options = {"xatol": 1e-12}
+    high = X[np.argmax(both[:, side])]
+    near = (high - 0.02, min(tip, high + 0.02))
+    top = minimize_scalar(
+        lambda x: -frequencies_of(x)[side], bounds=near, method="bounded", options=options
+    )
+    bottom = minimize_scalar(
+        lambda x: frequencies_of(x)[1], bounds=(1.0, 1.5), method="bounded", options=options
+    )
+    return (-top.fun, top.x), (bottom.fun, bottom.x)
+
+
+def amplitude_after(omega: float, position: float, velocity: float, periods: int) -> float:
+    """Half the peak-to-peak after some periods, by Runge and Kutta's integration."""
+    steps = 200
+    dt = TURN / omega / steps
+
+    def rate(t: float, y: Floats) -> Floats:
+        x, v = y
+        push = FORCE * np.cos(omega * t) - x - DAMPING * v - max(x - 1, 0.0)
+        return np.array([v, push])
+
+    y = np.array([position, velocity])
+    history = []
+    for i in range(periods * steps):
+        t = i * dt
+        a = rate(t, y)
+        b = rate(t + dt / 2, y + dt / 2 * a)
+        c = rate(t + dt / 2, y + dt / 2 * b)
+        y = y + dt / 6 * (a + 2 * b + 2 * c + rate(t + dt, y + dt * c))
+        history.append(y[0])
+    return float(np.ptp(history[-steps:]) / 2)
+
+
+def test_branch_is_the_closed_form_with_both_folds() -> None:
+    found = hysteresis(gap_oscillator(), (LOW / TURN, HIGH / TURN), 1)
+    assert found.complete
+    assert found.connected
+    assert found.branch.converged.all()
+    omega, X = TURN * found.branch.frequency, found.branch.amplitude[:, 0, 0]
+    for one, amplitude in zip(omega, X, strict=True):
+        assert np.nanmin(np.abs(frequencies_of(amplitude) - one)) < 1e-7
+    # Drawn as a polygon it is smooth: neighbours differ little.
+    assert np.abs(np.diff(omega)).max() < 0.06 * (HIGH - LOW)
+    assert np.abs(np.diff(X)).max() < 0.06 * X.max()
+    (top, high), (bottom, low) = closed_folds()
+    assert found.upper.tolist() == [True, False]
+    assert not found.sharp.any()
+    np.testing.assert_allclose(omega[found.fold], [top, bottom], rtol=1e-9)
+    np.testing.assert_allclose(X[found.fold], [high, low], rtol=1e-5)
+    np.testing.assert_allclose(TURN * found.several, [[bottom, top]], rtol=1e-9)
+    first, last = found.fold
+    assert found.unstable[first + 1 : last].all()
+    assert not found.unstable[: first + 1].any()
+    assert not found.unstable[last:].any()
+    np.testing.assert_array_equal(np.unique(found.passed), [0, 1, 2])
+    assert found.branch.state[0, 0] == OPEN
+    assert found.branch.state[first, 0] == SLIP_OPEN
+
+
+def test_sweeps_differ_between_the_folds_alone() -> None:
+    (top, _), (bottom, _) = closed_folds()
+    hertz = np.linspace(LOW, HIGH, 61) / TURN
+    found = hysteresis(gap_oscillator(), hertz, 1)
+    np.testing.assert_allclose(found.up.frequency, hertz, rtol=1e-14)
+    np.testing.assert_allclose(found.down.frequency, hertz, rtol=1e-14)
+    omega = TURN * hertz
+    np.testing.assert_array_equal(found.differ, (omega > bottom) & (omega < top))
+    assert found.differ.sum() > 3
+    higher = found.up.amplitude[found.differ, 0, 0] / found.down.amplitude[found.differ, 0, 0]
+    assert higher.min() > 1.5
+
+
+@pytest.mark.slow
+def test_a_state_between_the_folds_is_left_and_the_others_are_kept() -> None:
+    omega = 1.11
+    found = hysteresis(gap_oscillator(), np.linspace(LOW, HIGH, 5) / TURN, 1)
+    first, last = found.fold
+    at = TURN * found.branch.frequency
+    kept = []
+    for piece in (slice(0, first), slice(first + 1, last), slice(last + 1, None)):
+        nearest = piece.indices(len(at))[0] + int(np.argmin(np.abs(at[piece] - omega)))
+        q = found.branch.output[nearest, :, 0, 0]
+        speed = (1j * at[nearest] * q[1]).real
+        reached = amplitude_after(at[nearest], q.sum().real, speed, 150)
+        assert found.unstable[nearest] == (found.passed[nearest] == 1)
+        kept.append(reached / abs(q[1]))
+    assert abs(kept[0] - 1) < 0.1  # one harmonic is not all of it
+    assert abs(kept[2] - 1) < 0.01
+    assert abs(kept[1] - 1) > 0.3
+
+
+def test_a_curve_without_folds_is_the_same_both_ways(tmp_path: Path) -> None:
+    system = gap_oscillator()
+    weak = {1: Force(np.array([0.01], complex))}  # never reaches the stop
+    linear = System(**{**vars(system), "force": weak})
+    found = hysteresis(linear, (LOW / TURN, HIGH / TURN), 1)
+    assert found.complete
+    assert found.connected
+    assert len(found.fold) == 0
+    assert not found.differ.any()
+    assert not found.unstable.any()
+    assert found.several.shape == (0, 2)
+    found.save(tmp_path / "both.h5")
+    again = Hysteresis.load(tmp_path / "both.h5")
+    np.testing.assert_array_equal(again.branch.contact, found.branch.contact)
+    assert again.complete is True
+
+
+def test_impossible_ranges_are_refused() -> None:
+    with pytest.raises(InputError, match="frequencies: given"):
+        hysteresis(gap_oscillator(), [1.0], 1)
+    with pytest.raises(InputError, match="frequencies: given"):
+        hysteresis(gap_oscillator(), (1.0, 1.0), 1)
