@@ -110,6 +110,11 @@ def audit_response(
     if samples & (samples - 1) or samples < 64 * (response.harmonics + 1):
         needed = 64 * (response.harmonics + 1)
         raise InputError(f"samples: given {samples}: a power of two, at least {needed}")
+    if (response.coupling, response.friction) != ("coupled", "orthogonal"):
+        raise InputError(
+            f"response: {response.coupling}, friction {response.friction}: an audit is of coupled "
+            "balances with orthogonal friction"
+        )
     chosen = range(response.points) if points is None else points
     for point in chosen:
         if not 0 <= point < response.points:

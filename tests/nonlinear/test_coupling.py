@@ -16,6 +16,7 @@ from vanelock.nonlinear import (
     STUCK,
     Response,
     System,
+    audit_response,
     contact_loop,
     frequency_response,
     static_response,
@@ -310,3 +311,11 @@ def test_static_load_that_grows_with_the_frequency_needs_the_coupled_balance() -
     load = {**system.force, 0: Force(np.ones(2, complex), 2)}
     with pytest.raises(InputError, match="force/0 grows with the frequency"):
         frequency_response(replace(system, force=load), [0.1], 1, "uncoupled")
+
+
+def test_an_audit_is_refused_where_it_would_judge_by_another_law() -> None:
+    system = rubbing(0.7, 0.0, 1.0)
+    for coupling, friction in (("uncoupled", "orthogonal"), ("coupled", "isotropic")):
+        response = frequency_response(system, [0.1], 1, coupling, friction)
+        with pytest.raises(InputError, match=f"response: {coupling}, friction {friction}"):
+            audit_response(system, response)
