@@ -26,6 +26,7 @@ Floats = NDArray[np.float64]
 
 ROUGH = 1e-7  # residual of the points on the way
 SHORTEST = 2e-3
+GROWTH = 3.0  # of a step, at most
 EXACT = 1e-9  # of tangents
 
 
@@ -113,6 +114,8 @@ def follow(
     target: float,
     tolerance: float = TOLERANCE,
     limit: int = 200,
+    effort: int = 2000,
+    shortest: float = SHORTEST,
 ) -> Arc:
     """Follow the path of solutions from a converged point until the parameter passes `target`.
 
@@ -127,6 +130,10 @@ def follow(
         Relative residual at the target.
     limit : int
         Most points of the path.
+    effort : int
+        Most Newton steps.
+    shortest : float
+        Shortest step, in units of the distance to the target.
     """
     span = target - start.parameter
     ends = [scales(family.at(p).linear) for p in (start.parameter, target)]
@@ -143,12 +150,12 @@ def follow(
         if sign != last_sign:
             folds.append(here.parameter)
             last_sign = sign
-        ahead, spent = _advance(family, here, tangent, constant, length, weight, span)
+        ahead, spent = _advance(family, here, tangent, constant, length, weight, span, shortest)
         iterations += spent
-        if ahead is None:
+        if ahead is None or iterations > effort:
             break
         following, taken = ahead
-        length = taken * np.clip(3.5 / max(following.iterations, 1), 0.5, 2.0)
+        length = taken * np.clip(3.5 / max(following.iterations, 1), 0.5, GROWTH)
         if (following.parameter - target) * np.sign(span) >= 0:
             ratio = (target - here.parameter) / (following.parameter - here.parameter)
             for begin in (here.w + ratio * (following.w - here.w), following.w, here.w):
@@ -157,7 +164,7 @@ def follow(
                 if landed.converged:
                     landed = replace(landed, iterations=iterations)
                     return Arc(landed, tuple(folds), step + 1, iterations)
-            if taken < 4 * SHORTEST:
+            if taken < 4 * shortest:
                 break
             length = 0.25 * taken  # come closer before landing
             continue
@@ -213,6 +220,7 @@ def _advance(
     length: float,
     weight: Floats,
     span: float,
+    shortest: float = SHORTEST,
 ) -> tuple[tuple[Solution, float] | None, int]:
     """The next point, its step halved until Newton converges; and the iterations spent.
 
@@ -225,18 +233,18 @@ def _advance(
         spent += iterations
         if found is not None:
             return (found, length), spent
-        if length <= SHORTEST:
+        if length <= shortest:
             break
         length *= 0.5
     for push in (2.0, 8.0, 32.0):
         along, rate = _arrow(tangent, constant, weight, span)
-        w, parameter = here.w + push * SHORTEST * along, here.parameter + push * SHORTEST * rate
+        w, parameter = here.w + push * shortest * along, here.parameter + push * shortest * rate
         u = family.at(parameter).displacement(w)
         beyond = replace(here, w=w, parameter=parameter, u=u, deviation=family.law(parameter)(u))
         turned = tangent_at(family, beyond)
         if turned is None:
             continue
-        for length in (push * SHORTEST, 4 * push * SHORTEST):
+        for length in (push * shortest, 4 * push * shortest):
             found, iterations = _step(family, here, turned, constant, length, weight, span)
             spent += iterations
             if found is not None:

@@ -10,9 +10,15 @@ from vanelock.nonlinear.arc import follow
 from vanelock.nonlinear.balance import Balance
 from vanelock.nonlinear.families import Loads, fixed
 from vanelock.nonlinear.law import Law
-from vanelock.nonlinear.newton import TOLERANCE, Solution, solve
+from vanelock.nonlinear.newton import TOLERANCE, Family, Solution, solve
+from vanelock.nonlinear.release import release
 
 Floats = NDArray[np.float64]
+
+EFFORTS = (300, 3000)  # Newton steps on a path: every one for a while before any for long
+SHORTEST = 1e-6
+"""Shortest step on a path, relative to all of it: where sticking ends, vibrating parts may be small
+beside the mean, and a path may turn back at once."""
 
 
 def from_nothing(
@@ -50,9 +56,10 @@ def _attempts(balance: Balance, law: Callable[[int], Law], tolerance: float) -> 
     top = law(harmonics)
     yield solve(fixed(balance, top), np.zeros_like(balance.linear), 0.0, tolerance=tolerance)
     raised = yield from _raise_harmonics(balance, law, tolerance)
-    if harmonics > 0 and raised is not None:
-        yield from _raise_force(balance, top, raised, tolerance)
-    yield from _release(balance, top, tolerance)
+    for effort in EFFORTS:
+        if harmonics > 0 and raised is not None:
+            yield from _raise_force(balance, top, raised, tolerance, effort)
+        yield from _release(balance, top, tolerance, effort)
 
 
 def _raise_harmonics(
@@ -78,7 +85,7 @@ def _raise_harmonics(
 
 
 def _raise_force(
-    balance: Balance, law: Law, static: Floats, tolerance: float
+    balance: Balance, law: Law, static: Floats, tolerance: float, effort: int
 ) -> Iterator[Solution]:
     """From the static state, raise all that vibrates from nothing to its full amplitude."""
     direction = balance.linear.copy()
@@ -89,27 +96,20 @@ def _raise_force(
     start[:, :, 0] = static[:, :, 0]
     begun = solve(family, start, 0.0, tolerance=tolerance)
     if begun.converged:
-        yield from _followed(family, begun, 1.0, tolerance)
+        yield from _followed(family, begun, 1.0, tolerance, effort)
 
 
-def _release(balance: Balance, law: Law, tolerance: float) -> Iterator[Solution]:
-    """From a preload so high that everything sticks, down to the true one."""
-    most = np.abs(balance.linear).sum(axis=2).max(initial=0.0)
-    steepest = np.where(law.alpha > 0, law.alpha, np.inf).min(initial=np.inf)
-    if not np.isfinite(steepest) or most == 0:
-        return
-    direction = np.zeros_like(balance.linear)
-    direction[:, 0, 0] = 1.0
-    family = Loads(balance, direction, law)
-    height = most * (1.1 + 1.1 / steepest)
-    begun = solve(family, np.zeros_like(balance.linear), height, tolerance=tolerance)
+def _release(balance: Balance, law: Law, tolerance: float, effort: int) -> Iterator[Solution]:
+    """From contacts held down and held back by force to the true ones."""
+    family = release(balance, law)
+    begun = solve(family, np.zeros_like(balance.linear), 1.0, tolerance=tolerance)
     if begun.converged:
-        yield from _followed(family, begun, 0.0, tolerance)
+        yield from _followed(family, begun, 0.0, tolerance, effort)
 
 
 def _followed(
-    family: Loads, begun: Solution, target: float, tolerance: float
+    family: Family, begun: Solution, target: float, tolerance: float, effort: int
 ) -> Iterator[Solution]:
-    arc = follow(family, begun, target, tolerance, limit=600)
+    arc = follow(family, begun, target, tolerance, limit=600, effort=effort, shortest=SHORTEST)
     if arc.solution is not None:
         yield arc.solution
