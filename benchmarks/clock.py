@@ -124,10 +124,8 @@ def sweep(
 
 
 def page(name: str, title: str, lines: list[str], write: bool) -> None:
-    """Print a report, and put it into docs/benchmarks if wanted."""
-    text = "\n".join([f"# {title}\n", *lines, ""])
-    print(text)
+    """Put a report, whose tables were printed as they grew, into docs/benchmarks if wanted."""
     if write:
         target = Path(__file__).parents[1] / "docs" / "benchmarks" / f"{name}.md"
         target.parent.mkdir(parents=True, exist_ok=True)
-        target.write_text(text)
+        target.write_text("\n".join([f"# {title}\n", *lines, ""]))
