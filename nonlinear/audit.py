@@ -48,8 +48,9 @@ class Audit(Product):
         Largest entry of f, B^H λ or D x in the static balance, and in all others; the second not
         below 1e-4 of the first.
     residual_error : (p,) float
-        How far off `residual` itself may be: the change from half the samples to all of them
-        (the error of the finer falls to a quarter of the coarser's) and rounding.
+        How far off `residual` itself may be: the change from half the samples to all of them, or
+        a quarter of that from a quarter to half of them if larger (the error falls to a quarter),
+        and rounding.
     force_difference : (p,) float
         Largest difference between the contact forces in the response and the marched ones, over
         the largest marched one.
@@ -205,7 +206,7 @@ def _checked(
     moved = moved.reshape(len(harmonics), contacts.count, 3)
     moved[0, :, 0] += contacts.v0
     fine = march_contacts(contacts, moved, samples)
-    coarse = march_contacts(contacts, moved, samples // 2)
+    coarse = [march_contacts(contacts, moved, samples // part) for part in (2, 4)]
     residual, scale, error = _balance(harmonics, contacts.stiffness.reshape(-1), fine, coarse)
     largest = np.abs(fine.force).max(initial=0.0)
     apart = np.abs(fine.force - response.force[point]).max(initial=0.0)
@@ -215,7 +216,8 @@ def _checked(
     friction = fine.work * hertz
     total = friction.sum()
     power = max(abs(excitation), abs(viscous), abs(total))
-    doubt = abs(total - coarse.work.sum() * hertz) + sum(
+    half, quarter = (each.work.sum() * hertz for each in coarse)
+    doubt = max(abs(total - half), 0.25 * abs(half - quarter)) + sum(
         each.s * np.linalg.norm(each.x) * each.rounding(contacts.stiffness.reshape(-1))
         for each in harmonics
     )
@@ -233,7 +235,7 @@ def _checked(
 
 
 def _balance(
-    harmonics: list[_Harmonic], stiffness: Floats, fine: Marched, coarse: Marched
+    harmonics: list[_Harmonic], stiffness: Floats, fine: Marched, coarse: list[Marched]
 ) -> tuple[float, Floats, float]:
     """Largest relative residual, its scales, and how far off it may be."""
     size, gap, doubt = np.zeros((3, len(harmonics)))
@@ -241,7 +243,9 @@ def _balance(
     for h, each in enumerate(harmonics):
         inner = each.inner()
         pull = each.B.conj().T @ fine.force[h].reshape(-1)
-        change = each.B.conj().T @ (fine.force[h] - coarse.force[h]).reshape(-1)
+        half, quarter = (marched.force[h] for marched in coarse)
+        changes = np.array([fine.force[h] - half, 0.25 * (half - quarter)]).reshape(2, -1)
+        change = each.B.conj().T @ changes.T
         size[h] = max(np.abs(term).max(initial=0.0) for term in (inner, pull, each.f))
         gap[h] = np.abs(inner + pull - each.f).max(initial=0.0)
         rounded = np.finfo(float).eps * (np.abs(each.B).T @ highest).max(initial=0.0)
