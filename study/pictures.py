@@ -318,10 +318,13 @@ def slug(name: str) -> str:
 def words(name: str, without: str = "") -> str:
     """A case's name, such as "mu=0.3,harmonics=1", as people write it; one key left out."""
     symbols = {"mu": "μ", "harmonics": "H", "engine_order": "EO"}
+    clear = {"coupling": "", "friction": " friction"}  # whose values say what they are
     texts = []
     for text in name.split(","):
         key, _, value = text.partition("=")
-        if key != without:
+        if key in clear:
+            texts.append(value + clear[key])
+        elif key != without:
             texts.append(f"{symbols.get(key, key)} = {value}" if value else key)
     return ", ".join(texts)
 

@@ -91,6 +91,21 @@ def test_the_direction_that_takes_more_energy_is_shown(figures):
     assert shown == ["relative displacement u2 (µm)", "relative displacement u1 (µm)"]
 
 
+def test_isotropic_friction_slips_where_the_force_in_the_plane_is_at_its_bound(figures):
+    angle = 2 * np.pi * np.arange(400) / 400
+    share = np.where(angle < np.pi, 1.0, 0.5)  # at the bound for half the period
+    t1, t2 = share * LIMIT * np.cos(angle), share * LIMIT * np.sin(angle)
+    displacement = AMPLITUDE * np.column_stack([0 * angle, np.sin(angle), np.cos(angle)])
+    force = np.column_stack([np.full(400, LOAD), t1, t2])
+    loop_picture("x.png", displacement, force, MU, "Contact", direction=1, isotropic=True)
+    assert "sticks 50 %, slips 50 % of the period" in figures[0].texts[1].get_text()
+    upper = figures[0].axes[2].lines[0].get_ydata()[:-1]
+    np.testing.assert_allclose(upper, np.sqrt(LIMIT**2 - t2**2), atol=1e-12)
+    # Bounded by twice the present load, the same force slips nowhere.
+    loop_picture("x.png", displacement, force, MU, "Contact", bounding=np.full(400, 2 * LOAD))
+    assert "sticks 100 % of the period" in figures[1].texts[1].get_text()
+
+
 def test_the_loop_closes_and_every_piece_has_its_state(figures):
     u, t = jenkins(400)
     loop_picture("x.png", *contact(u, t), MU, "Contact")

@@ -11,7 +11,7 @@ from vanelock.study import parse_study
 from vanelock.study.limits import Limits
 from vanelock.study.listing import preload_table
 from vanelock.study.monitor import Monitor
-from vanelock.study.pictures import Gallery, Shown, merged
+from vanelock.study.pictures import Gallery, Shown, merged, words
 from vanelock.study.sweep import cases
 
 F = np.linspace(240.0, 300.0, 7)
@@ -94,6 +94,12 @@ def test_equal_linear_limits_are_one_curve_and_others_are_named():
     assert labels == ["linear, free: EO = -1 or 1", "linear, free: EO = 2", "linear, stuck"]
     without = gallery("[joints.interlock]\nenabled = false", (), linear)[0]._linear()
     assert [curve.kind for curve in without] == ["free", "free"]
+
+
+def test_words_for_cases():
+    assert words("engine_order=-2,coupling=constant-load,friction=isotropic,mu=0.3") == (
+        "EO = -2, constant-load, isotropic friction, μ = 0.3"
+    )
 
 
 def test_words_for_merged_cases():
