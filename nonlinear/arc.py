@@ -116,6 +116,7 @@ def follow(
     limit: int = 200,
     effort: int = 2000,
     shortest: float = SHORTEST,
+    away: float = np.inf,
 ) -> Arc:
     """Follow the path of solutions from a converged point until the parameter passes `target`.
 
@@ -134,29 +135,28 @@ def follow(
         Most Newton steps.
     shortest : float
         Shortest step, in units of the distance to the target.
+    away : float
+        How far the path may lead the other way, in distances to the target.
     """
-    span = target - start.parameter
-    ends = [scales(family.at(p).linear) for p in (start.parameter, target)]
-    weight = 1 / np.maximum(*ends)
-    here, folds, iterations = start, [], 0
-    length, constant, last_sign = 0.2, 0.0, np.sign(span)
+    here, folds, iterations, length = start, [], 0, 0.2
+    course: Course | None = None
+    last_sign = np.sign(target - start.parameter)
     for step in range(limit):
         tangent = tangent_at(family, here)
         if tangent is None:
             break
-        if constant == 0.0:
-            constant = np.sign(span) * tangent.orientation
-        sign = constant * tangent.orientation
+        course = course or _course(family, start, target, tangent, shortest)
+        sign = course.constant * tangent.orientation
         if sign != last_sign:
             folds.append(here.parameter)
             last_sign = sign
-        ahead, spent = _advance(family, here, tangent, constant, length, weight, span, shortest)
+        ahead, spent = _advance(family, here, tangent, course, length)
         iterations += spent
         if ahead is None or iterations > effort:
             break
         following, taken = ahead
         length = taken * np.clip(3.5 / max(following.iterations, 1), 0.5, GROWTH)
-        if (following.parameter - target) * np.sign(span) >= 0:
+        if (following.parameter - target) / course.span >= 0:
             ratio = (target - here.parameter) / (following.parameter - here.parameter)
             for begin in (here.w + ratio * (following.w - here.w), following.w, here.w):
                 landed = solve(family, begin, target, tolerance=tolerance, kept=here.kept)
@@ -169,6 +169,8 @@ def follow(
             length = 0.25 * taken  # come closer before landing
             continue
         here = following
+        if (start.parameter - here.parameter) / course.span > away:
+            break
     return Arc(None, tuple(folds), step + 1, iterations)
 
 
@@ -191,36 +193,66 @@ def path(family: Family, start: Solution, target: float, longest: float = 1.0) -
     Step
         From `start` on; the generator ends where the path cannot be followed.
     """
-    span = target - start.parameter
-    ends = [scales(family.at(p).linear) for p in (start.parameter, target)]
-    weight = 1 / np.maximum(*ends)
-    here, length, constant = start, min(0.2, longest), 0.0
+    here, length = start, min(0.2, longest)
+    course: Course | None = None
     while True:
         tangent = tangent_at(family, here)
         if tangent is None:
             return
-        if constant == 0.0:
-            constant = np.sign(span) * tangent.orientation
-        along, rate = _arrow(tangent, constant, weight, span)
-        plane = Plane(here.w, here.parameter, along * weight**2, rate / span**2)
+        course = course or _course(family, start, target, tangent)
+        along, rate = _arrow(tangent, course)
+        plane = Plane(here.w, here.parameter, along * course.weight**2, rate / course.span**2)
         yield Step(here, tangent, along, rate, plane)
-        ahead, _ = _advance(family, here, tangent, constant, length, weight, span)
+        ahead, _ = _advance(family, here, tangent, course, length)
         if ahead is None:
             return
         here, taken = ahead
-        most = longest * max(1.0, float(np.linalg.norm(here.w * weight)))
-        length = min(taken * np.clip(3.5 / max(here.iterations, 1), 0.5, 2.0), most)
+        length = min(taken * np.clip(3.5 / max(here.iterations, 1), 0.5, 2.0), longest)
+
+
+@dataclass(frozen=True)
+class Course:
+    """Where a path is headed, and how its length is measured.
+
+    Attributes
+    ----------
+    target, span : float
+        Value of the parameter wanted, and how far it is from the start.
+    weight : (2H + 1,) float
+        Of the coefficients of w, 1/m.
+    constant : float
+        sign(ṗ) sign det P of the path.
+    shortest : float
+        Shortest step, in units of the span.
+    """
+
+    target: float
+    span: float
+    weight: Floats
+    constant: float
+    shortest: float
+
+
+def _course(
+    family: Family,
+    start: Solution,
+    target: float,
+    tangent: Tangent,
+    shortest: float = SHORTEST,
+) -> Course:
+    """The course from a point, where its tangent is known, to a value of the parameter."""
+    span = target - start.parameter
+    ends = [scales(family.at(p).linear) for p in (start.parameter, target)]
+    constant = float(np.sign(span) * tangent.orientation)
+    return Course(target, span, 1 / np.maximum(*ends), constant, shortest)
 
 
 def _advance(
     family: Family,
     here: Solution,
     tangent: Tangent,
-    constant: float,
+    course: Course,
     length: float,
-    weight: Floats,
-    span: float,
-    shortest: float = SHORTEST,
 ) -> tuple[tuple[Solution, float] | None, int]:
     """The next point, its step halved until Newton converges; and the iterations spent.
 
@@ -229,33 +261,35 @@ def _advance(
     """
     spent = 0
     while True:
-        found, iterations = _step(family, here, tangent, constant, length, weight, span)
+        found, iterations = _step(family, here, tangent, course, length)
         spent += iterations
         if found is not None:
             return (found, length), spent
-        if length <= shortest:
+        if length <= course.shortest:
             break
         length *= 0.5
     for push in (2.0, 8.0, 32.0):
-        along, rate = _arrow(tangent, constant, weight, span)
-        w, parameter = here.w + push * shortest * along, here.parameter + push * shortest * rate
+        along, rate = _arrow(tangent, course)
+        little = push * course.shortest
+        w, parameter = here.w + little * along, here.parameter + little * rate
         u = family.at(parameter).displacement(w)
         beyond = replace(here, w=w, parameter=parameter, u=u, deviation=family.law(parameter)(u))
         turned = tangent_at(family, beyond)
         if turned is None:
             continue
-        for length in (push * shortest, 4 * push * shortest):
-            found, iterations = _step(family, here, turned, constant, length, weight, span)
+        for length in (little, 4 * little):
+            found, iterations = _step(family, here, turned, course, length)
             spent += iterations
             if found is not None:
                 return (found, length), spent
     return None, spent
 
 
-def _arrow(tangent: Tangent, constant: float, weight: Floats, span: float) -> tuple[Floats, float]:
+def _arrow(tangent: Tangent, course: Course) -> tuple[Floats, float]:
     """Unit vector along the path in the scaled space (w·weight, p/span), in physical units."""
-    size = np.hypot(np.linalg.norm(tangent.z * weight) * abs(span), 1.0)
-    rate = float(constant * tangent.orientation * abs(span) / size)
+    span = abs(course.span)
+    size = np.hypot(np.linalg.norm(tangent.z * course.weight) * span, 1.0)
+    rate = float(course.constant * tangent.orientation * span / size)
     return tangent.z * rate, rate
 
 
@@ -263,18 +297,19 @@ def _step(
     family: Family,
     here: Solution,
     tangent: Tangent,
-    constant: float,
+    course: Course,
     length: float,
-    weight: Floats,
-    span: float,
 ) -> tuple[Solution | None, int]:
     """The point at a distance along the tangent, if Newton finds one near there."""
-    along, rate = _arrow(tangent, constant, weight, span)
+    along, rate = _arrow(tangent, course)
     w, parameter = here.w + length * along, here.parameter + length * rate
+    weight, span = course.weight, course.span
     plane = Plane(w, parameter, along * weight**2, rate / span**2)
     found = solve(family, w, parameter, plane, ROUGH, 12, here.kept)
     moved = np.hypot(np.linalg.norm((found.w - w) * weight), (found.parameter - parameter) / span)
     # A path may bend by 45 degrees in a step, and sharply at a kink, which short steps single out.
     near = moved < length or moved < 3 * length < 0.25
-    jumped = abs(found.parameter - here.parameter) > 0.3 * abs(span)
+    # Where the path leads away from the target, steps grow with the distance from there.
+    far = max(abs(here.parameter - course.target), abs(span))
+    jumped = abs(found.parameter - here.parameter) > 0.3 * far
     return found if found.converged and near and not jumped else None, found.iterations

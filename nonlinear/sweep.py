@@ -20,6 +20,10 @@ BEND = 0.06
 """How far, relatively, the amplitude may leave the line through the last two points. The curve then
 leaves the chord between two points by about an eighth of that."""
 
+FAR = 8.0
+"""How far back, in steps of the sweep, a path is followed behind a fold. What lies beyond is sooner
+found afresh, as the structure does that jumps."""
+
 
 @dataclass(frozen=True)
 class Solver:
@@ -110,7 +114,7 @@ class Solver:
             if tried[-1].converged:
                 return _counted(tried, omega)
         if history:
-            arc = follow(self.family, history[-1], omega, self.tolerance)
+            arc = follow(self.family, history[-1], omega, self.tolerance, limit=60, away=FAR)
             if arc.solution is not None:
                 return _counted([*tried, arc.solution], omega)
         tried.append(from_nothing(balance, self.law, self.tolerance))
