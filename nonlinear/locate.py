@@ -5,7 +5,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import brentq
 
 from vanelock.nonlinear.arc import Step, Tangent, tangent_at
 from vanelock.nonlinear.newton import TOLERANCE, Family, Plane, Solution, solve
@@ -70,8 +69,6 @@ def locate(
     )
 
     def at(share: float) -> float:
-        if share in (0.0, 1.0):
-            return values[int(share)]
         w = a.w + share * (b.w - a.w)
         parameter = a.parameter + share * (b.parameter - a.parameter)
         found = solve(family, w, parameter, Plane(w, parameter, *normal), tolerance, kept=a.kept)
@@ -83,10 +80,36 @@ def locate(
         return value
 
     try:
-        brentq(at, 0.0, 1.0, xtol=1e-13, rtol=1e-13, maxiter=60, disp=False)
+        _bracketed(at, values)
     except ArithmeticError:
         return None
     value, found, tangent = min(solved, key=lambda each: abs(each[0]))
     spent = sum(each[1].iterations for each in solved)
     left = abs(value) / max(map(abs, values))
     return Located(replace(found, iterations=spent), tangent, left, len(solved))
+
+
+def _bracketed(at: Callable[[float], float], values: tuple[float, float]) -> None:
+    """Close in on the root of a function between 0 and 1, given its values there.
+
+    The secant through the ends, the end that stays twice counting half (the Illinois rule); a
+    bisection where that is slow.
+    """
+    low, high = 0.0, 1.0
+    f_low, f_high = values
+    size, kept = max(map(abs, values)), 0
+    for i in range(80):
+        share = (low * f_high - high * f_low) / (f_high - f_low)
+        if i % 4 == 3 or not low < share < high:
+            share = 0.5 * (low + high)
+        f = at(share)
+        if abs(f) < 1e-13 * size or high - low < 1e-13:
+            return
+        if (f > 0) == (f_high > 0):
+            high, f_high = share, f
+            f_low *= 0.5 if kept == 1 else 1.0
+            kept = 1
+        else:
+            low, f_low = share, f
+            f_high *= 0.5 if kept == -1 else 1.0
+            kept = -1

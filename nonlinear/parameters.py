@@ -68,7 +68,9 @@ class Parameter:
 
     def structure(self, prepared: Structure, value: float) -> Structure:
         """The prepared system with the parameter at a value."""
-        return replace(prepared, system=self.system(prepared.system, value))
+        moved = replace(prepared, system=self.system(prepared.system, value))
+        vars(moved)["output_rows"] = prepared.output_rows  # the modes', whatever the value
+        return moved
 
     def source(self, source: Structure | Tabulated, value: float) -> Structure | Tabulated:
         """What gives the balances by frequency, with the parameter at a value."""

@@ -52,7 +52,8 @@ def frequencies_of(X: float) -> Floats:
     root = middle**2 - spring**2 + (FORCE / X) ** 2
     if root < 0:
         return np.full(2, np.nan)
-    return np.asarray(np.sqrt(middle + np.sqrt(root) * np.array([-1, 1])))
+    squares = middle + np.sqrt(root) * np.array([-1, 1])
+    return np.sqrt(np.where(squares > 0, squares, np.nan))
 
 
 def closed_folds() -> tuple[tuple[float, float], tuple[float, float]]:
