@@ -1,0 +1,126 @@
+"""Peaks followed along force and friction, and hysteresis, on the vane."""
+
+import os
+from dataclasses import replace
+from time import process_time
+
+import numpy as np
+import pytest
+
+from vanelock import rom
+from vanelock.nonlinear import (
+    STUCK,
+    frequency_response,
+    hysteresis,
+    linear_response,
+    peak_response,
+)
+
+FULL = os.environ.get("VANELOCK_VERIFY") == "full"
+ORDERS = (1, 3) if FULL else (1,)
+COUNT = 31 if FULL else 16
+
+
+def second_mode(system):
+    """Frequencies of the second ND 1 mode, interlock free and stuck, followed by MAC."""
+    interlock = np.array([name == "interlock" for name in system.contacts.joint])
+    free, shapes = rom.linear_modes(system, 1, 6, ~interlock)
+    stuck, others = rom.linear_modes(system, 1, 6)
+    return free[1], stuck[int(np.argmax(rom.mac(shapes, others, system.at(1).M)[1]))]
+
+
+def near(system):
+    free, stuck = second_mode(system)
+    return float(free - 10), float(stuck + 10)
+
+
+def loaded(system, factor):
+    return replace(
+        system,
+        force={
+            h: rom.Force(each.vector * (factor if h else 1), each.omega_power)
+            for h, each in system.force.items()
+        },
+    )
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("harmonics", ORDERS)
+def test_peaks_against_force_are_those_of_sweeps(scene, harmonics, record_property):
+    values = np.geomspace(1e-3, 3.0, COUNT)
+    begun = process_time()
+    found = peak_response(scene.system, "force", values, near(scene.system), harmonics)
+    record_property("CPU", f"{process_time() - begun:.1f} s")
+    record_property("frequencies", f"{found.readings.sum()}")
+    assert found.converged.all()
+    smooth = ~found.sharp
+    assert smooth.mean() > 0.9
+    assert found.distance[smooth].max() < 1e-8
+    record_property("extremum", f"{found.distance[smooth].max():.1e}")
+    # A small force leaves all stuck: the linear peak.
+    band = found.frequency[0] * (1 + np.linspace(-1e-5, 1e-5, 5))
+    stuck = linear_response(scene.system, band, "all", harmonics)
+    node = scene.system.output_names.index(found.output)
+    curve = stuck.amplitude[:, node, found.direction]
+    assert found.states[0, STUCK] == 66
+    assert curve.argmax() == 2
+    np.testing.assert_allclose(found.amplitude[0], values[0] * curve[2], rtol=1e-9)
+    # Peaks by themselves: ever finer sweeps of the same system at the same force.
+    worst_frequency = worst_amplitude = 0.0
+    for i in np.flatnonzero(smooth)[COUNT // 4 :: COUNT // 4]:
+        system = loaded(scene.system, values[i])
+        width = 0.3 * found.width[i]
+        centre = found.frequency[i] + 0.2 * width  # so that nothing leads to the peak but size
+        for _ in range(7):
+            hertz = centre + width * np.linspace(-1, 1, 9)
+            swept = frequency_response(system, hertz, harmonics)
+            size = swept.amplitude[:, node, found.direction]
+            centre, width = hertz[size.argmax()], width / 4
+        worst_frequency = max(worst_frequency, abs(centre / found.frequency[i] - 1))
+        worst_amplitude = max(worst_amplitude, abs(size.max() / found.amplitude[i] - 1))
+    record_property("frequency's difference", f"{worst_frequency:.1e}")
+    record_property("amplitude's difference", f"{worst_amplitude:.1e}")
+    assert worst_frequency < 1e-6
+    assert worst_amplitude < 1e-8
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("harmonics", ORDERS)
+def test_some_friction_damps_most(scene, harmonics, record_property):
+    values = np.geomspace(0.01, 10, COUNT)
+    begun = process_time()
+    found = peak_response(
+        scene.system, "mu", values, near(scene.system), harmonics, joint="interlock"
+    )
+    record_property("CPU", f"{process_time() - begun:.1f} s")
+    record_property("converged", f"{found.converged.sum()} of {len(values)}")
+    assert found.converged.mean() > 0.95
+    best = int(np.argmin(found.amplitude))
+    record_property("best mu", f"{values[best]:.2f}")
+    record_property("best / least mu", f"{found.amplitude[best] / found.amplitude[0]:.3f}")
+    record_property("best / largest mu", f"{found.amplitude[best] / found.amplitude[-1]:.3f}")
+    assert 0.1 < values[best] < 5
+    assert found.amplitude[best] < 0.5 * found.amplitude[0]
+    assert found.amplitude[best] < 0.95 * found.amplitude[-1]
+
+
+@pytest.mark.slow
+def test_sweeps_both_ways_and_the_path_agree(scene, record_property):
+    free, stuck = second_mode(scene.system)
+    hertz = np.linspace(free - 3, stuck + 3, 41)
+    begun = process_time()
+    found = hysteresis(scene.system, hertz, 3 if FULL else 1)
+    record_property("CPU", f"{process_time() - begun:.1f} s")
+    assert found.complete
+    assert found.connected
+    for each in (found.up, found.down, found.branch):
+        assert each.converged.all()
+    record_property("folds", f"{len(found.fold)}")
+    record_property("points of the path", f"{found.branch.points}")
+    inside = np.zeros(found.up.points, bool)
+    for low, high in found.several:
+        inside |= (found.up.frequency >= low) & (found.up.frequency <= high)
+    assert not np.any(found.differ & ~inside)
+    # With an even number of folds passed the determinant has the sign that it began with.
+    between = np.setdiff1d(np.arange(found.branch.points), found.fold)
+    np.testing.assert_array_equal(found.unstable[between], found.passed[between] % 2 == 1)
