@@ -41,7 +41,7 @@ class HeldLaw(Law):
         shifted[:, 0, 0] = u[:, 0, 0] + self.held
         found = super().__call__(shifted)
         shifted[:, 0, 0] = u[:, 0, 0] + self.pressed
-        smooth = replace(self, alpha=np.zeros_like(self.alpha), isotropic=False)
+        smooth = replace(self, alpha=np.zeros_like(self.alpha))
         normal = super(HeldLaw, smooth).__call__(shifted)
         found.w[:, 0] = normal.w[:, 0]
         found.jacobian[:, 0] = normal.jacobian[:, 0]
@@ -93,6 +93,8 @@ def release(balance: Balance, law: Law) -> Release:
     law : Law
     """
     size = np.abs(balance.linear).sum(axis=2)
+    if law.isotropic:  # friction has to hold both directions at once
+        size[:, 1:] = np.hypot(size[:, 1], size[:, 2])[:, None]
     least = LEAST * size.max(initial=0.0)
     pressed = SURPLUS * size[:, 0] + least
     alpha = np.where(law.alpha > 0, law.alpha, np.inf)

@@ -17,6 +17,9 @@ from vanelock.nonlinear import (
     frequency_response,
     static_response,
 )
+from vanelock.nonlinear.balance import structure
+from vanelock.nonlinear.law import contact_law
+from vanelock.nonlinear.release import release
 from vanelock.rom.system import Contacts, Diameter, Force
 
 Floats = NDArray[np.float64]
@@ -160,20 +163,38 @@ def test_loop_stays_within_the_bound_in_the_plane_and_encloses_the_work(
     random_system: Make, first_frequency: Lowest
 ) -> None:
     system = even(random_system(0, preload=1.0))
-    response = frequency_response(system, [1.2 * first_frequency(system)], 3, friction="isotropic")
-    assert np.any(response.state == SLIP_OPEN)
+    hertz = np.linspace(0.9, 1.2, 7) * first_frequency(system)
+    response = frequency_response(system, hertz, 3, friction="isotropic")
+    assert response.converged.all()
+    assert np.any(response.state[-1] == SLIP_OPEN)
     for contact in range(6):
-        u, f = contact_loop(response, 0, contact, 5000)
+        u, f = contact_loop(response, -1, contact, 5000)
         assert np.all(np.hypot(f[:, 1], f[:, 2]) <= 0.3 * f[:, 0] + 1e-12)
         spectrum = np.fft.rfft(f, axis=0)[:4] / len(f)
         spectrum[1:] *= 2
         size = np.abs(f).max()
-        np.testing.assert_allclose(spectrum, response.force[0, :, contact], atol=1e-3 * size)
+        np.testing.assert_allclose(spectrum, response.force[-1, :, contact], atol=1e-3 * size)
         closed = np.concatenate([u[-1:], u, u[:1]])
         area = sum(float(np.sum(f[:, d] * (closed[2:, d] - closed[:-2, d]) / 2)) for d in (1, 2))
         np.testing.assert_allclose(
-            area, response.dissipation[0, contact], atol=2e-3 * response.dissipation[0].max()
+            area, response.dissipation[-1, contact], atol=2e-3 * response.dissipation[-1].max()
         )
+
+
+@pytest.mark.parametrize("constant_load", [False, True])
+@pytest.mark.parametrize("friction", ["orthogonal", "isotropic"])
+def test_held_contacts_stick_and_released_ones_are_themselves(
+    random_system: Make, first_frequency: Lowest, friction: str, constant_load: bool
+) -> None:
+    system = even(random_system(2, preload=0.5))
+    balance = structure(system, 2).balance(2 * np.pi * 1.1 * first_frequency(system))
+    law = contact_law(system.contacts, 2, friction=friction, constant_load=constant_load)
+    family = release(balance, law)
+    assert not family.law(1.0)(balance.linear).w.any()
+    free, own = family.law(0.0)(balance.linear), law(balance.linear)
+    assert own.w.any()
+    np.testing.assert_allclose(free.w, own.w, atol=1e-13)
+    np.testing.assert_allclose(free.jacobian, own.jacobian, atol=1e-11)
 
 
 def test_isotropic_friction_sticks_as_orthogonal_does(
