@@ -295,7 +295,7 @@ def test_vane_stays_with_the_balance(vane, beside, record_property):
     assert all(response.converged.all() for response in responses)
     interlock = np.array(vane.contacts.joint) == "interlock"
     assert np.all(np.isin(responses[-1].state[0, interlock], (SLIP, SLIP_OPEN)))
-    periods = 50 if FULL else 12
+    periods = 50 if FULL else 8
     found = time_response(
         system, frequency, periods, 256, HIGHEST, start=(responses[-1], 0), modes=INERTIA
     )
@@ -326,7 +326,7 @@ def test_vane_at_full_force_leaves_the_balance_at_any_step(vane, record_property
     response = frequency_response(vane, [frequency], 9)
     assert response.converged.all()
     rates = []
-    for steps in (256, 512) if FULL else (160, 256):
+    for steps in (256, 512) if FULL else (128, 192):
         found = time_response(
             vane, frequency, 11, steps, 9, start=(response, 0), modes=INERTIA
         ).departure
