@@ -40,7 +40,7 @@ def test_error_by_number_of_samples(harmonics, record_property):
     size = np.abs(u).max(axis=(1, 2))
     steep = np.abs(exact.jacobian).max(axis=(1, 2, 3, 4)).clip(1.0)
     groups = {"slipping": exact.state == SLIP, "opening": exact.state == SLIP_OPEN}
-    medians = {name: [] for name in groups}
+    medians: dict[str, list[float]] = {name: [] for name in groups}
     for samples in (64, 128, 256, 1024):
         found = contact_law(made, harmonics, samples)(u)
         error = np.abs(found.w - exact.w).max(axis=(1, 2)) / size
