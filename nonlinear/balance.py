@@ -101,16 +101,36 @@ class Structure:
         ND of each harmonic.
     modes : dict of int to StuckModes
         By nodal diameter.
+    cutoff : float
+        rad/s; modes whose poles lie beyond h times this count by their static part in harmonic h.
     """
 
     system: System
     harmonics: int
     nodal_diameters: tuple[int, ...]
     modes: dict[int, StuckModes]
+    cutoff: float = np.inf
 
     def at(self, harmonic: int) -> StuckModes:
         """Stuck modes of a harmonic."""
-        return self.modes[self.nodal_diameters[harmonic]]
+        return self._by_harmonic[harmonic]
+
+    @cached_property
+    def _by_harmonic(self) -> list[StuckModes]:
+        every = [self.modes[k] for k in self.nodal_diameters]
+        if not np.isfinite(self.cutoff):
+            return every
+        cut = (modes.static_beyond(h * self.cutoff) for h, modes in enumerate(every) if h)
+        return [every[0], *cut]
+
+    def left_out(self, omega: float, w: Floats) -> Floats:
+        """What the modes beyond the cutoff would add to the motion, w held, (c, 3, 2H + 1) m."""
+        missed = [np.zeros(len(self.stiffness), complex)]
+        for h, amplitude in enumerate(self.amplitudes(omega, w)[1:], 1):
+            cut, full = self.at(h), self.modes[self.nodal_diameters[h]]
+            ratio = cut.dynamic(h * omega) / full.dynamic(h * omega)
+            missed.append(full.rows @ (amplitude * (ratio - 1)))
+        return to_real(np.stack(missed)).reshape(w.shape)
 
     @cached_property
     def stiffness(self) -> Floats:

@@ -11,18 +11,11 @@ from numpy.typing import NDArray
 
 from vanelock.nonlinear.balance import Balance, Structure
 from vanelock.nonlinear.law import Deviation, Law
+from vanelock.nonlinear.slope import response_to
 from vanelock.nonlinear.tables import Tabulated
 
 Floats = NDArray[np.float64]
 Rows = NDArray[np.int64]
-
-
-def response_to(deviation: Deviation, rows: Rows, moved: Floats) -> Floats:
-    """(dW/du) times a displacement (c, 3, 2H + 1), on the given components of w."""
-    m = deviation.w.shape[2]
-    functionals = deviation.jacobian.reshape(-1, 3 * m)[rows]
-    rates: Floats = np.einsum("rk,rk->r", functionals, moved.reshape(-1, 3 * m)[rows // (3 * m)])
-    return rates
 
 
 @dataclass(frozen=True)

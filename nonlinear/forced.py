@@ -65,6 +65,7 @@ def frequency_response(
     direction: str = "up",
     harmonic_diameters: str = "wave",
     samples: int | None = None,
+    static_beyond: float | None = None,
     tolerance: float = TOLERANCE,
     progress: Progress | None = None,
 ) -> Response:
@@ -93,6 +94,10 @@ def frequency_response(
     samples : int, optional
         Evaluate the contact law on this many samples of the period instead of locating its
         events; isotropic friction always does, on 256 unless told otherwise.
+    static_beyond : float, optional
+        Let modes whose natural frequency is more than this multiple of a harmonic's count by their
+        static part alone; the response's `truncation` says what that left out. All modes count in
+        full otherwise.
     tolerance : float
         Relative residual at which a point counts as converged.
     progress : callable, optional
@@ -129,6 +134,10 @@ def frequency_response(
     prepared = structure(system, harmonics, harmonic_diameters)
     check_forces(system, harmonics)
     omegas = TURN * hertz
+    if static_beyond is not None:
+        if not static_beyond > 1:
+            raise InputError(f"static_beyond: given {static_beyond}: must be > 1")
+        prepared = replace(prepared, cutoff=static_beyond * float(omegas.max()))
     points = 100 if is_range else len(omegas)
     law, rest = _law(system, samples, friction, False), None
     if coupling != "coupled":
@@ -178,7 +187,8 @@ def _reported(
             expected = done if share >= 1 else max(done + 1, round(done / max(share, 0.01)))
         else:
             expected = total or done
-        amplitude = float(solver.amplitude(solution).max(initial=0.0))
+        named = solver.family.structure.system.output_names
+        amplitude = float(solver.amplitude(solution).max()) if named else 0.0
         progress(done, expected, solution.omega / TURN, amplitude)
 
 

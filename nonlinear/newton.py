@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from vanelock.nonlinear.balance import Balance
 from vanelock.nonlinear.law import Deviation, Law
 from vanelock.nonlinear.linearised import Border, Kept, linearise
+from vanelock.nonlinear.slope import response_to
 
 Floats = NDArray[np.float64]
 Rows = NDArray[np.int64]
@@ -85,6 +86,10 @@ class Solution:
         The law at u.
     kept : Kept or None
         Preconditioner for the solutions that follow.
+    seconds : float
+        Processor time spent, where it was taken.
+    truncation : float
+        Error of the displacements by modes that count by their static part alone.
     """
 
     omega: float
@@ -96,6 +101,8 @@ class Solution:
     converged: bool
     deviation: Deviation
     kept: Kept | None = None
+    seconds: float = 0.0
+    truncation: float = 0.0
 
 
 def scales(linear: Floats) -> Floats:
@@ -110,6 +117,21 @@ def scales(linear: Floats) -> Floats:
     scale = np.full(linear.shape[2], moving if moving > 0 else 1.0)
     scale[0] = largest if largest > 0 else 1.0
     return scale
+
+
+def sensitivity(
+    balance: Balance, solution: Solution, pushed: Floats, stiffness: Floats
+) -> Floats | None:
+    """How u changes if a displacement (c, 3, 2H + 1) is added to ũ; None where P is singular."""
+    rows = active_rows(solution.w, solution.deviation)
+    if not len(rows):
+        return pushed
+    weight = np.broadcast_to(1 / scales(balance.linear), pushed.shape).reshape(-1)
+    linear = linearise(balance, solution.deviation, rows, weight, None, solution.kept, stiffness)
+    right = np.zeros(pushed.size)
+    right[rows] = response_to(solution.deviation, rows, pushed)
+    step = linear.solve(right, 1e-4)
+    return None if step is None else pushed + balance.moved(step.reshape(pushed.shape))
 
 
 def active_rows(w: Floats, deviation: Deviation) -> Rows:

@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vanelock.nonlinear.balance import Balance
-from vanelock.nonlinear.families import response_to
 from vanelock.nonlinear.law import Deviation, Law
+from vanelock.nonlinear.slope import response_to
 
 Floats = NDArray[np.float64]
 Rows = NDArray[np.int64]

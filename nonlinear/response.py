@@ -57,6 +57,11 @@ class Response(Product):
         Friction coefficients.
     harmonic_diameters : (H + 1,) int
         Nodal diameter of each harmonic.
+    seconds : (p,) float
+        Processor time spent on each point; 0 where it was not taken.
+    truncation : (p,) float
+        By how much the motion of the contacts is off, relative to the largest and to first order,
+        because some modes count by their static part alone (`static_beyond`); 0 without those.
     coupling, friction : str
         As of `frequency_response`. Unless it is "coupled", harmonic 0 of `x`, `contact`, `force`
         and `output` is the static problem's.
@@ -79,6 +84,8 @@ class Response(Product):
     stiffness: Floats = field(metadata={"unit": "N/m"})
     mu: Floats
     harmonic_diameters: NDArray[np.int64]
+    seconds: Floats = field(metadata={"unit": "s"})
+    truncation: Floats
     coupling: str = "coupled"
     friction: str = "orthogonal"
     samples: int = 0
@@ -155,6 +162,8 @@ def assemble_response(structure: Structure, solutions: Sequence[Solution]) -> Re
         stiffness=system.contacts.stiffness,
         mu=system.contacts.mu,
         harmonic_diameters=np.array(structure.nodal_diameters),
+        seconds=np.array([s.seconds for s in solutions], float),
+        truncation=np.array([s.truncation for s in solutions], float),
     )
 
 

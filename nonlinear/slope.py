@@ -74,3 +74,11 @@ def slope_of(deviation: Deviation, contacts: Rows) -> Slope:
     if blocks is None:
         blocks = deviation.jacobian[contacts]
     return Slope(contacts, blocks.reshape(len(contacts), 3 * m, 3, m))
+
+
+def response_to(deviation: Deviation, rows: Rows, moved: Floats) -> Floats:
+    """(dW/du) times a displacement (c, 3, 2H + 1), on the given components of w."""
+    m = deviation.w.shape[2]
+    functionals = deviation.jacobian.reshape(-1, 3 * m)[rows]
+    rates: Floats = np.einsum("rk,rk->r", functionals, moved.reshape(-1, 3 * m)[rows // (3 * m)])
+    return rates

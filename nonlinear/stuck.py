@@ -9,7 +9,7 @@ Normalised by stiffness, static and low-frequency receptances keep full accuracy
 highest modes are, and massless coordinates do no harm.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, TypeAlias
 
@@ -67,6 +67,23 @@ class StuckModes:
         stable = np.maximum(2 * np.sqrt(c), d + np.sqrt(np.maximum(d**2 - 4 * c, 0.0)))
         with np.errstate(divide="ignore"):
             return np.asarray(2 / stable)
+
+    def static_beyond(self, s: float) -> "StuckModes":
+        """The same modes, those whose poles lie beyond s, rad/s, following at once.
+
+        Raises
+        ------
+        InputError
+            If a given C couples the modes.
+        """
+        if self.coupled_damping is not None:
+            raise InputError("static_beyond: given with a C that couples the modes; leave it out")
+        follows = self.poles() < s
+        return replace(
+            self,
+            compliance=np.where(follows, self.compliance, 0.0),
+            damping=np.where(follows, self.damping, 0.0),
+        )
 
     def solve(self, s: float, right: Array) -> Array:
         """Modal amplitudes (n,) or (n, k) under the modal forces `right` at s, rad/s."""

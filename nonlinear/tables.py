@@ -115,9 +115,12 @@ def balances(
     count = ceil(log(1e16) / log(x + sqrt(x * x - 1))) + 1
     if coupled or structure.harmonics == 0 or points <= count:
         return structure
+    limit = np.full(structure.harmonics + 1, 3.0 * high) * np.arange(structure.harmonics + 1)
+    if np.isfinite(structure.cutoff):  # what is not summed does not vary at all
+        limit, count = np.full(len(limit), np.inf), 1
     summed = []
     for h in range(1, structure.harmonics + 1):
-        near = np.flatnonzero(structure.at(h).poles() < 3 * h * high)
+        near = np.flatnonzero(structure.at(h).poles() < limit[h])
         summed.append(int(near.max(initial=-1)) + 1)
     if all(n == len(structure.at(h).compliance) for h, n in enumerate(summed, 1)):
         return structure  # nothing left to tabulate

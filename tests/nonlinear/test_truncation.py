@@ -1,0 +1,43 @@
+"""Modes that count by their static part alone: the error told against the error made."""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from vanelock.errors import InputError
+from vanelock.nonlinear import SLIP, SLIP_OPEN, System, frequency_response
+
+Make = Callable[..., System]
+Lowest = Callable[[System], float]
+
+
+def test_truncation_told_is_the_error_made(random_system: Make, first_frequency: Lowest) -> None:
+    system = random_system(7, size=60, preload=10.0, damping_ratio=0.01)
+    hertz = first_frequency(system) * np.append(np.linspace(0.3, 0.8, 8), np.linspace(1.2, 2, 8))
+    full = frequency_response(system, hertz, 3)
+    assert full.converged.all()
+    assert np.isin(full.state, (SLIP, SLIP_OPEN)).any()
+    assert np.all(full.truncation == 0.0)
+    largest = np.abs(full.contact[:, 1:]).max(axis=(1, 2, 3))
+    for beyond, greatest in ((6.0, 0.3), (10.0, 0.1), (16.0, 0.05)):
+        cut = frequency_response(system, hertz, 3, static_beyond=beyond)
+        made = np.abs(cut.contact[:, 1:] - full.contact[:, 1:]).max(axis=(1, 2, 3)) / largest
+        assert 0.2 * greatest < cut.truncation.max() < greatest
+        # To first order: the larger the error, the less is it known.
+        np.testing.assert_allclose(cut.truncation, made, rtol=0.1 + 3 * greatest)
+
+
+def test_truncation_is_refused_where_modes_are_coupled(random_system: Make) -> None:
+    system = random_system(7, damping_ratio=None)
+    rng = np.random.default_rng(0)
+    damped = {}
+    for k, matrices in system.diameters.items():
+        factor = rng.normal(size=matrices.K.shape)
+        damped[k] = replace(matrices, C=1e-3 * factor @ factor.T)
+    system = replace(system, diameters=damped)
+    with pytest.raises(InputError, match="static_beyond: given with a C that couples the modes"):
+        frequency_response(system, [1.0], 1, static_beyond=10.0)
+    with pytest.raises(InputError, match=r"static_beyond: given 0\.5: must be > 1"):
+        frequency_response(system, [1.0], 1, static_beyond=0.5)
