@@ -16,6 +16,9 @@ from vanelock.nonlinear import Contacts, Diameter, Force, System
 Floats = NDArray[np.float64]
 Array = NDArray[np.complex128]
 
+RATIO = 0.003
+"""Damping of every mode of the structure with all contacts sticking."""
+
 
 @dataclass(frozen=True)
 class Problem:
@@ -24,7 +27,7 @@ class Problem:
     Attributes
     ----------
     K, M, C : (n, n) float
-        N/m, kg, N s/m.
+        N/m, kg, N s/m; C gives each stuck mode the ratio RATIO.
     force : (n,) float
         Amplitude of the cosine that excites the structure, N; on the last coordinate only.
     kt : (c,) float
@@ -63,7 +66,10 @@ class Problem:
         return float(np.sqrt(values[0])) / (2 * np.pi)
 
     def system(self) -> System:
-        """The same for our solver: a normal row of zeros keeps v at v0, n at kn v0."""
+        """The same for our solver: a normal row of zeros keeps v at v0, n at kn v0.
+
+        C is told by its ratio, which is how a `System` has it without round-off.
+        """
         n, c = len(self.K), len(self.kt)
         rows = np.zeros((c, 3, n))
         contact = np.arange(c)
@@ -73,7 +79,7 @@ class Problem:
         return System(
             sectors=1,
             engine_order=1,
-            diameters={0: Diameter(K=self.K, M=self.M, C=self.C, own=rows)},
+            diameters={0: Diameter(K=self.K, M=self.M, own=rows)},
             contacts=Contacts(
                 kn=self.kt,
                 kt=np.column_stack([self.kt, self.kt]),
@@ -81,6 +87,7 @@ class Problem:
                 v0=self.limit / (mu * self.kt),
             ),
             force={1: Force(self.force.astype(complex))},
+            damping_ratio=RATIO,
         )
 
 
@@ -102,7 +109,7 @@ def problem(size: int, contacts: int, severity: float, seed: int = 0) -> Problem
     force[-1] = 1.0
     bare = Problem(K, M, np.zeros_like(K), force, kt, np.ones(contacts))
     values, modes = la.eigh(bare.stuck(), M)
-    C = (modes * (2 * 0.003 * np.sqrt(values))) @ modes.T
+    C = (modes * (2 * RATIO * np.sqrt(values))) @ modes.T
     C = 0.5 * (C + C.T)
     damped = Problem(K, M, C, force, kt, np.ones(contacts))
     s = 2 * np.pi * damped.resonance()

@@ -267,6 +267,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--peer-python", help="interpreter of an environment with pyHarm")
     parser.add_argument("--quick", action="store_true", help="one small case")
+    parser.add_argument("--sizes", type=int, nargs="+", help="only problems of these sizes")
     parser.add_argument("--write", action="store_true", help="write docs/benchmarks as well")
     options = parser.parse_args()
     python = interpreter(options.peer_python)
@@ -275,6 +276,8 @@ def main() -> None:
     print("\n".join(HEADER), flush=True)
     with threadpool_limits(limits=1):
         for case in QUICK if options.quick else CASES:
+            if options.sizes and case.size not in options.sizes:
+                continue
             measured, level = rows(python, case)
             lines += measured
             levels.append(level)
