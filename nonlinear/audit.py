@@ -29,8 +29,8 @@ Array = NDArray[Any]
 Floats = NDArray[np.float64]
 
 SAMPLES = 2**17
-FINEST_MOTION = 1e-4
-"""Vibrating forces are compared with the static ones times this where they are smaller still."""
+FINEST = 1e-4
+"""Static or vibrating forces are compared with the others times this where they are smaller."""
 
 
 @dataclass(frozen=True)
@@ -45,8 +45,8 @@ class Audit(Product):
         Largest entry of r_h over `scale`: of the static balance over the first, of the harmonics
         h >= 1 over the second.
     scale : (p, 2) float
-        Largest entry of f, B^H λ or D x in the static balance, and in all others; the second not
-        below 1e-4 of the first.
+        Largest entry of f, B^H λ or D x in the static balance, and in all others; none below 1e-4
+        of the other.
     residual_error : (p,) float
         How far off `residual` itself may be: the change from half the samples to all of them, or
         a quarter of that from a quarter to half of them if larger (the error falls to a quarter),
@@ -207,7 +207,9 @@ def _checked(
     moved[0, :, 0] += contacts.v0
     fine = march_contacts(contacts, moved, samples)
     coarse = [march_contacts(contacts, moved, samples // part) for part in (2, 4)]
-    residual, scale, error = _balance(harmonics, contacts.stiffness.reshape(-1), fine, coarse)
+    stiffness = contacts.stiffness.reshape(-1)
+    rounded = stiffness * np.abs(moved).sum(axis=0).reshape(-1)  # springs on which forces are taken
+    residual, scale, error = _balance(harmonics, stiffness, rounded, fine, coarse)
     largest = np.abs(fine.force).max(initial=0.0)
     apart = np.abs(fine.force - response.force[point]).max(initial=0.0)
     hertz = float(response.frequency[point])
@@ -218,8 +220,7 @@ def _checked(
     power = max(abs(excitation), abs(viscous), abs(total))
     half, quarter = (each.work.sum() * hertz for each in coarse)
     doubt = max(abs(total - half), 0.25 * abs(half - quarter)) + sum(
-        each.s * np.linalg.norm(each.x) * each.rounding(contacts.stiffness.reshape(-1))
-        for each in harmonics
+        each.s * np.linalg.norm(each.x) * each.rounding(stiffness) for each in harmonics
     )
     return {
         "residual": residual,
@@ -235,11 +236,14 @@ def _checked(
 
 
 def _balance(
-    harmonics: list[_Harmonic], stiffness: Floats, fine: Marched, coarse: list[Marched]
+    harmonics: list[_Harmonic],
+    stiffness: Floats,
+    rounded: Floats,
+    fine: Marched,
+    coarse: list[Marched],
 ) -> tuple[float, Floats, float]:
     """Largest relative residual, its scales, and how far off it may be."""
     size, gap, doubt = np.zeros((3, len(harmonics)))
-    highest = np.abs(fine.force).sum(axis=0).reshape(-1)  # of the marched forces, which are rounded
     for h, each in enumerate(harmonics):
         inner = each.inner()
         pull = each.B.conj().T @ fine.force[h].reshape(-1)
@@ -248,8 +252,9 @@ def _balance(
         change = each.B.conj().T @ changes.T
         size[h] = max(np.abs(term).max(initial=0.0) for term in (inner, pull, each.f))
         gap[h] = np.abs(inner + pull - each.f).max(initial=0.0)
-        rounded = np.finfo(float).eps * (np.abs(each.B).T @ highest).max(initial=0.0)
-        doubt[h] = np.abs(change).max(initial=0.0) + rounded + each.rounding(stiffness)
-    scale = np.array([size[0], max(size[1:].max(initial=0.0), FINEST_MOTION * size[0])])
+        lost = np.finfo(float).eps * (np.abs(each.B).T @ rounded).max(initial=0.0)
+        doubt[h] = np.abs(change).max(initial=0.0) + lost + each.rounding(stiffness)
+    moving = size[1:].max(initial=0.0)
+    scale = np.maximum([size[0], moving], FINEST * np.array([moving, size[0]]))
     by_harmonic = np.where(scale > 0, scale, 1.0)[np.minimum(np.arange(len(harmonics)), 1)]
     return float((gap / by_harmonic).max()), scale, float((doubt / by_harmonic).max())

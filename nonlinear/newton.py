@@ -24,7 +24,6 @@ Floats = NDArray[np.float64]
 Rows = NDArray[np.int64]
 
 TOLERANCE = 1e-10
-ROUNDING = 0.03  # of w; times the tolerance a few thousand times the spacing of numbers
 LENGTHS = (1.0, 0.5, 0.25, 0.125)
 
 
@@ -207,9 +206,7 @@ def solve(
     active = np.zeros(start.size, bool)
     iteration = 0
     while True:
-        reach = np.maximum(scale, ROUNDING * scales(state.w))  # w may be far larger than ũ
-        gap = state.gap[: start.size].reshape(start.shape)
-        residual = float(np.abs(gap / reach).max(initial=0.0))
+        residual = float(np.abs(state.gap * weight)[: start.size].max(initial=0.0))
         if residual < tolerance or iteration == limit or not np.isfinite(residual):
             break
         active[active_rows(state.w, state.deviation)] = True
