@@ -45,11 +45,6 @@ class Basis:
         left = tuple(each[components] for each in self.left)
         return Basis(left, tuple(each[:, components] for each in self.right))
 
-    @property
-    def size(self) -> int:
-        """Number of real coordinates r."""
-        return 2 * sum(len(each) for each in self.right) - len(self.right[0])
-
 
 def strong_directions(balance: Balance, stiffness: Floats) -> Basis:
     """Strong directions of a balance, by sketches of its receptances (Halko and others, 2011).

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from math import hypot, inf, isfinite, sqrt
 
 import numpy as np
 from numpy.typing import NDArray
@@ -46,7 +47,7 @@ def gmres(
     limit : int
         Largest dimension of the subspace.
     """
-    size = float(np.linalg.norm(right))
+    size = sqrt(right @ right)
     if size == 0.0:
         return Reached(np.zeros_like(right), 0.0, 0, np.empty((0, 0)))
     basis = np.empty((limit + 1, len(right)))
@@ -59,13 +60,13 @@ def gmres(
     k = 0
     while k < limit:
         following = operator(basis[k])
-        norm, before = float(np.linalg.norm(following)), np.inf
+        norm, before = sqrt(following @ following), inf
         while norm < 1e-2 * before:  # once more, where rounding may have left something
             before = norm
             along = basis[: k + 1] @ following
             following = following - along @ basis[: k + 1]
             hessenberg[: k + 1, k] += along
-            norm = float(np.linalg.norm(following))
+            norm = sqrt(following @ following)
         hessenberg[k + 1, k] = norm
         column = hessenberg[: k + 2, k].copy()
         for i, (c, s) in enumerate(turns):
@@ -73,8 +74,8 @@ def gmres(
                 c * column[i] + s * column[i + 1],
                 c * column[i + 1] - s * column[i],
             )
-        radius = float(np.hypot(column[k], column[k + 1]))
-        if not np.isfinite(radius) or radius == 0.0:
+        radius = hypot(column[k], column[k + 1])
+        if not isfinite(radius) or radius == 0.0:
             break
         c, s = column[k] / radius, column[k + 1] / radius
         turns.append((c, s))

@@ -11,7 +11,6 @@ from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
-import scipy.linalg as la
 from numpy.typing import NDArray
 from scipy.linalg.lapack import dgetrf, dgetrs
 
@@ -93,16 +92,24 @@ class Linearised(Protocol):
         """Sign of det P, after a solution."""
 
 
+def _distinct(ascending: Rows) -> tuple[Rows, Rows]:
+    """The different ones of ascending numbers, and which of them each is."""
+    new = np.ones(len(ascending), bool)
+    new[1:] = ascending[1:] != ascending[:-1]
+    return ascending[new], np.cumsum(new) - 1
+
+
 def newton_matrix(balance: Balance, deviation: Deviation, rows: Rows) -> Floats:
     """P = I - (dW/du) R̂ on the given components of w."""
     m = deviation.w.shape[2]
-    contacts, component, k = rows // (3 * m), rows // m, rows % m
-    wanted, place = np.unique(component, return_inverse=True)
-    slope = slope_of(deviation, np.unique(contacts))
+    component, k = rows // m, rows % m
+    wanted, place = _distinct(component)
+    contacts, local = _distinct(component // 3)
+    slope = slope_of(deviation, contacts)
     held = balance.columns.part(wanted, slope.components)
     columns = slope.columns([each.T for each in held])
-    local = np.searchsorted(slope.contacts, contacts) * 3 * m + rows % (3 * m)
-    matrix = -columns.reshape(-1, columns.shape[2])[np.ix_(local, k * len(wanted) + place)]
+    own = local * 3 * m + rows % (3 * m)
+    matrix: Floats = -columns.reshape(-1, columns.shape[2])[own[:, None], k * len(wanted) + place]
     matrix[np.diag_indices_from(matrix)] += 1.0
     return matrix
 
@@ -138,15 +145,13 @@ class Direct:
             self.unknowns = np.append(rows, deviation.w.size)
         self.weight = weight
         self.kept = kept
-        with np.errstate(all="ignore"):
-            self.factors = la.lu_factor(matrix, check_finite=False)
-        self.singular = not (
-            np.all(np.isfinite(self.factors[0])) and np.all(np.diagonal(self.factors[0]))
-        )
+        factors, pivots, info = dgetrf(matrix)
+        self.factors = factors, pivots
+        self.singular = info != 0 or not np.isfinite(factors.diagonal().sum())
 
     def _apply(self, gap: Floats) -> Floats:
         ahead = gap.copy()  # components outside P count as they are
-        ahead[self.unknowns] = la.lu_solve(self.factors, gap[self.unknowns], check_finite=False)
+        ahead[self.unknowns] = dgetrs(*self.factors, gap[self.unknowns])[0]
         return ahead
 
     def solve(self, gap: Floats, tolerance: float) -> Floats | None:
@@ -154,7 +159,7 @@ class Direct:
         if self.singular:
             return None
         step = np.zeros_like(gap)
-        step[self.unknowns] = la.lu_solve(self.factors, gap[self.unknowns], check_finite=False)
+        step[self.unknowns] = dgetrs(*self.factors, gap[self.unknowns])[0]
         return step
 
     def merit(self, gap: Floats) -> float:
@@ -183,13 +188,13 @@ class Iterative:
     ) -> None:
         self.m = deviation.w.shape[2]
         self.weight, self.border, self.size = weight, border, deviation.w.size
-        contacts = np.unique(rows // (3 * self.m))
+        active = _distinct(rows // self.m)[0]
+        contacts = _distinct(active // 3)[0]
         self.slope = slope_of(deviation, contacts)
         self.components = self.slope.components
         self.entries = (self.components[:, None] * self.m + np.arange(self.m)).reshape(-1)
-        active = np.unique(rows // self.m)
         self._places = self.entries if border is None else np.append(self.entries, self.size)
-        self.pick = np.flatnonzero(np.isin(self.components, active))
+        self.pick = np.searchsorted(self.components, active)
         self.receptance = balance.columns.part(self.components[self.pick], self.components)
         basis = strong_directions(balance, stiffness) if kept is None else kept.basis
         self.basis = basis.of(self.components)
@@ -243,8 +248,8 @@ class Iterative:
             normal = self.border.normal[self.entries]
             right = np.append(right, y[-1] - normal @ y[:-1])
         small = dgetrs(*self.factors, right)[0]
-        r = self.basis.size
-        moved = self.slope(spread_out(self.basis, small[:r], self.m))
+        inner = small if self.border is None else small[:-1]
+        moved = self.slope(spread_out(self.basis, inner, self.m))
         out = y.copy()
         out[:count] += moved.reshape(-1)
         if self.border is not None:

@@ -51,8 +51,8 @@ class Columns:
         last = self._chosen
         if last is None or not (np.array_equal(last[0], wanted) and np.array_equal(last[1], rows)):
             self.hold(wanted)
-            index = np.ix_(self.place[wanted], rows)
-            held = [each[index] for each in self.held]
+            places = self.place[wanted][:, None]
+            held = [each[places, rows] for each in self.held]
             held[0] = np.ascontiguousarray(held[0].real)
             last = self._chosen = (wanted, rows, held)
         return last[2]

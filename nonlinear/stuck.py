@@ -136,7 +136,7 @@ def stuck_modes(system: System, nodal_diameter: int) -> StuckModes:
         modal = shapes.conj().T @ C @ shapes
         size = np.sqrt(np.abs(np.outer(modal.diagonal(), modal.diagonal())))
         mixed = np.abs(modal - np.diag(modal.diagonal()))
-        if np.all(mixed <= 1e-12 * np.maximum(size, np.abs(modal.diagonal()).max())):
+        if np.all(mixed <= 1e-10 * np.maximum(size, np.abs(modal.diagonal()).max())):
             damping = damping + modal.diagonal().real
         else:
             coupled = modal + np.diag(damping)
