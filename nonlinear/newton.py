@@ -24,6 +24,7 @@ Floats = NDArray[np.float64]
 Rows = NDArray[np.int64]
 
 TOLERANCE = 1e-10
+ROUNDING = 1e-5  # of w; times the tolerance a few times the spacing of numbers
 LENGTHS = (1.0, 0.5, 0.25, 0.125)
 
 
@@ -206,7 +207,10 @@ def solve(
     active = np.zeros(start.size, bool)
     iteration = 0
     while True:
-        residual = float(np.abs(state.gap * weight)[: start.size].max(initial=0.0))
+        # Where sliders were carried a million times further than they vibrate, rounding is left.
+        reach = np.maximum(scale, ROUNDING * np.abs(state.w).max(initial=0.0))
+        gap = state.gap[: start.size].reshape(start.shape)
+        residual = float(np.abs(gap / reach).max(initial=0.0))
         if residual < tolerance or iteration == limit or not np.isfinite(residual):
             break
         active[active_rows(state.w, state.deviation)] = True

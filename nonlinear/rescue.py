@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from vanelock.nonlinear.arc import follow
 from vanelock.nonlinear.balance import Balance
 from vanelock.nonlinear.families import Loads, fixed
+from vanelock.nonlinear.hardening import Hardening
 from vanelock.nonlinear.law import Law
 from vanelock.nonlinear.newton import TOLERANCE, Family, Solution, solve
 from vanelock.nonlinear.release import release
@@ -16,6 +17,7 @@ from vanelock.nonlinear.release import release
 Floats = NDArray[np.float64]
 
 EFFORTS = (300, 3000)  # Newton steps on a path: every one for a while before any for long
+SOFTEST = (1e-2, 1e-4)  # shares of the contacts' stiffness to begin with
 SHORTEST = 1e-6
 """Shortest step on a path, relative to all of it: where sticking ends, vibrating parts may be small
 beside the mean, and a path may turn back at once."""
@@ -51,12 +53,29 @@ def from_nothing(
     return replace(best, iterations=spent, parameter=balance.omega)
 
 
+def at_once(balance: Balance, law: Callable[[int], Law], tolerance: float = TOLERANCE) -> Solution:
+    """Solve a balance without a start by Newton's iteration, or by raising H, but no more.
+
+    Returns
+    -------
+    Solution
+        Perhaps not converged.
+    """
+    still = np.zeros_like(balance.linear)
+    top = law((balance.linear.shape[2] - 1) // 2)
+    found = solve(fixed(balance, top), still, 0.0, tolerance=tolerance)
+    if not found.converged:
+        found = next(_raise_harmonics(balance, law, tolerance))
+    return found
+
+
 def _attempts(balance: Balance, law: Callable[[int], Law], tolerance: float) -> Iterator[Solution]:
     harmonics = (balance.linear.shape[2] - 1) // 2
     top = law(harmonics)
     yield solve(fixed(balance, top), np.zeros_like(balance.linear), 0.0, tolerance=tolerance)
     raised = yield from _raise_harmonics(balance, law, tolerance)
     for effort in EFFORTS:
+        yield from _harden(balance, top, tolerance, effort)
         if harmonics > 0 and raised is not None:
             yield from _raise_force(balance, top, raised, tolerance, effort)
         yield from _release(balance, top, tolerance, effort)
@@ -84,6 +103,16 @@ def _raise_harmonics(
     return static
 
 
+def _harden(balance: Balance, law: Law, tolerance: float, effort: int) -> Iterator[Solution]:
+    """From soft contacts to the true ones."""
+    for softest in SOFTEST:
+        family = Hardening(balance, law, softest)
+        begun = solve(family, np.zeros_like(balance.linear), 0.0, tolerance=tolerance, limit=40)
+        if begun.converged:
+            yield from _followed(family, begun, 1.0, tolerance, effort, 1e-5)
+            return
+
+
 def _raise_force(
     balance: Balance, law: Law, static: Floats, tolerance: float, effort: int
 ) -> Iterator[Solution]:
@@ -108,8 +137,13 @@ def _release(balance: Balance, law: Law, tolerance: float, effort: int) -> Itera
 
 
 def _followed(
-    family: Family, begun: Solution, target: float, tolerance: float, effort: int
+    family: Family,
+    begun: Solution,
+    target: float,
+    tolerance: float,
+    effort: int,
+    shortest: float = SHORTEST,
 ) -> Iterator[Solution]:
-    arc = follow(family, begun, target, tolerance, limit=600, effort=effort, shortest=SHORTEST)
+    arc = follow(family, begun, target, tolerance, limit=600, effort=effort, shortest=shortest)
     if arc.solution is not None:
         yield arc.solution

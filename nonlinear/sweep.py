@@ -11,7 +11,7 @@ from vanelock.nonlinear.arc import follow
 from vanelock.nonlinear.families import Frequencies, fixed
 from vanelock.nonlinear.law import Law
 from vanelock.nonlinear.newton import Solution, sensitivity, solve
-from vanelock.nonlinear.rescue import from_nothing
+from vanelock.nonlinear.rescue import at_once, from_nothing
 from vanelock.nonlinear.response import half_peak_to_peak
 from vanelock.nonlinear.trigonometric import to_complex
 
@@ -24,6 +24,9 @@ leaves the chord between two points by about an eighth of that."""
 FAR = 8.0
 """How far back, in steps of the sweep, a path is followed behind a fold. What lies beyond is sooner
 found afresh, as the structure does that jumps."""
+
+ELSEWHERE = (0.8, 1.25, 0.5, 2.0, 3.0)  # frequencies to come from where nothing else helps
+EFFORT, CLOSE = 600, 1e-4  # Newton steps and shortest step on the way from there
 
 
 @dataclass(frozen=True)
@@ -137,7 +140,22 @@ class Solver:
             if arc.solution is not None:
                 return _counted([*tried, arc.solution], omega)
         tried.append(from_nothing(balance, self.law, self.tolerance))
+        if not history and not tried[-1].converged:
+            tried += self._from_elsewhere(omega)
         return _counted(tried, omega)
+
+    def _from_elsewhere(self, omega: float) -> Iterator[Solution]:
+        """From the first of some other frequencies that can be solved at once, along the path."""
+        for ratio in ELSEWHERE:
+            begin = ratio * omega
+            found = at_once(self.family.at(begin), self.law, self.tolerance)
+            if not found.converged:
+                continue
+            begun = replace(found, parameter=begin)
+            arc = follow(self.family, begun, omega, self.tolerance, effort=EFFORT, shortest=CLOSE)
+            if arc.solution is not None:
+                yield arc.solution
+                return
 
 
 def _starts(omega: float, history: list[Solution]) -> Iterator[Floats]:
