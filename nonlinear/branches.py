@@ -35,7 +35,7 @@ from vanelock.rom.system import System
 Floats = NDArray[np.float64]
 Progress: TypeAlias = Callable[[int, int, float, float], None]
 
-LONGEST = 1 / 40
+LONGEST = 0.25
 """Longest step of the path, relative to the range of frequencies."""
 LIMIT = 4000
 APART = 1e-6

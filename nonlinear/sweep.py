@@ -25,6 +25,7 @@ FAR = 8.0
 """How far back, in steps of the sweep, a path is followed behind a fold. What lies beyond is sooner
 found afresh, as the structure does that jumps."""
 
+JUMP = 400  # of the range: how closely a jump of the response is located
 ELSEWHERE = (0.8, 1.25, 0.5, 2.0, 3.0)  # frequencies to come from where nothing else helps
 EFFORT, CLOSE = 600, 1e-4  # Newton steps and shortest step on the way from there
 
@@ -70,13 +71,18 @@ class Solver:
             last = history[-1]
             left = abs(end - last.omega)
             omega = end if step >= 0.999 * left else last.omega + sign * step
-            found = self.point(omega, [point for point in history if point.converged])
-            error = self._bend(history, found)
+            known = [point for point in history if point.converged]
+            smooth = self.easily(omega, known)
+            if smooth is None and known and step > max(finest, span / JUMP):
+                step = max(finest, 0.3 * step)
+                continue
+            found = self.point(omega, known) if smooth is None else smooth
+            error = 0.0 if smooth is None else self._bend(history, found)
             if error > BEND and step > finest:
                 step = max(finest, step * max(0.3, 0.8 * np.sqrt(BEND / error)))
                 continue
             yield found
-            history = [*history, found][-2:]
+            history = [found] if smooth is None else [*history, found][-2:]
             growth = 0.9 * np.sqrt(BEND / max(error, 1e-12))
             step = float(np.clip(step * min(1.5, growth), finest, span / 40))
 
@@ -103,7 +109,18 @@ class Solver:
     def point(self, omega: float, history: list[Solution]) -> Solution:
         """Solve at one frequency, rad/s, given up to two converged neighbours, the nearest last."""
         begin = time.process_time()
-        found = self._point(omega, history)
+        return self._finished(self._point(omega, history), begin)
+
+    def easily(self, omega: float, history: list[Solution]) -> Solution | None:
+        """The same if Newton's iteration finds it at once; None if not."""
+        begin = time.process_time()
+        tried = self._newton(omega, history)
+        if not (tried and tried[-1].converged):
+            return None
+        return self._finished(_counted(tried, omega), begin)
+
+    def _finished(self, found: Solution, begin: float) -> Solution:
+        """A solution with the time since `begin` and, if modes are cut off, their error."""
         found = replace(found, seconds=time.process_time() - begin)
         cut = np.isfinite(self.family.structure.cutoff)
         return replace(found, truncation=self._truncation(found)) if cut else found
@@ -120,29 +137,48 @@ class Solver:
         return wrong / largest if largest > 0 else 0.0
 
     def _point(self, omega: float, history: list[Solution]) -> Solution:
-        balance = self.family.at(omega)
-        tried: list[Solution] = []
-        kept = history[-1].kept if history else None
-        for start in _starts(omega, history):
-            tried.append(
-                solve(
-                    fixed(balance, self.family.friction),
-                    start,
-                    0.0,
-                    tolerance=self.tolerance,
-                    kept=kept,
-                )
-            )
-            if tried[-1].converged:
-                return _counted(tried, omega)
+        tried = self._newton(omega, history)
+        if tried and tried[-1].converged:
+            return _counted(tried, omega)
         if history:
-            arc = follow(self.family, history[-1], omega, self.tolerance, limit=60, away=FAR)
+            nearer = self._nearer(omega, history)
+            tried += nearer
+            if nearer[-1].converged and nearer[-1].omega == omega:
+                return _counted(tried, omega)
+            reached = [each for each in (history[-1], *nearer) if each.converged][-1]
+            far = FAR * (omega - history[-1].omega) / (omega - reached.omega)
+            arc = follow(self.family, reached, omega, self.tolerance, limit=60, away=far)
             if arc.solution is not None:
                 return _counted([*tried, arc.solution], omega)
-        tried.append(from_nothing(balance, self.law, self.tolerance))
+        tried.append(from_nothing(self.family.at(omega), self.law, self.tolerance))
         if not history and not tried[-1].converged:
             tried += self._from_elsewhere(omega)
         return _counted(tried, omega)
+
+    def _newton(self, omega: float, history: list[Solution]) -> list[Solution]:
+        """Newton's iteration from what the history suggests; the last one tried may converge."""
+        problem = fixed(self.family.at(omega), self.family.friction)
+        kept = history[-1].kept if history else None
+        tried: list[Solution] = []
+        for start in _starts(omega, history):
+            found = solve(problem, start, 0.0, tolerance=self.tolerance, kept=kept)
+            tried.append(replace(found, parameter=omega))
+            if found.converged:
+                break
+        return tried
+
+    def _nearer(self, omega: float, history: list[Solution]) -> list[Solution]:
+        """Towards a frequency by quarters of the step; ends where one is not solved."""
+        tried: list[Solution] = []
+        begin = history[-1].omega
+        for share in (0.25, 0.5, 0.75, 1.0):
+            at = omega if share == 1.0 else begin + share * (omega - begin)
+            found = self._newton(at, history)
+            tried += found
+            if not found[-1].converged:
+                break
+            history = [*history, found[-1]][-2:]
+        return tried
 
     def _from_elsewhere(self, omega: float) -> Iterator[Solution]:
         """From the first of some other frequencies that can be solved at once, along the path."""
@@ -168,7 +204,8 @@ def _starts(omega: float, history: list[Solution]) -> Iterator[Floats]:
 
 
 def _counted(tried: list[Solution], omega: float) -> Solution:
-    """The best of some attempts, with the iterations of them all."""
-    best = min(tried, key=lambda each: (not each.converged, each.residual))
+    """The best of some attempts at a frequency, with the iterations of all on the way there."""
+    there = [each for each in tried if each.omega == omega]
+    best = min(there, key=lambda each: (not each.converged, each.residual))
     spent = sum(each.iterations for each in tried)
-    return replace(best, omega=omega, parameter=omega, iterations=spent)
+    return replace(best, parameter=omega, iterations=spent)
