@@ -213,14 +213,14 @@ def outcome(strong, aim, seed):
 
 
 def solved_further(case, response):
-    """Error of the same solution to 1e-13.
+    """Error of the same solution to 1e-12.
 
     The force of a stiff contact may hang on displacements a million times smaller than the largest,
     to which the tolerance refers.
     """
-    finer = frequency_response(case.system, [case.frequency], case.harmonics, tolerance=1e-13)
+    finer = frequency_response(case.system, [case.frequency], case.harmonics, tolerance=1e-12)
     apart = np.abs(finer.contact - response.contact).max() / np.abs(response.contact).max()
-    return error(case.system, finer) if finer.converged[0] and apart < 1e-8 else np.inf
+    return error(case.system, finer) if finer.converged[0] and apart < 1e-6 else np.inf
 
 
 def error(system, response, points=None):
