@@ -126,6 +126,8 @@ def audit_response(
     )
     if not fits:
         raise InputError("response: has other coordinates or contacts than the system")
+    if not len(chosen):
+        raise InputError("points: given none: needs one at least")
     damping = {k: damping_matrix(system, k) for k in sizes}
     rows = [_checked(system, response, point, damping, samples) for point in chosen]
     columns = {name: np.array([row[name] for row in rows]) for name in rows[0]}

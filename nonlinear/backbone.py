@@ -16,6 +16,7 @@ from vanelock.nonlinear.parametric import assembled, point_of
 from vanelock.nonlinear.peaks import CONDITION
 from vanelock.nonlinear.response import Response
 from vanelock.nonlinear.ridge import Mark, Ridge, named_component
+from vanelock.nonlinear.sampling import checked_samples
 from vanelock.nonlinear.tables import balances
 from vanelock.nonlinear.threads import one_thread
 from vanelock.nonlinear.trigonometric import TURN
@@ -155,6 +156,8 @@ def peak_response(
     is_range = isinstance(values, tuple)
     if is_range and (len(given) != 2 or given[0] == given[1]):
         raise InputError(f"values: given {tuple(given)}: a range is (first, last)")
+    if len(np.unique(given)) < len(given):
+        raise InputError("values: given one of them twice: needs different ones")
     hertz = checked_frequencies(near)
     if len(hertz) != 2 or hertz[0] >= hertz[1]:
         raise InputError(f"near: given {tuple(hertz)}: a range is (low, high), low < high")
@@ -162,6 +165,7 @@ def peak_response(
         raise InputError(f"harmonics: given {harmonics}: a peak needs at least 1")
     varied = checked_parameter(parameter, system, given, joint)
     component = named_component(system.output_names, output)
+    samples = checked_samples(samples, harmonics)
     prepared = structure(system, harmonics, harmonic_diameters)
     check_forces(system, harmonics)
     low, high = TURN * hertz

@@ -150,10 +150,18 @@ class Structure:
         return np.asarray((rows @ rows.T) * self.stiffness[:, None])
 
     @cached_property
-    def static_linear(self) -> Floats:
+    def _preload(self) -> Floats:
+        """Modal force of the interference."""
+        return np.asarray(self.at(0).pull @ (self.stiffness * self._interference)).real
+
+    @cached_property
+    def _held_still(self) -> Floats:
+        return self._static(0.0)
+
+    def _static(self, omega: float) -> Floats:
         """ũ of the mean, (3c,) m."""
         modes = self.at(0)
-        moved = modes.rows @ modes.solve(0.0, self.modal_force(0, 0.0))
+        moved = modes.rows @ modes.solve(0.0, self.modal_force(0, omega))
         return np.asarray(moved + self._interference)
 
     @cached_property
@@ -168,25 +176,28 @@ class Structure:
         return rows
 
     @cached_property
-    def _modal_forces(self) -> dict[int, Array]:
-        """Modal forces of the excitation at ω = 1 rad/s, those of the interference included."""
+    def unit_forces(self) -> dict[int, Array]:
+        """Modal forces of the excitation at ω = 1 rad/s, by harmonic."""
         forces = {h: f for h, f in self.system.force.items() if h <= self.harmonics}
         modal: dict[int, Array] = {
             h: self.at(h).shapes.conj().T @ f.vector for h, f in forces.items()
         }
-        applied = modal[0].real if 0 in modal else 0.0
-        modal[0] = applied - self.at(0).pull @ (self.stiffness * self._interference)
+        if 0 in modal:
+            modal[0] = modal[0].real
         return modal
+
+    def growth(self, harmonic: int, omega: float) -> float:
+        """What the excitation of a harmonic is multiplied by at ω."""
+        force = self.system.force.get(harmonic)
+        return float(omega**force.omega_power) if force is not None else 1.0
 
     def modal_force(self, harmonic: int, omega: float) -> Array:
         """Modal force of the excitation; preload of the interference included at h = 0."""
-        force = self.system.force.get(harmonic)
-        if harmonic not in self._modal_forces:
-            return np.zeros(len(self.at(harmonic).compliance))
-        power = 0 if force is None else force.omega_power
-        return (
-            self._modal_forces[harmonic] * omega**power if power else self._modal_forces[harmonic]
-        )
+        if harmonic in self.unit_forces:
+            total = self.unit_forces[harmonic] * self.growth(harmonic, omega)
+        else:
+            total = np.zeros(len(self.at(harmonic).compliance))
+        return np.asarray(total - self._preload if harmonic == 0 else total)
 
     def vibration(self, harmonic: int, omega: float) -> Array:
         """ũ of a harmonic h >= 1, (3c,) m."""
@@ -210,15 +221,20 @@ class Structure:
         """A balance from ũ_h and the columns of R̂_h of the harmonics h = 1 ... H."""
         still = partial(self.columns, 0, 0.0)
         columns = Columns(len(self.stiffness), (still, *compute))
-        return Balance(omega, self._combined(vibrations), columns)
+        return Balance(omega, self._combined(omega, vibrations), columns)
 
-    def _combined(self, vibrations: Iterable[Array]) -> Floats:
+    def _combined(self, omega: float, vibrations: Iterable[Array]) -> Floats:
         shape = (self.system.contacts.count, 3, 2 * self.harmonics + 1)
-        return to_real(np.stack([self.static_linear, *vibrations])).reshape(shape)
+        force = self.system.force.get(0)
+        varies = force is not None and force.omega_power
+        static = self._static(omega) if varies else self._held_still
+        return to_real(np.stack([static, *vibrations])).reshape(shape)
 
     def linear(self, omega: float) -> Floats:
         """ũ, (c, 3, 2H + 1) m."""
-        return self._combined(self.vibration(h, omega) for h in range(1, self.harmonics + 1))
+        return self._combined(
+            omega, (self.vibration(h, omega) for h in range(1, self.harmonics + 1))
+        )
 
     def balance(self, omega: float) -> Balance:
         """The balance at a circular frequency, rad/s."""
@@ -233,6 +249,10 @@ class Structure:
         """du/dω at fixed w, (c, 3, 2H + 1)."""
         amplitude = to_complex(w.reshape(-1, w.shape[2]))
         moved = [np.zeros(len(self.stiffness), complex)]
+        still = self.system.force.get(0)
+        if still is not None and still.omega_power:
+            grown = self.unit_forces[0] * self.growth(0, omega) * (still.omega_power / omega)
+            moved[0] = self.at(0).rows @ self.at(0).solve(0.0, grown) + 0j
         for h in range(1, self.harmonics + 1):
             modes, s = self.at(h), h * omega
             push = self.modal_force(h, omega) + modes.pull @ (self.stiffness * amplitude[h])

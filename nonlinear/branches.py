@@ -25,6 +25,7 @@ from vanelock.nonlinear.linear import check_forces, checked_frequencies
 from vanelock.nonlinear.locate import locate
 from vanelock.nonlinear.newton import TOLERANCE, Family, Solution, scales, solve
 from vanelock.nonlinear.response import Response, assemble_response
+from vanelock.nonlinear.sampling import checked_samples
 from vanelock.nonlinear.sweep import Solver
 from vanelock.nonlinear.tables import balances
 from vanelock.nonlinear.threads import one_thread
@@ -145,6 +146,7 @@ def hysteresis(
     is_range = isinstance(frequencies, tuple)
     if len(hertz) < 2 or (is_range and len(hertz) != 2):
         raise InputError(f"frequencies: given {tuple(hertz)}: needs (low, high) or several")
+    samples = checked_samples(samples, harmonics)
     prepared = structure(system, harmonics, harmonic_diameters)
     check_forces(system, harmonics)
     law = lru_cache(lambda h: contact_law(system.contacts, h, samples))
@@ -168,6 +170,8 @@ def hysteresis(
         apart = np.abs((one.u - other.u) * weight)[..., 1:]
         return bool(apart.max(initial=0.0) <= APART * max(largest, 1.0))
 
+    if not places:
+        raise InputError("frequencies: the path cannot be followed from the lowest one")
     ends = same(down[0], places[0].solution) and same(down[-1], places[-1].solution)
     turning = np.array([i for i, place in enumerate(places) if place.fold], np.int64)
     collect = [assemble_response(prepared, each) for each in (up, down)]

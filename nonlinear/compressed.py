@@ -67,7 +67,7 @@ def strong_directions(balance: Balance, stiffness: Floats) -> Basis:
             sketch = S @ la.qr(S.conj().T @ sketch, mode="economic")[0]
         Q = la.qr(sketch, mode="economic")[0]
         U, values, V = la.svd(Q.conj().T @ S, full_matrices=False)
-        strong = values > min(WEAK, 0.99 * values[0])  # one at least
+        strong = values > min(WEAK, 0.99 * values[0])  # one at least, if any moves
         left.append((Q @ U[:, strong]) / root[:, None])
         right.append((values[strong, None] * V[strong]) * root)
     return Basis(tuple(left), tuple(right))

@@ -17,7 +17,7 @@ from vanelock.nonlinear.linear import check_forces, checked_frequencies
 from vanelock.nonlinear.newton import TOLERANCE, Solution
 from vanelock.nonlinear.rescue import from_nothing
 from vanelock.nonlinear.response import Response, assemble_response
-from vanelock.nonlinear.sampling import FRICTIONS, ISOTROPIC_SAMPLES, least_samples
+from vanelock.nonlinear.sampling import FRICTIONS, checked_samples
 from vanelock.nonlinear.sweep import Solver
 from vanelock.nonlinear.tables import balances
 from vanelock.nonlinear.threads import one_thread
@@ -52,7 +52,8 @@ def static_response(system: System, friction: str = "orthogonal") -> Response:
     found = from_nothing(
         prepared.balance(0.0), lambda h: contact_law(system.contacts, h, friction=friction)
     )
-    return replace(assemble_response(prepared, [found]), friction=friction)
+    samples = checked_samples(None, 0, friction) or 0
+    return replace(assemble_response(prepared, [found]), friction=friction, samples=samples)
 
 
 @one_thread
@@ -122,11 +123,7 @@ def frequency_response(
     ):
         if given not in allowed:
             raise InputError(f"{name}: given {given!r}: allowed: {', '.join(allowed)}")
-    if friction == "isotropic" and samples is None:
-        samples = max(ISOTROPIC_SAMPLES, 16 * harmonics)
-    least = least_samples(harmonics, friction)
-    if samples is not None and samples < least:
-        raise InputError(f"samples: given {samples}: needs at least {least}")
+    samples = checked_samples(samples, harmonics, friction)
     is_range = isinstance(frequencies, tuple)
     hertz = checked_frequencies(frequencies)
     if is_range and (len(hertz) != 2 or hertz[0] >= hertz[1]):

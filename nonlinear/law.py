@@ -26,7 +26,7 @@ from vanelock.nonlinear.isotropic import isotropic_law
 from vanelock.nonlinear.located import located_law
 from vanelock.nonlinear.normal import ALWAYS, CLOSED
 from vanelock.nonlinear.sampled import sampled_law
-from vanelock.nonlinear.sampling import FRICTIONS, ISOTROPIC_SAMPLES
+from vanelock.nonlinear.sampling import FRICTIONS, default_samples
 from vanelock.nonlinear.trigonometric import TURN, Floats, basis, grid
 from vanelock.rom.system import Contacts
 
@@ -138,7 +138,7 @@ def contact_law(
     isotropic = friction == "isotropic"
     if isotropic:
         _check_isotropic(contacts)
-        samples = max(ISOTROPIC_SAMPLES, 16 * harmonics) if samples is None else samples
+        samples = default_samples(harmonics) if samples is None else samples
     if samples is None:
         table = grid(harmonics)
     else:

@@ -79,7 +79,7 @@ class Solution:
     residual : float
         Largest |w - W(u)| of each harmonic over that harmonic's scale.
     iterations : int
-        Newton steps, of failed attempts too.
+        Newton steps, of failed attempts at the point too.
     converged : bool
         Whether the residual is below the tolerance.
     deviation : Deviation
@@ -262,7 +262,7 @@ def _step(
         parameter = state.parameter if plane is None else state.parameter + length * step[n]
         trial = _evaluate(family, w, parameter, held, plane)
         reached = linear.merit(trial.gap)
-        if best is None or reached < best[0]:
+        if best is None or not best[0] <= reached:
             best = (reached, trial)
         if reached < (1 - length / 4) * merit:
             break

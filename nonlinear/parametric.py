@@ -17,6 +17,7 @@ from vanelock.nonlinear.newton import TOLERANCE, Family, Solution, solve
 from vanelock.nonlinear.parameters import Joint, Parameter, checked_parameter, checked_values
 from vanelock.nonlinear.rescue import from_nothing
 from vanelock.nonlinear.response import CONSTANT, Response, assemble_response
+from vanelock.nonlinear.sampling import checked_samples
 from vanelock.nonlinear.threads import one_thread
 from vanelock.nonlinear.trigonometric import TURN
 from vanelock.product import Product
@@ -147,6 +148,7 @@ def parameter_response(
         raise InputError(f"frequency: given {len(hertz)} of them: needs one")
     given = checked_values(values)
     varied = checked_parameter(parameter, system, given, joint)
+    samples = checked_samples(samples, harmonics)
     prepared = structure(system, harmonics, harmonic_diameters)
     check_forces(system, harmonics)
     law = lru_cache(lambda h: contact_law(system.contacts, h, samples))

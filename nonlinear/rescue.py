@@ -45,7 +45,7 @@ def from_nothing(
     best: Solution | None = None
     for attempt in _attempts(balance, law, tolerance):
         spent += attempt.iterations
-        if best is None or attempt.residual < best.residual:
+        if best is None or attempt.converged or not best.residual <= attempt.residual:
             best = attempt
         if attempt.converged:
             break

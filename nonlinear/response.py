@@ -48,7 +48,7 @@ class Response(Product):
     residual : (p,) float
         Relative residual of the balance.
     iterations : (p,) int
-        Newton steps spent.
+        Newton steps spent, without those of paths that led nowhere; `seconds` has them all.
     active : (p,) int
         Contacts that deviate from sticking where they were assembled.
     stiffness : (c, 3) float

@@ -95,7 +95,8 @@ class Solver:
         line = b + (b - a) * (found.omega - history[1].omega) / (
             history[1].omega - history[0].omega
         )
-        return float(np.abs(c - line).max() / max(np.abs(b).max(), np.finfo(float).tiny))
+        size = max(np.abs(b).max(initial=0.0), np.finfo(float).tiny)
+        return float(np.abs(c - line).max(initial=0.0) / size)
 
     def amplitude(self, solution: Solution) -> Floats:
         """Half the peak-to-peak of every output; of the contacts where there is none, m."""

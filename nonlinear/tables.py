@@ -28,7 +28,7 @@ class Table:
     columns : (3c, k, 3c)
         R̂ of the others: columns, nodes, rows.
     linear : (3c, k) or None
-        Their ũ; None where the harmonic is not excited.
+        Their ũ under the excitation at 1 rad/s; None where the harmonic is not excited.
     """
 
     low: int
@@ -88,7 +88,8 @@ class Tabulated:
         modes = structure.at(harmonic)
         push = structure.modal_force(harmonic, omega)[: table.low]
         near = modes.rows[:, : table.low] @ (push / modes.dynamic(harmonic * omega)[: table.low])
-        return np.asarray(table.linear @ shares + near)
+        growth = structure.growth(harmonic, omega)
+        return np.asarray((table.linear @ shares) * growth + near)
 
     def _columns(
         self, harmonic: int, omega: float, shares: Floats, wanted: NDArray[np.int64]
@@ -143,5 +144,5 @@ def _table(structure: Structure, harmonic: int, low: int, nodes: Floats) -> Tabl
         shares = far / modes.dynamic(harmonic * omega)[low:]
         columns[:, k] = (shares @ pull).T
         if linear is not None:
-            linear[:, k] = shares @ structure.modal_force(harmonic, omega)[low:]
+            linear[:, k] = shares @ structure.unit_forces[harmonic][low:]
     return Table(low, columns, linear)

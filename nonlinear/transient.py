@@ -133,7 +133,7 @@ def time_response(
         ("periods", periods, 1),
         ("steps", steps, 4 * harmonics + 4),
         ("harmonics", harmonics, 0),
-        ("modes", modes or 1, 1),
+        ("modes", 1 if modes is None else modes, 1),
     ):
         if value < least:
             raise InputError(f"{name}: given {value}: allowed: {least} or more")

@@ -235,7 +235,10 @@ class Response(Table):
         default="coupled", description="coupling of the static and the dynamic balance"
     )
     samples: int | None = Field(
-        default=None, ge=8, le=1_000_000, description="number of samples of a period"
+        default=None,
+        ge=8,
+        le=1_000_000,
+        description="number of samples of a period; loops are not drawn then",
     )
 
     @field_validator("points")

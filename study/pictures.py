@@ -165,7 +165,8 @@ class Gallery:
         top, name = self.shown.top[each.case.name], each.case.name
         joints = self.stages.get(each.system).contacts.joint
         own = [i for i, joint in enumerate(joints) if joint == "interlock"]
-        if not own or not top.dissipation[0, own].any():
+        sampled = top.samples > 0 and top.friction == "orthogonal"  # no loop is exact then
+        if sampled or not own or not top.dissipation[0, own].any():
             return []
         contact = max(own, key=lambda i: float(top.dissipation[0, i]))
         frequency = self.shown.peak[name].frequency

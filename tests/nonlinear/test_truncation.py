@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from vanelock.errors import InputError
-from vanelock.nonlinear import SLIP, SLIP_OPEN, System, frequency_response
+from vanelock.nonlinear import SLIP, SLIP_OPEN, Force, System, frequency_response
 
 Make = Callable[..., System]
 Lowest = Callable[[System], float]
@@ -27,6 +27,21 @@ def test_truncation_told_is_the_error_made(random_system: Make, first_frequency:
         assert 0.2 * greatest < cut.truncation.max() < greatest
         # To first order: the larger the error, the less is it known.
         np.testing.assert_allclose(cut.truncation, made, rtol=0.1 + 3 * greatest)
+
+
+def test_cut_off_structure_under_an_unbalance_is_the_same_from_tables(
+    random_system: Make, first_frequency: Lowest
+) -> None:
+    # Few frequencies are summed mode by mode; many come from tables.
+    system = random_system(7, size=60, preload=10.0)
+    force = {1: Force(system.force[1].vector, omega_power=2)}
+    hertz = first_frequency(system) * np.linspace(1.2, 2.0, 60)
+    unbalanced = replace(system, force=force)
+    beyond = 3.0
+    tabulated = frequency_response(unbalanced, hertz, 1, static_beyond=beyond)
+    summed = frequency_response(unbalanced, hertz[[-20, -1]], 1, static_beyond=beyond)
+    np.testing.assert_allclose(summed.contact[1], tabulated.contact[-1], atol=1e-8)
+    assert np.abs(summed.contact[1, 1:]).max() > 1e-2
 
 
 def test_truncation_is_refused_where_modes_are_coupled(random_system: Make) -> None:
