@@ -395,9 +395,8 @@ def test_static_load_that_grows_with_frequency_is_that_load(
     hertz = first_frequency(system)
     push = np.random.default_rng(0).normal(size=len(system.at(0).K)).astype(np.complex128)
     omega = 2 * np.pi * hertz
-    growing = replace(
-        system, force={**system.force, 0: Force((push / omega**2).astype(np.complex128), 2)}
-    )
+    grown = Force((push / omega**2).astype(np.complex128), omega_power=2)
+    growing = replace(system, force={**system.force, 0: grown})
     constant = replace(system, force={**system.force, 0: Force(push)})
     found, expected = (frequency_response(s, [hertz], 2) for s in (growing, constant))
     assert expected.converged.all()

@@ -166,7 +166,7 @@ def test_sector_balance_is_the_steady_motion_of_the_ring(kind, record_property):
             found.append(compare(seed, kind))
     left = sum(one.left for one in found)
     record_property("rings", len(found))
-    record_property("left, the wave being unstable", left)
+    record_property("left, the wave being unstable", int(left))
     assert left <= 0.15 * len(found)
     found = [one for one in found if not one.left and one.is_of(kind)]
     record_property("steady and of this kind", len(found))
