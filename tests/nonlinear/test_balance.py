@@ -17,10 +17,7 @@ from vanelock.nonlinear import (
     Response,
     System,
     frequency_response,
-    hysteresis,
     linear_response,
-    parameter_response,
-    peak_response,
     static_response,
 )
 from vanelock.nonlinear.balance import structure
@@ -386,36 +383,3 @@ def test_static_state_balances_with_friction_and_lift_off(random_system: Make) -
     assert np.any(np.abs(t) == limit, where=n[:, None] > 0), "some slide at assembly"
     gap = system.at(0).K @ x + B.T @ pull.reshape(-1) - system.force[0].vector
     assert np.abs(gap).max() < 1e-10 * np.abs(pull).max()
-
-
-def test_static_load_that_grows_with_frequency_is_that_load(
-    random_system: Make, first_frequency: Lowest
-) -> None:
-    system = random_system(4, preload=0.5)
-    hertz = first_frequency(system)
-    push = np.random.default_rng(0).normal(size=len(system.at(0).K)).astype(np.complex128)
-    omega = 2 * np.pi * hertz
-    grown = Force((push / omega**2).astype(np.complex128), omega_power=2)
-    growing = replace(system, force={**system.force, 0: grown})
-    constant = replace(system, force={**system.force, 0: Force(push)})
-    found, expected = (frequency_response(s, [hertz], 2) for s in (growing, constant))
-    assert expected.converged.all()
-    np.testing.assert_allclose(found.contact, expected.contact, atol=1e-9)
-    np.testing.assert_allclose(found.x[0], expected.x[0], atol=1e-9)
-    family = Frequencies(structure(growing, 2), contact_law(system.contacts, 2))
-    w, step = 0.1 * np.ones((system.contacts.count, 3, 5)), 1e-5 * omega
-    rate = family.structure.slope(omega, w)
-    ahead, behind = (family.at(omega + s).displacement(w) for s in (step, -step))
-    np.testing.assert_allclose(rate, (ahead - behind) / (2 * step), atol=1e-6 * np.abs(rate).max())
-
-
-def test_too_few_samples_are_refused_everywhere(random_system: Make) -> None:
-    system, message = random_system(0), "samples: given 3: needs at least 16"
-    with pytest.raises(InputError, match=message):
-        frequency_response(system, [1.0], 3, samples=3)
-    with pytest.raises(InputError, match=message):
-        hysteresis(system, [1.0, 2.0], 3, samples=3)
-    with pytest.raises(InputError, match=message):
-        parameter_response(system, 1.0, "force", [1.0], 3, samples=3)
-    with pytest.raises(InputError, match=message):
-        peak_response(system, "force", [1.0], (1.0, 2.0), 3, samples=3)
