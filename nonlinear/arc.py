@@ -40,13 +40,11 @@ class Arc:
         The state at the target, None if the path did not get there.
     folds : tuple of float
         Parameters at which the path turned back.
-    steps : int
     iterations : int
     """
 
     solution: Solution | None
     folds: tuple[float, ...]
-    steps: int
     iterations: int
 
 
@@ -141,7 +139,7 @@ def follow(
     here, folds, iterations, length = start, [], 0, 0.2
     course: Course | None = None
     last_sign = np.sign(target - start.parameter)
-    for step in range(limit):
+    for _ in range(limit):
         tangent = tangent_at(family, here)
         if tangent is None:
             break
@@ -163,7 +161,7 @@ def follow(
                 iterations += landed.iterations
                 if landed.converged:
                     landed = replace(landed, iterations=iterations)
-                    return Arc(landed, tuple(folds), step + 1, iterations)
+                    return Arc(landed, tuple(folds), iterations)
             if taken < 4 * shortest:
                 break
             length = 0.25 * taken  # come closer before landing
@@ -171,7 +169,7 @@ def follow(
         here = following
         if (start.parameter - here.parameter) / course.span > away:
             break
-    return Arc(None, tuple(folds), step + 1, iterations)
+    return Arc(None, tuple(folds), iterations)
 
 
 def path(family: Family, start: Solution, target: float, longest: float = 1.0) -> Iterator[Step]:

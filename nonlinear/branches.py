@@ -11,6 +11,7 @@ sees that.
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
+from math import sqrt
 from typing import TypeAlias
 
 import numpy as np
@@ -36,8 +37,8 @@ from vanelock.rom.system import System
 Floats = NDArray[np.float64]
 Progress: TypeAlias = Callable[[int, int, float, float], None]
 
-LONGEST = 0.25
-"""Longest step of the path, relative to the range of frequencies."""
+LONGEST = 1 / 40
+"""Longest step of a path with one contact, relative to the range; several add up in quadrature."""
 LIMIT = 4000
 APART = 1e-6
 """Difference of two states, relative to the stuck response, beyond which they are not the same."""
@@ -221,7 +222,7 @@ def followed(
 
     places: list[Place] = []
     before: Step | None = None
-    for step in path(family, begun, end, LONGEST):
+    for step in path(family, begun, end, LONGEST * sqrt(len(begun.w))):
         if before is not None and step.rate * before.rate < 0:
             places.append(fold_between(family, before, step, turning, tolerance))
         passed = (step.solution.parameter - end) * np.sign(span) >= 0

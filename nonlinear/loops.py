@@ -109,7 +109,7 @@ def _check(response: Response, point: int, contact: int, u: Floats) -> None:
     if apart > AGREEMENT:
         raise InputError(
             f"response: contact {contact} has forces {apart:.1e} away from the contact law: a loop "
-            f"needs a nonlinear response without plain samples, within {AGREEMENT:g}"
+            f"needs a nonlinear response without plain samples and its own mu, within {AGREEMENT:g}"
         )
 
 

@@ -18,6 +18,7 @@ from vanelock.nonlinear.parameters import Joint, Parameter, checked_parameter, c
 from vanelock.nonlinear.rescue import from_nothing
 from vanelock.nonlinear.response import CONSTANT, Response, assemble_response
 from vanelock.nonlinear.sampling import checked_samples
+from vanelock.nonlinear.sweep import starts
 from vanelock.nonlinear.threads import one_thread
 from vanelock.nonlinear.trigonometric import TURN
 from vanelock.product import Product
@@ -207,8 +208,9 @@ class Tracer:
         """Solve at a value, given up to two converged neighbours, the nearest last."""
         place = self.varied.coordinate(value)
         tried = []
-        for start in _starts(place, history):
-            tried.append(solve(self.family, start, place, tolerance=self.tolerance))
+        kept = history[-1].kept if history else None
+        for start in starts(place, history):
+            tried.append(solve(self.family, start, place, tolerance=self.tolerance, kept=kept))
             if tried[-1].converged:
                 return _counted(tried)
         if history:
@@ -222,16 +224,6 @@ class Tracer:
             self.tolerance,
         )
         return _counted([*tried, replace(found, parameter=place)])
-
-
-def _starts(place: float, history: Sequence[Solution]) -> list[Floats]:
-    """First guesses: along the secant of the last two solutions, and the last one."""
-    starts = [point.w for point in history[-1:]]
-    if len(history) == 2 and history[0].parameter != history[1].parameter:
-        a, b = history
-        share = (place - b.parameter) / (b.parameter - a.parameter)
-        starts.insert(0, b.w + share * (b.w - a.w))
-    return starts
 
 
 def _counted(tried: Sequence[Solution]) -> Solution:

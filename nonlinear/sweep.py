@@ -1,7 +1,7 @@
 """One solution after another: a list of frequencies, or a range sampled as the curve needs it."""
 
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -161,7 +161,7 @@ class Solver:
         problem = fixed(self.family.at(omega), self.family.friction)
         kept = history[-1].kept if history else None
         tried: list[Solution] = []
-        for start in _starts(omega, history):
+        for start in starts(omega, history):
             found = solve(problem, start, 0.0, tolerance=self.tolerance, kept=kept)
             tried.append(replace(found, parameter=omega))
             if found.converged:
@@ -195,11 +195,11 @@ class Solver:
                 return
 
 
-def _starts(omega: float, history: list[Solution]) -> Iterator[Floats]:
+def starts(parameter: float, history: Sequence[Solution]) -> Iterator[Floats]:
     """First guesses: along the secant of the last two solutions, and the last one."""
-    if len(history) == 2 and history[0].omega != history[1].omega:
+    if len(history) == 2 and history[0].parameter != history[1].parameter:
         a, b = history
-        yield b.w + (omega - b.omega) / (b.omega - a.omega) * (b.w - a.w)
+        yield b.w + (parameter - b.parameter) / (b.parameter - a.parameter) * (b.w - a.w)
     if history:
         yield history[-1].w
 
