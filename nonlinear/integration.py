@@ -55,8 +55,6 @@ class Period:
         Relative displacements of the contacts and their deviations from sticking, m.
     y : (s, k, n) complex
         What the deviations add to the modal amplitudes with inertia.
-    sweeps : int
-        Spent on the contacts.
     unsolved : int
         Steps that were not solved.
     """
@@ -64,7 +62,6 @@ class Period:
     u: Floats
     w: Floats
     y: Complex
-    sweeps: int
     unsolved: int
 
 
@@ -145,7 +142,7 @@ class Integrator:
         u, w = np.empty((self.steps, sectors, d)), np.empty((self.steps, sectors, d))
         y = np.empty((self.steps, *motion.load.shape), complex)
         before = motion.w.copy()
-        sweeps, unsolved = march(
+        unsolved = march(
             self.linear,
             self.rows,
             self.transition,
@@ -171,7 +168,7 @@ class Integrator:
         )
         moved = np.any(w != before, axis=(0, 1)).reshape(-1, 3).any(axis=1)
         motion.awake[:] = moved
-        return Period(u, w, y, sweeps, unsolved)
+        return Period(u, w, y, unsolved)
 
 
 def integrator(ring: Ring, omega: float, steps: int, modes: int | None = None) -> Integrator:

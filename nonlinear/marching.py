@@ -155,8 +155,8 @@ def march(
     path: Floats,
     places: Floats,
     motion: Complex,
-) -> tuple[int, int]:
-    """One period of all sectors; sweeps in all, and steps that were not solved.
+) -> int:
+    """One period of all sectors; returns how many steps were not solved.
 
     Parameters
     ----------
@@ -190,7 +190,7 @@ def march(
     push = np.empty_like(load[0])
     u_before, w_before = np.empty_like(u), np.empty_like(w)
     changed, listed = np.empty(w.shape[1], np.int64), np.empty(awake.size, np.int64)
-    total, unsolved = 0, 0
+    unsolved = 0
     for i in range(linear.shape[0]):
         _copy(u, u_before)
         _copy(w, w_before)
@@ -204,7 +204,6 @@ def march(
                 u, w, u_before, w_before, coupling, alpha, listed[:awake_count]
             ):
                 sweeps += 1
-            total += sweeps
             count = _changes(w, w_before, shift, change, changed)
             for k in range(known.shape[0]):
                 for a in range(known.shape[1]):
@@ -222,4 +221,4 @@ def march(
         for k in range(state.shape[0]):
             for m in range(state.shape[2]):
                 motion[i, k, m] = state[k, 0, m]
-    return total, unsolved
+    return unsolved
