@@ -111,6 +111,11 @@ class Structure:
     modes: dict[int, StuckModes]
     cutoff: float = np.inf
 
+    @property
+    def structure(self) -> "Structure":
+        """Itself, as of all that gives balances."""
+        return self
+
     def at(self, harmonic: int) -> StuckModes:
         """Stuck modes of a harmonic."""
         return self._by_harmonic[harmonic]
@@ -245,22 +250,36 @@ class Structure:
             tuple(partial(self.columns, h, omega) for h in vibrating),
         )
 
+    def push_rate(self, harmonic: int, omega: float, amplitudes: Array) -> Array | None:
+        """Modal forces that moving on in ω amounts to, at fixed w; None where nothing changes.
+
+        Parameters
+        ----------
+        harmonic : int
+        omega : float
+            rad/s.
+        amplitudes : (n,)
+            Modal amplitudes there.
+        """
+        force = self.system.force.get(harmonic)
+        grows = force is not None and force.omega_power
+        if harmonic == 0 and not grows:
+            return None
+        rate: Array = -harmonic * self.at(harmonic).slope(harmonic * omega, amplitudes)
+        if force is not None and grows:
+            applied = self.unit_forces[harmonic] * self.growth(harmonic, omega)
+            rate = rate + applied * (force.omega_power / omega)
+        return rate
+
     def slope(self, omega: float, w: Floats) -> Floats:
         """du/dω at fixed w, (c, 3, 2H + 1)."""
-        amplitude = to_complex(w.reshape(-1, w.shape[2]))
-        moved = [np.zeros(len(self.stiffness), complex)]
-        still = self.system.force.get(0)
-        if still is not None and still.omega_power:
-            grown = self.unit_forces[0] * self.growth(0, omega) * (still.omega_power / omega)
-            moved[0] = self.at(0).rows @ self.at(0).solve(0.0, grown) + 0j
-        for h in range(1, self.harmonics + 1):
-            modes, s = self.at(h), h * omega
-            push = self.modal_force(h, omega) + modes.pull @ (self.stiffness * amplitude[h])
-            changed = -h * modes.slope(s, modes.solve(s, push))
-            force = self.system.force.get(h)
-            if force is not None and force.omega_power:
-                changed = changed + self.modal_force(h, omega) * (force.omega_power / omega)
-            moved.append(modes.rows @ modes.solve(s, changed))
+        moved = []
+        for h, amplitudes in enumerate(self.amplitudes(omega, w)):
+            rate, modes = self.push_rate(h, omega, amplitudes), self.at(h)
+            if rate is None:
+                moved.append(np.zeros(len(self.stiffness), complex))
+            else:
+                moved.append(modes.rows @ modes.solve(h * omega, rate))
         return to_real(np.stack(moved)).reshape(w.shape)
 
     def amplitudes(self, omega: float, w: Floats) -> list[Array]:

@@ -38,7 +38,7 @@ class Frequencies:
     @property
     def structure(self) -> Structure:
         """The structure behind the balances."""
-        return self.source.structure if isinstance(self.source, Tabulated) else self.source
+        return self.source.structure
 
     def at(self, parameter: float) -> Balance:
         """The balance at a circular frequency."""

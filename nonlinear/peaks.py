@@ -20,7 +20,8 @@ from vanelock.nonlinear.families import Frequencies, fixed
 from vanelock.nonlinear.linearised import Kept
 from vanelock.nonlinear.locate import locate
 from vanelock.nonlinear.newton import Solution, solve
-from vanelock.nonlinear.trigonometric import TURN, basis, to_complex, to_real
+from vanelock.nonlinear.response import extremes
+from vanelock.nonlinear.trigonometric import to_complex
 
 Floats = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -87,21 +88,6 @@ class Peak:
         return float(1 / np.sqrt(-self.bend))
 
 
-def extremes(q: Complex) -> Floats:
-    """Angles of the largest and the smallest value of q(θ), from (H + 1,) coefficients."""
-    harmonics = len(q) - 1
-    a, h = to_real(q), np.arange(harmonics + 1)
-    count = 32 * max(harmonics, 1)
-    history = basis(harmonics, TURN * np.arange(count) / count) @ a
-    angle = TURN * np.array([history.argmax(), history.argmin()]) / count
-    for _ in range(5):
-        wave = q[:, None] * np.exp(1j * np.outer(h, angle))
-        slope, curvature = ((factor @ wave).real for factor in (1j * h, -(h**2) + 0j))
-        step = np.divide(slope, curvature, out=np.zeros(2), where=curvature != 0)
-        angle = angle - step.clip(-TURN / count, TURN / count)
-    return np.asarray(angle)
-
-
 @dataclass(frozen=True)
 class Resonance:
     """The amplitude of one output by frequency.
@@ -131,17 +117,13 @@ class Resonance:
         moved = to_complex(tangent.z.reshape(-1, tangent.z.shape[2]))
         q = np.zeros((2, prepared.harmonics + 1), complex)
         for h, amplitude in enumerate(prepared.amplitudes(omega, solution.w)):
-            modes, s = prepared.at(h), h * omega
+            modes = prepared.at(h)
             row = prepared.output_rows[prepared.nodal_diameters[h]][self.component]
-            changed = modes.rows.conj().T @ (stiffness * moved[h])
-            changed = changed - h * modes.slope(s, amplitude)
-            force = prepared.system.force.get(h)
-            if force is not None and force.omega_power:
-                grown = force.at(omega) * (force.omega_power / omega)
-                changed = changed + modes.shapes.conj().T @ grown
+            changed = modes.pull @ (stiffness * moved[h])
+            rate = prepared.push_rate(h, omega, amplitude)
             q[0, h] = row @ amplitude
-            q[1, h] = row @ modes.solve(s, changed)
-        wave = np.exp(1j * np.outer(np.arange(q.shape[1]), extremes(q[0])))
+            q[1, h] = row @ modes.solve(h * omega, changed if rate is None else changed + rate)
+        wave = np.exp(1j * np.outer(np.arange(q.shape[1]), extremes(q[0, :, None])[:, 0]))
         amplitude, slope = ((q @ wave).real @ [0.5, -0.5]).tolist()
         return amplitude, slope
 

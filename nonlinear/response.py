@@ -101,29 +101,37 @@ class Response(Product):
         return len(self.frequency)
 
 
+def extremes(q: Array) -> Floats:
+    """Angles of the largest and smallest values of q(t), (2, k), from (H + 1, k) coefficients."""
+    harmonics = len(q) - 1
+    count, h = 32 * max(harmonics, 1), np.arange(harmonics + 1)
+    history = to_real(q) @ basis(harmonics, TURN * np.arange(count) / count).T
+    angles = TURN * np.array([history.argmax(axis=1), history.argmin(axis=1)]) / count
+    for angle, sign in zip(angles, (1.0, -1.0), strict=True):
+        sampled = angle.copy()
+        for _ in range(5):  # from the nearest sample Newton's iteration needs no more
+            wave = q * np.exp(1j * np.outer(h, angle))
+            slope = (1j * h[:, None] * wave).sum(axis=0).real
+            curvature = -(h[:, None] ** 2 * wave).sum(axis=0).real
+            step = np.divide(slope, curvature, out=np.zeros_like(slope), where=curvature != 0)
+            angle -= step.clip(-TURN / count, TURN / count)
+        lost = sign * values_at(q, angle) < sign * values_at(q, sampled)
+        angle[lost] = sampled[lost]
+    return np.asarray(angles)
+
+
+def values_at(q: Array, angle: Floats) -> Floats:
+    """(k,) values of q(t), given (H + 1, k) coefficients, each at an angle of its own."""
+    return np.asarray((q * np.exp(1j * np.outer(np.arange(len(q)), angle))).sum(axis=0).real)
+
+
 def half_peak_to_peak(q: Array) -> Floats:
     """Half the peak-to-peak over a period of q(t), given one-sided coefficients (H + 1, ...)."""
     harmonics = len(q) - 1
     if harmonics < 2:
         return np.asarray(np.abs(q[1:]).sum(axis=0))
-    a = to_real(q).reshape(-1, 2 * harmonics + 1)
-    count = 32 * harmonics
-    table = basis(harmonics, TURN * np.arange(count) / count)
-    history = a @ table.T
-    h = np.arange(harmonics + 1)
-    one_sided = to_complex(a)
-    extreme = []
-    for found in (history.argmax(axis=1), history.argmin(axis=1)):
-        angle = TURN * found / count
-        for _ in range(3):  # from the nearest sample Newton's iteration needs no more
-            wave = one_sided * np.exp(1j * np.outer(h, angle))
-            slope = (1j * h[:, None] * wave).sum(axis=0).real
-            curvature = -(h[:, None] ** 2 * wave).sum(axis=0).real
-            step = np.divide(slope, curvature, out=np.zeros_like(slope), where=curvature != 0)
-            angle = angle - step.clip(-TURN / count, TURN / count)
-        polished = (one_sided * np.exp(1j * np.outer(h, angle))).sum(axis=0).real
-        extreme.append(polished)
-    top, bottom = np.maximum(extreme[0], history.max(1)), np.minimum(extreme[1], history.min(1))
+    flat = to_complex(to_real(q).reshape(-1, 2 * harmonics + 1))
+    top, bottom = (values_at(flat, angle) for angle in extremes(flat))
     return np.asarray((top - bottom).reshape(q.shape[1:]) / 2)
 
 

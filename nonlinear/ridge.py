@@ -74,7 +74,7 @@ class Ridge:
     @property
     def prepared(self) -> Structure:
         """The system as it is given."""
-        return self.source.structure if isinstance(self.source, Tabulated) else self.source
+        return self.source.structure
 
     def solver(self, value: float) -> Solver:
         """What solves by frequency at a value of the parameter."""
