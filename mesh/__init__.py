@@ -10,6 +10,7 @@ _modules = {
     "VaneDimensions": "dimensions",
     "casing_sector": "casing",
     "check_fit": "fit",
+    "hook_overlap": "patches",
     "quality": "tetrahedra",
     "vane_segment": "vane",
 }

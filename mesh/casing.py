@@ -1,14 +1,18 @@
 """The casing sector: shell, two end flanges, two rails whose grooves hold the vane's feet."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from vanelock.cyclic import turn
 from vanelock.mesh import occ, sets
-from vanelock.mesh.dimensions import CasingDimensions, HookDimensions
+from vanelock.mesh.averages import hook_averages
+from vanelock.mesh.dimensions import CasingDimensions, HookDimensions, VaneDimensions
 from vanelock.mesh.extract import generate, matching, nodes_on, place
 from vanelock.mesh.fit import check_casing
 from vanelock.mesh.kernel import session
 from vanelock.mesh.part import Part
+from vanelock.mesh.patches import hook_overlap
 from vanelock.mesh.size import element_size
 from vanelock.mesh.tetrahedra import valid
 
@@ -18,6 +22,7 @@ def casing_sector(
     hook: HookDimensions | None = None,
     sectors: int = 16,
     size: str | float = "medium",
+    overlap: tuple[float, float] | None = None,
 ) -> Part:
     """Mesh one casing sector with straight-sided quadratic tetrahedra.
 
@@ -31,13 +36,17 @@ def casing_sector(
         Sectors in the ring.
     size : {"coarse", "medium"} or float
         Largest element edge, by name or in m.
+    overlap : (front, rear) float, optional
+        Axial range in which the front foot lies in its groove, m, which bounds the hooks' contact
+        patches: `hook_overlap(vane, casing)`. The scene's foot unless given.
 
     Returns
     -------
     Part
         "casing", with the sets `hook_front`, `hook_rear` and `key` (in the order of the vane's,
         at the same places), `left` and `right` (matched), `fixed` (both end faces), `force` (16 by
-        ascending angle) and `accessory` (3 outside, above the front rail). Frames for both hooks.
+        ascending angle) and `accessory` (3 outside, above the front rail). Frames and contact
+        patches for both hooks.
 
     Raises
     ------
@@ -115,7 +124,8 @@ def casing_sector(
         },
         sectors=sectors,
     )
-    return valid(part)
+    overlap = overlap or hook_overlap(VaneDimensions(), dimensions)
+    return replace(valid(part), patches=hook_averages(part, hook, overlap))
 
 
 def _outline(casing: CasingDimensions, hook: HookDimensions) -> list[tuple[float, float]]:

@@ -3,6 +3,7 @@
 from dataclasses import dataclass, field
 
 import numpy as np
+import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from vanelock.product import Product
@@ -45,6 +46,10 @@ class Part(Product):
         second tangent reversed, turned by 2π/N.
     sectors : int
         Number of sectors N in the ring; 1 if the part is whole.
+    patches : dict of str to (k, n) csc_array
+        Of some contact sets: row i holds the weights of all nodes in the mean displacement over
+        the contact patch of node i. The weights sum to one, and their mean place is the patch's
+        centroid, which both parts of a joint share. Empty where a joint acts on nodes only.
     """
 
     name: str
@@ -54,3 +59,4 @@ class Part(Product):
     node_sets: dict[str, NDArray[np.int64]]
     frames: dict[str, NDArray[np.float64]]
     sectors: int
+    patches: dict[str, sp.csc_array] = field(default_factory=dict)

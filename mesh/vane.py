@@ -1,5 +1,6 @@
 """The vane segment: outer shroud and hooks, aerofoils, inner shroud with slanted interlocks."""
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -8,17 +9,22 @@ from numpy.typing import NDArray
 from vanelock.cyclic import turn
 from vanelock.errors import InputError
 from vanelock.mesh import aerofoil, occ, sets
-from vanelock.mesh.dimensions import VaneDimensions
+from vanelock.mesh.averages import hook_averages, interlock_averages
+from vanelock.mesh.dimensions import CasingDimensions, VaneDimensions
 from vanelock.mesh.extract import Mesh, generate, matching, nodes_on, place
 from vanelock.mesh.fit import check_vane
 from vanelock.mesh.kernel import session
 from vanelock.mesh.part import Part
+from vanelock.mesh.patches import hook_overlap
 from vanelock.mesh.size import element_size
 from vanelock.mesh.tetrahedra import valid
 
 
 def vane_segment(
-    dimensions: VaneDimensions | None = None, sectors: int = 16, size: str | float = "medium"
+    dimensions: VaneDimensions | None = None,
+    sectors: int = 16,
+    size: str | float = "medium",
+    overlap: tuple[float, float] | None = None,
 ) -> Part:
     """Mesh one vane segment with straight-sided quadratic tetrahedra.
 
@@ -30,6 +36,9 @@ def vane_segment(
         Segments in the ring.
     size : {"coarse", "medium"} or float
         Largest element edge, by name or in m.
+    overlap : (front, rear) float, optional
+        Axial range in which the front foot lies in its groove, m, which bounds the hooks' contact
+        patches: `hook_overlap(vane, casing)`. The scene's groove unless given.
 
     Returns
     -------
@@ -38,7 +47,8 @@ def vane_segment(
         ascending angle), `key` (4: the middle nodes of front roof, front lip, rear roof, rear
         lip), `interlock_left` and `interlock_right` (10 each: the row at the inner radius, then
         at the outer, each by ascending z) and `accessory` (3 on the middle aerofoil, from the
-        inner shroud outwards). Frames for all of them but `key` and `accessory`.
+        inner shroud outwards). Frames and contact patches for all of them but `key` and
+        `accessory`.
 
     Raises
     ------
@@ -69,7 +79,13 @@ def vane_segment(
         mesh = generate(gmsh, length)
         on = [nodes_on(gmsh, mesh, 1, tag) for tag in band_tags + row_tags]
         at = np.concatenate([nodes_on(gmsh, mesh, 0, tag) for tag in point_tags])
-    return _part(dimensions, sectors, mesh, on, at, (bands, left, right, accessory))
+    part = _part(dimensions, sectors, mesh, on, at, (bands, left, right, accessory))
+    overlap = overlap or hook_overlap(dimensions, CasingDimensions())
+    patches = {
+        **hook_averages(part, dimensions.hook, overlap),
+        **interlock_averages(part, dimensions),
+    }
+    return replace(part, patches=patches)
 
 
 def _part(

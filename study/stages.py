@@ -136,14 +136,15 @@ def mesh_step(study: Study, part: str) -> Step[Part]:
     """Mesh of a part."""
     sectors, size = study.ring.sectors, study.mesh.size
     dimensions = {"vane": study.vane, "casing": study.casing}[part].model_dump()
-    inputs = {"sectors": sectors, "size": size, "dimensions": dimensions}
+    overlap = mesh.hook_overlap(study.vane, study.casing)
+    inputs = {"sectors": sectors, "size": size, "dimensions": dimensions, "overlap": overlap}
     if part == "casing":
         inputs["hook"] = study.vane.hook.model_dump()
 
     def compute() -> Part:
         if part == "vane":
-            return mesh.vane_segment(study.vane, sectors, size)
-        return mesh.casing_sector(study.casing, study.vane.hook, sectors, size)
+            return mesh.vane_segment(study.vane, sectors, size, overlap)
+        return mesh.casing_sector(study.casing, study.vane.hook, sectors, size, overlap)
 
     return step(f"mesh {part}", "mesh", inputs, Part, (), compute)
 
