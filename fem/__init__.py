@@ -1,9 +1,10 @@
-"""Linear elasticity: stiffness and mass, sparse factorisation, linear modes."""
+"""Linear elasticity: stiffness and mass, sparse factorisation, linear modes, stress."""
 
 from vanelock import lazy
 
 _modules = {
     "Factor": "factor",
+    "Gauge": "gauges",
     "Material": "material",
     "Model": "model",
     "Modes": "vibration",
@@ -13,7 +14,15 @@ _modules = {
     "cyclic_transform": "symmetry",
     "eigenpairs": "eigen",
     "factorise": "factor",
+    "free_rows": "gauges",
+    "gauge": "gauges",
     "modes": "vibration",
+    "peak_von_mises": "stresses",
+    "principal_amplitude": "stresses",
+    "strain": "strains",
+    "strain_energy": "strains",
+    "stress": "stresses",
+    "von_mises": "stresses",
 }
 __all__ = list(_modules)
 __getattr__, __dir__ = lazy.attributes(__name__, _modules)

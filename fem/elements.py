@@ -6,6 +6,7 @@ trap is the ten-node tetrahedron, whose last two mid-edge nodes gmsh swaps: mesh
 """
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -57,6 +58,8 @@ class ReferenceElement:
         Basis function of each node.
     gradients : (q, k, 3) float
         Its derivatives on the reference cell.
+    points : (q, 3) float
+        Quadrature points on the reference cell.
     weights : (q,) float
         Quadrature weights; they sum to the reference cell's volume.
     """
@@ -64,6 +67,7 @@ class ReferenceElement:
     nodes: Array
     values: Array
     gradients: Array
+    points: Array
     weights: Array
 
 
@@ -75,16 +79,67 @@ def reference_element(cell_type: str) -> ReferenceElement:
     InputError
         If there is no solid element of that name.
     """
-    if cell_type not in _CELLS:
-        raise InputError(f"cell_type = {cell_type!r}: the solid elements are {', '.join(_CELLS)}")
-    make, nodes, degree = _CELLS[cell_type]
+    make, nodes, degree = _known(cell_type)
+    points, weights = quadrature.get_quadrature(make().refdom, degree)
+    values, gradients = shape_functions(cell_type, points.T)
+    return ReferenceElement(nodes, values, gradients, points.T, weights)
+
+
+def shape_functions(cell_type: str, points: Array) -> tuple[Array, Array]:
+    """Basis functions (q, k) of a cell type and their derivatives (q, k, 3) at points (q, 3).
+
+    Points and derivatives are those of the reference cell, nodes in meshio's order.
+
+    Raises
+    ------
+    InputError
+        If there is no solid element of that name.
+    """
+    make, nodes, _ = _known(cell_type)
     basis = make()
     distance = np.linalg.norm(nodes[:, None] - basis.doflocs[None], axis=2)
     order = np.argmin(distance, axis=1)
     assert distance[np.arange(len(nodes)), order].max() < 1e-12
-    points, weights = quadrature.get_quadrature(basis.refdom, degree)
-    tables = [basis.lbasis(points, i) for i in order]
-    values = np.array([value + 0 * weights for value, _ in tables]).T
-    slopes = [np.array([row + 0 * weights for row in slope]) for _, slope in tables]
-    gradients = np.array(slopes).transpose(2, 0, 1)
-    return ReferenceElement(nodes, values, np.ascontiguousarray(gradients), weights)
+    zero = np.zeros(len(points))
+    tables = [basis.lbasis(points.T, i) for i in order]
+    values = np.array([value + zero for value, _ in tables]).T
+    slopes = [np.array([row + zero for row in slope]) for _, slope in tables]
+    return values, np.ascontiguousarray(np.array(slopes).transpose(2, 0, 1))
+
+
+def sampling(cell_type: str) -> tuple[Array, Array]:
+    """Where the strains of an element are best, and how they reach its nodes.
+
+    Returns
+    -------
+    points : (g, 3) float
+        2 x 2 x 2 Gauss points of a hexahedron, superconvergent in a quadratic one (J. Barlow,
+        Optimal stress locations in finite element models, Int. J. Numer. Meth. Engng 10 (1976)
+        243-251); four points of a quadratic tetrahedron, in which strains are linear when it is
+        straight-sided; the centre of a linear tetrahedron.
+    extrapolation : (k, g) float
+        Values at the nodes of the field that interpolates those at the points: constant, linear or
+        trilinear.
+
+    Raises
+    ------
+    InputError
+        If there is no solid element of that name.
+    """
+    make, nodes, _ = _known(cell_type)
+    found, _ = quadrature.get_quadrature(
+        make().refdom, {"tetra": 1, "tetra10": 2}.get(cell_type, 3)
+    )
+    points = np.ascontiguousarray(found.T)
+    if len(points) == 1:
+        return points, np.ones((len(nodes), 1))
+    linear = "tetra" if cell_type.startswith("tetra") else "hexahedron"
+    at_points, _ = shape_functions(linear, points)
+    at_nodes, _ = shape_functions(linear, nodes)
+    return points, at_nodes @ np.linalg.inv(at_points)
+
+
+def _known(cell_type: str) -> tuple[Any, Array, int]:
+    if cell_type not in _CELLS:
+        raise InputError(f"cell_type = {cell_type!r}: the solid elements are {', '.join(_CELLS)}")
+    return _CELLS[cell_type]

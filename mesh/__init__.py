@@ -5,12 +5,14 @@ from vanelock import lazy
 _modules = {
     "CasingDimensions": "dimensions",
     "HookDimensions": "dimensions",
+    "AerofoilPoint": "instrument",
     "Part": "part",
     "Quality": "tetrahedra",
     "VaneDimensions": "dimensions",
     "casing_sector": "casing",
     "check_fit": "fit",
     "hook_overlap": "patches",
+    "on_aerofoil": "instrument",
     "quality": "tetrahedra",
     "vane_segment": "vane",
 }

@@ -20,9 +20,14 @@ def profile(vane: VaneDimensions) -> NDArray[np.float64]:
     (2, 5, 2) float
         Circumferential and axial position, m, relative to the aerofoil's radial axis.
     """
-    along = 0.5 * vane.chord * STATIONS
-    camber = vane.camber * vane.chord * (0.5 - STATIONS**2)
-    half = 0.5 * (vane.edge_thickness + (vane.thickness - vane.edge_thickness) * (1 - STATIONS**2))
+    return outline(vane, STATIONS)
+
+
+def outline(vane: VaneDimensions, station: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Convex and concave side at stations from -1, leading edge, to 1: (2, n, 2), see `profile`."""
+    along = 0.5 * vane.chord * station
+    camber = vane.camber * vane.chord * (0.5 - station**2)
+    half = 0.5 * (vane.edge_thickness + (vane.thickness - vane.edge_thickness) * (1 - station**2))
     stagger = np.radians(vane.stagger)
     chord = np.array([np.sin(stagger), np.cos(stagger)])
     normal = np.array([np.cos(stagger), -np.sin(stagger)])
