@@ -8,6 +8,7 @@ _modules = {
     "Material": "material",
     "Model": "model",
     "Modes": "vibration",
+    "SingularError": "singular",
     "assemble": "assembly",
     "backends": "factor",
     "cyclic_faces": "symmetry",

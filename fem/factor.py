@@ -1,14 +1,13 @@
-"""Factorisation of a sparse positive definite matrix, behind one small interface.
+"""Factorisation of sparse symmetric and Hermitian matrices, behind one small interface.
 
-CHOLMOD (supernodal Cholesky, real and complex) is used where scikit-sparse is installed, else
-PARDISO through pypardiso (real; a complex matrix as a real one of twice the size), else SciPy's
-SuperLU, which always works and is several times slower.
+CHOLMOD is used where scikit-sparse is installed, else PARDISO through pypardiso, else SciPy's
+SuperLU, which always works and is several times slower. An indefinite matrix prefers PARDISO,
+which has pivoting. docs/benchmarks/factorisation.md compares them.
 """
 
-import weakref
 from collections.abc import Callable
-from dataclasses import dataclass
-from importlib import import_module
+from dataclasses import dataclass, field
+from functools import partial
 from importlib.util import find_spec
 from typing import Any
 
@@ -17,23 +16,46 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from vanelock.errors import InputError
-
-Matrix = NDArray[Any]
-Solve = Callable[[Matrix], Matrix]
+from vanelock.fem.backend import BreakdownError, Matrix, Numeric, Solve
+from vanelock.fem.cholmod import cholmod
+from vanelock.fem.pardiso import pardiso
+from vanelock.fem.singular import (
+    FREE,
+    SingularError,
+    empty_rows,
+    free_motions,
+    is_singular,
+    lifted,
+    scale_of,
+)
+from vanelock.fem.superlu import superlu
 
 _MODULES = {"cholmod": "sksparse", "pardiso": "pypardiso", "superlu": "scipy"}
+_SOLVERS: dict[str, Callable[..., Numeric]] = {
+    "cholmod": cholmod,
+    "pardiso": pardiso,
+    "superlu": superlu,
+}
+_INDEFINITE = ("pardiso", "cholmod", "superlu")  # in order of preference
 
 COLUMNS = 128  # right-hand sides at once: beyond that a solver gains nothing more
 BYTES = 2**28  # and no more of them than fit in this
 
-# Smallest eigenvalue of the matrix scaled to a unit diagonal, below which it is singular. Round-off
-# leaves some 1e-17 where a rigid-body motion is free; thin flat elements come down to 1e-15.
-SINGULAR = 1e-16
+# Backward error of the solution for a random right-hand side.
+ACCURATE = 1e-14  # above it every solution is refined once
+USABLE = 1e-11  # above it, refined, the factors are thrown away
+
+SYMMETRIC = 1e-12  # of |x| |A y|: how far xᴴ(A y) may be from (A x)ᴴ y
+
+_NOT_DEFINITE = (
+    "the matrix is not positive definite: a part that is free to move as a rigid body needs "
+    "a clamped set or a negative shift"
+)
 
 
 @dataclass(frozen=True)
 class Factor:
-    """A factorised Hermitian positive definite matrix A.
+    """A factorised symmetric or Hermitian matrix A.
 
     Attributes
     ----------
@@ -43,12 +65,20 @@ class Factor:
         Rows of A.
     is_complex : bool
         Whether A is.
+    negative : int or None
+        Number of negative eigenvalues of A; None where the pivots do not tell. For K - ω² M with M
+        positive definite it is the number of natural frequencies below ω.
+    nonzeros : int or None
+        Entries stored in the factors, where the backend tells.
     """
 
     backend: str
     size: int
     is_complex: bool
-    _solve: Solve
+    negative: int | None
+    nonzeros: int | None
+    _solve: Solve = field(repr=False)
+    _analysis: Any = field(default=None, repr=False)
 
     def solve(self, b: Any) -> Matrix:
         """Solution x of A x = b.
@@ -63,6 +93,12 @@ class Factor:
         -------
         (n,) or (n, k) array
             Complex if A or b is.
+
+        Notes
+        -----
+        A single column costs five to seven times as much as one of a block of 32 and more, and
+        one of a block of four twice as much: the factors have to come through memory once for
+        each block.
         """
         if not sp.issparse(b):
             b = np.asarray(b)
@@ -98,20 +134,39 @@ def backends() -> tuple[str, ...]:
     return tuple(name for name, module in _MODULES.items() if find_spec(module) is not None)
 
 
-def factorise(A: Any, backend: str | None = None) -> Factor:
-    """Factorise a symmetric or Hermitian positive definite sparse matrix.
+def factorise(
+    A: Any, backend: str | None = None, like: Factor | None = None, definite: bool = True
+) -> Factor:
+    """Factorise a symmetric or Hermitian sparse matrix.
 
     Parameters
     ----------
     A : (n, n) sparse
         Real symmetric or complex Hermitian; both halves must be stored.
     backend : str, optional
-        One of `backends()`; its first unless given.
+        One of `backends()`; the fastest of them unless given.
+    like : Factor, optional
+        Of an earlier matrix with the same pattern, whose ordering and symbolic analysis are used
+        again: of the same sector at another nodal diameter, say. A matrix with another pattern,
+        or complex after real, is analysed anew.
+    definite : bool
+        Whether A must be positive definite. False takes any regular matrix, K - ω² M between its
+        eigenvalues for instance, at two to five times the cost.
 
     Raises
     ------
+    SingularError
+        If A is singular: some motion is free. It names the rows that move.
     InputError
-        If A is not positive definite, singular included, or the backend is unknown or missing.
+        If A has negative eigenvalues and must not, is not Hermitian, or the backend is unknown
+        or missing.
+
+    Notes
+    -----
+    An indefinite matrix is factorised without exchanging rows, or with small perturbations
+    (PARDISO), which tells the number of negative eigenvalues. The solution for a random
+    right-hand side decides whether that is accurate, needs a step of iterative refinement each
+    time, or gives way to SuperLU with threshold pivoting, which has no such count.
 
     Examples
     --------
@@ -119,96 +174,113 @@ def factorise(A: Any, backend: str | None = None) -> Factor:
     >>> A = sp.diags_array([[2.0, 4.0]], offsets=[0])
     >>> factorise(A).solve([1.0, 1.0])
     array([0.5 , 0.25])
+    >>> factorise(-A, definite=False).negative
+    2
     """
     have = backends()
-    backend = backend or have[0]
+    preferred = have if definite else [name for name in _INDEFINITE if name in have]
+    backend = backend or preferred[0]
     if backend not in have:
         raise InputError(f"backend = {backend!r}: the installed solvers are {', '.join(have)}")
+    A = _canonical(A)
+    scale = scale_of(A, definite)
+    try:
+        found, numeric = _factors(A, backend, definite, like)
+    except BreakdownError:
+        raise _diagnosis(A, backend, definite, scale) from None
+    factor = Factor(
+        found,
+        A.shape[0],
+        np.iscomplexobj(A.data),
+        numeric.negative,
+        numeric.nonzeros,
+        numeric.solve,
+        numeric.analysis,
+    )
+    if is_singular(factor._block, scale):
+        motions, _ = free_motions(A, factor._block, scale)
+        raise SingularError(motions)
+    return factor
+
+
+def _canonical(A: Any) -> sp.csc_array:
+    """A in compressed columns, sorted, without duplicates and in double precision."""
     A = sp.csc_array(A)
     if A.shape[0] != A.shape[1] or A.shape[0] == 0:
         raise InputError(f"matrix of shape {A.shape}: it must be square and not empty")
     if not np.all(np.isfinite(A.data)):
         raise InputError("the matrix holds values that are not finite")
-    is_complex = np.iscomplexobj(A.data)
-    if not A.has_canonical_format:  # unsorted, or with duplicates: in a copy, not in the caller's
+    if not A.has_canonical_format:  # in a copy, not in the caller's
         A = A.copy()
         A.sum_duplicates()
-    data = np.ascontiguousarray(A.data, np.complex128 if is_complex else np.float64)
+    kind = np.complex128 if np.iscomplexobj(A.data) else np.float64
+    data = np.ascontiguousarray(A.data, kind)
     A = sp.csc_array((data, A.indices, A.indptr), shape=A.shape)
+    x, y = np.random.default_rng(1).standard_normal((2, A.shape[0]))
+    Ax, Ay = A @ x, A @ y
+    if abs(x @ Ay - Ax.conj() @ y) > SYMMETRIC * np.linalg.norm(x) * np.linalg.norm(Ay):
+        raise InputError("the matrix is not Hermitian: both its halves must be stored, and agree")
+    return A
+
+
+def _factors(
+    A: sp.csc_array, backend: str, definite: bool, like: Factor | None = None
+) -> tuple[str, Numeric]:
+    """Factors that are accurate, and the backend that they come from."""
+    solver = _SOLVERS[backend]
+    analysis = like._analysis if like is not None else None
+    if definite:
+        if A.diagonal().real.min() <= 0:
+            raise BreakdownError
+        return backend, solver(A, True, analysis)
+    pivoting: Callable[..., Numeric] = partial(superlu, threshold=0.1)
+    for name, attempt in ((backend, solver), ("superlu", pivoting)):
+        try:
+            return name, _accurate(A, attempt(A, False, analysis))
+        except BreakdownError:
+            continue
+    raise BreakdownError
+
+
+def _accurate(A: sp.csc_array, numeric: Numeric) -> Numeric:
+    """The factors, with a step of refinement if they need it."""
+    if _backward_error(A, numeric.solve) < ACCURATE:
+        return numeric
+
+    def refined(b: Matrix) -> Matrix:
+        x = numeric.solve(b)
+        return x + numeric.solve(np.asfortranarray(b - A @ x))
+
+    if not _backward_error(A, refined) < USABLE:
+        raise BreakdownError
+    return Numeric(refined, numeric.negative, numeric.nonzeros, numeric.analysis)
+
+
+def _backward_error(A: sp.csc_array, solve: Solve) -> float:
+    b = np.random.default_rng(2).standard_normal((A.shape[0], 1)).astype(A.dtype)
+    x = solve(np.asfortranarray(b))
+    if not np.all(np.isfinite(x)):
+        return np.inf
+    size = float(abs(A).sum(axis=1).max())
+    return float(abs(b - A @ x).max() / (size * abs(x).max() + abs(b).max()))
+
+
+def _diagnosis(
+    A: sp.csc_array, backend: str, definite: bool, scale: NDArray[np.float64]
+) -> InputError:
+    """The error for a matrix that has no factors."""
+    error = empty_rows(A)
+    if error is not None:
+        return error
     diagonal = A.diagonal().real
-    if diagonal.min() <= 0:
-        raise InputError(f"{_NOT_DEFINITE} (row {int(diagonal.argmin())} of its diagonal)")
-    solve = {"cholmod": _cholmod, "pardiso": _pardiso, "superlu": _superlu}[backend](A)
-    factor = Factor(backend, A.shape[0], is_complex, solve)
-    _refuse_singular(factor, diagonal)
-    return factor
-
-
-_NOT_DEFINITE = (
-    "the matrix is not positive definite: a part that is free to move as a rigid body needs "
-    "a clamped set or a negative shift"
-)
-
-
-def _refuse_singular(factor: Factor, diagonal: NDArray[np.float64]) -> None:
-    """Inverse iteration for the smallest eigenvalue of A scaled to a unit diagonal."""
-    scale = np.sqrt(diagonal)
-    x = np.random.default_rng(0).standard_normal(factor.size)
-    for _ in range(2):
-        x /= np.linalg.norm(x)
-        x = scale * factor.solve(scale * x)
-        growth = np.linalg.norm(x)
-        if not growth * SINGULAR < 1:
-            raise InputError(_NOT_DEFINITE)
-
-
-def _cholmod(A: sp.csc_array) -> Solve:
-    from sksparse.cholmod import CholmodNotPositiveDefiniteError, cholesky
-
+    if definite and diagonal.min() <= 0:
+        return InputError(f"{_NOT_DEFINITE} (row {int(diagonal.argmin())} of its diagonal)")
     try:
-        factor = cholesky(A, mode="supernodal")
-    except CholmodNotPositiveDefiniteError:
-        raise InputError(_NOT_DEFINITE) from None
-    return lambda b: np.asarray(factor(b))
-
-
-def _superlu(A: sp.csc_array) -> Solve:
-    from scipy.sparse.linalg import splu
-
-    try:
-        # Pivots stay on the diagonal, so that their signs are those of the eigenvalues.
-        factor = splu(
-            A,
-            permc_spec="MMD_AT_PLUS_A",
-            diag_pivot_thresh=0.0,
-            options={"SymmetricMode": True},
-        )
-    except RuntimeError:
-        raise InputError(_NOT_DEFINITE) from None
-    if np.any(factor.U.diagonal().real <= 0):
-        raise InputError(_NOT_DEFINITE)
-    return lambda b: np.asarray(factor.solve(b))
-
-
-def _pardiso(A: sp.csc_array) -> Solve:
-    pypardiso = import_module("pypardiso")
-    n = A.shape[0]
-    is_complex = np.iscomplexobj(A.data)
-    if is_complex:  # [Re -Im; Im Re] is symmetric positive definite if A is Hermitian and so
-        A = sp.block_array([[A.real, -A.imag], [A.imag, A.real]], format="csr")
-    upper = sp.csr_matrix(sp.triu(A, format="csr"))
-    solver = pypardiso.PyPardisoSolver(mtype=2)
-    try:
-        solver.factorize(upper)
-    except pypardiso.pardiso_wrapper.PyPardisoError:
-        raise InputError(_NOT_DEFINITE) from None
-
-    def solve(b: Matrix) -> Matrix:
-        if not is_complex:
-            return np.asarray(solver.solve(upper, b)).reshape(b.shape)
-        stacked = np.asfortranarray(np.vstack([b.real, b.imag]))
-        x = np.asarray(solver.solve(upper, stacked)).reshape(stacked.shape)
-        return x[:n] + 1j * x[n:]
-
-    weakref.finalize(solve, solver.free_memory, everything=True)  # the library never does
-    return solve
+        _, near = _factors(lifted(A, scale), backend, definite)
+    except BreakdownError:
+        return InputError(_NOT_DEFINITE)
+    factor = Factor(backend, A.shape[0], np.iscomplexobj(A.data), None, None, near.solve)
+    motions, values = free_motions(A, factor._block, scale)
+    if definite and values[0] < -FREE:
+        return InputError(_NOT_DEFINITE)
+    return SingularError(motions)

@@ -8,7 +8,7 @@ import pytest
 import scipy.sparse as sp
 
 from vanelock.errors import InputError
-from vanelock.fem import Material, assemble, factorise
+from vanelock.fem import Material, SingularError, assemble, factorise
 from vanelock.fem import factor as module
 
 BACKENDS = module.backends()
@@ -27,6 +27,13 @@ def grid(n, phase=0.0):
     return sp.csc_array(
         sp.kron(sp.kron(one, i), i) + sp.kron(sp.kron(i, one), i) + sp.kron(sp.kron(i, i), last)
     )
+
+
+def chain(n, phase=0.0):
+    """Springs of stiffness one between n masses, held nowhere, n rows."""
+    step = np.full(n - 1, np.exp(1j * phase) if phase else 1.0)
+    middle = np.r_[1.0, np.full(n - 2, 2.0), 1.0]
+    return sp.diags_array([-step.conj(), middle, -step], offsets=[-1, 0, 1])
 
 
 def sides(n, k, seed=1):
@@ -166,3 +173,82 @@ def test_factorisation_loads_neither_scikit_fem_nor_gmsh():
     )
     out = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert out.stdout.strip() == "[]"
+
+
+@every_backend
+@both_kinds
+def test_indefinite_matrix_counts_its_negative_eigenvalues(backend, is_complex):
+    A = grid(6, 0.7 if is_complex else 0.0)
+    values = np.linalg.eigvalsh(A.toarray())
+    b = sides(216, 3)
+    for below in (1, 40, 150):
+        shift = values[below - 1] * (1 + 1e-6)
+        shifted = A - shift * sp.eye_array(216)
+        factor = factorise(shifted, backend, definite=False)
+        assert factor.negative == (values < shift).sum()
+        exact = np.linalg.solve(shifted.toarray(), b)
+        # The distance to the eigenvalue, 1e-6 of it, costs six digits.
+        np.testing.assert_allclose(factor.solve(b), exact, atol=1e-8 * abs(exact).max())
+    assert factorise(A, backend, definite=False).negative == 0
+
+
+@every_backend
+@both_kinds
+def test_zero_diagonal_needs_pivots(backend, is_complex):
+    # [A B; Bᴴ 0], as of constraints: the pivots on the diagonal vanish.
+    A = grid(4, 0.7 if is_complex else 0.0)
+    B = sp.random_array((64, 10), density=0.1, rng=5) + sp.eye_array(64, 10)
+    saddle = sp.block_array([[None, B.T], [B, A]], format="csc")
+    b = sides(74, 2)
+    factor = factorise(saddle, backend, definite=False)
+    np.testing.assert_allclose(saddle @ factor.solve(b), b, atol=1e-11)
+    assert factor.negative in (None, 10)  # Sylvester: as many as constraints
+
+
+@every_backend
+@both_kinds
+@pytest.mark.parametrize("definite", [True, False])
+def test_analysis_is_shared_by_one_pattern(backend, is_complex, definite):
+    first = factorise(grid(6, 0.7 if is_complex else 0.0), backend, definite=definite)
+    b = sides(216, 2)
+    for phase in (0.3, 1.1, 0.0):
+        A = grid(6, phase)  # the last one is real
+        like = factorise(A, backend, like=first, definite=definite)
+        np.testing.assert_allclose(A @ like.solve(b), b, atol=1e-13)
+        if backend == "cholmod":
+            assert (like._analysis is first._analysis) == (is_complex == (phase > 0))
+    larger = grid(7)
+    b = sides(343, 2)
+    x = factorise(larger, backend, like=first).solve(b)
+    np.testing.assert_allclose(larger @ x, b, atol=1e-13)
+
+
+@every_backend
+def test_matrix_that_is_not_hermitian_is_refused(backend):
+    A = grid(4, 0.7)
+    for wrong in (sp.triu(A), A @ sp.diags_array(np.arange(1.0, 65)), A.real + 1j * A.real):
+        with pytest.raises(InputError, match="not Hermitian"):
+            factorise(wrong, backend)
+
+
+@every_backend
+@both_kinds
+@pytest.mark.parametrize("definite", [True, False])
+def test_singular_matrix_names_the_rows_that_move(backend, is_complex, definite):
+    # Beside a regular grid, two chains that nothing holds: each may slide as a whole.
+    phase = 0.7 if is_complex else 0.0
+    A = grid(5, phase) - (0.0 if definite else 2.5) * sp.eye_array(125)
+    chains = [chain(6, phase), 0.3 * chain(4, phase)]
+    order = np.random.default_rng(7).permutation(135)
+    singular = sp.block_diag([A, *chains], format="csc")[order][:, order]
+    with pytest.raises(SingularError, match="2 motions are free") as caught:
+        factorise(singular, backend, definite=definite)
+    error = caught.value
+    assert set(order[error.rows]) == set(range(125, 135))
+    assert error.count == 2
+    motions = error.motions[np.argsort(order)]
+    moved = np.zeros((135, 2), complex)
+    moved[125:131, 0] = np.exp(-1j * phase * np.arange(6)) / np.sqrt(6)
+    moved[131:, 1] = np.exp(-1j * phase * np.arange(4)) / 2
+    cosines = np.linalg.svd(moved.conj().T @ motions)[1]
+    assert cosines == pytest.approx([1, 1], abs=1e-12)

@@ -1,0 +1,52 @@
+"""PARDISO of Intel's MKL through pypardiso.
+
+It takes real matrices alone: a complex Hermitian one becomes [Re -Im; Im Re], symmetric, of twice
+the size and with every eigenvalue twice.
+"""
+
+import weakref
+from importlib import import_module
+from typing import Any
+
+import numpy as np
+import scipy.sparse as sp
+
+from vanelock.fem.backend import BreakdownError, Matrix, Numeric
+
+DEFINITE, INDEFINITE = 2, -2  # matrix types of PARDISO: real symmetric
+SOLVE = 33  # its phase of forward and backward substitution
+NEGATIVE, NONZEROS = 23, 18  # of its iparm, counted from 1
+
+
+def pardiso(A: sp.csc_array, definite: bool, like: Any = None) -> Numeric:
+    """Factorise a matrix in canonical form; `like` is not used.
+
+    Its analysis lives in the handle of one factorisation and cannot be shared by two.
+    """
+    module = import_module("pypardiso")
+    n = A.shape[0]
+    is_complex = np.iscomplexobj(A.data)
+    if is_complex:
+        A = sp.block_array([[A.real, -A.imag], [A.imag, A.real]], format="csr")
+    upper = sp.csr_matrix(sp.triu(A, format="csr"))
+    solver = module.PyPardisoSolver(mtype=DEFINITE if definite else INDEFINITE)
+    try:
+        solver.factorize(upper)
+    except module.pardiso_wrapper.PyPardisoError:
+        raise BreakdownError from None
+    # It keeps a copy of the matrix, to which `solve` compares its argument at every call.
+    solver.remove_stored_factorization()
+    solver.set_phase(SOLVE)
+
+    def substitute(b: Matrix) -> Matrix:
+        return np.asarray(solver._call_pardiso(upper, b)).reshape(b.shape)
+
+    def solve(b: Matrix) -> Matrix:
+        if not is_complex:
+            return substitute(b)
+        x = substitute(np.asfortranarray(np.vstack([b.real, b.imag])))
+        return x[:n] + 1j * x[n:]
+
+    weakref.finalize(solve, solver.free_memory, everything=True)  # the library never does
+    negative = 0 if definite else int(solver.get_iparm(NEGATIVE)) // (2 if is_complex else 1)
+    return Numeric(solve, negative, int(solver.get_iparm(NONZEROS)))
