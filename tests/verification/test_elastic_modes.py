@@ -1,7 +1,5 @@
 """Natural frequencies of the finite-element stage against theory."""
 
-import dataclasses
-
 import numpy as np
 import pytest
 from scipy.optimize import brentq
@@ -135,32 +133,3 @@ def test_frequency_of_the_cube_converges_at_the_order_of_its_elements(
     rate = np.log(errors[0] / errors[1]) / np.log(sides[1] / sides[0])
     assert order - 0.45 < rate < order + 0.05  # from below: the meshes are still coarse
     assert 0 < errors[1] < finest  # and the frequency from above: a conforming mesh is too stiff
-
-
-def test_thin_ring_bends_in_and_out_of_its_plane(lattice):
-    # Love, Mathematical Theory of Elasticity, art. 293, inextensible ring of square section:
-    # in its plane n² (n² - 1)² / (n² + 1), out of it n² (n² - 1)² / (n² + EI / GJ).
-    sectors, radius, side = 24, 0.5, 0.01
-
-    def arc(p):
-        angle = 2 * np.pi / sectors * p[:, 1]
-        r = radius + side * (p[:, 0] - 0.5)
-        return np.column_stack([r * np.cos(angle), r * np.sin(angle), side * (p[:, 2] - 0.5)])
-
-    part = lattice((3, 8, 3), arc, curved=True, sectors=sectors)
-    sets = {"left": part.node_sets["y0"], "right": part.node_sets["y1"]}
-    model = assemble(dataclasses.replace(part, node_sets=sets), STEEL)
-    unit = np.sqrt(STEEL.E * side**2 / 12 / STEEL.rho) / radius**2 / (2 * np.pi)
-    torsion = STEEL.E / 12 / (STEEL.lame[1] * 0.140577)  # EI / GJ of a square
-    for n in (2, 3, 4):
-        found = modes(model, 2, n)
-        bending = n**2 * (n**2 - 1) ** 2
-        exact = unit * np.sqrt([bending / (n**2 + torsion), bending / (n**2 + 1)])
-        np.testing.assert_allclose(found.frequency, exact, rtol=2e-3)
-        axial = np.sum(np.abs(found.shapes[:, 2]) ** 2, axis=0)
-        share = axial / np.sum(np.abs(found.shapes) ** 2, axis=(0, 1))
-        assert share[0] > 0.95  # out of the plane
-        assert share[1] < 0.05
-    for n, rigid in ((0, 2), (1, 2), (2, 0)):  # of a free ring
-        frequencies = modes(model, 3, n).frequency
-        assert np.count_nonzero(frequencies < 1e-3 * unit) == rigid
