@@ -17,12 +17,15 @@ _modules = {
     "factorise": "factor",
     "free_rows": "gauges",
     "gauge": "gauges",
+    "hooke": "strains",
     "modes": "vibration",
     "peak_von_mises": "stresses",
     "principal_amplitude": "stresses",
     "strain": "strains",
     "strain_energy": "strains",
+    "strain_sums": "strains",
     "stress": "stresses",
+    "turned": "stresses",
     "von_mises": "stresses",
 }
 __all__ = list(_modules)

@@ -47,6 +47,16 @@ def strain(part: Part, u: Field) -> Field:
     InputError
         If the field does not belong to the part.
     """
+    total, volume = strain_sums(part, u)
+    total /= volume.reshape(-1, *(1,) * (total.ndim - 1))
+    return total
+
+
+def strain_sums(part: Part, u: Field) -> tuple[Field, Array]:
+    """Sum over each node's elements of strain times volume, shaped as `strain`; the volumes' sum.
+
+    For nodes that have elements in a neighbouring part too.
+    """
     fields = _columns(part, u)
     k = fields.shape[2]
     points, extrapolation = sampling(part.cell_type)
@@ -62,8 +72,7 @@ def strain(part: Part, u: Field) -> Field:
         )
         total[nodes] += gather @ nodal.reshape(cells.size, 6 * k)
         weight[nodes] += gather.sum(axis=1)
-    total /= weight[:, None]
-    return total.reshape(len(total), 6, *u.shape[2:])
+    return total.reshape(len(total), 6, *u.shape[2:]), weight
 
 
 def strain_energy(model: Model, u: Field) -> Field:
