@@ -5,6 +5,7 @@ from vanelock import lazy
 _modules = {
     "Factor": "factor",
     "Gauge": "gauges",
+    "Interior": "schur",
     "Material": "material",
     "Model": "model",
     "Modes": "vibration",
@@ -19,6 +20,7 @@ _modules = {
     "gauge": "gauges",
     "hooke": "strains",
     "modes": "vibration",
+    "schur_complement": "schur",
     "peak_von_mises": "stresses",
     "principal_amplitude": "stresses",
     "strain": "strains",

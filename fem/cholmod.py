@@ -30,7 +30,7 @@ def cholmod(A: sp.csc_array, definite: bool, like: Any = None) -> Numeric:
     mode = "supernodal" if definite else "simplicial"
     if not definite and np.iscomplexobj(A.data):
         A = _with_real_diagonal(A)
-    pattern = _digest(A)
+    pattern = pattern_of(A)
     if not (isinstance(like, Analysis) and (like.pattern, like.mode) == (pattern, mode)):
         # AMD, the default, leaves the simplicial factor of a solid a third more work.
         ordering = "default" if definite else "nesdis"
@@ -43,7 +43,7 @@ def cholmod(A: sp.csc_array, definite: bool, like: Any = None) -> Numeric:
     return Numeric(lambda b: np.asarray(factor(b)), negative, analysis=like)
 
 
-def _digest(A: sp.csc_array) -> bytes:
+def pattern_of(A: sp.csc_array) -> bytes:
     """Of the pattern and of the kind: CHOLMOD's symbolic factor is bound to real or complex."""
     digest = hashlib.blake2b(f"{A.shape} {A.data.dtype} {A.indptr.dtype}".encode())
     digest.update(A.indptr.data)

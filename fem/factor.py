@@ -17,7 +17,9 @@ from numpy.typing import NDArray
 
 from vanelock.errors import InputError
 from vanelock.fem.backend import BreakdownError, Matrix, Numeric, Solve
+from vanelock.fem.blocks import in_blocks
 from vanelock.fem.cholmod import cholmod
+from vanelock.fem.hermitian import hermitian
 from vanelock.fem.pardiso import pardiso
 from vanelock.fem.singular import (
     FREE,
@@ -38,14 +40,9 @@ _SOLVERS: dict[str, Callable[..., Numeric]] = {
 }
 _INDEFINITE = ("pardiso", "cholmod", "superlu")  # in order of preference
 
-COLUMNS = 128  # right-hand sides at once: beyond that a solver gains nothing more
-BYTES = 2**28  # and no more of them than fit in this
-
 # Backward error of the solution for a random right-hand side.
 ACCURATE = 1e-14  # above it every solution is refined once
 USABLE = 1e-11  # above it, refined, the factors are thrown away
-
-SYMMETRIC = 1e-12  # of |x| |A y|: how far xᴴ(A y) may be from (A x)ᴴ y
 
 _NOT_DEFINITE = (
     "the matrix is not positive definite: a part that is free to move as a rigid body needs "
@@ -100,33 +97,7 @@ class Factor:
         one of a block of four twice as much: the factors have to come through memory once for
         each block.
         """
-        if not sp.issparse(b):
-            b = np.asarray(b)
-        if b.shape[0] != self.size or b.ndim > 2:
-            raise ValueError(f"right-hand side of shape {b.shape} for a matrix of {self.size} rows")
-        kind = np.complex128 if self.is_complex or np.iscomplexobj(b) else np.float64
-        if b.ndim == 1:
-            column = b.toarray() if sp.issparse(b) else b
-            return self._block(column[:, None])[:, 0].astype(kind, copy=False)
-        if sp.issparse(b):
-            b = b.tocsc()
-        x = np.empty(b.shape, kind, order="F")
-        width = max(1, min(COLUMNS, BYTES // (self.size * x.itemsize)))
-        for start in range(0, b.shape[1], width):
-            block = b[:, start : start + width]
-            x[:, start : start + width] = self._block(
-                block.toarray() if sp.issparse(block) else block
-            )
-        return x
-
-    def _block(self, b: Matrix) -> Matrix:
-        if self.is_complex:
-            return self._solve(np.asfortranarray(b, np.complex128))
-        if not np.iscomplexobj(b):
-            return self._solve(np.asfortranarray(b, np.float64))
-        k = b.shape[1]
-        x = self._solve(np.asfortranarray(np.hstack([b.real, b.imag])))
-        return x[:, :k] + 1j * x[:, k:]
+        return in_blocks(self._solve, b, (self.size, self.size), self.is_complex)
 
 
 def backends() -> tuple[str, ...]:
@@ -182,7 +153,7 @@ def factorise(
     backend = backend or preferred[0]
     if backend not in have:
         raise InputError(f"backend = {backend!r}: the installed solvers are {', '.join(have)}")
-    A = _canonical(A)
+    A = hermitian(A)
     scale = scale_of(A, definite)
     try:
         found, numeric = _factors(A, backend, definite, like)
@@ -197,30 +168,10 @@ def factorise(
         numeric.solve,
         numeric.analysis,
     )
-    if is_singular(factor._block, scale):
-        motions, _ = free_motions(A, factor._block, scale)
+    if is_singular(factor.solve, scale):
+        motions, _ = free_motions(A, factor.solve, scale)
         raise SingularError(motions)
     return factor
-
-
-def _canonical(A: Any) -> sp.csc_array:
-    """A in compressed columns, sorted, without duplicates and in double precision."""
-    A = sp.csc_array(A)
-    if A.shape[0] != A.shape[1] or A.shape[0] == 0:
-        raise InputError(f"matrix of shape {A.shape}: it must be square and not empty")
-    if not np.all(np.isfinite(A.data)):
-        raise InputError("the matrix holds values that are not finite")
-    if not A.has_canonical_format:  # in a copy, not in the caller's
-        A = A.copy()
-        A.sum_duplicates()
-    kind = np.complex128 if np.iscomplexobj(A.data) else np.float64
-    data = np.ascontiguousarray(A.data, kind)
-    A = sp.csc_array((data, A.indices, A.indptr), shape=A.shape)
-    x, y = np.random.default_rng(1).standard_normal((2, A.shape[0]))
-    Ax, Ay = A @ x, A @ y
-    if abs(x @ Ay - Ax.conj() @ y) > SYMMETRIC * np.linalg.norm(x) * np.linalg.norm(Ay):
-        raise InputError("the matrix is not Hermitian: both its halves must be stored, and agree")
-    return A
 
 
 def _factors(
@@ -280,7 +231,7 @@ def _diagnosis(
     except BreakdownError:
         return InputError(_NOT_DEFINITE)
     factor = Factor(backend, A.shape[0], np.iscomplexobj(A.data), None, None, near.solve)
-    motions, values = free_motions(A, factor._block, scale)
+    motions, values = free_motions(A, factor.solve, scale)
     if definite and values[0] < -FREE:
         return InputError(_NOT_DEFINITE)
     return SingularError(motions)

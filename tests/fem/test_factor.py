@@ -8,10 +8,9 @@ import pytest
 import scipy.sparse as sp
 
 from vanelock.errors import InputError
-from vanelock.fem import Material, SingularError, assemble, factorise
-from vanelock.fem import factor as module
+from vanelock.fem import Material, SingularError, assemble, backends, blocks, factorise
 
-BACKENDS = module.backends()
+BACKENDS = backends()
 both_kinds = pytest.mark.parametrize("is_complex", [False, True], ids=["real", "Hermitian"])
 every_backend = pytest.mark.parametrize("backend", BACKENDS)
 
@@ -77,7 +76,7 @@ def test_many_sides_are_solved_in_blocks(backend, is_complex, monkeypatch):
     b = sides(125, 300)  # more than one block
     x = factor.solve(b)
     assert abs(A @ x - b).max() < 1e-13
-    monkeypatch.setattr(module, "BYTES", 1)  # a block of one column
+    monkeypatch.setattr(blocks, "BYTES", 1)  # a block of one column
     np.testing.assert_allclose(factor.solve(b), x, atol=1e-14)
     monkeypatch.undo()
     unit = sp.random_array((125, 200), density=0.02, rng=3, format="csr")

@@ -1,0 +1,140 @@
+"""Dense Schur complement of a sparse matrix, from one factorisation.
+
+With the kept rows m ordered behind the rest s,
+
+    [A_ss A_sm]   [L_ss      ] [L_ssᴴ L_msᴴ]
+    [A_ms A_mm] = [L_ms  L_mm] [      L_mmᴴ],    S = A_mm - A_ms A_ss⁻¹ A_sm = L_mm L_mmᴴ,
+
+and the same factors solve with A_ss and apply Ψ = -A_ss⁻¹ A_sm in one sweep instead of two.
+"""
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+
+from vanelock.errors import InputError
+from vanelock.fem.backend import BreakdownError, Matrix, Solve
+from vanelock.fem.blocks import in_blocks
+from vanelock.fem.factor import Factor, backends, factorise
+from vanelock.fem.hermitian import hermitian
+from vanelock.fem.singular import is_singular, scale_of
+from vanelock.fem.trailing import trailing_factor
+
+
+@dataclass(frozen=True)
+class Interior(Factor):
+    """Factors of the block A_ss that a Schur complement leaves, and what ties it to the rows kept.
+
+    Attributes
+    ----------
+    kept, rest : (m,) int and (s,) int
+        The rows of A that were kept, as given, and all others, ascending.
+    """
+
+    kept: NDArray[np.int64] = field(kw_only=True)
+    rest: NDArray[np.int64] = field(kw_only=True)
+    _extend: Solve = field(kw_only=True, repr=False)
+    _restrict: Solve = field(kw_only=True, repr=False)
+
+    def extend(self, v: Any) -> Matrix:
+        """Ψ v = -A_ss⁻¹ A_sm v, (s,) or (s, k): how the rest follows the kept rows statically."""
+        shape = len(self.rest), len(self.kept)
+        return in_blocks(self._extend, v, shape, self.is_complex)
+
+    def restrict(self, z: Any) -> Matrix:
+        """Ψᴴ z, (m,) or (m, k): what acts on the rest, carried to the kept rows."""
+        shape = len(self.kept), len(self.rest)
+        return in_blocks(self._restrict, z, shape, self.is_complex)
+
+
+def schur_complement(
+    A: Any, rows: Any, backend: str | None = None, like: Interior | None = None
+) -> tuple[Matrix, Interior]:
+    """Dense Schur complement of some rows of a sparse matrix, and the factors of the rest.
+
+    Parameters
+    ----------
+    A : (n, n) sparse
+        Real symmetric or complex Hermitian. Its block A_ss must be positive definite; A itself
+        may be singular or indefinite.
+    rows : (m,) int
+        Rows to keep, without repetition, at most n - 1.
+    backend : str, optional
+        One of `backends()`; CHOLMOD if installed. The others take a solve for each row kept.
+    like : Interior, optional
+        Of an earlier matrix with the same pattern and the same rows: its analysis is used again.
+
+    Returns
+    -------
+    S : (m, m) array
+        A_mm - A_ms A_ss⁻¹ A_sm, in the order of `rows`, Hermitian to the last bit.
+    interior : Interior
+        Factors of A_ss.
+
+    Raises
+    ------
+    SingularError, InputError
+        As `factorise` does for A_ss; `rows` of the error count within A_ss.
+    """
+    A = hermitian(A)
+    n = A.shape[0]
+    kept = np.asarray(rows, np.int64).ravel()
+    if len(np.unique(kept)) != len(kept) or (len(kept) and not 0 <= kept.min() <= kept.max() < n):
+        raise InputError(f"rows to keep: they must be different, and 0 to {n - 1}")
+    if len(kept) == n:
+        raise InputError(f"rows to keep: all {n}; at least one must be left")
+    rest = np.setdiff1d(np.arange(n), kept)
+    if (backend or backends()[0]) != "cholmod":
+        return _by_solves(A, kept, rest, backend, like)
+    analysis = like._analysis if like is not None else None
+    try:
+        factor = trailing_factor(A, kept, rest, analysis)
+    except BreakdownError:
+        return _by_solves(A, kept, rest, backend, like)  # which says why, or bears it
+    interior = Interior(
+        "cholmod",
+        len(rest),
+        np.iscomplexobj(A.data),
+        0,
+        None,
+        factor.solve,
+        factor.analysis,
+        kept=kept,
+        rest=rest,
+        _extend=factor.extend,
+        _restrict=factor.restrict,
+    )
+    if is_singular(interior.solve, scale_of(A, True)[rest]):
+        factorise(A[rest][:, rest], backend)  # says why
+    return factor.schur, interior
+
+
+def _by_solves(
+    A: sp.csc_array,
+    kept: NDArray[np.int64],
+    rest: NDArray[np.int64],
+    backend: str | None,
+    like: Interior | None,
+) -> tuple[Matrix, Interior]:
+    """The same by one solve for each row that is kept."""
+    A_sm = A[rest][:, kept].tocsc()
+    A_ms = A_sm.conj().T.tocsr()
+    factor = factorise(A[rest][:, rest], backend, like)
+    S = A[kept][:, kept].toarray() - A_ms @ factor.solve(A_sm)
+    interior = Interior(
+        factor.backend,
+        factor.size,
+        factor.is_complex,
+        0,
+        factor.nonzeros,
+        factor._solve,
+        factor._analysis,
+        kept=kept,
+        rest=rest,
+        _extend=lambda v: -factor.solve(A_sm @ v),
+        _restrict=lambda z: -(A_ms @ factor.solve(z)),
+    )
+    return (S + S.conj().T) / 2, interior
