@@ -16,6 +16,7 @@ _modules = {
     "cyclic_transform": "symmetry",
     "eigenpairs": "eigen",
     "factorise": "factor",
+    "free_motion": "mechanism",
     "free_rows": "gauges",
     "gauge": "gauges",
     "hooke": "strains",
