@@ -10,42 +10,82 @@ from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
+from numpy.typing import NDArray
 
-from vanelock.fem.backend import BreakdownError, Numeric
+from vanelock.fem.backend import BreakdownError, Matrix, Numeric
 
 
 @dataclass(frozen=True)
 class Analysis:
-    """Ordering and supernodes of one pattern."""
+    """Ordering and symbolic factor of one pattern.
+
+    Attributes
+    ----------
+    pattern : bytes
+        Of the matrix.
+    kind : tuple of str
+        Real or complex, supernodal or simplicial: what the symbolic factor is bound to.
+    symbolic : sksparse.cholmod.Factor
+        Without numbers.
+    order : (n,) int or None
+        Rows in the order in which the symbolic factor takes them, where it has none of its own.
+    """
 
     pattern: bytes
-    mode: str
+    kind: tuple[str, str]
     symbolic: Any
+    order: NDArray[np.int32] | None = None
 
 
 def cholmod(A: sp.csc_array, definite: bool, like: Any = None) -> Numeric:
     """Factorise a matrix in canonical form; `like` is an earlier `Numeric.analysis` or None."""
-    from sksparse.cholmod import CholmodNotPositiveDefiniteError, analyze
+    from sksparse.cholmod import CholmodNotPositiveDefiniteError
 
-    mode = "supernodal" if definite else "simplicial"
     if not definite and np.iscomplexobj(A.data):
         A = _with_real_diagonal(A)
-    pattern = pattern_of(A)
-    if not (isinstance(like, Analysis) and (like.pattern, like.mode) == (pattern, mode)):
-        # AMD, the default, leaves the simplicial factor of a solid a third more work.
-        ordering = "default" if definite else "nesdis"
-        like = Analysis(pattern, mode, analyze(A, mode=mode, ordering_method=ordering))
+    analysis = _analysed(A, "supernodal" if definite else "simplicial", like)
+    order = analysis.order
     try:
-        factor = like.symbolic.cholesky(A)
+        factor = analysis.symbolic.cholesky(A if order is None else _permuted(A, order))
     except CholmodNotPositiveDefiniteError:
         raise BreakdownError from None
     negative = 0 if definite else int(np.sum(factor.D().real < 0))
-    return Numeric(lambda b: np.asarray(factor(b)), negative, analysis=like)
+
+    def solve(b: Matrix) -> Matrix:
+        if order is None:
+            return np.asarray(factor(b))
+        x = np.empty_like(b)
+        x[order] = factor(np.asfortranarray(b[order]))
+        return x
+
+    return Numeric(solve, negative, analysis=analysis)
+
+
+def _analysed(A: sp.csc_array, mode: str, like: Any) -> Analysis:
+    """The earlier analysis if it fits; else one with its ordering, if that does; else a new one."""
+    from sksparse.cholmod import analyze
+
+    pattern, kind = pattern_of(A), (str(A.dtype), mode)
+    if not (isinstance(like, Analysis) and like.pattern == pattern):
+        # AMD, the default, leaves the simplicial factor of a solid a third more work.
+        ordering = "default" if mode == "supernodal" else "nesdis"
+        return Analysis(pattern, kind, analyze(A, mode=mode, ordering_method=ordering))
+    if like.kind == kind:
+        return like
+    order = like.symbolic.P() if like.order is None else like.order
+    symbolic = analyze(_permuted(A, order), mode=mode, ordering_method="natural")
+    return Analysis(pattern, kind, symbolic, order)
+
+
+def _permuted(A: sp.csc_array, order: NDArray[Any]) -> sp.csc_array:
+    permuted = sp.csc_array(A[order][:, order])
+    permuted.sort_indices()
+    return permuted
 
 
 def pattern_of(A: sp.csc_array) -> bytes:
-    """Of the pattern and of the kind: CHOLMOD's symbolic factor is bound to real or complex."""
-    digest = hashlib.blake2b(f"{A.shape} {A.data.dtype} {A.indptr.dtype}".encode())
+    """Digest of where the entries are."""
+    digest = hashlib.sha256(f"{A.shape} {A.indptr.dtype}".encode())
     digest.update(A.indptr.data)
     digest.update(A.indices.data)
     return digest.digest()

@@ -118,8 +118,9 @@ def factorise(
         One of `backends()`; the fastest of them unless given.
     like : Factor, optional
         Of an earlier matrix with the same pattern, whose ordering and symbolic analysis are used
-        again: of the same sector at another nodal diameter, say. A matrix with another pattern,
-        or complex after real, is analysed anew.
+        again: of the same sector at another nodal diameter, say. Between real and complex, or
+        definite and indefinite, CHOLMOD shares the ordering alone. A matrix with another pattern,
+        and one that goes to PARDISO or SuperLU, is analysed anew.
     definite : bool
         Whether A must be positive definite. False takes any regular matrix, K - ω² M between its
         eigenvalues for instance, at two to five times the cost.
@@ -181,8 +182,6 @@ def _factors(
     solver = _SOLVERS[backend]
     analysis = like._analysis if like is not None else None
     if definite:
-        if A.diagonal().real.min() <= 0:
-            raise BreakdownError
         return backend, solver(A, True, analysis)
     pivoting: Callable[..., Numeric] = partial(superlu, threshold=0.1)
     for name, attempt in ((backend, solver), ("superlu", pivoting)):

@@ -28,7 +28,7 @@ def pardiso(A: sp.csc_array, definite: bool, like: Any = None) -> Numeric:
     is_complex = np.iscomplexobj(A.data)
     if is_complex:
         A = sp.block_array([[A.real, -A.imag], [A.imag, A.real]], format="csr")
-    upper = sp.csr_matrix(sp.triu(A, format="csr"))
+    upper = _upper(A)
     solver = module.PyPardisoSolver(mtype=DEFINITE if definite else INDEFINITE)
     try:
         solver.factorize(upper)
@@ -50,3 +50,12 @@ def pardiso(A: sp.csc_array, definite: bool, like: Any = None) -> Numeric:
     weakref.finalize(solve, solver.free_memory, everything=True)  # the library never does
     negative = 0 if definite else int(solver.get_iparm(NEGATIVE)) // (2 if is_complex else 1)
     return Numeric(solve, negative, int(solver.get_iparm(NONZEROS)))
+
+
+def _upper(A: Any) -> sp.csr_matrix:
+    """Upper half, with every entry of the diagonal stored, zeros too, as PARDISO demands."""
+    half = sp.triu(A, format="coo")
+    on = np.arange(A.shape[0])
+    entries = np.concatenate([half.data, np.zeros(len(on))])
+    places = np.concatenate([half.row, on]), np.concatenate([half.col, on])
+    return sp.csr_matrix(sp.coo_array((entries, places), shape=A.shape).tocsr())

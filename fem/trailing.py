@@ -83,7 +83,7 @@ def trailing_factor(
     """
     from sksparse.cholmod import CholmodNotPositiveDefiniteError, analyze
 
-    pattern = pattern_of(A)
+    pattern = pattern_of(A) + str(A.dtype).encode()
     analysis = like if isinstance(like, Analysis) and like.pattern == pattern else None
     if analysis is not None and not np.array_equal(analysis.kept, kept):
         analysis = None

@@ -210,12 +210,21 @@ def test_zero_diagonal_needs_pivots(backend, is_complex):
 def test_analysis_is_shared_by_one_pattern(backend, is_complex, definite):
     first = factorise(grid(6, 0.7 if is_complex else 0.0), backend, definite=definite)
     b = sides(216, 2)
-    for phase in (0.3, 1.1, 0.0):
-        A = grid(6, phase)  # the last one is real
+    for phase in (0.3, 1.1, 0.0):  # zero: real
+        A = grid(6, phase)
         like = factorise(A, backend, like=first, definite=definite)
-        np.testing.assert_allclose(A @ like.solve(b), b, atol=1e-13)
+        again = factorise(2 * A, backend, like=like, definite=definite)
+        other = factorise(A, backend, like=like, definite=not definite)
+        for factor, matrix in ((like, A), (again, 2 * A), (other, A)):
+            np.testing.assert_allclose(matrix @ factor.solve(b), b, atol=1e-13)
         if backend == "cholmod":
-            assert (like._analysis is first._analysis) == (is_complex == (phase > 0))
+            assert again._analysis is like._analysis
+            if is_complex == (phase > 0):
+                assert like._analysis is first._analysis
+            for factor in (like, other):
+                order = factor._analysis.order
+                if factor._analysis is not first._analysis:  # of another kind: the ordering alone
+                    assert np.array_equal(order, first._analysis.symbolic.P())
     larger = grid(7)
     b = sides(343, 2)
     x = factorise(larger, backend, like=first).solve(b)
