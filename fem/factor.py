@@ -1,8 +1,8 @@
 """Factorisation of sparse symmetric and Hermitian matrices, behind one small interface.
 
 CHOLMOD is used where scikit-sparse is installed, else PARDISO through pypardiso, else SciPy's
-SuperLU, which always works and is several times slower. An indefinite matrix prefers PARDISO,
-which has pivoting. docs/benchmarks/factorisation.md compares them.
+SuperLU, which always works and is several times slower. An indefinite matrix prefers PARDISO, then
+CHOLMOD if real and SuperLU if complex. docs/benchmarks/factorisation.md compares them.
 """
 
 from collections.abc import Callable
@@ -38,10 +38,12 @@ _SOLVERS: dict[str, Callable[..., Numeric]] = {
     "pardiso": pardiso,
     "superlu": superlu,
 }
-_INDEFINITE = ("pardiso", "cholmod", "superlu")  # in order of preference
+# In order of preference. CHOLMOD's simplicial solve is poor at complex numbers.
+_INDEFINITE = {False: ("pardiso", "cholmod", "superlu"), True: ("pardiso", "superlu", "cholmod")}
 
 # Backward error of the solution for a random right-hand side.
 ACCURATE = 1e-14  # above it every solution is refined once
+COUNTED = 1e-10  # above it, before that step, the negative pivots are not counted
 USABLE = 1e-11  # above it, refined, the factors are thrown away
 
 _NOT_DEFINITE = (
@@ -149,12 +151,9 @@ def factorise(
     >>> factorise(-A, definite=False).negative
     2
     """
-    have = backends()
-    preferred = have if definite else [name for name in _INDEFINITE if name in have]
-    backend = backend or preferred[0]
-    if backend not in have:
-        raise InputError(f"backend = {backend!r}: the installed solvers are {', '.join(have)}")
     A = hermitian(A)
+    is_complex = np.iscomplexobj(A.data)
+    backend = _chosen(backend, is_complex, definite)
     scale = scale_of(A, definite)
     try:
         found, numeric = _factors(A, backend, definite, like)
@@ -163,7 +162,7 @@ def factorise(
     factor = Factor(
         found,
         A.shape[0],
-        np.iscomplexobj(A.data),
+        is_complex,
         numeric.negative,
         numeric.nonzeros,
         numeric.solve,
@@ -173,6 +172,17 @@ def factorise(
         motions, _ = free_motions(A, factor.solve, scale)
         raise SingularError(motions)
     return factor
+
+
+def _chosen(backend: str | None, is_complex: bool, definite: bool) -> str:
+    """The backend that is wanted, or the fastest one."""
+    have = backends()
+    if backend is None:
+        preferred = have if definite else _INDEFINITE[is_complex]
+        return next(name for name in preferred if name in have)
+    if backend not in have:
+        raise InputError(f"backend = {backend!r}: the installed solvers are {', '.join(have)}")
+    return backend
 
 
 def _factors(
@@ -194,7 +204,8 @@ def _factors(
 
 def _accurate(A: sp.csc_array, numeric: Numeric) -> Numeric:
     """The factors, with a step of refinement if they need it."""
-    if _backward_error(A, numeric.solve) < ACCURATE:
+    error = _backward_error(A, numeric.solve)
+    if error < ACCURATE:
         return numeric
 
     def refined(b: Matrix) -> Matrix:
@@ -203,7 +214,9 @@ def _accurate(A: sp.csc_array, numeric: Numeric) -> Numeric:
 
     if not _backward_error(A, refined) < USABLE:
         raise BreakdownError
-    return Numeric(refined, numeric.negative, numeric.nonzeros, numeric.analysis)
+    # The signs of the pivots are those of a matrix that is as far away as this error.
+    negative = numeric.negative if error < COUNTED else None
+    return Numeric(refined, negative, numeric.nonzeros, numeric.analysis)
 
 
 def _backward_error(A: sp.csc_array, solve: Solve) -> float:

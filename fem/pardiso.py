@@ -15,7 +15,7 @@ from vanelock.fem.backend import BreakdownError, Matrix, Numeric
 
 DEFINITE, INDEFINITE = 2, -2  # matrix types of PARDISO: real symmetric
 SOLVE = 33  # its phase of forward and backward substitution
-NEGATIVE, NONZEROS = 23, 18  # of its iparm, counted from 1
+NEGATIVE, NONZEROS, PERTURBED = 23, 18, 14  # of its iparm, counted from 1
 
 
 def pardiso(A: sp.csc_array, definite: bool, like: Any = None) -> Numeric:
@@ -48,7 +48,10 @@ def pardiso(A: sp.csc_array, definite: bool, like: Any = None) -> Numeric:
         return x[:n] + 1j * x[n:]
 
     weakref.finalize(solve, solver.free_memory, everything=True)  # the library never does
-    negative = 0 if definite else int(solver.get_iparm(NEGATIVE)) // (2 if is_complex else 1)
+    negative: int | None = 0
+    if not definite:
+        count = int(solver.get_iparm(NEGATIVE)) // (2 if is_complex else 1)
+        negative = None if solver.get_iparm(PERTURBED) else count
     return Numeric(solve, negative, int(solver.get_iparm(NONZEROS)))
 
 

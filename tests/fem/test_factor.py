@@ -206,6 +206,22 @@ def test_zero_diagonal_needs_pivots(backend, is_complex):
 
 @every_backend
 @both_kinds
+@pytest.mark.parametrize("small", [1e-4, 1e-9, 1e-13, 1e-18])
+def test_small_pivots_do_not_spoil_the_solution(backend, is_complex, small):
+    # Chains of pairs [s 1; 1 s]: elimination without exchanges loses 1/s², s being small.
+    n = 40
+    turn = np.exp(0.7j) if is_complex else 1.0
+    pairs = np.tile([turn, 0.01], n)[: 2 * n - 1]
+    A = sp.diags_array([pairs.conj(), np.full(2 * n, small), pairs], offsets=[-1, 0, 1])
+    b = sides(2 * n, 2)
+    factor = factorise(A, backend, definite=False)
+    exact = np.linalg.solve(A.toarray(), b)
+    np.testing.assert_allclose(factor.solve(b), exact, atol=1e-11)
+    assert factor.negative in (None, n)
+
+
+@every_backend
+@both_kinds
 @pytest.mark.parametrize("definite", [True, False])
 def test_analysis_is_shared_by_one_pattern(backend, is_complex, definite):
     first = factorise(grid(6, 0.7 if is_complex else 0.0), backend, definite=definite)
