@@ -170,7 +170,7 @@ def factorise(
     )
     if is_singular(factor.solve, scale):
         motions, _ = free_motions(A, factor.solve, scale)
-        raise SingularError(motions)
+        raise SingularError(motions, definite)
     return factor
 
 
@@ -232,7 +232,7 @@ def _diagnosis(
     A: sp.csc_array, backend: str, definite: bool, scale: NDArray[np.float64]
 ) -> InputError:
     """The error for a matrix that has no factors."""
-    error = empty_rows(A)
+    error = empty_rows(A, definite)
     if error is not None:
         return error
     diagonal = A.diagonal().real
@@ -246,4 +246,4 @@ def _diagnosis(
     motions, values = free_motions(A, factor.solve, scale)
     if definite and values[0] < -FREE:
         return InputError(_NOT_DEFINITE)
-    return SingularError(motions)
+    return SingularError(motions, definite)

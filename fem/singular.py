@@ -36,17 +36,24 @@ class SingularError(InputError):
         Orthonormal basis of them.
     """
 
-    def __init__(self, motions: Matrix) -> None:
+    def __init__(self, motions: Matrix, definite: bool = True) -> None:
         self.motions = motions
         self.count = motions.shape[1]
         share = np.linalg.norm(motions, axis=1)
         order = np.argsort(-share, kind="stable")
         self.rows: NDArray[np.int64] = order[share[order] > MOVING * share.max()]
         free = "a motion is free" if self.count == 1 else f"{self.count} motions are free"
-        super().__init__(
-            f"the matrix is not positive definite: {free}, in {_listed(self.rows)}; a part "
-            "that is free to move as a rigid body needs a clamped set or a negative shift"
-        )
+        where = f"{free}, in {_listed(self.rows)}"
+        if definite:
+            super().__init__(
+                f"the matrix is not positive definite: {where}; a part that is free to move as a "
+                "rigid body needs a clamped set or a negative shift"
+            )
+        else:
+            super().__init__(
+                f"the matrix is singular: {where}; the shift is an eigenvalue, or a part is free "
+                "to move as a rigid body"
+            )
 
 
 def _listed(rows: NDArray[np.int64]) -> str:
@@ -100,11 +107,11 @@ def free_motions(
     return motions, values
 
 
-def empty_rows(A: sp.csc_array) -> SingularError | None:
+def empty_rows(A: sp.csc_array, definite: bool) -> SingularError | None:
     """Error for rows that hold nothing, if there are any."""
     rows = np.flatnonzero(abs(A).max(axis=1).toarray().ravel() == 0)
     if not len(rows):
         return None
     motions: Any = np.zeros((A.shape[0], len(rows)))
     motions[rows, np.arange(len(rows))] = 1
-    return SingularError(motions)
+    return SingularError(motions, definite)

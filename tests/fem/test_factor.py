@@ -193,6 +193,20 @@ def test_indefinite_matrix_counts_its_negative_eigenvalues(backend, is_complex):
 
 @every_backend
 @both_kinds
+def test_shift_at_an_eigenvalue_is_refused(backend, is_complex):
+    # The chain's eigenvalues are 2 - 2 cos(π k / 30); that of k = 10 is one, to the last bit.
+    shifted = chain(30, 0.7 if is_complex else 0.0) - sp.eye_array(30)
+    with pytest.raises(
+        SingularError, match="a motion is free.*the shift is an eigenvalue"
+    ) as caught:
+        factorise(shifted, backend, definite=False)
+    shape = np.cos(np.pi / 3 * (np.arange(30) + 0.5))
+    motion = abs(caught.value.motions[:, 0])
+    np.testing.assert_allclose(motion, abs(shape) / np.linalg.norm(shape), atol=1e-12)
+
+
+@every_backend
+@both_kinds
 def test_zero_diagonal_needs_pivots(backend, is_complex):
     # [A B; Bᴴ 0], as of constraints: the pivots on the diagonal vanish.
     A = grid(4, 0.7 if is_complex else 0.0)
@@ -265,7 +279,8 @@ def test_singular_matrix_names_the_rows_that_move(backend, is_complex, definite)
     chains = [chain(6, phase), 0.3 * chain(4, phase)]
     order = np.random.default_rng(7).permutation(135)
     singular = sp.block_diag([A, *chains], format="csc")[order][:, order]
-    with pytest.raises(SingularError, match="2 motions are free") as caught:
+    verdict = "is not positive definite" if definite else "is singular"
+    with pytest.raises(SingularError, match=f"{verdict}: 2 motions are free") as caught:
         factorise(singular, backend, definite=definite)
     error = caught.value
     assert set(order[error.rows]) == set(range(125, 135))
