@@ -36,18 +36,34 @@ class Interior(Factor):
 
     kept: NDArray[np.int64] = field(kw_only=True)
     rest: NDArray[np.int64] = field(kw_only=True)
-    _extend: Solve = field(kw_only=True, repr=False)
-    _restrict: Solve = field(kw_only=True, repr=False)
+    _down: Solve = field(kw_only=True, repr=False)
+    _up: Solve = field(kw_only=True, repr=False)
+    _half_is_root: bool = field(kw_only=True, repr=False)
 
     def extend(self, v: Any) -> Matrix:
         """Ψ v = -A_ss⁻¹ A_sm v, (s,) or (s, k): how the rest follows the kept rows statically."""
-        shape = len(self.rest), len(self.kept)
-        return in_blocks(self._extend, v, shape, self.is_complex)
+        v = np.asarray(v)
+        return self.up(np.zeros((len(self.rest), *v.shape[1:]), v.dtype), v)
 
     def restrict(self, z: Any) -> Matrix:
         """Ψᴴ z, (m,) or (m, k): what acts on the rest, carried to the kept rows."""
-        shape = len(self.kept), len(self.rest)
-        return in_blocks(self._restrict, z, shape, self.is_complex)
+        return self.down(z)[1]
+
+    def down(self, z: Any) -> tuple[Matrix, Matrix]:
+        """First sweep of a solution: what `up` goes on from, (s,) or (s, k), and Ψᴴ z."""
+        shape = len(self.rest) + len(self.kept), len(self.rest)
+        both = in_blocks(self._down, z, shape, self.is_complex)
+        return both[: len(self.rest)], both[len(self.rest) :]
+
+    def up(self, half: Matrix, v: Matrix) -> Matrix:
+        """Second sweep: A_ss⁻¹ z + Ψ v from what `down` left of z, and from v."""
+        shape = len(self.rest), len(self.rest) + len(self.kept)
+        return in_blocks(self._up, np.concatenate([half, v]), shape, self.is_complex)
+
+    def energy(self, z: Matrix, half: Matrix) -> Matrix:
+        """zᴴ A_ss⁻¹ z, (k, k), from z, (s, k), and what `down` left of it."""
+        root = half if self._half_is_root else z
+        return np.asarray(root.conj().T @ half)
 
 
 def schur_complement(
@@ -104,8 +120,9 @@ def schur_complement(
         factor.analysis,
         kept=kept,
         rest=rest,
-        _extend=factor.extend,
-        _restrict=factor.restrict,
+        _down=factor.down,
+        _up=factor.up,
+        _half_is_root=True,
     )
     if is_singular(interior.solve, scale_of(A, True)[rest]):
         factorise(A[rest][:, rest], backend)  # says why
@@ -124,6 +141,12 @@ def _by_solves(
     A_ms = A_sm.conj().T.tocsr()
     factor = factorise(A[rest][:, rest], backend, like)
     S = A[kept][:, kept].toarray() - A_ms @ factor.solve(A_sm)
+    size = len(rest)
+
+    def down(z: Matrix) -> Matrix:
+        solved = factor.solve(z)
+        return np.concatenate([solved, -(A_ms @ solved)])
+
     interior = Interior(
         factor.backend,
         factor.size,
@@ -134,7 +157,8 @@ def _by_solves(
         factor._analysis,
         kept=kept,
         rest=rest,
-        _extend=lambda v: -factor.solve(A_sm @ v),
-        _restrict=lambda z: -(A_ms @ factor.solve(z)),
+        _down=down,
+        _up=lambda both: both[:size] - factor.solve(A_sm @ both[size:]),
+        _half_is_root=False,
     )
     return (S + S.conj().T) / 2, interior

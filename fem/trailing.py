@@ -47,16 +47,17 @@ class TrailingFactor:
         y[len(self.order) :] = 0
         return self._backward(y)
 
-    def extend(self, v: Matrix) -> Matrix:
-        """Ψ v: the backward sweep from L_mmᴴ v on the kept rows has v there, and Ψ v above."""
-        y = np.zeros((self._size, v.shape[1]), self.corner.dtype, order="F")
-        y[len(self.order) :] = self.corner.conj().T @ v
-        return self._backward(y)
+    def down(self, z: Matrix) -> Matrix:
+        """L_ss⁻¹ z, and Ψᴴ z below it."""
+        y = self._forward(z)
+        y[len(self.order) :] = self.corner @ y[len(self.order) :]
+        return y
 
-    def restrict(self, z: Matrix) -> Matrix:
-        """Ψᴴ z, by the forward sweep."""
-        product: Matrix = self.corner @ self._forward(z)[len(self.order) :]
-        return product
+    def up(self, both: Matrix) -> Matrix:
+        """L_ss⁻ᴴ y + Ψ v from y and v below it: from L_mmᴴ v the backward sweep has v there."""
+        y = np.array(both, self.corner.dtype, order="F")
+        y[len(self.order) :] = self.corner.conj().T @ both[len(self.order) :]
+        return self._backward(y)
 
     @property
     def _size(self) -> int:

@@ -18,6 +18,9 @@ _modules = {
     "Contacts": "system",
     "Diameter": "system",
     "Force": "system",
+    "FrequencyErrors": "accuracy",
+    "frequency_errors": "accuracy",
+    "response_errors": "accuracy",
     "System": "system",
 }
 __all__ = list(_modules)

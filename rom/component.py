@@ -22,11 +22,27 @@ class Reduced(Product):
     basis : (b, n) or None
         Craig-Bampton coordinates (all masters, then fixed-interface modes) from the reduced ones;
         None where the two are the same.
+    vectors : (s, f) or None
+        Fixed-interface vectors of this diameter, in the order of `Condensed.transform`; None where
+        those of the component serve.
+    neglected : (3, n, n) or None
+        What the reduction leaves out, see `vanelock.rom.accuracy`; None where it is not known.
+    complete : float or None
+        Frequency up to which no fixed-interface mode is left out, Hz.
     """
 
     K: Matrix = field(metadata={"unit": "N/m"})
     M: Matrix = field(metadata={"unit": "kg"})
     basis: Matrix | None = None
+    vectors: Matrix | None = None
+    neglected: Matrix | None = None
+    complete: float | None = field(default=None, metadata={"unit": "Hz"})
+
+    def conjugate(self) -> "Reduced":
+        """The same part at the nodal diameter N - k."""
+        parts = (self.basis, self.vectors, self.neglected)
+        basis, vectors, neglected = (None if a is None else a.conj() for a in parts)
+        return Reduced(self.K.conj(), self.M.conj(), basis, vectors, neglected, self.complete)
 
 
 @dataclass(frozen=True)
@@ -34,8 +50,8 @@ class Component(Product):
     """A part reduced to its retained masters and a few modal coordinates.
 
     The reduced coordinates are, in this order: `interface_modes` amplitudes of the cyclic face
-    (none for a part in one piece), x, y, z of each retained master node, and the amplitudes of
-    the fixed-interface modes.
+    (none for a part in one piece, or by the route "cyclic"), x, y, z of each retained master node,
+    and the amplitudes of the fixed-interface vectors.
 
     Attributes
     ----------
@@ -44,30 +60,37 @@ class Component(Product):
     cyclic : bool
         Whether the part continues into its neighbours, with matrices by nodal diameter; if not,
         its one set of matrices is stored under 0 and serves every diameter.
+    route : str
+        How it was reduced: "whole" (a part in one piece), "paper", "direct" or "cyclic".
     interface_modes : int
         Number of face coordinates that come first.
+    fixed_modes : int
+        Number of fixed-interface vectors f.
     diameters : dict of int to Reduced
         Matrices by nodal diameter; where k is absent and N-k present, its conjugate serves.
     boundary_nodes : (b,) int
         All nodes that were masters of the Craig-Bampton step, cyclic faces included.
-    fixed_modes : (s, f) float
-        Fixed-interface modes on the dofs of the other nodes, mass-normalised.
-    fixed_frequencies : (f,) float
-        Their frequencies, Hz.
+    vectors : (s, f) float or None
+        Fixed-interface vectors on the dofs of the other nodes, mass-normalised, where they are the
+        same at all diameters.
+    band : float or None
+        Frequency up to which an accuracy was asked for, Hz.
     """
 
     masters: Masters
     cyclic: bool
+    route: str
     interface_modes: int
+    fixed_modes: int
     diameters: dict[int, Reduced]
     boundary_nodes: NDArray[np.int64]
-    fixed_modes: NDArray[np.float64] = field(metadata={"unit": "1/sqrt(kg)"})
-    fixed_frequencies: NDArray[np.float64] = field(metadata={"unit": "Hz"})
+    vectors: NDArray[np.float64] | None = field(default=None, metadata={"unit": "kg^-0.5"})
+    band: float | None = field(default=None, metadata={"unit": "Hz"})
 
     @property
     def size(self) -> int:
         """Number of reduced coordinates."""
-        return self.interface_modes + 3 * len(self.masters.nodes) + len(self.fixed_frequencies)
+        return self.interface_modes + 3 * len(self.masters.nodes) + self.fixed_modes
 
     def at(self, nodal_diameter: int) -> Reduced:
         """Matrices of a nodal diameter.
@@ -83,9 +106,7 @@ class Component(Product):
         if k in self.diameters:
             return self.diameters[k]
         if (mirrored := (self.masters.sectors - k) % self.masters.sectors) in self.diameters:
-            found = self.diameters[mirrored]
-            basis = None if found.basis is None else found.basis.conj()
-            return Reduced(found.K.conj(), found.M.conj(), basis)
+            return self.diameters[mirrored].conjugate()
         have = ", ".join(str(k) for k in sorted(self.diameters))
         raise InputError(f"{self.masters.part}: not reduced at nodal diameter {k} (only at {have})")
 

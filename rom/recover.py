@@ -1,6 +1,6 @@
 """From reduced coordinates back to the displacement, strain and stress of every node."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -8,10 +8,33 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from vanelock.errors import InputError
-from vanelock.fem import Factor, Model, factorise
+from vanelock.fem import Model, factorise
 from vanelock.rom import fields
 from vanelock.rom.component import Component
-from vanelock.rom.craig_bampton import partition
+from vanelock.rom.condensed import Condensed, condensed
+from vanelock.rom.held import Solve
+from vanelock.rom.problem import Problem, problem
+from vanelock.rom.system import Matrix
+
+
+@dataclass(frozen=True)
+class Statics:
+    """How a part follows its masters statically at a nodal diameter.
+
+    Attributes
+    ----------
+    solve : callable
+        K_ss⁻¹ b.
+    K_sm : (s, m) sparse
+        Stiffness between slaves and masters.
+    masters, slaves : (n, m), (n, s) sparse
+        The part's free dofs from those of masters and of slaves.
+    """
+
+    solve: Solve
+    K_sm: sp.csr_array
+    masters: sp.csr_array
+    slaves: sp.csr_array
 
 
 @dataclass(frozen=True)
@@ -19,28 +42,28 @@ class Recovery:
     """Displacement fields of one part, computed when asked for.
 
     Constraint modes are not stored: a field costs one solve with the part's stiffness, its masters
-    held, which is factorised once, here.
+    held, which is factorised once for all nodal diameters, when it is first needed.
 
     Attributes
     ----------
     component : Component
         The reduced part.
-    model : fem.Model
-        The model that was reduced.
-    factor : fem.Factor
-        Factors of K_ss.
-    masters, slaves : int arrays
-        The model's dofs.
+    problem : Problem
+        What was reduced.
     """
 
     component: Component
-    model: Model
-    factor: Factor
-    masters: NDArray[np.int64]
-    slaves: NDArray[np.int64]
+    problem: Problem
+    _statics: dict[int, Statics] = field(default_factory=dict, repr=False)
+    _shared: list[Condensed] = field(default_factory=list, repr=False)
+
+    @property
+    def model(self) -> Model:
+        """The model that was reduced."""
+        return self.problem.model
 
     def displacement(
-        self, coordinates: NDArray[np.complex128], nodal_diameter: int, sector: int = 0
+        self, coordinates: NDArray[Any], nodal_diameter: int, sector: int = 0
     ) -> NDArray[np.complex128]:
         """Cartesian displacement of each node of a sector, (nodes, 3) or (nodes, 3, k), m.
 
@@ -57,18 +80,15 @@ class Recovery:
         name, size = self.component.masters.part, self.component.size
         if len(q) != size:
             raise InputError(f"{name}: {len(q)} coordinates given, it has {size}")
-        columns = q.reshape(len(q), -1)
         basis = self.component.at(nodal_diameter).basis
-        x = columns if basis is None else basis @ columns
-        x_m, eta = x[: len(self.masters)], x[len(self.masters) :]
-        K_sm = self.model.K.tocsc()[self.slaves][:, self.masters]
-        field = np.zeros((self.model.K.shape[0], columns.shape[1]), complex)
-        field[self.masters] = x_m
-        field[self.slaves] = self.component.fixed_modes @ eta - self._solve(K_sm @ x_m)
-        shape = (*self.model.dofs.shape, columns.shape[1])
-        clamped = self.model.dofs < 0
-        u = np.where(clamped[..., None], 0.0, field[self.model.dofs.ravel()].reshape(shape))
-        u = u.reshape(*self.model.dofs.shape, *q.shape[1:])
+        x = q.reshape(size, -1) if basis is None else basis @ q.reshape(size, -1)
+        masters = len(x) - self.component.fixed_modes
+        part = self.statics(nodal_diameter)
+        x_s = self._vectors(nodal_diameter) @ x[masters:] - part.solve(part.K_sm @ x[:masters])
+        free = part.masters @ x[:masters] + part.slaves @ x_s
+        u = self.model.field(np.asarray(free, complex)).reshape(
+            *self.model.dofs.shape, *q.shape[1:]
+        )
         return fields.in_sector(u, nodal_diameter, self.model.part.sectors, sector)
 
     def adjoint(self, functional: Any, nodal_diameter: int) -> NDArray[np.complex128]:
@@ -81,11 +101,11 @@ class Recovery:
         nodal_diameter : int
             The diameter of the coordinates.
         """
-        G = sp.csc_array(functional)
-        g_m, g_s = G[:, self.masters].toarray(), G[:, self.slaves].toarray()
-        K_sm = self.model.K.tocsc()[self.slaves][:, self.masters]
-        row_m = g_m - (K_sm.T @ self._solve(g_s.T)).T
-        rows = np.hstack([row_m, g_s @ self.component.fixed_modes])
+        part, G = self.statics(nodal_diameter), sp.csr_array(functional)
+        g_s = (G @ part.slaves).toarray()
+        follow = part.solve(g_s.conj().T).conj().T
+        row_m = (G @ part.masters).toarray() - follow @ part.K_sm
+        rows = np.hstack([row_m, g_s @ self._vectors(nodal_diameter)])
         basis = self.component.at(nodal_diameter).basis
         return np.asarray(rows if basis is None else rows @ basis)
 
@@ -108,15 +128,44 @@ class Recovery:
         """
         return fields.rows(self, functional, nodal_diameter, sector)
 
-    def _solve(self, b: NDArray[np.complex128]) -> NDArray[np.complex128]:
-        """K_ss⁻¹ b by one real solve."""
-        k = b.shape[1]
-        x = self.factor.solve(np.hstack([b.real, np.imag(b)]))
-        return np.asarray(x[:, :k] + 1j * x[:, k:])
+    def statics(self, nodal_diameter: int) -> Statics:
+        """The part at a nodal diameter, its masters held."""
+        cyclic = self.component.route == "cyclic"
+        k = nodal_diameter % self.model.part.sectors if cyclic else 0
+        if k not in self._statics:
+            self._statics[k] = self._sector(k) if cyclic else self._piece()
+        return self._statics[k]
+
+    def _vectors(self, nodal_diameter: int) -> Matrix:
+        found = self.component.at(nodal_diameter).vectors
+        found = self.component.vectors if found is None else found
+        if found is None:
+            raise InputError(f"{self.component.masters.part}: it holds no fixed-interface vectors")
+        return found
+
+    def _piece(self) -> Statics:
+        """The part by itself; its cyclic faces are masters where it has them."""
+        given, n = self.problem, self.problem.K.shape[0]
+        m = given.boundary_rows
+        s = np.setdiff1d(np.arange(n), m)
+        K_s = given.K[s]
+        unit = sp.eye_array(n, format="csc")
+        factor = factorise(K_s[:, s].tocsc())
+        return Statics(factor.solve, K_s[:, m].tocsr(), unit[:, m].tocsr(), unit[:, s].tocsr())
+
+    def _sector(self, nodal_diameter: int) -> Statics:
+        """The sector at a nodal diameter, its right face following the left one."""
+        if not self._shared:
+            self._shared.append(condensed(self.problem))
+        (shared,) = self._shared
+        given = self.problem
+        T = shared.transform(nodal_diameter)
+        unit = sp.eye_array(given.K.shape[0], format="csc")
+        K_sm = sp.csr_array(T.conj().T @ given.K[:, given.rows])
+        held = shared.held(nodal_diameter)
+        return Statics(held.solve, K_sm, unit[:, given.rows].tocsr(), T.tocsr())
 
 
 def recovery(component: Component, model: Model) -> Recovery:
-    """Prepare the recovery of a part's displacement fields: one factorisation."""
-    masters, slaves = partition(model, component.boundary_nodes)
-    K_ss = model.K.tocsc()[slaves][:, slaves]
-    return Recovery(component, model, factorise(K_ss), masters, slaves)
+    """Prepare the recovery of a part's displacement fields."""
+    return Recovery(component, problem(model, component.masters, component.cyclic))

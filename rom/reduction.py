@@ -1,30 +1,37 @@
-"""From a finite-element model to a component: Craig-Bampton, cyclic symmetry, Tran."""
+"""From a finite-element model to a component, by one of three routes."""
 
 from collections.abc import Iterable, Sequence
 from typing import Literal
 
-import numpy as np
-from numpy.typing import NDArray
-
 from vanelock.errors import InputError
-from vanelock.fem import Model, cyclic_faces
-from vanelock.rom.component import Component, Reduced
-from vanelock.rom.craig_bampton import CraigBampton, craig_bampton
-from vanelock.rom.cyclic import cyclic_constraint
+from vanelock.fem import Model
+from vanelock.rom.component import Component
+from vanelock.rom.cyclic_first import cyclic_first
+from vanelock.rom.direct import direct
 from vanelock.rom.masters import choose
-from vanelock.rom.tran import Interface, interface_basis
+from vanelock.rom.paper import paper
+from vanelock.rom.problem import problem
+from vanelock.rom.selection import DEFAULT, Selection
+from vanelock.rom.tran import Interface
+from vanelock.rom.whole import whole
 
-Route = Literal["paper"]
+Route = Literal["cyclic", "direct", "paper"]
+MODES = 10
+"""Fixed-interface and face modes of the routes "paper" and "direct" unless given."""
 
 
 def reduce(
     model: Model,
     masters: Sequence[str],
-    modes: int = 10,
+    modes: int | None = None,
     nodal_diameters: Iterable[int] | None = None,
-    route: Route = "paper",
-    interface: Interface = "published",
-    interface_modes: int = 10,
+    route: Route = "cyclic",
+    interface: Interface | None = None,
+    interface_modes: int | None = None,
+    *,
+    cutoff: float | None = None,
+    accuracy: float | None = None,
+    band: float | None = None,
 ) -> Component:
     """Reduce one part to its master nodes and a few modes.
 
@@ -33,84 +40,78 @@ def reduce(
     model : fem.Model
         Sparse stiffness and mass of the part.
     masters : sequence of str
-        Node sets whose displacements are kept, in this order. The cyclic faces `left` and `right`
-        are masters by themselves where the part is cyclic.
-    modes : int
-        Fixed-interface modes kept.
+        Node sets whose displacements are kept, in this order.
+    modes : int, optional
+        Fixed-interface modes kept, the lowest ones.
     nodal_diameters : iterable of int, optional
         Reduce a cyclic part at these diameters; None: the part is in one piece.
-    route : "paper"
-        Craig-Bampton with every face dof a master, then cyclic symmetry, then Tran.
-    interface : "published" or "followed"
-        Basis of the face, see `vanelock.rom.tran`.
-    interface_modes : int
-        Face modes kept; at most the face's dofs.
+    route : {"cyclic", "direct", "paper"}
+        For a cyclic part. "cyclic": cyclic symmetry first, then Craig-Bampton; the most accurate
+        for its size. "paper": Craig-Bampton with every dof of the cyclic faces `left` and `right`
+        a master, then cyclic symmetry, then Tran's reduction of the faces, as published. "direct":
+        the same subspace as "paper" without forming the faces' columns.
+    interface : {"published", "followed"}, optional
+        Basis of the face in the routes "paper" and "direct", see `vanelock.rom.tran`; "published"
+        unless given.
+    interface_modes : int, optional
+        Face modes kept there, at most the face's dofs; ten unless given.
+    cutoff : float, optional
+        Instead of `modes`: all fixed-interface modes up to this frequency, Hz.
+    accuracy : float, optional
+        Instead of `modes`: what it takes for every natural frequency in the band, whatever the part
+        is joined to, to be within this relative error; see `vanelock.rom.fixed`. 1e-4 where
+        nothing else is given and the route allows it.
+    band : float, optional
+        Frequency up to which the accuracy holds, Hz; up to the part's tenth elastic mode with its
+        masters free unless given.
 
     Raises
     ------
     InputError
-        If a set is missing or clamped, or a count is out of range.
+        If a set is missing or clamped, a value is out of range, or the part can move although its
+        masters are held.
     """
-    if route != "paper":
-        raise InputError(f'route = "{route}": allowed is "paper"')
-    part = model.part
-    kept = choose(part, tuple(masters))
-
     cyclic = nodal_diameters is not None
-    if not cyclic:
-        reduced = craig_bampton(model, kept.nodes, modes)
-        diameters = {0: Reduced(reduced.K, reduced.M)}
-        interface_modes = 0
-    else:
-        left, right = _free_faces(model)
-        if shared := sorted(set(kept.nodes) & {*left, *right}):
-            raise InputError(f"{part.name}: node {shared[0]} is a master and on a cyclic face")
-        if not 1 <= interface_modes <= 3 * len(left):
-            raise InputError(
-                f"interface_modes = {interface_modes}: allowed are 1 to {3 * len(left)}, "
-                "the dofs of a face"
-            )
-        reduced = craig_bampton(model, np.concatenate([left, right, kept.nodes]), modes)
-        diameters = {
-            k: _at_diameter(reduced, len(left), k, part.sectors, interface, interface_modes)
-            for k in sorted({k % part.sectors for k in nodal_diameters or ()})
-        }
-    return Component(
-        masters=kept,
-        cyclic=cyclic,
-        interface_modes=interface_modes,
-        diameters=diameters,
-        boundary_nodes=reduced.nodes,
-        fixed_modes=reduced.fixed_modes,
-        fixed_frequencies=reduced.fixed_frequencies,
-    )
+    _check_route(route, interface, interface_modes, accuracy, cyclic)
+    given = problem(model, choose(model.part, tuple(masters)), cyclic)
+    if modes is None and cutoff is None and accuracy is None:
+        if cyclic and route != "cyclic":
+            modes = MODES
+        else:
+            accuracy = DEFAULT
+    wanted = Selection(modes, cutoff, accuracy, band)
+    if nodal_diameters is None:
+        return whole(given, wanted)
+    diameters = sorted({k % model.part.sectors for k in nodal_diameters})
+    if route == "cyclic":
+        return cyclic_first(given, wanted, diameters)
+    follow = {"paper": paper, "direct": direct}[route]
+    return follow(given, wanted, diameters, interface or "published", interface_modes or MODES)
 
 
-def _free_faces(model: Model) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Matching nodes of the left and right faces, those of clamped edges left out."""
-    left, right = cyclic_faces(model.part, model.part.sectors)
-    free = model.dofs[left, 0] >= 0
-    if np.any(alone := free != (model.dofs[right, 0] >= 0)):
+def _check_route(
+    route: str,
+    interface: str | None,
+    interface_modes: int | None,
+    accuracy: float | None,
+    cyclic: bool,
+) -> None:
+    """Refuse what a route does not know, rather than leave it unheeded."""
+    if route not in ("cyclic", "direct", "paper"):
+        raise InputError(f'route = "{route}": allowed are "cyclic", "direct" and "paper"')
+    if interface not in (None, "published", "followed"):
+        raise InputError(f'interface = "{interface}": allowed are "published" and "followed"')
+    if interface_modes is not None and interface_modes < 1:
+        raise InputError(f"interface_modes = {interface_modes}: allowed are 1 and more")
+    if cyclic and route == "cyclic":
+        for name, value in (("interface", interface), ("interface_modes", interface_modes)):
+            if value is not None:
+                raise InputError(
+                    f'{name} = {value}: the route "cyclic" has no interface to reduce: '
+                    'choose route = "direct" or "paper"'
+                )
+    if cyclic and route != "cyclic" and accuracy is not None:
         raise InputError(
-            f"{model.part.name}: node {left[alone][0]} of `left` and its mate {right[alone][0]} of "
-            "`right`: one is clamped, the other free"
+            f'accuracy = {accuracy:g}: the route "{route}" takes modes or cutoff; '
+            'accuracy needs route = "cyclic"'
         )
-    return left[free], right[free]
-
-
-def _at_diameter(
-    part: CraigBampton,
-    faces: int,
-    nodal_diameter: int,
-    sectors: int,
-    interface: Interface,
-    interface_modes: int,
-) -> Reduced:
-    """Cyclic symmetry, then Tran, of Craig-Bampton matrices with the two faces first."""
-    W_cs = cyclic_constraint(faces, len(part.K) - 6 * faces, nodal_diameter, sectors)
-    K = W_cs.conj().T @ (part.K @ W_cs)
-    M = W_cs.conj().T @ (part.M @ W_cs)
-    masters = 3 * (len(part.nodes) - 2 * faces)
-    W = interface_basis(K, M, 3 * faces, masters, interface_modes, interface)
-    K, M = W.conj().T @ K @ W, W.conj().T @ M @ W
-    return Reduced((K + K.conj().T) / 2, (M + M.conj().T) / 2, W_cs @ W)

@@ -17,6 +17,7 @@ import numpy as np
 import scipy.linalg as sl
 
 from vanelock.errors import InputError
+from vanelock.rom.held import hermitian
 from vanelock.rom.system import Matrix
 
 Interface = Literal["published", "followed"]
@@ -52,12 +53,10 @@ def interface_basis(
         X = -np.linalg.solve(K[t, t], K[t, b]) if masters else np.zeros((0, faces), K.dtype)
         S = K[b, b] + K[b, t] @ X
         M_aux = M[b, b] + M[b, t] @ X + X.conj().T @ (M[t, b] + M[t, t] @ X)
-        modes = sl.eigh(_hermitian(S), _hermitian(M_aux), subset_by_index=lowest)[1]
-    elif interface == "followed":
-        modes = sl.eigh(_hermitian(K[b, b]), _hermitian(M[b, b]), subset_by_index=lowest)[1]
-        follow = -np.linalg.solve(K[b, b], K[b, t])
+        modes = sl.eigh(hermitian(S), hermitian(M_aux), subset_by_index=lowest)[1]
     else:
-        raise InputError(f'interface = "{interface}": allowed are "published" and "followed"')
+        modes = sl.eigh(hermitian(K[b, b]), hermitian(M[b, b]), subset_by_index=lowest)[1]
+        follow = -np.linalg.solve(K[b, b], K[b, t])
     fixed = len(K) - faces - masters
     W = np.zeros((len(K), count + masters + fixed), K.dtype)
     W[b, :count] = modes
@@ -66,5 +65,7 @@ def interface_basis(
     return W
 
 
-def _hermitian(A: Matrix) -> Matrix:
-    return (A + A.conj().T) / 2
+def check_count(count: int, faces: int) -> None:
+    """Refuse a number of interface modes that a face of that many dofs has not."""
+    if not 1 <= count <= faces:
+        raise InputError(f"interface_modes = {count}: allowed are 1 to {faces}, the dofs of a face")

@@ -111,8 +111,10 @@ def scene():
     steel = fem.Material(E=170e9, nu=0.3, rho=8200)
     vane_model = fem.assemble(mesh.vane_segment(size=size), steel)
     casing_model = fem.assemble(mesh.casing_sector(size=size), steel)
-    vane = rom.reduce(vane_model, VANE_MASTERS, modes=10)
-    casing = rom.reduce(casing_model, CASING_MASTERS, modes=10, nodal_diameters=[0, 1, 2, 3, 8])
+    vane = rom.reduce(vane_model, VANE_MASTERS)
+    casing = rom.reduce(
+        casing_model, CASING_MASTERS, nodal_diameters=[0, 1, 2, 3, 8], band=vane.band
+    )
     system = rom.join(vane, casing, JOINTS, rom.Excitation(1, force=30.0), damping_ratio=0.003)
 
     @lru_cache

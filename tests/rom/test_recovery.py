@@ -16,8 +16,8 @@ N = 5
 STEEL = fem.Material(E=200e9, nu=0.3, rho=7800.0)
 
 
-@pytest.fixture(scope="module")
-def ring(lattice):
+@pytest.fixture(scope="module", params=["cyclic", "direct", "paper"])
+def ring(lattice, request):
     """A sector of a clamped ring with three master nodes, reduced at each diameter."""
 
     def place(p):
@@ -37,7 +37,10 @@ def ring(lattice):
     }
     part = replace(part, name="ring", node_sets=sets)
     model = fem.assemble(part, STEEL)
-    component = rom.reduce(model, ("force",), 6, nodal_diameters=range(N), interface_modes=8)
+    options = {} if request.param == "cyclic" else {"interface_modes": 8}
+    component = rom.reduce(
+        model, ("force",), 6, nodal_diameters=range(N), route=request.param, **options
+    )
     return rom.recovery(component, model)
 
 

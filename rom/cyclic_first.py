@@ -1,0 +1,61 @@
+"""The route "cyclic": cyclic symmetry on the sparse matrices, then Craig-Bampton.
+
+At each nodal diameter the right face follows the left one, and what is left is a part like any
+other whose matrices are complex: its masters are those of contacts, loads and outputs alone, its
+fixed-interface modes are cyclic ones, and no interface remains to be reduced. All nodal diameters
+share one real factorisation (`vanelock.rom.condensed`).
+"""
+
+from collections.abc import Iterable
+
+import scipy.sparse as sp
+
+from vanelock.errors import InputError
+from vanelock.rom.component import Component
+from vanelock.rom.condensed import Condensed, condensed
+from vanelock.rom.held import HeldPart, held_part
+from vanelock.rom.problem import Problem
+from vanelock.rom.projection import projected
+from vanelock.rom.selection import Selection, own_band
+
+
+def cyclic_first(problem: Problem, wanted: Selection, diameters: Iterable[int]) -> Component:
+    """Reduce a cyclic part at nodal diameters; all keep equally many fixed-interface vectors."""
+    shared = condensed(problem)
+    products, band = {}, wanted.band
+    for k in diameters:
+        part = at_diameter(shared, k)
+        products[k] = projected(part, wanted.of(part))
+        if wanted.accuracy is not None and wanted.band is None:
+            band = max(band or 0.0, own_band(part))
+    count = max((found.candidates.count for found in products.values()), default=0)
+    for k, found in products.items():
+        if count > found.candidates.most:
+            raise InputError(
+                f"{problem.model.part.name}: nodal diameter {k} has only {found.candidates.most} "
+                f"of the {count} fixed-interface vectors that others need: give modes"
+            )
+    return Component(
+        masters=problem.masters,
+        cyclic=True,
+        route="cyclic",
+        interface_modes=0,
+        fixed_modes=count,
+        diameters={k: p.reduced(count, p.vectors(count)) for k, p in products.items()},
+        boundary_nodes=problem.masters.nodes,
+        band=band,
+    )
+
+
+def at_diameter(shared: Condensed, nodal_diameter: int) -> HeldPart:
+    """The sector at a nodal diameter, its masters held."""
+    problem, t = shared.problem, shared.problem.rows
+    T = shared.transform(nodal_diameter)
+    adjoint = T.conj().T.tocsr()
+    M_t = problem.M[:, t]
+    return held_part(
+        shared.held(nodal_diameter),
+        sp.csc_array(adjoint @ M_t),
+        sp.csc_array(adjoint @ (problem.M @ T)),
+        M_t[t],
+    )

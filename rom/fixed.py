@@ -1,0 +1,223 @@
+"""Which fixed-interface vectors to keep: a number of modes, all below a frequency, or by accuracy.
+
+A Craig-Bampton model answers static loads on its masters exactly. What it misses is the dynamics
+of the slaves that its vectors B leave out: at ω, the masters' dynamic stiffness is too large by
+
+    ω⁴ E,    E = Lᴴ [(K_ss - ω² M_ss)⁻¹ - B (Bᴴ (K_ss - ω² M_ss) B)⁻¹ Bᴴ] L ≥ 0,
+
+for ω below the fixed-interface modes left out. A mode of any structure that the part belongs to,
+of unit mass and frequency ω, moves its masters so that x_mᴴ K_mm x_m ≤ ω² and
+x_mᴴ M̃ x_m ≤ 1, with M̃ the least mass that moves with x_m, since stiffness and mass of other parts
+and of joints are positive. The frequencies of all such structures up to ω are therefore in error by
+
+    δω/ω = ω² x_mᴴ E x_m / 2 ≤ largest eigenvalue of (ω² E, K_mm/ω² + M̃),
+
+whatever the joints do. So the eigenvectors x of that pencil, with their static answers Y x, are
+the vectors worth keeping: those whose eigenvalue exceeds the accuracy. First E is taken at ω = 0,
+where it costs nothing more; the vectors kept leave an error of higher order in ω, whose residual
+is treated in the same way until all is below the accuracy. (That static answers to inertia forces
+are worth more than further modes is known as modal truncation augmentation: Dickens, Nakagawa and
+Wittbrodt, Computers & Structures 62 (1997) 985-998; their choice by this bound is our own.)
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.linalg as sl
+import scipy.sparse as sp
+from numpy.typing import NDArray
+
+from vanelock.errors import InputError
+from vanelock.rom.held import HeldPart, Solve, hermitian
+from vanelock.rom.krylov import BLOCK, lowest_modes
+from vanelock.rom.system import Matrix
+
+MARGIN = 2.0
+"""Modes up to this multiple of the highest frequency are kept exactly."""
+LEVELS = 6
+"""Times at which what is left of the error is treated again."""
+RESERVE = 12
+"""Vectors at hand beyond those needed, so that all nodal diameters may keep equally many."""
+_ROUND_OFF = 1e-12
+
+
+@dataclass(frozen=True)
+class Fixed:
+    """Fixed-interface modes, the lowest ones.
+
+    Attributes
+    ----------
+    vectors : (s, f)
+        Mass-normalised.
+    omega_squared : (f,) float
+        Ascending, rad²/s².
+    complete : float
+        Circular frequency up to which no fixed-interface mode is left out, rad/s.
+    """
+
+    vectors: Matrix
+    omega_squared: NDArray[np.float64]
+    complete: float
+
+
+def fixed_modes(
+    solve: Solve, M_ss: sp.csc_array, count: int | None = None, below: float | None = None
+) -> Fixed:
+    """Lowest fixed-interface modes: a number of them, or all up to a circular frequency.
+
+    Raises
+    ------
+    InputError
+        If there are fewer than that.
+    """
+    s = M_ss.shape[0]
+    if count is not None and not 0 <= count < s:
+        raise InputError(
+            f"{count} fixed-interface modes of {s} slave dofs: allowed are 0 to {s - 1}"
+        )
+    if count == 0:
+        return Fixed(np.empty((s, 0), M_ss.dtype), np.empty(0), 0.0)
+
+    def enough(squared: NDArray[np.float64]) -> int | None:
+        if below is None:
+            return count if count is not None and len(squared) >= count else None
+        inside = int(np.sum(squared <= below**2))
+        return inside + 1 if inside < len(squared) else None
+
+    rng = np.random.default_rng(0)
+    start = rng.standard_normal((s, min(s, BLOCK))).astype(M_ss.dtype)
+    squared, vectors = lowest_modes(solve, lambda x: M_ss @ x, start, enough)
+    complete = float(np.sqrt(squared[-1]))
+    if below is not None:  # the last one lies above and only proves that none is missing
+        squared, vectors = squared[:-1], vectors[:, :-1]
+    return Fixed(vectors, squared, complete)
+
+
+@dataclass(frozen=True)
+class Candidates:
+    """Fixed-interface modes, and vectors beside them of which the first few are needed.
+
+    Attributes
+    ----------
+    modes : Fixed
+        Exact modes.
+    vectors : (s, a)
+        Further vectors, K- and M-orthogonal to the modes, in the order of their use.
+    stiffness, mass : (a, a)
+        Their matrices.
+    needed : int
+        How many of them the accuracy asks for.
+    """
+
+    modes: Fixed
+    vectors: Matrix
+    stiffness: Matrix
+    mass: Matrix
+    needed: int
+
+    @classmethod
+    def exactly(cls, modes: Fixed) -> "Candidates":
+        """Fixed-interface modes and nothing beside them."""
+        s, none = len(modes.vectors), np.empty((0, 0), modes.vectors.dtype)
+        return cls(modes, np.empty((s, 0), modes.vectors.dtype), none, none, 0)
+
+    @property
+    def count(self) -> int:
+        """Number of modes and vectors needed together."""
+        return len(self.modes.omega_squared) + self.needed
+
+    @property
+    def most(self) -> int:
+        """Number of modes and vectors there are."""
+        return len(self.modes.omega_squared) + int(self.vectors.shape[1])
+
+    def all(self, count: int | None = None) -> Matrix:
+        """(s, f + a) the modes and the vectors, or the first of them."""
+        return np.hstack([self.modes.vectors, self.vectors])[:, :count]
+
+    def first(self, count: int) -> tuple[Matrix, NDArray[np.float64]]:
+        """Combinations of the first `count` of them that Rayleigh and Ritz call modes.
+
+        Returns
+        -------
+        (count, count) coefficients and (count,) their ω², rad²/s².
+        """
+        exact = len(self.modes.omega_squared)
+        if count == exact:
+            return np.eye(exact), self.modes.omega_squared
+        used = slice(count - exact)
+        values, V = sl.eigh(self.stiffness[used, used], self.mass[used, used])
+        squared = np.concatenate([self.modes.omega_squared, values])
+        return sl.block_diag(np.eye(exact), V), squared
+
+
+def accurate(part: HeldPart, accuracy: float, highest: float) -> Candidates:
+    """Vectors for frequencies up to `highest` within a relative error.
+
+    Parameters
+    ----------
+    part : HeldPart
+        The part with its masters held.
+    accuracy : float
+        Largest relative error of any natural frequency, from this part.
+    highest : float
+        Circular frequency up to which that holds, rad/s.
+    """
+    modes = fixed_modes(part.held.solve, part.M_ss, below=MARGIN * highest)
+    Phi, squared = modes.vectors, modes.omega_squared
+    bound = (1 - MARGIN**-2) * accuracy  # E at ω exceeds E at 0 by no more
+    m_j = Phi.conj().T @ part.inertia
+    E = part.compliance - (m_j.conj().T / squared) @ m_j
+    metric = part.K_mm / highest**2 + part.M_mm - m_j.conj().T @ m_j
+    error, X = _pencil(highest**2 * E, metric)
+    first = int(np.sum(error > bound))
+    most = min(first + RESERVE, int(np.sum(error > _ROUND_OFF * error[0])))
+    # Inertia forces without what the modes take up, and their static answers.
+    m_x = m_j @ X[:, :most]
+    loads = part.inertia @ X[:, :most] - part.M_ss @ (Phi @ m_x)
+    answers = part.held.solve(loads)
+    W, KW = answers[:, :first], loads[:, :first]
+    for _ in range(LEVELS):
+        more, of_more = _missing(part, modes, W, KW, loads[:, :first], bound, highest)
+        if more.shape[1] == 0:
+            break
+        W, KW = np.hstack([W, more]), np.hstack([KW, of_more])
+    needed = W.shape[1]
+    W, KW = np.hstack([W, answers[:, first:]]), np.hstack([KW, loads[:, first:]])
+    scale = 1 / np.sqrt(np.einsum("ij,ij->j", W.conj(), KW).real)
+    W, KW = W * scale, KW * scale
+    mass = hermitian(W.conj().T @ (part.M_ss @ W))
+    return Candidates(modes, W, hermitian(W.conj().T @ KW), mass, needed)
+
+
+def _missing(
+    part: HeldPart,
+    modes: Fixed,
+    W: Matrix,
+    KW: Matrix,
+    loads: Matrix,
+    bound: float,
+    highest: float,
+) -> tuple[Matrix, Matrix]:
+    """Static answers, and their loads, to what W leaves of the loads at the highest frequency."""
+    if W.shape[1] == 0:
+        return W, KW
+    MW = part.M_ss @ W
+    scale = 1 / np.sqrt(np.einsum("ij,ij->j", W.conj(), KW).real)
+    D = scale[:, None] * hermitian(W.conj().T @ KW - highest**2 * (W.conj().T @ MW)) * scale
+    c = scale[:, None] * sl.solve(D, scale[:, None] * (W.conj().T @ loads), assume_a="her")
+    left = loads - KW @ c + highest**2 * (MW @ c)
+    left -= part.M_ss @ (modes.vectors @ (modes.vectors.conj().T @ left))
+    more = part.held.solve(left)
+    error, V = sl.eigh(highest**2 * hermitian(left.conj().T @ more))
+    kept = error > bound
+    return more @ V[:, kept], left @ V[:, kept]
+
+
+def _pencil(A: Matrix, B: Matrix) -> tuple[NDArray[np.float64], Matrix]:
+    """Eigenvalues of (A, B), descending, with XᴴBX = 1; B scaled to a unit diagonal first."""
+    scale = 1 / np.sqrt(np.diagonal(B).real)
+    values, V = sl.eigh(
+        hermitian(scale[:, None] * A * scale), hermitian(scale[:, None] * B * scale)
+    )
+    return values[::-1], (scale[:, None] * V)[:, ::-1]

@@ -1,0 +1,129 @@
+"""A part with its masters held: what every choice of fixed-interface vectors starts from.
+
+    Ψ = -K_ss⁻¹ K_sm        constraint modes, the static answer to the masters
+    L = M_sm + M_ss Ψ       inertia forces of the static answer, per acceleration of the masters
+
+with K_mm + K_ms Ψ and M_mm + M_ms Ψ + ΨᴴL as the masters' matrices, Guyan's. Ψ itself is not kept.
+Of the factors of K_ss it takes one sweep up for Ψ and one down for ΨᴴL and LᴴK_ss⁻¹L.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+import scipy.sparse as sp
+
+from vanelock.fem import Interior
+from vanelock.rom.system import Matrix
+
+Solve = Callable[[Matrix], Matrix]
+
+COLUMNS = 128
+"""Constraint modes computed at a time: large enough for blocked solves, small in memory."""
+
+
+class HeldStiffness(Protocol):
+    """The stiffness of a part whose masters are held, as factors."""
+
+    @property
+    def stiffness(self) -> Matrix:
+        """(m, m) stiffness of the part moved by its masters."""
+
+    def solve(self, b: Matrix) -> Matrix:
+        """K_ss⁻¹ b."""
+
+    def extend(self, x_m: Matrix) -> Matrix:
+        """Ψ x_m."""
+
+    def gather(self, b: Matrix) -> tuple[Matrix, Matrix]:
+        """Ψᴴ b and bᴴ K_ss⁻¹ b."""
+
+
+@dataclass(frozen=True)
+class Piece:
+    """A part in one piece, condensed to its masters.
+
+    Attributes
+    ----------
+    stiffness : (m, m)
+        Of the part moved by its masters.
+    slaves : fem.Interior
+        Factors of K_ss.
+    """
+
+    stiffness: Matrix
+    slaves: Interior
+
+    def solve(self, b: Matrix) -> Matrix:
+        """K_ss⁻¹ b."""
+        return np.asarray(self.slaves.solve(b))
+
+    def extend(self, x_m: Matrix) -> Matrix:
+        """Ψ x_m."""
+        return np.asarray(self.slaves.extend(x_m))
+
+    def gather(self, b: Matrix) -> tuple[Matrix, Matrix]:
+        """Ψᴴ b and bᴴ K_ss⁻¹ b."""
+        half, gathered = self.slaves.down(b)
+        return gathered, self.slaves.energy(b, half)
+
+
+@dataclass(frozen=True)
+class HeldPart:
+    """Matrices of a part, m master and s slave dofs; real, or complex at a nodal diameter.
+
+    Attributes
+    ----------
+    held : HeldStiffness
+        K_ss.
+    M_ss : (s, s) sparse
+        Mass of the slaves.
+    K_mm, M_mm : (m, m)
+        Stiffness and mass of the part moved by its masters.
+    inertia : (s, m)
+        L.
+    compliance : (m, m)
+        Lᴴ K_ss⁻¹ L.
+    """
+
+    held: HeldStiffness
+    M_ss: sp.csc_array
+    K_mm: Matrix
+    M_mm: Matrix
+    inertia: Matrix
+    compliance: Matrix
+
+
+def held_part(
+    held: HeldStiffness, M_sm: sp.csc_array, M_ss: sp.csc_array, M_mm: sp.csc_array
+) -> HeldPart:
+    """One blocked solve for each master dof.
+
+    Parameters
+    ----------
+    held : HeldStiffness
+        The stiffness.
+    M_sm, M_ss, M_mm : sparse
+        The parts of the mass, masters m and slaves s.
+    """
+    s, m = M_sm.shape
+    stiffness = held.stiffness
+    unit = np.eye(m, dtype=stiffness.dtype)
+    L = np.empty((s, m), stiffness.dtype, order="F")
+    mass = M_mm.toarray().astype(stiffness.dtype)
+    M_ms = M_sm.conj().T.tocsr()
+    for start in range(0, m, COLUMNS):
+        block = slice(start, start + COLUMNS)
+        Psi = held.extend(unit[:, block])
+        L[:, block] = M_sm[:, block].toarray() + M_ss @ Psi
+        mass[:, block] += M_ms @ Psi
+    of_masters, compliance = held.gather(L)
+    return HeldPart(
+        held, M_ss, hermitian(stiffness), hermitian(mass + of_masters), L, hermitian(compliance)
+    )
+
+
+def hermitian(A: Matrix) -> Matrix:
+    """(A + Aᴴ)/2, without the round-off that is not Hermitian."""
+    return np.asarray((A + A.conj().T) / 2)

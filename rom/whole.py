@@ -1,0 +1,38 @@
+"""Craig-Bampton reduction of a part in one piece.
+
+    { x_m }   [ I  0 ] { x_m }
+    { x_s } = [ Ψ  B ] { η   },      Ψ = -K_ss⁻¹ K_sm,    B: fixed-interface modes and more,
+
+R. R. Craig and M. C. C. Bampton, Coupling of substructures for dynamic analyses, AIAA Journal 6
+(1968) 1313-1319; which vectors B holds is told in `vanelock.rom.fixed`.
+"""
+
+import numpy as np
+
+from vanelock.rom.component import Component
+from vanelock.rom.held import Piece, held_part
+from vanelock.rom.problem import Problem, condense
+from vanelock.rom.projection import projected
+from vanelock.rom.selection import Selection, own_band
+
+
+def whole(problem: Problem, wanted: Selection) -> Component:
+    """Reduce a part in one piece to its masters and fixed-interface vectors."""
+    m = problem.rows
+    s = np.setdiff1d(np.arange(problem.K.shape[0]), m)
+    M_s, M_m = problem.M[s], problem.M[m]
+    held = Piece(*condense(problem))
+    part = held_part(held, M_s[:, m].tocsc(), M_s[:, s].tocsc(), M_m[:, m])
+    products = projected(part, wanted.of(part))
+    count = products.candidates.count
+    return Component(
+        masters=problem.masters,
+        cyclic=False,
+        route="whole",
+        interface_modes=0,
+        fixed_modes=count,
+        diameters={0: products.reduced(count)},
+        boundary_nodes=problem.boundary_nodes,
+        vectors=products.vectors(count),
+        band=(wanted.band or own_band(part)) if wanted.accuracy else None,
+    )
