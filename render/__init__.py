@@ -10,6 +10,7 @@ _modules = {
     "preload_picture": "preload",
     "response_curves": "curves",
     "response_picture": "shapes",
+    "stress_picture": "stresses",
     "wave_name": "annulus",
     "write_vtu": "export",
 }

@@ -24,7 +24,7 @@ from vanelock.errors import InputError
 from vanelock.product import Product
 
 P = TypeVar("P", bound=Product)
-STEPS = ("stages", "limits", "forced")
+STEPS = ("stages", "limits", "forced", "strains")
 """Modules of this package that say how a stage is called."""
 
 

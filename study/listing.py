@@ -8,6 +8,7 @@ from vanelock.nonlinear import OPEN, Response
 from vanelock.render import wave_name
 from vanelock.study.limits import SHOWN, Limits
 from vanelock.study.progress import Done
+from vanelock.study.strains import Strain
 from vanelock.study.summary import Peak, Summary
 from vanelock.study.tables import Cell, Column, Table
 
@@ -173,6 +174,25 @@ def response_table(cases: Sequence[Summary], monitor: str) -> Table:
         if c.peak is not None and c.peak.at_edge:
             notes.append(f"{c.case}: the largest point is at the end of the frequency range")
     return Table("cases", f"Responses of {monitor}", columns, tuple(rows), tuple(notes))
+
+
+def gauge_table(strains: Mapping[str, tuple[Strain, Peak]]) -> Table:
+    """Strain of each gauge at the peak of each case."""
+    columns = (
+        Column("case", "case"),
+        Column("gauge", "gauge"),
+        Column("amplitude", "amplitude [um/m]", ".4g"),
+        Column("mean", "mean [um/m]", ".4g"),
+        Column("frequency_hz", "at [Hz]", ".6g"),
+    )
+    rows = []
+    for case, (strain, peak) in strains.items():
+        amplitude, mean = 1e6 * strain.amplitude, 1e6 * strain.harmonics[:, 0].real
+        for g, gauge in enumerate(strain.gauges.names):
+            at_peak = float(amplitude[peak.point, g]), float(mean[peak.point, g])
+            rows.append((case, gauge, *at_peak, peak.frequency))
+    notes = ("at the peak of the monitored displacement; amplitude: half the peak-to-peak",)
+    return Table("gauges", "Strain gauges", columns, tuple(rows), notes)
 
 
 def _known(value: float) -> float | None:

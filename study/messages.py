@@ -64,6 +64,8 @@ def reason(details: ErrorDetails) -> str:
     subject, unit = _subject(field, location)
     if kind == "extra_forbidden":
         return unknown(location)
+    if kind == "missing":
+        return "must be given"
     if kind in _BOUNDS:
         name, sign = _BOUNDS[kind]
         return f"{subject} must be {sign} {_number(context[name])}{unit}"
@@ -120,7 +122,7 @@ def known_keys(table: type[BaseModel] = Study, prefix: str = "") -> list[str]:
 
 def unknown(location: Location) -> str:
     """Hint for an unknown key: a similar one beside it, else the same elsewhere, else its table."""
-    *path, key = [str(item) for item in location]
+    *path, key = [item for item in location if isinstance(item, str)]
     prefix = "".join(f"{item}." for item in path)
     every = known_keys()
     beside = [k for k in every if k.startswith(prefix) and "." not in k[len(prefix) :]]

@@ -269,12 +269,44 @@ class Response(Table):
         return value
 
 
+def _direction(value: object) -> object:
+    """Pass "span" and "chord"; anything else is an angle in degrees."""
+    if value in ("span", "chord"):
+        return value
+    try:
+        angle = si(value, "deg")
+    except ValueError:
+        angle = None
+    if isinstance(angle, bool) or not isinstance(angle, int | float) or not -180 <= angle <= 180:
+        raise ValueError(
+            'gauge direction must be "span", "chord" or the angle from the former to the latter, '
+            "-180 to 180 deg"
+        )
+    return float(angle)
+
+
+class Gauge(Table):
+    """A strain gauge on an aerofoil of the vane."""
+
+    aerofoil: int = Field(ge=1, description="number of the aerofoil")
+    span: float = Field(ge=0, le=1, description="fraction of the span")
+    chord: float = Field(ge=0, le=1, description="fraction of the chord")
+    side: Literal["suction", "pressure"] = Field(default="suction", description="side")
+    direction: Annotated[Any, BeforeValidator(_direction)] = Field(
+        default="span", description="direction"
+    )
+    length: Length = Field(default=0.002, ge=1e-5, le=0.05, description="gauge length [m]")
+
+
 class Outputs(Table):
     """What a run shows of its results."""
 
     monitor: str | None = Field(default=None, description="monitored displacement")
     shapes: bool = Field(default=True, description="whether shapes are drawn")
     loops: bool = Field(default=True, description="whether a hysteresis loop is drawn")
+    gauges: Annotated[tuple[Gauge, ...], BeforeValidator(_sequence)] = Field(
+        default=(), max_length=100, description="strain gauges"
+    )
 
     @field_validator("monitor")
     @classmethod
@@ -322,6 +354,16 @@ class Study(Table):
                 f"response.samples = {self.response.samples}: number of samples must be >= {least} "
                 f"for {self.response.harmonics} harmonics and {self.joints.friction} friction"
             )
+        return self
+
+    @model_validator(mode="after")
+    def _has_the_aerofoils(self) -> Self:
+        for i, gauge in enumerate(self.outputs.gauges):
+            if gauge.aerofoil > self.vane.aerofoils:
+                raise ValueError(
+                    f"outputs.gauges[{i}].aerofoil = {gauge.aerofoil}: a vane segment has "
+                    f"aerofoils 1 to {self.vane.aerofoils}"
+                )
         return self
 
     @model_validator(mode="after")

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from vanelock import nonlinear, render, rom
+from vanelock import fem, nonlinear, render, rom
 from vanelock.mesh import Part
 from vanelock.nonlinear import Response
 from vanelock.study.easel import Easel
@@ -79,6 +79,7 @@ class Gallery:
             paths += self._mesh(self.planned[0])
             paths += self._all_modes()
             paths += [path for each in detailed for path in self._response(each)]
+            paths += [self._stress(each) for each in detailed]
         self.easel.tidy()
         return paths
 
@@ -255,6 +256,32 @@ class Gallery:
         return self._shape(
             f"response_{slug(name)}", each, lambda: top.x[1][0], k, title, subtitle, shows
         )
+
+    def _stress(self, each: Planned) -> Path:
+        """Von Mises stress of the vane at the peak."""
+        name = each.case.name
+        top, peak = self.shown.top[name], self.shown.peak[name]
+        title = f"Largest von Mises stress in a period, {peak.frequency:.2f} Hz"
+        placed = None if each.gauges is None else self.stages.get(each.gauges).positions
+
+        def picture(path: Path) -> None:
+            part = self.stages.get(mesh_step(each.case.study, "vane"))
+            harmonics = np.stack([self._stresses(each, top, h) for h in range(top.harmonics + 1)])
+            total = fem.peak_von_mises(harmonics)
+            harmonics[0] = 0
+            vibration = fem.peak_von_mises(harmonics)
+            gauges = () if placed is None else placed
+            render.stress_picture(path, part, total, vibration, title, words(name), gauges)
+
+        shows = [each.response.key, title, name, [] if placed is None else placed.tolist()]
+        return self.easel.draw(f"shapes/stress_{slug(name)}.png", shows, picture)
+
+    def _stresses(self, each: Planned, top: Response, h: int) -> Shape:
+        """Harmonic h of the vane's nodal stresses at the only point of a response."""
+        parts = [self.stages.get(each.rom[part]) for part in PARTS]
+        coordinates = rom.split(*parts, np.asarray(top.x[h][0], complex))[0]
+        k = int(top.harmonic_diameters[h])
+        return np.asarray(self._recovery(each, "vane").stress(coordinates, k))
 
     def _shape(
         self,

@@ -17,6 +17,7 @@ from vanelock.study.forced import (
 from vanelock.study.limits import Limits
 from vanelock.study.model import Study
 from vanelock.study.stages import PARTS, Step, diameters, model_step, rom_step, system_step
+from vanelock.study.strains import Gauges, gauges_step
 from vanelock.study.sweep import Case, label
 
 LIMITS: tuple[Limit, ...] = ("free", "stuck")
@@ -68,6 +69,8 @@ class Planned:
         Its linear limits.
     preload_name : str
         The swept values that the preload depends on.
+    gauges : Step or None
+        Strain gauges, if the study has any.
     """
 
     case: Case
@@ -77,6 +80,7 @@ class Planned:
     response: Step[Response]
     linear: Linear
     preload_name: str
+    gauges: Step[Gauges] | None
 
 
 def plan(cases: Sequence[Case], progress: Progress) -> tuple[Planned, ...]:
@@ -105,7 +109,11 @@ def plan(cases: Sequence[Case], progress: Progress) -> tuple[Planned, ...]:
     for i, case in enumerate(cases):
         linear = Linear(names[i], case.study, bases[i], modes[i], linears[i])
         response = response_step(case.name, case.study, systems[i], modes[i], progress)
+        gauged = bool(case.study.outputs.gauges)
+        gauges = gauges_step(case.study, roms[i]["vane"]) if gauged else None
         planned.append(
-            Planned(case, roms[i], systems[i], preloads[i], response, linear, preload_names[i])
+            Planned(
+                case, roms[i], systems[i], preloads[i], response, linear, preload_names[i], gauges
+            )
         )
     return tuple(planned)

@@ -19,6 +19,7 @@ from vanelock.study.model import Study
 from vanelock.study.plan import LIMITS, Linear, Planned
 from vanelock.study.progress import Done
 from vanelock.study.stages import PARTS, Stages, Step, mesh_step
+from vanelock.study.strains import Strain
 from vanelock.study.summary import Summary
 
 LIBRARIES = (
@@ -113,6 +114,7 @@ class Record:
         static: Response,
         summary: Summary,
         monitor: str,
+        strain: Strain | None,
     ) -> None:
         """Everything about a case, at once."""
         where = f"response/{planned.case.name}"
@@ -121,6 +123,8 @@ class Record:
             self._write(file, planned, products, f"/{where}")
             results.put(file, where, response, _attributes(planned, summary, monitor))
             results.put(file, f"{where}/preload", static, {})
+            if strain is not None:
+                results.put_strain(file, where, strain)
 
     def complete(self, done: Mapping[str, Done]) -> None:
         """End the file: times and hashes of all stages, nothing is missing."""

@@ -6,7 +6,8 @@
     /system              nonlinear.System
     /limits/<name>       linear modes with the interlock free and stuck; "all" if cases share them
     /response/<case>     nonlinear.Response, with the swept keys and the summary as attributes;
-                         its system and preload, and mesh and rom where they are not those above
+                         its system and preload, and mesh and rom where they are not those above;
+                         gauge, (points, H+1, gauges): harmonics of the strain at each gauge
     /response/free, stuck
                          linear responses, ",<name>" added where cases do not share them
     /provenance          study text, date, versions, hashes and times of the stages
@@ -30,6 +31,7 @@ from vanelock.nonlinear import OPEN, SLIP, SLIP_OPEN, STUCK, Response
 from vanelock.product import Product
 from vanelock.rom import Component, System
 from vanelock.study.cache import writing
+from vanelock.study.strains import Strain
 
 FORMAT = "vanelock-results"
 VERSION = 1
@@ -124,6 +126,15 @@ def put(file: h5py.File, where: str, product: Product, attributes: Mapping[str, 
             harmonic.attrs["unit"] = "m; modal coordinates kg^0.5 m"
     for name, value in attributes.items():
         group.attrs[name] = value
+
+
+def put_strain(file: h5py.File, where: str, strain: Strain) -> None:
+    """Write what strain gauges read in a response beside it, as `gauge`."""
+    dataset = file[where].create_dataset("gauge", data=strain.harmonics)
+    dataset.attrs["unit"] = "1"
+    dataset.attrs["name"] = list(strain.gauges.names)
+    dataset.attrs["position"] = strain.gauges.positions
+    dataset.attrs["direction"] = strain.gauges.directions
 
 
 def put_component(file: h5py.File, where: str, component: Component) -> None:

@@ -18,7 +18,8 @@ from vanelock.study.pictures import Gallery, Shown
 from vanelock.study.plan import LIMITS, Linear, Planned, plan
 from vanelock.study.progress import Finished, Listener, Notice, silent
 from vanelock.study.record import Record
-from vanelock.study.stages import Stages
+from vanelock.study.stages import PARTS, Stages
+from vanelock.study.strains import Strain
 from vanelock.study.summary import Peak, Summary, peak_of, summarise
 from vanelock.study.sweep import cases
 
@@ -93,6 +94,7 @@ class Run:
         self.record = Record(folder, stages)
         self._clock = Clock(self.planned)
         self._peaks: dict[str, dict[str, Peak | None]] = {}
+        self._strains: dict[str, tuple[Strain, Peak]] = {}
 
     def all_cases(self) -> tuple[Summary, ...]:
         """Everything but the pictures; a line for each case."""
@@ -113,6 +115,8 @@ class Run:
             summaries.append(self._case(each))
             self.stages.retain([later.response for later in self.planned[i + 1 :]])
         self.listener(listing.response_table(summaries, self.shown.monitor.name))
+        if self._strains:
+            self.listener(listing.gauge_table(self._strains))
         return tuple(summaries)
 
     def _linear(self, linear: Linear) -> None:
@@ -138,7 +142,10 @@ class Run:
         peak = peak_of(response, amplitude)
         limits, linear = self.stages.get(planned.linear.limits), self._peaks[planned.linear.key]
         found = summarise(case, joints, response, peak, limits, linear, done.seconds)
-        self.record.case(planned, response, static, found, self.shown.monitor.name)
+        strain = self._strain(planned, response)
+        self.record.case(planned, response, static, found, self.shown.monitor.name, strain)
+        if strain is not None and peak is not None:
+            self._strains[case.name] = strain, peak
         self.shown.static[case.name] = static
         self.shown.curve[case.name] = response.frequency, amplitude, response.converged
         if peak is not None:
@@ -148,6 +155,12 @@ class Run:
             lost = f"{found.points - found.converged} of {found.points} points did not converge"
             self.listener(Notice(f"{case.name}: {lost} (largest residual {found.worst:.1e})"))
         return found
+
+    def _strain(self, planned: Planned, response: Response) -> Strain | None:
+        if planned.gauges is None:
+            return None
+        parts = [self.stages.get(planned.rom[part]) for part in PARTS]
+        return self.stages.get(planned.gauges).read(response, *parts)
 
     def _preload(self, planned: Planned, joints: tuple[str, ...]) -> Response:
         new = planned.preload.key not in self.stages.done

@@ -1,0 +1,116 @@
+"""Strain gauges of a study: where they sit, and what they read in a response."""
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+
+from vanelock import fem, mesh, rom
+from vanelock.errors import InputError
+from vanelock.fem import Model
+from vanelock.fem.skin import skin
+from vanelock.nonlinear import Response
+from vanelock.nonlinear.response import half_peak_to_peak
+from vanelock.product import Product
+from vanelock.rom import Component
+from vanelock.study.model import Gauge, Study
+from vanelock.study.stages import Step, model_step, step
+
+
+@dataclass(frozen=True)
+class Gauges(Product):
+    """Strain gauges on the vane.
+
+    Attributes
+    ----------
+    names : tuple of str
+        Where each is.
+    positions, directions : (g, 3) float
+        Its middle on the surface, m, and its unit direction.
+    rows : (g, n) float
+        Strain = rows @ the vane's n reduced coordinates, at any nodal diameter; 1/m.
+    """
+
+    names: tuple[str, ...]
+    positions: NDArray[np.float64] = field(metadata={"unit": "m"})
+    directions: NDArray[np.float64]
+    rows: NDArray[np.float64] = field(metadata={"unit": "1/m"})
+
+    def read(self, response: Response, vane: Component, casing: Component) -> "Strain":
+        """What they read in a response of the joined parts."""
+        parts = [
+            (self.rows @ rom.split(vane, casing, response.x[h].T)[0]).T
+            for h in range(response.harmonics + 1)
+        ]
+        return Strain(self, np.stack(parts, axis=1).astype(complex))
+
+
+@dataclass(frozen=True)
+class Strain:
+    """What gauges read in a response.
+
+    Attributes
+    ----------
+    gauges : Gauges
+    harmonics : (p, H+1, g) complex
+        Coefficients of harmonics 0, the mean, to H at each point.
+    """
+
+    gauges: Gauges
+    harmonics: NDArray[np.complex128]
+
+    @property
+    def amplitude(self) -> NDArray[np.float64]:
+        """(p, g) half the peak-to-peak over a period."""
+        return half_peak_to_peak(self.harmonics.swapaxes(0, 1))
+
+
+def gauges_step(study: Study, vane: Step[Component]) -> Step[Gauges]:
+    """The gauges of a study on its vane; costs a factorisation and a solve for each gauge."""
+    wanted = study.outputs.gauges
+    inputs: dict[str, Any] = {
+        "gauges": [gauge.model_dump() for gauge in wanted],
+        "dimensions": study.vane.model_dump(),
+        "sectors": study.ring.sectors,
+    }
+
+    def compute(model: Model, component: Component) -> Gauges:
+        surface = skin(model.part)
+        placed = []
+        for i, gauge in enumerate(wanted):
+            spot = mesh.on_aerofoil(
+                study.vane, study.ring.sectors, **gauge.model_dump(exclude={"length"})
+            )
+            try:
+                found = fem.gauge(
+                    model.part,
+                    spot.position,
+                    spot.direction,
+                    gauge.length,
+                    spot.normal,
+                    surface=surface,
+                )
+            except InputError as error:
+                raise InputError(f"outputs.gauges[{i}]: {error}") from None
+            placed.append(found)
+        rows = rom.recovery(component, model).rows(sp.vstack([each.row for each in placed]), 0)
+        return Gauges(
+            tuple(name(gauge) for gauge in wanted),
+            np.array([each.position for each in placed]),
+            np.array([each.direction for each in placed]),
+            np.ascontiguousarray(rows.real),
+        )
+
+    needs = (model_step(study, "vane"), vane)
+    return step("gauges", "rom", inputs, Gauges, needs, compute)
+
+
+def name(gauge: Gauge) -> str:
+    """What tables and files call a gauge."""
+    along = gauge.direction if isinstance(gauge.direction, str) else f"{gauge.direction:g} deg"
+    return (
+        f"aerofoil {gauge.aerofoil}, {gauge.side} side, span {gauge.span:g}, "
+        f"chord {gauge.chord:g}, along {along}"
+    )
