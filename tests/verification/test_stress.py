@@ -1,0 +1,132 @@
+"""Stresses and strain gauges against theory, and those of a reduced model against the unreduced."""
+
+import os
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from vanelock import fem, mesh, rom
+from vanelock.fem import Material, assemble, factorise, gauge, stress
+
+FULL = os.environ.get("VANELOCK_VERIFY") == "full"
+
+
+def lame_error(lattice, cell_type, n, warp):
+    """Largest nodal stress error of a quarter of a thick cylinder under inner pressure 1."""
+    a, b, nu = 1.0, 2.0, 0.3
+
+    def place(p):
+        r = a + (b - a) * (p[:, 0] + warp * np.sin(np.pi * p[:, 0]) * np.sin(4 * p[:, 1]))
+        t = np.pi / 2 * (p[:, 1] + warp * np.sin(2 * np.pi * p[:, 1]))
+        return np.column_stack([r * np.cos(t), r * np.sin(t), 0.4 * p[:, 2]])
+
+    part = lattice((n, n, max(1, n // 3)), place, cell_type, curved=True)
+    model = assemble(part, Material(E=1.0, nu=nu, rho=1.0), fixed=None)
+    lame, shear = model.material.lame
+    # A displacement x has the stress (3λ + 2μ) I, so K x is that times the surface's ∫ N n dA.
+    inner = np.isin(np.arange(len(part.points)), part.node_sets["x0"])
+    force = model.K @ part.points.ravel() / (3 * lame + 2 * shear)
+    force = np.where(np.repeat(inner, 3), -force, 0.0)
+    held = np.zeros((len(part.points), 3), bool)
+    for name, axis in (("y0", 1), ("y1", 0), ("z0", 2), ("z1", 2)):
+        held[part.node_sets[name], axis] = True
+    free = np.flatnonzero(~held.ravel())
+    u = np.zeros(held.size)
+    u[free] = factorise(model.K[free][:, free]).solve(force[free])
+    r = np.hypot(*part.points.T[:2])
+    c, s = part.points[:, 0] / r, part.points[:, 1] / r
+    A = a**2 / (b**2 - a**2)
+    radial, hoop = A * (1 - (b / r) ** 2), A * (1 + (b / r) ** 2)
+    zero = 0 * r
+    exact = np.column_stack(
+        [
+            radial * c**2 + hoop * s**2,
+            radial * s**2 + hoop * c**2,
+            zero + 2 * nu * A,
+            zero,
+            zero,
+            (radial - hoop) * c * s,
+        ]
+    )
+    return np.abs(stress(model, u.reshape(held.shape)) - exact).max() / hoop.max()
+
+
+@pytest.mark.parametrize("warp", [0.0, 0.05], ids=["regular", "distorted"])
+@pytest.mark.parametrize("cell_type", ["tetra10", "hexahedron20", "hexahedron27"])
+def test_stress_of_a_thick_cylinder_converges_with_the_square_of_the_size(
+    lattice, cell_type, warp, record_property
+):
+    # Lamé's solution in plane strain, largest error of any component at any node.
+    counts = (4, 8, 16) if FULL else (4, 8)
+    errors = [lame_error(lattice, cell_type, n, warp) for n in counts]
+    orders = [np.log2(a / b) for a, b in pairwise(errors)]
+    for n, error in zip(counts, errors, strict=True):
+        record_property(f"{n} elements", f"{error:.2e}")
+    record_property("order", ", ".join(f"{order:.2f}" for order in orders))
+    assert errors[1] < 0.02
+    assert min(orders) > 1.5  # on the way to 2
+    assert orders[-1] > (1.75 if FULL else 1.5)
+
+
+@pytest.mark.parametrize("cell_type", ["tetra10", "hexahedron20", "hexahedron27"])
+def test_gauge_on_a_cantilever(lattice, cell_type, record_property):
+    # Tip force F on length L, width b, height h: strain 6 F (L - x) / (E b h²) on the upper side,
+    # -ν of it across, away from the clamp and the force's ends.
+    L, b, h, E, nu, F = 0.3, 0.02, 0.01, 200e9, 0.3, 50.0
+    # Displacements are cubic: serendipity and Lagrange bricks nearly hold them, tetrahedra do not.
+    counts = (48, 4, 4) if cell_type == "tetra10" else (24, 2, 2)
+    part = lattice(counts, lambda p: p * [L, b, h], cell_type)
+    model = assemble(part, Material(E, nu, 7800.0), fixed="x0")
+    load = np.zeros(model.K.shape[0])
+    tip = model.rows("x1")[:, 2]
+    load[tip] = F / len(tip)
+    u = model.field(factorise(model.K).solve(load))
+    worst = {"along": 0.0, "across": 0.0}
+    for x in (0.09, 0.13, 0.2):
+        expected = -6 * F * (L - x) / (E * b * h**2)
+        for name, direction, factor in (("along", [1, 0, 0], 1), ("across", [0, 1, 0], -nu)):
+            found = gauge(part, [x, 0.4 * b, h], direction, length=2e-3).strain(u)
+            worst[name] = max(worst[name], abs(found / (factor * expected) - 1))
+    for name, error in worst.items():
+        record_property(f"error {name}", f"{error:.1e}")
+    assert max(worst.values()) < (5e-3 if cell_type == "tetra10" else 1e-4)
+
+
+@pytest.mark.parametrize("interlock", ["free", "closed"])
+def test_strains_of_the_reduced_vane_are_those_of_the_unreduced(scene, interlock, record_property):
+    # Second mode of ND 1, both models' shapes mass-normalised; the phase is free. By Rayleigh's
+    # quotient the squared error of the stresses, in energy, is the error of ω².
+    vane, casing = scene.vane_model, scene.casing_model
+    frequency, vectors = scene.truth(1, interlock)
+    closed = ~scene.interlock if interlock == "free" else None
+    found, shapes = rom.linear_modes(scene.system, 1, 2, closed)
+    of_frequency = found[1] / frequency[1] - 1
+    T = fem.cyclic_transform(casing, 1)
+    shell = casing.field(T @ vectors[: T.shape[1], 1])
+    keys = vane.part.node_sets["key"]
+    merged = vane.dofs[keys].ravel()
+    x = np.zeros(vane.K.shape[0], complex)
+    x[np.setdiff1d(np.arange(len(x)), merged)] = vectors[T.shape[1] :, 1]
+    x[merged] = shell[casing.part.node_sets["key"]].ravel()
+    truth = vane.field(x)
+    recovery = rom.recovery(scene.vane, vane)
+    q = rom.split(scene.vane, scene.casing, shapes[:, 1])[0]
+    u = recovery.displacement(q, 1)
+    phase = np.vdot(u, truth) / abs(np.vdot(u, truth))
+
+    placed = []
+    for span in (0.05, 0.95):
+        for aerofoil in range(1, 5):
+            spot = mesh.on_aerofoil(mesh.VaneDimensions(), 16, aerofoil, span, 0.5)
+            one = gauge(vane.part, spot.position, spot.direction, 2e-3, spot.normal)
+            placed.append((one.strain(truth), phase * (recovery.rows(one.row, 1)[0] @ q)))
+    expected, reduced = np.array(placed).T
+    of_gauges = np.abs(reduced - expected).max() / np.abs(expected).max()
+    s, exact = phase * recovery.stress(q, 1), stress(vane, truth)
+    of_field = np.linalg.norm(s - exact) / np.linalg.norm(exact)
+    record_property("gauges", f"{of_gauges:.1e} of the largest strain")
+    record_property("stress at nodes, rms", f"{of_field:.1e}")
+    record_property("frequency", f"{of_frequency:.1e}")
+    assert of_gauges < 0.01
+    assert of_field < np.sqrt(2 * of_frequency)
