@@ -11,6 +11,8 @@ from vanelock.nonlinear import Response
 from vanelock.study import cases, parse_study, run_study
 from vanelock.study.pictures import Gallery
 from vanelock.study.progress import Done, Event
+from vanelock.study.stages import rom_step
+from vanelock.study.strains import gauges_step
 from vanelock.study.tables import Table
 
 ONE = "aerofoil = 2, span = 0.1, chord = 0.5"
@@ -136,6 +138,13 @@ def test_a_run_writes_the_strain_of_the_recovered_field(tmp_path, monkeypatch):
         assert row[3] == pytest.approx(1e6 * written[summary.peak.point, 0, g].real)
     picture = imread(tmp_path / "shapes" / "stress_nominal.png")
     assert picture.shape[1] == 1800
+    # At the very root half of a gauge would lie inside the shroud.
+    rooted = parse_study(STUDY.replace("span = 0.1", "span = 0"))
+    step = gauges_step(rooted, rom_step(rooted, "vane", ()))
+    with pytest.raises(
+        InputError, match=r"^outputs.gauges\[0\]: vane: gauge of .* off the surface$"
+    ):
+        step.compute(model, components[0])
     # A second run finds everything as it was; other gauges cost themselves alone.
     assert not _computed(study, tmp_path)
     moved = parse_study(STUDY.replace("span = 0.1", "span = 0.2"))
