@@ -4,10 +4,13 @@ from functools import lru_cache
 
 import numpy as np
 import pytest
+from scipy.spatial import KDTree
 
 from vanelock import mesh
 from vanelock.errors import InputError
 from vanelock.fem import Material, assemble, factorise, free_rows, gauge, strain
+from vanelock.fem.elements import reference_element, shape_functions
+from vanelock.fem.skin import skin
 
 CELLS = ["tetra", "tetra10", "hexahedron", "hexahedron20", "hexahedron27"]
 GRADIENT = np.array([[0.3, -0.2, 0.5], [0.7, -0.4, 0.1], [0.9, -0.8, 0.6]])
@@ -99,6 +102,31 @@ def test_bending_strain_of_a_cantilever(lattice):
     across = gauge(part, [0.14, 0.011, h], [0, 1, 0])
     assert across.strain(model.field(x)) == pytest.approx(-0.3 * expected, rel=2e-2)
     assert (free_rows(model, top.row) @ x)[0] == pytest.approx(top.strain(model.field(x)), rel=1e-9)
+
+
+@pytest.mark.parametrize("cell_type", ["tetra10", "hexahedron20"])
+def test_no_sample_of_a_curved_surface_is_nearer(lattice, cell_type):
+    part = lattice((1, 2, 1), shell, cell_type, curved=True)
+    surface = skin(part)
+    triangle = cell_type == "tetra10"
+    t = np.stack(np.meshgrid(*2 * [np.linspace(0, 1, 21)]), axis=-1).reshape(-1, 2)
+    t = t[t.sum(axis=1) < 1 + 1e-9] if triangle else t
+    # Where the faces of the reference cell are: a corner and two sides.
+    middle = np.full(3, 0.25 if triangle else 0.5)
+    samples = []
+    for cell, corners in zip(surface.cells, surface.corners, strict=True):
+        nodes = part.cells[cell]
+        at = reference_element(cell_type).nodes[np.flatnonzero(np.isin(nodes, corners))]
+        by_distance = np.argsort(np.linalg.norm(at - at[0], axis=1))
+        origin, sides = at[0], (at - at[0])[by_distance[1:3]]
+        assert abs(np.linalg.det(np.vstack([sides, middle - origin]))) > 0.1
+        samples.append(shape_functions(cell_type, origin + t @ sides)[0] @ part.points[nodes])
+    tree = KDTree(np.concatenate(samples))
+    rng = np.random.default_rng(2)
+    for position in part.points[::9] + 0.1 * rng.standard_normal(part.points[::9].shape):
+        found = surface.nearest(position).position
+        assert np.linalg.norm(found - position) <= tree.query(position)[0] + 1e-12
+        assert tree.query(found)[0] < 0.06  # it lies among them
 
 
 def test_where_the_surface_is_off_the_position(lattice):
