@@ -42,9 +42,9 @@ class Facets:
     corner: Integers
 
 
-def cylinder(points: Array, cells: Integers, radius: float) -> Facets:
-    """Surface triangles on a cylinder about z."""
-    on = np.abs(np.hypot(points[:, 0], points[:, 1]) - radius) < TOLERANCE
+def cylinder(points: Array, cells: Integers, radius: float, tolerance: float = TOLERANCE) -> Facets:
+    """Surface triangles on a cylinder about z, or no further off it than a tolerance, m."""
+    on = np.abs(np.hypot(points[:, 0], points[:, 1]) - radius) < tolerance
     facets = _surface(cells, on)
     # Three nodes on an arc at one end of the cylinder span a triangle that faces along the axis.
     a, b, c = np.moveaxis(points[_corners(cells, facets)], 1, 0)

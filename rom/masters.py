@@ -1,5 +1,10 @@
-"""The nodes of a part that others can reach: for contacts, ties, loads and outputs."""
+"""The nodes of a part that others can reach: for contacts, ties, loads and outputs.
 
+A contact node can stand for its patch: then its displacement is the mean over the patch, and its
+place the patch's centroid.
+"""
+
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -23,11 +28,13 @@ class Masters(Product):
     nodes : (m,) int
         The part's node numbers.
     points : (m, 3) float
-        Their coordinates, m.
+        Their coordinates, m; the patch's centroid where a node is averaged.
     node_sets : dict of str to (k,) int
         Node numbers of the sets that lie among them.
     frames : dict of str to (k, 3, 3) float
         Contact frames of those sets, as in `mesh.Part`.
+    averaged : (a,) int
+        Those of the nodes whose displacement is the mean over their contact patch.
     """
 
     part: str
@@ -36,6 +43,7 @@ class Masters(Product):
     points: NDArray[np.float64] = field(metadata={"unit": "m"})
     node_sets: dict[str, NDArray[np.int64]]
     frames: dict[str, NDArray[np.float64]]
+    averaged: NDArray[np.int64] = field(default_factory=lambda: np.empty(0, np.int64))
 
     def set(self, name: str) -> NDArray[np.int64]:
         """Node numbers of a set.
@@ -69,25 +77,56 @@ class Masters(Product):
         return self.points[self.places(nodes)]
 
 
-def choose(part: Part, names: tuple[str, ...]) -> Masters:
+def choose(part: Part, names: Sequence[str], averaged: Sequence[str] = ()) -> Masters:
     """The nodes of the named sets, each once, in order of first appearance.
+
+    Parameters
+    ----------
+    part : Part
+        The part.
+    names : sequence of str
+        Its sets that are kept.
+    averaged : sequence of str
+        Its contact sets whose nodes stand for their patches, in every set that they belong to.
 
     Raises
     ------
     InputError
-        If the part lacks a set.
+        If the part lacks a set, or an averaged one has no patches.
     """
     for name in names:
         if name not in part.node_sets:
             raise InputError(f"{part.name}: no node set {name!r}")
-    found = np.concatenate([np.empty(0, np.int64), *(part.node_sets[name] for name in names)])
+    none = np.empty(0, np.int64)
+    found = np.concatenate([none, *(part.node_sets[name] for name in names)])
     nodes = found[np.sort(np.unique(found, return_index=True)[1])]
-    sets = {name: part.node_sets[name] for name in names}
-    frames = {name: part.frames[name] for name in names if name in part.frames}
-    return Masters(part.name, part.sectors, nodes, part.points[nodes], sets, frames)
+    places = _places(part, averaged)
+    means = np.concatenate([none, *(part.node_sets[name] for name in averaged)])
+    return Masters(
+        part=part.name,
+        sectors=part.sectors,
+        nodes=nodes,
+        points=places[nodes],
+        node_sets={name: part.node_sets[name] for name in names},
+        frames={name: part.frames[name] for name in names if name in part.frames},
+        averaged=nodes[np.isin(nodes, means)],
+    )
 
 
-def everything(part: Part) -> Masters:
+def everything(part: Part, averaged: Sequence[str] = ()) -> Masters:
     """All nodes of a part, for joining what is not reduced."""
     nodes = np.arange(len(part.points))
-    return Masters(part.name, part.sectors, nodes, part.points, part.node_sets, part.frames)
+    points = _places(part, averaged)
+    means = np.concatenate([nodes[:0], *(part.node_sets[name] for name in averaged)])
+    return Masters(part.name, part.sectors, nodes, points, part.node_sets, part.frames, means)
+
+
+def _places(part: Part, averaged: Sequence[str]) -> NDArray[np.float64]:
+    """Coordinates (n, 3) of the nodes, m, or of the centroids of the patches they stand for."""
+    points: NDArray[np.float64] = part.points.copy()
+    for name in averaged:
+        if name not in part.patches:
+            have = ", ".join(sorted(part.patches)) or "none"
+            raise InputError(f"{part.name}: no contact patches of {name!r}; it has {have}")
+        points[part.node_sets[name]] = part.patches[name] @ part.points
+    return points

@@ -16,6 +16,7 @@ from vanelock.fem import (
     schur_complement,
 )
 from vanelock.rom.masters import Masters
+from vanelock.rom.patches import with_means
 from vanelock.rom.system import Matrix
 
 Rows = NDArray[np.int64]
@@ -32,12 +33,15 @@ class Problem:
     masters : Masters
         Its retained nodes.
     K, M : (n, n) sparse
-        Real stiffness, N/m, and mass, kg.
+        Real stiffness, N/m, and mass, kg; the model's, or those with patch means among the dofs.
     rows : (3m,) int
         Rows of x, y, z of each retained node.
     left, right : (b,) int
         Nodes of the cyclic faces that are free to move, mates at equal places; empty for a part in
         one piece.
+    means : (n, n) sparse or None
+        The model's free dofs from those of K and M, where some of these are patch means; see
+        `vanelock.rom.patches`.
     """
 
     model: Model
@@ -47,6 +51,7 @@ class Problem:
     rows: Rows
     left: Rows
     right: Rows
+    means: sp.csc_array | None = None
 
     @property
     def face_rows(self) -> Rows:
@@ -64,6 +69,11 @@ class Problem:
         """(2b + m,) nodes of both faces, then the retained ones."""
         return np.concatenate([self.left, self.right, self.masters.nodes])
 
+    def field(self, z: Matrix) -> Matrix:
+        """Displacement (nodes, 3, k) of vectors (n, k) of the dofs of K and M."""
+        u: Matrix = self.model.field(z if self.means is None else self.means @ z)
+        return u
+
 
 def problem(model: Model, masters: Masters, cyclic: bool) -> Problem:
     """Matrices and rows of a part whose reduction keeps `masters`.
@@ -71,7 +81,8 @@ def problem(model: Model, masters: Masters, cyclic: bool) -> Problem:
     Raises
     ------
     InputError
-        If a master is clamped or lies on a cyclic face, or the faces do not match.
+        If a master is clamped or lies on a cyclic face, the faces do not match, or the mesh is too
+        coarse for the patches of averaged masters.
     """
     name, none = model.part.name, np.empty(0, np.int64)
     left, right = _free_faces(model) if cyclic else (none, none)
@@ -81,7 +92,8 @@ def problem(model: Model, masters: Masters, cyclic: bool) -> Problem:
     if np.any(rows < 0):
         clamped = masters.nodes[np.any(rows < 0, axis=1)]
         raise InputError(f"{name}: master node {clamped[0]} is clamped")
-    return Problem(model, masters, model.K, model.M, rows.ravel(), left, right)
+    means, K, M = with_means(model, masters.averaged)
+    return Problem(model, masters, K, M, rows.ravel(), left, right, means)
 
 
 def condense(problem: Problem) -> tuple[Matrix, Interior]:

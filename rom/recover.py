@@ -86,7 +86,7 @@ class Recovery:
         part = self.statics(nodal_diameter)
         x_s = self._vectors(nodal_diameter) @ x[masters:] - part.solve(part.K_sm @ x[:masters])
         free = part.masters @ x[:masters] + part.slaves @ x_s
-        u = self.model.field(np.asarray(free, complex)).reshape(
+        u = self.problem.field(np.asarray(free, complex)).reshape(
             *self.model.dofs.shape, *q.shape[1:]
         )
         return fields.in_sector(u, nodal_diameter, self.model.part.sectors, sector)
@@ -102,6 +102,8 @@ class Recovery:
             The diameter of the coordinates.
         """
         part, G = self.statics(nodal_diameter), sp.csr_array(functional)
+        if self.problem.means is not None:
+            G = sp.csr_array(G @ self.problem.means)
         g_s = (G @ part.slaves).toarray()
         follow = part.solve(g_s.conj().T).conj().T
         row_m = (G @ part.masters).toarray() - follow @ part.K_sm

@@ -32,6 +32,7 @@ def reduce(
     cutoff: float | None = None,
     accuracy: float | None = None,
     band: float | None = None,
+    averaged: Sequence[str] = (),
 ) -> Component:
     """Reduce one part to its master nodes and a few modes.
 
@@ -64,6 +65,10 @@ def reduce(
     band : float, optional
         Frequency up to which the accuracy holds, Hz; up to the part's tenth elastic mode with its
         masters free unless given.
+    averaged : sequence of str
+        Contact sets whose nodes stand for their patches: the masters' displacements are the means
+        over them, and a key node of such a set is tied by its mean; see `vanelock.rom.patches`.
+        The other part's set must be averaged too.
 
     Raises
     ------
@@ -73,7 +78,7 @@ def reduce(
     """
     cyclic = nodal_diameters is not None
     _check_route(route, interface, interface_modes, accuracy, cyclic)
-    given = problem(model, choose(model.part, tuple(masters)), cyclic)
+    given = problem(model, choose(model.part, masters, averaged), cyclic)
     if modes is None and cutoff is None and accuracy is None:
         if cyclic and route != "cyclic":
             modes = MODES

@@ -12,11 +12,23 @@ from numpy.typing import NDArray
 from vanelock.cyclic import phase_factor
 from vanelock.fem import Model, cyclic_transform
 from vanelock.rom.masters import everything
-from vanelock.rom.pairs import Joint, contact_pairs, key_pairs, merged_dofs, relative_rows
+from vanelock.rom.pairs import (
+    HOOK_SETS,
+    Joint,
+    contact_pairs,
+    key_pairs,
+    merged_dofs,
+    relative_rows,
+)
+from vanelock.rom.patches import with_means
 
 
 def unreduced(
-    vane: Model, casing: Model, joints: Sequence[Joint], nodal_diameter: int
+    vane: Model,
+    casing: Model,
+    joints: Sequence[Joint],
+    nodal_diameter: int,
+    averaged: Sequence[str] = (),
 ) -> tuple[sp.csc_array, sp.csc_array]:
     """K and M of the sector at a nodal diameter, every given joint closed.
 
@@ -28,6 +40,8 @@ def unreduced(
         Joints whose contacts are linear springs; the others are open.
     nodal_diameter : int
         ND.
+    averaged : sequence of str
+        The vane's contact sets whose nodes, and their mates, stand for their patches.
 
     Returns
     -------
@@ -36,7 +50,12 @@ def unreduced(
     """
     T = sp.csr_array(cyclic_transform(casing, nodal_diameter))
     n_casing, n_vane = T.shape[1], vane.K.shape[0]
-    pieces = everything(vane.part), everything(casing.part)
+    pieces = (
+        everything(vane.part, averaged),
+        everything(casing.part, [name for name in averaged if name in HOOK_SETS]),
+    )
+    _, *blade = with_means(vane, pieces[0].averaged)
+    _, *shell = with_means(casing, pieces[1].averaged)
 
     def casing_dofs(nodes: NDArray[np.int64]) -> NDArray[np.int64]:
         # A node off the faces has a coordinate of its own: one unit entry in its row of T.
@@ -59,5 +78,5 @@ def unreduced(
     def joined(shell: sp.csc_array, blade: sp.csc_array) -> sp.csc_array:
         return sp.csc_array(to_casing.conj().T @ shell @ to_casing + to_vane.T @ blade @ to_vane)
 
-    K = joined(casing.K, vane.K) + B.conj().T @ springs @ B
-    return sp.csc_array((K + K.conj().T) / 2), joined(casing.M, vane.M)
+    K = joined(shell[0], blade[0]) + B.conj().T @ springs @ B
+    return sp.csc_array((K + K.conj().T) / 2), joined(shell[1], blade[1])

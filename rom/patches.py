@@ -1,0 +1,131 @@
+"""Patch means as degrees of freedom: an exact change of variables.
+
+Each patch mean y = W x takes the place of its contact node's displacement in
+
+    x = T z,    K' = Tᵀ K T,    M' = Tᵀ M T,
+
+and every other displacement stays a coordinate. One node p of each patch, its pivot, is expressed
+by the mean and the others, x_p = W_p⁻¹ (y - W_r x_r). So a mean can be held, loaded or kept as a
+master like any displacement, and whatever is done with K' and M' needs no constraint equations.
+"""
+
+import numpy as np
+import scipy.linalg
+import scipy.sparse as sp
+from numpy.typing import NDArray
+
+from vanelock.errors import InputError
+from vanelock.fem import Model
+from vanelock.mesh import Part
+
+Nodes = NDArray[np.int64]
+
+# As a pivot, a node that several patches touch counts for this share of its weight. Eliminating it
+# couples those patches to one another, so that K' fills; a small weight costs digits instead.
+SHARED = 0.1
+DISTINCT = 1e-3  # least ratio of the pivots' weights: below it, patches have no node of their own
+
+
+def with_means(
+    model: Model, nodes: Nodes
+) -> tuple[sp.csc_array | None, sp.csc_array, sp.csc_array]:
+    """T, K' and M' of a part with the means over the patches of some of its nodes.
+
+    K and M themselves, and no T, where there are no such nodes.
+    """
+    if not len(nodes):
+        return None, model.K, model.M
+    T = patch_transform(model, nodes)
+
+    def changed(A: sp.csc_array) -> sp.csc_array:
+        B = T.T @ (A @ T)
+        return sp.csc_array((B + B.T) / 2)
+
+    return T, changed(model.K), changed(model.M)
+
+
+def patch_transform(model: Model, nodes: Nodes) -> sp.csc_array:
+    """The transformation x = T z after which the dofs of some contact nodes are patch means.
+
+    Parameters
+    ----------
+    model : fem.Model
+        Its part has contact patches.
+    nodes : (k,) int
+        Contact nodes, each once. Nodes of any set that are not among them keep their dofs.
+
+    Returns
+    -------
+    (n, n) csc_array
+        T. In z the rows `model.dofs[node]` of each of the nodes belong to the mean over its patch.
+
+    Raises
+    ------
+    InputError
+        If a node has no patch, or the mesh is too coarse to tell the means apart.
+    """
+    part = model.part
+    free = np.flatnonzero(model.dofs[:, 0] >= 0)
+    numbered = free[np.argsort(model.dofs[free, 0])]  # rows 3i to 3i + 2 are those of numbered[i]
+    number = np.full(len(part.points), -1)
+    number[numbered] = np.arange(len(numbered))
+    reserved = np.isin(numbered, np.concatenate([[-1], *part.node_sets.values()]))
+    reserved[number[nodes]] = False
+    weights = patch_weights(part, nodes)[:, numbered]
+    pivots = _pivots(sp.csc_array(weights), ~reserved, part.name)
+    T = _of_one_component(weights, number[nodes], pivots)
+    return sp.csc_array(sp.kron(T, sp.eye_array(3), format="csc"))
+
+
+def patch_weights(part: Part, nodes: Nodes) -> sp.csr_array:
+    """Weights (k, n) of all nodes in the mean over the patch of each of some contact nodes.
+
+    Raises
+    ------
+    InputError
+        If a node has no patch.
+    """
+    place = np.full(len(part.points), -1)
+    rows, first = [sp.csr_array((0, len(part.points)))], 0
+    for name, weights in part.patches.items():
+        place[part.node_sets[name]] = first + np.arange(weights.shape[0])
+        rows.append(sp.csr_array(weights))
+        first += weights.shape[0]
+    if np.any(without := place[nodes] < 0):
+        raise InputError(f"{part.name}: contact node {nodes[without][0]} has no patch")
+    return sp.csr_array(sp.csr_array(sp.vstack(rows))[place[nodes]])
+
+
+def _of_one_component(weights: sp.csr_array, contact: Nodes, pivots: Nodes) -> sp.csr_array:
+    """T between nodes: weights (k, n), the nodes (k,) whose places the means take, the pivots."""
+    k, n = weights.shape
+    # The displacement of a contact node that is no pivot moves to the place of one.
+    place = np.arange(n)
+    place[np.setdiff1d(contact, pivots)] = np.setdiff1d(pivots, contact)
+    rest = np.setdiff1d(np.arange(n), pivots)
+    others = sp.csr_array((np.ones(len(rest)), (rest, place[rest])), shape=(n, n))
+    means = sp.csr_array((np.ones(k), (np.arange(k), contact)), shape=(k, n))
+    # Between patches that no pivot links, elimination leaves exact zeros, which are not stored.
+    inverse = sp.csr_array(np.linalg.inv(weights[:, pivots].toarray()))
+    eliminated = inverse @ (means - weights @ others)
+    spread = sp.csr_array((np.ones(k), (pivots, np.arange(k))), shape=(n, k))
+    return sp.csr_array(others + spread @ eliminated)
+
+
+def _pivots(weights: sp.csc_array, allowed: NDArray[np.bool_], name: str) -> Nodes:
+    """Nodes (k,), in any order, that the means and the other nodes determine well.
+
+    QR with column pivoting. Where the mesh is fine enough each is of one patch alone.
+    """
+    candidates = np.flatnonzero((np.diff(weights.indptr) > 0) & allowed)
+    columns = weights[:, candidates]
+    preference = np.where(np.diff(columns.indptr) == 1, 1.0, SHARED)
+    R, order = scipy.linalg.qr(columns.toarray() * preference, mode="r", pivoting=True)
+    k = weights.shape[0]
+    size = np.abs(np.diagonal(R))[:k]
+    if len(size) < k or not size.min(initial=1.0) > DISTINCT * size.max(initial=0.0):
+        raise InputError(
+            f"{name}: the mesh is too coarse to tell the contact patches apart: "
+            "choose another mesh.size"
+        )
+    return np.asarray(candidates[order[:k]])
