@@ -28,7 +28,7 @@ class Reduced(Product):
     neglected : (3, n, n) or None
         What the reduction leaves out, see `vanelock.rom.accuracy`; None where it is not known.
     complete : float or None
-        Frequency up to which no fixed-interface mode is left out, Hz.
+        Frequency up to which no fixed-interface mode is left out, Hz; infinite where none is.
     """
 
     K: Matrix = field(metadata={"unit": "N/m"})
@@ -74,7 +74,7 @@ class Component(Product):
         Fixed-interface vectors on the dofs of the other nodes, mass-normalised, where they are the
         same at all diameters.
     band : float or None
-        Frequency up to which an accuracy was asked for, Hz.
+        Frequency up to which an accuracy was asked for, at every diameter, Hz.
     """
 
     masters: Masters

@@ -20,10 +20,14 @@ import scipy.linalg as sl
 import scipy.sparse as sp
 
 from vanelock.cyclic import phase_factor, turn
-from vanelock.fem import Interior
+from vanelock.errors import InputError
+from vanelock.fem import Interior, SingularError, free_motion
 from vanelock.rom.held import hermitian
 from vanelock.rom.problem import Problem, Rows, condense
 from vanelock.rom.system import Matrix
+
+FREE = 1e-11
+"""Stiffness that the other dofs leave of one, relative to it, below which it moves freely."""
 
 
 @dataclass(frozen=True)
@@ -82,8 +86,24 @@ class Condensed:
         """The sector's stiffness at a nodal diameter, its masters held."""
         W, S = self.follow(nodal_diameter), self.stiffness(nodal_diameter)
         left = slice(W.shape[1])
-        factor = np.asarray(sl.cholesky(S[left, left], lower=True))
+        factor = definite_factor(S[left, left])
+        if factor is None:
+            raise InputError(self._free_motion(nodal_diameter, S[left, left]))
         return Sector(self, W, S, factor)
+
+    def _free_motion(self, nodal_diameter: int, on_face: Matrix) -> str:
+        """What moves freely at a nodal diameter although the masters are held."""
+        scale = 1 / np.sqrt(np.diagonal(on_face).real)
+        values, V = sl.eigh(scale[:, None] * on_face * scale)
+        free = V[:, : max(1, int(np.sum(values < FREE)))] * scale[:, None]
+        moved = np.concatenate(
+            [self.follow(nodal_diameter) @ free, np.zeros((len(self.problem.rows), free.shape[1]))]
+        )
+        motions = np.concatenate([free, self.interior.extend(moved)])
+        error = SingularError(np.linalg.qr(motions)[0])
+        T, means = self.transform(nodal_diameter), self.problem.means
+        found = free_motion(self.problem.model, error, T if means is None else means @ T)
+        return f"{found} (at nodal diameter {nodal_diameter}, the masters held)"
 
 
 @dataclass(frozen=True)
@@ -145,6 +165,16 @@ class Sector:
     def _up(self, halfway: Matrix, x_l: Matrix, x_m: Matrix) -> Matrix:
         moved = np.concatenate([self.follow @ x_l, x_m])
         return np.concatenate([x_l, self.part.interior.up(halfway, moved)])
+
+
+def definite_factor(A: Matrix) -> Matrix | None:
+    """Lower Cholesky factor; None where A is singular but for round-off, or indefinite."""
+    try:
+        factor = np.asarray(sl.cholesky(A, lower=True))
+    except sl.LinAlgError:
+        return None
+    left = np.diagonal(factor).real ** 2 / np.diagonal(A).real
+    return factor if left.min(initial=1.0) > FREE else None
 
 
 def condensed(problem: Problem) -> Condensed:

@@ -10,31 +10,28 @@ from collections.abc import Iterable
 
 import scipy.sparse as sp
 
-from vanelock.errors import InputError
 from vanelock.rom.component import Component
 from vanelock.rom.condensed import Condensed, condensed
 from vanelock.rom.held import HeldPart, held_part
 from vanelock.rom.problem import Problem
 from vanelock.rom.projection import projected
-from vanelock.rom.selection import Selection, own_band
+from vanelock.rom.selection import Selection
 
 
 def cyclic_first(problem: Problem, wanted: Selection, diameters: Iterable[int]) -> Component:
     """Reduce a cyclic part at nodal diameters; all keep equally many fixed-interface vectors."""
     shared = condensed(problem)
-    products, band = {}, wanted.band
+    products, bands = {}, []
     for k in diameters:
         part = at_diameter(shared, k)
-        products[k] = projected(part, wanted.of(part))
-        if wanted.accuracy is not None and wanted.band is None:
-            band = max(band or 0.0, own_band(part))
-    count = max((found.candidates.count for found in products.values()), default=0)
+        chosen = wanted.within(part)
+        products[k] = projected(part, chosen.of(part))
+        bands.append(chosen.band)
+    count = max(found.candidates.count for found in products.values())
     for k, found in products.items():
         if count > found.candidates.most:
-            raise InputError(
-                f"{problem.model.part.name}: nodal diameter {k} has only {found.candidates.most} "
-                f"of the {count} fixed-interface vectors that others need: give modes"
-            )
+            part = at_diameter(shared, k)
+            products[k] = projected(part, found.candidates.filled(part, count))
     return Component(
         masters=problem.masters,
         cyclic=True,
@@ -43,7 +40,7 @@ def cyclic_first(problem: Problem, wanted: Selection, diameters: Iterable[int]) 
         fixed_modes=count,
         diameters={k: p.reduced(count, p.vectors(count)) for k, p in products.items()},
         boundary_nodes=problem.masters.nodes,
-        band=band,
+        band=min((band for band in bands if band is not None), default=None),
     )
 
 

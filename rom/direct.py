@@ -13,7 +13,7 @@ import numpy as np
 import scipy.linalg as sl
 
 from vanelock.rom.component import Component, Reduced
-from vanelock.rom.condensed import Condensed, condensed
+from vanelock.rom.condensed import Condensed, condensed, definite_factor
 from vanelock.rom.cyclic import cyclic_constraint
 from vanelock.rom.fixed import Fixed
 from vanelock.rom.held import COLUMNS, hermitian
@@ -79,7 +79,7 @@ def _mass(shared: Condensed, Phi: Matrix, moved: Matrix) -> tuple[Matrix, Matrix
     problem, slaves = shared.problem, shared.slaves
     boundary = problem.boundary_rows
     forces, modal = [], []
-    for start in range(0, moved.shape[1], COLUMNS):
+    for start in range(0, max(1, moved.shape[1]), COLUMNS):
         block = moved[:, start : start + COLUMNS]
         x = np.empty((problem.K.shape[0], block.shape[1]), block.dtype)
         x[boundary] = block
@@ -139,13 +139,13 @@ class _Face:
     def modes(self, count: int) -> Matrix:
         """(b, count) lowest face modes."""
         size = len(self.stiffness)
-        if count * DENSE > size:
+        factor = definite_factor(self.stiffness) if count * DENSE <= size else None
+        if factor is None:  # many modes are wanted, or the part is free to move
             mass = hermitian(self.mass(np.eye(size, dtype=self.S.dtype)))
             return np.asarray(sl.eigh(self.stiffness, mass, subset_by_index=[0, count - 1])[1])
-        factor = sl.cho_factor(self.stiffness)
         start = np.random.default_rng(0).standard_normal((size, BLOCK)).astype(self.S.dtype)
         return lowest_modes(
-            lambda f: sl.cho_solve(factor, f),
+            lambda f: sl.cho_solve((factor, True), f),
             self.mass,
             start,
             lambda squared: count if len(squared) >= count else None,

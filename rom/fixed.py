@@ -39,6 +39,8 @@ LEVELS = 6
 RESERVE = 12
 """Vectors at hand beyond those needed, so that all nodal diameters may keep equally many."""
 _ROUND_OFF = 1e-12
+_NEW = 1e-6
+"""Least part of a further mode's strain energy that the vectors at hand do not hold."""
 
 
 @dataclass(frozen=True)
@@ -52,7 +54,8 @@ class Fixed:
     omega_squared : (f,) float
         Ascending, rad²/s².
     complete : float
-        Circular frequency up to which no fixed-interface mode is left out, rad/s.
+        Circular frequency up to which no fixed-interface mode is left out, rad/s; infinite where
+        the vectors are all there are.
     """
 
     vectors: Matrix
@@ -71,10 +74,8 @@ def fixed_modes(
         If there are fewer than that.
     """
     s = M_ss.shape[0]
-    if count is not None and not 0 <= count < s:
-        raise InputError(
-            f"{count} fixed-interface modes of {s} slave dofs: allowed are 0 to {s - 1}"
-        )
+    if count is not None and not 0 <= count <= s:
+        raise InputError(f"{count} fixed-interface modes of {s} slave dofs: allowed are 0 to {s}")
     if count == 0:
         return Fixed(np.empty((s, 0), M_ss.dtype), np.empty(0), 0.0)
 
@@ -87,8 +88,8 @@ def fixed_modes(
     rng = np.random.default_rng(0)
     start = rng.standard_normal((s, min(s, BLOCK))).astype(M_ss.dtype)
     squared, vectors = lowest_modes(solve, lambda x: M_ss @ x, start, enough)
-    complete = float(np.sqrt(squared[-1]))
-    if below is not None:  # the last one lies above and only proves that none is missing
+    complete = np.inf if len(squared) == s else float(np.sqrt(squared[-1]))
+    if below is not None and squared[-1] > below**2:  # it only proves that none is missing
         squared, vectors = squared[:-1], vectors[:, :-1]
     return Fixed(vectors, squared, complete)
 
@@ -131,6 +132,39 @@ class Candidates:
         """Number of modes and vectors there are."""
         return len(self.modes.omega_squared) + int(self.vectors.shape[1])
 
+    def filled(self, part: HeldPart, count: int) -> "Candidates":
+        """The same, with what further modes add to it behind, where there are fewer than `count`.
+
+        Raises
+        ------
+        InputError
+            If the part has not so many dofs.
+        """
+        lacking = count - self.most
+        if lacking <= 0:
+            return self
+        solve, M_ss, exact = part.held.solve, part.M_ss, len(self.modes.omega_squared)
+        if self.vectors.shape[1] == 0:
+            return Candidates.exactly(fixed_modes(solve, M_ss, count))
+        W, more = self.vectors, lacking
+        while True:
+            # W may hold some of them already: what counts is the part that is orthogonal to it.
+            further = fixed_modes(solve, M_ss, exact + more)
+            Phi, squared = further.vectors[:, exact:], further.omega_squared[exact:]
+            Phi, MPhi = Phi / np.sqrt(squared), M_ss @ (Phi * np.sqrt(squared))
+            overlap = W.conj().T @ MPhi
+            c = sl.solve(self.stiffness, overlap, assume_a="pos")
+            new, V = sl.eigh(np.eye(more) - hermitian(overlap.conj().T @ c))
+            if np.sum(new > _NEW) >= lacking or exact + more == M_ss.shape[0]:
+                break
+            more = min(more + lacking, M_ss.shape[0] - exact)
+        if np.sum(new > _NEW) < lacking:
+            raise InputError(f"{count} fixed-interface vectors of {M_ss.shape[0]} slave dofs")
+        V = V[:, -lacking:] / np.sqrt(new[-lacking:])
+        W = np.hstack([W, Phi @ V - W @ (c @ V)])
+        stiffness = sl.block_diag(self.stiffness, np.eye(lacking))
+        return Candidates(self.modes, W, stiffness, hermitian(W.conj().T @ (M_ss @ W)), self.needed)
+
     def all(self, count: int | None = None) -> Matrix:
         """(s, f + a) the modes and the vectors, or the first of them."""
         return np.hstack([self.modes.vectors, self.vectors])[:, :count]
@@ -165,6 +199,8 @@ def accurate(part: HeldPart, accuracy: float, highest: float) -> Candidates:
     """
     modes = fixed_modes(part.held.solve, part.M_ss, below=MARGIN * highest)
     Phi, squared = modes.vectors, modes.omega_squared
+    if np.isinf(modes.complete) or part.K_mm.size == 0:
+        return Candidates.exactly(modes)
     bound = (1 - MARGIN**-2) * accuracy  # E at ω exceeds E at 0 by no more
     m_j = Phi.conj().T @ part.inertia
     E = part.compliance - (m_j.conj().T / squared) @ m_j
@@ -183,6 +219,10 @@ def accurate(part: HeldPart, accuracy: float, highest: float) -> Candidates:
             break
         W, KW = np.hstack([W, more]), np.hstack([KW, of_more])
     needed = W.shape[1]
+    if len(squared) + needed >= len(W):  # a small part in a wide band
+        return Candidates.exactly(fixed_modes(part.held.solve, part.M_ss, len(W)))
+    most = min(most, first + len(W) - len(squared) - needed)
+    answers, loads = answers[:, :most], loads[:, :most]
     W, KW = np.hstack([W, answers[:, first:]]), np.hstack([KW, loads[:, first:]])
     scale = 1 / np.sqrt(np.einsum("ij,ij->j", W.conj(), KW).real)
     W, KW = W * scale, KW * scale

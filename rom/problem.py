@@ -81,8 +81,8 @@ def problem(model: Model, masters: Masters, cyclic: bool) -> Problem:
     Raises
     ------
     InputError
-        If a master is clamped or lies on a cyclic face, the faces do not match, or the mesh is too
-        coarse for the patches of averaged masters.
+        If a master is clamped or lies on a cyclic face, the faces do not match, nothing is left, or
+        the mesh is too coarse for the patches of averaged masters.
     """
     name, none = model.part.name, np.empty(0, np.int64)
     left, right = _free_faces(model) if cyclic else (none, none)
@@ -92,6 +92,10 @@ def problem(model: Model, masters: Masters, cyclic: bool) -> Problem:
     if np.any(rows < 0):
         clamped = masters.nodes[np.any(rows < 0, axis=1)]
         raise InputError(f"{name}: master node {clamped[0]} is clamped")
+    if 2 * 3 * len(left) + rows.size == model.K.shape[0]:
+        raise InputError(
+            f"{name}: no node is left beside masters and cyclic faces: nothing to reduce"
+        )
     means, K, M = with_means(model, masters.averaged)
     return Problem(model, masters, K, M, rows.ravel(), left, right, means)
 
@@ -110,7 +114,8 @@ def condense(problem: Problem) -> tuple[Matrix, Interior]:
         return S, interior
     except SingularError as error:
         rest = np.setdiff1d(np.arange(problem.K.shape[0]), rows)
-        raise InputError(free_motion(problem.model, error, rest)) from None
+        moving = rest if problem.means is None else problem.means[:, rest]
+        raise InputError(free_motion(problem.model, error, moving)) from None
 
 
 def _free_faces(model: Model) -> tuple[Rows, Rows]:

@@ -1,6 +1,7 @@
 """From a finite-element model to a component, by one of three routes."""
 
 from collections.abc import Iterable, Sequence
+from numbers import Integral
 from typing import Literal
 
 from vanelock.errors import InputError
@@ -78,16 +79,17 @@ def reduce(
     """
     cyclic = nodal_diameters is not None
     _check_route(route, interface, interface_modes, accuracy, cyclic)
-    given = problem(model, choose(model.part, masters, averaged), cyclic)
+    diameters = _diameters(nodal_diameters, model.part.sectors)
+    chosen = choose(model.part, _names("masters", masters), _names("averaged", averaged))
     if modes is None and cutoff is None and accuracy is None:
         if cyclic and route != "cyclic":
             modes = MODES
         else:
             accuracy = DEFAULT
     wanted = Selection(modes, cutoff, accuracy, band)
-    if nodal_diameters is None:
+    given = problem(model, chosen, cyclic)
+    if not cyclic:
         return whole(given, wanted)
-    diameters = sorted({k % model.part.sectors for k in nodal_diameters})
     if route == "cyclic":
         return cyclic_first(given, wanted, diameters)
     follow = {"paper": paper, "direct": direct}[route]
@@ -106,17 +108,50 @@ def _check_route(
         raise InputError(f'route = "{route}": allowed are "cyclic", "direct" and "paper"')
     if interface not in (None, "published", "followed"):
         raise InputError(f'interface = "{interface}": allowed are "published" and "followed"')
-    if interface_modes is not None and interface_modes < 1:
-        raise InputError(f"interface_modes = {interface_modes}: allowed are 1 and more")
-    if cyclic and route == "cyclic":
-        for name, value in (("interface", interface), ("interface_modes", interface_modes)):
-            if value is not None:
-                raise InputError(
-                    f'{name} = {value}: the route "cyclic" has no interface to reduce: '
-                    'choose route = "direct" or "paper"'
-                )
+    if interface_modes is not None:
+        if isinstance(interface_modes, bool) or not isinstance(interface_modes, Integral):
+            raise InputError(f"interface_modes = {interface_modes!r}: must be a whole number")
+        if interface_modes < 1:
+            raise InputError(f"interface_modes = {interface_modes}: allowed are 1 and more")
+    for name, value in (("interface", interface), ("interface_modes", interface_modes)):
+        if value is not None and not cyclic:
+            raise InputError(
+                f"{name} = {value}: a part in one piece has no interface to reduce: "
+                "give nodal_diameters"
+            )
+        if value is not None and route == "cyclic":
+            raise InputError(
+                f'{name} = {value}: the route "cyclic" has no interface to reduce: '
+                'choose route = "direct" or "paper"'
+            )
     if cyclic and route != "cyclic" and accuracy is not None:
         raise InputError(
-            f'accuracy = {accuracy:g}: the route "{route}" takes modes or cutoff; '
+            f'accuracy = {accuracy}: the route "{route}" takes modes or cutoff; '
             'accuracy needs route = "cyclic"'
         )
+
+
+def _names(key: str, given: Sequence[str]) -> tuple[str, ...]:
+    """Names of node sets; a single one is refused, lest its letters be taken for names."""
+    allowed = not isinstance(given, str) and isinstance(given, Iterable)
+    names = tuple(given) if allowed else ()
+    if not allowed or not all(isinstance(name, str) for name in names):
+        raise InputError(f"{key} = {_shown(given)}: must be a sequence of names of node sets")
+    return names
+
+
+def _diameters(nodal_diameters: Iterable[int] | None, sectors: int) -> list[int]:
+    """Nodal diameters 0 to N - 1, ascending, each once; none for a part in one piece."""
+    if nodal_diameters is None:
+        return []
+    allowed = not isinstance(nodal_diameters, str) and isinstance(nodal_diameters, Iterable)
+    found = list(nodal_diameters) if allowed else []
+    if not found or not all(isinstance(k, Integral) for k in found):
+        raise InputError(
+            f"nodal_diameters = {_shown(nodal_diameters)}: must be one or several whole numbers"
+        )
+    return sorted({int(k) % sectors for k in found})
+
+
+def _shown(value: object) -> str:
+    return " ".join(repr(value).split())

@@ -1,7 +1,8 @@
 """How many fixed-interface vectors a reduction keeps, as its caller says it."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from numbers import Integral, Real
 
 import numpy as np
 import scipy.linalg as sl
@@ -45,6 +46,10 @@ class Selection:
 
     def __post_init__(self) -> None:
         given = {"modes": self.modes, "cutoff": self.cutoff, "accuracy": self.accuracy}
+        for name, value in {**given, "band": self.band}.items():
+            kind, what = (Integral, "a whole number") if name == "modes" else (Real, "a number")
+            if value is not None and (isinstance(value, bool) or not isinstance(value, kind)):
+                raise InputError(f"{name} = {value!r}: must be {what}")
         named = [f"{name} = {value:g}" for name, value in given.items() if value is not None]
         if len(named) != 1:
             raise InputError(f"{' and '.join(named) or 'nothing given'}: give one of {_one(given)}")
@@ -52,18 +57,23 @@ class Selection:
             raise InputError(f"modes = {self.modes}: allowed are 0 and more")
         for name, value in (("cutoff", self.cutoff), ("band", self.band)):
             if value is not None and not (value > 0 and math.isfinite(value)):
-                raise InputError(f"{name} = {value:g} Hz: must be > 0")
+                raise InputError(f"{name} = {value:g} Hz: must be > 0 and finite")
         if self.accuracy is not None and not 1e-9 <= self.accuracy < 1:
             raise InputError(f"accuracy = {self.accuracy:g}: allowed are 1e-9 to 1")
         if self.band is not None and self.accuracy is None:
             raise InputError(f"band = {self.band:g} Hz: goes with accuracy only, not {named[0]}")
 
+    def within(self, part: HeldPart) -> "Selection":
+        """The same with the band told, where an accuracy needs one."""
+        if self.accuracy is None or self.band is not None:
+            return self
+        return replace(self, band=own_band(part))
+
     def of(self, part: HeldPart) -> Candidates:
-        """What it takes of a part."""
-        if self.accuracy is None:
+        """What it takes of a part; an accuracy needs its band."""
+        if self.accuracy is None or self.band is None:
             return Candidates.exactly(self.modes_of(part.held.solve, part.M_ss))
-        band = self.band or own_band(part)
-        return accurate(part, self.accuracy, 2 * np.pi * band)
+        return accurate(part, self.accuracy, 2 * np.pi * self.band)
 
     def modes_of(self, solve: Solve, M_ss: sp.csc_array) -> Fixed:
         """Fixed-interface modes, where these are what is wanted."""

@@ -13,7 +13,7 @@ from vanelock.rom.component import Component
 from vanelock.rom.held import Piece, held_part
 from vanelock.rom.problem import Problem, condense
 from vanelock.rom.projection import projected
-from vanelock.rom.selection import Selection, own_band
+from vanelock.rom.selection import Selection
 
 
 def whole(problem: Problem, wanted: Selection) -> Component:
@@ -23,6 +23,7 @@ def whole(problem: Problem, wanted: Selection) -> Component:
     M_s, M_m = problem.M[s], problem.M[m]
     held = Piece(*condense(problem))
     part = held_part(held, M_s[:, m].tocsc(), M_s[:, s].tocsc(), M_m[:, m])
+    wanted = wanted.within(part)
     products = projected(part, wanted.of(part))
     count = products.candidates.count
     return Component(
@@ -34,5 +35,5 @@ def whole(problem: Problem, wanted: Selection) -> Component:
         diameters={0: products.reduced(count)},
         boundary_nodes=problem.boundary_nodes,
         vectors=products.vectors(count),
-        band=(wanted.band or own_band(part)) if wanted.accuracy else None,
+        band=wanted.band,
     )
