@@ -93,14 +93,24 @@ def test_gauge_on_a_cantilever(lattice, cell_type, record_property):
     assert max(worst.values()) < (5e-3 if cell_type == "tetra10" else 1e-4)
 
 
-@pytest.mark.parametrize("interlock", ["free", "closed"])
-def test_strains_of_the_reduced_vane_are_those_of_the_unreduced(scene, interlock, record_property):
+@pytest.mark.parametrize(("interlock", "modes"), [("free", 5), ("closed", 5), ("closed", 40)])
+def test_strains_of_the_reduced_vane_are_those_of_the_unreduced(
+    scene, interlock, modes, record_property
+):
     # Second mode of ND 1, both models' shapes mass-normalised; the phase is free. By Rayleigh's
     # quotient the squared error of the stresses, in energy, is the error of ω².
     vane, casing = scene.vane_model, scene.casing_model
     frequency, vectors = scene.truth(1, interlock)
+    blade = rom.reduce(vane, tuple(scene.vane.masters.node_sets), modes)
+    sets = tuple(scene.casing.masters.node_sets)
+    system = rom.join(
+        blade,
+        other := rom.reduce(casing, sets, modes, nodal_diameters=[1]),
+        scene.joints,
+        rom.Excitation(1, force=30.0),
+    )
     closed = ~scene.interlock if interlock == "free" else None
-    found, shapes = rom.linear_modes(scene.system, 1, 2, closed)
+    found, shapes = rom.linear_modes(system, 1, 2, closed)
     of_frequency = found[1] / frequency[1] - 1
     T = fem.cyclic_transform(casing, 1)
     shell = casing.field(T @ vectors[: T.shape[1], 1])
@@ -110,8 +120,8 @@ def test_strains_of_the_reduced_vane_are_those_of_the_unreduced(scene, interlock
     x[np.setdiff1d(np.arange(len(x)), merged)] = vectors[T.shape[1] :, 1]
     x[merged] = shell[casing.part.node_sets["key"]].ravel()
     truth = vane.field(x)
-    recovery = rom.recovery(scene.vane, vane)
-    q = rom.split(scene.vane, scene.casing, shapes[:, 1])[0]
+    recovery = rom.recovery(blade, vane)
+    q = rom.split(blade, other, shapes[:, 1])[0]
     u = recovery.displacement(q, 1)
     phase = np.vdot(u, truth) / abs(np.vdot(u, truth))
 
@@ -128,5 +138,5 @@ def test_strains_of_the_reduced_vane_are_those_of_the_unreduced(scene, interlock
     record_property("gauges", f"{of_gauges:.1e} of the largest strain")
     record_property("stress at nodes, rms", f"{of_field:.1e}")
     record_property("frequency", f"{of_frequency:.1e}")
-    assert of_gauges < 0.01
-    assert of_field < np.sqrt(2 * of_frequency)
+    assert of_frequency > 0
+    assert max(of_gauges, of_field) < np.sqrt(2 * of_frequency)
