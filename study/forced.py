@@ -25,14 +25,17 @@ def linear_system_step(
     return system_step(_without_friction(study), vane, casing)
 
 
-def limits_step(study: Study, system: Step[System]) -> Step[Limits]:
-    """Modes with the interlock free and stuck."""
+def limits_step(
+    study: Study, system: Step[System], vane: Step[Component], casing: Step[Component]
+) -> Step[Limits]:
+    """Modes with the interlock free and stuck, and their errors."""
     mode = study.response.mode
 
-    def compute(system: System) -> Limits:
-        return limits(system, mode)
+    def compute(system: System, vane: Component, casing: Component) -> Limits:
+        return limits(system, mode, vane, casing)
 
-    return step("linear limits", "rom", {"mode": mode}, Limits, (system,), compute)
+    needs = (system, vane, casing)
+    return step("linear limits", "rom", {"mode": mode}, Limits, needs, compute)
 
 
 def preload_step(study: Study, system: Step[System]) -> Step[Response]:

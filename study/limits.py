@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from vanelock.errors import InputError
 from vanelock.product import Product
-from vanelock.rom import System, linear_modes, mac
+from vanelock.rom import Component, System, frequency_errors, linear_modes, mac
 from vanelock.study.model import Study
 
 SHOWN = 6
@@ -35,6 +35,9 @@ class Limits(Product):
         Place of the mode of interest among them, from 0.
     mac : float
         Modal assurance criterion between the two.
+    free_error, stuck_error : (m,) float
+        Estimated relative error of each frequency from reducing the parts; NaN where the route of
+        the reduction does not tell.
     """
 
     nodal_diameter: int
@@ -45,6 +48,8 @@ class Limits(Product):
     free_mode: int
     stuck_mode: int
     mac: float
+    free_error: NDArray[np.float64]
+    stuck_error: NDArray[np.float64]
 
     @property
     def free_frequency(self) -> float:
@@ -73,7 +78,12 @@ def hooks(joints: Sequence[str]) -> NDArray[np.bool_]:
     return np.array([joint != "interlock" for joint in joints], bool)
 
 
-def limits(system: System, mode: int) -> Limits:
+def limits(
+    system: System,
+    mode: int,
+    vane: Component | None = None,
+    casing: Component | None = None,
+) -> Limits:
     """Modes of both limits, and the mode of interest in both.
 
     Parameters
@@ -82,6 +92,8 @@ def limits(system: System, mode: int) -> Limits:
         The system of a case.
     mode : int
         Place of the mode of interest with the interlock free, from 1.
+    vane, casing : Component, optional
+        The parts that it joins, for the errors.
     """
     k = system.nodal_diameter(1)
     size = len(system.at(k).K)
@@ -101,7 +113,25 @@ def limits(system: System, mode: int) -> Limits:
         free_mode=mode - 1,
         stuck_mode=partner,
         mac=float(likeness[partner]),
+        free_error=_errors(system, vane, casing, count, hooks(system.contacts.joint)),
+        stuck_error=_errors(system, vane, casing, count, None),
     )
+
+
+def _errors(
+    system: System,
+    vane: Component | None,
+    casing: Component | None,
+    count: int,
+    closed: NDArray[np.bool_] | None,
+) -> NDArray[np.float64]:
+    k = system.nodal_diameter(1)
+    unknown = np.full(count, np.nan)
+    if vane is None or casing is None:
+        return unknown
+    if vane.at(k).neglected is None or casing.at(k).neglected is None:
+        return unknown
+    return np.asarray(frequency_errors(system, vane, casing, k, count, closed).total)
 
 
 def frequencies(study: Study, limits: Limits) -> NDArray[np.float64] | tuple[float, float]:

@@ -56,9 +56,12 @@ def limits_table(name: str, limits: Limits) -> Table:
         Column("frequency_hz", "its f [Hz]", ".6g"),
         Column("rise_percent", "rise [%]", "+.4g"),
         Column("mac", "MAC", ".3f"),
+        Column("error", "reduction error <", ".0e"),
     )
-    free = (limits.free_mode + 1, limits.free_frequency, None, None)
-    stuck = (limits.stuck_mode + 1, limits.stuck_frequency, _known(100 * limits.rise), limits.mac)
+    errors = [_known(float(e[:count].max())) for e in (limits.free_error, limits.stuck_error)]
+    free = (limits.free_mode + 1, limits.free_frequency, None, None, errors[0])
+    rise = _known(100 * limits.rise)
+    stuck = (limits.stuck_mode + 1, limits.stuck_frequency, rise, limits.mac, errors[1])
     rows: list[tuple[Cell, ...]] = [("free", *limits.free[:count].tolist(), *free)]
     if limits.interlock:
         rows.append(("stuck", *limits.stuck[:count].tolist(), *stuck))

@@ -142,22 +142,62 @@ class Joints(Table):
     interlock: InterlockJoint = InterlockJoint()
 
 
+ACCURACY, MODES = 1e-4, 10
+"""What the routes take unless the study says otherwise."""
+
+Modes = Annotated[int | None, Field(ge=1, le=1000)]
+
+
 class Rom(Table):
     """Reduced-order model."""
 
-    route: Literal["paper"] = Field(default="paper", description="route")
-    vane_modes: int = Field(
-        default=10, ge=1, le=1000, description="number of fixed-interface modes"
+    route: Literal["cyclic", "direct", "paper"] = Field(default="cyclic", description="route")
+    accuracy: float | None = Field(
+        default=None, ge=1e-9, lt=1, description="relative error of natural frequencies"
     )
-    casing_modes: int = Field(
-        default=10, ge=1, le=1000, description="number of fixed-interface modes"
+    band: Annotated[Frequency, Field(gt=0)] | None = Field(
+        default=None, description="frequency up to which the accuracy holds [Hz]"
     )
-    interface_modes: int = Field(
-        default=10, ge=1, le=10000, description="number of interface modes"
+    vane_modes: Modes = Field(default=None, description="number of fixed-interface modes")
+    casing_modes: Modes = Field(default=None, description="number of fixed-interface modes")
+    interface_modes: int | None = Field(
+        default=None, ge=1, le=10000, description="number of interface modes"
     )
-    interface: Literal["published", "followed"] = Field(
-        default="published", description="interface basis"
+    interface: Literal["published", "followed"] | None = Field(
+        default=None, description="interface basis"
     )
+
+    @model_validator(mode="after")
+    def _belongs_to_the_route(self) -> Self:
+        """What the route would not heed is refused."""
+        if self.route == "cyclic":
+            for name in ("interface", "interface_modes"):
+                if (value := getattr(self, name)) is not None:
+                    raise ValueError(
+                        f'{name} = {value}: rom.route = "cyclic" has no interface to reduce; '
+                        'choose "direct" or "paper"'
+                    )
+            by_number = self.vane_modes is not None and self.casing_modes is not None
+        else:
+            by_number = True
+        for name in ("accuracy", "band"):
+            if by_number and (value := getattr(self, name)) is not None:
+                why = (
+                    "vane_modes and casing_modes are given"
+                    if self.route == "cyclic"
+                    else f'rom.route = "{self.route}" takes numbers of modes'
+                )
+                raise ValueError(f"{name} = {value:g}: {why}")
+        return self
+
+    def of(self, part: str) -> dict[str, int | float | None]:
+        """How many vectors `rom.reduce` is asked for."""
+        modes = {"vane": self.vane_modes, "casing": self.casing_modes}[part]
+        if modes is not None:
+            return {"modes": modes}
+        if self.route != "cyclic":
+            return {"modes": MODES}
+        return {"accuracy": ACCURACY if self.accuracy is None else self.accuracy, "band": self.band}
 
 
 class Excitation(Table):

@@ -96,7 +96,9 @@ def plan(cases: Sequence[Case], progress: Progress) -> tuple[Planned, ...]:
     ]
     systems = [system_step(c.study, **rom) for c, rom in zip(cases, roms, strict=True)]
     bases = [linear_system_step(c.study, **rom) for c, rom in zip(cases, roms, strict=True)]
-    modes = [limits_step(c.study, base) for c, base in zip(cases, bases, strict=True)]
+    modes = [
+        limits_step(c.study, base, **rom) for c, base, rom in zip(cases, bases, roms, strict=True)
+    ]
     linears = [
         {which: linear_step(c.study, which, base, mode) for which in LIMITS}
         for c, base, mode in zip(cases, bases, modes, strict=True)

@@ -160,21 +160,36 @@ def model_step(study: Study, part: str) -> Step[Model]:
 
 
 def rom_step(study: Study, part: str, diameters: Iterable[int]) -> Step[Component]:
-    """Reduced model of a part; the casing's at the given nodal diameters."""
+    """Reduced model of a part; the casing's at the given nodal diameters.
+
+    Where an accuracy is asked for and no band, the vane's tenth elastic mode ends it for both.
+    """
     options = study.rom
-    inputs: dict[str, Any] = {"masters": MASTERS[part], "modes": getattr(options, f"{part}_modes")}
-    if part == "casing":
-        inputs |= {
-            "nodal_diameters": sorted(diameters),
-            "route": options.route,
-            "interface": options.interface,
-            "interface_modes": options.interface_modes,
-        }
+    inputs: dict[str, Any] = {"masters": masters(study, part), **options.of(part)}
+    if part == "vane":
 
-    def compute(model: Model) -> Component:
-        return rom.reduce(model, **inputs)
+        def compute(model: Model) -> Component:
+            return rom.reduce(model, **inputs)
 
-    return step(f"rom {part}", "rom", inputs, Component, (model_step(study, part),), compute)
+        return step("rom vane", "rom", inputs, Component, (model_step(study, part),), compute)
+    inputs |= {"nodal_diameters": sorted(diameters), "route": options.route}
+    inputs |= {"interface": options.interface, "interface_modes": options.interface_modes}
+    needs: tuple[Step[Any], ...] = (model_step(study, part),)
+    if inputs.get("accuracy") is not None and inputs["band"] is None:
+        needs += (rom_step(study, "vane", ()),)
+
+    def follow(model: Model, vane: Component | None = None) -> Component:
+        band = {} if vane is None else {"band": vane.band}
+        return rom.reduce(model, **inputs | band)
+
+    return step("rom casing", "rom", inputs, Component, needs, follow)
+
+
+def masters(study: Study, part: str) -> tuple[str, ...]:
+    """Node sets that the joints, loads and outputs of a study use."""
+    if study.joints.interlock.enabled:
+        return MASTERS[part]
+    return tuple(name for name in MASTERS[part] if not name.startswith("interlock"))
 
 
 def diameters(studies: Iterable[Study]) -> tuple[int, ...]:

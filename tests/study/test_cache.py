@@ -191,7 +191,7 @@ CASE = {"system", "preload", "response nominal"}
                 "response nominal",
             },
         ),
-        ("[rom]\ninterface_modes = 12", CASING_ON - {"mesh casing", "fem casing"}),
+        ("[rom]\ncasing_modes = 12", CASING_ON - {"mesh casing", "fem casing"}),
         ("[material.casing]\nrho = 8000", CASING_ON - {"mesh casing"}),
         ('[casing]\nouter_radius = "605 mm"', CASING_ON),
         ("[vane.hook]\nband_extent = 0.91", EVERYTHING),

@@ -115,7 +115,10 @@ def test_other_units():
             '[joints.hook]\nkn = "-2 N/m"',
             'joints.hook.kn = "-2 N/m": normal stiffness must be > 0 N/m',
         ),
-        ('[rom]\nroute = "fast"', 'rom.route = "fast": route must be one of "paper"'),
+        (
+            '[rom]\nroute = "fast"',
+            'rom.route = "fast": route must be one of "cyclic", "direct" or "paper"',
+        ),
         (
             '[mesh]\nsize = "tiny"',
             'mesh.size = "tiny": element size must be "coarse" or "medium", or 1 mm to 50 mm '
