@@ -55,5 +55,9 @@ def _block(apply: Solve, b: Matrix, is_complex: bool) -> Matrix:
     if not np.iscomplexobj(b):
         return apply(np.asfortranarray(b, np.float64))
     k = b.shape[1]
-    x = apply(np.asfortranarray(np.hstack([b.real, b.imag])))
-    return x[:, :k] + 1j * x[:, k:]
+    pair = np.empty((len(b), 2 * k), order="F")
+    pair[:, :k], pair[:, k:] = b.real, b.imag
+    parts = apply(pair)
+    x = np.empty((len(parts), k), np.complex128, order="F")
+    x.real, x.imag = parts[:, :k], parts[:, k:]
+    return x

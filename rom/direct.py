@@ -145,12 +145,8 @@ class _Face:
             return np.asarray(sl.eigh(self.stiffness, mass, subset_by_index=[0, count - 1])[1])
         start = np.random.default_rng(0).standard_normal((size, BLOCK)).astype(self.S.dtype)
         return lowest_modes(
-            lambda f: sl.cho_solve((factor, True), f),
-            self.mass,
-            start,
-            lambda squared: count if len(squared) >= count else None,
-            tolerance=FACE,
-        )[1]
+            lambda f: sl.cho_solve((factor, True), f), self.mass, start, count, tolerance=FACE
+        ).vectors
 
 
 def _at_diameter(

@@ -29,7 +29,7 @@ from numpy.typing import NDArray
 
 from vanelock.errors import InputError
 from vanelock.rom.held import HeldPart, Solve, hermitian
-from vanelock.rom.krylov import BLOCK, lowest_modes
+from vanelock.rom.krylov import BLOCK, TOLERANCE, lowest_modes
 from vanelock.rom.system import Matrix
 
 MARGIN = 2.0
@@ -64,7 +64,11 @@ class Fixed:
 
 
 def fixed_modes(
-    solve: Solve, M_ss: sp.csc_array, count: int | None = None, below: float | None = None
+    solve: Solve,
+    M_ss: sp.csc_array,
+    count: int | None = None,
+    below: float | None = None,
+    tolerance: float = TOLERANCE,
 ) -> Fixed:
     """Lowest fixed-interface modes: a number of them, or all up to a circular frequency.
 
@@ -79,19 +83,13 @@ def fixed_modes(
     if count == 0:
         return Fixed(np.empty((s, 0), M_ss.dtype), np.empty(0), 0.0)
 
-    def enough(squared: NDArray[np.float64]) -> int | None:
-        if below is None:
-            return count if count is not None and len(squared) >= count else None
-        inside = int(np.sum(squared <= below**2))
-        return inside + 1 if inside < len(squared) else None
-
     rng = np.random.default_rng(0)
     start = rng.standard_normal((s, min(s, BLOCK))).astype(M_ss.dtype)
-    squared, vectors = lowest_modes(solve, lambda x: M_ss @ x, start, enough)
-    complete = np.inf if len(squared) == s else float(np.sqrt(squared[-1]))
-    if below is not None and squared[-1] > below**2:  # it only proves that none is missing
-        squared, vectors = squared[:-1], vectors[:, :-1]
-    return Fixed(vectors, squared, complete)
+    highest = np.inf if below is None else below**2
+    found = lowest_modes(solve, lambda x: M_ss @ x, start, count, highest, tolerance)
+    all_of_them = len(found.omega_squared) == s
+    complete = np.inf if all_of_them else float(np.sqrt(found.beyond))
+    return Fixed(found.vectors, found.omega_squared, complete)
 
 
 @dataclass(frozen=True)
@@ -213,10 +211,12 @@ def accurate(part: HeldPart, accuracy: float, highest: float) -> Candidates:
     loads = part.inertia @ X[:, :most] - part.M_ss @ (Phi @ m_x)
     answers = part.held.solve(loads)
     W, KW = answers[:, :first], loads[:, :first]
+    treated = loads[:, :first]
     for _ in range(LEVELS):
-        more, of_more = _missing(part, modes, W, KW, loads[:, :first], bound, highest)
+        more, of_more, worst = _missing(part, modes, W, KW, treated, bound, highest)
         if more.shape[1] == 0:
             break
+        treated = treated @ worst
         W, KW = np.hstack([W, more]), np.hstack([KW, of_more])
     needed = W.shape[1]
     if len(squared) + needed >= len(W):  # a small part in a wide band
@@ -238,10 +238,13 @@ def _missing(
     loads: Matrix,
     bound: float,
     highest: float,
-) -> tuple[Matrix, Matrix]:
-    """Static answers, and their loads, to what W leaves of the loads at the highest frequency."""
+) -> tuple[Matrix, Matrix, Matrix]:
+    """Static answers, and their loads, to what W leaves of the loads at the highest frequency.
+
+    The last matrix combines the loads to those that still cause too large an error.
+    """
     if W.shape[1] == 0:
-        return W, KW
+        return W, KW, W[:0]
     MW = part.M_ss @ W
     scale = 1 / np.sqrt(np.einsum("ij,ij->j", W.conj(), KW).real)
     D = scale[:, None] * hermitian(W.conj().T @ KW - highest**2 * (W.conj().T @ MW)) * scale
@@ -250,8 +253,8 @@ def _missing(
     left -= part.M_ss @ (modes.vectors @ (modes.vectors.conj().T @ left))
     more = part.held.solve(left)
     error, V = sl.eigh(highest**2 * hermitian(left.conj().T @ more))
-    kept = error > bound
-    return more @ V[:, kept], left @ V[:, kept]
+    worst = V[:, error > bound]
+    return more @ worst, left @ worst, worst
 
 
 def _pencil(A: Matrix, B: Matrix) -> tuple[NDArray[np.float64], Matrix]:

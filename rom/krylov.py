@@ -8,6 +8,7 @@ A shifted block Lanczos algorithm, SIAM J. Matrix Anal. Appl. 15 (1994) 228-272.
 """
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -22,17 +23,39 @@ Apply = Callable[[Matrix], Matrix]
 BLOCK = 8
 TOLERANCE = 3e-6
 """Residual of a mode relative to its eigenvalue, whose error is of the second order in it."""
+SETTLED = 0.03
+"""Residual of the first mode that is not wanted, at which it is trusted to be the next one."""
 _LARGEST = 400  # blocks
+
+
+@dataclass(frozen=True)
+class Lowest:
+    """The lowest modes of a part.
+
+    Attributes
+    ----------
+    omega_squared : (f,) float
+        Ascending.
+    vectors : (n, f)
+        Mass-normalised.
+    beyond : float
+        No further mode has an ω² below this.
+    """
+
+    omega_squared: NDArray[np.float64]
+    vectors: Matrix
+    beyond: float
 
 
 def lowest_modes(
     solve: Apply,
     mass: Apply,
     start: Matrix,
-    enough: Callable[[NDArray[np.float64]], int | None],
+    count: int | None = None,
+    below: float = np.inf,
     tolerance: float = TOLERANCE,
-) -> tuple[NDArray[np.float64], Matrix]:
-    """Lowest pairs of K x = λ M x.
+) -> Lowest:
+    """Lowest pairs of K x = λ M x: a number of them, or all below an eigenvalue.
 
     Parameters
     ----------
@@ -40,18 +63,12 @@ def lowest_modes(
         K⁻¹ b and M x of blocks of columns.
     start : (n, p)
         Any block that no wanted mode is orthogonal to.
-    enough : callable
-        From eigenvalue estimates, ascending, to how many of them are wanted; None where more
-        are needed to tell.
+    count : int, optional
+        How many.
+    below : float
+        Or all whose λ is less than this.
     tolerance : float
         Largest residual of K⁻¹M x = x/λ, relative to 1/λ, before a last step that reduces it.
-
-    Returns
-    -------
-    omega_squared : (f,) float
-        Ascending.
-    vectors : (n, f)
-        Mass-normalised.
 
     Raises
     ------
@@ -66,22 +83,30 @@ def lowest_modes(
     for _ in range(_LARGEST):
         Q, MQ = np.hstack([Q, block]), np.hstack([MQ, of_block])
         grown = solve(of_block)
-        H = _bordered(H, MQ.conj().T @ grown, block.shape[1])
+        overlap = MQ.conj().T @ grown
+        H = _bordered(H, overlap, block.shape[1])
         theta, S = sl.eigh(H)
         theta, S = theta[::-1], S[:, ::-1]
-        rest = grown - Q @ (MQ.conj().T @ grown)
+        rest = grown - Q @ overlap
         block, of_block = _orthonormal(rest, mass, Q, MQ)
         coupling = of_block.conj().T @ rest
         residual = np.linalg.norm(coupling @ S[-rest.shape[1] :], axis=0)
-        known = theta > 0
-        count = enough(1 / theta[known])
-        whole = Q.shape[1] + block.shape[1] > n or block.shape[1] == 0
-        if count is None and whole:
-            count = int(known.sum())
-        if count is not None and count <= len(theta):
-            converged = residual[:count] < tolerance * theta[:count]
-            if whole or bool(np.all(converged)):
-                return _refined(solve, mass, Q @ S[:, :count], theta[:count])
+        whole = block.shape[1] == 0 or Q.shape[1] == n
+        wanted = int(np.sum(theta * below > 1)) if count is None else count
+        if wanted > len(theta) or (wanted == len(theta) and not whole):
+            if whole:
+                raise InputError(f"{count} modes: the part has {len(theta)}")
+            continue
+        # A Ritz value lies below its eigenvalue by less than its residual; the largest converge
+        # first, so once the next one has roughly done so, no larger one is left.
+        highest = (theta + residual)[wanted:].max(initial=0.0)
+        settled = bool(np.all(residual[wanted : wanted + 1] < SETTLED * theta[wanted : wanted + 1]))
+        none_left = count is not None or (settled and highest * below < 1)
+        if whole or (none_left and np.all(residual[:wanted] < tolerance * theta[:wanted])):
+            squared, vectors = _refined(solve, mass, Q @ S[:, :wanted], theta[:wanted])
+            if count is None:
+                return Lowest(squared, vectors, 1 / highest if highest else np.inf)
+            return Lowest(squared, vectors, float(squared[-1]) if wanted else 0.0)
     raise InputError("the fixed-interface modes of the part did not converge")
 
 

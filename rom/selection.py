@@ -14,6 +14,7 @@ from vanelock.rom.held import HeldPart, Solve
 
 ELASTIC = 10
 """The band reaches to the tenth elastic mode of the part, its masters free, unless it is given."""
+ROUGH = 0.03  # residual of the modes that tell the band
 DEFAULT = 1e-4
 """Accuracy unless modes, a cut-off or another accuracy is given."""
 
@@ -88,7 +89,8 @@ def _one(given: dict[str, float | None]) -> str:
 
 def own_band(part: HeldPart) -> float:
     """Frequency of the tenth elastic mode of a part whose masters are free, Hz, by ten modes."""
-    modes = fixed_modes(part.held.solve, part.M_ss, min(ELASTIC, part.M_ss.shape[0] - 1))
+    count = min(ELASTIC, part.M_ss.shape[0] - 1)
+    modes = fixed_modes(part.held.solve, part.M_ss, count, tolerance=ROUGH)
     LB = part.inertia.conj().T @ modes.vectors
     K = sl.block_diag(part.K_mm, np.diag(modes.omega_squared))
     M = np.block([[part.M_mm, LB], [LB.conj().T, np.eye(LB.shape[1])]])
