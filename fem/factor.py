@@ -125,7 +125,7 @@ def factorise(
         and one that goes to PARDISO or SuperLU, is analysed anew.
     definite : bool
         Whether A must be positive definite. False takes any regular matrix, K - ω² M between its
-        eigenvalues for instance, at two to five times the cost.
+        eigenvalues for instance, at up to six times the cost.
 
     Raises
     ------
