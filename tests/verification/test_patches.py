@@ -1,0 +1,248 @@
+"""Contacts on patches converge as the mesh is refined; contacts on nodes do not.
+
+A point of a half-space gives way without bound under a point force, and on a mesh as far as the
+mesh resolves it. References are Boussinesq's half-space and the same model on finer meshes. Three
+rounds of bisection halve the elements.
+"""
+
+import os
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import scipy.sparse as sp
+from scipy.spatial import cKDTree
+from skfem import MeshTet
+
+from vanelock import fem, mesh, rom
+from vanelock.cyclic import turn
+from vanelock.mesh import HookDimensions, VaneDimensions
+from vanelock.mesh.averages import averages, cylinder, plane
+from vanelock.mesh.patches import Patch, hook_patches, interlock_patches
+from vanelock.rom.patches import with_means
+
+pytestmark = pytest.mark.slow
+
+FULL = os.environ.get("VANELOCK_VERIFY") == "full"
+E, NU, SIDE = 210e9, 0.3, 0.02
+OVERLAP = (0.068, 0.082)
+HOOKS, INTERLOCK = ("hook_front", "hook_rear"), ("interlock_left", "interlock_right")
+HOOK = rom.Joint("hook", 1.67e7, 1.67e7, 0.3, 20e-6)
+LOCK = rom.Joint("interlock", 1e6, 1e6, 0.3, 2e-6)
+EDGES = np.array([(0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3)])
+
+
+def numbers(values, form):
+    return ", ".join(format(value, form) for value in values)
+
+
+def block(lattice, count, grade):
+    """80 x 80 x 40 mm with a contact node on its top, whose patch is a square of 20 mm.
+
+    `count` boxes a side, the smaller towards the node the larger the grade.
+    """
+
+    def place(p):
+        t = 2 * p[:, :2] - 1
+        return 0.04 * np.column_stack([np.sign(t) * np.abs(t) ** grade, p[:, 2] ** grade])
+
+    part = lattice((count, count, count // 2), place)
+    contact = np.flatnonzero(np.linalg.norm(part.points, axis=1) < 1e-12)
+    axes = np.vstack([np.eye(3)[:2], -np.eye(3)[:2]])
+    square = Patch(np.column_stack([axes, np.full(4, SIDE / 2)]), SIDE**2, np.zeros(3))
+    top = plane(part.points, part.cells, np.zeros(3), np.array([0.0, 0.0, 1.0]))
+    weights = averages("block", part.points, part.cells, top, [square])
+    sets = {"contact": contact}
+    part = replace(part, node_sets=sets, patches={"contact": sp.csc_array(weights)})
+    return fem.assemble(part, fem.Material(E=E, nu=NU, rho=7850.0)), contact
+
+
+def half_space(x):
+    """Displacement (n, 3) under a unit force spread over the square, by Boussinesq's solution.
+
+    K. L. Johnson, Contact Mechanics, 3.2, summed over Gauss points of the square.
+    """
+    points, weights = np.polynomial.legendre.leggauss(12)
+    total = np.zeros(x.shape)
+    for a, w_a in zip(points * SIDE / 2, weights / 2, strict=True):
+        for b, w_b in zip(points * SIDE / 2, weights / 2, strict=True):
+            d = x - [a, b, 0.0]
+            R, z = np.linalg.norm(d, axis=1)[:, None], d[:, 2:]
+            flat = z * d[:, :2] / R**3 - (1 - 2 * NU) * d[:, :2] / (R * (R + z))
+            total += w_a * w_b * np.hstack([flat, z**2 / R**3 + 2 * (1 - NU) / R])
+    return (1 + NU) / (2 * np.pi * E) * total
+
+
+def test_mean_settlement_of_a_loaded_square(lattice, record_property):
+    """A unit force on a half-space: its own displacement, by patch and by node.
+
+    A uniformly loaded square of side a settles by 0.9464 (1 - ν²)/(E a) on average (Timoshenko and
+    Goodier, Theory of Elasticity, 139; in closed form below). The other sides of the block move as
+    the half-space does there.
+    """
+    factor = (2 * np.log(1 + np.sqrt(2)) - 2 / 3 * (np.sqrt(2) - 1)) * 2 / np.pi
+    assert factor == pytest.approx(0.9464, abs=1e-4)
+    exact = factor * (1 - NU**2) / (E * SIDE)
+    counts = (4, 8, 16) if FULL else (4, 8)
+    found = {"area": [], "node": []}
+    for count in counts:
+        model, contact = block(lattice, count, 1.0)
+        x = model.part.points
+        outer = np.any(np.abs(np.abs(x[:, :2]) - 0.04) < 1e-9, axis=1) | (x[:, 2] > 0.04 - 1e-9)
+        rows = model.dofs[outer].ravel()
+        free = np.setdiff1d(np.arange(model.K.shape[0]), rows)
+        for which, nodes in (("area", contact), ("node", contact[:0])):
+            _, K, _ = with_means(model, nodes)
+            z = np.zeros(K.shape[0])
+            z[rows] = half_space(x[outer]).ravel()
+            force = np.zeros(K.shape[0])
+            force[model.dofs[contact, 2]] = 1.0
+            z[free] = fem.factorise(K[free][:, free]).solve((force - K @ z)[free])
+            found[which].append(float(z[model.dofs[contact[0], 2]]) / exact)
+    record_property("elements, mm", numbers(80 / np.array(counts), "g"))
+    record_property("settlement of the patch / exact", numbers(found["area"], ".4f"))
+    record_property("of the node / exact", numbers(found["node"], ".3f"))
+    error = 1 - np.array(found["area"])
+    record_property("the patch's error falls by", numbers(error[:-1] / error[1:], ".2f"))
+    assert np.all(error[:-1] / error[1:] > 3.3)  # second order, up to where the mesh cuts the patch
+    assert 0 < error[1] < 0.05
+    # The node's settlement is inverse to the element size: there is nothing to converge to.
+    assert np.diff(np.log2(found["node"])) == pytest.approx(np.ones(len(counts) - 1), abs=0.01)
+
+
+def test_block_on_a_spring(lattice, record_property):
+    """Its bounce, with 2e9 N/m in every direction under the patch or under the node."""
+    counts = (2, 4, 8, 16) if FULL else (2, 4, 8)
+    found = {"area": [], "node": []}
+    for count in counts:
+        model, contact = block(lattice, count, 1.5)
+        for which, nodes in (("area", contact), ("node", contact[:0])):
+            _, K, M = with_means(model, nodes)
+            spring = np.zeros(K.shape[0])
+            spring[model.dofs[contact]] = 2e9
+            # Below the bounce the block turns about the spring without any force.
+            squared, _ = fem.eigenpairs(K + sp.diags_array(spring), M, 6, shift=-1e6)
+            found[which].append(float(np.sqrt(squared[3]) / (2 * np.pi)))
+            assert np.abs(squared[:3]).max() < 1e-6 * squared[3]
+    size = 40 * (2 / np.array(counts)) ** 1.5
+    record_property("elements at the spring, mm", numbers(size, ".1f"))
+    for which, values in found.items():
+        drift = 100 * np.diff(values) / values[1:]
+        record_property(f"{which}, Hz", numbers(values, ".1f"))
+        record_property(f"{which}: drift, %", numbers(drift, ".2f"))
+        found[which] = drift
+    assert np.all(np.abs(found["area"][1:]) < 0.5 * np.abs(found["area"][:-1]))
+    assert np.all(np.abs(found["node"][1:]) > np.abs(found["node"][:-1]))
+
+
+def bisected(part, sets):
+    """A part with the elements bisected that touch a node of some sets; its facets stay flat.
+
+    Bisection spreads to neighbours. Where it cuts the two cyclic faces differently it is repeated.
+    """
+    near = np.concatenate([part.node_sets[name] for name in sets])
+    marked = np.flatnonzero(np.isin(part.cells, near).any(axis=1))
+    corners, cells = np.unique(part.cells[:, :4], return_inverse=True)
+    cells = cells.reshape(-1, 4)
+    finer = MeshTet(np.array(part.points[corners].T, order="C"), np.array(cells.T, order="C"))
+    finer = finer.refined(marked)
+    points, cells = finer.p.T, finer.t.T.astype(np.int64)
+    edges = points[cells[:, 1:]] - points[cells[:, :1]]
+    flipped = np.linalg.det(edges) < 0
+    cells[flipped] = cells[flipped][:, [0, 2, 1, 3]]
+    sides, middle = np.unique(np.sort(cells[:, EDGES], 2).reshape(-1, 2), axis=0, return_inverse=1)
+    cells = np.hstack([cells, len(points) + middle.reshape(-1, 6)])
+    points = np.vstack([points, points[sides].mean(axis=1)])
+    tree = cKDTree(points)
+    kept = {n: tree.query(part.points[k])[1] for n, k in part.node_sets.items() if n in part.frames}
+    kept["key"] = tree.query(part.points[part.node_sets["key"]])[1]
+    if part.name == "casing":
+        angle, z = np.arctan2(points[:, 1], points[:, 0]), points[:, 2]
+        kept["fixed"] = np.flatnonzero(np.minimum(z, 0.2 - z) < 1e-9)
+        left, right = (np.flatnonzero(abs(angle - s * np.pi / 16) < 1e-9) for s in (-1, 1))
+        gap, mate = cKDTree(points[right]).query(points[left] @ turn(16).T)
+        kept |= {"left": left, "right": right[mate]}
+    found = replace(part, points=points, cells=cells, node_sets=kept, patches={})
+    if part.name == "casing" and (len(left) != len(right) or gap.max() > 1e-9):
+        return bisected(found, sets)
+    return replace(found, patches=patches(found))
+
+
+def patches(part):
+    """Weights of a part whose facets lie up to 0.3 mm inside its cylinders."""
+    bands = hook_patches(HookDimensions(), OVERLAP, 16)
+    rows = []
+    for radius, band in zip((0.592, 0.584, 0.592, 0.584), bands, strict=True):
+        facets = cylinder(part.points, part.cells, radius, 3e-4)
+        rows.append(averages(part.name, part.points, part.cells, facets, band))
+    found = {"hook_front": sp.vstack(rows[:2]), "hook_rear": sp.vstack(rows[2:])}
+    if part.name == "vane":
+        for name, side in zip(INTERLOCK, interlock_patches(VaneDimensions(), 16), strict=True):
+            first, normal = part.points[part.node_sets[name][0]], part.frames[name][0, 0]
+            facets = plane(part.points, part.cells, first, normal)
+            found[name] = averages(part.name, part.points, part.cells, facets, side)
+    return {name: sp.csc_array(weights) for name, weights in found.items()}
+
+
+def frequencies(parts, joints, averaged):
+    steel = fem.Material(E=170e9, nu=0.3, rho=8200.0)
+    models = [fem.assemble(part, steel) for part in parts]
+    squared, _ = fem.eigenpairs(*rom.unreduced(*models, joints, 1, averaged), 6)
+    return np.sqrt(squared) / (2 * np.pi)
+
+
+@pytest.mark.parametrize("interlock", ["free", "stuck"] if FULL else ["free"])
+def test_vane_as_the_elements_at_its_contacts_are_bisected(interlock, record_property):
+    """ND 1 frequencies of the unreduced sector; the rest of the mesh stays coarse.
+
+    Finer elements make the hooks themselves softer too. What nodes add to that is the difference.
+    """
+    joints, sets = ([HOOK], HOOKS) if interlock == "free" else ([HOOK, LOCK], HOOKS + INTERLOCK)
+    parts = mesh.vane_segment(size="coarse"), mesh.casing_sector(size="coarse")
+    found = {"area": [], "node": []}
+    sizes = []
+    for level in range((4 if interlock == "free" else 3) if FULL else 2):
+        if level:  # of the vane alone in a quick run
+            parts = [
+                bisected(p, [name for name in sets if name in p.frames])
+                if FULL or p.name == "vane"
+                else p
+                for p in parts
+            ]
+        sizes.append(3 * sum(len(part.points) for part in parts))
+        for which, averaged in (("area", sets), ("node", ())):
+            found[which].append(frequencies(parts, joints, averaged))
+    record_property("dofs", numbers(sizes, "d"))
+    area, node = np.array(found["area"]), np.array(found["node"])
+    for which, values in (("area", area), ("node", node)):
+        for mode in range(6):
+            record_property(f"{which} f{mode + 1}, Hz", numbers(values[:, mode], ".2f"))
+    # What nodes lose to patches grows at every level, and ever faster in the mode of interest.
+    loss = 1 - node[:, :3] / area[:, :3]
+    record_property("node below area, f2, %", numbers(100 * loss[:, 1], ".3f"))
+    assert np.all(np.diff(loss, axis=0) > 0)
+    if FULL:
+        rounds = np.ones(len(sizes) - 1)
+        rounds[0] = 2  # bisected() repeats the first one
+        assert np.all(np.diff(np.diff(loss[:, 1]) / rounds) > 0)
+
+
+def test_nominal_vane(record_property):
+    """What patches change at the study's own size, and the stiffness a square metre they mean."""
+    size = "medium" if FULL else "coarse"
+    parts = mesh.vane_segment(size=size), mesh.casing_sector(size=size)
+    bands = hook_patches(HookDimensions(), OVERLAP, 16)
+    left, _ = interlock_patches(VaneDimensions(), 16)
+    for name, patch, stiffness in (("hook", bands[0][3], 1.67e7), ("interlock", left[1], 1e6)):
+        record_property(f"{name}: a patch, mm²", f"{1e6 * patch.area:.1f}")
+        record_property(f"{name}: stiffness per area, N/m³", f"{stiffness / patch.area:.3g}")
+    for interlock, joints, sets in (
+        ("free", [HOOK], HOOKS),
+        ("stuck", [HOOK, LOCK], HOOKS + INTERLOCK),
+    ):
+        node, area = (frequencies(parts, joints, averaged) for averaged in ((), sets))
+        record_property(f"f2 {interlock}, node and area, Hz", numbers((node[1], area[1]), ".2f"))
+        change = np.abs(area / node - 1)
+        record_property(f"largest change of f1 to f6, {interlock}, %", f"{100 * change.max():.2f}")
+        assert change.max() < 0.01
+        assert change[1] < 0.003
