@@ -58,7 +58,9 @@ class Interior(Factor):
     def up(self, half: Matrix, v: Matrix) -> Matrix:
         """Second sweep: A_ss⁻¹ z + Ψ v from what `down` left of z, and from v."""
         shape = len(self.rest), len(self.rest) + len(self.kept)
-        return in_blocks(self._up, np.concatenate([half, v]), shape, self.is_complex)
+        both = np.empty((shape[1], *half.shape[1:]), np.result_type(half, v), order="F")
+        both[: shape[0]], both[shape[0] :] = half, v
+        return in_blocks(self._up, both, shape, self.is_complex)
 
     def energy(self, z: Matrix, half: Matrix) -> Matrix:
         """zᴴ A_ss⁻¹ z, (k, k), from z, (s, k), and what `down` left of it."""

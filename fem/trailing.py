@@ -54,10 +54,12 @@ class TrailingFactor:
         return y
 
     def up(self, both: Matrix) -> Matrix:
-        """L_ss⁻ᴴ y + Ψ v from y and v below it: from L_mmᴴ v the backward sweep has v there."""
-        y = np.array(both, self.corner.dtype, order="F")
-        y[len(self.order) :] = self.corner.conj().T @ both[len(self.order) :]
-        return self._backward(y)
+        """L_ss⁻ᴴ y + Ψ v from y and v below it, which is spent.
+
+        From L_mmᴴ v the backward sweep has v there.
+        """
+        both[len(self.order) :] = self.corner.conj().T @ both[len(self.order) :]
+        return self._backward(both)
 
     @property
     def _size(self) -> int:
@@ -104,9 +106,11 @@ def trailing_factor(
         factor = analysis.symbolic.cholesky(whole)
     except CholmodNotPositiveDefiniteError:
         raise BreakdownError from None
+    del whole
     corner = _corner(factor, len(rest))
     S = corner @ corner.conj().T
-    S = (S + S.conj().T) / 2
+    S += S.conj().T
+    S /= 2
     S[np.diag_indices_from(S)] -= added
     return TrailingFactor(S, corner, order, analysis, factor)
 

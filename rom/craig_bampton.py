@@ -45,20 +45,20 @@ def craig_bampton(problem: Problem, wanted: Selection) -> CraigBampton:
     K_sm, M_sm, M_ss = K_s[:, m], M_s[:, m], M_s[:, s].tocsc()
     factor = factorise(K_s[:, s].tocsc())
 
+    K_mm, M_mm = K[m][:, m].toarray(), M[m][:, m].toarray()
+    K_ms, M_ms = K_sm.T.tocsr(), M_sm.T.tocsr()
     Psi = np.empty((len(s), len(m)), order="F")
-    for start in range(0, len(m), COLUMNS):
-        block = slice(start, start + COLUMNS)
+    blocks = [slice(start, start + COLUMNS) for start in range(0, len(m), COLUMNS)]
+    for block in blocks:
         Psi[:, block] = -factor.solve(K_sm[:, block].toarray())
-
-    K_mm = K[m][:, m].toarray() + K_sm.T @ Psi
-    M_mm = M[m][:, m].toarray() + M_sm.T @ Psi
-    for start in range(0, len(m), COLUMNS):
-        block = slice(start, start + COLUMNS)
+        K_mm[:, block] += K_ms @ Psi[:, block]
+        M_mm[:, block] += M_ms @ Psi[:, block]
+    for block in blocks:
         M_mm[:, block] += Psi.T @ (M_sm[:, block].toarray() + M_ss @ Psi[:, block])
 
     modes = wanted.modes_of(factor.solve, M_ss)
     Phi = modes.vectors
-    M_me = M_sm.T @ Phi + Psi.T @ (M_ss @ Phi)
+    M_me = M_ms @ Phi + Psi.T @ (M_ss @ Phi)
     K_cb = sl.block_diag(hermitian(K_mm), np.diag(modes.omega_squared))
     M_cb = np.block([[hermitian(M_mm), M_me], [M_me.T, np.eye(Phi.shape[1])]])
     return CraigBampton(K_cb, M_cb, Phi)

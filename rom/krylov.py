@@ -76,12 +76,13 @@ def lowest_modes(
         If the iteration does not converge.
     """
     n = len(start)
-    Q = np.empty((n, 0), start.dtype)
+    space = image = np.empty((n, 0), start.dtype)
+    Q, MQ = space, image
     H = np.empty((0, 0), start.dtype)
     block, of_block = _orthonormal(start, mass, Q, Q)
-    MQ = Q
     for _ in range(_LARGEST):
-        Q, MQ = np.hstack([Q, block]), np.hstack([MQ, of_block])
+        space, Q = _appended(space, Q, block)
+        image, MQ = _appended(image, MQ, of_block)
         grown = solve(of_block)
         overlap = MQ.conj().T @ grown
         H = _bordered(H, overlap, block.shape[1])
@@ -108,6 +109,17 @@ def lowest_modes(
                 return Lowest(squared, vectors, 1 / highest if highest else np.inf)
             return Lowest(squared, vectors, float(squared[-1]) if wanted else 0.0)
     raise InputError("the fixed-interface modes of the part did not converge")
+
+
+def _appended(space: Matrix, used: Matrix, block: Matrix) -> tuple[Matrix, Matrix]:
+    """The used columns of a space and a block after them, in a larger space where need be."""
+    old = used.shape[1]
+    new = old + block.shape[1]
+    if new > space.shape[1]:
+        space = np.empty((len(block), max(2 * new, 8 * BLOCK)), block.dtype, order="F")
+        space[:, :old] = used
+    space[:, old:new] = block
+    return space, space[:, :new]
 
 
 def _orthonormal(block: Matrix, mass: Apply, Q: Matrix, MQ: Matrix) -> tuple[Matrix, Matrix]:
