@@ -1,0 +1,152 @@
+"""Tables of the study file on the structure: ring, materials, meshes, joints, reduction."""
+
+from typing import Annotated, Any, Literal, Self
+
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, model_validator
+
+from vanelock.mesh.effort import MOST as LARGEST_MESHES
+from vanelock.mesh.fit import FEWEST, MOST
+from vanelock.mesh.size import LARGEST, SIZES, SMALLEST
+from vanelock.quantities import Density, Frequency, Length, Pressure, Stiffness, si
+
+
+def _mesh_size(value: object) -> object:
+    """Pass a named size; anything else is a length in metres."""
+    if isinstance(value, str) and value in SIZES:
+        return value
+    try:
+        length = si(value, "m")
+    except ValueError:
+        length = None
+    if isinstance(length, bool) or not isinstance(length, int | float):
+        length = 0.0
+    if not SMALLEST <= length <= LARGEST:
+        names = " or ".join(f'"{name}"' for name in SIZES)
+        raise ValueError(
+            f"element size must be {names}, or {SMALLEST * 1e3:g} mm to {LARGEST * 1e3:g} mm "
+            f"where that makes at most {LARGEST_MESHES:,} degrees of freedom"
+        )
+    return float(length)
+
+
+MeshSize = Annotated[Any, BeforeValidator(_mesh_size)]
+
+
+class Table(BaseModel):
+    """A table of the study file: unknown keys and wrong types are refused."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False, strict=True)
+
+
+class Ring(Table):
+    """The ring of vane segments."""
+
+    sectors: int = Field(default=16, ge=FEWEST, le=MOST, description="number of sectors")
+
+
+class Elastic(Table):
+    """An isotropic material."""
+
+    E: Pressure = Field(default=170e9, ge=1e3, le=1e15, description="Young's modulus [Pa]")
+    nu: float = Field(default=0.3, gt=-1, lt=0.5, description="Poisson's ratio")
+    rho: Density = Field(default=8200.0, gt=0, le=1e6, description="density [kg/m^3]")
+
+
+class Material(Table):
+    """Materials of the parts."""
+
+    vane: Elastic = Elastic()
+    casing: Elastic = Elastic()
+
+
+class Mesh(Table):
+    """Finite-element meshes of both parts."""
+
+    size: MeshSize = Field(default="medium", description="element size")
+
+
+class HookJoint(Table):
+    """Contacts between the vane's hooks and the casing's grooves, per node pair."""
+
+    kn: Stiffness = Field(default=1.67e7, gt=0, le=1e15, description="normal stiffness [N/m]")
+    kt: Stiffness = Field(default=1.67e7, gt=0, le=1e15, description="tangential stiffness [N/m]")
+    mu: float = Field(default=0.3, ge=0, le=1000, description="friction coefficient")
+    interference: Length = Field(default=20e-6, gt=0, le=1e-3, description="interference [m]")
+
+
+class InterlockJoint(Table):
+    """Contacts between neighbouring segments' inner shrouds, per node pair."""
+
+    enabled: bool = Field(default=True, description="whether the interlock has contacts")
+    kn: Stiffness = Field(default=1e6, gt=0, le=1e15, description="normal stiffness [N/m]")
+    kt: Stiffness = Field(default=1e6, gt=0, le=1e15, description="tangential stiffness [N/m]")
+    mu: float = Field(default=0.3, ge=0, le=1000, description="friction coefficient")
+    interference: Length = Field(default=2e-6, ge=-1e-3, le=1e-3, description="interference [m]")
+
+
+class Joints(Table):
+    """The joints with friction contacts."""
+
+    friction: Literal["orthogonal", "isotropic"] = Field(
+        default="orthogonal", description="friction in the tangential plane"
+    )
+    hook: HookJoint = HookJoint()
+    interlock: InterlockJoint = InterlockJoint()
+
+
+ACCURACY, MODES = 1e-4, 10
+"""What the routes take unless the study says otherwise."""
+
+Modes = Annotated[int | None, Field(ge=1, le=1000)]
+
+
+class Rom(Table):
+    """Reduced-order model."""
+
+    route: Literal["cyclic", "direct", "paper"] = Field(default="cyclic", description="route")
+    accuracy: float | None = Field(
+        default=None, ge=1e-9, lt=1, description="relative error of natural frequencies"
+    )
+    band: Annotated[Frequency, Field(gt=0)] | None = Field(
+        default=None, description="frequency up to which the accuracy holds [Hz]"
+    )
+    vane_modes: Modes = Field(default=None, description="number of fixed-interface modes")
+    casing_modes: Modes = Field(default=None, description="number of fixed-interface modes")
+    interface_modes: int | None = Field(
+        default=None, ge=1, le=10000, description="number of interface modes"
+    )
+    interface: Literal["published", "followed"] | None = Field(
+        default=None, description="interface basis"
+    )
+
+    @model_validator(mode="after")
+    def _belongs_to_the_route(self) -> Self:
+        """What the route would not heed is refused."""
+        if self.route == "cyclic":
+            for name in ("interface", "interface_modes"):
+                if (value := getattr(self, name)) is not None:
+                    raise ValueError(
+                        f'{name} = {value}: rom.route = "cyclic" has no interface to reduce; '
+                        'choose "direct" or "paper"'
+                    )
+            by_number = self.vane_modes is not None and self.casing_modes is not None
+        else:
+            by_number = True
+        for name in ("accuracy", "band"):
+            if by_number and (value := getattr(self, name)) is not None:
+                why = (
+                    "vane_modes and casing_modes are given"
+                    if self.route == "cyclic"
+                    else f'rom.route = "{self.route}" takes numbers of modes'
+                )
+                raise ValueError(f"{name} = {value:g}: {why}")
+        return self
+
+    def of(self, part: str) -> dict[str, int | float | None]:
+        """How many vectors `rom.reduce` is asked for."""
+        modes = {"vane": self.vane_modes, "casing": self.casing_modes}[part]
+        if modes is not None:
+            return {"modes": modes}
+        if self.route != "cyclic":
+            return {"modes": MODES}
+        return {"accuracy": ACCURACY if self.accuracy is None else self.accuracy, "band": self.band}
