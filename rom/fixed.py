@@ -7,8 +7,10 @@ of the slaves that its vectors B leave out: at ω, the masters' dynamic stiffnes
 
 for ω below the fixed-interface modes left out. A mode of any structure that the part belongs to,
 of unit mass and frequency ω, moves its masters so that x_mᴴ K_mm x_m ≤ ω² and
-x_mᴴ M̃ x_m ≤ 1, with M̃ the least mass that moves with x_m, since stiffness and mass of other parts
-and of joints are positive. The frequencies of all such structures up to ω are therefore in error by
+x_mᴴ M̃ x_m ≤ 1, since stiffness and mass of other parts and of joints are positive, with M̃ the
+least mass that moves with x_m when the fixed-interface modes up to 2ω move as they like; those
+above ω move along with the masters and only add to it. The frequencies of all such structures up
+to ω are therefore in error by
 
     δω/ω = ω² x_mᴴ E x_m / 2 ≤ largest eigenvalue of (ω² E, K_mm/ω² + M̃),
 

@@ -5,6 +5,10 @@ of the lowest ω². A Krylov space is built block by block, each made M-orthonor
 and searched by Rayleigh-Ritz. Blocks of right-hand sides cost a sparse solver a fraction of as many
 single ones, which outweighs that a block method takes a few more of them. (Grimes, Lewis and Simon,
 A shifted block Lanczos algorithm, SIAM J. Matrix Anal. Appl. 15 (1994) 228-272.)
+
+Of a repeated mode such a space holds no more copies than its blocks have columns. So where as many
+have been found, as in a part with many equal blades, the blocks are widened and the search goes on
+for as many steps again.
 """
 
 from collections.abc import Callable
@@ -21,10 +25,13 @@ from vanelock.rom.system import Matrix
 Apply = Callable[[Matrix], Matrix]
 
 BLOCK = 8
-TOLERANCE = 3e-6
-"""Residual of a mode relative to its eigenvalue, whose error is of the second order in it."""
+TOLERANCE = 1e-8
+"""Residual of a mode relative to its eigenvalue. The eigenvalue's error is of the second order in
+it, but that of the vector of the first, and what is kept beside modes is made orthogonal to them.
+"""
 SETTLED = 0.03
 """Residual of the first mode that is not wanted, at which it is trusted to be the next one."""
+_EQUAL = 1e-4  # relative distance of eigenvalues that may be copies of one
 _LARGEST = 400  # blocks
 
 
@@ -80,7 +87,10 @@ def lowest_modes(
     Q, MQ = space, image
     H = np.empty((0, 0), start.dtype)
     block, of_block = _orthonormal(start, mass, Q, Q)
-    for _ in range(_LARGEST):
+    width, rng = block.shape[1], np.random.default_rng(1)
+    first, due = 0, 0
+    least = 1 / below if below else np.inf
+    for step in range(1, _LARGEST + 1):
         space, Q = _appended(space, Q, block)
         image, MQ = _appended(image, MQ, of_block)
         grown = solve(of_block)
@@ -93,7 +103,7 @@ def lowest_modes(
         coupling = of_block.conj().T @ rest
         residual = np.linalg.norm(coupling @ S[-rest.shape[1] :], axis=0)
         whole = block.shape[1] == 0 or Q.shape[1] == n
-        wanted = int(np.sum(theta * below > 1)) if count is None else count
+        wanted = int(np.sum(theta > least)) if count is None else count
         if wanted > len(theta) or (wanted == len(theta) and not whole):
             if whole:
                 raise InputError(f"{count} modes: the part has {len(theta)}")
@@ -102,8 +112,15 @@ def lowest_modes(
         # first, so once the next one has roughly done so, no larger one is left.
         highest = (theta + residual)[wanted:].max(initial=0.0)
         settled = bool(np.all(residual[wanted : wanted + 1] < SETTLED * theta[wanted : wanted + 1]))
-        none_left = count is not None or (settled and highest * below < 1)
-        if whole or (none_left and np.all(residual[:wanted] < tolerance * theta[:wanted])):
+        none_left = count is not None or (settled and highest < least)
+        converged = none_left and bool(np.all(residual[:wanted] < tolerance * theta[:wanted]))
+        if converged and step >= due and not whole and _copies(theta[:wanted]) >= width:
+            fresh = rng.standard_normal((n, BLOCK)).astype(start.dtype)
+            block, of_block = _orthonormal(np.hstack([block, fresh]), mass, Q, MQ)
+            width += BLOCK
+            first = first or step
+            due = step + first
+        if whole or (converged and step >= due):
             squared, vectors = _refined(solve, mass, Q @ S[:, :wanted], theta[:wanted])
             if count is None:
                 return Lowest(squared, vectors, 1 / highest if highest else np.inf)
@@ -120,6 +137,12 @@ def _appended(space: Matrix, used: Matrix, block: Matrix) -> tuple[Matrix, Matri
         space[:, :old] = used
     space[:, old:new] = block
     return space, space[:, :new]
+
+
+def _copies(theta: NDArray[np.float64]) -> int:
+    """Length of the longest run of nearly equal values, descending."""
+    apart = np.flatnonzero(theta[:-1] - theta[1:] > _EQUAL * theta[:-1])
+    return int(np.diff(np.r_[-1, apart, len(theta) - 1]).max(initial=0))
 
 
 def _orthonormal(block: Matrix, mass: Apply, Q: Matrix, MQ: Matrix) -> tuple[Matrix, Matrix]:
