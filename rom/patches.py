@@ -7,6 +7,9 @@ Each patch mean y = W x takes the place of its contact node's displacement in
 and every other displacement stays a coordinate. One node p of each patch, its pivot, is expressed
 by the mean and the others, x_p = W_p⁻¹ (y - W_r x_r). So a mean can be held, loaded or kept as a
 master like any displacement, and whatever is done with K' and M' needs no constraint equations.
+
+K' couples all nodes of a patch. On the scene's parts its factors are 1.6 times as large as those of
+K on coarse and medium meshes and 1.3 times at 8 mm; to factorise takes 1.7 and 1.3 times as long.
 """
 
 import numpy as np

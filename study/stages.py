@@ -165,7 +165,8 @@ def rom_step(study: Study, part: str, diameters: Iterable[int]) -> Step[Componen
     Where an accuracy is asked for and no band, the vane's tenth elastic mode ends it for both.
     """
     options = study.rom
-    inputs: dict[str, Any] = {"masters": masters(study, part), **options.of(part)}
+    kept, means = masters(study, part), averaged(study, part)
+    inputs: dict[str, Any] = {"masters": kept, **options.of(part), "averaged": means}
     if part == "vane":
 
         def compute(model: Model) -> Component:
@@ -192,6 +193,13 @@ def masters(study: Study, part: str) -> tuple[str, ...]:
     return tuple(name for name in MASTERS[part] if not name.startswith("interlock"))
 
 
+def averaged(study: Study, part: str) -> tuple[str, ...]:
+    """Those of a part's masters whose contacts act on patches."""
+    chosen = {"hook": study.joints.hook.patch, "interlock": study.joints.interlock.patch}
+    on_patches = [joint for joint, patch in chosen.items() if patch == "area"]
+    return tuple(name for name in masters(study, part) if name.partition("_")[0] in on_patches)
+
+
 def diameters(studies: Iterable[Study]) -> tuple[int, ...]:
     """Nodal diameters (h·EO) mod N of all harmonics of some cases, k and N-k once."""
     found = set()
@@ -208,7 +216,7 @@ def joints(study: Study) -> tuple[Joint, ...]:
     hook, interlock = study.joints.hook, study.joints.interlock
     found = [Joint("hook", hook.kn, hook.kt, hook.mu, hook.interference)]
     if interlock.enabled:
-        properties = interlock.model_dump(exclude={"enabled"})
+        properties = interlock.model_dump(exclude={"enabled", "patch"})
         found.append(Joint("interlock", **properties))
     return tuple(found)
 

@@ -65,6 +65,10 @@ class Mesh(Table):
     size: MeshSize = Field(default="medium", description="element size")
 
 
+Patch = Literal["node", "area"]
+"""Whether a contact acts on its node or on the mean over its node's patch."""
+
+
 class HookJoint(Table):
     """Contacts between the vane's hooks and the casing's grooves, per node pair."""
 
@@ -72,6 +76,7 @@ class HookJoint(Table):
     kt: Stiffness = Field(default=1.67e7, gt=0, le=1e15, description="tangential stiffness [N/m]")
     mu: float = Field(default=0.3, ge=0, le=1000, description="friction coefficient")
     interference: Length = Field(default=20e-6, gt=0, le=1e-3, description="interference [m]")
+    patch: Patch = Field(default="node", description="what a contact acts on")
 
 
 class InterlockJoint(Table):
@@ -82,6 +87,7 @@ class InterlockJoint(Table):
     kt: Stiffness = Field(default=1e6, gt=0, le=1e15, description="tangential stiffness [N/m]")
     mu: float = Field(default=0.3, ge=0, le=1000, description="friction coefficient")
     interference: Length = Field(default=2e-6, ge=-1e-3, le=1e-3, description="interference [m]")
+    patch: Patch = Field(default="node", description="what a contact acts on")
 
 
 class Joints(Table):
