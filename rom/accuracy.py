@@ -32,6 +32,8 @@ from vanelock.rom.system import Matrix, System
 
 BEYOND = 5
 """Modes beyond those asked for that may act on them."""
+ROUND_OFF = 1e-14
+"""Of the largest ratio of a coordinate's stiffness to its mass: an ω² below it is zero."""
 
 
 @dataclass(frozen=True)
@@ -43,7 +45,8 @@ class FrequencyErrors:
     frequency : (count,) float
         Hz, ascending; each too high.
     vane, casing : (count,) float
-        Relative error that each part's reduction causes.
+        Relative error that each part's reduction causes; infinite above the frequency up to which
+        it keeps all fixed-interface modes.
     """
 
     frequency: NDArray[np.float64]
@@ -80,28 +83,36 @@ def frequency_errors(
     InputError
         If a part was reduced by a route that does not tell what it leaves out.
     """
-    n = len(system.at(nodal_diameter).K)
+    matrices = system.at(nodal_diameter)
+    n = len(matrices.K)
+    if not 1 <= count <= n:
+        raise InputError(f"{count} modes of a system of {n} coordinates")
     beyond = min(n, count + BEYOND)
     frequency, shapes = linear_modes(system, nodal_diameter, beyond, closed)
     squared = (2 * np.pi * frequency) ** 2
+    highest = np.max(np.diagonal(matrices.K).real / np.diagonal(matrices.M).real)
+    squared[squared < ROUND_OFF * highest] = 0  # rigid-body motions, which every part has exactly
     shares, lowered = np.zeros((2, count)), np.zeros(count)
     for j in range(count):
         if squared[j] == 0:
             continue
         missing = []
         for part, dofs in _places(vane, casing):
-            reduced = part.at(nodal_diameter)
-            room = 1 - (frequency[j] / _complete(reduced)) ** 2
-            q = shapes[dofs]
+            reduced, q = part.at(nodal_diameter), shapes[dofs]
             form = q.conj().T @ (_form(part, reduced, squared[j]) @ q)
-            missing.append(form / room if room > 0 else np.full_like(form, np.inf))
+            if reduced.complete and frequency[j] < reduced.complete:
+                missing.append(form / (1 - (frequency[j] / reduced.complete) ** 2))
+            else:  # a mode below this one may be left out
+                missing.append(np.full_like(form, np.inf))
         shares[:, j] = [max(form[j, j].real, 0.0) for form in missing]
         lowered[j] = _lowered(squared, np.sum(missing, axis=0), j)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        relative = (squared[:count] - lowered) / (2 * squared[:count])
-        split = np.where(shares.sum(axis=0) > 0, shares / shares.sum(axis=0), 0.5)
-    relative = np.where(squared[:count] > 0, np.maximum(relative, 0), 0)
-    return FrequencyErrors(frequency[:count], *(split * relative))
+    errors = np.zeros((2, count))
+    for i in np.flatnonzero(squared[:count]):
+        alone = shares[:, i] / (2 * squared[i])
+        together = max((squared[i] - lowered[i]) / (2 * squared[i]), 0.0)
+        finite = 0 < alone.sum() < np.inf
+        errors[:, i] = alone / alone.sum() * together if finite else alone
+    return FrequencyErrors(frequency[:count], *errors)
 
 
 def _lowered(squared: NDArray[np.float64], missing: Matrix, j: int) -> float:
@@ -184,7 +195,3 @@ def _form(part: Component, reduced: Reduced, squared: float) -> Matrix:
         )
     G0, G1, G2 = reduced.neglected
     return np.asarray(G0 - squared * G1 + squared**2 * G2)
-
-
-def _complete(reduced: Reduced) -> float:
-    return reduced.complete or 1e-300

@@ -94,4 +94,6 @@ def frequencies(K, M, count, shift=50.0):
 @pytest.fixture(scope="session")
 def exact():
     """Dense matrices of parts, of what they are joined to, and their frequencies."""
-    return SimpleNamespace(dense=dense, joined=joined, frequencies=frequencies)
+    return SimpleNamespace(
+        dense=dense, joined=joined, frequencies=frequencies, transform=cyclic_transform
+    )
