@@ -14,9 +14,11 @@ import scipy.linalg as sl
 from numpy.typing import NDArray
 
 from vanelock.fem import factorise
-from vanelock.rom.held import COLUMNS, hermitian
+from vanelock.rom.held import hermitian
 from vanelock.rom.problem import Problem
 from vanelock.rom.selection import Selection
+
+COLUMNS = 128  # constraint modes at a time: each block is multiplied with all of them
 
 
 @dataclass(frozen=True)

@@ -16,7 +16,7 @@ from vanelock.rom.component import Component, Reduced
 from vanelock.rom.condensed import Condensed, condensed, definite_factor
 from vanelock.rom.cyclic import cyclic_constraint
 from vanelock.rom.fixed import Fixed
-from vanelock.rom.held import hermitian
+from vanelock.rom.held import COLUMNS, hermitian
 from vanelock.rom.krylov import BLOCK, lowest_modes
 from vanelock.rom.problem import Problem
 from vanelock.rom.selection import Selection
@@ -24,7 +24,6 @@ from vanelock.rom.system import Matrix
 from vanelock.rom.tran import Interface, check_count
 
 FACE = 1e-11  # residual of a face mode: the subspace is the paper's to round-off
-COLUMNS = 32  # answers formed at a time: no more in memory than the factors
 DENSE = 4  # beyond a fourth of the face's dofs, its modes come from dense matrices
 
 

@@ -19,8 +19,8 @@ from vanelock.rom.system import Matrix
 
 Solve = Callable[[Matrix], Matrix]
 
-COLUMNS = 128
-"""Constraint modes computed at a time: large enough for blocked solves, small in memory."""
+COLUMNS = 32
+"""Constraint modes computed at a time: as cheap a column as more would be, and small in memory."""
 
 
 class HeldStiffness(Protocol):
