@@ -46,7 +46,8 @@ def stage_times(done: Collection[Done]) -> Table:
 def limits_table(name: str, limits: Limits) -> Table:
     """First frequencies with the interlock free and stuck, and the mode of interest.
 
-    Without interlock contacts there is no stuck system.
+    Without interlock contacts there is no stuck system. The error is the largest estimate among
+    the frequencies shown, the mode of interest's included.
     """
     count = min(SHOWN, len(limits.free))
     columns = (
@@ -56,9 +57,15 @@ def limits_table(name: str, limits: Limits) -> Table:
         Column("frequency_hz", "its f [Hz]", ".6g"),
         Column("rise_percent", "rise [%]", "+.4g"),
         Column("mac", "MAC", ".3f"),
-        Column("error", "reduction error <", ".0e"),
+        Column("error", "reduction error ~", ".0e"),
     )
-    errors = [_known(float(e[:count].max())) for e in (limits.free_error, limits.stuck_error)]
+    errors = [
+        _known(float(error[: max(count, mode + 1)].max()))
+        for error, mode in (
+            (limits.free_error, limits.free_mode),
+            (limits.stuck_error, limits.stuck_mode),
+        )
+    ]
     free = (limits.free_mode + 1, limits.free_frequency, None, None, errors[0])
     rise = _known(100 * limits.rise)
     stuck = (limits.stuck_mode + 1, limits.stuck_frequency, rise, limits.mac, errors[1])

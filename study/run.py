@@ -110,6 +110,9 @@ class Run:
         self.shown = Shown(monitor(wanted, self.stages.get(first.system), free))
         for linear in limits.values():
             self._linear(linear)
+        for each in self.planned:  # one that has no place is refused before the long stages
+            if each.gauges is not None:
+                self.stages.get(each.gauges)
         summaries = []
         for i, each in enumerate(self.planned):
             summaries.append(self._case(each))

@@ -145,6 +145,12 @@ def test_a_run_writes_the_strain_of_the_recovered_field(tmp_path, monkeypatch):
         InputError, match=r"^outputs.gauges\[0\]: vane: gauge of .* off the surface$"
     ):
         step.compute(model, components[0])
+    heard.clear()
+    with pytest.raises(InputError, match="off the surface$"):
+        run_study(rooted, tmp_path, heard.append)
+    stages = {event.stage for event in heard if isinstance(event, Done)}
+    assert "linear limits" in stages
+    assert "response nominal" not in stages  # refused before it, not after
     # A second run finds everything as it was; other gauges cost themselves alone.
     assert not _computed(study, tmp_path)
     moved = parse_study(STUDY.replace("span = 0.1", "span = 0.2"))
