@@ -96,7 +96,8 @@ def choose(part: Part, names: Sequence[str], averaged: Sequence[str] = ()) -> Ma
     """
     for name in names:
         if name not in part.node_sets:
-            raise InputError(f"{part.name}: no node set {name!r}")
+            have = ", ".join(sorted(part.node_sets)) or "none"
+            raise InputError(f"{part.name}: no node set {name!r}; it has {have}")
     none = np.empty(0, np.int64)
     found = np.concatenate([none, *(part.node_sets[name] for name in names)])
     nodes = found[np.sort(np.unique(found, return_index=True)[1])]

@@ -73,8 +73,8 @@ def contact_pairs(vane: Masters, casing: Masters, joints: Sequence[Joint]) -> Pa
     Raises
     ------
     InputError
-        If a joint is unknown or given twice, sets are missing or of different lengths, or nodes
-        that should meet lie apart.
+        If a joint is unknown or given twice, sets are missing or of different lengths, nodes that
+        should meet lie apart, or those of one side alone stand for their patches.
     """
     names = [joint.name for joint in joints]
     for name in names:
@@ -118,6 +118,7 @@ def _hook(vane: Masters, casing: Masters) -> list[NodePairs]:
     pairs = []
     for name in HOOK_SETS:
         own, mate = vane.set(name), casing.set(name)
+        _act_alike(name, vane, own, casing, mate)
         _coincide(name, vane.position(own), casing.position(mate), mate)
         contact = ~np.isin(own, vane.node_sets.get("key", ()))
         pairs.append((own[contact], mate[contact], vane.frames[name][contact]))
@@ -127,6 +128,7 @@ def _hook(vane: Masters, casing: Masters) -> list[NodePairs]:
 def _interlock(vane: Masters) -> list[NodePairs]:
     """The right face on the left face of the next sector's vane."""
     own, mate = vane.set("interlock_right"), vane.set("interlock_left")
+    _act_alike("interlock_right", vane, own, vane, mate)
     _coincide(
         "interlock_right", vane.position(own), vane.position(mate) @ turn(vane.sectors).T, mate
     )
@@ -136,8 +138,25 @@ def _interlock(vane: Masters) -> list[NodePairs]:
 def key_pairs(vane: Masters, casing: Masters) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """Vane and casing nodes that are merged."""
     own, mate = vane.set("key"), casing.set("key")
+    _act_alike("key", vane, own, casing, mate)
     _coincide("key", vane.position(own), casing.position(mate), mate)
     return own, mate
+
+
+def _act_alike(
+    name: str,
+    part: Masters,
+    own: NDArray[np.int64],
+    other: Masters,
+    mate: NDArray[np.int64],
+) -> None:
+    """Refuse means over patches on one side only, in words that tell why the pairs lie apart."""
+    means, mates = np.isin(own, part.averaged), np.isin(mate, other.averaged)
+    if len(means) == len(mates) and np.any(means != mates):
+        raise InputError(
+            f"{name}: a patch on one side and a node on the other: average both sets of a joint, "
+            "or neither"
+        )
 
 
 def _coincide(

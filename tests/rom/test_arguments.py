@@ -31,7 +31,7 @@ def refusal(model, *arguments, **options):
         (None, CYCLIC, "masters = None: must be"),
         (7, CYCLIC, "masters = 7: must be"),
         ((7,), CYCLIC, r"masters = \(7,\): must be"),
-        (("forces",), CYCLIC, "ring: no node set 'forces'"),
+        (("forces",), CYCLIC, "ring: no node set 'forces'; it has force, inner"),
         (("left",), CYCLIC, "is a master and on a cyclic face"),
         (("z0",), CYCLIC, "is clamped"),
         (("inner",), CYCLIC, "ring: no node is left beside masters and cyclic faces"),

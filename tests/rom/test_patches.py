@@ -14,7 +14,7 @@ from vanelock.errors import InputError
 from vanelock.mesh.averages import averages, plane
 from vanelock.mesh.patches import Patch
 from vanelock.rom.masters import choose, everything
-from vanelock.rom.pairs import contact_pairs
+from vanelock.rom.pairs import contact_pairs, key_pairs
 from vanelock.rom.patches import patch_transform, patch_weights, with_means
 
 HOOKS = ("hook_front", "hook_rear")
@@ -134,9 +134,22 @@ def test_mates_stand_at_their_patches_centroids(parts):
     assert vane.points[front, 2] == pytest.approx(np.full(30, 0.075))
     assert parts.vane.points[front, 2] == pytest.approx(np.full(30, 0.074))
     assert len(vane.averaged) == 80
-    # Without patches on one side the pairs would not meet.
-    with pytest.raises(InputError, match=r"hook_front: pair \d+ .* apart"):
-        contact_pairs(everything(parts.vane, HOOKS), everything(parts.casing), joints[:1])
+
+
+def test_patches_on_one_side_of_a_joint_are_refused(parts):
+    joints = [rom.Joint(name, 1e7, 1e7, 0.3, 1e-5) for name in ("hook", "interlock")]
+    for of_vane, of_casing, joint, name in (
+        (HOOKS, (), 0, "hook_front"),
+        (HOOKS, HOOKS[:1], 0, "hook_rear"),
+        ((), HOOKS[1:], 0, "hook_rear"),
+        (INTERLOCK[:1], (), 1, "interlock_right"),
+    ):
+        pieces = everything(parts.vane, of_vane), everything(parts.casing, of_casing)
+        with pytest.raises(InputError, match=f"{name}: a patch on one side and a node on the"):
+            contact_pairs(*pieces, joints[joint : joint + 1])
+    pieces = everything(parts.vane, HOOKS[:1]), everything(parts.casing, HOOKS[1:])
+    with pytest.raises(InputError, match="key: a patch on one side and a node on the other"):
+        key_pairs(*pieces)
 
 
 @pytest.mark.slow
