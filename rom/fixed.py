@@ -17,9 +17,11 @@ to ω are therefore in error by
 whatever the joints do. So the eigenvectors x of that pencil, with their static answers Y x, are
 the vectors worth keeping: those whose eigenvalue exceeds the accuracy. First E is taken at ω = 0,
 where it costs nothing more; the vectors kept leave an error of higher order in ω, whose residual
-is treated in the same way until all is below the accuracy. (That static answers to inertia forces
-are worth more than further modes is known as modal truncation augmentation: Dickens, Nakagawa and
-Wittbrodt, Computers & Structures 62 (1997) 985-998; their choice by this bound is our own.)
+is treated in the same way until each is below the accuracy. What the steps leave acts together, so
+the largest eigenvalue of all of it can lie a little above; the errors themselves lie well below.
+(That static answers to inertia forces are worth more than further modes is known as modal
+truncation augmentation: Dickens, Nakagawa and Wittbrodt, Computers & Structures 62 (1997) 985-998;
+their choice by this bound is our own.)
 """
 
 from dataclasses import dataclass

@@ -162,7 +162,8 @@ def model_step(study: Study, part: str) -> Step[Model]:
 def rom_step(study: Study, part: str, diameters: Iterable[int]) -> Step[Component]:
     """Reduced model of a part; the casing's at the given nodal diameters.
 
-    Where an accuracy is asked for and no band, the vane's tenth elastic mode ends it for both.
+    Where an accuracy is asked for and no band, the vane's tenth elastic mode ends it for both; a
+    vane that is reduced to a number of modes tells no band, and the casing then takes its own.
     """
     options = study.rom
     kept, means = masters(study, part), averaged(study, part)
