@@ -91,11 +91,17 @@ def join(
     Raises
     ------
     InputError
-        If the parts differ in sectors, or a nodal diameter that is insisted on is missing.
+        If the parts differ in sectors, the casing was reduced in one piece although there are
+        several, or a nodal diameter that is insisted on is missing.
     """
     N = vane.masters.sectors
     if N != casing.masters.sectors:
         raise InputError(f"vane and casing differ in sectors: {N}, {casing.masters.sectors}")
+    if not casing.cyclic and N > 1:
+        raise InputError(
+            f"{casing.masters.part}: reduced in one piece, its sides free, while the ring has {N} "
+            "sectors: give nodal_diameters to reduce"
+        )
     if diameters not in ("given", "all"):
         raise InputError(f"diameters: given {diameters!r}: allowed are 'given' and 'all'")
     if diameters == "all":

@@ -86,6 +86,14 @@ def test_what_does_not_fit_is_refused(scene, tmp_path):
         rom.System.load(tmp_path / "noise.h5")
 
 
+def test_a_casing_without_nodal_diameters_is_refused(scene):
+    """Its sides would be free: the first frequency 5 % too low, and nothing would say so."""
+    sets = tuple(scene.casing.masters.node_sets)
+    piece = rom.reduce(scene.casing_model, sets, modes=2)
+    with pytest.raises(InputError, match="casing: reduced in one piece.*give nodal_diameters"):
+        rom.join(scene.vane, piece, scene.joints, rom.Excitation(1, force=30.0))
+
+
 def test_all_nodal_diameters_are_insisted_on_if_asked(scene):
     order = rom.Excitation(1, force=1.0)
     with pytest.raises(InputError, match="needs nodal diameters 0 to 8: not reduced at 4, 5, 6, 7"):
