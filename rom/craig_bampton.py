@@ -13,9 +13,10 @@ import numpy as np
 import scipy.linalg as sl
 from numpy.typing import NDArray
 
-from vanelock.fem import factorise
+from vanelock.errors import InputError
+from vanelock.fem import SingularError, factorise
 from vanelock.rom.held import hermitian
-from vanelock.rom.problem import Problem
+from vanelock.rom.problem import Problem, not_held
 from vanelock.rom.selection import Selection
 
 COLUMNS = 128  # constraint modes at a time: each block is multiplied with all of them
@@ -45,7 +46,10 @@ def craig_bampton(problem: Problem, wanted: Selection) -> CraigBampton:
     K, M = problem.K, problem.M
     K_s, M_s = K[s], M[s]
     K_sm, M_sm, M_ss = K_s[:, m], M_s[:, m], M_s[:, s].tocsc()
-    factor = factorise(K_s[:, s].tocsc())
+    try:
+        factor = factorise(K_s[:, s].tocsc())
+    except SingularError as error:
+        raise InputError(not_held(problem, error, s)) from None
 
     K_mm, M_mm = K[m][:, m].toarray(), M[m][:, m].toarray()
     K_ms, M_ms = K_sm.T.tocsr(), M_sm.T.tocsr()

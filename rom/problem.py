@@ -114,8 +114,14 @@ def condense(problem: Problem) -> tuple[Matrix, Interior]:
         return S, interior
     except SingularError as error:
         rest = np.setdiff1d(np.arange(problem.K.shape[0]), rows)
-        moving = rest if problem.means is None else problem.means[:, rest]
-        raise InputError(free_motion(problem.model, error, moving)) from None
+        raise InputError(not_held(problem, error, rest)) from None
+
+
+def not_held(problem: Problem, error: SingularError, rest: Rows) -> str:
+    """What can still move although only the rows `rest` are free."""
+    moving = rest if problem.means is None else problem.means[:, rest]
+    found: str = free_motion(problem.model, error, moving)
+    return found
 
 
 def _free_faces(model: Model) -> tuple[Rows, Rows]:

@@ -1,9 +1,11 @@
 """Arguments that `rom.reduce` cannot use: one line that says which, and nothing else."""
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
+import scipy.sparse as sp
 
 from vanelock import rom
 from vanelock.errors import InputError
@@ -155,3 +157,14 @@ def test_what_is_not_held_is_named(ring_sector, masters):
     assert rom.reduce(ring, masters, 3, nodal_diameters=[2, 3]).fixed_modes == 3
     text = refusal(ring, masters, 3)
     assert "ring: free to move as a rigid body: 6 motions not held" in text
+
+
+@pytest.mark.parametrize("route", ["cyclic", "direct", "paper"])
+def test_a_node_without_stiffness_is_named_by_every_route(ring_sector, route):
+    model = ring_sector()
+    node = model.part.node_sets["inner"][-1]
+    kept = np.ones(model.K.shape[0])
+    kept[model.dofs[node]] = 0
+    K = sp.csc_array(sp.diags_array(kept) @ model.K @ sp.diags_array(kept))
+    with pytest.raises(InputError, match=f"ring: 3 motions of some nodes .*: node {node} "):
+        rom.reduce(replace(model, K=K), ("force",), 2, nodal_diameters=[1], route=route)
