@@ -78,9 +78,8 @@ def _scatter(axes: Axes, found: Found, across: Any, up: Any) -> None:
     axes.plot(
         [across(o) for o in row],
         [up(o) for o in row],
-        "D--",
+        "D",
         color=style.GREY,
-        linewidth=1.0,
         label="paper: the same as direct, published",
     )
     by_modes = [o for s, o in found if s.name.startswith("cyclic") and s.modal]
