@@ -29,6 +29,8 @@ TOLERANCE = 1e-8
 """Residual of a mode relative to its eigenvalue. The eigenvalue's error is of the second order in
 it, but that of the vector of the first, and what is kept beside modes is made orthogonal to them.
 """
+MOST = 500
+"""Modes below an eigenvalue, beyond which someone has mistyped it."""
 SETTLED = 0.03
 """Residual of the first mode that is not wanted, at which it is trusted to be the next one."""
 _EQUAL = 1e-4  # relative distance of eigenvalues that may be copies of one
@@ -104,6 +106,11 @@ def lowest_modes(
         residual = np.linalg.norm(coupling @ S[-rest.shape[1] :], axis=0)
         whole = block.shape[1] == 0 or Q.shape[1] == n
         wanted = int(np.sum(theta > least)) if count is None else count
+        if count is None and wanted > MOST:
+            raise InputError(
+                f"more than {MOST} fixed-interface modes below {_hertz(below):.4g} Hz: "
+                "choose a lower cutoff, or a lower band, which needs them up to its double"
+            )
         if wanted > len(theta) or (wanted == len(theta) and not whole):
             if whole:
                 raise InputError(f"{count} modes: the part has {len(theta)}")
@@ -126,6 +133,10 @@ def lowest_modes(
                 return Lowest(squared, vectors, 1 / highest if highest else np.inf)
             return Lowest(squared, vectors, float(squared[-1]) if wanted else 0.0)
     raise InputError("the fixed-interface modes of the part did not converge")
+
+
+def _hertz(eigenvalue: float) -> float:
+    return float(np.sqrt(eigenvalue) / (2 * np.pi))
 
 
 def _appended(space: Matrix, used: Matrix, block: Matrix) -> tuple[Matrix, Matrix]:

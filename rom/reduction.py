@@ -106,6 +106,8 @@ def _check_route(
     """Refuse what a route does not know, rather than leave it unheeded."""
     if route not in ("cyclic", "direct", "paper"):
         raise InputError(f'route = "{route}": allowed are "cyclic", "direct" and "paper"')
+    if route != "cyclic" and not cyclic:
+        raise InputError(f'route = "{route}": a part in one piece has none: give nodal_diameters')
     if interface not in (None, "published", "followed"):
         raise InputError(f'interface = "{interface}": allowed are "published" and "followed"')
     if interface_modes is not None:

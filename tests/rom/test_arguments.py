@@ -57,6 +57,7 @@ def refusal(model, *arguments, **options):
         (("force",), {"accuracy": 1.0}, "accuracy = 1: allowed are 1e-9 to 1"),
         (("force",), {"band": 0.0}, "band = 0 Hz: must be > 0"),
         (("force",), {"band": -5.0}, "band = -5 Hz: must be > 0"),
+        (("force",), {"route": "paper"}, 'route = "paper": a part in one piece has none'),
         (("force",), {"modes": 3, "band": 5.0}, "band = 5 Hz: goes with accuracy only"),
         (("force",), {"cutoff": 9.0, "band": 5.0}, "band = 5 Hz: goes with accuracy only"),
         (("force",), {**DIRECT, "band": 5.0}, "band = 5 Hz: goes with accuracy only"),

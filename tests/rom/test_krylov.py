@@ -117,3 +117,9 @@ def test_no_answer_is_no_silent_one(monkeypatch):
     monkeypatch.setattr("vanelock.rom.krylov._LARGEST", 2)
     with pytest.raises(InputError, match="did not converge"):
         found(SPREAD, 30)
+
+
+def test_a_mistyped_limit_is_refused_early():
+    values = np.linspace(1.0, 2.0, 700)
+    with pytest.raises(InputError, match="more than 500 fixed-interface modes below 1.592 Hz"):
+        found(values, None, below=100.0)
