@@ -27,7 +27,7 @@ from vanelock.errors import InputError
 from vanelock.rom.component import Component, Reduced
 from vanelock.rom.held import hermitian
 from vanelock.rom.joining import joined_dofs
-from vanelock.rom.limits import linear_modes
+from vanelock.rom.limits import linear_modes, linear_stiffness
 from vanelock.rom.system import Matrix, System
 
 BEYOND = 5
@@ -149,20 +149,12 @@ def response_errors(
     if matrices.output is None:
         raise InputError("response_errors: the system has no output nodes")
     n = len(matrices.K)
-    chosen = np.ones(system.contacts.count, bool) if closed is None else np.asarray(closed, bool)
-    rows = system.contact_rows(k).reshape(system.contacts.count, 3, n)
-    springs = system.contacts.stiffness
-
-    def stiffness(which: NDArray[np.bool_]) -> Matrix:
-        B = rows[which].reshape(-1, n)
-        return np.asarray(matrices.K + (B.conj().T * springs[which].ravel()) @ B)
-
     C = np.zeros((n, n)) if matrices.C is None else matrices.C
     if system.damping_ratio:
-        values, V = sl.eigh(stiffness(np.ones(len(chosen), bool)), matrices.M)
+        stuck, V = linear_modes(system, k, n)
         MV = matrices.M @ V
-        C = C + (MV * (2 * system.damping_ratio * np.sqrt(values.clip(0)))) @ MV.conj().T
-    K, outputs = stiffness(chosen), matrices.output.reshape(-1, n)
+        C = C + (MV * (2 * system.damping_ratio * 2 * np.pi * stuck)) @ MV.conj().T
+    K, outputs = linear_stiffness(system, k, closed), matrices.output.reshape(-1, n)
     found, errors = [], []
     for omega in 2 * np.pi * np.asarray(frequencies):
         D = K - omega**2 * matrices.M + 1j * omega * C

@@ -19,9 +19,9 @@ import numpy as np
 import scipy.linalg as sl
 import scipy.sparse as sp
 
-from vanelock.cyclic import phase_factor, turn
 from vanelock.errors import InputError
 from vanelock.fem import Interior, SingularError, free_motion
+from vanelock.rom.cyclic import cyclic_constraint
 from vanelock.rom.held import hermitian
 from vanelock.rom.problem import Problem, Rows, condense
 from vanelock.rom.system import Matrix
@@ -61,15 +61,11 @@ class Condensed:
 
     def follow(self, nodal_diameter: int) -> sp.csr_array:
         """W: both faces from the left one, (6b, 3b)."""
-        nodes, sectors = len(self.problem.left), self.problem.model.part.sectors
-        follow = turn(sectors) * phase_factor(nodal_diameter, sectors)
-        right = sp.kron(sp.eye_array(nodes), follow)
-        return sp.csr_array(sp.vstack([sp.eye_array(3 * nodes), right]))
+        return self._constraint(0, nodal_diameter)
 
     def stiffness(self, nodal_diameter: int) -> Matrix:
         """S at a nodal diameter, over the left face's dofs and the masters'."""
-        W = sp.block_diag([self.follow(nodal_diameter), sp.eye_array(len(self.problem.rows))])
-        W = W.tocsr()
+        W = self._constraint(len(self.problem.rows), nodal_diameter)
         return hermitian(W.conj().T @ (self.matrix @ W))
 
     def transform(self, nodal_diameter: int) -> sp.csc_array:
@@ -90,6 +86,10 @@ class Condensed:
         if factor is None:
             raise InputError(self._free_motion(nodal_diameter, S[left, left]))
         return Sector(self, W, S, factor)
+
+    def _constraint(self, others: int, nodal_diameter: int) -> sp.csr_array:
+        sectors = self.problem.model.part.sectors
+        return cyclic_constraint(len(self.problem.left), others, nodal_diameter, sectors)
 
     def _free_motion(self, nodal_diameter: int, on_face: Matrix) -> str:
         """What moves freely at a nodal diameter although the masters are held."""

@@ -21,7 +21,7 @@ from vanelock.rom.krylov import BLOCK, lowest_modes
 from vanelock.rom.problem import Problem
 from vanelock.rom.selection import Selection
 from vanelock.rom.system import Matrix
-from vanelock.rom.tran import Interface, check_count
+from vanelock.rom.tran import Interface
 
 FACE = 1e-11  # residual of a face mode: the subspace is the paper's to round-off
 DENSE = 4  # beyond a fourth of the face's dofs, its modes come from dense matrices
@@ -35,7 +35,6 @@ def direct(
     interface_modes: int,
 ) -> Component:
     """Reduce a cyclic part at nodal diameters, as `vanelock.rom.paper` does."""
-    check_count(interface_modes, 3 * len(problem.left))
     shared = condensed(problem)
     M_ss = problem.M[shared.slaves][:, shared.slaves].tocsc()
     fixed = wanted.modes_of(shared.interior.solve, M_ss)

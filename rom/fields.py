@@ -5,36 +5,18 @@ Sector j moves as sector 0 turned by 2πj/N about the engine axis and later by t
 attached to the part, such as a strain gauge, turns with it and takes the phase alone.
 """
 
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vanelock import fem
 from vanelock.cyclic import phase_factor, turn
-from vanelock.rom.component import Component
+
+if TYPE_CHECKING:
+    from vanelock.rom.recover import Recovery
 
 Field = NDArray[Any]
-
-
-class Recovers(Protocol):
-    """What recovers a part's displacements from reduced coordinates."""
-
-    @property
-    def component(self) -> Component:
-        """The reduced part."""
-
-    @property
-    def model(self) -> fem.Model:
-        """The model that was reduced."""
-
-    def displacement(
-        self, coordinates: NDArray[np.complex128], nodal_diameter: int
-    ) -> NDArray[np.complex128]:
-        """Displacement of sector 0, (nodes, 3) or (nodes, 3, k)."""
-
-    def adjoint(self, functional: Any, nodal_diameter: int) -> NDArray[np.complex128]:
-        """Rows in reduced coordinates of functionals on the model's free dofs."""
 
 
 def in_sector(
@@ -46,7 +28,7 @@ def in_sector(
 
 
 def strain(
-    recovery: Recovers, coordinates: NDArray[np.complex128], nodal_diameter: int, sector: int = 0
+    recovery: "Recovery", coordinates: NDArray[np.complex128], nodal_diameter: int, sector: int = 0
 ) -> NDArray[np.complex128]:
     """Strain at the nodes of a sector, (nodes, 6) or (nodes, 6, k); see `fem.strain`.
 
@@ -57,7 +39,7 @@ def strain(
 
 
 def stress(
-    recovery: Recovers, coordinates: NDArray[np.complex128], nodal_diameter: int, sector: int = 0
+    recovery: "Recovery", coordinates: NDArray[np.complex128], nodal_diameter: int, sector: int = 0
 ) -> NDArray[np.complex128]:
     """Stress at the nodes of a sector, Pa, shaped as `strain`; see `fem.stress`."""
     found = fem.hooke(recovery.model.material, _strain(recovery, coordinates, nodal_diameter))
@@ -65,7 +47,7 @@ def stress(
 
 
 def rows(
-    recovery: Recovers, functional: Any, nodal_diameter: int, sector: int = 0
+    recovery: "Recovery", functional: Any, nodal_diameter: int, sector: int = 0
 ) -> NDArray[np.complex128]:
     """Rows (g, n) in reduced coordinates of functionals (g, 3·nodes) of the displacements.
 
@@ -77,7 +59,7 @@ def rows(
 
 
 def _strain(
-    recovery: Recovers, coordinates: NDArray[np.complex128], nodal_diameter: int
+    recovery: "Recovery", coordinates: NDArray[np.complex128], nodal_diameter: int
 ) -> NDArray[np.complex128]:
     part = recovery.model.part
     u = recovery.displacement(coordinates, nodal_diameter)
@@ -98,7 +80,7 @@ def _strain(
 
 def _turned(
     tensors: NDArray[np.complex128],
-    recovery: Recovers,
+    recovery: "Recovery",
     nodal_diameter: int,
     sector: int,
     shear: float,

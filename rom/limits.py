@@ -5,7 +5,7 @@ import scipy.linalg as sl
 from numpy.typing import NDArray
 
 from vanelock.errors import InputError
-from vanelock.rom.system import System
+from vanelock.rom.system import Matrix, System
 
 
 def linear_modes(
@@ -37,12 +37,20 @@ def linear_modes(
     matrices = system.at(nodal_diameter)
     if not 1 <= count <= len(matrices.K):
         raise InputError(f"{count} modes of a system of {len(matrices.K)} coordinates")
-    chosen = np.ones(system.contacts.count, bool) if closed is None else np.asarray(closed, bool)
-    B = system.contact_rows(nodal_diameter)[chosen].reshape(-1, len(matrices.K))
-    stiffness = system.contacts.stiffness[chosen].ravel()
-    K = matrices.K + (B.conj().T * stiffness) @ B
+    K = linear_stiffness(system, nodal_diameter, closed)
     omega2, shapes = sl.eigh(K, matrices.M, subset_by_index=[0, count - 1])
     return np.sqrt(omega2.clip(0)) / (2 * np.pi), shapes
+
+
+def linear_stiffness(
+    system: System, nodal_diameter: int, closed: NDArray[np.bool_] | None = None
+) -> Matrix:
+    """(n, n) stiffness at a nodal diameter, contacts as for `linear_modes`."""
+    K = system.at(nodal_diameter).K
+    chosen = np.ones(system.contacts.count, bool) if closed is None else np.asarray(closed, bool)
+    B = system.contact_rows(nodal_diameter)[chosen].reshape(-1, len(K))
+    stiffness = system.contacts.stiffness[chosen].ravel()
+    return np.asarray(K + (B.conj().T * stiffness) @ B)
 
 
 def mac(

@@ -13,7 +13,7 @@ from vanelock.rom.masters import choose
 from vanelock.rom.paper import paper
 from vanelock.rom.problem import problem
 from vanelock.rom.selection import DEFAULT, Selection
-from vanelock.rom.tran import Interface
+from vanelock.rom.tran import Interface, check_count
 from vanelock.rom.whole import whole
 
 Route = Literal["cyclic", "direct", "paper"]
@@ -92,8 +92,10 @@ def reduce(
         return whole(given, wanted)
     if route == "cyclic":
         return cyclic_first(given, wanted, diameters)
+    count = interface_modes or MODES
+    check_count(count, 3 * len(given.left))
     follow = {"paper": paper, "direct": direct}[route]
-    return follow(given, wanted, diameters, interface or "published", interface_modes or MODES)
+    return follow(given, wanted, diameters, interface or "published", count)
 
 
 def _check_route(

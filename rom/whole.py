@@ -7,8 +7,6 @@ R. R. Craig and M. C. C. Bampton, Coupling of substructures for dynamic analyses
 (1968) 1313-1319; which vectors B holds is told in `vanelock.rom.fixed`.
 """
 
-import numpy as np
-
 from vanelock.rom.component import Component
 from vanelock.rom.held import Piece, held_part
 from vanelock.rom.problem import Problem, condense
@@ -18,10 +16,9 @@ from vanelock.rom.selection import Selection
 
 def whole(problem: Problem, wanted: Selection) -> Component:
     """Reduce a part in one piece to its masters and fixed-interface vectors."""
-    m = problem.rows
-    s = np.setdiff1d(np.arange(problem.K.shape[0]), m)
-    M_s, M_m = problem.M[s], problem.M[m]
     held = Piece(*condense(problem))
+    m, s = problem.rows, held.slaves.rest
+    M_s, M_m = problem.M[s], problem.M[m]
     part = held_part(held, M_s[:, m].tocsc(), M_s[:, s].tocsc(), M_m[:, m])
     wanted = wanted.within(part)
     products = projected(part, wanted.of(part))
