@@ -5,8 +5,10 @@ from dataclasses import replace
 import numpy as np
 
 from vanelock.cyclic import turn
+from vanelock.errors import InputError
 from vanelock.mesh import occ, sets
 from vanelock.mesh.averages import hook_averages
+from vanelock.mesh.cyclic_face import divide_face
 from vanelock.mesh.dimensions import CasingDimensions, HookDimensions, VaneDimensions
 from vanelock.mesh.extract import generate, matching, nodes_on, place
 from vanelock.mesh.fit import check_casing
@@ -23,6 +25,7 @@ def casing_sector(
     sectors: int = 16,
     size: str | float = "medium",
     overlap: tuple[float, float] | None = None,
+    face_nodes: int | None = None,
 ) -> Part:
     """Mesh one casing sector with straight-sided quadratic tetrahedra.
 
@@ -39,6 +42,10 @@ def casing_sector(
     overlap : (front, rear) float, optional
         Axial range in which the front foot lies in its groove, m, which bounds the hooks' contact
         patches: `hook_overlap(vane, casing)`. The scene's foot unless given.
+    face_nodes : int, optional
+        Nodes of each cyclic face, exactly; whatever the size gives unless given. The elements on
+        the faces' edges then differ from the size, by a quarter at most but for the rounding of
+        their numbers.
 
     Returns
     -------
@@ -51,8 +58,8 @@ def casing_sector(
     Raises
     ------
     InputError
-        If the dimensions contradict one another, cannot be meshed, or the system lacks a library
-        that gmsh needs.
+        If the dimensions contradict one another, cannot be meshed, do not allow `face_nodes` at
+        this size, or the system lacks a library that gmsh needs.
     """
     dimensions = dimensions or CasingDimensions()
     hook = hook or HookDimensions()
@@ -75,6 +82,8 @@ def casing_sector(
         affine = np.eye(4)
         affine[:3, :3] = turn(sectors)
         gmsh.model.mesh.setPeriodic(2, [right_tag], [left_tag], affine.ravel().tolist())
+        if face_nodes is not None:
+            divide_face(gmsh, left_tag, length, face_nodes)
         mesh = generate(gmsh, length)
         on = [nodes_on(gmsh, mesh, 1, tag) for tag in band_tags]
         at = np.concatenate([nodes_on(gmsh, mesh, 0, tag) for tag in point_tags])
@@ -95,6 +104,10 @@ def casing_sector(
     ]
     loaded = matching(mesh.points, at[: sets.FORCES], force, "casing force")
     outputs = matching(mesh.points, at[sets.FORCES :], accessory, "casing accessory")
+    if face_nodes is not None and len(left) != face_nodes:
+        raise InputError(
+            f"mesh.face_nodes = {face_nodes}: the casing got {len(left)}: choose another mesh.size"
+        )
     turned = mesh.points[left] @ turn(sectors).T
     right = matching(mesh.points, right, turned, "casing right")
     points = place(

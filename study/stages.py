@@ -140,11 +140,14 @@ def mesh_step(study: Study, part: str) -> Step[Part]:
     inputs = {"sectors": sectors, "size": size, "dimensions": dimensions, "overlap": overlap}
     if part == "casing":
         inputs["hook"] = study.vane.hook.model_dump()
+        inputs["face_nodes"] = study.mesh.face_nodes
 
     def compute() -> Part:
         if part == "vane":
             return mesh.vane_segment(study.vane, sectors, size, overlap)
-        return mesh.casing_sector(study.casing, study.vane.hook, sectors, size, overlap)
+        return mesh.casing_sector(
+            study.casing, study.vane.hook, sectors, size, overlap, study.mesh.face_nodes
+        )
 
     return step(f"mesh {part}", "mesh", inputs, Part, (), compute)
 

@@ -63,6 +63,9 @@ class Mesh(Table):
     """Finite-element meshes of both parts."""
 
     size: MeshSize = Field(default="medium", description="element size")
+    face_nodes: int | None = Field(
+        default=None, ge=10, le=100_000, description="number of nodes of each cyclic face"
+    )
 
 
 Patch = Literal["node", "area"]
