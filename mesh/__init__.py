@@ -15,6 +15,7 @@ _modules = {
     "on_aerofoil": "instrument",
     "quality": "tetrahedra",
     "vane_segment": "vane",
+    "write_msh": "export",
 }
 __all__ = list(_modules)
 __getattr__, __dir__ = lazy.attributes(__name__, _modules)

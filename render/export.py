@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vanelock.errors import InputError
+from vanelock.files import placed
 from vanelock.mesh import Part
 from vanelock.render import annulus, style
 
@@ -51,9 +52,6 @@ def write_vtu(
         flags[nodes] = 1
         data[f"set_{name}"] = flags
     mesh = meshio.Mesh(part.points, [(part.cell_type, part.cells)], point_data=data)
-    try:
-        target.parent.mkdir(parents=True, exist_ok=True)
-        mesh.write(target, file_format="vtu")
-    except OSError as error:
-        raise InputError(f"{target}: cannot be written: {error.strerror or error}") from None
+    with placed(target) as temporary:
+        mesh.write(temporary, file_format="vtu")
     return target

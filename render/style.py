@@ -16,7 +16,7 @@ from matplotlib.colors import Colormap, LinearSegmentedColormap, to_hex
 from matplotlib.figure import Figure
 from matplotlib.text import Text
 
-from vanelock.errors import InputError
+from vanelock.files import placed
 
 PathLike = str | os.PathLike[str]
 
@@ -152,9 +152,6 @@ def write(figure: Figure, path: PathLike) -> Path:
         If the file cannot be written.
     """
     target = Path(path)
-    try:
-        target.parent.mkdir(parents=True, exist_ok=True)
-        figure.savefig(target, format="png", dpi=DPI, facecolor="white")
-    except OSError as error:
-        raise InputError(f"{target}: cannot be written: {error.strerror or error}") from None
+    with placed(target) as temporary:
+        figure.savefig(temporary, format="png", dpi=DPI, facecolor="white")
     return target

@@ -9,6 +9,7 @@ _modules = {
     "choose_listener": "progress",
     "load_study": "read",
     "load_system": "results",
+    "mesh_study": "meshing",
     "open_results": "results",
     "parse_study": "read",
     "read_text": "read",

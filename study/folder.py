@@ -7,6 +7,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from vanelock.errors import InputError
+from vanelock.files import placed
 from vanelock.study import results
 
 _ADVICE = "move it away or name another folder with --output"
@@ -40,7 +41,7 @@ def claimed(folder: Path) -> Generator[None, None, None]:
 
 def _check_places(folder: Path) -> None:
     """Refuse files where folders go and a folder where the results file goes."""
-    for name in ("cache", "figures", "shapes"):
+    for name in ("cache", "figures", "shapes", "mesh"):
         place = folder / name
         if os.path.lexists(place) and not place.is_dir():
             raise InputError(f"{place}: is not a folder; {_ADVICE}")
@@ -51,7 +52,7 @@ def _check_places(folder: Path) -> None:
 
 def _sweep_up(folder: Path) -> None:
     """Remove unfinished files that a killed run left; nobody else is writing here."""
-    for place in (folder, folder / "cache"):
+    for place in (folder, folder / "cache", folder / "mesh"):
         for path in place.glob(".*.tmp"):
             path.unlink(missing_ok=True)
 
@@ -64,12 +65,5 @@ def record(path: Path, text: str) -> None:
     InputError
         If it cannot be written.
     """
-    temporary = path.with_name(f".{path.name}.{os.getpid()}.tmp")
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
+    with placed(path) as temporary:
         temporary.write_text(text, "utf-8")
-        os.replace(temporary, path)
-    except OSError as error:
-        raise InputError(f"{path}: cannot be written: {error.strerror or error}") from None
-    finally:
-        temporary.unlink(missing_ok=True)

@@ -1,4 +1,4 @@
-"""Command line: `vanelock run | init`.
+"""Command line: `vanelock run | mesh | init`.
 
 Errors are one plain line on standard error. Exit status: 0; 2 for input that cannot be used;
 130 when stopped by the user.
@@ -7,6 +7,8 @@ Errors are one plain line on standard error. Exit status: 0; 2 for input that ca
 import os
 import signal
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from io import TextIOWrapper
 from pathlib import Path
 from types import FrameType
@@ -51,34 +53,55 @@ def _options(
         print(context.get_help())
 
 
+StudyFile = Annotated[
+    Path, typer.Argument(help="Study file (TOML).", parser=_path, metavar="STUDY")
+]
+Output = Annotated[
+    Path | None,
+    typer.Option(
+        "--output",
+        "-o",
+        help="Folder; default runs/<name of the file>.",
+        parser=_path,
+        metavar="PATH",
+    ),
+]
+Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print errors only.")]
+AsJson = Annotated[
+    bool, typer.Option("--json", help="Print one JSON object a line instead of text.")
+]
+
+
 @app.command()
 def run(
-    study: Annotated[
-        Path, typer.Argument(help="Study file (TOML).", parser=_path, metavar="STUDY")
-    ],
-    output: Annotated[
-        Path | None,
-        typer.Option(
-            "--output",
-            "-o",
-            help="Folder; default runs/<name of the file>.",
-            parser=_path,
-            metavar="PATH",
-        ),
-    ] = None,
-    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print errors only.")] = False,
-    as_json: Annotated[
-        bool, typer.Option("--json", help="Print one JSON object a line instead of text.")
-    ] = False,
+    study: StudyFile, output: Output = None, quiet: Quiet = False, as_json: AsJson = False
 ) -> None:
     """Run a study; what an earlier run in the same folder computed is used again."""
     from vanelock.study import choose_listener, load_study, read_text, run_study
 
     loaded = load_study(study)
     folder = output or Path("runs") / study.stem
+    with _going_on_later(folder), choose_listener(quiet, as_json) as listener:
+        run_study(loaded, folder, listener, read_text(study))
+
+
+@app.command()
+def mesh(
+    study: StudyFile, output: Output = None, quiet: Quiet = False, as_json: AsJson = False
+) -> None:
+    """Mesh both parts of a study: files for ParaView and Gmsh, figures, counts, a picture."""
+    from vanelock.study import choose_listener, load_study, mesh_study
+
+    loaded = load_study(study)
+    folder = output or Path("runs") / study.stem
+    with _going_on_later(folder), choose_listener(quiet, as_json) as listener:
+        mesh_study(loaded, folder, listener)
+
+
+@contextmanager
+def _going_on_later(folder: Path) -> Iterator[None]:
     try:
-        with choose_listener(quiet, as_json) as listener:
-            run_study(loaded, folder, listener, read_text(study))
+        yield
     except KeyboardInterrupt:
         print(
             f"vanelock: stopped; finished work is kept in {folder}, "
