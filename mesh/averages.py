@@ -1,14 +1,15 @@
 """Mean displacement over contact patches, as weights of the mesh's nodes.
 
-The faces of straight-sided tetrahedra are cut with a patch exactly: its planes cut a triangle along
-straight lines, in the triangle's barycentric coordinates λ. The quadratic shape functions N_j are
-then integrated exactly over the pieces. The facets of a curved surface have another centroid x_f
-than the patch, x_c, and another one on each part. The mean is carried from one to the other by
-the displacement gradient beneath the facets,
+The faces of quadratic tetrahedra, curved or not, are divided evenly in their barycentric
+coordinates. Each piece is cut with a patch's planes as if it were flat between its corners, but
+integrated over as it is: with the element's own shape functions N_j and area. The faces' centroid
+x_f may differ from the patch's, x_c, and does so differently on each part. The mean is carried
+from one to the other by the displacement gradient beneath the faces,
 
     w_j = 1/A ∫ N_j + (x_c - x_f)·∇N_j dA,    so that  Σ w_j = 1,  Σ w_j x_j = x_c,
 
-and both parts' means agree in every rigid-body motion, indeed in every affine one.
+and both parts' means agree in every rigid-body motion, indeed in every affine one. For straight
+sides the integrals are exact.
 """
 
 from collections.abc import Sequence
@@ -23,30 +24,34 @@ from vanelock.mesh.dimensions import HookDimensions, VaneDimensions
 from vanelock.mesh.occ import TOLERANCE
 from vanelock.mesh.part import Part
 from vanelock.mesh.patches import Patch, hook_patches, interlock_patches
+from vanelock.mesh.tetrahedra import quadratic_shapes, quadratic_slopes
 
 Array = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
-FACETS = 2e-2  # of a patch's area: the most that flat facets may miss of a curved one
+COVERED = 2e-2  # of a patch's area: the most that straight-sided elements may miss of a curved one
 OFFSET = 1e-13  # m; a smaller distance of the centroids is round-off
+DIVISIONS = (
+    2  # of the edges of a face before it is cut; finer ones do not change what elements resolve
+)
 
 _FACES = np.array([(0, 2, 1), (0, 1, 3), (1, 2, 3), (0, 3, 2)])
-_EDGES = np.array([(0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3)])  # of nodes 4 to 9
+_REFERENCE = np.vstack([np.zeros(3), np.eye(3)])  # corners
 
 
 @dataclass(frozen=True)
 class Facets:
-    """Triangles (t,) of a surface: the element of each and its corners' places (t, 3) there."""
+    """Faces (t,) of elements on a surface: the element of each and its corners' places (t, 3)."""
 
     element: Integers
     corner: Integers
 
 
 def cylinder(points: Array, cells: Integers, radius: float, tolerance: float = TOLERANCE) -> Facets:
-    """Surface triangles on a cylinder about z, or no further off it than a tolerance, m."""
+    """Faces with their corners on a cylinder about z, or no further off it than a tolerance, m."""
     on = np.abs(np.hypot(points[:, 0], points[:, 1]) - radius) < tolerance
     facets = _surface(cells, on)
-    # Three nodes on an arc at one end of the cylinder span a triangle that faces along the axis.
+    # Three corners on an arc at one end of the cylinder span a triangle that faces along the axis.
     a, b, c = np.moveaxis(points[_corners(cells, facets)], 1, 0)
     normal = np.cross(b - a, c - a)
     faces_axis = np.abs(normal[:, 2]) < np.linalg.norm(normal[:, :2], axis=1)
@@ -54,7 +59,7 @@ def cylinder(points: Array, cells: Integers, radius: float, tolerance: float = T
 
 
 def plane(points: Array, cells: Integers, origin: Array, normal: Array) -> Facets:
-    """Surface triangles in a plane."""
+    """Faces with their corners in a plane."""
     return _surface(cells, np.abs((points - origin) @ normal) < TOLERANCE)
 
 
@@ -85,7 +90,7 @@ def averages(
     points : (n, 3) float
         Nodes, m.
     cells : (e, 10) int
-        Straight-sided quadratic tetrahedra.
+        Quadratic tetrahedra, curved or not.
     facets : Facets
         Their faces on the patches' surface.
     patches : sequence of Patch
@@ -101,27 +106,72 @@ def averages(
     InputError
         If the faces do not cover a patch.
     """
-    corners = points[_corners(cells, facets)]
+    lattice, pieces = _lattice(DIVISIONS)
+    place = _in_tetrahedron(facets.corner[:, None], lattice)
+    shapes = quadratic_shapes(place.reshape(-1, 4)).reshape(*place.shape[:2], 10)
+    x = shapes @ points[cells[facets.element]]  # (t, lattice, 3)
     rows = []
     for i, patch in enumerate(patches):
-        outside = corners @ patch.planes[:, :3].T - patch.planes[:, 3]
+        outside = x @ patch.planes[:, :3].T - patch.planes[:, 3]
         near = np.flatnonzero(np.all(outside.min(axis=1) < 0, axis=1))
-        polygons = _cut(outside[near])
-        place, share = _quadrature(polygons)
-        a, b, c = np.moveaxis(corners[near], 1, 0)
-        weight = share * np.linalg.norm(np.cross(b - a, c - a), axis=1)[:, None] / 2
+        face, piece, within, share = _inside(outside[near][:, pieces])
+        in_face = np.einsum("qc,qcb->qb", within, lattice[pieces[piece]])
+        element, corner = facets.element[near[face]], facets.corner[near[face]]
+        position = _in_tetrahedron(corner, in_face)
+        J = np.einsum("qja,qjb->qab", points[cells[element]], quadratic_slopes(position))
+        sides = (_REFERENCE[corner[:, 1:]] - _REFERENCE[corner[:, :1]]) @ J.swapaxes(1, 2)
+        weight = share * np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1) / 2
         area = weight.sum()
-        if abs(area - patch.area) > FACETS * patch.area:
+        if abs(area - patch.area) > COVERED * patch.area:
             raise InputError(
                 f"{what}: element faces cover {100 * area / patch.area:.1f} % of contact patch "
                 f"{i}: choose another mesh.size"
             )
-        rows.append(_row(points, cells, _of(facets, near), place, weight / area, patch.centroid))
+        rows.append(_row(points, cells[element], position, J, weight / area, patch.centroid))
     return sp.csr_array(sp.vstack(rows))
 
 
-def _of(facets: Facets, which: Integers) -> Facets:
-    return Facets(facets.element[which], facets.corner[which])
+def _lattice(divisions: int) -> tuple[Array, Integers]:
+    """Barycentric points (m, 3) that divide a triangle evenly, and its pieces (n², 3) of them."""
+    n = divisions
+    at = [(i, j) for i in range(n + 1) for j in range(n + 1 - i)]
+    number = {point: k for k, point in enumerate(at)}
+    pieces = [(number[i, j], number[i + 1, j], number[i, j + 1]) for i, j in at if i + j < n]
+    pieces += [(number[i, j], number[i, j - 1], number[i - 1, j]) for i, j in at if i > 0 and j > 0]
+    i, j = np.array(at).T
+    return np.column_stack([n - i - j, i, j]) / n, np.array(pieces)
+
+
+def _in_tetrahedron(corner: Integers, place: Array) -> Array:
+    """Barycentric positions (..., 4) of places (..., 3) in faces with some corners (..., 3)."""
+    shape = np.broadcast_shapes(corner.shape, place.shape)[:-1]
+    position = np.zeros((*shape, 4))
+    np.put_along_axis(position, np.broadcast_to(corner, (*shape, 3)), place, axis=-1)
+    return position
+
+
+def _inside(outside: Array) -> tuple[Integers, Integers, Array, Array]:
+    """Quadrature of the faces inside some planes, exact for quadratics in each piece.
+
+    Parameters
+    ----------
+    outside : (t, n, 3, p) float
+        Distance of the corners of each face's n pieces from each plane, positive outside.
+
+    Returns
+    -------
+    face, piece : (q,) int
+        Of each point.
+    place : (q, 3) float
+        Its barycentric coordinates in the piece.
+    share : (q,) float
+        Its share of the face's area, in the face's barycentric coordinates.
+    """
+    face, piece = np.nonzero(np.all(outside.min(axis=2) < 0, axis=2))
+    place, share = _quadrature(_cut(outside[face, piece]))
+    used, point = np.nonzero(share > 0)
+    share_of_face = share[used, point] / outside.shape[1]
+    return face[used], piece[used], place[used, point], share_of_face
 
 
 def _cut(outside: Array) -> Array:
@@ -165,33 +215,31 @@ def _quadrature(polygons: Array) -> tuple[Array, Array]:
 
 
 def _row(
-    points: Array, cells: Integers, facets: Facets, place: Array, weight: Array, centroid: Array
+    points: Array, nodes: Integers, position: Array, J: Array, weight: Array, centroid: Array
 ) -> sp.csr_array:
-    """Weights (1, n) of the mean over some facets, carried to the patch's centroid.
+    """Weights (1, n) of the mean over some points, carried to the patch's centroid.
 
     Parameters
     ----------
-    place : (t, q, 3) float
-        Barycentric quadrature points.
-    weight : (t, q) float
-        Their weights, which sum to one.
+    nodes : (q, 10) int
+        Of the element at each point.
+    position : (q, 4) float
+        Barycentric.
+    J : (q, 3, 3) float
+        Derivative of place by reference coordinates.
+    weight : (q,) float
+        Sums to one.
     """
-    L = np.zeros((*place.shape[:2], 4))  # barycentric in the tetrahedron
-    np.put_along_axis(L, facets.corner[:, None, :], place, axis=2)
-    nodes = cells[facets.element]
-    first, second = _EDGES.T
-    shape = np.concatenate([L * (2 * L - 1), 4 * L[..., first] * L[..., second]], axis=2)
-    mean = np.einsum("tq,tqj->tj", weight, shape)
-    offset = centroid - np.einsum("tj,tjx->x", mean, points[nodes])
+    mean = weight[:, None] * quadratic_shapes(position)
+    offset = centroid - np.einsum("qj,qjx->x", mean, points[nodes])
     if np.linalg.norm(offset) > OFFSET:
-        vertices = np.concatenate([points[nodes[:, :4]], np.ones((len(nodes), 4, 1))], axis=2)
-        along = np.linalg.inv(vertices)[:, :3].swapaxes(1, 2) @ offset  # of the four λ, (t, 4)
-        corner = (4 * L - 1) * along[:, None]
-        side = 4 * (L[..., first] * along[:, None, second] + L[..., second] * along[:, None, first])
-        mean += np.einsum("tq,tqj->tj", weight, np.concatenate([corner, side], axis=2))
-    used = mean != 0
-    at = (np.zeros(int(used.sum()), int), nodes[used])
-    return sp.csr_array((mean[used], at), shape=(1, len(points)))
+        along = np.linalg.solve(J, np.broadcast_to(offset, (len(J), 3))[..., None])
+        mean += weight[:, None] * (quadratic_slopes(position) @ along)[..., 0]
+    used, number = np.unique(nodes, return_inverse=True)
+    total = np.bincount(number.ravel(), mean.ravel())
+    row = sp.csr_array((total, (np.zeros(len(used), int), used)), shape=(1, len(points)))
+    row.eliminate_zeros()
+    return row
 
 
 def hook_averages(

@@ -3,7 +3,8 @@
 A patch is cut out of its face by planes and does not depend on the mesh, so that the two faces of
 a joint, meshed apart, share it. At the hooks it is the interval of angle nearest to its node, the
 outermost ones reaching to the band's end, over the axial length in which foot and groove touch. At
-the interlock it is half of the face's height times the length nearest to its node.
+the interlock it is half of the face's height times the length nearest to its node. There the face
+is bounded by arcs of the ellipses in which its plane cuts the shroud's cylinders.
 """
 
 from dataclasses import dataclass
@@ -63,8 +64,8 @@ def hook_patches(
     sectors : int
         N.
     """
-    half = hook.band_extent * np.pi / sectors
-    limits = _nearest(np.linspace(-half, half, 2 * sets.HOOK_CORNERS - 1))
+    front_roof = sets.hook_bands(hook, sectors)[0]
+    limits = _nearest(np.arctan2(front_roof[:, 1], front_roof[:, 0]))  # the same on all bands
     mirrored = (2 * hook.mid_plane - overlap[1], 2 * hook.mid_plane - overlap[0])
     return [
         [_on_cylinder(radius, angles, axial) for angles in pairwise(limits)]
@@ -96,39 +97,53 @@ def _on_cylinder(radius: float, angles: tuple[float, float], axial: tuple[float,
 
 
 def interlock_patches(vane: VaneDimensions, sectors: int) -> tuple[list[Patch], list[Patch]]:
-    """Patches of the nodes of the left interlock face, in their order, and of the right one.
-
-    The face is bounded by the chords between the corner nodes of its long edges, which every mesh
-    has.
-    """
-    rows = sets.interlock_rows(vane, sectors)
-    radial, across = sets.interlock_frame(vane, sectors)[1:]
+    """Patches of the nodes of the left interlock face, in their order, and of the right one."""
+    frame = sets.interlock_frame(vane, sectors)
     origin = np.array([0.0, 0.0, vane.hook.mid_plane])
-    edges = np.stack([(rows - origin) @ across, (rows - origin) @ radial], axis=-1)
-    along = edges[0, :, 0]  # the same on both
-    limits = _nearest(along)
-    half = np.interp(limits, along, edges[:, :, 1].mean(axis=0))
+    positions = (sets.interlock_rows(vane, sectors)[0] - origin) @ frame[2]  # the same on both
+    slope = np.sin(np.radians(vane.interlock_slant))
+    radii = (vane.inner_shroud_inner_radius, vane.inner_shroud_outer_radius)
+    local = [
+        _beside_arc(ends, radius, sum(radii) - radius, slope)
+        for radius in radii
+        for ends in pairwise(_nearest(positions))
+    ]
     left = []
-    for edge, sign in zip(edges, (1.0, -1.0), strict=True):
-        for start, end in pairwise(np.column_stack([limits, half])):
-            passed = edge[(along > start[0]) & (along < end[0])]
-            first, last = ([a, np.interp(a, *edge.T)] for a in (start[0], end[0]))
-            area, centre = _polygon(np.vstack([first, passed, last, end, start]))
-            upwards = np.array([start[1] - end[1], end[0] - start[0]])
-            upwards *= sign / np.linalg.norm(upwards)
-            sides = np.array([[-1.0, 0.0, -start[0]], [1.0, 0.0, end[0]]])
-            sides = np.vstack([sides, [*upwards, upwards @ start]])
-            normals = sides[:, :2] @ np.array([across, radial])
-            planes = np.column_stack([normals, sides[:, 2] + normals @ origin])
-            left.append(Patch(planes, area, origin + centre @ np.array([across, radial])))
+    for sides, area, centre in local:
+        normals = sides[:, :2] @ frame[[2, 1]]
+        planes = np.column_stack([normals, sides[:, 2] + normals @ origin])
+        left.append(Patch(planes, area, origin + centre @ frame[[2, 1]]))
     return left, [patch.turned(turn(sectors)) for patch in left]
 
 
-def _polygon(corners: NDArray[np.float64]) -> tuple[float, NDArray[np.float64]]:
-    """Area and centroid of a plane polygon with corners (k, 2), either way round."""
-    origin = corners[0]
-    x, y = (corners - origin).T
-    twice = x * np.roll(y, -1) - np.roll(x, -1) * y
-    total = twice.sum()
-    middle = np.array([(twice * (v + np.roll(v, -1))).sum() for v in (x, y)]) / (3 * total)
-    return abs(total) / 2, origin + middle
+def _beside_arc(
+    ends: tuple[float, float], radius: float, opposite: float, slope: float
+) -> tuple[NDArray[np.float64], float, NDArray[np.float64]]:
+    """Piece of an interlock face from one of its arcs to the line at half height.
+
+    In coordinates of the face, across it and radial, the arcs are y² + (slope x)² = radius². The
+    line is straight and meets the mean of both arcs at the ends in x.
+
+    Returns
+    -------
+    sides : (3, 3) float
+        Half-planes n·(x, y) ≤ d as rows (n, d): all sides but the arc, where the face ends.
+    area : float
+    centroid : (2,) float
+    """
+
+    def arc(r: float, at: NDArray[np.float64]) -> NDArray[np.float64]:
+        return np.sqrt(r**2 - (slope * at) ** 2)
+
+    start, end = ends
+    low, high = 0.5 * (arc(radius, np.array(ends)) + arc(opposite, np.array(ends)))
+    points, weights = np.polynomial.legendre.leggauss(20)
+    x = start + (end - start) * 0.5 * (1 + points)
+    y = np.stack([arc(radius, x), low + (high - low) * 0.5 * (1 + points)])
+    share = 0.5 * (end - start) * weights * np.abs(y[1] - y[0])
+    area = float(share.sum())
+    upwards = np.array([low - high, end - start]) / np.hypot(high - low, end - start)
+    towards_arc = np.sign(radius - opposite) * upwards
+    corner = np.array([start, low])
+    sides = np.array([[-1.0, 0.0, -start], [1.0, 0.0, end], [*-towards_arc, -towards_arc @ corner]])
+    return sides, area, np.array([share @ x, share @ y.mean(axis=0)]) / area

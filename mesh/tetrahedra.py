@@ -11,10 +11,10 @@ from vanelock.mesh.part import Part
 
 # Corners of the reference tetrahedron, then the middles of its edges in meshio's order.
 _CORNERS = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
-_EDGES = np.array([(0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3)])
-_NODES = np.concatenate([_CORNERS, _CORNERS[_EDGES].mean(axis=1)])
+EDGES = np.array([(0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3)])
+_NODES = np.concatenate([_CORNERS, _CORNERS[EDGES].mean(axis=1)])
 _FACES = np.array([[1, 1, 1], [0, 1, 1], [1, 0, 1], [1, 1, 0]]) / 3  # centroids
-_SLOPES = np.array([[-1.0, -1, -1], [1, 0, 0], [0, 1, 0], [0, 0, 1]])  # of the four corners
+CORNER_SLOPES = np.array([[-1.0, -1, -1], [1, 0, 0], [0, 1, 0], [0, 0, 1]])  # of the four corners
 _REGULAR = np.array([[1, 0.5, 0.5], [0, np.sqrt(3) / 2, np.sqrt(3) / 6], [0, 0, np.sqrt(2 / 3)]])
 
 
@@ -132,15 +132,24 @@ def jacobians(
     points: NDArray[np.float64], cells: NDArray[np.int64], positions: NDArray[np.float64]
 ) -> NDArray[np.float64]:
     """Derivative of place by reference coordinates at positions (q, 3): (e, q, 3, 3), m."""
-    gradients = np.array([_gradients(position, cells.shape[1]) for position in positions])
-    return np.asarray(np.einsum("eia,qib->eqab", points[cells], gradients))
+    barycentric = np.column_stack([1 - positions.sum(axis=1), positions])
+    if cells.shape[1] == 4:
+        slopes = np.broadcast_to(CORNER_SLOPES, (len(positions), 4, 3))
+    else:
+        slopes = quadratic_slopes(barycentric)
+    return np.asarray(np.einsum("eia,qib->eqab", points[cells], slopes))
 
 
-def _gradients(position: NDArray[np.float64], count: int) -> NDArray[np.float64]:
-    """Slopes (count, 3) of the linear or quadratic shape functions at a reference position."""
-    if count == 4:
-        return _SLOPES
-    corner = np.array([1 - position.sum(), *position])
-    first, second = _EDGES.T
-    edge = corner[first, None] * _SLOPES[second] + corner[second, None] * _SLOPES[first]
-    return np.concatenate([(4 * corner - 1)[:, None] * _SLOPES, 4 * edge])
+def quadratic_shapes(barycentric: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The ten shape functions (q, 10), in meshio's order, at barycentric positions (q, 4)."""
+    L = barycentric
+    first, second = EDGES.T
+    return np.hstack([L * (2 * L - 1), 4 * L[:, first] * L[:, second]])
+
+
+def quadratic_slopes(barycentric: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Their derivatives (q, 10, 3) by the reference coordinates, barycentric 1 to 3."""
+    L = barycentric[..., None]
+    first, second = EDGES.T
+    edge = L[:, first] * CORNER_SLOPES[second] + L[:, second] * CORNER_SLOPES[first]
+    return np.concatenate([(4 * L - 1) * CORNER_SLOPES, 4 * edge], axis=1)

@@ -1,13 +1,11 @@
 """Contact patches and the weights of their means against closed forms."""
 
-from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from vanelock.errors import InputError
 from vanelock.mesh import (
     CasingDimensions,
     HookDimensions,
@@ -17,8 +15,8 @@ from vanelock.mesh import (
     hook_overlap,
     vane_segment,
 )
-from vanelock.mesh.averages import Facets, averages, plane
-from vanelock.mesh.patches import Patch, hook_patches, interlock_patches
+from vanelock.mesh import sets as places
+from vanelock.mesh.patches import hook_patches, interlock_patches
 
 OVERLAP = (0.068, 0.082)  # the foot's front to the groove's mouth
 RADII = (0.592, 0.584, 0.592, 0.584)
@@ -77,23 +75,59 @@ def test_hook_centroids_are_those_of_a_cylinder_s_piece() -> None:
                 assert (points @ patch.planes[:, :3].T - patch.planes[:, 3]).max() < 1e-15
 
 
+def under_arc(radius: float, slope: float, ends: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Moments of 1, x and y between y = 0 and the arc y² + (slope x)² = radius², end to end."""
+    x, y = ends, np.sqrt(radius**2 - (slope * ends) ** 2)
+    if slope == 0:
+        return np.diff([radius * x, radius * x**2 / 2, radius**2 * x / 2], axis=1)[:, 0]
+    sector = radius**2 / slope * np.arcsin(slope * x / radius)
+    moments = [
+        (x * y + sector) / 2,
+        -(y**3) / (3 * slope**2),
+        (radius**2 * x - slope**2 * x**3 / 3) / 2,
+    ]
+    return np.diff(moments, axis=1)[:, 0]
+
+
+def under_line(ends: NDArray[np.float64], heights: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The same for a straight line between two heights."""
+    (a, b), (low, high) = ends, heights
+    x, y, square = (low + high) / 2, (a * (2 * low + high) + b * (low + 2 * high)) / 6, low * high
+    return np.asarray((b - a) * np.array([x, y, (low**2 + square + high**2) / 6]))
+
+
 @pytest.mark.parametrize("slant", [0.0, 35.0, -20.0])
-def test_interlock_patches_share_out_the_face(slant: float) -> None:
-    left, right = interlock_patches(VaneDimensions(interlock_slant=slant), 16)
-    lean = np.array([-0.03, 0.0, 0.03]) * np.tan(np.radians(slant))
-    low, high = (np.sqrt(r**2 - lean**2) for r in (0.410, 0.432))
-    length = 0.06 / np.cos(np.radians(slant))
-    inner = np.sum([patch.area for patch in left[:5]])
-    outer = np.sum([patch.area for patch in left[5:]])
-    assert inner + outer == pytest.approx(
-        length * np.array([1, 2, 1]) / 4 @ (high - low), rel=1e-12
-    )
-    # The line at half height cuts the kink off, a triangle over the middle quarter.
-    kink = length / 8 * (np.diff((low + high) / 2)[0] / 4)
-    half = length * np.array([1, 2, 1]) / 8 @ (high - low)
-    assert inner == pytest.approx(half - kink, rel=1e-12)
-    # Seen along the face the middle patches are twice as long as those at the ends.
-    assert left[6].area / left[5].area == pytest.approx(2, rel=0.04)
+def test_interlock_patches_reach_from_half_height_to_the_arcs(slant: float) -> None:
+    """Area and centroid in closed form, and neighbours that share their sides."""
+    vane = VaneDimensions(interlock_slant=slant)
+    left, right = interlock_patches(vane, 16)
+    _, radial, across = places.interlock_frame(vane, 16)
+    along = (places.interlock_rows(vane, 16)[0] - [0, 0, 0.1]) @ across
+    count = len(along)
+    assert len(left) == len(right) == 2 * count
+    limits = np.concatenate([along[:1], (along[1:] + along[:-1]) / 2, along[-1:]])
+    slope = np.sin(np.radians(slant))
+    total = 0.0
+    for i in range(count):
+        ends = limits[i : i + 2]
+        inner, outer = (np.sqrt(r**2 - (slope * ends) ** 2) for r in (0.410, 0.432))
+        half = under_line(ends, (inner + outer) / 2)
+        for radius, patch in ((0.410, left[i]), (0.432, left[i + count])):
+            exact = under_arc(radius, slope, ends) - half
+            exact *= np.sign(exact[0])
+            total += exact[0]
+            assert patch.area == pytest.approx(exact[0], rel=1e-12)
+            centre = patch.centroid - [0, 0, 0.1]
+            assert centre @ across * exact[0] == pytest.approx(exact[1], rel=1e-11, abs=5e-16)
+            assert centre @ radial * exact[0] == pytest.approx(exact[2], rel=1e-11)
+            outside = patch.planes[:, :3] @ patch.centroid - patch.planes[:, 3]
+            assert np.all(outside < 0)
+    ends = along[[0, -1]]
+    whole = under_arc(0.432, slope, ends)[0] - under_arc(0.410, slope, ends)[0]
+    assert total == pytest.approx(whole, rel=1e-11)
+    for a, b in zip(left[:count], left[count:], strict=True):
+        assert a.planes[2] == pytest.approx(-b.planes[2], abs=1e-15)
+        assert a.planes[:2] == pytest.approx(b.planes[:2], abs=1e-15)
     for a, b in zip(left, right, strict=True):
         assert a.area == b.area
         assert np.hypot(*b.centroid[:2]) == pytest.approx(np.hypot(*a.centroid[:2]), rel=1e-14)
@@ -136,32 +170,6 @@ def test_weights_stay_near_their_patch(vane: Part, casing: Part) -> None:
                 assert np.linalg.norm(touched - centre, axis=1).max() < 0.05
 
 
-def test_means_of_quadratic_fields_on_the_plane_are_exact(vane: Part) -> None:
-    """Against Gauss points of the trapezia between half height and the edge's chords."""
-    frame = vane.frames["interlock_left"][0]
-    weights = vane.patches["interlock_left"]
-    local = (vane.points - [0, 0, 0.1]) @ frame.T
-    nodes, scale = np.polynomial.legendre.leggauss(4)
-    rows = local[vane.node_sets["interlock_left"]].reshape(2, 5, 3)
-    middle = rows[..., 1].mean(axis=0)  # half height at the nodes
-    for i in range(10):
-        radius, along = rows[i // 5, :, 1], rows[i // 5, :, 2]
-        step = along[1] - along[0]
-        ends = [max(along[0], along[i % 5] - step / 2), min(along[4], along[i % 5] + step / 2)]
-        cuts = [ends[0], 0.0, ends[1]] if ends[0] < 0 < ends[1] else ends
-        moments = np.zeros(4)  # of 1, a^2, a b, b^2
-        for start, end in pairwise(cuts):
-            a = (start + end) / 2 + (end - start) / 2 * nodes[:, None]
-            edge = np.interp(a, along, radius)
-            half = np.interp(a, ends, np.interp(ends, along, middle))
-            b = (half + edge) / 2 + (edge - half) / 2 * nodes
-            w = (end - start) / 2 * scale[:, None] * np.abs(edge - half) / 2 * scale
-            moments += [np.sum(w * f) for f in (1 + 0 * b, a**2 + 0 * b, a * b, b**2)]
-        field = np.column_stack([local[:, 2] ** 2, local[:, 1] * local[:, 2], local[:, 1] ** 2])
-        mean = (weights @ field)[i]
-        assert mean == pytest.approx(moments[1:] / moments[0], rel=1e-12, abs=1e-17)
-
-
 def test_means_of_quadratic_fields_on_a_cylinder_miss_the_facets_only(casing: Part) -> None:
     """z² within what unequal facets do to its spread; a circle's field by the sagitta squared."""
     z, x = casing.points[:, 2], casing.points[:, 0]
@@ -171,39 +179,6 @@ def test_means_of_quadratic_fields_on_a_cylinder_miss_the_facets_only(casing: Pa
     half = 0.9 * np.pi / 16 / 14
     exact = 0.5 * 0.592**2 * (1 + np.sin(2 * half) / (2 * half))  # mean of (r cos θ)² about θ = 0
     assert (casing.patches["hook_front"] @ x**2)[7] == pytest.approx(exact, rel=2e-6)
-
-
-def tetrahedron() -> tuple[NDArray[np.float64], NDArray[np.int64]]:
-    corners = np.vstack([np.zeros(3), np.eye(3)])
-    edges = np.array([(0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3)])
-    return np.vstack([corners, corners[edges].mean(axis=1)]), np.arange(10)[None]
-
-
-def square(side: float) -> Patch:
-    """0 to `side` in x and y."""
-    planes = np.array([[-1, 0, 0, 0], [0, -1, 0, 0], [1, 0, 0, side], [0, 1, 0, side]], float)
-    return Patch(planes, side**2, np.array([side / 2, side / 2, 0]))
-
-
-def test_mean_over_a_square_in_one_triangle() -> None:
-    points, cells = tetrahedron()
-    facets = plane(points, cells, np.zeros(3), np.array([0.0, 0.0, 1.0]))
-    weights = averages("one", points, cells, facets, [square(0.4)])
-    x, y = points[:, 0], points[:, 1]
-    mean = weights @ np.column_stack([x, y, x**2, x * y, y**2])
-    assert mean[0] == pytest.approx([0.2, 0.2, 0.16 / 3, 0.04, 0.16 / 3], rel=1e-13)
-    assert weights.toarray()[0, [3, 7, 8, 9]] == pytest.approx(np.zeros(4))  # off the plane
-
-
-def test_a_patch_that_faces_do_not_cover_is_refused() -> None:
-    points, cells = tetrahedron()
-    facets = plane(points, cells, np.zeros(3), np.array([0.0, 0.0, 1.0]))
-    with pytest.raises(InputError, match=r"one: element faces cover 92.0 % of contact patch 1: "):
-        # x + y < 1 cuts a corner with legs of 0.25 off the square of 0.625: 2/25 of it.
-        averages("one", points, cells, facets, [square(0.5), square(0.625)])
-    nothing = Facets(facets.element[:0], facets.corner[:0])
-    with pytest.raises(InputError, match=r"one: element faces cover 0.0 % of contact patch 0"):
-        averages("one", points, cells, nothing, [square(0.5)])
 
 
 def test_a_band_outside_the_overlap_has_no_patches() -> None:
