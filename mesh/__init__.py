@@ -4,8 +4,11 @@ from vanelock import lazy
 
 _modules = {
     "CasingDimensions": "dimensions",
+    "FileMesh": "file_mesh",
     "HookDimensions": "dimensions",
+    "Mates": "pairing",
     "AerofoilPoint": "instrument",
+    "OwnPart": "own_part",
     "Part": "part",
     "Quality": "tetrahedra",
     "VaneDimensions": "dimensions",
@@ -13,7 +16,9 @@ _modules = {
     "check_fit": "fit",
     "hook_overlap": "patches",
     "on_aerofoil": "instrument",
+    "pair": "pairing",
     "quality": "tetrahedra",
+    "read_mesh": "read",
     "vane_segment": "vane",
     "write_msh": "export",
 }

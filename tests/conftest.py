@@ -2,14 +2,17 @@
 
 import os
 from collections.abc import Callable
+from dataclasses import replace
 from functools import lru_cache
 from types import SimpleNamespace
 
+import meshio
 import numpy as np
 import pytest
 
 from vanelock import fem, mesh, rom
 from vanelock.mesh import Part
+from vanelock.mesh.kernel import session
 from vanelock.rom.joining import joined_dofs
 
 Place = Callable[[np.ndarray], np.ndarray]
@@ -135,3 +138,136 @@ def scene():
         joined_dofs=joined_dofs(vane, casing),
         interlock=np.array([name == "interlock" for name in system.contacts.joint]),
     )
+
+
+_ABAQUS = {"tetra": "C3D4", "tetra10": "C3D10", "hexahedron": "C3D8", "hexahedron20": "C3D20R"}
+# Nastran lists a hexahedron's upright sides before those of its top.
+_TO_NASTRAN = {"hexahedron20": [*range(12), *range(16, 20), *range(12, 16)]}
+
+
+def _shuffled(part: Part, seed: int) -> SimpleNamespace:
+    """A part in mm, its nodes, elements and sets in another order, its nodes' numbers with gaps."""
+    random = np.random.default_rng(seed)
+    order = random.permutation(len(part.points))
+    new = np.argsort(order)
+    return SimpleNamespace(
+        points=1e3 * part.points[order],
+        cells=new[part.cells][random.permutation(len(part.cells))],
+        sets={name: random.permutation(new[nodes]) for name, nodes in part.node_sets.items()},
+        numbers=1000 + np.sort(random.choice(5 * len(order), len(order), replace=False)),
+    )
+
+
+def _in_lines(words, count):
+    """Comma-separated lines of a deck, of so many words each."""
+    words = [str(word) for word in words]
+    return [", ".join(words[i : i + count]) for i in range(0, len(words), count)]
+
+
+def _write_abaqus(path, part, seed=1):
+    given = _shuffled(part, seed)
+    lines = ["*HEADING", "** a part", "*NODE"]
+    places = zip(given.numbers.tolist(), given.points.tolist(), strict=True)
+    lines += [f"{n}, {x!r}, {y!r}, {z!r}" for n, (x, y, z) in places]
+    lines.append(f"*Element, type={_ABAQUS[part.cell_type]}, elset=solid")
+    for number, nodes in enumerate(given.numbers[given.cells].tolist(), start=7):
+        rows = _in_lines([number, *nodes], 8)
+        lines += [*(row + "," for row in rows[:-1]), rows[-1]]
+    for name, nodes in given.sets.items():
+        lines += [f"*NSET, NSET={name}", *_in_lines(given.numbers[nodes], 16)]
+    path.write_text("\n".join(lines) + "\n")
+    return {}
+
+
+def _write_nastran(path, part, seed=2):
+    """Odd sets in the case control, even ones in the bulk data; returns their numbers."""
+    given = _shuffled(part, seed)
+    case, bulk = ["SOL 103", "CEND"], ["BEGIN BULK"]
+    for n, place in zip(given.numbers.tolist(), given.points.tolist(), strict=True):
+        x, y, z = (f"{value:16.13f}"[:16] for value in place)
+        bulk += [f"GRID*   {n:16d}{'':16}{x}{y}*", f"*       {z}"]
+    name = "CTETRA" if part.cell_type.startswith("tetra") else "CHEXA"
+    cells = given.cells[:, _TO_NASTRAN.get(part.cell_type, slice(None))]
+    for number, nodes in enumerate(given.numbers[cells].tolist(), start=7):
+        fields = [f"{value:8d}" for value in (number, 1, *nodes)]
+        bulk.append(f"{name:8}" + "".join(fields[:8]))
+        bulk += ["+       " + "".join(fields[i : i + 8]) for i in range(8, len(fields), 8)]
+    for number, nodes in enumerate(given.sets.values(), start=1):
+        own = given.numbers[nodes].tolist()
+        if number % 2:
+            rows = _in_lines(own, 8)
+            case += [f"SET {number} = " + ",\n".join(rows)]
+        else:
+            bulk += [f"SET1,{number},{row}" if i == 0 else f",{row}" for i, row in _set1(own)]
+    path.write_text("\n".join([*case, *bulk, "ENDDATA"]) + "\n")
+    return {name: str(number) for number, name in enumerate(given.sets, start=1)}
+
+
+def _set1(numbers):
+    """Rows of a SET1 card: seven numbers follow its own, eight a continuation's comma."""
+    return enumerate([",".join(map(str, numbers[:7])), *_in_lines(numbers[7:], 8)])
+
+
+def _write_msh(path, part, seed=3):
+    given = _shuffled(part, seed)
+    mesh.write_msh(
+        path, replace(part, points=given.points, cells=given.cells, node_sets=given.sets)
+    )
+    return {}
+
+
+def _write_gmsh(path, part, seed=4):
+    """By gmsh itself, the sets as physical points."""
+    given = _shuffled(part, seed)
+    to_gmsh = [0, 1, 2, 3, 4, 5, 6, 7, 9, 8]
+    with session(part.name) as gmsh:
+        model = gmsh.model
+        model.addDiscreteEntity(3, 1)
+        model.mesh.addNodes(3, 1, given.numbers, given.points.ravel())
+        cells = given.numbers[given.cells[:, to_gmsh]].ravel()
+        model.mesh.addElementsByType(1, gmsh.model.mesh.getElementType("Tetrahedron", 2), [], cells)
+        model.addPhysicalGroup(3, [1], name="solid")
+        for i, (name, nodes) in enumerate(given.sets.items(), start=1):
+            model.addDiscreteEntity(0, i)
+            model.mesh.addElementsByType(
+                i, model.mesh.getElementType("Point", 1), [], given.numbers[nodes]
+            )
+            model.addPhysicalGroup(0, [i], name=name)
+        gmsh.write(str(path))
+    return {}
+
+
+def _write_vtu(path, part, seed=5):
+    given = _shuffled(part, seed)
+    fields = {name: np.zeros(len(given.points), np.uint8) for name in given.sets}
+    for name, nodes in given.sets.items():
+        fields[name][nodes] = 1
+    meshio.Mesh(given.points, [(part.cell_type, given.cells)], point_data=fields).write(path)
+    return {}
+
+
+@pytest.fixture(scope="session")
+def write_mesh() -> Callable[..., dict[str, str]]:
+    """Function that writes a part to a file, in mm and shuffled, and tells its sets' names.
+
+    The file's ending tells the format; ".gmsh.msh" is written by gmsh itself.
+    """
+    writers = {
+        ".inp": _write_abaqus,
+        ".bdf": _write_nastran,
+        ".gmsh.msh": _write_gmsh,
+        ".msh": _write_msh,
+        ".vtu": _write_vtu,
+    }
+
+    def write(path, part, **options):
+        ending = next(ending for ending in writers if path.name.endswith(ending))
+        return writers[ending](path, part, **options)
+
+    return write
+
+
+@pytest.fixture(scope="session")
+def coarse() -> tuple[Part, Part]:
+    """The program's coarse vane and casing."""
+    return mesh.vane_segment(size="coarse"), mesh.casing_sector(size="coarse")
