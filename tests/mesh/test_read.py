@@ -212,7 +212,7 @@ def test_what_is_not_solid_serves_sets_only(tmp_path):
 def test_gmsh_numbers_its_nodes(tmp_path, ring, write_mesh):
     path = tmp_path / "part.gmsh.msh"
     write_mesh(path, ring())
-    assert read_mesh(path).numbers.min() >= 1000
+    assert read_mesh(path, "mm").numbers.min() >= 1000
 
 
 def deck(nodes=None, element="1, 1,2,3,4", kind="C3D4"):
@@ -330,7 +330,7 @@ def test_damaged_files_end_in_one_line(tmp_path, ring, write_mesh, ending):
         path = tmp_path / f"cut{ending}"
         path.write_bytes(cut)
         try:
-            found = read_mesh(path)
+            found = read_mesh(path, "mm")
         except InputError as error:
             told.append(str(error))
         else:
