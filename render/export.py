@@ -21,8 +21,8 @@ def write_vtu(
     path : path
         File to write, named `.vtu`.
     part : Part
-        Becomes points (m) and elements; each node set becomes point data, 1 on its nodes, 0 off
-        them.
+        Becomes points (m) and elements; each node set becomes point data of its name, the place 1,
+        2, ... in the set at its nodes and 0 elsewhere, from which `mesh.read_mesh` reads it back.
     shape : (n, 3) complex, optional
         Becomes the point data `displacement_real`, `displacement_imag` (Cartesian, in the shape's
         unit), `amplitude` (largest length in a cycle) and `phase_radial` (degrees). ParaView's
@@ -37,7 +37,7 @@ def write_vtu(
     import meshio
 
     target = Path(path)
-    data: dict[str, NDArray[np.float64] | NDArray[np.int8]] = {}
+    data: dict[str, NDArray[np.float64] | NDArray[np.int32]] = {}
     if shape is not None:
         if np.shape(shape) != part.points.shape:
             wanted = part.points.shape
@@ -48,9 +48,9 @@ def write_vtu(
         data["amplitude"] = annulus.peak(shape)
         data["phase_radial"] = np.degrees(np.angle(radial))
     for name, nodes in part.node_sets.items():
-        flags = np.zeros(len(part.points), np.int8)
-        flags[nodes] = 1
-        data[f"set_{name}"] = flags
+        place = np.zeros(len(part.points), np.int32)
+        place[nodes] = np.arange(1, len(nodes) + 1)
+        data[name] = place
     mesh = meshio.Mesh(part.points, [(part.cell_type, part.cells)], point_data=data)
     with placed(target) as temporary:
         mesh.write(temporary, file_format="vtu")

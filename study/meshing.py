@@ -61,7 +61,7 @@ def mesh_study(
                 {name: getattr(study.material, name).rho for name in parts},
                 {name: stages.done[step.key].seconds for name, step in steps.items()},
             ),
-            inventory.sets_table(parts, getattr(study.mesh, "face_nodes", None)),
+            inventory.sets_table(parts, study.mesh.face_nodes),
         )
         files = _write(path / FOLDER, study, parts)
         for table in tables:
@@ -74,10 +74,11 @@ def mesh_study(
 
 
 def _write(folder: Path, study: Study, parts: dict[str, Part]) -> list[Path]:
-    """The meshes' files and their picture."""
+    """The meshes' files and their pictures."""
     made = []
     for name, part in parts.items():
         made.append(render.write_vtu(folder / f"{name}.vtu", part))
         made.append(mesh.write_msh(folder / f"{name}.msh", part))
     title = f"{study.name}: mesh"
-    return [*made, render.mesh_picture(folder / "mesh.png", *parts.values(), title)]
+    made.append(render.mesh_picture(folder / "mesh.png", *parts.values(), title))
+    return made

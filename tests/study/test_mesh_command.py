@@ -69,7 +69,7 @@ def test_the_files_hold_the_parts(made, parts):
         shown = offscreen.pyvista().read(path.with_suffix(".vtu"))
         np.testing.assert_array_equal(shown.points, part.points)
         for name, nodes in part.node_sets.items():
-            marked = np.flatnonzero(shown.point_data[f"set_{name}"])
+            marked = np.flatnonzero(shown.point_data[name])
             np.testing.assert_array_equal(marked, np.sort(nodes))
         read = meshio.read(path.with_suffix(".msh"))
         np.testing.assert_array_equal(read.points[read.cells[0].data], part.points[part.cells])
