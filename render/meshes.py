@@ -6,7 +6,7 @@ from typing import Final
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.collections import PolyCollection
+from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
@@ -26,6 +26,10 @@ SETS: Final[tuple[tuple[str, tuple[str, ...], str, str], ...]] = (
     ("loaded nodes", ("force",), style.BLUE, "o"),
     ("output nodes", ("accessory",), style.PURPLE, "o"),
 )
+
+# The tetrahedra that make up a quadratic one: at its corners, and around a diagonal between.
+_CORNERS: Final = ((0, 4, 6, 7), (1, 5, 4, 8), (2, 6, 5, 9), (3, 7, 8, 9))
+_EIGHTHS: Final = np.array((*_CORNERS, (6, 8, 4, 5), (6, 8, 5, 9), (6, 8, 9, 7), (6, 8, 7, 4)))
 
 
 def mesh_picture(path: style.PathLike, vane: Part, casing: Part, title: str = "Mesh") -> Path:
@@ -135,14 +139,13 @@ def _section(axes: Axes, parts: Sequence[Part]) -> None:
         # Just beside a node, so that the cut does not run along element faces.
         angle += 1e-3
     for part in (casing, vane):
+        pieces, edges = meridional_section(part, angle)
+        colour = style.part_colour(part.name)
+        # Thin lines of the same colour close the seams between the pieces.
         axes.add_collection(
-            PolyCollection(
-                [1e3 * polygon for polygon in meridional_section(part, angle)],
-                facecolors=style.part_colour(part.name),
-                edgecolors=style.BLACK,
-                linewidths=0.5,
-            )
+            PolyCollection([1e3 * piece for piece in pieces], color=colour, linewidths=0.3)
         )
+        axes.add_collection(LineCollection(1e3 * edges, colors=style.BLACK, linewidths=0.5))
     if hook is not None:
         radius = np.hypot(points[:, 0], points[:, 1])
         axes.plot(1e3 * points[:, 2], 1e3 * radius, "o", color=style.VERMILION, ms=7, zorder=3)
@@ -160,24 +163,43 @@ def _section(axes: Axes, parts: Sequence[Part]) -> None:
     axes.grid(False)
 
 
-def meridional_section(part: Part, angle: float) -> list[Real]:
+def meridional_section(part: Part, angle: float) -> tuple[list[Real], Real]:
     """Cut of a part's elements by the half plane at `angle` radians about z.
+
+    Quadratic tetrahedra are cut in eight pieces each, so that their curved sides show.
 
     Returns
     -------
     list of (k, 2) float
-        z and r of each cut element's outline, m.
+        z and r of the outline of each piece, m.
+    (e, 2, 2) float
+        The elements' outlines: ends of each straight edge.
     """
     pv = offscreen.pyvista()
-    corners = {"tetra": 4, "tetra10": 4}.get(part.cell_type, 8)
-    kind = pv.CellType.TETRA if corners == 4 else pv.CellType.HEXAHEDRON
-    grid = pv.UnstructuredGrid({kind: part.cells[:, :corners]}, part.points)
+    if part.cell_type == "tetra10":
+        cells = part.cells[:, _EIGHTHS].reshape(-1, 4)
+    else:
+        cells = part.cells[:, : 4 if part.cell_type == "tetra" else 8]
+    kind = pv.CellType.TETRA if cells.shape[1] == 4 else pv.CellType.HEXAHEDRON
+    grid = pv.UnstructuredGrid({kind: cells}, part.points)
+    grid.cell_data["element"] = np.arange(len(cells)) // (len(cells) // len(part.cells))
     normal = (-np.sin(angle), np.cos(angle), 0.0)
     cut = grid.slice(normal=normal, origin=(0.0, 0.0, 0.0), generate_triangles=False)
-    radius = cut.points @ np.array([np.cos(angle), np.sin(angle), 0.0])
-    flat = np.column_stack([cut.points[:, 2], radius])
-    polygons = [flat[face] for face in cut.irregular_faces] if cut.n_cells else []
-    return [polygon for polygon in polygons if polygon[:, 1].mean() > 0]
+    if not cut.n_cells:
+        return [], np.empty((0, 2, 2))
+    flat = np.column_stack([cut.points[:, 2], cut.points @ [np.cos(angle), np.sin(angle), 0.0]])
+    pieces, sides = [], []
+    for face, element in zip(
+        cut.irregular_faces, np.asarray(cut.cell_data["element"]), strict=True
+    ):
+        if flat[face, 1].mean() > 0:
+            pieces.append(flat[face])
+            ends = np.sort(np.column_stack([face, np.roll(face, -1)]), axis=1)
+            sides.append(np.column_stack([np.full(len(face), element), ends]))
+    if not sides:
+        return [], np.empty((0, 2, 2))
+    unique, count = np.unique(np.concatenate(sides), axis=0, return_counts=True)
+    return pieces, flat[unique[count == 1, 1:]]  # not between two pieces of one element
 
 
 def _legend(figure: Figure, parts: Sequence[Part]) -> None:
