@@ -145,7 +145,9 @@ def _section(axes: Axes, parts: Sequence[Part]) -> None:
         axes.add_collection(
             PolyCollection([1e3 * piece for piece in pieces], color=colour, linewidths=0.3)
         )
-        axes.add_collection(LineCollection(1e3 * edges, colors=style.BLACK, linewidths=0.5))
+        axes.add_collection(
+            LineCollection([1e3 * edge for edge in edges], colors=style.BLACK, linewidths=0.5)
+        )
     if hook is not None:
         radius = np.hypot(points[:, 0], points[:, 1])
         axes.plot(1e3 * points[:, 2], 1e3 * radius, "o", color=style.VERMILION, ms=7, zorder=3)
