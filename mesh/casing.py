@@ -11,8 +11,10 @@ from vanelock.mesh.averages import hook_averages
 from vanelock.mesh.cyclic_face import divide_face
 from vanelock.mesh.dimensions import CasingDimensions, HookDimensions, VaneDimensions
 from vanelock.mesh.extract import generate, matching, nodes_on, place
+from vanelock.mesh.fillets import check_resolved
 from vanelock.mesh.fit import check_casing
 from vanelock.mesh.kernel import session
+from vanelock.mesh.outline import Corner
 from vanelock.mesh.part import Part
 from vanelock.mesh.patches import hook_overlap
 from vanelock.mesh.size import element_size
@@ -65,6 +67,7 @@ def casing_sector(
     hook = hook or HookDimensions()
     check_casing(dimensions, hook, sectors)
     length = element_size(size, "casing")
+    check_resolved("casing", dimensions.fillet, length)
     bands = sets.hook_bands(hook, sectors)
     force = sets.force_points(dimensions, sectors)
     accessory = sets.casing_accessory_points(dimensions, sectors)
@@ -76,9 +79,10 @@ def casing_sector(
             [occ.arc(gmsh, band[0], band[-1]) for band in bands],
             [occ.point(gmsh, position) for position in np.concatenate([force, accessory])],
         )
-        left_tag, right_tag = occ.end_faces(gmsh, len(outline))
+        left_tag, right_tag = occ.end_faces(gmsh, np.pi / sectors)
         for tag in band_tags:
             gmsh.model.mesh.setTransfiniteCurve(tag, sets.HOOK_CORNERS)
+        occ.grade_fillets(gmsh, dimensions.fillet, length)
         affine = np.eye(4)
         affine[:3, :3] = turn(sectors)
         gmsh.model.mesh.setPeriodic(2, [right_tag], [left_tag], affine.ravel().tolist())
@@ -141,26 +145,26 @@ def casing_sector(
     return replace(valid(part), patches=hook_averages(part, hook, overlap))
 
 
-def _outline(casing: CasingDimensions, hook: HookDimensions) -> list[tuple[float, float]]:
-    """(radius, z) around the section: along the outside, then back along the inside."""
+def _outline(casing: CasingDimensions, hook: HookDimensions) -> list[Corner]:
+    """Around the section: along the outside, then back along the inside."""
     outside = [
-        (casing.flange_radius, 0.0),
-        (casing.flange_radius, casing.flange_thickness),
-        (casing.outer_radius, casing.flange_thickness),
-        (casing.outer_radius, casing.length - casing.flange_thickness),
-        (casing.flange_radius, casing.length - casing.flange_thickness),
-        (casing.flange_radius, casing.length),
+        Corner(casing.flange_radius, 0.0),
+        Corner(casing.flange_radius, casing.flange_thickness),
+        Corner(casing.outer_radius, casing.flange_thickness),
+        Corner(casing.outer_radius, casing.length - casing.flange_thickness),
+        Corner(casing.flange_radius, casing.length - casing.flange_thickness),
+        Corner(casing.flange_radius, casing.length),
     ]
     front = [
-        (casing.inner_radius, casing.rail_front),
-        (casing.rail_inner_radius, casing.rail_front),
-        (casing.rail_inner_radius, casing.groove_mouth),
-        (hook.lip_radius, casing.groove_mouth),
-        (hook.lip_radius, casing.groove_bottom),
-        (hook.roof_radius, casing.groove_bottom),
-        (hook.roof_radius, casing.groove_mouth),
-        (casing.inner_radius, casing.groove_mouth),
+        Corner(casing.inner_radius, casing.rail_front, casing.fillet),
+        Corner(casing.rail_inner_radius, casing.rail_front),
+        Corner(casing.rail_inner_radius, casing.groove_mouth),
+        Corner(hook.lip_radius, casing.groove_mouth),
+        Corner(hook.lip_radius, casing.groove_bottom, casing.fillet),
+        Corner(hook.roof_radius, casing.groove_bottom, casing.fillet),
+        Corner(hook.roof_radius, casing.groove_mouth),
+        Corner(casing.inner_radius, casing.groove_mouth, casing.fillet),
     ]
-    rear = [(radius, 2 * hook.mid_plane - z) for radius, z in front]
-    ends = [(casing.inner_radius, casing.length), (casing.inner_radius, 0.0)]
+    rear = [corner._replace(z=2 * hook.mid_plane - corner.z) for corner in front]
+    ends = [Corner(casing.inner_radius, casing.length), Corner(casing.inner_radius, 0.0)]
     return [*outside, ends[0], *rear, *reversed(front), ends[1]]

@@ -19,6 +19,16 @@ def _length(default: float, description: str, largest: float = 5.0) -> Any:
     return Field(default, ge=1e-4, le=largest, description=f"{description} [m]")
 
 
+def _fillet(description: str) -> Any:
+    return Field(0.0, ge=0, le=0.1, description=f"{description}, 0 for sharp corners [m]")
+
+
+def _resolvable(fillet: float) -> None:
+    """Refuse a radius that only a mesh of many slivers could follow."""
+    if 0 < fillet < CLEARANCE:
+        raise ValueError(f"fillet = {fillet:g} m: must be 0 or at least {CLEARANCE:g} m")
+
+
 def _ascending(model: BaseModel, *names: str) -> None:
     """Refuse lengths that do not grow along `names` by a wall's thickness; a dot reaches deeper."""
     for low, high in pairwise(names):
@@ -99,10 +109,12 @@ class VaneDimensions(Dimensions):
     foot_front: Length = _length(0.068, "axial position of the front foot's front face")
     leg_front: Length = _length(0.084, "axial position of the front leg's front face")
     leg_rear: Length = _length(0.0885, "axial position of the front leg's and foot's rear face")
+    fillet: Length = _fillet("radius of the concave corners of the hooks: leg and foot")
     hook: HookDimensions = HookDimensions()
 
     @model_validator(mode="after")
     def _possible(self) -> Self:
+        _resolvable(self.fillet)
         _ascending(
             self,
             "inner_shroud_inner_radius",
@@ -142,9 +154,11 @@ class CasingDimensions(Dimensions):
     rail_front: Length = _length(0.058, "axial position of the front rail's front face")
     groove_bottom: Length = _length(0.066, "axial position of the bottom of the front groove")
     groove_mouth: Length = _length(0.082, "axial position of the mouth of the front groove")
+    fillet: Length = _fillet("radius of the concave corners of the rails and their grooves")
 
     @model_validator(mode="after")
     def _possible(self) -> Self:
+        _resolvable(self.fillet)
         _ascending(self, "rail_inner_radius", "inner_radius", "outer_radius", "flange_radius")
         _ascending(
             self, "flange_thickness", "rail_front", "groove_bottom", "groove_mouth", "length"

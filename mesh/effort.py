@@ -4,6 +4,7 @@ import numpy as np
 
 from vanelock.errors import InputError
 from vanelock.mesh.dimensions import CasingDimensions, HookDimensions, VaneDimensions
+from vanelock.mesh.fillets import check_resolved
 from vanelock.mesh.size import LARGEST, SMALLEST, element_size
 
 MOST = 1_000_000
@@ -30,13 +31,16 @@ def degrees_of_freedom(plates: list[Plate], size: float) -> float:
 def check_size(
     size: str | float, vane: VaneDimensions, casing: CasingDimensions, sectors: int
 ) -> None:
-    """Refuse elements so small that both meshes together would be too large.
+    """Refuse elements so small that both meshes together would be too large, or too large.
 
     Raises
     ------
     InputError
-        Naming `mesh.size`, the estimate and about the smallest size allowed.
+        Naming `mesh.size`, the estimate and about the smallest size allowed; or a fillet that is
+        too small for the elements.
     """
+    check_resolved("vane", vane.fillet, element_size(size, "vane"))
+    check_resolved("casing", casing.fillet, element_size(size, "casing"))
     parts = {
         "vane": vane_plates(vane, sectors),
         "casing": casing_plates(casing, vane.hook, sectors),

@@ -18,6 +18,7 @@ from vanelock.mesh.dimensions import (
     HookDimensions,
     VaneDimensions,
 )
+from vanelock.mesh.fillets import check_casing_fillet, check_clear_fillets, check_vane_fillet
 
 FEWEST, MOST = 6, 360  # sectors of a ring
 _USUAL = 16  # sectors
@@ -51,6 +52,7 @@ def check_fit(vane: VaneDimensions, casing: CasingDimensions, sectors: int) -> N
         "casing.rail_inner_radius",
         casing.rail_inner_radius,
     )
+    check_clear_fillets(vane, casing)
 
 
 def check_casing(casing: CasingDimensions, hook: HookDimensions, sectors: int) -> None:
@@ -75,6 +77,7 @@ def check_casing(casing: CasingDimensions, hook: HookDimensions, sectors: int) -
     for chain in (radii, positions, ends):
         for low, high in pairwise(chain):
             _below(*low, *high)
+    check_casing_fillet(casing, hook)
 
 
 def check_vane(vane: VaneDimensions, sectors: int) -> None:
@@ -84,6 +87,7 @@ def check_vane(vane: VaneDimensions, sectors: int) -> None:
     none touches its neighbour.
     """
     check_sectors(sectors)
+    check_vane_fillet(vane)
     sides = aerofoil.profile(vane)
     across, axial = sides[..., 0].ravel(), sides[..., 1].ravel()
     half = np.abs(axial).max()

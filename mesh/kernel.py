@@ -29,6 +29,7 @@ _session = threading.Lock()
 _OPTIONS = {
     "General.Terminal": 0,
     "General.NumThreads": 1,  # the same mesh, bit for bit, on every machine and in every call
+    "Geometry.OCCUnionUnify": 0,  # keeps the pieces of an arc, which the mesh must follow
     "Mesh.RandomSeed": 1,
     "Mesh.Algorithm": 5,  # Delaunay on surfaces
     "Mesh.Algorithm3D": 10,  # HXT: a fifth fewer nodes than Delaunay at the same size and error

@@ -10,6 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vanelock.errors import InputError
+from vanelock.mesh.fillets import ASPECT
+from vanelock.mesh.outline import PIECE, Corner, edges
 
 Entity = tuple[int, int]  # dimension, tag
 
@@ -17,13 +19,26 @@ Entity = tuple[int, int]  # dimension, tag
 TOLERANCE = 1e-6
 
 
-def revolve(gmsh: Any, outline: Sequence[tuple[float, float]], half_angle: float) -> Entity:
-    """Solid from a polygon of (radius, z), revolved from -half_angle to +half_angle about z."""
+def revolve(gmsh: Any, corners: Sequence[Corner], half_angle: float) -> Entity:
+    """Solid from an outline in radius and z, revolved from -half_angle to +half_angle about z."""
     occ = gmsh.model.occ
     c, s = np.cos(half_angle), np.sin(half_angle)
-    corners = [occ.addPoint(radius * c, -radius * s, z) for radius, z in outline]
-    edges = [occ.addLine(*ends) for ends in zip(corners, corners[1:] + corners[:1], strict=True)]
-    face = (2, occ.addPlaneSurface([occ.addCurveLoop(edges)]))
+
+    def put(place: NDArray[np.float64]) -> int:
+        tag: int = occ.addPoint(place[0] * c, -place[0] * s, place[1])
+        return tag
+
+    outline = edges(corners)
+    starts = [put(edge.start) for edge in outline]
+    curves = []
+    for edge, start, end in zip(outline, starts, starts[1:] + starts[:1], strict=True):
+        if edge.centre is None:
+            curves.append(occ.addLine(start, end))
+        else:
+            centre = put(edge.centre)
+            curves.append(occ.addCircleArc(start, centre, end))
+            occ.remove([(0, centre)])
+    face = (2, occ.addPlaneSurface([occ.addCurveLoop(curves)]))
     swept = occ.revolve([face], 0, 0, 0, 0, 0, 1, 2 * half_angle)
     solid: Entity = next(entity for entity in swept if entity[0] == 3)
     return solid
@@ -77,11 +92,34 @@ def faces_at(gmsh: Any, z: float) -> list[int]:
     return found
 
 
-def end_faces(gmsh: Any, corners: int) -> tuple[int, int]:
-    """The two plane faces of a revolved polygon with more than four corners, left one first."""
+def end_faces(gmsh: Any, half_angle: float) -> tuple[int, int]:
+    """The two faces of a revolved solid in the planes of its ends, left one first."""
     found = {}
     for _, tag in gmsh.model.getEntities(2):
-        if len(gmsh.model.getBoundary([(2, tag)], combined=False)) == corners:
-            _, y, _ = gmsh.model.occ.getCenterOfMass(2, tag)
-            found["left" if y < 0 else "right"] = tag
+        corners = gmsh.model.getBoundary([(2, tag)], combined=False, recursive=True)
+        x, y, _ = np.transpose([gmsh.model.getValue(0, corner, []) for _, corner in corners])
+        for side, angle in (("left", -half_angle), ("right", half_angle)):
+            if np.abs(y * np.cos(angle) - x * np.sin(angle)).max() < TOLERANCE:
+                found[side] = tag
     return found["left"], found["right"]
+
+
+def grade_fillets(gmsh: Any, fillet: float, size: float) -> None:
+    """Limit the elements along fillets to a multiple of their width, evenly around the ring.
+
+    Parameters
+    ----------
+    fillet : float
+        Radius of the arcs, m; each piece is a face of its own.
+    size : float
+        Element size elsewhere, m.
+    """
+    longest = min(size, ASPECT * PIECE * fillet)
+    for _, face in gmsh.model.getEntities(2):
+        if gmsh.model.getType(2, face) != "Torus":
+            continue
+        for _, edge in gmsh.model.getBoundary([(2, face)], oriented=False):
+            length = gmsh.model.occ.getMass(1, edge)
+            if length > np.pi * fillet:  # none of the arcs in the section
+                intervals = int(np.ceil(length / longest))
+                gmsh.model.mesh.setTransfiniteCurve(edge, intervals + 1)

@@ -43,10 +43,13 @@ class Patch:
 
 
 def hook_overlap(vane: VaneDimensions, casing: CasingDimensions) -> tuple[float, float]:
-    """Axial range, m, in which both faces of the front foot lie on those of the groove."""
+    """Axial range, m, in which both faces of the front foot lie on those of the groove.
+
+    Fillets belong to neither face.
+    """
     return (
-        max(vane.foot_front, casing.groove_bottom),
-        min(vane.leg_front, casing.groove_mouth),
+        max(vane.foot_front, casing.groove_bottom + casing.fillet),
+        min(vane.leg_front - vane.fillet, casing.groove_mouth),
     )
 
 

@@ -12,8 +12,10 @@ from vanelock.mesh import aerofoil, occ, sets
 from vanelock.mesh.averages import hook_averages, interlock_averages
 from vanelock.mesh.dimensions import CasingDimensions, VaneDimensions
 from vanelock.mesh.extract import Mesh, generate, matching, nodes_on, place
+from vanelock.mesh.fillets import check_resolved
 from vanelock.mesh.fit import check_vane
 from vanelock.mesh.kernel import session
+from vanelock.mesh.outline import Corner
 from vanelock.mesh.part import Part
 from vanelock.mesh.patches import hook_overlap
 from vanelock.mesh.size import element_size
@@ -59,6 +61,7 @@ def vane_segment(
     dimensions = dimensions or VaneDimensions()
     check_vane(dimensions, sectors)
     length = element_size(size, "vane")
+    check_resolved("vane", dimensions.fillet, length)
     bands = sets.hook_bands(dimensions.hook, sectors)
     left = sets.interlock_rows(dimensions, sectors)
     right = left @ turn(sectors).T
@@ -72,6 +75,7 @@ def vane_segment(
             [occ.point(gmsh, position) for position in accessory],
         )
         row_tags = [_edge(gmsh, row) for side in (left, right) for row in side]
+        occ.grade_fillets(gmsh, dimensions.fillet, length)
         for tag in band_tags:
             gmsh.model.mesh.setTransfiniteCurve(tag, sets.HOOK_CORNERS)
         for tag in row_tags:
@@ -147,16 +151,16 @@ def _hooks(gmsh: Any, vane: VaneDimensions, sectors: int) -> occ.Entity:
     """Outer shroud with both hooks, revolved from one outline."""
     hook = vane.hook
     front = [
-        (vane.outer_shroud_outer_radius, vane.leg_rear),
-        (hook.roof_radius, vane.leg_rear),
-        (hook.roof_radius, vane.foot_front),
-        (hook.lip_radius, vane.foot_front),
-        (hook.lip_radius, vane.leg_front),
-        (vane.outer_shroud_outer_radius, vane.leg_front),
-        (vane.outer_shroud_outer_radius, vane.outer_shroud_front),
-        (vane.outer_shroud_inner_radius, vane.outer_shroud_front),
+        Corner(vane.outer_shroud_outer_radius, vane.leg_rear, vane.fillet),
+        Corner(hook.roof_radius, vane.leg_rear),
+        Corner(hook.roof_radius, vane.foot_front),
+        Corner(hook.lip_radius, vane.foot_front),
+        Corner(hook.lip_radius, vane.leg_front, vane.fillet),
+        Corner(vane.outer_shroud_outer_radius, vane.leg_front, vane.fillet),
+        Corner(vane.outer_shroud_outer_radius, vane.outer_shroud_front),
+        Corner(vane.outer_shroud_inner_radius, vane.outer_shroud_front),
     ]
-    rear = [(radius, 2 * hook.mid_plane - z) for radius, z in reversed(front)]
+    rear = [corner._replace(z=2 * hook.mid_plane - corner.z) for corner in reversed(front)]
     half = vane.outer_shroud_extent * np.pi / sectors
     return occ.revolve(gmsh, front + rear, half)
 
@@ -170,9 +174,8 @@ def _inner_shroud(gmsh: Any, vane: VaneDimensions, sectors: int) -> occ.Entity:
     half = np.pi / sectors
     lean = abs((middle - front) * np.tan(np.radians(vane.interlock_slant)))
     margin = 1.1 * np.arcsin(lean / inner) + 0.02
-    ring = occ.revolve(
-        gmsh, [(inner, front), (inner, rear), (outer, rear), (outer, front)], half + margin
-    )
+    section = [(inner, front), (inner, rear), (outer, rear), (outer, front)]
+    ring = occ.revolve(gmsh, [Corner(*place) for place in section], half + margin)
     # In the frame (normal, radial, across) of a face the waste is a box on its outer side.
     left = sets.interlock_frame(vane, sectors)
     deep = 2 * (margin * outer + lean)
