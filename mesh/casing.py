@@ -14,9 +14,9 @@ from vanelock.mesh.extract import generate, matching, nodes_on, place
 from vanelock.mesh.fillets import check_resolved
 from vanelock.mesh.fit import check_casing
 from vanelock.mesh.kernel import session
-from vanelock.mesh.outline import Corner
 from vanelock.mesh.part import Part
 from vanelock.mesh.patches import hook_overlap
+from vanelock.mesh.revolved import casing_outline
 from vanelock.mesh.size import element_size
 from vanelock.mesh.tetrahedra import valid
 
@@ -71,7 +71,7 @@ def casing_sector(
     bands = sets.hook_bands(hook, sectors)
     force = sets.force_points(dimensions, sectors)
     accessory = sets.casing_accessory_points(dimensions, sectors)
-    outline = _outline(dimensions, hook)
+    outline = casing_outline(dimensions, hook)
     with session("casing") as gmsh:
         band_tags, point_tags = occ.imprint(
             gmsh,
@@ -143,28 +143,3 @@ def casing_sector(
     )
     overlap = overlap or hook_overlap(VaneDimensions(), dimensions)
     return replace(valid(part), patches=hook_averages(part, hook, overlap))
-
-
-def _outline(casing: CasingDimensions, hook: HookDimensions) -> list[Corner]:
-    """Around the section: along the outside, then back along the inside."""
-    outside = [
-        Corner(casing.flange_radius, 0.0),
-        Corner(casing.flange_radius, casing.flange_thickness),
-        Corner(casing.outer_radius, casing.flange_thickness),
-        Corner(casing.outer_radius, casing.length - casing.flange_thickness),
-        Corner(casing.flange_radius, casing.length - casing.flange_thickness),
-        Corner(casing.flange_radius, casing.length),
-    ]
-    front = [
-        Corner(casing.inner_radius, casing.rail_front, casing.fillet),
-        Corner(casing.rail_inner_radius, casing.rail_front),
-        Corner(casing.rail_inner_radius, casing.groove_mouth),
-        Corner(hook.lip_radius, casing.groove_mouth),
-        Corner(hook.lip_radius, casing.groove_bottom, casing.fillet),
-        Corner(hook.roof_radius, casing.groove_bottom, casing.fillet),
-        Corner(hook.roof_radius, casing.groove_mouth),
-        Corner(casing.inner_radius, casing.groove_mouth, casing.fillet),
-    ]
-    rear = [corner._replace(z=2 * hook.mid_plane - corner.z) for corner in front]
-    ends = [Corner(casing.inner_radius, casing.length), Corner(casing.inner_radius, 0.0)]
-    return [*outside, ends[0], *rear, *reversed(front), ends[1]]

@@ -15,9 +15,9 @@ from vanelock.mesh.extract import Mesh, generate, matching, nodes_on, place
 from vanelock.mesh.fillets import check_resolved
 from vanelock.mesh.fit import check_vane
 from vanelock.mesh.kernel import session
-from vanelock.mesh.outline import Corner
 from vanelock.mesh.part import Part
 from vanelock.mesh.patches import hook_overlap
+from vanelock.mesh.revolved import hooks_outline, inner_shroud_outline
 from vanelock.mesh.size import element_size
 from vanelock.mesh.tetrahedra import valid
 
@@ -149,20 +149,8 @@ def _solid(gmsh: Any, vane: VaneDimensions, sectors: int) -> occ.Entity:
 
 def _hooks(gmsh: Any, vane: VaneDimensions, sectors: int) -> occ.Entity:
     """Outer shroud with both hooks, revolved from one outline."""
-    hook = vane.hook
-    front = [
-        Corner(vane.outer_shroud_outer_radius, vane.leg_rear, vane.fillet),
-        Corner(hook.roof_radius, vane.leg_rear),
-        Corner(hook.roof_radius, vane.foot_front),
-        Corner(hook.lip_radius, vane.foot_front),
-        Corner(hook.lip_radius, vane.leg_front, vane.fillet),
-        Corner(vane.outer_shroud_outer_radius, vane.leg_front, vane.fillet),
-        Corner(vane.outer_shroud_outer_radius, vane.outer_shroud_front),
-        Corner(vane.outer_shroud_inner_radius, vane.outer_shroud_front),
-    ]
-    rear = [corner._replace(z=2 * hook.mid_plane - corner.z) for corner in reversed(front)]
     half = vane.outer_shroud_extent * np.pi / sectors
-    return occ.revolve(gmsh, front + rear, half)
+    return occ.revolve(gmsh, hooks_outline(vane), half)
 
 
 def _inner_shroud(gmsh: Any, vane: VaneDimensions, sectors: int) -> occ.Entity:
@@ -170,12 +158,10 @@ def _inner_shroud(gmsh: Any, vane: VaneDimensions, sectors: int) -> occ.Entity:
     kernel = gmsh.model.occ
     inner, outer = vane.inner_shroud_inner_radius, vane.inner_shroud_outer_radius
     front, middle = vane.inner_shroud_front, vane.hook.mid_plane
-    rear = 2 * middle - front
     half = np.pi / sectors
     lean = abs((middle - front) * np.tan(np.radians(vane.interlock_slant)))
     margin = 1.1 * np.arcsin(lean / inner) + 0.02
-    section = [(inner, front), (inner, rear), (outer, rear), (outer, front)]
-    ring = occ.revolve(gmsh, [Corner(*place) for place in section], half + margin)
+    ring = occ.revolve(gmsh, inner_shroud_outline(vane), half + margin)
     # In the frame (normal, radial, across) of a face the waste is a box on its outer side.
     left = sets.interlock_frame(vane, sectors)
     deep = 2 * (margin * outer + lean)
