@@ -8,6 +8,7 @@ from vanelock.cyclic import turn
 from vanelock.errors import InputError
 from vanelock.mesh import occ, sets
 from vanelock.mesh.averages import hook_averages
+from vanelock.mesh.bosses import add_bosses, check_meshable, divide_bosses
 from vanelock.mesh.cyclic_face import divide_face
 from vanelock.mesh.dimensions import CasingDimensions, HookDimensions, VaneDimensions
 from vanelock.mesh.extract import generate, matching, nodes_on, place
@@ -68,6 +69,7 @@ def casing_sector(
     check_casing(dimensions, hook, sectors)
     length = element_size(size, "casing")
     check_resolved("casing", dimensions.fillet, length)
+    check_meshable(dimensions, length)
     bands = sets.hook_bands(hook, sectors)
     force = sets.force_points(dimensions, sectors)
     accessory = sets.casing_accessory_points(dimensions, sectors)
@@ -75,7 +77,7 @@ def casing_sector(
     with session("casing") as gmsh:
         band_tags, point_tags = occ.imprint(
             gmsh,
-            occ.revolve(gmsh, outline, np.pi / sectors),
+            add_bosses(gmsh, dimensions, sectors, occ.revolve(gmsh, outline, np.pi / sectors)),
             [occ.arc(gmsh, band[0], band[-1]) for band in bands],
             [occ.point(gmsh, position) for position in np.concatenate([force, accessory])],
         )
@@ -83,6 +85,7 @@ def casing_sector(
         for tag in band_tags:
             gmsh.model.mesh.setTransfiniteCurve(tag, sets.HOOK_CORNERS)
         occ.grade_fillets(gmsh, dimensions.fillet, length)
+        divide_bosses(gmsh, dimensions, length)
         affine = np.eye(4)
         affine[:3, :3] = turn(sectors)
         gmsh.model.mesh.setPeriodic(2, [right_tag], [left_tag], affine.ravel().tolist())

@@ -155,6 +155,12 @@ class CasingDimensions(Dimensions):
     groove_bottom: Length = _length(0.066, "axial position of the bottom of the front groove")
     groove_mouth: Length = _length(0.082, "axial position of the mouth of the front groove")
     fillet: Length = _fillet("radius of the concave corners of the rails and their grooves")
+    bosses: int = Field(
+        default=0, ge=0, le=24, description="number of strut bosses on the shell of a sector"
+    )
+    boss_diameter: Length = _length(0.025, "diameter of a strut boss", 1.0)
+    boss_height: Length = _length(0.010, "height of a strut boss outside the shell", 1.0)
+    boss_position: Length = _length(0.035, "axial position of the strut bosses")
 
     @model_validator(mode="after")
     def _possible(self) -> Self:

@@ -3,6 +3,7 @@
 import numpy as np
 
 from vanelock.errors import InputError
+from vanelock.mesh.bosses import check_meshable
 from vanelock.mesh.dimensions import CasingDimensions, HookDimensions, VaneDimensions
 from vanelock.mesh.fillets import check_resolved
 from vanelock.mesh.size import LARGEST, SMALLEST, element_size
@@ -36,11 +37,12 @@ def check_size(
     Raises
     ------
     InputError
-        Naming `mesh.size`, the estimate and about the smallest size allowed; or a fillet that is
-        too small for the elements.
+        Naming `mesh.size`, the estimate and about the smallest size allowed; or a fillet or boss
+        that is too small for the elements.
     """
     check_resolved("vane", vane.fillet, element_size(size, "vane"))
     check_resolved("casing", casing.fillet, element_size(size, "casing"))
+    check_meshable(casing, element_size(size, "casing"))
     parts = {
         "vane": vane_plates(vane, sectors),
         "casing": casing_plates(casing, vane.hook, sectors),
@@ -91,7 +93,7 @@ def vane_plates(vane: VaneDimensions, sectors: int) -> list[Plate]:
 
 
 def casing_plates(casing: CasingDimensions, hook: HookDimensions, sectors: int) -> list[Plate]:
-    """The shell and flanges of a casing sector, and the walls, roofs and lips of its rails."""
+    """The shell, flanges and bosses of a casing sector, and its rails' walls, roofs and lips."""
     pitch = 2 * np.pi / sectors
     groove = casing.groove_mouth - casing.groove_bottom
     return [
@@ -109,4 +111,5 @@ def casing_plates(casing: CasingDimensions, hook: HookDimensions, sectors: int) 
         ),
         (2 * groove * pitch * casing.inner_radius, casing.inner_radius - hook.roof_radius),
         (2 * groove * pitch * hook.lip_radius, hook.lip_radius - casing.rail_inner_radius),
+        (casing.bosses * np.pi * casing.boss_diameter**2 / 4, casing.boss_height),
     ]

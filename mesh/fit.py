@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from vanelock.errors import InputError
 from vanelock.mesh import aerofoil
+from vanelock.mesh.bosses import check_bosses
 from vanelock.mesh.dimensions import (
     CLEARANCE,
     CasingDimensions,
@@ -78,6 +79,7 @@ def check_casing(casing: CasingDimensions, hook: HookDimensions, sectors: int) -
         for low, high in pairwise(chain):
             _below(*low, *high)
     check_casing_fillet(casing, hook)
+    check_bosses(casing, sectors)
 
 
 def check_vane(vane: VaneDimensions, sectors: int) -> None:
