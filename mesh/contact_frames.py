@@ -13,6 +13,7 @@ Array = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
 ALIKE = np.cos(np.radians(30.0))  # normals of one smooth surface, at one node
+ROUND = 2e-6  # of a radius, by which faces on a cylinder may miss it: six digits in a file
 OPPOSED = 15.0  # degrees by which mates' faces may miss being parallel
 _CLEAR = np.cos(np.radians(45.0))
 
@@ -21,12 +22,14 @@ def candidates(points: Array, faces: Integers, nodes: Integers) -> list[Array]:
     """For each node the directions (c, 3) in which faces around it look.
 
     The normals of curved faces are taken at the node itself; those of about one direction are
-    averaged by the faces' areas.
+    averaged by the faces' areas. Where their corners lie on a cylinder about the engine axis, as at
+    a hook, its normal is taken instead, which flat elements would miss by half the angle they span.
     """
     around = faces[np.isin(faces, nodes).any(axis=1)]
     if not len(around):
         return [np.empty((0, 3)) for _ in nodes]
     normal, area = normals(points, around)
+    corners = 3 if faces.shape[1] in (3, 6) else 4
     face, corner = np.nonzero(np.isin(around, nodes))
     order = np.argsort(around[face, corner], kind="stable")
     face, corner = face[order], corner[order]
@@ -34,25 +37,34 @@ def candidates(points: Array, faces: Integers, nodes: Integers) -> list[Array]:
     found = []
     for node in nodes:
         first, last = np.searchsorted(owner, [node, node + 1])
-        weighted = normal[face[first:last], corner[first:last]] * area[face[first:last], None]
-        found.append(_directions(weighted))
+        own = face[first:last]
+        weighted = normal[own, corner[first:last]] * area[own, None]
+        radial = cylindrical_axes(points[[node]])[0][0]
+        directions = []
+        for mean, members in _directions(weighted):
+            ends = points[around[own[members], :corners]].reshape(-1, 3)
+            radii = np.hypot(ends[:, 0], ends[:, 1])
+            if np.ptp(radii) < ROUND * radii.max() and abs(mean @ radial) > ALIKE:
+                mean = np.sign(mean @ radial) * radial
+            directions.append(mean)
+        found.append(np.array(directions).reshape(-1, 3))
     return found
 
 
-def _directions(weighted: Array) -> Array:
-    """Unit means of vectors (k, 3) grouped by direction, the longest first."""
-    groups: list[Array] = []
-    for vector in weighted[np.argsort(-np.linalg.norm(weighted, axis=1), kind="stable")]:
-        length = np.linalg.norm(vector)
-        if not length > 0:
+def _directions(weighted: Array) -> list[tuple[Array, list[int]]]:
+    """Unit means of vectors (k, 3) grouped by direction, with the rows of each, longest first."""
+    groups: list[tuple[Array, list[int]]] = []
+    length = np.linalg.norm(weighted, axis=1)
+    for row in np.argsort(-length, kind="stable"):
+        if not length[row] > 0:
             continue
-        for i, group in enumerate(groups):
-            if group @ vector > ALIKE * length * np.linalg.norm(group):
-                groups[i] = group + vector
+        for i, (mean, members) in enumerate(groups):
+            if mean @ weighted[row] > ALIKE * length[row] * np.linalg.norm(mean):
+                groups[i] = mean + weighted[row], [*members, int(row)]
                 break
         else:
-            groups.append(vector)
-    return np.array([group / np.linalg.norm(group) for group in groups]).reshape(-1, 3)
+            groups.append((weighted[row], [int(row)]))
+    return [(mean / np.linalg.norm(mean), members) for mean, members in groups]
 
 
 def opposed(own: Array, other: Array) -> tuple[Array, float, bool]:

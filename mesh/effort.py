@@ -30,9 +30,15 @@ def degrees_of_freedom(plates: list[Plate], size: float) -> float:
 
 
 def check_size(
-    size: str | float, vane: VaneDimensions, casing: CasingDimensions, sectors: int
+    size: str | float,
+    vane: VaneDimensions | None,
+    casing: CasingDimensions | None,
+    sectors: int,
+    hook: HookDimensions | None = None,
 ) -> None:
     """Refuse elements so small that both meshes together would be too large, or too large.
+
+    None stands for a part that is meshed already; `hook` then is the one that a casing shares.
 
     Raises
     ------
@@ -40,12 +46,15 @@ def check_size(
         Naming `mesh.size`, the estimate and about the smallest size allowed; or a fillet or boss
         that is too small for the elements.
     """
-    check_resolved("vane", vane.fillet, element_size(size, "vane"))
-    check_resolved("casing", casing.fillet, element_size(size, "casing"))
-    check_meshable(casing, element_size(size, "casing"))
+    if vane is not None:
+        check_resolved("vane", vane.fillet, element_size(size, "vane"))
+    if casing is not None:
+        check_resolved("casing", casing.fillet, element_size(size, "casing"))
+        check_meshable(casing, element_size(size, "casing"))
+    hook = hook or (HookDimensions() if vane is None else vane.hook)
     parts = {
-        "vane": vane_plates(vane, sectors),
-        "casing": casing_plates(casing, vane.hook, sectors),
+        **({} if vane is None else {"vane": vane_plates(vane, sectors)}),
+        **({} if casing is None else {"casing": casing_plates(casing, hook, sectors)}),
     }
     count = sum(degrees_of_freedom(p, element_size(size, name)) for name, p in parts.items())
     if count <= MOST:
@@ -53,7 +62,7 @@ def check_size(
     shown = f'"{size}"' if isinstance(size, str) else f"{size:g} m"
     raise InputError(
         f"mesh.size = {shown}: about {float(f'{count:.2g}'):,.0f} degrees of freedom: at most "
-        f"{MOST:,} are allowed{_advice([*parts['vane'], *parts['casing']])}"
+        f"{MOST:,} are allowed{_advice([p for plates in parts.values() for p in plates])}"
     )
 
 

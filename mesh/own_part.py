@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,16 +12,15 @@ from vanelock.mesh.raw import distinct
 from vanelock.product import Product
 
 Integers = NDArray[np.int64]
-Name = Literal["vane", "casing"]
 
 HOOKS = ("hook_front", "hook_rear")
 INTERLOCKS = ("interlock_left", "interlock_right")
-NEEDED: dict[Name, tuple[str, ...]] = {
+NEEDED: dict[str, tuple[str, ...]] = {
     "vane": (*HOOKS, "key", "accessory"),
     "casing": (*HOOKS, "key", "left", "right", "force", "accessory"),
 }
 """Sets that a part must have; a vane whose interlock has contacts needs those, too."""
-OPTIONAL: dict[Name, tuple[str, ...]] = {"vane": (*INTERLOCKS, "fixed"), "casing": ("fixed",)}
+OPTIONAL: dict[str, tuple[str, ...]] = {"vane": (*INTERLOCKS, "fixed"), "casing": ("fixed",)}
 
 
 @dataclass(frozen=True)
@@ -53,7 +51,7 @@ class OwnPart(Product):
 
 def own_part(
     mesh: FileMesh,
-    name: Name,
+    name: str,
     sets: Mapping[str, str | Sequence[int]] | None = None,
     interlock: bool = True,
 ) -> OwnPart:

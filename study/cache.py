@@ -24,7 +24,7 @@ from vanelock.errors import InputError
 from vanelock.product import Product
 
 P = TypeVar("P", bound=Product)
-STEPS = ("stages", "limits", "forced", "strains")
+STEPS = ("stages", "meshes", "limits", "forced", "strains")
 """Modules of this package that say how a stage is called."""
 
 
@@ -148,7 +148,7 @@ def code_version(package: str) -> str:
     for path in files:
         digest.update(path.name.encode() + b"\0" + path.read_bytes())
     if package == "mesh":
-        digest.update(installed("gmsh").encode())
+        digest.update(f"{installed('gmsh')} {installed('meshio')}".encode())
     return f"{vanelock.__version__}+{digest.hexdigest()[:12]}"
 
 
@@ -164,6 +164,26 @@ def file_digest(path: Path) -> str:
     """Digest of a file's bytes."""
     with path.open("rb") as file:
         return hashlib.file_digest(file, "sha256").hexdigest()[:20]
+
+
+def content_digest(path: str | os.PathLike[str]) -> str:
+    """Digest of the contents of a user's file, taken anew when its size or time of change differ.
+
+    Raises
+    ------
+    InputError
+        If it cannot be read.
+    """
+    try:
+        state = os.stat(path)
+        return _content_digest(Path(path), state.st_size, state.st_mtime_ns, state.st_ino)
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read: {error.strerror or error}") from None
+
+
+@lru_cache(maxsize=64)
+def _content_digest(path: Path, *state: int) -> str:
+    return file_digest(path)
 
 
 @contextmanager

@@ -12,7 +12,8 @@ from vanelock.nonlinear.response import CONSTANT
 from vanelock.rom import Component, System
 from vanelock.study.limits import Limits, dense, frequencies, hooks, limits
 from vanelock.study.model import Study
-from vanelock.study.stages import Step, step, system_step
+from vanelock.study.stages import system_step
+from vanelock.study.steps import Step, step
 
 Limit: TypeAlias = Literal["free", "stuck"]
 Progress: TypeAlias = Callable[[int, int, float, float], None]

@@ -10,9 +10,11 @@ from vanelock.study import inventory
 from vanelock.study.cache import Cache
 from vanelock.study.figures import Figures, figures
 from vanelock.study.folder import claimed, record
+from vanelock.study.meshes import mesh_step
 from vanelock.study.model import Study
 from vanelock.study.progress import Finished, Listener, Notice, silent
-from vanelock.study.stages import PARTS, Stages, mesh_step
+from vanelock.study.stages import PARTS
+from vanelock.study.steps import Stages
 from vanelock.study.sweep import cases
 
 FOLDER = "mesh"

@@ -1,13 +1,14 @@
 """Schema errors in words: full key, value given, what is allowed, nearest known key."""
 
 import difflib
-from typing import Any, get_args
+from typing import Annotated, Any, get_args, get_origin
 
 from pydantic import BaseModel, ValidationError
 from pydantic.fields import FieldInfo
 from pydantic_core import ErrorDetails
 
 from vanelock.study.model import Study
+from vanelock.study.own_mesh import DIMENSIONS, OWN
 
 Location = tuple[int | str, ...]
 
@@ -32,7 +33,7 @@ _TYPES = {
 def explain(error: ValidationError, data: dict[str, Any]) -> list[str]:
     """One line for each mistake that pydantic found in the study `data`."""
     lines = []
-    for details in error.errors(include_url=False):
+    for details in mistakes(error):
         key, told = dotted(details["loc"]), reason(details)
         value = _given(data, details["loc"], details["input"])
         if not key:
@@ -44,6 +45,14 @@ def explain(error: ValidationError, data: dict[str, Any]) -> list[str]:
         else:
             lines.append(f"{key}: {told}")
     return list(dict.fromkeys(lines))
+
+
+def mistakes(error: ValidationError) -> list[ErrorDetails]:
+    """What pydantic found, in places that name keys only."""
+    found = error.errors(include_url=False)
+    for details in found:
+        details["loc"] = tuple(i for i in details["loc"] if i not in (DIMENSIONS, OWN))
+    return found
 
 
 def _given(data: Any, location: Location, converted: Any) -> Any:
@@ -115,9 +124,9 @@ def known_keys(table: type[BaseModel] = Study, prefix: str = "") -> list[str]:
     keys = []
     for name, field in table.model_fields.items():
         keys.append(prefix + name)
-        if inner := _table(field):
+        for inner in _tables(field):
             keys += known_keys(inner, f"{prefix}{name}.")
-    return keys
+    return list(dict.fromkeys(keys))
 
 
 def unknown(location: Location) -> str:
@@ -142,25 +151,28 @@ def unknown(location: Location) -> str:
     return f"unknown key; nearest known key: {nearest}"
 
 
-def _table(field: FieldInfo) -> type[BaseModel] | None:
-    """The table that a field holds, if it is one."""
+def _tables(field: FieldInfo) -> list[type[BaseModel]]:
+    """The tables that a field may hold."""
+    found = []
     for option in (field.annotation, *get_args(field.annotation)):
-        if isinstance(option, type) and issubclass(option, BaseModel):
-            return option
-    return None
+        kind = get_args(option)[0] if get_origin(option) is Annotated else option
+        if isinstance(kind, type) and issubclass(kind, BaseModel):
+            found.append(kind)
+    return found
 
 
 def field_at(location: Location) -> FieldInfo | None:
     """The schema's field at a location; list entries belong to their list's field."""
-    table: type[BaseModel] | None = Study
+    tables: list[type[BaseModel]] = [Study]
     field = None
     for item in location:
         if isinstance(item, int):
             continue
-        if table is None or item not in table.model_fields:
+        fields = [table.model_fields[item] for table in tables if item in table.model_fields]
+        if not fields:
             return None
-        field = table.model_fields[item]
-        table = _table(field)
+        field = fields[0]
+        tables = [table for each in fields for table in _tables(each)]
     return field
 
 

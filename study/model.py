@@ -27,9 +27,17 @@ from vanelock.quantities import (
     Unbalance,
     si,
 )
+from vanelock.study.own_mesh import Casing, OwnCasing, OwnVane, Vane, refuse_without_dimensions
 from vanelock.study.structure import Joints, Material, Mesh, Ring, Rom, Table
 
-MONITOR = rf"(?P<node>(?:vane|casing) accessory [1-3])(?:, (?P<component>{'|'.join(COMPONENTS)}))?"
+MONITOR = (
+    rf"(?P<node>(?:vane|casing) accessory [1-9][0-9]*)(?:, (?P<component>{'|'.join(COMPONENTS)}))?"
+)
+
+_MONITORED = (
+    'expected an output node and a component, such as "vane accessory 1, radial" '
+    "(vane or casing; accessory 1 to 3; radial, circumferential or axial)"
+)
 
 
 def _sequence(value: object) -> object:
@@ -205,10 +213,7 @@ class Outputs(Table):
     @classmethod
     def _named(cls, value: str | None) -> str | None:
         if value is not None and not re.fullmatch(MONITOR, value):
-            raise ValueError(
-                'expected an output node and a component, such as "vane accessory 1, radial" '
-                "(vane or casing; accessory 1 to 3; radial, circumferential or axial)"
-            )
+            raise ValueError(_MONITORED)
         return value
 
 
@@ -217,8 +222,8 @@ class Study(Table):
 
     name: str = Field(default="vane segment", min_length=1, max_length=200, description="name")
     ring: Ring = Ring()
-    vane: VaneDimensions = VaneDimensions()
-    casing: CasingDimensions = CasingDimensions()
+    vane: Vane = VaneDimensions()
+    casing: Casing = CasingDimensions()
     material: Material = Material()
     mesh: Mesh = Mesh()
     joints: Joints = Joints()
@@ -250,7 +255,21 @@ class Study(Table):
         return self
 
     @model_validator(mode="after")
+    def _has_the_output(self) -> Self:
+        """The program's own parts have three accessory nodes; a user's file tells later."""
+        wanted = self.outputs.monitor
+        found = re.fullmatch(MONITOR, wanted or "")
+        if found is None:
+            return self
+        part, _, number = found["node"].split()
+        if not isinstance(getattr(self, part), OwnVane | OwnCasing) and int(number) > 3:
+            raise ValueError(f'outputs.monitor = "{wanted}": {_MONITORED}')
+        return self
+
+    @model_validator(mode="after")
     def _has_the_aerofoils(self) -> Self:
+        if isinstance(self.vane, OwnVane):
+            return self
         for i, gauge in enumerate(self.outputs.gauges):
             if gauge.aerofoil > self.vane.aerofoils:
                 raise ValueError(
@@ -261,7 +280,14 @@ class Study(Table):
 
     @model_validator(mode="after")
     def _can_be_meshed(self) -> Self:
-        check_size(self.mesh.size, self.vane, self.casing, self.ring.sectors)
+        vane = None if isinstance(self.vane, OwnVane) else self.vane
+        casing = None if isinstance(self.casing, OwnCasing) else self.casing
+        check_size(self.mesh.size, vane, casing, self.ring.sectors, self.vane.hook)
+        return self
+
+    @model_validator(mode="after")
+    def _has_the_dimensions(self) -> Self:
+        refuse_without_dimensions(self)
         return self
 
 

@@ -16,11 +16,13 @@ from vanelock.nonlinear import Response
 from vanelock.study.easel import Easel
 from vanelock.study.forced import Limit
 from vanelock.study.limits import hooks
+from vanelock.study.meshes import mesh_step
 from vanelock.study.model import Study
 from vanelock.study.monitor import Monitor
 from vanelock.study.plan import LIMITS, Planned
 from vanelock.study.progress import Notice
-from vanelock.study.stages import PARTS, Stages, mesh_step, model_step
+from vanelock.study.stages import PARTS, model_step
+from vanelock.study.steps import Stages
 from vanelock.study.summary import Peak
 from vanelock.study.sweep import label
 

@@ -16,7 +16,8 @@ from vanelock.study.forced import (
 )
 from vanelock.study.limits import Limits
 from vanelock.study.model import Study
-from vanelock.study.stages import PARTS, Step, diameters, model_step, rom_step, system_step
+from vanelock.study.stages import PARTS, diameters, model_step, rom_step, system_step
+from vanelock.study.steps import Step
 from vanelock.study.strains import Gauges, gauges_step
 from vanelock.study.sweep import Case, label
 

@@ -23,7 +23,8 @@ def load_study(path: str | os.PathLike[str]) -> Study:
         One line for each mistake: the file, the full key, the value given and what is allowed.
     """
     where = str(path)
-    study = parse_study(read_text(Path(path)), where)
+    data = _toml(read_text(Path(path)), where)
+    study = check_study(_beside(data, Path(path).parent), where)
     try:
         cases(study)
     except InputError as error:
@@ -65,6 +66,16 @@ def check_study(data: dict[str, Any], where: str = "study") -> Study:
     except ValidationError as error:
         lines = explain(error, data)
         raise InputError("\n".join(f"{where}: {line}" for line in lines)) from None
+
+
+def _beside(data: dict[str, Any], folder: Path) -> dict[str, Any]:
+    """The tables with mesh files where they are: their paths start at the study file's folder."""
+    found = dict(data)
+    for name in ("vane", "casing"):
+        part = data.get(name)
+        if isinstance(part, dict) and isinstance(part.get("mesh"), str) and part["mesh"]:
+            found[name] = {**part, "mesh": str(folder / part["mesh"])}
+    return found
 
 
 def _toml(text: str, where: str) -> dict[str, Any]:

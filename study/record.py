@@ -15,10 +15,12 @@ from vanelock.product import Product
 from vanelock.rom import Component, System
 from vanelock.study import results
 from vanelock.study.cache import installed
+from vanelock.study.meshes import mesh_step
 from vanelock.study.model import Study
 from vanelock.study.plan import LIMITS, Linear, Planned
 from vanelock.study.progress import Done
-from vanelock.study.stages import PARTS, Stages, Step, mesh_step
+from vanelock.study.stages import PARTS
+from vanelock.study.steps import Stages, Step
 from vanelock.study.strains import Strain
 from vanelock.study.summary import Summary
 

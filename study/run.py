@@ -18,7 +18,8 @@ from vanelock.study.pictures import Gallery, Shown
 from vanelock.study.plan import LIMITS, Linear, Planned, plan
 from vanelock.study.progress import Finished, Listener, Notice, silent
 from vanelock.study.record import Record
-from vanelock.study.stages import PARTS, Stages
+from vanelock.study.stages import PARTS
+from vanelock.study.steps import Stages
 from vanelock.study.strains import Strain
 from vanelock.study.summary import Peak, Summary, peak_of, summarise
 from vanelock.study.sweep import cases

@@ -1,155 +1,26 @@
 """The stages of a study, each a step from the products before it to its own.
 
-A step knows what it depends on: its key is the hash of the study's keys that it reads, of its
-upstream steps' keys and of the code behind it. So all keys of a study are known before anything
-is computed, and a product that is in the cache saves everything upstream of it.
+A step's key is the hash of the study's keys that it reads, of its upstream steps' keys and of the
+code behind it.
 """
 
-import time
-from collections.abc import Callable, Iterable, Mapping
-from dataclasses import asdict, dataclass, field
-from typing import Any, Generic, TypeVar
+from collections.abc import Iterable
+from dataclasses import asdict
+from typing import Any
 
-from vanelock import fem, mesh, rom
+from vanelock import fem, rom
 from vanelock.fem import Model
 from vanelock.mesh import Part
-from vanelock.product import Product
 from vanelock.rom import Component, Joint, System
-from vanelock.study.cache import Cache, key_of
+from vanelock.study.meshes import mesh_step
 from vanelock.study.model import Study
-from vanelock.study.progress import Begun, Done, Listener
+from vanelock.study.steps import Step, step
 
-P = TypeVar("P", bound=Product)
 PARTS = ("vane", "casing")
 MASTERS = {
     "vane": ("hook_front", "hook_rear", "interlock_left", "interlock_right", "key", "accessory"),
     "casing": ("hook_front", "hook_rear", "key", "force", "accessory"),
 }
-
-
-@dataclass(frozen=True)
-class Step(Generic[P]):
-    """One stage of one study.
-
-    Attributes
-    ----------
-    name : str
-        What the progress display calls it.
-    key : str
-        Hash of all that its product depends on.
-    kind : type
-        The product's class.
-    needs : tuple of Step
-        Steps whose products it takes.
-    compute : callable
-        From those products to its own.
-    kept : bool
-        Whether the product goes into the cache; one that takes longer to read than to make
-        does not.
-    quick : bool
-        Whether it is done before anyone could read its name.
-    """
-
-    name: str
-    key: str
-    kind: type[P]
-    needs: tuple["Step[Any]", ...]
-    compute: Callable[..., P]
-    kept: bool = True
-    quick: bool = False
-
-
-def step(
-    name: str,
-    package: str,
-    inputs: Mapping[str, Any],
-    kind: type[P],
-    needs: tuple[Step[Any], ...],
-    compute: Callable[..., P],
-    kept: bool = True,
-    quick: bool = False,
-) -> Step[P]:
-    """A step whose key follows from its inputs, what it needs and the code of `package`."""
-    key = key_of(name, package, inputs, tuple(need.key for need in needs))
-    return Step(name, key, kind, needs, compute, kept, quick)
-
-
-@dataclass
-class Stages:
-    """Runs steps: from memory, from the cache, or by computing them.
-
-    Attributes
-    ----------
-    cache : Cache
-        Where products are kept between runs.
-    listener : callable
-        Told about each stage.
-    done : dict of str to Done
-        The steps so far by key, in order.
-    """
-
-    cache: Cache
-    listener: Listener
-    done: dict[str, Done] = field(default_factory=dict)
-    _products: dict[str, Product] = field(default_factory=dict)
-
-    def get(self, step: Step[P]) -> P:
-        """Product of a step."""
-        if step.key in self._products:
-            return self._products[step.key]  # type: ignore[return-value]
-        entry = self.cache.load(step.name, step.key, step.kind) if step.kept else None
-        if entry is not None:
-            product, seconds = entry.product, entry.seconds
-        else:
-            product, seconds = self._computed(step)
-        if step.key not in self.done:
-            self.done[step.key] = Done(step.name, seconds, entry is not None)
-            if not step.quick:
-                self.listener(self.done[step.key])
-        self._products[step.key] = product
-        return product
-
-    def retain(self, steps: Iterable[Step[Any]]) -> None:
-        """Drop from memory what none of the steps, nor any that they need, produces."""
-        wanted: set[str] = set()
-        waiting = list(steps)
-        while waiting:
-            step = waiting.pop()
-            if step.key not in wanted:
-                wanted.add(step.key)
-                waiting += step.needs
-        self._products = {k: v for k, v in self._products.items() if k in wanted}
-
-    def _computed(self, step: Step[P]) -> tuple[P, float]:
-        given = [self.get(need) for need in step.needs]
-        if not step.quick and step.key not in self.done:
-            self.listener(Begun(step.name))
-        began = time.perf_counter()
-        product = step.compute(*given)
-        seconds = time.perf_counter() - began
-        if step.kept:
-            self.cache.store(step.name, step.key, product, seconds)
-        return product, seconds
-
-
-def mesh_step(study: Study, part: str) -> Step[Part]:
-    """Mesh of a part."""
-    sectors, size = study.ring.sectors, study.mesh.size
-    dimensions = {"vane": study.vane, "casing": study.casing}[part].model_dump()
-    overlap = mesh.hook_overlap(study.vane, study.casing)
-    inputs = {"sectors": sectors, "size": size, "dimensions": dimensions, "overlap": overlap}
-    if part == "casing":
-        inputs["hook"] = study.vane.hook.model_dump()
-        inputs["face_nodes"] = study.mesh.face_nodes
-
-    def compute() -> Part:
-        if part == "vane":
-            return mesh.vane_segment(study.vane, sectors, size, overlap)
-        return mesh.casing_sector(
-            study.casing, study.vane.hook, sectors, size, overlap, study.mesh.face_nodes
-        )
-
-    return step(f"mesh {part}", "mesh", inputs, Part, (), compute)
 
 
 def model_step(study: Study, part: str) -> Step[Model]:

@@ -16,7 +16,8 @@ from vanelock.nonlinear.response import half_peak_to_peak
 from vanelock.product import Product
 from vanelock.rom import Component
 from vanelock.study.model import Gauge, Study
-from vanelock.study.stages import Step, model_step, step
+from vanelock.study.stages import model_step
+from vanelock.study.steps import Step, step
 
 
 @dataclass(frozen=True)
@@ -70,9 +71,12 @@ class Strain:
 def gauges_step(study: Study, vane: Step[Component]) -> Step[Gauges]:
     """The gauges of a study on its vane; costs a factorisation and a solve for each gauge."""
     wanted = study.outputs.gauges
+    dimensions = study.vane
+    if not isinstance(dimensions, mesh.VaneDimensions):  # the study is refused before
+        raise InputError("outputs.gauges: their places need dimensions, while vane.mesh is given")
     inputs: dict[str, Any] = {
         "gauges": [gauge.model_dump() for gauge in wanted],
-        "dimensions": study.vane.model_dump(),
+        "dimensions": dimensions.model_dump(),
         "sectors": study.ring.sectors,
     }
 
@@ -81,7 +85,7 @@ def gauges_step(study: Study, vane: Step[Component]) -> Step[Gauges]:
         placed = []
         for i, gauge in enumerate(wanted):
             spot = mesh.on_aerofoil(
-                study.vane, study.ring.sectors, **gauge.model_dump(exclude={"length"})
+                dimensions, study.ring.sectors, **gauge.model_dump(exclude={"length"})
             )
             try:
                 found = fem.gauge(

@@ -6,14 +6,16 @@ Several engine orders are swept values of `excitation.engine_order`, the slowest
 from collections.abc import Hashable, Sequence
 from dataclasses import dataclass
 from itertools import product
+from pathlib import Path
 from typing import Any, Literal, get_args, get_origin
 
 from pydantic import ValidationError
 
 from vanelock.errors import InputError
-from vanelock.mesh import check_fit
-from vanelock.study.messages import explain, field_at, known_keys, reason, show, unknown
+from vanelock.mesh.fit import check_casing, check_fit, check_sectors, check_vane
+from vanelock.study.messages import explain, field_at, known_keys, mistakes, reason, show, unknown
 from vanelock.study.model import Study
+from vanelock.study.own_mesh import OwnCasing, OwnVane
 
 LARGEST = 100_000
 """Most cases of one study."""
@@ -48,16 +50,16 @@ def cases(study: Study) -> tuple[Case, ...]:
     InputError
         One line for each swept key or value that the study could not hold.
     """
-    mistakes: list[str] = []
+    wrong: list[str] = []
     for key, values in study.sweep.items():
-        mistakes += _mistakes(study, key, values)
-    if mistakes:
-        raise InputError("\n".join(mistakes))
+        wrong += _mistakes(study, key, values)
+    if wrong:
+        raise InputError("\n".join(wrong))
     lists = dict(study.sweep)
     if study.excitation.engine_orders is not None:
         lists = {ORDER: study.excitation.engine_orders, **lists}
     if not lists:
-        check_fit(study.vane, study.casing, study.ring.sectors)
+        fits(study)
         return (Case("nominal", {}, study),)
     count = 1
     for values in lists.values():
@@ -90,10 +92,26 @@ def _case(study: Study, chosen: dict[str, Any], names: dict[str, str]) -> Case:
     return Case(name, values, changed)
 
 
+def fits(study: Study) -> None:
+    """Refuse dimensions that contradict one another, and mesh files that are not there."""
+    vane, casing, sectors = study.vane, study.casing, study.ring.sectors
+    check_sectors(sectors)
+    if isinstance(vane, OwnVane) or isinstance(casing, OwnCasing):
+        for name, part in (("vane", vane), ("casing", casing)):
+            if isinstance(part, OwnVane | OwnCasing) and not Path(part.mesh).is_file():
+                raise InputError(f"{name}.mesh = {show(part.mesh)}: no such file")
+        if not isinstance(vane, OwnVane):
+            check_vane(vane, sectors)
+        if not isinstance(casing, OwnCasing):
+            check_casing(casing, vane.hook, sectors)
+    else:
+        check_fit(vane, casing, sectors)
+
+
 def _check_fit(case: Case, chosen: dict[str, Any]) -> None:
     """Refuse a vane and a casing that cannot be assembled."""
     try:
-        check_fit(case.study.vane, case.study.casing, case.study.ring.sectors)
+        fits(case.study)
     except InputError as error:
         shown = ", ".join(f"{key} = {show(value)}" for key, value in chosen.items())
         raise InputError(f"sweep: {shown}: {error}") from None
@@ -117,7 +135,7 @@ def _mistakes(study: Study, key: str, values: tuple[Any, ...]) -> list[str]:
         try:
             number = value_at(_with(study, {key: value}), key)
         except ValidationError as error:
-            found.append(f"{item}: {reason(error.errors(include_url=False)[0])}")
+            found.append(f"{item}: {reason(mistakes(error)[0])}")
             continue
         if isinstance(number, bool) or not isinstance(number, int | float | str):
             found.append(f"{item}: expected a number")

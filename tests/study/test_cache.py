@@ -14,7 +14,7 @@ from vanelock.study.easel import Easel
 from vanelock.study.pictures import slug, words
 from vanelock.study.plan import plan
 from vanelock.study.progress import silent
-from vanelock.study.stages import Stages, step
+from vanelock.study.steps import Stages, step
 from vanelock.study.sweep import cases
 
 

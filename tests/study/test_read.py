@@ -44,6 +44,8 @@ def test_template_mentions_every_key():
     text = template_text()
     for key, _ in leaves(Study().model_dump()):
         assert f"{key.rpartition('.')[2]} = " in text, key
+    for key in ("mesh", "unit", "tolerance"):
+        assert f"# {key} = " in text, key
 
 
 @pytest.mark.parametrize(

@@ -13,8 +13,8 @@ from vanelock.rom import System
 from vanelock.study import load_system, open_results, parse_study, run_study
 from vanelock.study.folder import claimed
 from vanelock.study.limits import Limits
+from vanelock.study.meshes import mesh_step
 from vanelock.study.progress import Begun, Done, Event, Finished, Notice, Point
-from vanelock.study.stages import mesh_step
 from vanelock.study.tables import Table
 
 pytestmark = pytest.mark.slow
