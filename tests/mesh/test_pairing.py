@@ -1,0 +1,412 @@
+"""Meshes from files matched to each other and to the program's own: places, frames, reports."""
+
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from vanelock import fem, rom
+from vanelock.cyclic import turn
+from vanelock.errors import InputError
+from vanelock.mesh import pair, read_mesh
+from vanelock.mesh.contact_frames import candidates, frames, opposed
+from vanelock.mesh.mates import mates
+from vanelock.mesh.outside import exterior
+from vanelock.mesh.own_part import own_part
+from vanelock.mesh.reference import SOLIDS, solid
+
+SECTORS = 12
+RADIUS = 1.0
+
+
+def ring(lattice, name, cell_type="tetra10", counts=(1, 3, 4)):
+    """A sector of a ring: the vane's inside the casing's, which meet at a cylinder."""
+    inner = {"vane": RADIUS - 0.1, "casing": RADIUS}[name]
+
+    def place(p):
+        r, angle = inner + 0.1 * p[:, 0], 2 * np.pi / SECTORS * (p[:, 1] - 0.5)
+        return np.column_stack([r * np.cos(angle), r * np.sin(angle), 0.2 * p[:, 2]])
+
+    part = lattice(counts, place, cell_type, curved=True, sectors=SECTORS)
+    sets = part.node_sets
+    edge = np.concatenate([sets[side] for side in ("y0", "y1", "z0", "z1")])
+    contact = np.setdiff1d(sets["x1" if name == "vane" else "x0"], edge)
+    front = part.points[contact, 2] < 0.099
+    away = np.setdiff1d(sets["x0" if name == "vane" else "x1"], edge)
+    found = {
+        "hook_front": contact[front],
+        "hook_rear": contact[~front],
+        "key": np.array([contact[front][0], contact[~front][-1]]),
+        "accessory": away[:2],
+    }
+    if name == "vane":
+        found |= {"interlock_left": sets["y0"], "interlock_right": sets["y1"]}
+    else:
+        found |= {"left": sets["y0"], "right": sets["y1"], "fixed": sets["z0"], "force": away[2:]}
+    return replace(part, name=name, node_sets=found)
+
+
+@pytest.fixture
+def given(tmp_path, lattice, write_mesh):
+    """Function that writes both sectors, changed as asked for, and reads them as a user's."""
+
+    def build(cell_type="tetra10", ending=".vtu", change=None, only=("vane", "casing")):
+        found = SimpleNamespace()
+        for name in ("vane", "casing"):
+            part = ring(lattice, name, cell_type)
+            setattr(found, f"made_{name}", part)
+            if change is not None:
+                part = change(part)
+            path = tmp_path / f"{name}{ending}"
+            called = write_mesh(path, part)
+            setattr(
+                found, name, lambda p=path, n=name, c=called: own_part(read_mesh(p, "mm"), n, c)
+            )
+        return found
+
+    return build
+
+
+def complaints(build):
+    with pytest.raises(InputError) as told:
+        build()
+    return str(told.value).splitlines()
+
+
+def matched(found, sectors=SECTORS, **options):
+    return pair(found.vane(), found.casing(), sectors, **options)
+
+
+@pytest.mark.parametrize("cell_type", SOLIDS)
+def test_ring_sectors_meet(given, cell_type):
+    """Mates at one place, cyclic faces exact, frames those of a cylinder and of its radial cuts."""
+    both = matched(given(cell_type))
+    vane, casing = both.vane, both.casing
+    assert vane.cell_type == cell_type
+    onto = turn(SECTORS).T
+    for name in ("hook_front", "hook_rear", "key"):
+        own, other = vane.points[vane.node_sets[name]], casing.points[casing.node_sets[name]]
+        assert np.array_equal(own, other)
+    for part, left, right in (
+        (vane, "interlock_left", "interlock_right"),
+        (casing, "left", "right"),
+    ):
+        images = part.points[part.node_sets[left]] @ onto
+        assert np.abs(images - part.points[part.node_sets[right]]).max() < 1e-12 * RADIUS
+    for name in ("hook_front", "hook_rear"):
+        places = vane.points[vane.node_sets[name]]
+        angle = np.arctan2(places[:, 1], places[:, 0])
+        c, s, zero = np.cos(angle), np.sin(angle), np.zeros(len(angle))
+        rows = [[c, s, zero], [-s, c, zero], [zero, zero, 1 + zero]]
+        wanted = np.array(rows).transpose(2, 0, 1)
+        assert np.abs(vane.frames[name] - wanted).max() < 1e-12
+        sign = np.array([-1.0, 1.0, -1.0])[:, None]
+        assert np.abs(casing.frames[name] - sign * wanted).max() < 1e-12
+    half = np.pi / SECTORS
+    left = [
+        [-np.sin(half), -np.cos(half), 0],
+        [np.cos(half), -np.sin(half), 0],
+        [0, 0, 1],
+    ]
+    assert np.abs(vane.frames["interlock_left"] - left).max() < 1e-12
+    right = np.array([-1.0, 1.0, -1.0])[:, None] * np.array(left) @ onto
+    assert np.abs(vane.frames["interlock_right"] - right).max() < 1e-12
+
+
+def test_order_does_not_depend_on_the_numbering(given):
+    """Pairs come band by band, by axial position, then by angle, keys in their order."""
+    both = matched(given(ending=".inp"))
+    places = both.vane.points[both.vane.node_sets["hook_front"]]
+    steps = np.round(places[:, 2], 6), np.arctan2(places[:, 1], places[:, 0])
+    assert np.array_equal(np.lexsort(steps[::-1]), np.arange(len(places)))
+    hooks = np.concatenate([both.vane.node_sets[name] for name in ("hook_front", "hook_rear")])
+    rank = [int(np.flatnonzero(hooks == node)[0]) for node in both.vane.node_sets["key"]]
+    assert rank == sorted(rank)
+
+
+@pytest.mark.parametrize("own", ["vane", "casing"])
+def test_one_part_is_the_programs(given, own):
+    """The user's part goes to the program's, which stays as it is, frames and order included."""
+
+    def moved(part):
+        points = part.points.copy()
+        points[part.node_sets["hook_front"]] += [0, 0, 4e-6]
+        return replace(part, points=points)
+
+    files = given(change=moved)
+    ours = matched(given())
+    other = "casing" if own == "vane" else "vane"
+    known = getattr(ours, other)
+    sides = {other: known, own: getattr(files, own)()}
+    both = pair(sides["vane"], sides["casing"], SECTORS)
+    assert getattr(both, other) is known
+    part = getattr(both, own)
+    for name in ("hook_front", "hook_rear", "key"):
+        assert np.array_equal(
+            part.points[part.node_sets[name]], known.points[known.node_sets[name]]
+        )
+    for name in ("hook_front", "hook_rear"):
+        assert np.array_equal(part.frames[name], np.array([[-1], [1], [-1]]) * known.frames[name])
+
+
+def shifted(name, which, by):
+    """Change that moves some nodes of a set of a part."""
+
+    def change(part):
+        if part.name != name[0]:
+            return part
+        points = part.points.copy()
+        for node, distance in zip(part.node_sets[name[1]][which], by, strict=True):
+            points[node] += [0, 0, distance]
+        return replace(part, points=points)
+
+    return change
+
+
+def number(own, part, node):
+    """What the file calls a node of the part that was written, found by its place."""
+    distance = np.linalg.norm(own.mesh.points - part.points[node], axis=1)
+    return own.mesh.numbers[int(distance.argmin())]
+
+
+def test_hook_mismatch_names_nodes_and_distances(given):
+    change = shifted(("casing", "hook_front"), [1, 2, 4], [2e-4, 5e-4, 3e-6])
+    found = given(ending=".inp", change=change)
+    lines = complaints(lambda: matched(found))
+    casing, made = found.casing(), change(found.made_casing)
+    worse, better = (number(casing, made, made.node_sets["hook_front"][i]) for i in (2, 1))
+    assert len(lines) == 2  # each side's nodes that have no mate
+    assert "vane (" in lines[0]
+    count = len(made.node_sets["hook_front"])
+    assert f"hook_front: 2 of {count} nodes are further than 0.01 mm from the nearest" in lines[0]
+    assert lines[1].endswith(f"node {worse} 0.5 mm, node {better} 0.2 mm")
+    near = matched(found, tolerance=6e-4)
+    assert np.array_equal(
+        near.vane.points[near.vane.node_sets["hook_front"]],
+        near.casing.points[near.casing.node_sets["hook_front"]],
+    )
+
+
+def test_missing_node_is_told_with_its_place(given):
+    def change(part):
+        if part.name == "vane":
+            return part
+        sets = dict(part.node_sets)
+        sets["hook_rear"] = sets["hook_rear"][1:]
+        return replace(part, node_sets=sets)
+
+    found = given(change=change)
+    (line,) = complaints(lambda: matched(found))
+    made = found.made_vane
+    alone = number(found.vane(), made, made.node_sets["hook_rear"][0])
+    places = made.points[made.node_sets["hook_rear"]]
+    spacing = np.linalg.norm(places[1:] - places[0], axis=1).min()
+    assert "hook_rear: 1 of " in line
+    assert line.endswith(f"node {alone} {1e3 * spacing:.4g} mm")
+
+
+def test_cyclic_faces_are_matched_in_this_ring_only(given):
+    found = given()
+    lines = complaints(lambda: matched(found, sectors=SECTORS + 1))
+    assert [line.split(":")[0].split(", ")[1] for line in lines] == [
+        "interlock_left turned by 2π/13",
+        "interlock_right",
+        "left turned by 2π/13",
+        "right",
+    ]
+    gap = 2 * np.pi / SECTORS - 2 * np.pi / (SECTORS + 1)
+    assert f" {1e3 * 2 * (RADIUS + 0.1) * np.sin(gap / 2):.4g} mm, node" in lines[2]
+
+
+def test_moved_face_node_is_told(given):
+    change = shifted(("casing", "right"), [3], [2e-5])
+    lines = complaints(lambda: matched(given(change=change)))
+    assert len(lines) == 2
+    assert all("0.02 mm" in line for line in lines)
+    change = shifted(("vane", "interlock_right"), [0], [5e-6])
+    both = matched(given(change=change))
+    left, right = (
+        both.vane.points[both.vane.node_sets[f"interlock_{s}"]] for s in ("left", "right")
+    )
+    assert np.abs(left @ turn(SECTORS).T - right).max() < 1e-12 * RADIUS
+
+
+def test_keys_must_meet(given):
+    def change(part):
+        sets = dict(part.node_sets)
+        if part.name == "casing":
+            sets["key"] = np.array([sets["hook_front"][0], sets["hook_rear"][1]])
+        return replace(part, node_sets=sets)
+
+    missing, extra = complaints(lambda: matched(given(change=change)))
+    assert "casing (" in missing
+    assert "key: 1 nodes that meet keys of vane (" in missing
+    assert "key: 1 of its nodes meet no key of vane (" in extra
+
+
+def test_faces_must_be_opposed(given, lattice, tmp_path, write_mesh):
+    """The casing laid over the vane instead of around it: its faces look the same way."""
+    found = given()
+    inside = ring(lattice, "vane")
+    casing = replace(
+        inside,
+        name="casing",
+        node_sets={
+            **{name: inside.node_sets[name] for name in ("hook_front", "hook_rear", "key")},
+            "left": inside.node_sets["interlock_left"],
+            "right": inside.node_sets["interlock_right"],
+            "force": inside.node_sets["accessory"],
+            "accessory": inside.node_sets["accessory"],
+        },
+    )
+    path = tmp_path / "wrong.inp"
+    write_mesh(path, casing)
+    other = own_part(read_mesh(path, "mm"), "casing")
+    lines = complaints(lambda: pair(found.vane(), other, SECTORS))
+    assert len(lines) == 2
+    assert "hook_front: at " in lines[0]
+    assert "the faces are not opposed to those of vane (" in lines[0]
+    assert " 180.0" in lines[0]
+
+
+def test_two_nodes_cannot_share_a_mate():
+    own = np.array([[0.0, 0, 0], [0.001, 0, 0], [1, 0, 0]])
+    other = np.array([[0.0, 0, 0], [1, 0, 0]])
+
+    def told(own, other):
+        names = (lambda i: f"own {i}", lambda i: f"other {i}")
+        return mates(own, other, 0.01, ("A", "B"), names)[1]
+
+    assert told(own, other) == ["A: own 0 and own 1 both meet other 0 of B"]
+    assert told(other, own) == ["B: other 1 lies where another one meets A"]
+    assert told(own[[0, 2]], other) == []
+
+
+@pytest.mark.parametrize(
+    ("sets", "told"),
+    [
+        ({"accessory": "absent"}, "no set absent for vane.accessory; it has "),
+        ({"key": [1, 2]}, "belongs to no solid element"),
+        ({"accessory": "hollow"}, "it has no nodes"),
+        ({"key": "accessory"}, "belongs to neither hook: its nodes must be some of theirs"),
+        ({"fixed": "interlock_left"}, "is in the sets fixed and interlock_left, which must not"),
+        (
+            {"interlock_left": "interlock_right"},
+            "is in the sets interlock_left and interlock_right",
+        ),
+    ],
+)
+def test_sets_are_checked(tmp_path, lattice, write_mesh, sets, told):
+    part = ring(lattice, "vane")
+    path = tmp_path / "vane.inp"
+    write_mesh(path, part)
+    path.write_text(path.read_text() + "*NSET, NSET=hollow\n")
+    (line,) = complaints(lambda: own_part(read_mesh(path, "mm"), "vane", sets))
+    assert line.startswith(str(path))
+    assert told in line
+
+
+def test_set_with_a_node_of_no_element_is_refused(tmp_path, lattice, write_mesh):
+    path = tmp_path / "vane.inp"
+    write_mesh(path, ring(lattice, "vane"))
+    text = path.read_text().replace("*NODE\n", "*NODE\n7, 0., 0., 0.\n")
+    path.write_text(text + "*NSET, NSET=accessory\n7\n")
+    (line,) = complaints(lambda: own_part(read_mesh(path, "mm"), "vane"))
+    assert line.endswith("set ACCESSORY: 1 of its nodes belong to no solid element, such as 7")
+
+
+def test_interlock_sets_are_needed_only_with_contacts(tmp_path, lattice, write_mesh):
+    part = ring(lattice, "vane")
+    names = ("hook_front", "hook_rear", "key", "accessory")
+    path = tmp_path / "vane.inp"
+    write_mesh(path, replace(part, node_sets={name: part.node_sets[name] for name in names}))
+    found = own_part(read_mesh(path, "mm"), "vane", interlock=False)
+    assert set(found.node_sets) == set(names)
+    (line,) = complaints(lambda: own_part(read_mesh(path, "mm"), "vane"))
+    assert "no set interlock_left for vane.interlock_left" in line
+
+
+def test_normals_of_a_cube(lattice):
+    """Three directions at a corner, two on a side, one on a face, none inside."""
+    part = lattice((2, 2, 2), lambda p: np.array([3, 0, 0]) + p, "hexahedron27")
+    faces = exterior(part.cells, solid(part.cell_type))
+    assert len(faces) == 24
+    places = np.array([[3, 0, 0], [3.5, 0, 0], [3.5, 0.5, 0], [3.5, 0.5, 0.5]])
+    nodes = np.array([np.abs(part.points - p).max(axis=1).argmin() for p in places])
+    found = candidates(part.points, faces, nodes)
+    assert [len(directions) for directions in found] == [3, 2, 1, 0]
+    assert np.abs(np.sort(found[0], axis=0) - np.sort(-np.eye(3), axis=0)).max() < 1e-15
+    below = faces[np.abs(part.points[faces, 2]).max(axis=1) < 1e-12]
+    only = candidates(part.points, below, nodes[:1])  # the faces of a set of faces
+    assert np.abs(only[0] - [[0, 0, -1]]).max() < 1e-15
+
+
+def test_opposed_pairs():
+    x, y, z = np.eye(3)
+    normal, off, several = opposed(np.array([x, y]), np.array([-y, z]))
+    assert np.array_equal(normal, y)
+    assert (off, several) == (0.0, False)
+    assert opposed(np.array([x, y]), np.array([-y, -x]))[2]
+    tilt = np.array([np.cos(0.1), np.sin(0.1), 0])
+    normal, off, _ = opposed(np.array([x]), np.array([-tilt]))
+    assert off == pytest.approx(np.degrees(0.1))
+    assert normal @ x == pytest.approx(np.cos(0.05), rel=1e-14)
+    assert opposed(np.empty((0, 3)), np.array([x]))[1] == 180.0
+
+
+def test_frames_are_right_handed():
+    random = np.random.default_rng(0).normal(size=(50, 3))
+    normal = random / np.linalg.norm(random, axis=1)[:, None]
+    x, y = (np.broadcast_to(axis, normal.shape) for axis in np.eye(3)[:2])
+    found = frames(normal, x, y)
+    assert np.abs(found @ found.transpose(0, 2, 1) - np.eye(3)).max() < 1e-14
+    assert np.abs(np.linalg.det(found) - 1).max() < 1e-14
+    near = np.abs(normal[:, 0]) > np.cos(np.pi / 4)
+    assert 0 < near.sum() < 50
+    assert np.abs(found[~near, 1] @ np.eye(3)[0] - np.sqrt(1 - normal[~near, 0] ** 2)).max() < 1e-14
+    assert (found[near, 1, 1] > 0).all()
+
+
+@pytest.mark.parametrize(
+    ("vane", "casing"), [(".bdf", ".inp"), (".gmsh.msh", ".bdf"), (".inp", ".msh")]
+)
+@pytest.mark.slow
+def test_same_frequencies_from_files(tmp_path, coarse, reference, write_mesh, vane, casing):
+    """The scene's own meshes through files: sets, frames, and ten frequencies at ND 1."""
+    read = []
+    for part, ending in zip(coarse, (vane, casing), strict=True):
+        path = tmp_path / f"{part.name}{ending}"
+        called = write_mesh(path, part)
+        read.append(own_part(read_mesh(path, "mm"), part.name, called))
+    both = pair(*read, coarse[0].sectors)
+    for made, found in zip(coarse, (both.vane, both.casing), strict=True):
+        for name, nodes in made.node_sets.items():
+            own, other = made.points[nodes], found.points[found.node_sets[name]]
+            place = np.linalg.norm(own[:, None] - other, axis=2)
+            assert place.min(axis=1).max() < 1e-13
+            assert len(own) == len(other)
+            if name in made.frames:
+                ordered = found.frames[name][place.argmin(axis=1)]
+                assert np.abs(ordered - made.frames[name]).max() < 1e-9
+    assert np.abs(frequencies(both.vane, both.casing) / reference - 1).max() < 1e-10
+
+
+STEEL = fem.Material(E=170e9, nu=0.3, rho=8200)
+JOINTS = (
+    rom.Joint("hook", kn=1.67e7, kt=0.7e7, mu=0.3, interference=20e-6),
+    rom.Joint("interlock", kn=1e6, kt=0.4e6, mu=0.15, interference=2e-6),
+)
+
+
+def frequencies(vane, casing):
+    """First ten of the joined sector at one nodal diameter, Hz, nothing reduced."""
+    models = (fem.assemble(part, STEEL) for part in (vane, casing))
+    omega2, _ = fem.eigenpairs(*rom.unreduced(*models, JOINTS, 1), 10)
+    return np.sqrt(omega2) / (2 * np.pi)
+
+
+@pytest.fixture(scope="module")
+def reference(coarse):
+    """Those of the program's own meshes."""
+    return frequencies(*coarse)
