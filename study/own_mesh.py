@@ -117,9 +117,12 @@ class OwnCasing(OwnMesh):
         return tuple(CasingDimensions.model_fields)
 
 
+_OWN_KEYS = {*OwnMesh.model_fields, "sets"}
+
+
 def _kind(value: object) -> str:
-    given = isinstance(value, OwnMesh) or (isinstance(value, dict) and "mesh" in value)
-    return OWN if given else DIMENSIONS
+    given = isinstance(value, dict) and not _OWN_KEYS.isdisjoint(value)
+    return OWN if given or isinstance(value, OwnMesh) else DIMENSIONS
 
 
 Vane = Annotated[
@@ -154,5 +157,5 @@ def refuse_without_dimensions(study: Any) -> None:
         raise ValueError(f'joints.interlock.patch = "area": {why}')
     if casing and study.mesh.face_nodes is not None:
         raise ValueError(f"mesh.face_nodes = {study.mesh.face_nodes}: casing.mesh is given")
-    if vane and casing and "hook" in study.vane.model_fields_set:
+    if vane and casing and study.vane.hook != HookDimensions():
         raise ValueError("vane.hook: both parts are given as meshes, so it has no use")

@@ -88,12 +88,12 @@ def test_ring_sectors_meet(given, cell_type):
     for name in ("hook_front", "hook_rear", "key"):
         own, other = vane.points[vane.node_sets[name]], casing.points[casing.node_sets[name]]
         assert np.array_equal(own, other)
-    for part, left, right in (
+    for part, one, other_name in (
         (vane, "interlock_left", "interlock_right"),
         (casing, "left", "right"),
     ):
-        images = part.points[part.node_sets[left]] @ onto
-        assert np.abs(images - part.points[part.node_sets[right]]).max() < 1e-12 * RADIUS
+        images = part.points[part.node_sets[one]] @ onto
+        assert np.abs(images - part.points[part.node_sets[other_name]]).max() < 1e-12 * RADIUS
     for name in ("hook_front", "hook_rear"):
         places = vane.points[vane.node_sets[name]]
         angle = np.arctan2(places[:, 1], places[:, 0])
@@ -104,13 +104,13 @@ def test_ring_sectors_meet(given, cell_type):
         sign = np.array([-1.0, 1.0, -1.0])[:, None]
         assert np.abs(casing.frames[name] - sign * wanted).max() < 1e-12
     half = np.pi / SECTORS
-    left = [
+    wanted_left = [
         [-np.sin(half), -np.cos(half), 0],
         [np.cos(half), -np.sin(half), 0],
         [0, 0, 1],
     ]
-    assert np.abs(vane.frames["interlock_left"] - left).max() < 1e-12
-    right = np.array([-1.0, 1.0, -1.0])[:, None] * np.array(left) @ onto
+    assert np.abs(vane.frames["interlock_left"] - wanted_left).max() < 1e-12
+    right = np.array([-1.0, 1.0, -1.0])[:, None] * np.array(wanted_left) @ onto
     assert np.abs(vane.frames["interlock_right"] - right).max() < 1e-12
 
 
