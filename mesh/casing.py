@@ -11,7 +11,7 @@ from vanelock.mesh.averages import hook_averages
 from vanelock.mesh.bosses import add_bosses, check_meshable, divide_bosses
 from vanelock.mesh.cyclic_face import divide_face
 from vanelock.mesh.dimensions import CasingDimensions, HookDimensions, VaneDimensions
-from vanelock.mesh.extract import generate, matching, nodes_on, place
+from vanelock.mesh.extract import along, generate, matching, nodes_on, place
 from vanelock.mesh.fillets import check_resolved
 from vanelock.mesh.fit import check_casing
 from vanelock.mesh.kernel import session
@@ -30,7 +30,7 @@ def casing_sector(
     overlap: tuple[float, float] | None = None,
     face_nodes: int | None = None,
 ) -> Part:
-    """Mesh one casing sector with straight-sided quadratic tetrahedra.
+    """Mesh one casing sector with curved quadratic tetrahedra.
 
     Parameters
     ----------
@@ -54,7 +54,7 @@ def casing_sector(
     -------
     Part
         "casing", with the sets `hook_front`, `hook_rear` and `key` (in the order of the vane's,
-        at the same places), `left` and `right` (matched), `fixed` (both end faces), `force` (16 by
+        at the same places), `left` and `right` (matched), `fixed` (both end faces), `force` (by
         ascending angle) and `accessory` (3 outside, above the front rail). Frames and contact
         patches for both hooks.
 
@@ -70,7 +70,8 @@ def casing_sector(
     length = element_size(size, "casing")
     check_resolved("casing", dimensions.fillet, length)
     check_meshable(dimensions, length)
-    bands = sets.hook_bands(hook, sectors)
+    step = sets.band_pieces(hook, sectors, length)
+    bands = sets.hook_bands(hook, sectors, step)
     force = sets.force_points(dimensions, sectors)
     accessory = sets.casing_accessory_points(dimensions, sectors)
     outline = casing_outline(dimensions, hook)
@@ -83,7 +84,7 @@ def casing_sector(
         )
         left_tag, right_tag = occ.end_faces(gmsh, np.pi / sectors)
         for tag in band_tags:
-            gmsh.model.mesh.setTransfiniteCurve(tag, sets.HOOK_CORNERS)
+            gmsh.model.mesh.setTransfiniteCurve(tag, bands.shape[1] // 2 + 1)
         occ.grade_fillets(gmsh, dimensions.fillet, length)
         divide_bosses(gmsh, dimensions, length)
         affine = np.eye(4)
@@ -106,11 +107,11 @@ def casing_sector(
         )
     names = ("front roof", "front lip", "rear roof", "rear lip")
     rows = [
-        matching(mesh.points, nodes, band, f"casing hook {name}")
+        along(mesh.points, nodes, band, f"casing hook {name}")
         for name, nodes, band in zip(names, on, bands, strict=True)
     ]
-    loaded = matching(mesh.points, at[: sets.FORCES], force, "casing force")
-    outputs = matching(mesh.points, at[sets.FORCES :], accessory, "casing accessory")
+    loaded = matching(mesh.points, at[: len(force)], force, "casing force")
+    outputs = matching(mesh.points, at[len(force) :], accessory, "casing accessory")
     if face_nodes is not None and len(left) != face_nodes:
         raise InputError(
             f"mesh.face_nodes = {face_nodes}: the casing got {len(left)}: choose another mesh.size"
@@ -119,10 +120,12 @@ def casing_sector(
     right = matching(mesh.points, right, turned, "casing right")
     points = place(
         mesh,
-        np.concatenate([*rows, loaded, outputs, right]),
-        np.concatenate([*bands, force, accessory, turned]),
+        np.concatenate([*rows, loaded, outputs]),
+        np.concatenate([*bands, force, accessory]),
+        images=(left, right, turn(sectors)),
     )
-    frames = sets.hook_frames(bands, -1.0)
+    rows = [row[::step] for row in rows]
+    frames = sets.hook_frames(sets.hook_bands(hook, sectors), -1.0)
     part = Part(
         name="casing",
         points=points,

@@ -8,7 +8,7 @@ at an engine's speed.
 from itertools import pairwise
 from typing import Any, Self
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import BaseModel, ConfigDict, Field, field_validator, model_validator
 
 from vanelock.quantities import Angle, Length
 
@@ -27,6 +27,17 @@ def _resolvable(fillet: float) -> None:
     """Refuse a radius that only a mesh of many slivers could follow."""
     if 0 < fillet < CLEARANCE:
         raise ValueError(f"fillet = {fillet:g} m: must be 0 or at least {CLEARANCE:g} m")
+
+
+def _count(default: int, least: int, description: str) -> Any:
+    return Field(default, ge=least, le=201, description=description)
+
+
+def _odd(value: int, what: str) -> int:
+    """A number of nodes with one in the middle and an element's end at both ends."""
+    if value % 2 == 0:
+        raise ValueError(f"number of {what} must be odd")
+    return value
 
 
 def _ascending(model: BaseModel, *names: str) -> None:
@@ -63,7 +74,13 @@ class HookDimensions(Dimensions):
         le=0.99,
         description="length of a contact band as a fraction of the pitch",
     )
+    band_nodes: int = _count(15, 3, "contact nodes along a band, an odd number")
     mid_plane: Length = _length(0.100, "axial position of the plane that mirrors the hooks")
+
+    @field_validator("band_nodes")
+    @classmethod
+    def _has_a_middle(cls, value: int) -> int:
+        return _odd(value, "contact nodes along a band")
 
     @model_validator(mode="after")
     def _ordered(self) -> Self:
@@ -78,7 +95,9 @@ class VaneDimensions(Dimensions):
     aerofoils: int = Field(default=4, ge=1, le=12, description="aerofoils per segment")
     chord: Length = _length(0.047, "chord of an aerofoil", 0.5)
     thickness: Length = _length(0.0045, "thickness of an aerofoil at mid-chord", 0.1)
-    edge_thickness: Length = _length(0.0022, "thickness of an aerofoil at its edges", 0.1)
+    edge_thickness: Length = _length(
+        0.0022, "thickness of an aerofoil where its rounded edges begin", 0.1
+    )
     camber: float = Field(
         default=0.12,
         ge=0,
@@ -86,7 +105,23 @@ class VaneDimensions(Dimensions):
         description="height of the camber line as a fraction of the chord",
     )
     stagger: Angle = Field(
-        default=35.0, ge=-70, le=70, description="angle between the chord and the engine axis [deg]"
+        default=35.0,
+        ge=-70,
+        le=70,
+        description="angle between the chord at mid-span and the engine axis [deg]",
+    )
+    twist: Angle = Field(
+        default=0.0,
+        ge=-40,
+        le=40,
+        description="stagger at the outer shroud minus that at the inner one [deg]",
+    )
+    lean: Angle = Field(
+        default=0.0,
+        ge=-30,
+        le=30,
+        description="angle of the aerofoils' stacking line against the radial direction, "
+        "circumferentially, about mid-span [deg]",
     )
     inner_shroud_inner_radius: Length = _length(0.410, "inner radius of the inner shroud")
     inner_shroud_outer_radius: Length = _length(0.432, "outer radius of the inner shroud")
@@ -96,6 +131,9 @@ class VaneDimensions(Dimensions):
         ge=-60,
         le=60,
         description="angle between the interlock faces and the engine axis [deg]",
+    )
+    interlock_nodes: int = _count(
+        5, 3, "contact nodes along an interlock face's long edges, an odd number"
     )
     outer_shroud_inner_radius: Length = _length(0.567, "inner radius of the outer shroud")
     outer_shroud_outer_radius: Length = _length(0.573, "outer radius of the outer shroud")
@@ -111,6 +149,11 @@ class VaneDimensions(Dimensions):
     leg_rear: Length = _length(0.0885, "axial position of the front leg's and foot's rear face")
     fillet: Length = _fillet("radius of the concave corners of the hooks: leg and foot")
     hook: HookDimensions = HookDimensions()
+
+    @field_validator("interlock_nodes")
+    @classmethod
+    def _has_a_middle(cls, value: int) -> int:
+        return _odd(value, "contact nodes along an interlock face's long edges")
 
     @model_validator(mode="after")
     def _possible(self) -> Self:
@@ -161,6 +204,7 @@ class CasingDimensions(Dimensions):
     boss_diameter: Length = _length(0.025, "diameter of a strut boss", 1.0)
     boss_height: Length = _length(0.010, "height of a strut boss outside the shell", 1.0)
     boss_position: Length = _length(0.035, "axial position of the strut bosses")
+    force_nodes: int = _count(16, 1, "loaded nodes around the shell's outside")
 
     @model_validator(mode="after")
     def _possible(self) -> Self:

@@ -9,10 +9,15 @@ from scipy.spatial import cKDTree
 
 from vanelock.errors import InputError
 from vanelock.mesh.occ import TOLERANCE
+from vanelock.mesh.tetrahedra import jacobian_bounds
 
 TETRA10 = 11  # gmsh's number of the element type
 # gmsh and meshio (VTK) number the last two edges of the tetrahedron in opposite order.
 _MESHIO_ORDER = [0, 1, 2, 3, 4, 5, 6, 7, 9, 8]
+LEAST_JACOBIAN = 0.1
+"""Of a curved element, against the straight one; below, its sides are straightened."""
+RELAXED = (0.8,) * 10 + (0.0,) * 10
+"""Shares of the bow that sides keep, round by round."""
 EDGES = [(0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3)]  # corners of nodes 4 to 9, meshio's order
 
 
@@ -30,7 +35,7 @@ class Mesh:
 
 
 def generate(gmsh: Any, size: float) -> Mesh:
-    """Mesh the current model with straight-sided quadratic tetrahedra no larger than `size`, m."""
+    """Mesh the current model with curved quadratic tetrahedra no larger than `size`, m."""
     gmsh.option.setNumber("Mesh.MeshSizeMax", size)
     gmsh.model.mesh.generate(3)
     # Generation leaves slivers in fine meshes.
@@ -61,6 +66,7 @@ def matching(
     candidates: NDArray[np.int64],
     places: NDArray[np.float64],
     what: str,
+    tolerance: float = TOLERANCE,
 ) -> NDArray[np.int64]:
     """The candidates in the order of the places (k, 3) where they must lie, one each.
 
@@ -70,24 +76,66 @@ def matching(
     Raises
     ------
     InputError
-        If their count differs, or a place has no candidate within the kernel's tolerance.
+        If their count differs, or a place has no candidate within the tolerance, m.
     """
     if len(candidates) != len(places):
         raise InputError(f"{what}: {len(candidates)} nodes, expected {len(places)}")
     distance, nearest = cKDTree(points[candidates]).query(places)
-    if distance.max() > TOLERANCE:
+    if distance.max() > tolerance:
         raise InputError(f"{what}: a node lies {distance.max():.2g} m off its place")
     if len(np.unique(nearest)) != len(places):
         raise InputError(f"{what}: two places share a node")
     return np.asarray(candidates[nearest])
 
 
-def place(mesh: Mesh, nodes: NDArray[np.int64], places: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Points (n, 3) with nodes moved to their exact places and mid-side nodes on their chords."""
+def along(
+    points: NDArray[np.float64],
+    candidates: NDArray[np.int64],
+    places: NDArray[np.float64],
+    what: str,
+) -> NDArray[np.int64]:
+    """Like `matching`, for nodes that the kernel spread over a curve in its own measure."""
+    spacing = np.linalg.norm(np.diff(places, axis=0), axis=1).min()
+    return matching(points, candidates, places, what, 0.2 * float(spacing))
+
+
+def place(
+    mesh: Mesh,
+    nodes: NDArray[np.int64],
+    places: NDArray[np.float64],
+    images: tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.float64]] | None = None,
+) -> NDArray[np.float64]:
+    """Points (n, 3) with nodes moved to their exact places and no element folded.
+
+    Mid-side nodes lie on the geometry's surfaces. Where that would distort an element, they go
+    back towards their chord, as far as needed, those with an exact place apart.
+
+    Parameters
+    ----------
+    mesh : Mesh
+    nodes, places
+        Nodes (k,) and where they belong (k, 3), m.
+    images : (left, right, turn), optional
+        Nodes of two faces, of which the second is the first one turned by a rotation (3, 3).
+    """
     points = mesh.points.copy()
     points[nodes] = places
-    for middle, (start, end) in enumerate(EDGES, start=4):
-        points[mesh.cells[:, middle]] = 0.5 * (
-            points[mesh.cells[:, start]] + points[mesh.cells[:, end]]
-        )
+    middle = np.full((len(points), 2), -1)
+    for k, ends in enumerate(EDGES, start=4):
+        middle[mesh.cells[:, k]] = mesh.cells[:, ends]
+    free = middle[:, 0] >= 0
+    free[nodes] = False
+    if images is not None:
+        left, right, turn = images
+        free[right] = False
+    for share in RELAXED:
+        if images is not None:
+            points[right] = points[left] @ turn.T
+        folded = jacobian_bounds(points, mesh.cells) < LEAST_JACOBIAN
+        eased = np.unique(mesh.cells[folded][:, 4:])
+        if images is not None:
+            eased = np.union1d(eased, left[np.isin(right, eased)])
+        eased = eased[free[eased]]
+        chords = points[middle[eased]].mean(axis=1)
+        points[eased] = chords + share * (points[eased] - chords)
     return points

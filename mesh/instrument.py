@@ -1,5 +1,6 @@
 """Places on an aerofoil's surface, as an engineer names them for a strain gauge."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Literal, get_args
 
@@ -11,6 +12,8 @@ from vanelock.errors import InputError
 from vanelock.mesh.aerofoil import angles, outline
 from vanelock.mesh.dimensions import VaneDimensions
 
+STEP = 1e-5
+"""Of the station, for the direction along the profile."""
 Side = Literal["suction", "pressure"]
 
 
@@ -50,12 +53,13 @@ def on_aerofoil(
     span : float
         From 0 at the inner shroud to 1 at the outer shroud.
     chord : float
-        From 0 at the leading edge to 1 at the trailing edge.
+        From 0 where the rounded leading edge ends to 1 where the trailing one begins.
     side : "suction" or "pressure"
         The convex or the concave side.
     direction : "span", "chord" or float
-        Along the aerofoil's radial axis, along the profile towards the trailing edge, or the angle
-        from the former towards the latter, degrees.
+        Along the straight line that rules the surface there, which is radial without lean and
+        twist; along the profile towards the trailing edge; or the angle from the former towards
+        the latter, degrees.
 
     Raises
     ------
@@ -75,20 +79,38 @@ def on_aerofoil(
         )
     degrees = {"span": 0.0, "chord": 90.0}[direction] if isinstance(direction, str) else direction
 
-    step = 1e-4
-    stations = 2 * chord - 1 + np.array([-step, 0.0, step])  # a parabola: exact differences
-    before, (across, axial), after = outline(vane, stations)[get_args(Side).index(side)]
-    tangent = (after - before) / np.linalg.norm(after - before)
-    normal = np.array([tangent[1], -tangent[0]]) * (1 if side == "suction" else -1)
-    # The shrouds are cylinders, the aerofoil a prism that stands off their axis by `across`.
+    turn = rotation(angles(vane, sectors)[aerofoil - 1])
+    side_number, station = get_args(Side).index(side), 2 * chord - 1
+
+    def surface(along: float, s: float) -> NDArray[np.float64]:
+        across, axial = outline(vane, np.array([s]), along)[side_number, 0]
+        return np.array([along, across, axial])
+
+    # Straight lines rule the surface; the shrouds that end them are cylinders.
     inner, outer = (
-        np.sqrt(radius**2 - across**2)
+        _reaches(radius, lambda along: surface(along, station))
         for radius in (vane.inner_shroud_outer_radius, vane.outer_shroud_inner_radius)
     )
-    turn = rotation(angles(vane, sectors)[aerofoil - 1])
+    spanwise = surface(outer, station) - surface(inner, station)
+    position = surface(inner, station) + span * spanwise
+    spanwise /= np.linalg.norm(spanwise)
+    tangent = surface(position[0], station + STEP) - surface(position[0], station - STEP)
+    tangent /= np.linalg.norm(tangent)
+    normal = np.cross(spanwise, tangent) * (-1 if side == "suction" else 1)
+    normal /= np.linalg.norm(normal)
+    position[2] += vane.hook.mid_plane
     angle = np.radians(degrees)
-    return AerofoilPoint(
-        turn @ [inner + span * (outer - inner), across, vane.hook.mid_plane + axial],
-        turn @ [np.cos(angle), *(np.sin(angle) * tangent)],
-        turn @ [0.0, *normal],
-    )
+    if direction == "chord":
+        chosen = tangent
+    else:
+        aside = tangent - (tangent @ spanwise) * spanwise
+        chosen = np.cos(angle) * spanwise + np.sin(angle) * aside / np.linalg.norm(aside)
+    return AerofoilPoint(turn @ position, turn @ chosen, turn @ normal)
+
+
+def _reaches(radius: float, surface: Callable[[float], NDArray[np.float64]]) -> float:
+    """Where along the radial axis a line of the surface reaches a distance from the engine's."""
+    along = radius
+    for _ in range(30):
+        along = float(np.sqrt(radius**2 - surface(along)[1] ** 2))
+    return along

@@ -29,13 +29,13 @@ _session = threading.Lock()
 _OPTIONS = {
     "General.Terminal": 0,
     "General.NumThreads": 1,  # the same mesh, bit for bit, on every machine and in every call
-    "Geometry.OCCUnionUnify": 0,  # keeps the pieces of an arc, which the mesh must follow
+    "Geometry.OCCUnionUnify": 0,  # no faces or edges merge that the geometry tells apart
     "Mesh.RandomSeed": 1,
     "Mesh.Algorithm": 5,  # Delaunay on surfaces
     "Mesh.Algorithm3D": 10,  # HXT: a fifth fewer nodes than Delaunay at the same size and error
     "Mesh.MeshSizeFromPoints": 0,
     "Mesh.MeshSizeFromCurvature": 0,
-    "Mesh.SecondOrderLinear": 1,  # straight-sided: mid-side nodes on the chord
+    "Mesh.SecondOrderLinear": 0,  # mid-side nodes on the geometry
 }
 
 

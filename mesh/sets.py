@@ -1,7 +1,7 @@
 """Where the nodes of the named sets lie, and the contact frames there, in closed form.
 
-The sector spans the angles -π/N to π/N. Elements are straight-sided, so a node between two
-corner nodes lies on their chord.
+The sector spans the angles -π/N to π/N. Contact nodes lie evenly along their curves, every one of
+them or every second, third, ... node of the mesh there.
 """
 
 import numpy as np
@@ -10,9 +10,26 @@ from numpy.typing import NDArray
 from vanelock.cyclic import rotation, turn
 from vanelock.mesh.dimensions import CasingDimensions, HookDimensions, VaneDimensions
 
-HOOK_CORNERS = 8  # corner nodes of a hook's band; with those between them, 15
-INTERLOCK_CORNERS = 3  # of a row on an interlock face; with those between them, 5
-FORCES = 16
+STRETCH = 1.25
+"""How much longer than other elements those along a row of contact nodes may be."""
+
+
+def pieces(length: float, nodes: int, size: float) -> int:
+    """Mesh nodes from one contact node to the next along a curve, so that its elements fit.
+
+    An element has a node in its middle, so that two contact nodes' distances make one element, or
+    two, three, ...
+
+    Parameters
+    ----------
+    length : float
+        Of the curve, m.
+    nodes : int
+        Contact nodes on it, an odd number.
+    size : float
+        Largest element edge, m.
+    """
+    return max(1, int(np.ceil(2 * length / (nodes - 1) / (STRETCH * size) - 1e-9)))
 
 
 def cylindrical(
@@ -25,28 +42,33 @@ def cylindrical(
     )
 
 
-def with_chords(corners: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Put the middle of each chord between its corners: (k, 3) to (2k - 1, 3)."""
-    nodes = np.empty((2 * len(corners) - 1, 3))
-    nodes[::2] = corners
-    nodes[1::2] = 0.5 * (corners[:-1] + corners[1:])
-    return nodes
+def band_pieces(hook: HookDimensions, sectors: int, size: float) -> int:
+    """Mesh nodes from one contact node of a hook's band to the next, see `pieces`."""
+    length = hook.band_extent * 2 * np.pi / sectors * hook.roof_radius
+    return pieces(length, hook.band_nodes, size)
 
 
-def hook_bands(hook: HookDimensions, sectors: int) -> NDArray[np.float64]:
+def hook_bands(hook: HookDimensions, sectors: int, pieces: int = 1) -> NDArray[np.float64]:
     """Nodes of the four contact bands, each by ascending angle.
+
+    Parameters
+    ----------
+    hook : HookDimensions
+    sectors : int
+    pieces : int
+        With 2, 3, ... the places include those of the mesh's nodes between the contact nodes.
 
     Returns
     -------
-    (4, 15, 3) float
+    (4, (band_nodes - 1)·pieces + 1, 3) float
         Front roof, front lip, rear roof, rear lip, m.
     """
     half = hook.band_extent * np.pi / sectors
-    angle = np.linspace(-half, half, HOOK_CORNERS)
+    angle = np.linspace(-half, half, (hook.band_nodes - 1) * pieces + 1)
     rear = 2 * hook.mid_plane - hook.band_position
     return np.array(
         [
-            with_chords(cylindrical(radius, angle, z))
+            cylindrical(radius, angle, z)
             for z in (hook.band_position, rear)
             for radius in (hook.roof_radius, hook.lip_radius)
         ]
@@ -61,14 +83,14 @@ def hook_frames(bands: NDArray[np.float64], outward: float) -> NDArray[np.float6
 
     Parameters
     ----------
-    bands : (4, 15, 3) float
+    bands : (4, n, 3) float
         Nodes.
     outward : float
         +1 for the vane, whose normal at the roof is +e_r; -1 for the casing.
 
     Returns
     -------
-    (4, 15, 3, 3) float
+    (4, n, 3, 3) float
     """
     angle = np.arctan2(bands[..., 1], bands[..., 0])
     sign = outward * np.array([1.0, -1.0, 1.0, -1.0])[:, None]  # roof, lip, roof, lip
@@ -104,29 +126,53 @@ def opposite(frames: NDArray[np.float64], sectors: int) -> NDArray[np.float64]:
     return np.asarray(reversed_ @ turn(sectors).T)
 
 
-def interlock_rows(vane: VaneDimensions, sectors: int) -> NDArray[np.float64]:
+def interlock_pieces(vane: VaneDimensions, size: float) -> int:
+    """Mesh nodes from one contact node of an interlock row to the next, see `pieces`."""
+    width = 2 * (vane.hook.mid_plane - vane.inner_shroud_front)
+    length = width / np.cos(np.radians(vane.interlock_slant))
+    return pieces(length, vane.interlock_nodes, size)
+
+
+def interlock_rows(vane: VaneDimensions, sectors: int, pieces: int = 1) -> NDArray[np.float64]:
     """Nodes of the left interlock face, on its two long edges, each by ascending z.
+
+    Parameters
+    ----------
+    vane : VaneDimensions
+    sectors : int
+    pieces : int
+        With 2, 3, ... the places include those of the mesh's nodes between the contact nodes.
 
     Returns
     -------
-    (2, 5, 3) float
+    (2, (interlock_nodes - 1)·pieces + 1, 3) float
         The row at the inner radius, then the one at the outer radius, m.
     """
-    slant = np.radians(vane.interlock_slant)
     mid = vane.hook.mid_plane
-    axial = np.linspace(vane.inner_shroud_front - mid, mid - vane.inner_shroud_front, 3)
-    rows = []
-    for radius in (vane.inner_shroud_inner_radius, vane.inner_shroud_outer_radius):
-        # A point a of the plane's own axial direction further on lies a·sin γ off the radius.
-        across = axial * np.tan(slant)
-        corners = np.stack([np.sqrt(radius**2 - across**2), across, mid + axial], axis=-1)
-        rows.append(with_chords(corners @ rotation(-np.pi / sectors).T))
-    return np.array(rows)
+    half = mid - vane.inner_shroud_front
+    axial = np.linspace(-half, half, (vane.interlock_nodes - 1) * pieces + 1)
+    return np.array(
+        [
+            interlock_edge(vane, sectors, radius, axial)
+            for radius in (vane.inner_shroud_inner_radius, vane.inner_shroud_outer_radius)
+        ]
+    )
+
+
+def interlock_edge(
+    vane: VaneDimensions, sectors: int, radius: float, axial: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Points (k, 3) where the left interlock plane cuts a cylinder, at heights from mid-plane."""
+    # The plane holds the radial direction of its angle, and leans across by the slant.
+    across = axial * np.tan(np.radians(vane.interlock_slant))
+    local = [np.sqrt(radius**2 - across**2), across, vane.hook.mid_plane + axial]
+    return np.asarray(np.stack(local, axis=-1) @ rotation(-np.pi / sectors).T)
 
 
 def force_points(casing: CasingDimensions, sectors: int) -> NDArray[np.float64]:
-    """Loaded nodes, evenly around the ring on the shell's outside at mid-length: (16, 3) m."""
-    angle = np.pi / sectors * ((2 * np.arange(FORCES) + 1) / FORCES - 1)
+    """Loaded nodes, evenly around the ring on the shell's outside at mid-length: (k, 3) m."""
+    count = casing.force_nodes
+    angle = np.pi / sectors * ((2 * np.arange(count) + 1) / count - 1)
     return cylindrical(casing.outer_radius, angle, 0.5 * casing.length)
 
 

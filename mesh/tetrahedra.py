@@ -12,7 +12,6 @@ from vanelock.mesh.part import Part
 # Corners of the reference tetrahedron, then the middles of its edges in meshio's order.
 _CORNERS = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
 EDGES = np.array([(0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3)])
-_NODES = np.concatenate([_CORNERS, _CORNERS[EDGES].mean(axis=1)])
 _FACES = np.array([[1, 1, 1], [0, 1, 1], [1, 0, 1], [1, 1, 0]]) / 3  # centroids
 CORNER_SLOPES = np.array([[-1.0, -1, -1], [1, 0, 0], [0, 1, 0], [0, 0, 1]])  # of the four corners
 _REGULAR = np.array([[1, 0.5, 0.5], [0, np.sqrt(3) / 2, np.sqrt(3) / 6], [0, 0, np.sqrt(2 / 3)]])
@@ -32,8 +31,8 @@ class Quality:
         Smallest of the elements' `jacobian_bounds`: 1 if all are straight-sided and the right way
         round; if it is positive, no element is inverted anywhere.
     smallest_sicn : float
-        Smallest signed inverse condition number of the elements, 1 for a regular tetrahedron and
-        negative for an inverted one.
+        Smallest signed inverse condition number of the tetrahedra that the elements' corners span,
+        1 for a regular one, near 0 for a sliver and negative for an inverted one.
     """
 
     nodes: int
@@ -46,9 +45,9 @@ class Quality:
 def quality(part: Part) -> Quality:
     """Figures of a mesh of tetrahedra, straight or curved.
 
-    Condition numbers are taken at every node of every element. The volume is exact: the determinant
-    of a quadratic element is a cubic, which corners and centroids of the faces integrate with
-    weights 1/240 and 9/240.
+    The condition number tells slivers, by the corners alone; the Jacobian tells what curved sides
+    do to an element. The volume is exact: the determinant of a quadratic element is a cubic, which
+    corners and centroids of the faces integrate with weights 1/240 and 9/240.
 
     Raises
     ------
@@ -58,8 +57,7 @@ def quality(part: Part) -> Quality:
     if part.cell_type not in ("tetra", "tetra10"):
         raise InputError(f"{part.name}: quality needs tetrahedra, not {part.cell_type}")
     points, cells = part.points, part.cells
-    J = jacobians(points, cells, _NODES[: cells.shape[1]])
-    A = J @ np.linalg.inv(_REGULAR)
+    A = jacobians(points, cells[:, :4], _CORNERS[:1])[:, 0] @ np.linalg.inv(_REGULAR)
     with np.errstate(divide="ignore", invalid="ignore"):
         # 3 / (|A| |A^-1|), with A^-1 = adj(A)/det(A) so that a flat element counts as zero.
         cofactor = np.stack([np.cross(A[..., (k + 1) % 3], A[..., (k + 2) % 3]) for k in range(3)])

@@ -5,16 +5,18 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
 
 from vanelock.cyclic import turn
 from vanelock.errors import InputError
 from vanelock.mesh import aerofoil, occ, sets
 from vanelock.mesh.averages import hook_averages, interlock_averages
 from vanelock.mesh.dimensions import CasingDimensions, VaneDimensions
-from vanelock.mesh.extract import Mesh, generate, matching, nodes_on, place
+from vanelock.mesh.extract import Mesh, along, generate, matching, nodes_on, place
 from vanelock.mesh.fillets import check_resolved
 from vanelock.mesh.fit import check_vane
 from vanelock.mesh.kernel import session
+from vanelock.mesh.noses import half_way
 from vanelock.mesh.part import Part
 from vanelock.mesh.patches import hook_overlap
 from vanelock.mesh.revolved import hooks_outline, inner_shroud_outline
@@ -28,7 +30,7 @@ def vane_segment(
     size: str | float = "medium",
     overlap: tuple[float, float] | None = None,
 ) -> Part:
-    """Mesh one vane segment with straight-sided quadratic tetrahedra.
+    """Mesh one vane segment with curved quadratic tetrahedra.
 
     Parameters
     ----------
@@ -62,8 +64,12 @@ def vane_segment(
     check_vane(dimensions, sectors)
     length = element_size(size, "vane")
     check_resolved("vane", dimensions.fillet, length)
-    bands = sets.hook_bands(dimensions.hook, sectors)
-    left = sets.interlock_rows(dimensions, sectors)
+    steps = (
+        sets.band_pieces(dimensions.hook, sectors, length),
+        sets.interlock_pieces(dimensions, length),
+    )
+    bands = sets.hook_bands(dimensions.hook, sectors, steps[0])
+    left = sets.interlock_rows(dimensions, sectors, steps[1])
     right = left @ turn(sectors).T
     accessory = aerofoil.accessory_points(dimensions, sectors)
     with session("vane") as gmsh:
@@ -76,14 +82,12 @@ def vane_segment(
         )
         row_tags = [_edge(gmsh, row) for side in (left, right) for row in side]
         occ.grade_fillets(gmsh, dimensions.fillet, length)
-        for tag in band_tags:
-            gmsh.model.mesh.setTransfiniteCurve(tag, sets.HOOK_CORNERS)
-        for tag in row_tags:
-            gmsh.model.mesh.setTransfiniteCurve(tag, sets.INTERLOCK_CORNERS)
-        mesh = generate(gmsh, length)
+        for tag, nodes in zip(band_tags + row_tags, [*bands, *left, *right], strict=True):
+            gmsh.model.mesh.setTransfiniteCurve(tag, len(nodes) // 2 + 1)
+        mesh = half_way(gmsh, generate(gmsh, length), dimensions, sectors)
         on = [nodes_on(gmsh, mesh, 1, tag) for tag in band_tags + row_tags]
         at = np.concatenate([nodes_on(gmsh, mesh, 0, tag) for tag in point_tags])
-    part = _part(dimensions, sectors, mesh, on, at, (bands, left, right, accessory))
+    part = _part(dimensions, sectors, mesh, on, at, (bands, left, right, accessory), steps)
     overlap = overlap or hook_overlap(dimensions, CasingDimensions())
     patches = {
         **hook_averages(part, dimensions.hook, overlap),
@@ -99,19 +103,23 @@ def _part(
     on: list[NDArray[np.int64]],
     at: NDArray[np.int64],
     places: tuple[NDArray[np.float64], ...],
+    steps: tuple[int, int],
 ) -> Part:
     bands, left, right, accessory = places
     names = ["hook_front roof", "hook_front lip", "hook_rear roof", "hook_rear lip"]
     names += [f"interlock_{side}" for side in ("left", "left", "right", "right")]
     curves = [*bands, *left, *right]
     rows = [
-        matching(mesh.points, nodes, row, f"vane {name}")
+        along(mesh.points, nodes, row, f"vane {name}")
         for name, nodes, row in zip(names, on, curves, strict=True)
     ]
     tips = matching(mesh.points, at, accessory, "vane accessory")
     points = place(mesh, np.concatenate([*rows, tips]), np.concatenate([*curves, accessory]))
-    hook = sets.hook_frames(bands, 1.0)
-    interlock = np.broadcast_to(sets.interlock_frame(dimensions, sectors), (10, 3, 3)).copy()
+    rows = [row[:: steps[0]] for row in rows[:4]] + [row[:: steps[1]] for row in rows[4:]]
+    hook = sets.hook_frames(sets.hook_bands(dimensions.hook, sectors), 1.0)
+    interlock = np.repeat(
+        sets.interlock_frame(dimensions, sectors)[None], 2 * dimensions.interlock_nodes, axis=0
+    )
     part = Part(
         name="vane",
         points=points,
@@ -169,10 +177,9 @@ def _inner_shroud(gmsh: Any, vane: VaneDimensions, sectors: int) -> occ.Entity:
     waste = []
     for frame in (left, sets.opposite(left, sectors)):
         box = kernel.addBox(0, 0.5 * inner, -0.5 * wide, deep, outer, wide)
-        affine = np.eye(4)
-        affine[:3, :3] = frame.T
-        affine[2, 3] = middle
-        kernel.affineTransform([(3, box)], affine.ravel().tolist())
+        turn = Rotation.from_matrix(frame.T).as_rotvec()
+        kernel.rotate([(3, box)], 0, 0, 0, *turn, np.linalg.norm(turn))
+        kernel.translate([(3, box)], 0, 0, middle)
         waste.append((3, box))
     cut, _ = kernel.cut([ring], waste)
     if len(cut) != 1:
@@ -182,31 +189,46 @@ def _inner_shroud(gmsh: Any, vane: VaneDimensions, sectors: int) -> occ.Entity:
 
 
 def _aerofoils(gmsh: Any, vane: VaneDimensions, sectors: int) -> list[occ.Entity]:
-    """Prisms along their radial axes, from inside the inner to inside the outer shroud."""
+    """Ruled along their radial axes, from inside the inner to inside the outer shroud."""
     kernel = gmsh.model.occ
     start, end = aerofoil.ends(vane)
-    convex, concave = aerofoil.profile(vane)
     solids = []
     for angle in aerofoil.angles(vane, sectors):
-        there, back = (
-            [kernel.addPoint(start, across, vane.hook.mid_plane + z) for across, z in side]
-            for side in (convex, concave[::-1])
-        )
-        loop = kernel.addCurveLoop(
-            [
-                kernel.addSpline(there),
-                kernel.addLine(there[-1], back[0]),
-                kernel.addSpline(back),
-                kernel.addLine(back[-1], there[0]),
-            ]
-        )
-        # The points between a spline's ends are no part of it.
-        kernel.remove([(0, corner) for corner in (*there[1:-1], *back[1:-1])])
-        face = (2, kernel.addPlaneSurface([loop]))
-        swept = kernel.extrude([face], end - start, 0, 0)
+        root = _section(gmsh, vane, start)
+        if vane.twist == 0:
+            shift = np.tan(np.radians(vane.lean)) * (end - start)
+            face = (2, kernel.addPlaneSurface([root]))
+            swept = kernel.extrude([face], end - start, shift, 0)
+        else:
+            tip = _section(gmsh, vane, end)
+            swept = kernel.addThruSections([root, tip], makeSolid=True, makeRuled=True)
         kernel.rotate(swept, 0, 0, 0, 0, 0, 1, angle)
         solids.append(next(entity for entity in swept if entity[0] == 3))
     return solids
+
+
+def _section(gmsh: Any, vane: VaneDimensions, along: float) -> int:
+    """Closed wire around an aerofoil's section, in the frame of its radial axis."""
+    kernel = gmsh.model.occ
+
+    def point(place: NDArray[np.float64]) -> int:
+        tag: int = kernel.addPoint(along, place[0], vane.hook.mid_plane + place[1])
+        return tag
+
+    sides = [[point(p) for p in s] for s in aerofoil.outline(vane, aerofoil.STATIONS, along)]
+    leading, trailing = (point(place) for place in aerofoil.edges(vane, along).control)
+    convex, concave = sides[0], sides[1][::-1]
+    wire: int = kernel.addWire(
+        [
+            kernel.addSpline(convex),
+            kernel.addBezier([convex[-1], trailing, concave[0]]),
+            kernel.addSpline(concave),
+            kernel.addBezier([concave[-1], leading, convex[0]]),
+        ]
+    )
+    # Only the ends of its curves are points of the wire.
+    kernel.remove([(0, tag) for tag in (*convex[1:-1], *concave[1:-1], leading, trailing)])
+    return wire
 
 
 def _edge(gmsh: Any, row: NDArray[np.float64]) -> int:

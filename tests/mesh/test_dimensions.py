@@ -15,7 +15,7 @@ from vanelock.mesh import (
     check_fit,
     vane_segment,
 )
-from vanelock.mesh.aerofoil import profile
+from vanelock.mesh.aerofoil import around
 from vanelock.mesh.size import element_size
 
 
@@ -120,16 +120,16 @@ def test_impossible_dimensions_are_refused(
         ),
         ({"interlock_slant": -20}, {}, 16, "vane.interlock_slant = -20 deg: the outermost"),
         (
-            {"thickness": 0.06},
+            {"stagger": -40},
             {},
             16,
-            "vane.thickness = 0.06 m, vane.interlock_slant = 35 deg: the outermost of 4",
+            "vane.stagger = -40 deg, vane.interlock_slant = 35 deg: the outermost of 4",
         ),
         (
-            {"thickness": 0.095},
+            {"thickness": 0.024},
             {},
             16,
-            "vane.thickness = 0.095 m, vane.inner_shroud_front = 0.07 m: the aerofoils' front",
+            "vane.chord = 0.047 m: must be at least twice vane.thickness = 0.024 m",
         ),
         ({}, {}, 60, "vane.interlock_slant = 35 deg, ring.sectors = 60: the outermost"),
         (
@@ -178,7 +178,7 @@ def test_refused_chord_is_the_one_that_reaches_the_interlock(slant: float) -> No
 
     def distance(chord: float) -> float:
         # Half a turn about the radial axis takes the left end to the right one.
-        points = profile(dimensions.model_copy(update={"chord": chord})).reshape(-1, 2)
+        points = around(dimensions.model_copy(update={"chord": chord}), pieces=24)
         across, axial = np.concatenate([points, -points]).T
         angle = np.pi / 16 * 3 / 4 + np.arctan(across / 0.421)  # of the outermost aerofoil
         x, y = np.hypot(0.421, across) * np.array([np.cos(angle), np.sin(angle)])

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from vanelock.mesh import (
     Part,
     VaneDimensions,
+    aerofoil,
     casing_sector,
     quality,
     vane_segment,
@@ -54,6 +55,22 @@ def boundary(part: Part) -> NDArray[np.int64]:
     return np.asarray(triangles[index[count == 1]])
 
 
+def boundary_sides(part: Part) -> NDArray[np.int64]:
+    """Two corners and the node between them (s, 3) of the sides of boundary triangles."""
+    ends = [(0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3)]
+    triangles = boundary(part)
+    outer = np.sort(triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
+    sides = np.concatenate(
+        [
+            np.column_stack([np.sort(part.cells[:, pair], axis=1), part.cells[:, 4 + k]])
+            for k, pair in enumerate(ends)
+        ]
+    )
+    sides = np.unique(sides, axis=0)
+    code = len(part.points) * sides[:, 0] + sides[:, 1]
+    return np.asarray(sides[np.isin(code, len(part.points) * outer[:, 0] + outer[:, 1])])
+
+
 def vector_areas(part: Part, triangles: NDArray[np.int64]) -> NDArray[np.float64]:
     a, b, c = np.moveaxis(part.points[triangles], 1, 0)
     return np.asarray(0.5 * np.cross(b - a, c - a))
@@ -82,9 +99,10 @@ def ring(inner: float, outer: float, length: float, share: float) -> float:
 
 
 def vane_volume(v: VaneDimensions, sectors: int) -> float:
-    """Volumes of revolution, plus aerofoils of area chord·(edge + 2/3·(thickness - edge))."""
+    """Volumes of revolution, plus aerofoils of the area of their outline's fine polygon."""
     hook, share = v.hook, v.outer_shroud_extent / sectors
-    area = v.chord * (v.edge_thickness + 2 / 3 * (v.thickness - v.edge_thickness))
+    x, y = aerofoil.around(v, pieces=400).T
+    area = 0.5 * abs(np.sum(x * np.roll(y, -1) - y * np.roll(x, -1)))
     return float(
         ring(v.inner_shroud_inner_radius, v.inner_shroud_outer_radius, 0.060, 1 / sectors)
         + ring(v.outer_shroud_inner_radius, v.outer_shroud_outer_radius, 0.080, share)
@@ -101,11 +119,11 @@ def casing_volume(sectors: int) -> float:
 
 
 def test_masses_a_sector_are_the_scene_s() -> None:
-    # Straight sides cut off the sagitta of arcs and of the aerofoils' convex sides.
     vane, casing = vane_segment(), casing_sector()
-    assert quality(vane).volume == pytest.approx(vane_volume(VaneDimensions(), 16), rel=3e-3)
-    assert quality(casing).volume == pytest.approx(casing_volume(16), rel=5e-4)
-    assert 8200 * quality(vane).volume == pytest.approx(4.17, abs=0.01)
+    assert quality(vane).volume == pytest.approx(vane_volume(VaneDimensions(), 16), rel=1e-3)
+    assert quality(casing).volume == pytest.approx(casing_volume(16), rel=1e-8)
+    # The scene's aerofoils were a little shorter: their thickness stood on the chord.
+    assert 8200 * quality(vane).volume == pytest.approx(4.17, abs=0.025)
     assert 8200 * quality(casing).volume == pytest.approx(3.90, abs=0.005)
     assert 3 * len(vane.points) + 3 * len(casing.points) == pytest.approx(61000, rel=0.1)
 
@@ -113,17 +131,17 @@ def test_masses_a_sector_are_the_scene_s() -> None:
 def test_vane_fills_its_volume_of_revolution(vane: tuple[Part, VaneDimensions]) -> None:
     part, dimensions = vane
     figures = quality(part)
-    assert figures.volume == pytest.approx(vane_volume(dimensions, part.sectors), rel=0.015)
-    assert figures.smallest_jacobian > 1e-9
+    assert figures.volume == pytest.approx(vane_volume(dimensions, part.sectors), rel=5e-3)
+    assert figures.smallest_jacobian > 0.1
     assert figures.smallest_sicn > 0.05
     assert (figures.nodes, figures.elements) == (len(part.points), len(part.cells))
 
 
 def test_casing_fills_its_volume_of_revolution(casing: Part) -> None:
     figures = quality(casing)
-    assert figures.volume == pytest.approx(casing_volume(casing.sectors), rel=5e-3)
-    assert figures.smallest_jacobian > 1e-9
-    assert figures.smallest_sicn > 0.05
+    assert figures.volume == pytest.approx(casing_volume(casing.sectors), rel=1e-6)
+    assert figures.smallest_jacobian > 0.5
+    assert figures.smallest_sicn > 0.1
 
 
 def test_surfaces_have_the_topology_of_their_bodies(
@@ -135,14 +153,22 @@ def test_surfaces_have_the_topology_of_their_bodies(
     assert euler_characteristic(casing) == 2
 
 
-def test_elements_are_straight_sided_and_use_every_node(
+def test_sides_follow_the_walls_and_every_node_is_used(
     vane: tuple[Part, VaneDimensions], casing: Part
 ) -> None:
-    edges = [(0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3)]
+    """Nodes between corners on the outermost and the innermost cylinder lie there, too."""
     for part in (vane[0], casing):
-        corners = part.points[part.cells[:, edges]].mean(axis=2)
-        assert np.abs(corners - part.points[part.cells[:, 4:]]).max() < 1e-15
         assert np.array_equal(np.unique(part.cells), np.arange(len(part.points)))
+        radius = np.hypot(part.points[:, 0], part.points[:, 1])
+        sides = boundary_sides(part)
+        corners = radius[part.cells[:, :4]]
+        for wall in (corners.max(), corners.min()):
+            on = np.abs(radius[sides[:, :2]] - wall).max(axis=1) < 1e-9
+            around = np.abs(np.diff(np.arctan2(*part.points[sides[:, :2], 1::-1].T), axis=0))[0]
+            between = part.points[sides[on & (around > 1e-3), 2]]
+            assert len(between) > 20
+            off = np.abs(np.hypot(between[:, 0], between[:, 1]) - wall)
+            assert np.mean(off < 1e-6) > 0.97  # a few were eased to keep their element
 
 
 def test_vane_sets_have_the_paper_s_counts(vane: tuple[Part, VaneDimensions]) -> None:
@@ -179,11 +205,11 @@ def test_hook_nodes_of_both_parts_coincide_on_the_bands(
     for name, z in (("hook_front", 0.074), ("hook_rear", 0.126)):
         mine = part.points[part.node_sets[name]]
         assert np.abs(mine - casing.points[casing.node_sets[name]]).max() < 1e-12
-        corners = mine.reshape(2, 15, 3)[:, ::2]
-        radius = np.hypot(corners[..., 0], corners[..., 1])
-        angle = np.arctan2(corners[..., 1], corners[..., 0])
-        assert radius == pytest.approx(np.array([[0.592], [0.584]]).repeat(8, axis=1), rel=1e-14)
-        assert angle == pytest.approx(np.tile(np.linspace(-half, half, 8), (2, 1)), abs=1e-14)
+        x, y, _ = np.moveaxis(mine.reshape(2, 15, 3), -1, 0)
+        radii = np.array([[0.592], [0.584]]).repeat(15, axis=1)
+        assert np.hypot(x, y) == pytest.approx(radii, rel=1e-14)
+        angles = np.tile(np.linspace(-half, half, 15), (2, 1))
+        assert np.arctan2(y, x) == pytest.approx(angles, abs=1e-14)
         assert np.abs(mine[:, 2] - z).max() < 1e-15
 
 
@@ -192,9 +218,7 @@ def test_keys_are_the_middles_of_the_bands(vane: tuple[Part, VaneDimensions], ca
         sets = part.node_sets
         expected = [sets[name][i] for name in ("hook_front", "hook_rear") for i in (7, 22)]
         assert sets["key"].tolist() == expected
-        # Node 7 of 15 lies between the fourth and fifth corners, on their chord.
-        sag = np.cos(0.9 * np.pi / part.sectors / 7)
-        at = np.array([[r * sag, 0, z] for z in (0.074, 0.126) for r in (0.592, 0.584)])
+        at = np.array([[r, 0, z] for z in (0.074, 0.126) for r in (0.592, 0.584)])
         assert np.abs(part.points[sets["key"]] - at).max() < 1e-12
 
 
@@ -261,8 +285,8 @@ def test_interlock_nodes_lie_on_the_slanted_plane(vane: tuple[Part, VaneDimensio
     offset = nodes - np.array([0, 0, 0.100])
     assert np.abs(offset @ normal).max() < 1e-15
     assert nodes[..., 2] == pytest.approx(np.tile(np.linspace(0.07, 0.13, 5), (2, 1)), abs=1e-15)
-    radius = np.hypot(nodes[:, ::2, 0], nodes[:, ::2, 1])
-    assert radius == pytest.approx(np.array([[0.410], [0.432]]).repeat(3, axis=1), rel=1e-14)
+    radius = np.hypot(nodes[..., 0], nodes[..., 1])
+    assert radius == pytest.approx(np.array([[0.410], [0.432]]).repeat(5, axis=1), rel=1e-14)
     for side in ("left", "right"):
         assert np.abs(np.diff(part.frames[f"interlock_{side}"], axis=0)).max() == 0
 
@@ -277,13 +301,12 @@ def test_interlock_frames_are_the_face_s_own(vane: tuple[Part, VaneDimensions], 
     near = np.abs((part.points[triangles] - origin) @ normal).max(axis=1) < 1e-9
     area = vector_areas(part, triangles[near])
     assert np.linalg.norm(area.sum(axis=0)) == pytest.approx(area.sum(axis=0) @ normal, rel=1e-9)
-    # Between two chords of each edge: a trapezium rule of the radial height, exact but for that.
-    z = np.array([-0.03, 0.0, 0.03])
+    z = np.linspace(-0.03, 0.03, 2001)
     lean = z * np.tan(np.radians(dimensions.interlock_slant))
     height = np.sqrt(0.432**2 - lean**2) - np.sqrt(0.410**2 - lean**2)
     length = 0.06 / np.cos(np.radians(dimensions.interlock_slant))
-    expected = length * (height[0] / 4 + height[1] / 2 + height[2] / 4)
-    assert area.sum(axis=0) @ normal == pytest.approx(expected, rel=1e-6)
+    # The triangles' corners cut off what lies between the edges' arcs and their chords.
+    assert area.sum(axis=0) @ normal == pytest.approx(length * height.mean(), rel=2e-3)
     assert radial[2] == 0
     assert across[2] == pytest.approx(
         (1 if side == "left" else -1) * np.cos(np.radians(dimensions.interlock_slant)), abs=1e-14
