@@ -140,7 +140,15 @@ def scene():
     )
 
 
-_ABAQUS = {"tetra": "C3D4", "tetra10": "C3D10", "hexahedron": "C3D8", "hexahedron20": "C3D20R"}
+_ABAQUS = {
+    "tetra": "C3D4",
+    "tetra10": "C3D10",
+    "hexahedron": "C3D8",
+    "hexahedron20": "C3D20R",
+    "hexahedron27": "C3D27",
+}
+# Abaqus lists the middle of a hexahedron before those of its faces, S1 to S6.
+_TO_ABAQUS = {"hexahedron27": [*range(20), 26, 24, 25, 22, 21, 23, 20]}
 # Nastran lists a hexahedron's upright sides before those of its top.
 _TO_NASTRAN = {"hexahedron20": [*range(12), *range(16, 20), *range(12, 16)]}
 
@@ -170,7 +178,8 @@ def _write_abaqus(path, part, seed=1):
     places = zip(given.numbers.tolist(), given.points.tolist(), strict=True)
     lines += [f"{n}, {x!r}, {y!r}, {z!r}" for n, (x, y, z) in places]
     lines.append(f"*Element, type={_ABAQUS[part.cell_type]}, elset=solid")
-    for number, nodes in enumerate(given.numbers[given.cells].tolist(), start=7):
+    cells = given.cells[:, _TO_ABAQUS.get(part.cell_type, slice(None))]
+    for number, nodes in enumerate(given.numbers[cells].tolist(), start=7):
         rows = _in_lines([number, *nodes], 8)
         lines += [*(row + "," for row in rows[:-1]), rows[-1]]
     for name, nodes in given.sets.items():

@@ -6,15 +6,12 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from vanelock import fem, rom
 from vanelock.cyclic import turn
 from vanelock.errors import InputError
 from vanelock.mesh import pair, read_mesh
-from vanelock.mesh.contact_frames import candidates, frames, opposed
 from vanelock.mesh.mates import mates
-from vanelock.mesh.outside import exterior
 from vanelock.mesh.own_part import own_part
-from vanelock.mesh.reference import SOLIDS, solid
+from vanelock.mesh.reference import SOLIDS
 
 SECTORS = 12
 RADIUS = 1.0
@@ -325,88 +322,3 @@ def test_interlock_sets_are_needed_only_with_contacts(tmp_path, lattice, write_m
     assert set(found.node_sets) == set(names)
     (line,) = complaints(lambda: own_part(read_mesh(path, "mm"), "vane"))
     assert "no set interlock_left for vane.interlock_left" in line
-
-
-def test_normals_of_a_cube(lattice):
-    """Three directions at a corner, two on a side, one on a face, none inside."""
-    part = lattice((2, 2, 2), lambda p: np.array([3, 0, 0]) + p, "hexahedron27")
-    faces = exterior(part.cells, solid(part.cell_type))
-    assert len(faces) == 24
-    places = np.array([[3, 0, 0], [3.5, 0, 0], [3.5, 0.5, 0], [3.5, 0.5, 0.5]])
-    nodes = np.array([np.abs(part.points - p).max(axis=1).argmin() for p in places])
-    found = candidates(part.points, faces, nodes)
-    assert [len(directions) for directions in found] == [3, 2, 1, 0]
-    assert np.abs(np.sort(found[0], axis=0) - np.sort(-np.eye(3), axis=0)).max() < 1e-15
-    below = faces[np.abs(part.points[faces, 2]).max(axis=1) < 1e-12]
-    only = candidates(part.points, below, nodes[:1])  # the faces of a set of faces
-    assert np.abs(only[0] - [[0, 0, -1]]).max() < 1e-15
-
-
-def test_opposed_pairs():
-    x, y, z = np.eye(3)
-    normal, off, several = opposed(np.array([x, y]), np.array([-y, z]))
-    assert np.array_equal(normal, y)
-    assert (off, several) == (0.0, False)
-    assert opposed(np.array([x, y]), np.array([-y, -x]))[2]
-    tilt = np.array([np.cos(0.1), np.sin(0.1), 0])
-    normal, off, _ = opposed(np.array([x]), np.array([-tilt]))
-    assert off == pytest.approx(np.degrees(0.1))
-    assert normal @ x == pytest.approx(np.cos(0.05), rel=1e-14)
-    assert opposed(np.empty((0, 3)), np.array([x]))[1] == 180.0
-
-
-def test_frames_are_right_handed():
-    random = np.random.default_rng(0).normal(size=(50, 3))
-    normal = random / np.linalg.norm(random, axis=1)[:, None]
-    x, y = (np.broadcast_to(axis, normal.shape) for axis in np.eye(3)[:2])
-    found = frames(normal, x, y)
-    assert np.abs(found @ found.transpose(0, 2, 1) - np.eye(3)).max() < 1e-14
-    assert np.abs(np.linalg.det(found) - 1).max() < 1e-14
-    near = np.abs(normal[:, 0]) > np.cos(np.pi / 4)
-    assert 0 < near.sum() < 50
-    assert np.abs(found[~near, 1] @ np.eye(3)[0] - np.sqrt(1 - normal[~near, 0] ** 2)).max() < 1e-14
-    assert (found[near, 1, 1] > 0).all()
-
-
-@pytest.mark.parametrize(
-    ("vane", "casing"), [(".bdf", ".inp"), (".gmsh.msh", ".bdf"), (".inp", ".msh")]
-)
-@pytest.mark.slow
-def test_same_frequencies_from_files(tmp_path, coarse, reference, write_mesh, vane, casing):
-    """The scene's own meshes through files: sets, frames, and ten frequencies at ND 1."""
-    read = []
-    for part, ending in zip(coarse, (vane, casing), strict=True):
-        path = tmp_path / f"{part.name}{ending}"
-        called = write_mesh(path, part)
-        read.append(own_part(read_mesh(path, "mm"), part.name, called))
-    both = pair(*read, coarse[0].sectors)
-    for made, found in zip(coarse, (both.vane, both.casing), strict=True):
-        for name, nodes in made.node_sets.items():
-            own, other = made.points[nodes], found.points[found.node_sets[name]]
-            place = np.linalg.norm(own[:, None] - other, axis=2)
-            assert place.min(axis=1).max() < 1e-13
-            assert len(own) == len(other)
-            if name in made.frames:
-                ordered = found.frames[name][place.argmin(axis=1)]
-                assert np.abs(ordered - made.frames[name]).max() < 1e-9
-    assert np.abs(frequencies(both.vane, both.casing) / reference - 1).max() < 1e-10
-
-
-STEEL = fem.Material(E=170e9, nu=0.3, rho=8200)
-JOINTS = (
-    rom.Joint("hook", kn=1.67e7, kt=0.7e7, mu=0.3, interference=20e-6),
-    rom.Joint("interlock", kn=1e6, kt=0.4e6, mu=0.15, interference=2e-6),
-)
-
-
-def frequencies(vane, casing):
-    """First ten of the joined sector at one nodal diameter, Hz, nothing reduced."""
-    models = (fem.assemble(part, STEEL) for part in (vane, casing))
-    omega2, _ = fem.eigenpairs(*rom.unreduced(*models, JOINTS, 1), 10)
-    return np.sqrt(omega2) / (2 * np.pi)
-
-
-@pytest.fixture(scope="module")
-def reference(coarse):
-    """Those of the program's own meshes."""
-    return frequencies(*coarse)

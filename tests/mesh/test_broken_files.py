@@ -1,0 +1,175 @@
+"""Mesh files broken in every way: each refused in one line that says why."""
+
+import meshio
+import numpy as np
+import pytest
+
+from vanelock.errors import InputError
+from vanelock.mesh import read_mesh
+
+
+def complaint(path, **options):
+    with pytest.raises(InputError) as told:
+        read_mesh(path, **options)
+    text = str(told.value)
+    assert "\n" not in text
+    assert str(path) in text
+    return text.replace(str(path), path.name)
+
+
+def bent(p):
+    """The unit cube as a curved piece of a ring, so that no two of its sides are alike."""
+    r, angle = 0.5 + 0.1 * p[:, 0], 0.4 * p[:, 1]
+    return np.column_stack([r * np.cos(angle), r * np.sin(angle), 0.2 * p[:, 2] + 0.02 * p[:, 1]])
+
+
+@pytest.fixture
+def ring(lattice):
+    def build(cell_type="tetra10", counts=(2, 2, 2)):
+        return lattice(counts, bent, cell_type, curved=True)
+
+    return build
+
+
+def deck(nodes=None, element="1, 1,2,3,4", kind="C3D4"):
+    lines = nodes or ["1, 0,0,0", "2, 1,0,0", "3, 0,1,0", "4, 0,0,1"]
+    return "*NODE\n" + "\n".join(lines) + f"\n*ELEMENT, TYPE={kind}\n{element}\n"
+
+
+GRIDS = "GRID,1,,0.,0.,0.\nGRID,2,,1.,0.,0.\nGRID,3,,0.,1.,0.\nGRID,4,,0.,0.,1.\n"
+
+BROKEN = {
+    "an absent node": (deck(element="1, 1,2,3,7"), "an element has node 7, which is not in"),
+    "inverted": (
+        deck(element="12, 1,3,2,4"),
+        "1 of 1 elements are turned inside out or flat, such",
+    ),
+    "flat": (deck(element="12, 1,2,3,3"), "element 12"),
+    "NaN": (deck(["1, 0,0,nan", "2, 1,0,0", "3, 0,1,0", "4, 0,0,1"]), "node 1 has a coordinate"),
+    "infinite": (deck(["1, 0,0,1e999", "2, 1,0,0", "3, 0,1,0", "4, 0,0,1"]), "node 1 has a coord"),
+    "far": (deck(["1, 0,0,999", "2, 1,0,0", "3, 0,1,0", "4, 0,0,1"]), "node 1 lies 999 m from"),
+    "no number": (deck(["1, 0,0,x"]), 'line 2: "0, 0, x": not three coordinates'),
+    "two coordinates": (deck(["1, 0,0"]), "line 2: a node needs its number and three"),
+    "twice": (deck(["1, 0,0,0"] * 2 + ["2, 1,0,0", "3, 0,1,0", "4, 0,0,1"]), "node 1 is given tw"),
+    "wedges": (deck(element="1, 1,2,3,4,1,2", kind="C3D6"), "1 wedge elements: allowed are tetra"),
+    "unknown solids": (deck(element="1, 1,2,3,4,5", kind="C3D14"), "1 C3D14 elements: allowed"),
+    "shells only": (deck(element="1, 1,2,3", kind="S3"), "no solid elements (1 triangle)"),
+    "too many nodes": (deck(element="1, 1,2,3,4,5"), "C3D4 has 4 nodes, 5 are given"),
+    "cut off": (deck(element="1, 1,2,3"), "the last element has 3 nodes, C3D4 4"),
+    "same element": (deck(element="1, 1,2,3,4\n2, 1,2,3,4"), "element 1 has the nodes of another"),
+    "no type": ("*NODE\n1,0,0,0\n*ELEMENT\n1,1\n", "line 3: *ELEMENT: its TYPE is missing"),
+    "include": ("*INCLUDE, INPUT=x.inp\n", "line 1: *INCLUDE is not read"),
+    "input": ("*NODE, INPUT=x.inp\n", "line 1: *NODE is not read"),
+    "cylindrical": ("*NODE, SYSTEM=C\n1,1,1,1\n", "only Cartesian coordinates"),
+    "set in itself": (deck() + "*NSET, NSET=A\nB\n*NSET, NSET=B\nA\n", "contains itself"),
+    "absent set": (deck() + "*NSET, NSET=A\nB\n", "the set A names an absent set B"),
+    "long range": (deck() + "*NSET, NSET=A, GENERATE\n1, 999999999999\n", "is too long"),
+    "huge number": (deck(element="1, 1,2,3," + 30 * "9"), "is too large"),
+    "not a deck": ("hello\nworld\n", "line 1: not an Abaqus deck"),
+    "empty": ("", "no solid elements (none)"),
+    "no element": ("*NODE\n1,0,0,0\n", "no solid elements (none)"),
+    "options cut off": ("*NODE, NSET=A,\n", "ends within a keyword's options"),
+    "binary": ("*NODE\n\0\0\n", "not a text file"),
+}
+
+
+@pytest.mark.parametrize("name", BROKEN)
+def test_broken_decks(tmp_path, name):
+    text, told = BROKEN[name]
+    path = tmp_path / "part.inp"
+    path.write_text(text)
+    assert told in complaint(path)
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        ("GRID,1,5,0.,0.,0.\n", "line 1: node 1 is given in coordinate system 5"),
+        ("GRDSET,,5\n", "write the nodes in the basic coordinate system"),
+        ("GRID,1,,a,0.,0.\n", 'line 1: "a" is not a number'),
+        (GRIDS + "CTETRA,1,1,1,2,3\n", "line 5: CTETRA with 3 nodes: it must have 4 or 10"),
+        (GRIDS + "CPENTA,1,1,1,2,3,4,1,2\n", "1 wedge elements: allowed are"),
+        (GRIDS + "CTETRA,1,1,1,2,3,4\nSET1,3,1,THRU\n", "line 6: THRU without an end"),
+        (GRIDS + "CTETRA,1,1,1,2,3,4\nSET1,3,9,THRU,1\n", "9 to 1 by 1 is no range"),
+        ("INCLUDE 'other.bdf'\n", "line 1: INCLUDE is not read"),
+        ("SOL 103\nCEND\n", "no solid elements (none)"),
+    ],
+)
+def test_broken_bulk_data(tmp_path, text, told):
+    path = tmp_path / "part.bdf"
+    path.write_text(text)
+    assert told in complaint(path)
+
+
+def test_mixed_elements_are_refused_with_their_counts(tmp_path, lattice):
+    parts = [lattice((1, 1, 1), lambda p: p, kind) for kind in ("tetra", "hexahedron")]
+    path = tmp_path / "part.vtu"
+    cells = [(part.cell_type, part.cells) for part in parts]
+    meshio.Mesh(parts[0].points, cells).write(path)
+    assert "6 tetra and 1 hexahedron elements: use one kind" in complaint(path)
+
+
+def test_mirrored_mesh_is_refused(tmp_path, ring):
+    part = ring("tetra")
+    path = tmp_path / "part.vtu"
+    meshio.Mesh(part.points * [1, 1, -1], [("tetra", part.cells)]).write(path)
+    assert "every element is turned inside out" in complaint(path)
+
+
+def test_misplaced_middle_node_is_refused(tmp_path, ring):
+    part = ring("tetra10")
+    points = part.points.copy()
+    points[part.cells[3, 6]] += [0.05, 0, 0]
+    path = tmp_path / "part.vtu"
+    meshio.Mesh(points, [("tetra10", part.cells)]).write(path)
+    assert f"node {part.cells[3, 6]} lies" in complaint(path)
+
+
+def test_pieces_are_counted(tmp_path, lattice):
+    part = lattice((1, 1, 1), lambda p: p, "hexahedron")
+    path = tmp_path / "part.vtu"
+    points = np.vstack([part.points, part.points + 3])
+    meshio.Mesh(points, [("hexahedron", np.vstack([part.cells, part.cells + 8]))]).write(path)
+    assert "2 pieces that share no nodes; the smallest has 8 of them" in complaint(path)
+
+
+@pytest.mark.parametrize("ending", [".inp", ".bdf", ".msh", ".gmsh.msh", ".vtu"])
+def test_damaged_files_end_in_one_line(tmp_path, ring, write_mesh, ending):
+    """Truncated anywhere, or with bytes changed: refused in one line, or read as what they say."""
+    whole = tmp_path / f"whole{ending}"
+    write_mesh(whole, ring(counts=(1, 1, 1)))
+    data = whole.read_bytes()
+    random = np.random.default_rng(0)
+    told = []
+    for trial in range(60):
+        cut = bytearray(data[: random.integers(1, len(data))] if trial % 2 else data)
+        for _ in range(3 if trial % 3 else 0):
+            cut[random.integers(len(cut))] = random.integers(256)
+        path = tmp_path / f"cut{ending}"
+        path.write_bytes(cut)
+        try:
+            found = read_mesh(path, "mm")
+        except InputError as error:
+            told.append(str(error))
+        else:
+            assert np.isfinite(found.points).all()
+    assert all("\n" not in text and str(path) in text for text in told)
+    assert len(told) >= 25
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "told"),
+    [
+        ("part.xyz", b"1 2 3", "Could not deduce file format"),
+        ("part.vtu", b"<VTKFile", "not a mesh that can be read"),
+        ("part.msh", b"$MeshFormat\n4.1 1 8\n", "not a mesh that can be read"),
+        ("part.msh", b"\x00\x01", "not a mesh that can be read"),
+        ("part.xdmf", b"<Xdmf/>", "needs others: write a single one"),
+        ("part.stl", b"solid\nendsolid\n", "no"),
+    ],
+)
+def test_what_meshio_refuses(tmp_path, capfd, name, content, told):
+    path = tmp_path / name
+    path.write_bytes(content)
+    assert told in complaint(path)
+    assert capfd.readouterr() == ("", "")
