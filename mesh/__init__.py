@@ -19,6 +19,7 @@ _modules = {
     "pair": "pairing",
     "quality": "tetrahedra",
     "read_mesh": "read",
+    "read_sector": "sector",
     "vane_segment": "vane",
     "write_msh": "export",
 }

@@ -83,7 +83,7 @@ def own_part(
             continue
         wanted = given.get(each, each)
         if isinstance(wanted, str):
-            found = _called(mesh, wanted)
+            found = called(mesh, wanted)
             if found is None:
                 if each not in needed and each not in given:
                     continue
@@ -108,7 +108,7 @@ def own_part(
     return part
 
 
-def _called(mesh: FileMesh, wanted: str) -> str | None:
+def called(mesh: FileMesh, wanted: str) -> str | None:
     """The file's set of that name, or of the only name that differs from it in case."""
     if wanted in mesh.node_sets:
         return wanted

@@ -77,7 +77,7 @@ def pair(
         (sides["casing"], "left", "right"),
     ):
         if side.own and left in side.sets and right in side.sets:
-            problems += _follow(side, left, right, tolerance)
+            problems += follow(side, left, right, tolerance)
     _refuse(problems)
     _refuse(_keys(sides["vane"], sides["casing"]))
     for name in HOOKS:
@@ -118,7 +118,7 @@ def _meet(vane: Side, casing: Side, name: str, tolerance: float) -> list[str]:
     return problems
 
 
-def _follow(side: Side, left: str, right: str, tolerance: float) -> list[str]:
+def follow(side: Side, left: str, right: str, tolerance: float) -> list[str]:
     """Put a right face's nodes in the order of the left one's, at the places of their images."""
     onto = turn(side.sectors).T
     own, other = side.sets[left], side.sets[right]

@@ -6,9 +6,10 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from vanelock import fem
 from vanelock.cyclic import turn
 from vanelock.errors import InputError
-from vanelock.mesh import pair, read_mesh
+from vanelock.mesh import pair, read_mesh, read_sector
 from vanelock.mesh.mates import mates
 from vanelock.mesh.own_part import own_part
 from vanelock.mesh.reference import SOLIDS
@@ -322,3 +323,21 @@ def test_interlock_sets_are_needed_only_with_contacts(tmp_path, lattice, write_m
     assert set(found.node_sets) == set(names)
     (line,) = complaints(lambda: own_part(read_mesh(path, "mm"), "vane"))
     assert "no set interlock_left for vane.interlock_left" in line
+
+
+def test_anyones_sector(tmp_path, lattice, write_mesh):
+    """A cyclic sector from a file has the frequencies of the one that was written."""
+    part = ring(lattice, "casing")
+    path = tmp_path / "sector.inp"
+    write_mesh(path, part)
+    found = read_sector(path, SECTORS, "mm")
+    assert found.name == "sector"
+    steel = fem.Material(E=210e9, nu=0.3, rho=7800)
+    own, other = (fem.modes(fem.assemble(p, steel), 5, 2).frequency for p in (part, found))
+    assert np.abs(other / own - 1).max() < 1e-10
+    assert read_sector(path, unit="mm").sectors == 1
+    lines = complaints(lambda: read_sector(path, SECTORS - 1, "mm"))
+    assert len(lines) == 2
+    write_mesh(path, replace(part, node_sets={"left": part.node_sets["left"]}))
+    (line,) = complaints(lambda: read_sector(path, SECTORS, "mm"))
+    assert line.endswith("no set right; it has LEFT, SOLID")
