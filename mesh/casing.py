@@ -40,7 +40,7 @@ def casing_sector(
         What the groove shares with the vane's foot, `VaneDimensions.hook`.
     sectors : int
         Sectors in the ring.
-    size : {"coarse", "medium"} or float
+    size : {"coarse", "medium", "paper", "fine"} or float
         Largest element edge, by name or in m.
     overlap : (front, rear) float, optional
         Axial range in which the front foot lies in its groove, m, which bounds the hooks' contact

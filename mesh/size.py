@@ -5,6 +5,8 @@ from vanelock.errors import InputError
 SIZES = {  # m
     "coarse": {"vane": 0.025, "casing": 0.025},
     "medium": {"vane": 0.0115, "casing": 0.0125},
+    "paper": {"vane": 0.0058, "casing": 0.0100},
+    "fine": {"vane": 0.0048, "casing": 0.0060},
 }
 SMALLEST, LARGEST = 0.001, 0.05
 
@@ -14,7 +16,7 @@ def element_size(size: str | float, part: str) -> float:
 
     Parameters
     ----------
-    size : {"coarse", "medium"} or float
+    size : {"coarse", "medium", "paper", "fine"} or float
         A name, or a length in m between 1 and 50 mm.
     part : {"vane", "casing"}
         A named size may differ from part to part.

@@ -38,7 +38,7 @@ def vane_segment(
         The scene's by default.
     sectors : int
         Segments in the ring.
-    size : {"coarse", "medium"} or float
+    size : {"coarse", "medium", "paper", "fine"} or float
         Largest element edge, by name or in m.
     overlap : (front, rear) float, optional
         Axial range in which the front foot lies in its groove, m, which bounds the hooks' contact

@@ -21,9 +21,9 @@ def _mesh_size(value: object) -> object:
     if isinstance(length, bool) or not isinstance(length, int | float):
         length = 0.0
     if not SMALLEST <= length <= LARGEST:
-        names = " or ".join(f'"{name}"' for name in SIZES)
+        names = ", ".join(f'"{name}"' for name in SIZES)
         raise ValueError(
-            f"element size must be {names}, or {SMALLEST * 1e3:g} mm to {LARGEST * 1e3:g} mm "
+            f"element size must be {names} or {SMALLEST * 1e3:g} mm to {LARGEST * 1e3:g} mm "
             f"where that makes at most {LARGEST_MESHES:,} degrees of freedom"
         )
     return float(length)
