@@ -4,6 +4,7 @@ from vanelock import lazy
 
 _modules = {
     "Curve": "curves",
+    "casing_drawing": "casing_sheet",
     "loop_picture": "loops",
     "mesh_picture": "meshes",
     "mode_picture": "shapes",
@@ -11,6 +12,7 @@ _modules = {
     "response_curves": "curves",
     "response_picture": "shapes",
     "stress_picture": "stresses",
+    "vane_drawing": "vane_sheet",
     "wave_name": "annulus",
     "write_vtu": "export",
 }

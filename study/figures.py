@@ -37,11 +37,13 @@ class Figures:
     volume : float
         Sum over the elements, m³.
     smallest_jacobian : float
-        Smallest determinant of the map from the reference element, over that element's mean. For
-        tetrahedra `mesh.quality`'s bound; else the smallest at a node. Positive in a valid mesh.
+        Smallest determinant of the map from the reference element, over that of a straight-sided
+        tetrahedron (`mesh.quality`'s bound), or at a hexahedron's nodes over its mean. Positive in
+        a valid mesh.
     sicn : (3,) float
-        Signed inverse condition number, each element's smallest at a node: the smallest of all
-        elements, the one that 1 % of them stay below, and their median. 1 is perfect.
+        Signed inverse condition number of the element that the corners span, at the worst corner:
+        the smallest of all elements, the one that 1 % of them stay below, and their median. 1 is
+        perfect.
     largest_edge : float
         Longest distance between the ends of an element's edge, m.
     """
@@ -68,14 +70,17 @@ def figures(part: Part) -> Figures:
     InputError
         If it has other elements.
     """
-    reference = reference_element(part.cell_type)
-    weighed = np.linalg.det(_jacobians(part, reference.gradients)) * reference.weights
-    at_nodes = _jacobians(part, shape_functions(part.cell_type, reference.nodes)[1])
     kind = "tetra" if part.cell_type.startswith("tetra") else "hexahedron"
-    condition = _inverse_condition(at_nodes, _REGULAR if kind == "tetra" else np.eye(3))
+    reference, straight = reference_element(part.cell_type), reference_element(kind)
+    weighed = np.linalg.det(_jacobians(part, reference.gradients)) * reference.weights
+    corners = shape_functions(kind, straight.nodes)[1]
+    condition = _inverse_condition(
+        _jacobians(part, corners), _REGULAR if kind == "tetra" else np.eye(3)
+    )
     if kind == "tetra":
         smallest = mesh.quality(part).smallest_jacobian
     else:
+        at_nodes = _jacobians(part, shape_functions(part.cell_type, reference.nodes)[1])
         mean = weighed.sum(axis=1) / reference.weights.sum()
         smallest = float((np.linalg.det(at_nodes) / mean[:, None]).min())
     worst = condition.min(axis=1)
@@ -93,8 +98,12 @@ def figures(part: Part) -> Figures:
 
 
 def _jacobians(part: Part, gradients: Array) -> Array:
-    """Derivative of place by reference coordinates, (e, q, 3, 3) m, from gradients (q, k, 3)."""
-    return np.asarray(np.einsum("eia,qib->eqab", part.points[part.cells], gradients, optimize=True))
+    """Derivative of place by reference coordinates, (e, q, 3, 3) m, from gradients (q, k, 3).
+
+    Of the elements, or with the gradients of fewer nodes of those that the first k nodes span.
+    """
+    points = part.points[part.cells[:, : gradients.shape[1]]]
+    return np.asarray(np.einsum("eia,qib->eqab", points, gradients, optimize=True))
 
 
 def _inverse_condition(jacobians: Array, perfect: Array) -> Array:

@@ -64,8 +64,8 @@ def quality_table(
     dofs = sum(f.dofs for f in found.values())
     notes = (
         f"Degrees of freedom of both parts: {dofs:,}.",
-        "Jacobian: smallest over the mean in its element. SICN: signed inverse condition number of "
-        "an element, 1 if perfect; min, 1 % and median over all elements.",
+        "Jacobian: smallest over that of an element with straight sides. SICN: signed inverse "
+        "condition number, 1 for a perfect element; min, 1 % and median over all elements.",
     )
     return Table("quality", "Meshes", columns, tuple(rows), notes)
 

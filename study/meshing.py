@@ -5,7 +5,7 @@ import time
 from pathlib import Path
 
 from vanelock import mesh, render
-from vanelock.mesh import Part
+from vanelock.mesh import CasingDimensions, Part, VaneDimensions
 from vanelock.study import inventory
 from vanelock.study.cache import Cache
 from vanelock.study.figures import Figures, figures
@@ -65,22 +65,35 @@ def mesh_study(
             ),
             inventory.sets_table(parts, study.mesh.face_nodes),
         )
-        files = _write(path / FOLDER, study, parts)
+        files = _meshes(path / FOLDER, parts)
         for table in tables:
             files.append(path / FOLDER / f"{table.key}.csv")
             record(files[-1], inventory.csv_text(table))
             listener(table)
+        files += _pictures(path / FOLDER, study, parts)
     told = {"files": [str(file) for file in files]}
     listener(Finished(str(path / FOLDER), time.perf_counter() - began, told))
     return found
 
 
-def _write(folder: Path, study: Study, parts: dict[str, Part]) -> list[Path]:
-    """The meshes' files and their pictures."""
+def _meshes(folder: Path, parts: dict[str, Part]) -> list[Path]:
     made = []
     for name, part in parts.items():
         made.append(render.write_vtu(folder / f"{name}.vtu", part))
         made.append(mesh.write_msh(folder / f"{name}.msh", part))
-    title = f"{study.name}: mesh"
-    made.append(render.mesh_picture(folder / "mesh.png", *parts.values(), title))
     return made
+
+
+def _pictures(folder: Path, study: Study, parts: dict[str, Part]) -> list[Path]:
+    """Of the meshes, and drawings of parts with dimensions.
+
+    Last of all: a machine without OpenGL has the rest by then.
+    """
+    made = []
+    vane, casing = study.vane, study.casing
+    if isinstance(vane, VaneDimensions) and isinstance(casing, CasingDimensions):
+        sheet = (vane, casing, study.ring.sectors, study.name)
+        made.append(render.vane_drawing(folder / "drawing_vane.png", *sheet))
+        made.append(render.casing_drawing(folder / "drawing_casing.png", *sheet))
+    title = f"{study.name}: mesh"
+    return [*made, render.mesh_picture(folder / "mesh.png", *parts.values(), title)]

@@ -23,6 +23,8 @@ FILES = {f"{name}.{kind}" for name in ("vane", "casing") for kind in ("vtu", "ms
     "quality.csv",
     "sets.csv",
     "mesh.png",
+    "drawing_vane.png",
+    "drawing_casing.png",
 }
 
 
@@ -123,6 +125,22 @@ def test_a_second_call_meshes_nothing_and_json_says_so(made):
     assert {file.rpartition("/")[2] for file in events[-1]["summary"]["files"]} == FILES
 
 
+@pytest.mark.slow
+def test_its_files_serve_as_own_meshes(made, tmp_path, monkeypatch):
+    monkeypatch.setattr("vanelock.study.meshing._pictures", lambda *_: [])
+    before = made[0] / "runs" / "a" / "mesh"
+    study = f'[vane]\nmesh = "{before}/vane.msh"\n[casing]\nmesh = "{before}/casing.vtu"\n'
+    mesh_study(parse_study(study), tmp_path)
+    assert (tmp_path / "mesh" / "sets.csv").read_text() == (before / "sets.csv").read_text()
+    for old, new in zip(
+        rows(before / "quality.csv"), rows(tmp_path / "mesh" / "quality.csv"), strict=True
+    ):
+        for name in ("nodes", "elements", "cell_type"):
+            assert old[name] == new[name]
+        for name in ("volume_cm3", "smallest_jacobian", "sicn_min", "largest_edge_mm"):
+            assert float(old[name]) == pytest.approx(float(new[name]), rel=1e-9)
+
+
 @pytest.mark.parametrize(
     ("text", "arguments", "line"),
     [
@@ -144,7 +162,7 @@ def test_what_cannot_be_used_is_one_line(tmp_path, text, arguments, line):
 
 @pytest.mark.slow
 def test_a_sweep_of_dimensions_is_not_meshed_silently(tmp_path, monkeypatch):
-    monkeypatch.setattr("vanelock.study.meshing._write", lambda *_: [])
+    monkeypatch.setattr("vanelock.study.meshing._pictures", lambda *_: [])
     text = STUDY + '[sweep]\n"vane.chord" = [0.046, 0.047]\n'
     told: list[Any] = []
     found = mesh_study(parse_study(text), tmp_path, told.append)

@@ -1,0 +1,43 @@
+"""The page on geometry shows the dimensions that the program has."""
+
+import importlib.util
+from pathlib import Path
+from types import ModuleType
+
+import matplotlib.image
+import pytest
+
+ROOT = Path(__file__).resolve().parent.parent
+
+
+@pytest.fixture(scope="module")
+def page() -> ModuleType:
+    spec = importlib.util.spec_from_file_location("geometry_page", ROOT / "tools/geometry_page.py")
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def test_the_tables_are_up_to_date(page: ModuleType) -> None:
+    text = (ROOT / "docs" / "geometry.md").read_text("utf-8")
+    shown = text.partition(page.BEGIN)[2].partition(page.END)[0]
+    assert shown.strip() == page.dimension_tables().strip(), "run tools/geometry_page.py"
+
+
+def test_a_row_says_default_limits_and_what_it_is(page: ModuleType) -> None:
+    lines = page.dimension_tables().splitlines()
+    assert "| `chord` | 47 mm | 0.1 mm to 500 mm | chord of an aerofoil |" in lines
+    assert "| `aerofoils` | 4 | 1 to 12 | aerofoils per segment |" in lines
+    slant = "angle between the interlock faces and the engine axis"
+    assert f"| `interlock_slant` | 35° | -60° to 60° | {slant} |" in lines
+
+
+@pytest.mark.parametrize("part", ["vane", "casing"])
+def test_its_drawings_are_there(part: str) -> None:
+    name = f"drawing_{part}.png"
+    assert f"(pictures/{name})" in (ROOT / "docs" / "geometry.md").read_text("utf-8")
+    picture = matplotlib.image.imread(ROOT / "docs" / "pictures" / name)
+    assert picture.shape[1] > 2000
+    assert picture.min() < 0.2

@@ -1,0 +1,75 @@
+"""Write the tables of dimensions into docs/geometry.md and draw the drawings beside it.
+
+Run by `python tools/geometry_page.py` after a dimension, its default or its limits have changed;
+a test compares the page with the program.
+"""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+from pydantic import BaseModel
+from pydantic.fields import FieldInfo
+
+from vanelock import render
+from vanelock.mesh import CasingDimensions, HookDimensions, VaneDimensions
+from vanelock.study import Study
+
+DOCS = Path(__file__).resolve().parent.parent / "docs"
+PAGE = DOCS / "geometry.md"
+BEGIN = "<!-- From here written by tools/geometry_page.py. -->\n"
+END = "<!-- To here. -->\n"
+TABLES: dict[str, type[BaseModel]] = {
+    "vane": VaneDimensions,
+    "vane.hook": HookDimensions,
+    "casing": CasingDimensions,
+}
+"""Tables of the study file that hold dimensions."""
+
+_UNITS = {"m": (1e3, "mm"), "deg": (1.0, "°"), "": (1.0, "")}
+
+
+def main() -> None:
+    """Bring page and drawings up to date."""
+    before, _, rest = PAGE.read_text("utf-8").partition(BEGIN)
+    after = rest.partition(END)[2]
+    PAGE.write_text(f"{before}{BEGIN}\n{dimension_tables()}\n{END}{after}", "utf-8")
+    sheet = (VaneDimensions(), CasingDimensions(), Study().ring.sectors)
+    render.vane_drawing(DOCS / "pictures" / "drawing_vane.png", *sheet)
+    render.casing_drawing(DOCS / "pictures" / "drawing_casing.png", *sheet)
+
+
+def dimension_tables() -> str:
+    """Every dimension with default, what is allowed, and what it is, as Markdown."""
+    return "\n".join(_table(name, model) for name, model in TABLES.items())
+
+
+def _table(name: str, model: type[BaseModel]) -> str:
+    lines = [f"### `[{name}]`", "", "| key | default | allowed | what it is |", "|---|---|---|---|"]
+    lines += [f"| {' | '.join(cells)} |" for cells in _rows(model)]
+    return "\n".join([*lines, ""])
+
+
+def _rows(model: type[BaseModel]) -> Iterator[tuple[str, str, str, str]]:
+    for name, field in model.model_fields.items():
+        if isinstance(field.annotation, type) and issubclass(field.annotation, BaseModel):
+            continue  # a table of its own
+        text, _, unit = (field.description or "").partition(" [")
+        factor, shown = _UNITS[unit.rstrip("]")]
+        default, low, high = (
+            _number(value, factor, shown)
+            for value in (field.default, _bound(field, "ge"), _bound(field, "le"))
+        )
+        yield f"`{name}`", default, f"{low} to {high}", text
+
+
+def _bound(field: FieldInfo, kind: str) -> float:
+    (found,) = (getattr(limit, kind) for limit in field.metadata if hasattr(limit, kind))
+    return float(found)
+
+
+def _number(value: float, factor: float, unit: str) -> str:
+    return f"{factor * value:.6g}" + (unit if unit == "°" else f" {unit}").rstrip()
+
+
+if __name__ == "__main__":
+    main()
