@@ -22,6 +22,7 @@ RATIO = 1.25
 _STEPS = 8  # even meshes on either side of the element size
 _BASES = 6  # of them perturbed
 _TRIALS = 40  # of each
+_ENOUGH = 3  # of them that lead to the number
 
 Integers = NDArray[np.int64]
 
@@ -64,6 +65,8 @@ def divide_face(gmsh: Any, face: int, size: float, wanted: int) -> None:
                 if got == wanted:
                     found.append((alone.unevenness(trial, natural), trial))
                     break
+            if len(found) == _ENOUGH:
+                break
         if not found:
             near = sorted(set(reached), key=lambda count: abs(count - wanted))[:2]
             raise InputError(
