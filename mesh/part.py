@@ -50,6 +50,8 @@ class Part(Product):
         Of some contact sets: row i holds the weights of all nodes in the mean displacement over
         the contact patch of node i. The weights sum to one, and their mean place is the patch's
         centroid, which both parts of a joint share. Empty where a joint acts on nodes only.
+    areas : dict of str to (k,) float
+        Of contact sets that consist of whole faces: the area that belongs to each node, m².
     """
 
     name: str
@@ -60,3 +62,4 @@ class Part(Product):
     frames: dict[str, NDArray[np.float64]]
     sectors: int
     patches: dict[str, sp.csc_array] = field(default_factory=dict)
+    areas: dict[str, NDArray[np.float64]] = field(default_factory=dict, metadata={"unit": "m^2"})

@@ -4,6 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vanelock.mesh import contact_frames as contact
+from vanelock.mesh.areas import nodal_areas
 from vanelock.mesh.outside import exterior
 from vanelock.mesh.own_part import OwnPart
 from vanelock.mesh.part import Part
@@ -54,13 +55,26 @@ class Side:
 
     def directions(self, name: str) -> list[Array]:
         """Directions in which the faces around a set's nodes look; of given faces alone."""
+        return contact.candidates(self.points, self._faces(name), self.sets[name])
+
+    def _faces(self, name: str) -> NDArray[np.int64]:
+        """Faces on the outside, of a set that was given as faces only its own."""
         faces = exterior(self.cells, solid(self.cell_type))
         if isinstance(self.given, OwnPart) and name in self.given.face_sets:
             corners = self.given.face_sets[name]
             wanted = {tuple(row) for row in np.sort(corners, axis=1).tolist()}
             rows = np.sort(faces[:, : corners.shape[1]], axis=1).tolist()
             faces = faces[[tuple(row) in wanted for row in rows]]
-        return contact.candidates(self.points, faces, self.sets[name])
+        return faces
+
+    def _areas(self) -> dict[str, Array]:
+        """Areas of the nodes of the contact sets that consist of whole faces."""
+        found = {}
+        for name, frames in self.frames.items():
+            area = nodal_areas(self.points, self._faces(name), self.sets[name], frames[:, 0])
+            if area is not None:
+                found[name] = area
+        return found
 
     def part(self) -> Part:
         """The part as the later stages need it."""
@@ -74,4 +88,5 @@ class Side:
             self.sets,
             self.frames,
             self.sectors,
+            areas=self._areas(),
         )

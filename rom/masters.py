@@ -35,6 +35,8 @@ class Masters(Product):
         Contact frames of those sets, as in `mesh.Part`.
     averaged : (a,) int
         Those of the nodes whose displacement is the mean over their contact patch.
+    areas : dict of str to (k,) float
+        Areas of the nodes of those contact sets that have them, m², as in `mesh.Part`.
     """
 
     part: str
@@ -44,6 +46,7 @@ class Masters(Product):
     node_sets: dict[str, NDArray[np.int64]]
     frames: dict[str, NDArray[np.float64]]
     averaged: NDArray[np.int64] = field(default_factory=lambda: np.empty(0, np.int64))
+    areas: dict[str, NDArray[np.float64]] = field(default_factory=dict, metadata={"unit": "m^2"})
 
     def set(self, name: str) -> NDArray[np.int64]:
         """Node numbers of a set.
@@ -111,6 +114,7 @@ def choose(part: Part, names: Sequence[str], averaged: Sequence[str] = ()) -> Ma
         node_sets={name: part.node_sets[name] for name in names},
         frames={name: part.frames[name] for name in names if name in part.frames},
         averaged=nodes[np.isin(nodes, means)],
+        areas={name: part.areas[name] for name in names if name in part.areas},
     )
 
 
@@ -119,7 +123,9 @@ def everything(part: Part, averaged: Sequence[str] = ()) -> Masters:
     nodes = np.arange(len(part.points))
     points = _places(part, averaged)
     means = np.concatenate([nodes[:0], *(part.node_sets[name] for name in averaged)])
-    return Masters(part.name, part.sectors, nodes, points, part.node_sets, part.frames, means)
+    return Masters(
+        part.name, part.sectors, nodes, points, part.node_sets, part.frames, means, part.areas
+    )
 
 
 def _places(part: Part, averaged: Sequence[str]) -> NDArray[np.float64]:

@@ -31,6 +31,8 @@ class Joint:
         Friction coefficient.
     interference : float
         Overlap of the unloaded parts at a pair, m; negative: a gap.
+    kn_area, kt_area : float, optional
+        Stiffnesses per area, N/m³, instead: of a pair, that times the area of the vane's node.
     """
 
     name: str
@@ -38,6 +40,8 @@ class Joint:
     kt: float
     mu: float
     interference: float
+    kn_area: float | None = None
+    kt_area: float | None = None
 
 
 @dataclass(frozen=True)
@@ -93,8 +97,10 @@ def contact_pairs(vane: Masters, casing: Masters, joints: Sequence[Joint]) -> Pa
         return np.repeat(np.asarray(values, float), count)
 
     contacts = Contacts(
-        kn=each([joint.kn for joint, *_ in found]),
-        kt=np.column_stack([each([joint.kt for joint, *_ in found])] * 2),
+        kn=_stiffness([(j.name, j.kn, j.kn_area, area) for j, *_, area in found], count),
+        kt=np.column_stack(
+            [_stiffness([(j.name, j.kt, j.kt_area, area) for j, *_, area in found], count)] * 2
+        ),
         mu=each([joint.mu for joint, *_ in found]),
         v0=each([joint.interference for joint, *_ in found]),
         joint=tuple(np.repeat([joint.name for joint, *_ in found], count).tolist()),
@@ -104,13 +110,34 @@ def contact_pairs(vane: Masters, casing: Masters, joints: Sequence[Joint]) -> Pa
         vane=np.concatenate([none, *(own for _, own, *_ in found)]),
         mate=np.concatenate([none, *(mate for _, _, mate, *_ in found)]),
         next=np.repeat([joint.name == "interlock" for joint, *_ in found], count).astype(bool),
-        frames=np.concatenate([np.empty((0, 3, 3)), *(frames for *_, frames in found)]),
+        frames=np.concatenate([np.empty((0, 3, 3)), *(frames for *_, frames, _ in found)]),
         contacts=contacts,
     )
 
 
 Coordinates = Callable[[NDArray[np.int64]], NDArray[np.int64]]
-NodePairs = tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.float64]]
+NodePairs = tuple[
+    NDArray[np.int64], NDArray[np.int64], NDArray[np.float64], NDArray[np.float64] | None
+]
+"""Both nodes of each pair, the own one's frame, and its area where that is known."""
+
+
+def _stiffness(
+    joints: list[tuple[str, float, float | None, NDArray[np.float64] | None]], count: list[int]
+) -> NDArray[np.float64]:
+    """(c,) stiffness of each pair, N/m: the joint's, or the one per area times its node's area."""
+    parts = [np.empty(0)]
+    for (name, each, per_area, area), pairs in zip(joints, count, strict=True):
+        if per_area is None:
+            parts.append(np.full(pairs, each))
+        elif area is None:
+            raise InputError(
+                f'joint "{name}": a stiffness per area needs contact sets of the vane that consist '
+                "of whole faces"
+            )
+        else:
+            parts.append(per_area * area)
+    return np.concatenate(parts)
 
 
 def _hook(vane: Masters, casing: Masters) -> list[NodePairs]:
@@ -121,7 +148,15 @@ def _hook(vane: Masters, casing: Masters) -> list[NodePairs]:
         _act_alike(name, vane, own, casing, mate)
         _coincide(name, vane.position(own), casing.position(mate), mate)
         contact = ~np.isin(own, vane.node_sets.get("key", ()))
-        pairs.append((own[contact], mate[contact], vane.frames[name][contact]))
+        area = vane.areas.get(name)
+        pairs.append(
+            (
+                own[contact],
+                mate[contact],
+                vane.frames[name][contact],
+                None if area is None else area[contact],
+            )
+        )
     return pairs
 
 
@@ -132,7 +167,7 @@ def _interlock(vane: Masters) -> list[NodePairs]:
     _coincide(
         "interlock_right", vane.position(own), vane.position(mate) @ turn(vane.sectors).T, mate
     )
-    return [(own, mate, vane.frames["interlock_right"])]
+    return [(own, mate, vane.frames["interlock_right"], vane.areas.get("interlock_right"))]
 
 
 def key_pairs(vane: Masters, casing: Masters) -> tuple[NDArray[np.int64], NDArray[np.int64]]:

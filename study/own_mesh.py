@@ -148,6 +148,14 @@ def refuse_without_dimensions(study: Any) -> None:
         Naming the key.
     """
     vane, casing = isinstance(study.vane, OwnVane), isinstance(study.casing, OwnCasing)
+    for joint in ("hook", "interlock"):
+        for name in ("kn_area", "kt_area"):
+            value = getattr(getattr(study.joints, joint), name)
+            if value is not None and not vane:
+                raise ValueError(
+                    f"joints.{joint}.{name} = {value:g}: needs vane.mesh, whose contact sets "
+                    "consist of whole faces"
+                )
     why = f"needs dimensions, while {'vane.mesh' if vane else 'casing.mesh'} is given"
     if vane and study.outputs.gauges:
         raise ValueError(f"outputs.gauges: a gauge's place {why}")

@@ -89,7 +89,7 @@ def diameters(studies: Iterable[Study]) -> tuple[int, ...]:
 def joints(study: Study) -> tuple[Joint, ...]:
     """The joints with contact elements."""
     hook, interlock = study.joints.hook, study.joints.interlock
-    found = [Joint("hook", hook.kn, hook.kt, hook.mu, hook.interference)]
+    found = [Joint("hook", **hook.model_dump(exclude={"patch"}))]
     if interlock.enabled:
         properties = interlock.model_dump(exclude={"enabled", "patch"})
         found.append(Joint("interlock", **properties))

@@ -7,7 +7,7 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, model_valida
 from vanelock.mesh.effort import MOST as LARGEST_MESHES
 from vanelock.mesh.fit import FEWEST, MOST
 from vanelock.mesh.size import LARGEST, SIZES, SMALLEST
-from vanelock.quantities import Density, Frequency, Length, Pressure, Stiffness, si
+from vanelock.quantities import Bedding, Density, Frequency, Length, Pressure, Stiffness, si
 
 
 def _mesh_size(value: object) -> object:
@@ -72,14 +72,33 @@ Patch = Literal["node", "area"]
 """Whether a contact acts on its node or on the mean over its node's patch."""
 
 
+def _one_of_each(joint: "HookJoint | InterlockJoint") -> None:
+    """Refuse a stiffness per pair beside the same one per area."""
+    for name in ("kn", "kt"):
+        value = getattr(joint, f"{name}_area")
+        if value is not None and name in joint.model_fields_set:
+            raise ValueError(f"{name}_area = {value:g}: give either this or {name}, not both")
+
+
 class HookJoint(Table):
     """Contacts between the vane's hooks and the casing's grooves, per node pair."""
 
     kn: Stiffness = Field(default=1.67e7, gt=0, le=1e15, description="normal stiffness [N/m]")
     kt: Stiffness = Field(default=1.67e7, gt=0, le=1e15, description="tangential stiffness [N/m]")
+    kn_area: Bedding | None = Field(
+        default=None, gt=0, le=1e20, description="normal stiffness per area [N/m^3]"
+    )
+    kt_area: Bedding | None = Field(
+        default=None, gt=0, le=1e20, description="tangential stiffness per area [N/m^3]"
+    )
     mu: float = Field(default=0.3, ge=0, le=1000, description="friction coefficient")
     interference: Length = Field(default=20e-6, gt=0, le=1e-3, description="interference [m]")
     patch: Patch = Field(default="node", description="what a contact acts on")
+
+    @model_validator(mode="after")
+    def _one_stiffness(self) -> Self:
+        _one_of_each(self)
+        return self
 
 
 class InterlockJoint(Table):
@@ -88,9 +107,20 @@ class InterlockJoint(Table):
     enabled: bool = Field(default=True, description="whether the interlock has contacts")
     kn: Stiffness = Field(default=1e6, gt=0, le=1e15, description="normal stiffness [N/m]")
     kt: Stiffness = Field(default=1e6, gt=0, le=1e15, description="tangential stiffness [N/m]")
+    kn_area: Bedding | None = Field(
+        default=None, gt=0, le=1e20, description="normal stiffness per area [N/m^3]"
+    )
+    kt_area: Bedding | None = Field(
+        default=None, gt=0, le=1e20, description="tangential stiffness per area [N/m^3]"
+    )
     mu: float = Field(default=0.3, ge=0, le=1000, description="friction coefficient")
     interference: Length = Field(default=2e-6, ge=-1e-3, le=1e-3, description="interference [m]")
     patch: Patch = Field(default="node", description="what a contact acts on")
+
+    @model_validator(mode="after")
+    def _one_stiffness(self) -> Self:
+        _one_of_each(self)
+        return self
 
 
 class Joints(Table):

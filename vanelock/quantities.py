@@ -60,4 +60,5 @@ Density = Annotated[float, quantity("kg/m^3")]
 Force = Annotated[float, quantity("N")]
 Frequency = Annotated[float, quantity("Hz")]
 Stiffness = Annotated[float, quantity("N/m")]
+Bedding = Annotated[float, quantity("N/m^3")]  # a stiffness per area
 Unbalance = Annotated[float, quantity("kg*m")]

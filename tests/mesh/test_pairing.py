@@ -112,6 +112,14 @@ def test_ring_sectors_meet(given, cell_type):
     assert np.abs(vane.frames["interlock_right"] - right).max() < 1e-12
 
 
+def test_whole_faces_have_areas(given):
+    """The interlock's sets are the whole side, 0.1 m by 0.2 m; those of the hooks are not."""
+    areas = matched(given()).vane.areas
+    for name in ("interlock_left", "interlock_right"):
+        assert areas[name].sum() == pytest.approx(0.02, rel=1e-13)
+    assert "hook_front" not in areas
+
+
 def test_order_does_not_depend_on_the_numbering(given):
     """Pairs come band by band, by axial position, then by angle, keys in their order."""
     both = matched(given(ending=".inp"))

@@ -67,6 +67,14 @@ def complaint(text):
             VANE + "[outputs]\ngauges = [{ aerofoil = 1, span = 0.1, chord = 0.5 }]",
             "outputs.gauges: a gauge's place needs dimensions, while vane.mesh is given",
         ),
+        (
+            VANE + "[joints.hook]\nkn = 1e7\nkn_area = 1e11",
+            "joints.hook.kn_area = 1e+11: give either this or kn, not both",
+        ),
+        (
+            CASING + "[joints.interlock]\nkt_area = '1 N/mm^3'",
+            "joints.interlock.kt_area = 1e+09: needs vane.mesh, whose contact sets consist of",
+        ),
         (CASING + "[mesh]\nface_nodes = 326", "mesh.face_nodes = 326: casing.mesh is given"),
         (VANE + "[vane.hook]\nlip_radius = 0.58\n" + CASING, "vane.hook: both parts are given as"),
         (

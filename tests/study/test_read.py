@@ -44,7 +44,7 @@ def test_template_mentions_every_key():
     text = template_text()
     for key, _ in leaves(Study().model_dump()):
         assert f"{key.rpartition('.')[2]} = " in text, key
-    for key in ("mesh", "unit", "tolerance"):
+    for key in ("mesh", "unit", "tolerance", "kn_area", "kt_area"):
         assert f"# {key} = " in text, key
 
 
