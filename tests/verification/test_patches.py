@@ -19,6 +19,7 @@ from vanelock.cyclic import turn
 from vanelock.mesh import HookDimensions, VaneDimensions
 from vanelock.mesh.averages import averages, cylinder, plane
 from vanelock.mesh.patches import Patch, hook_patches, interlock_patches
+from vanelock.mesh.tetrahedra import quadratic_shapes
 from vanelock.rom.patches import with_means
 
 pytestmark = pytest.mark.slow
@@ -137,7 +138,7 @@ def test_block_on_a_spring(lattice, record_property):
 
 
 def bisected(part, sets):
-    """A part with the elements bisected that touch a node of some sets; its facets stay flat.
+    """A part with the elements bisected that touch a node of some sets; its shape stays the same.
 
     Bisection spreads to neighbours. Where it cuts the two cyclic faces differently it is repeated.
     """
@@ -145,8 +146,8 @@ def bisected(part, sets):
     marked = np.flatnonzero(np.isin(part.cells, near).any(axis=1))
     corners, cells = np.unique(part.cells[:, :4], return_inverse=True)
     cells = cells.reshape(-1, 4)
-    finer = MeshTet(np.array(part.points[corners].T, order="C"), np.array(cells.T, order="C"))
-    finer = finer.refined(marked)
+    coarse = MeshTet(np.array(part.points[corners].T, order="C"), np.array(cells.T, order="C"))
+    finer = coarse.refined(marked)
     points, cells = finer.p.T, finer.t.T.astype(np.int64)
     edges = points[cells[:, 1:]] - points[cells[:, :1]]
     flipped = np.linalg.det(edges) < 0
@@ -155,10 +156,13 @@ def bisected(part, sets):
         np.sort(cells[:, EDGES], 2).reshape(-1, 2), axis=0, return_inverse=True
     )
     cells = np.hstack([cells, len(points) + middle.reshape(-1, 6)])
-    points = np.vstack([points, points[sides].mean(axis=1)])
+    straight = np.vstack([points, points[sides].mean(axis=1)])
+    points = bent(part, coarse, straight, cells)
     tree = cKDTree(points)
-    kept = {n: tree.query(part.points[k])[1] for n, k in part.node_sets.items() if n in part.frames}
-    kept["key"] = tree.query(part.points[part.node_sets["key"]])[1]
+    kept = {n: tree.query(part.points[k]) for n, k in part.node_sets.items() if n in part.frames}
+    kept["key"] = tree.query(part.points[part.node_sets["key"]])
+    assert max(distance.max() for distance, _ in kept.values()) < 1e-12
+    kept = {name: nodes for name, (_, nodes) in kept.items()}
     if part.name == "casing":
         angle, z = np.arctan2(points[:, 1], points[:, 0]), points[:, 2]
         kept["fixed"] = np.flatnonzero(np.minimum(z, 0.2 - z) < 1e-9)
@@ -171,8 +175,24 @@ def bisected(part, sets):
     return replace(found, patches=patches(found))
 
 
+def bent(part, coarse, straight, cells):
+    """Places of a finer mesh's nodes in the curved elements of a part, from those in straight ones.
+
+    A piece of a quadratic element is one itself, so that nothing is lost.
+    """
+    parent = coarse.element_finder()(*straight[cells[:, :4]].mean(axis=1).T)
+    nodes = part.cells[parent]
+    vertices = np.concatenate([part.points[nodes[:, :4]], np.ones((len(cells), 4, 1))], axis=2)
+    places = np.concatenate([straight[cells], np.ones((*cells.shape, 1))], axis=2)
+    position = places @ np.linalg.inv(vertices)
+    shapes = quadratic_shapes(position.reshape(-1, 4)).reshape(*cells.shape, 10)
+    points = np.empty_like(straight)
+    points[cells] = shapes @ part.points[nodes]
+    return points
+
+
 def patches(part):
-    """Weights of a part whose facets lie up to 0.3 mm inside its cylinders."""
+    """Weights of a part whose faces lie up to XXX inside its cylinders."""
     bands = hook_patches(HookDimensions(), OVERLAP, 16)
     rows = []
     for radius, band in zip((0.592, 0.584, 0.592, 0.584), bands, strict=True):
