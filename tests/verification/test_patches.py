@@ -7,6 +7,7 @@ rounds of bisection halve the elements.
 
 import os
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -17,6 +18,7 @@ from skfem import MeshTet
 from vanelock import fem, mesh, rom
 from vanelock.cyclic import turn
 from vanelock.mesh import HookDimensions, VaneDimensions
+from vanelock.mesh import sets as mesh_sets
 from vanelock.mesh.averages import averages, cylinder, plane
 from vanelock.mesh.patches import Patch, hook_patches, interlock_patches
 from vanelock.mesh.tetrahedra import quadratic_shapes
@@ -135,6 +137,80 @@ def test_block_on_a_spring(lattice, record_property):
         drifts[which] = np.abs(drift)
     assert np.all(drifts["area"][1:] < 0.5 * drifts["area"][:-1])
     assert np.all(drifts["node"][1:] > drifts["node"][:-1])
+
+
+def wave(x):
+    """A field (...,) of wavelength 0.12 m at places (..., 3)."""
+    return np.sin(x @ [20.0, 40.0, 30.0])
+
+
+def over_bands():
+    """Means (30,) of the wave over the front hook's patches, by Gauss points on the cylinders."""
+    nodes, weights = np.polynomial.legendre.leggauss(12)
+    hook = HookDimensions()
+    means = []
+    for radius, band in zip(
+        (hook.roof_radius, hook.lip_radius), mesh_sets.hook_bands(hook, 16)[:2], strict=True
+    ):
+        angle = np.arctan2(band[:, 1], band[:, 0])
+        for start, end in pairwise(nearest(angle)):
+            at = (start + end) / 2 + (end - start) / 2 * nodes
+            z = np.mean(OVERLAP) + np.ptp(OVERLAP) / 2 * nodes
+            at, z = np.meshgrid(at, z)
+            means.append(weights @ wave(mesh_sets.cylindrical(radius, at, z)) @ weights / 4)
+    return np.array(means)
+
+
+def over_face():
+    """Means (10,) over the left interlock face's patches, by Gauss points between arcs."""
+    nodes, weights = np.polynomial.legendre.leggauss(12)
+    vane, origin = VaneDimensions(), np.array([0.0, 0.0, HookDimensions().mid_plane])
+    frame = mesh_sets.interlock_frame(vane, 16)
+    slope = np.sin(np.radians(vane.interlock_slant))
+    limits = nearest((mesh_sets.interlock_rows(vane, 16)[0] - origin) @ frame[2])
+
+    def arcs(x):
+        radii = vane.inner_shroud_inner_radius, vane.inner_shroud_outer_radius
+        return np.array([np.sqrt(r**2 - (slope * x) ** 2) for r in radii])
+
+    means = []
+    for side in (0, 1):
+        for ends in pairwise(limits):
+            x = np.mean(ends) + np.ptp(ends) / 2 * nodes
+            half, edge = np.interp(x, ends, arcs(np.array(ends)).mean(axis=0)), arcs(x)[side]
+            y = (half + edge) / 2 + (edge - half) / 2 * nodes[:, None]
+            at = origin + x[..., None] * frame[2] + y[..., None] * frame[1]
+            share = weights * np.abs(edge - half)
+            means.append(weights @ wave(at) @ share / (2 * share.sum()))
+    return np.array(means)
+
+
+def nearest(positions):
+    middles = (positions[1:] + positions[:-1]) / 2
+    return np.concatenate([positions[:1], middles, positions[-1:]])
+
+
+def test_means_of_a_wave_over_the_vane_s_patches(record_property):
+    """Nodal values of a wave, averaged by the mesh's weights, against its means on the geometry."""
+    sizes = (0.025, 0.0125, 0.00625) if FULL else (0.025, 0.0125)
+    errors = []
+    for size in sizes:
+        part = mesh.vane_segment(size=size)
+        field = wave(part.points)
+        errors.append(
+            [
+                np.abs(part.patches[name] @ field - exact).max()
+                for name, exact in (("hook_front", over_bands()), ("interlock_left", over_face()))
+            ]
+        )
+    record_property("element size, mm", numbers(1e3 * np.array(sizes), "g"))
+    found = np.array(errors)
+    for name, error in zip(("hooks", "interlock"), found.T, strict=True):
+        record_property(f"{name}: largest error / amplitude", numbers(error, ".1e"))
+    order = np.log2(found[0] / found[-1]) / (len(sizes) - 1)
+    record_property("order, hooks and interlock", numbers(order, ".1f"))
+    assert found[-1].max() < 1e-3
+    assert np.all(order > 2)
 
 
 def bisected(part, sets):
