@@ -47,9 +47,9 @@ class Facets:
     corner: Integers
 
 
-def cylinder(points: Array, cells: Integers, radius: float, tolerance: float = TOLERANCE) -> Facets:
-    """Faces with their corners on a cylinder about z, or no further off it than a tolerance, m."""
-    on = np.abs(np.hypot(points[:, 0], points[:, 1]) - radius) < tolerance
+def cylinder(points: Array, cells: Integers, radius: float) -> Facets:
+    """Faces with their corners on a cylinder about z."""
+    on = np.abs(np.hypot(points[:, 0], points[:, 1]) - radius) < TOLERANCE
     facets = _surface(cells, on)
     # Three corners on an arc at one end of the cylinder span a triangle that faces along the axis.
     a, b, c = np.moveaxis(points[_corners(cells, facets)], 1, 0)
