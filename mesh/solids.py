@@ -18,6 +18,8 @@ from vanelock.mesh.reference import SOLIDS, Cell, solid
 _LOWER = ("vertex", "line", "triangle", "quad", "polygon", "pixel", "empty")
 FURTHEST = 100.0
 """Largest coordinate, m."""
+LEAST = 2e-3
+"""Smallest extent of a part, m."""
 OFF_PLACE = 0.25
 """How far a middle node may lie from the middle of its side, in lengths of the element's sides."""
 
@@ -57,6 +59,11 @@ def solid_mesh(raw: RawMesh, unit: float) -> FileMesh:
         raise InputError(
             f"{raw.source}: node {node} lies {far.max():.3g} m from the origin: at most "
             f"{FURTHEST:g} m are allowed; is the unit right?"
+        )
+    size = float(np.ptp(points[used], axis=0).max())
+    if size < LEAST:
+        raise InputError(
+            f"{raw.source}: {size:.3g} m large: at least {LEAST:g} m are needed; is the unit right?"
         )
     if 3 * len(used) > MOST:
         raise InputError(
