@@ -146,6 +146,7 @@ def casing_sector(
             "hook_rear": np.concatenate(frames[2:]),
         },
         sectors=sectors,
+        cad_volume=mesh.volume,
     )
     overlap = overlap or hook_overlap(VaneDimensions(), dimensions)
     return replace(valid(part), patches=hook_averages(part, hook, overlap))

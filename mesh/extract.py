@@ -23,11 +23,15 @@ EDGES = [(0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3)]  # corners of nodes 4 t
 
 @dataclass(frozen=True)
 class Mesh:
-    """Nodes (n, 3) and tetra10 elements (e, 10), with gmsh's tags of the nodes (n,), ascending."""
+    """Nodes (n, 3) and tetra10 elements (e, 10), with gmsh's tags of the nodes (n,), ascending.
+
+    And the volume of the geometry, m³.
+    """
 
     points: NDArray[np.float64]
     cells: NDArray[np.int64]
     tags: NDArray[np.int64]
+    volume: float
 
     def number(self, tags: Any) -> NDArray[np.int64]:
         """Node numbers of gmsh's node tags."""
@@ -52,7 +56,8 @@ def generate(gmsh: Any, size: float) -> Mesh:
         raise InputError(
             f"{gmsh.model.getCurrent()}: {len(tags) - len(used)} nodes belong to no tetrahedron"
         )
-    return Mesh(points, cells.reshape(-1, 10)[:, _MESHIO_ORDER], tags)
+    volume = sum(gmsh.model.occ.getMass(*solid) for solid in gmsh.model.getEntities(3))
+    return Mesh(points, cells.reshape(-1, 10)[:, _MESHIO_ORDER], tags, volume)
 
 
 def nodes_on(gmsh: Any, mesh: Mesh, dim: int, tag: int) -> NDArray[np.int64]:

@@ -52,6 +52,8 @@ class Part(Product):
         centroid, which both parts of a joint share. Empty where a joint acts on nodes only.
     areas : dict of str to (k,) float
         Of contact sets that consist of whole faces: the area that belongs to each node, m².
+    cad_volume : float or None
+        Volume of the geometry that was meshed, m³, where there was one.
     """
 
     name: str
@@ -63,3 +65,4 @@ class Part(Product):
     sectors: int
     patches: dict[str, sp.csc_array] = field(default_factory=dict)
     areas: dict[str, NDArray[np.float64]] = field(default_factory=dict, metadata={"unit": "m^2"})
+    cad_volume: float | None = field(default=None, metadata={"unit": "m^3"})

@@ -140,6 +140,7 @@ def _part(
             "interlock_right": sets.opposite(interlock, sectors),
         },
         sectors=sectors,
+        cad_volume=mesh.volume,
     )
     return valid(part)
 

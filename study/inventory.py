@@ -27,7 +27,10 @@ SETS = (
 
 
 def quality_table(
-    found: Mapping[str, Figures], densities: Mapping[str, float], seconds: Mapping[str, float]
+    parts: Mapping[str, Part],
+    found: Mapping[str, Figures],
+    densities: Mapping[str, float],
+    seconds: Mapping[str, float],
 ) -> Table:
     """A line for each part; mass from its density, kg/m³, and what meshing took, s."""
     columns = (
@@ -37,6 +40,7 @@ def quality_table(
         Column("elements", "elements", ",d"),
         Column("cell_type", "type"),
         Column("volume_cm3", "volume [cm^3]", ".2f"),
+        Column("against_cad", "/ CAD - 1", "+.0e"),
         Column("mass_kg", "mass [kg]", ".4g"),
         Column("smallest_jacobian", "smallest Jacobian", ".3g"),
         Column("sicn_min", "SICN min", ".3f"),
@@ -53,6 +57,7 @@ def quality_table(
             f.elements,
             f.cell_type,
             1e6 * f.volume,
+            None if (cad := parts[name].cad_volume) is None else f.volume / cad - 1,
             densities[name] * f.volume,
             f.smallest_jacobian,
             *f.sicn,
@@ -64,6 +69,7 @@ def quality_table(
     dofs = sum(f.dofs for f in found.values())
     notes = (
         f"Degrees of freedom of both parts: {dofs:,}.",
+        "/ CAD: over the volume of the geometry that was meshed.",
         "Jacobian: smallest over that of an element with straight sides. SICN: signed inverse "
         "condition number, 1 for a perfect element; min, 1 % and median over all elements.",
     )

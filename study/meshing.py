@@ -59,6 +59,7 @@ def mesh_study(
         found = {name: figures(part) for name, part in parts.items()}
         tables = (
             inventory.quality_table(
+                parts,
                 found,
                 {name: getattr(study.material, name).rho for name in parts},
                 {name: stages.done[step.key].seconds for name, step in steps.items()},

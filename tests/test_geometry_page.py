@@ -22,8 +22,15 @@ def page() -> ModuleType:
 
 def test_the_tables_are_up_to_date(page: ModuleType) -> None:
     text = (ROOT / "docs" / "geometry.md").read_text("utf-8")
-    shown = text.partition(page.BEGIN)[2].partition(page.END)[0]
-    assert shown.strip() == page.dimension_tables().strip(), "run tools/geometry_page.py"
+    assert page.written(text, "Dimensions").strip() == page.dimension_tables().strip(), (
+        "run tools/geometry_page.py"
+    )
+
+
+def test_every_named_size_is_shown(page: ModuleType) -> None:
+    text = (ROOT / "docs" / "geometry.md").read_text("utf-8")
+    rows = page.written(text, "Sizes").strip().splitlines()[2:]
+    assert [row.split("|")[1].strip(' `"') for row in rows] == list(page.SIZES)
 
 
 def test_a_row_says_default_limits_and_what_it_is(page: ModuleType) -> None:

@@ -1,7 +1,7 @@
-"""Write the tables of dimensions into docs/geometry.md and draw the drawings beside it.
+"""Write the tables of dimensions and sizes into docs/geometry.md and draw the drawings beside it.
 
-Run by `python tools/geometry_page.py` after a dimension, its default or its limits have changed;
-a test compares the page with the program.
+Run by `python tools/geometry_page.py` after a dimension, its default or its limits, or the meshes
+have changed; a test compares the dimensions on the page with those of the program.
 """
 
 from collections.abc import Iterator
@@ -11,13 +11,20 @@ from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
 from vanelock import render
-from vanelock.mesh import CasingDimensions, HookDimensions, VaneDimensions
+from vanelock.mesh import (
+    CasingDimensions,
+    HookDimensions,
+    VaneDimensions,
+    casing_sector,
+    vane_segment,
+)
+from vanelock.mesh.size import SIZES
 from vanelock.study import Study
 
 DOCS = Path(__file__).resolve().parent.parent / "docs"
 PAGE = DOCS / "geometry.md"
-BEGIN = "<!-- From here written by tools/geometry_page.py. -->\n"
-END = "<!-- To here. -->\n"
+BEGIN = "<!-- {} from here to its end written by tools/geometry_page.py. -->\n"
+END = "<!-- End of {}. -->\n"
 TABLES: dict[str, type[BaseModel]] = {
     "vane": VaneDimensions,
     "vane.hook": HookDimensions,
@@ -30,12 +37,36 @@ _UNITS = {"m": (1e3, "mm"), "deg": (1.0, "°"), "": (1.0, "")}
 
 def main() -> None:
     """Bring page and drawings up to date."""
-    before, _, rest = PAGE.read_text("utf-8").partition(BEGIN)
-    after = rest.partition(END)[2]
-    PAGE.write_text(f"{before}{BEGIN}\n{dimension_tables()}\n{END}{after}", "utf-8")
+    text = PAGE.read_text("utf-8")
+    for name, table in (("Dimensions", dimension_tables()), ("Sizes", size_table())):
+        begin, end = BEGIN.format(name), END.format(name)
+        before, _, rest = text.partition(begin)
+        text = f"{before}{begin}\n{table}\n{end}{rest.partition(end)[2]}"
+    PAGE.write_text(text, "utf-8")
     sheet = (VaneDimensions(), CasingDimensions(), Study().ring.sectors)
     render.vane_drawing(DOCS / "pictures" / "drawing_vane.png", *sheet)
     render.casing_drawing(DOCS / "pictures" / "drawing_casing.png", *sheet)
+
+
+def written(text: str, name: str) -> str:
+    """What stands between the marks of a table."""
+    return text.partition(BEGIN.format(name))[2].partition(END.format(name))[0]
+
+
+def size_table() -> str:
+    """What each named size makes of the default dimensions, as Markdown."""
+    lines = [
+        "| `mesh.size` | elements: vane, casing | dofs: vane + casing | nodes of a cyclic face |",
+        "|---|---|---|---|",
+    ]
+    for size, lengths in SIZES.items():
+        vane, casing = vane_segment(size=size), casing_sector(size=size)
+        dofs = [3 * len(part.points) for part in (vane, casing)]
+        shown = ", ".join(f"{1e3 * lengths[name]:g} mm" for name in ("vane", "casing"))
+        faces = len(casing.node_sets["left"])
+        total = f"{dofs[0]:,} + {dofs[1]:,} = {sum(dofs):,}"
+        lines.append(f'| `"{size}"` | {shown} | {total} | {faces} |')
+    return "\n".join([*lines, ""])
 
 
 def dimension_tables() -> str:

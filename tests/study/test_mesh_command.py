@@ -89,6 +89,8 @@ def test_the_tables_are_those_of_the_parts(made, parts):
         assert int(row["dofs"]) == 3 * len(part.points)
         assert int(row["elements"]) == len(part.cells)
         assert float(row["volume_cm3"]) == pytest.approx(1e6 * found.volume, rel=1e-12)
+        against_cad = found.volume / part.cad_volume - 1
+        assert float(row["against_cad"]) == pytest.approx(against_cad, rel=1e-6, abs=1e-12)
         assert float(row["mass_kg"]) == pytest.approx(density * found.volume, rel=1e-12)
         assert float(row["smallest_jacobian"]) == pytest.approx(found.smallest_jacobian, rel=1e-9)
         assert float(row["sicn_min"]) == pytest.approx(found.smallest_sicn, rel=1e-9)
@@ -137,6 +139,7 @@ def test_its_files_serve_as_own_meshes(made, tmp_path, monkeypatch):
     ):
         for name in ("nodes", "elements", "cell_type"):
             assert old[name] == new[name]
+        assert new["against_cad"] == ""
         for name in ("volume_cm3", "smallest_jacobian", "sicn_min", "largest_edge_mm"):
             assert float(old[name]) == pytest.approx(float(new[name]), rel=1e-9)
 
