@@ -214,11 +214,13 @@ casing_modes = 6
 [joints.hook]
 kt = 1e7
 [joints.interlock]
-mu = 0.15
+mu = 0.1
 kt = 6e5
+[excitation]
+force = 80
 [response]
 harmonics = 1
-frequencies = [262, 266, 270]
+frequencies = [264, 268]
 [outputs]
 monitor = "casing accessory 1, radial"
 shapes = false
@@ -232,7 +234,7 @@ def test_same_response_from_files(folder):
     found = []
     for i, own in enumerate([(), ("vane", "casing")]):
         (summary,) = run_study(written(folder, RESPONSE, own), folder / f"run{i}")
-        assert summary.converged == 3
+        assert summary.converged == 2
         assert summary.slipping > 0
         found.append(summary.peak)
     assert found[1].frequency == found[0].frequency
