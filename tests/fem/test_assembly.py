@@ -36,7 +36,7 @@ def skfem_basis(part):
     """scikit-fem's basis, and (nodes, 3) its number of each of the part's dofs."""
     make = {
         "tetra": (skfem.MeshTet1, skfem.ElementTetP1, slice(None), 2),
-        "tetra10": (skfem.MeshTet2, skfem.ElementTetP2, slice(None), 4),
+        "tetra10": (skfem.MeshTet2, skfem.ElementTetP2, slice(None), 5),
         "hexahedron": (skfem.MeshHex1, skfem.ElementHex1, INV_HEX_MAPPING[:8], 3),
         "hexahedron27": (skfem.MeshHex2, skfem.ElementHex2, INV_HEX_MAPPING, 5),
     }
