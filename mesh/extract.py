@@ -12,6 +12,9 @@ from vanelock.mesh.occ import TOLERANCE
 from vanelock.mesh.tetrahedra import jacobian_bounds
 
 TETRA10 = 11  # gmsh's number of the element type
+# Condition numbers (SICN) below which an element is changed: at first slivers only, since the
+# mesher tries in vain, for minutes, to improve what is flat because the wall is thin.
+SLIVER, POOR = 0.05, 0.3
 # gmsh and meshio (VTK) number the last two edges of the tetrahedron in opposite order.
 _MESHIO_ORDER = [0, 1, 2, 3, 4, 5, 6, 7, 9, 8]
 LEAST_JACOBIAN = 0.1
@@ -41,8 +44,10 @@ class Mesh:
 def generate(gmsh: Any, size: float) -> Mesh:
     """Mesh the current model with curved quadratic tetrahedra no larger than `size`, m."""
     gmsh.option.setNumber("Mesh.MeshSizeMax", size)
+    gmsh.option.setNumber("Mesh.OptimizeThreshold", SLIVER)
     gmsh.model.mesh.generate(3)
     # Generation leaves slivers in fine meshes.
+    gmsh.option.setNumber("Mesh.OptimizeThreshold", POOR)
     gmsh.model.mesh.optimize("Relocate3D")
     gmsh.model.mesh.optimize("")
     gmsh.model.mesh.setOrder(2)
@@ -102,6 +107,18 @@ def along(
     """Like `matching`, for nodes that the kernel spread over a curve in its own measure."""
     spacing = np.linalg.norm(np.diff(places, axis=0), axis=1).min()
     return matching(points, candidates, places, what, 0.2 * float(spacing))
+
+
+def nearest(
+    points: NDArray[np.float64],
+    candidates: NDArray[np.int64],
+    places: NDArray[np.float64],
+    what: str,
+) -> NDArray[np.int64]:
+    """Like `along`, for candidates that are many more than the places (k, 3)."""
+    spacing = np.linalg.norm(np.diff(places, axis=0), axis=1).min()
+    _, found = cKDTree(points[candidates]).query(places)
+    return matching(points, candidates[np.unique(found)], places, what, 0.05 * float(spacing))
 
 
 def place(

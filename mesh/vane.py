@@ -10,9 +10,10 @@ from scipy.spatial.transform import Rotation
 from vanelock.cyclic import turn
 from vanelock.errors import InputError
 from vanelock.mesh import aerofoil, occ, sets
+from vanelock.mesh.aerofoil_faces import divide_aerofoils
 from vanelock.mesh.averages import hook_averages, interlock_averages
 from vanelock.mesh.dimensions import CasingDimensions, VaneDimensions
-from vanelock.mesh.extract import Mesh, along, generate, matching, nodes_on, place
+from vanelock.mesh.extract import Mesh, along, generate, nearest, nodes_on, place
 from vanelock.mesh.fillets import check_resolved
 from vanelock.mesh.fit import check_vane
 from vanelock.mesh.kernel import session
@@ -73,21 +74,19 @@ def vane_segment(
     right = left @ turn(sectors).T
     accessory = aerofoil.accessory_points(dimensions, sectors)
     with session("vane") as gmsh:
-        solid = _solid(gmsh, dimensions, sectors)
-        band_tags, point_tags = occ.imprint(
-            gmsh,
-            solid,
-            [occ.arc(gmsh, band[0], band[-1]) for band in bands],
-            [occ.point(gmsh, position) for position in accessory],
+        solid = vane_solid(gmsh, dimensions, sectors)
+        (band_tags,) = occ.imprint(
+            gmsh, solid, [occ.arc(gmsh, band[0], band[-1]) for band in bands]
         )
         row_tags = [_edge(gmsh, row) for side in (left, right) for row in side]
         occ.grade_fillets(gmsh, dimensions.fillet, length)
         for tag, nodes in zip(band_tags + row_tags, [*bands, *left, *right], strict=True):
             gmsh.model.mesh.setTransfiniteCurve(tag, len(nodes) // 2 + 1)
+        sides = divide_aerofoils(gmsh, dimensions, length)
         mesh = half_way(gmsh, generate(gmsh, length), dimensions, sectors)
         on = [nodes_on(gmsh, mesh, 1, tag) for tag in band_tags + row_tags]
-        at = np.concatenate([nodes_on(gmsh, mesh, 0, tag) for tag in point_tags])
-    part = _part(dimensions, sectors, mesh, on, at, (bands, left, right, accessory), steps)
+        skin = np.concatenate([nodes_on(gmsh, mesh, 2, tag) for tag in sides])
+    part = _part(dimensions, sectors, mesh, on, skin, (bands, left, right, accessory), steps)
     overlap = overlap or hook_overlap(dimensions, CasingDimensions())
     patches = {
         **hook_averages(part, dimensions.hook, overlap),
@@ -101,7 +100,7 @@ def _part(
     sectors: int,
     mesh: Mesh,
     on: list[NDArray[np.int64]],
-    at: NDArray[np.int64],
+    skin: NDArray[np.int64],
     places: tuple[NDArray[np.float64], ...],
     steps: tuple[int, int],
 ) -> Part:
@@ -113,7 +112,8 @@ def _part(
         along(mesh.points, nodes, row, f"vane {name}")
         for name, nodes, row in zip(names, on, curves, strict=True)
     ]
-    tips = matching(mesh.points, at, accessory, "vane accessory")
+    corners = np.intersect1d(skin, mesh.cells[:, :4])
+    tips = nearest(mesh.points, corners, accessory, "vane accessory")
     points = place(mesh, np.concatenate([*rows, tips]), np.concatenate([*curves, accessory]))
     rows = [row[:: steps[0]] for row in rows[:4]] + [row[:: steps[1]] for row in rows[4:]]
     hook = sets.hook_frames(sets.hook_bands(dimensions.hook, sectors), 1.0)
@@ -145,7 +145,8 @@ def _part(
     return valid(part)
 
 
-def _solid(gmsh: Any, vane: VaneDimensions, sectors: int) -> occ.Entity:
+def vane_solid(gmsh: Any, vane: VaneDimensions, sectors: int) -> occ.Entity:
+    """The segment as one body of the open session."""
     hooks = _hooks(gmsh, vane, sectors)
     shroud = _inner_shroud(gmsh, vane, sectors)
     blades = _aerofoils(gmsh, vane, sectors)
