@@ -32,7 +32,7 @@ from vanelock.rom.system import Matrix, System
 
 BEYOND = 5
 """Modes beyond those asked for that may act on them."""
-ROUND_OFF = 1e-14
+ROUND_OFF = 1e-13
 """Of the largest ratio of a coordinate's stiffness to its mass: an ω² below it is zero."""
 
 

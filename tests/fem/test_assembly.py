@@ -15,6 +15,7 @@ from skfem.models.elasticity import linear_elasticity
 from vanelock.errors import InputError
 from vanelock.fem import Material, Model, assemble, factorise
 from vanelock.fem import assembly as module
+from vanelock.fem.tetrahedron_rule import tetrahedron_rule
 
 STEEL = Material(E=210e9, nu=0.3, rho=7850.0)
 CELLS = ["tetra", "tetra10", "hexahedron", "hexahedron20", "hexahedron27"]
@@ -41,8 +42,12 @@ def skfem_basis(part):
         "hexahedron27": (skfem.MeshHex2, skfem.ElementHex2, INV_HEX_MAPPING, 5),
     }
     mesh, element, order, degree = make[part.cell_type]
+    points, weights = tetrahedron_rule()
     basis = skfem.Basis(
-        mesh(part.points.T, part.cells.T[order]), skfem.ElementVector(element()), intorder=degree
+        mesh(part.points.T, part.cells.T[order]),
+        skfem.ElementVector(element()),
+        intorder=degree,
+        quadrature=(points.T, weights) if part.cell_type == "tetra10" else None,
     )
     near = KDTree(part.points)
     distance, node = near.query(basis.doflocs.T)
