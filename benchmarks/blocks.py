@@ -5,6 +5,7 @@ elements and all that lies half-way. Blocks that share a face must have the same
 """
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -66,6 +67,33 @@ def shares(
     points[1::2] = 0.5 * (corners[1:] + corners[:-1])
     points[[0, -1]] = 0.0, 1.0
     return points
+
+
+@dataclass(frozen=True)
+class Sizes:
+    """Of elements.
+
+    Attributes
+    ----------
+    size : float
+        Along the walls, about, m.
+    corner : float or None
+        At the edges where walls meet at re-entrant angles, m, if smaller.
+    thick : int
+        Elements through the aerofoils' thickness, at least.
+    """
+
+    size: float
+    corner: float | None = None
+    thick: int = 1
+
+    def along(self, length: float, start: bool = True, end: bool = True) -> Floats:
+        """`shares` of a side with re-entrant corners at its start, its end, or both."""
+        return shares(length, self.size, self.corner, (start, end))
+
+    def across(self, thickness: float) -> Floats:
+        """`shares` from one side of an aerofoil to the other."""
+        return shares(thickness, min(self.size, thickness / self.thick), self.corner)
 
 
 def between(low: Curve, high: Curve, first: Curve, last: Curve, u: Floats, v: Floats) -> Floats:

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from blocks import Curve, Floats, between, glued, shares, straight, swept
+from blocks import Curve, Floats, Sizes, between, glued, straight, swept
 from section import Section
 
 from vanelock.errors import InputError
@@ -18,33 +18,6 @@ from vanelock.mesh import Part, VaneDimensions, aerofoil
 
 EDGE = 0.5  # size along an aerofoil's rounded edges, over that elsewhere
 ENDS = np.array([0.0, 1.0])
-
-
-@dataclass(frozen=True)
-class Sizes:
-    """Of elements.
-
-    Attributes
-    ----------
-    size : float
-        Along the walls, about, m.
-    corner : float or None
-        At the edges where walls meet at re-entrant angles, m, if smaller.
-    thick : int
-        Elements through the aerofoils' thickness, at least.
-    """
-
-    size: float
-    corner: float | None = None
-    thick: int = 1
-
-    def along(self, length: float, start: bool = True, end: bool = True) -> Floats:
-        """`shares` of a side with re-entrant corners at its start, its end, or both."""
-        return shares(length, self.size, self.corner, (start, end))
-
-    def across(self, thickness: float) -> Floats:
-        """`shares` from one side of an aerofoil to the other."""
-        return shares(thickness, min(self.size, thickness / self.thick), self.corner)
 
 
 @dataclass(frozen=True)

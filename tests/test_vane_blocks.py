@@ -30,7 +30,7 @@ def blocks_fixture():
 @pytest.fixture(scope="module", name="fine")
 def fine_fixture(blocks):
     """Elements small enough that all curves are met to 1e-5 of their areas."""
-    return blocks[1].vane_hexahedra(blocks[1].Sizes(0.006, thick=2), cell_type="hexahedron27")
+    return blocks[1].vane_hexahedra(blocks[0].Sizes(0.006, thick=2), cell_type="hexahedron27")
 
 
 def section_area(vane):
@@ -79,7 +79,7 @@ def test_volume_is_that_of_rings_and_prisms(fine):
 @pytest.mark.parametrize("cell_type", ["hexahedron", "hexahedron20", "hexahedron27"])
 def test_elements_are_the_right_way_round(blocks, cell_type):
     for size, corner in ((0.025, None), (0.012, None), (0.008, 0.002)):
-        part = blocks[1].vane_hexahedra(blocks[1].Sizes(size, corner), cell_type=cell_type)
+        part = blocks[1].vane_hexahedra(blocks[0].Sizes(size, corner), cell_type=cell_type)
         at_points, at_nodes = blocks[0].determinants(part)
         assert at_points.min() > 0.2
         assert at_nodes.min() > 0.1
@@ -146,7 +146,7 @@ def test_walls_are_where_they_belong(fine):
 
 
 def test_free_segment_has_six_rigid_motions(blocks):
-    part = blocks[1].vane_hexahedra(blocks[1].Sizes(0.025))
+    part = blocks[1].vane_hexahedra(blocks[0].Sizes(0.025))
     hertz = modes(assemble(part, MATERIAL), 7).frequency
     assert hertz[:6].max() < 1e-4 * hertz[6]
     assert 350 < hertz[6] < 500
@@ -154,4 +154,4 @@ def test_free_segment_has_six_rigid_motions(blocks):
 
 def test_twisted_aerofoils_are_refused(blocks):
     with pytest.raises(InputError, match="need aerofoils without lean and twist"):
-        blocks[1].vane_hexahedra(blocks[1].Sizes(0.025), VaneDimensions(twist=5.0))
+        blocks[1].vane_hexahedra(blocks[0].Sizes(0.025), VaneDimensions(twist=5.0))
