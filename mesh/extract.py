@@ -8,13 +8,11 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from vanelock.errors import InputError
+from vanelock.mesh.attempts import tetrahedra
 from vanelock.mesh.occ import TOLERANCE
 from vanelock.mesh.tetrahedra import jacobian_bounds
 
 TETRA10 = 11  # gmsh's number of the element type
-# Condition numbers (SICN) below which an element is changed: at first slivers only, since the
-# mesher tries in vain, for minutes, to improve what is flat because the wall is thin.
-SLIVER, POOR = 0.05, 0.3
 # gmsh and meshio (VTK) number the last two edges of the tetrahedron in opposite order.
 _MESHIO_ORDER = [0, 1, 2, 3, 4, 5, 6, 7, 9, 8]
 LEAST_JACOBIAN = 0.1
@@ -43,13 +41,7 @@ class Mesh:
 
 def generate(gmsh: Any, size: float) -> Mesh:
     """Mesh the current model with curved quadratic tetrahedra no larger than `size`, m."""
-    gmsh.option.setNumber("Mesh.MeshSizeMax", size)
-    gmsh.option.setNumber("Mesh.OptimizeThreshold", SLIVER)
-    gmsh.model.mesh.generate(3)
-    # Generation leaves slivers in fine meshes.
-    gmsh.option.setNumber("Mesh.OptimizeThreshold", POOR)
-    gmsh.model.mesh.optimize("Relocate3D")
-    gmsh.model.mesh.optimize("")
+    tetrahedra(gmsh, size)
     gmsh.model.mesh.setOrder(2)
     _, nodes = gmsh.model.mesh.getElementsByType(TETRA10)
     used, cells = np.unique(np.asarray(nodes, dtype=np.int64), return_inverse=True)
