@@ -146,7 +146,8 @@ STUDY = """
 [mesh]
 size = "coarse"
 [response]
-frequencies = [255, 260, 262, 264, 266, 268, 270, 275, 280, 285]
+range = [250, 300]
+points = 100
 harmonics = 1
 [sweep]
 "joints.interlock.mu" = [0.15, 0.3]

@@ -13,9 +13,6 @@ from vanelock.study.stages import averaged
 STUDY = """
 [mesh]
 size = "coarse"
-[rom]
-vane_modes = 20
-casing_modes = 20
 [response]
 frequencies = [266]
 harmonics = 1
@@ -44,7 +41,7 @@ def test_each_joint_says_what_its_contacts_act_on():
 
 @pytest.mark.slow
 def test_hooks_on_nodes_and_on_patches_side_by_side(tmp_path):
-    """A run has the frequencies of either unreduced sector, to what twenty modes a part leave."""
+    """A run has the frequencies of either unreduced sector, to the accuracy of the reduction."""
     run_study(parse_study(STUDY), tmp_path / "run", lambda event: None, STUDY)
     steel = fem.Material(E=170e9, nu=0.3, rho=8200.0)
     parts = mesh.vane_segment(size="coarse"), mesh.casing_sector(size="coarse")
@@ -57,7 +54,7 @@ def test_hooks_on_nodes_and_on_patches_side_by_side(tmp_path):
             limits = Limits.load(file[f"limits/{case}"])
             squared, _ = fem.eigenpairs(*rom.unreduced(*models, [hook], 1, sets), 3)
             truth = np.sqrt(squared) / (2 * np.pi)
-            assert limits.free[:3] == pytest.approx(truth, rel=5e-4)
+            assert limits.free[:3] == pytest.approx(truth, rel=1e-4)
             assert Response.load(file[f"response/{case}"]).converged.all()
             found[patch] = limits.free[1]
     # On this mesh the nodes give way 0.17 % more than the patches.
