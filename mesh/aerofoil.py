@@ -192,17 +192,30 @@ def ends(vane: VaneDimensions) -> tuple[float, float]:
     return start, 0.5 * (vane.outer_shroud_inner_radius + vane.outer_shroud_outer_radius)
 
 
+def on_side(vane: VaneDimensions, side: int, station: float, along: float) -> Array:
+    """Point (3,) on the convex side, 0, or the concave one, 1, in the frame of `on_rounding`."""
+    across, axial = outline(vane, np.array([station]), along)[side, 0]
+    return np.array([along, across, axial])
+
+
+def spanwise(vane: VaneDimensions, side: int, station: float) -> Array:
+    """Both ends (2, 3) of a line that rules a side, on the shrouds; see `on_side`."""
+    found = []
+    for radius in (vane.inner_shroud_outer_radius, vane.outer_shroud_inner_radius):
+        along = radius
+        for _ in range(30):
+            along = float(np.sqrt(radius**2 - on_side(vane, side, station, along)[1] ** 2))
+        found.append(on_side(vane, side, station, along))
+    return np.array(found)
+
+
 def accessory_points(vane: VaneDimensions, sectors: int) -> Array:
     """Output nodes on the convex side at mid-chord of the middle aerofoil: (3, 3) m.
 
     They lie at 25, 50 and 75 % of the span, counted from the inner shroud.
     """
-    inner, outer = vane.inner_shroud_outer_radius, vane.outer_shroud_inner_radius
-    span = inner + np.array([0.25, 0.5, 0.75]) * (outer - inner)
-    points = [
-        [along, across, vane.hook.mid_plane + axial]
-        for along in span
-        for across, axial in outline(vane, np.zeros(1), float(along))[0]
-    ]
+    inner, outer = spanwise(vane, 0, 0.0)
+    points = inner + np.array([[0.25], [0.5], [0.75]]) * (outer - inner)
     axis = angles(vane, sectors)[(vane.aerofoils - 1) // 2]
-    return np.asarray(np.array(points) @ rotation(axis).T)
+    points += np.array([0.0, 0.0, vane.hook.mid_plane])
+    return np.asarray(points @ rotation(axis).T)

@@ -35,6 +35,12 @@ def check_bosses(casing: CasingDimensions, sectors: int) -> None:
     radius, at = casing.boss_diameter / 2, casing.boss_position
     room = radius + CLEARANCE
     flange = casing.flange_thickness
+    widest = casing.length - 2 * (flange + CLEARANCE)
+    if 2 * radius > widest:
+        raise InputError(
+            f"casing.boss_diameter = {2 * radius:g} m: at most {_floor(widest):g} m fits between "
+            "the flanges"
+        )
     if not flange + room <= at <= casing.length - flange - room:
         raise InputError(
             f"casing.boss_position = {at:g} m: a boss of {2 * radius:g} m clears the flanges "

@@ -93,8 +93,10 @@ class VaneDimensions(Dimensions):
     """A vane segment: outer shroud with two hooks, aerofoils, inner shroud with interlocks."""
 
     aerofoils: int = Field(default=4, ge=1, le=12, description="aerofoils per segment")
-    chord: Length = _length(0.047, "chord of an aerofoil", 0.5)
-    thickness: Length = _length(0.0045, "thickness of an aerofoil at mid-chord", 0.1)
+    chord: Length = _length(0.047, "chord of an aerofoil, nose to nose, at the shrouds", 0.5)
+    thickness: Length = _length(
+        0.0045, "thickness of an aerofoil at mid-chord, at the shrouds", 0.1
+    )
     edge_thickness: Length = _length(
         0.0022, "thickness of an aerofoil where its rounded edges begin", 0.1
     )
@@ -114,7 +116,8 @@ class VaneDimensions(Dimensions):
         default=0.0,
         ge=-40,
         le=40,
-        description="stagger at the outer shroud minus that at the inner one [deg]",
+        description="stagger at the outer shroud minus that at the inner one; straight lines join "
+        "the two sections, so that the one at mid-span is cos(twist/2) of them [deg]",
     )
     lean: Angle = Field(
         default=0.0,

@@ -146,10 +146,14 @@ def place(
         if images is not None:
             points[right] = points[left] @ turn.T
         folded = jacobian_bounds(points, mesh.cells) < LEAST_JACOBIAN
+        if not folded.any():
+            break
         eased = np.unique(mesh.cells[folded][:, 4:])
         if images is not None:
             eased = np.union1d(eased, left[np.isin(right, eased)])
         eased = eased[free[eased]]
         chords = points[middle[eased]].mean(axis=1)
         points[eased] = chords + share * (points[eased] - chords)
+    if images is not None:
+        points[right] = points[left] @ turn.T
     return points

@@ -1,6 +1,5 @@
 """Places on an aerofoil's surface, as an engineer names them for a strain gauge."""
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Literal, get_args
 
@@ -9,7 +8,7 @@ from numpy.typing import NDArray
 
 from vanelock.cyclic import rotation
 from vanelock.errors import InputError
-from vanelock.mesh.aerofoil import angles, outline
+from vanelock.mesh.aerofoil import angles, on_side, spanwise
 from vanelock.mesh.dimensions import VaneDimensions
 
 STEP = 1e-5
@@ -82,35 +81,23 @@ def on_aerofoil(
     turn = rotation(angles(vane, sectors)[aerofoil - 1])
     side_number, station = get_args(Side).index(side), 2 * chord - 1
 
-    def surface(along: float, s: float) -> NDArray[np.float64]:
-        across, axial = outline(vane, np.array([s]), along)[side_number, 0]
-        return np.array([along, across, axial])
-
     # Straight lines rule the surface; the shrouds that end them are cylinders.
-    inner, outer = (
-        _reaches(radius, lambda along: surface(along, station))
-        for radius in (vane.inner_shroud_outer_radius, vane.outer_shroud_inner_radius)
+    inner, outer = spanwise(vane, side_number, station)
+    along_span = outer - inner
+    position = inner + span * along_span
+    along_span /= np.linalg.norm(along_span)
+    ahead, behind = (
+        on_side(vane, side_number, station + step, position[0]) for step in (STEP, -STEP)
     )
-    spanwise = surface(outer, station) - surface(inner, station)
-    position = surface(inner, station) + span * spanwise
-    spanwise /= np.linalg.norm(spanwise)
-    tangent = surface(position[0], station + STEP) - surface(position[0], station - STEP)
+    tangent = ahead - behind
     tangent /= np.linalg.norm(tangent)
-    normal = np.cross(spanwise, tangent) * (-1 if side == "suction" else 1)
+    normal = np.cross(along_span, tangent) * (-1 if side == "suction" else 1)
     normal /= np.linalg.norm(normal)
     position[2] += vane.hook.mid_plane
     angle = np.radians(degrees)
     if direction == "chord":
         chosen = tangent
     else:
-        aside = tangent - (tangent @ spanwise) * spanwise
-        chosen = np.cos(angle) * spanwise + np.sin(angle) * aside / np.linalg.norm(aside)
+        aside = tangent - (tangent @ along_span) * along_span
+        chosen = np.cos(angle) * along_span + np.sin(angle) * aside / np.linalg.norm(aside)
     return AerofoilPoint(turn @ position, turn @ chosen, turn @ normal)
-
-
-def _reaches(radius: float, surface: Callable[[float], NDArray[np.float64]]) -> float:
-    """Where along the radial axis a line of the surface reaches a distance from the engine's."""
-    along = radius
-    for _ in range(30):
-        along = float(np.sqrt(radius**2 - surface(along)[1] ** 2))
-    return along

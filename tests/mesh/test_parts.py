@@ -364,11 +364,13 @@ def test_output_nodes_lie_on_the_surface(vane: tuple[Part, VaneDimensions], casi
     assert np.hypot(outside[:, 0], outside[:, 1]) == pytest.approx(np.full(3, 0.604), rel=1e-14)
     points = part.points[part.node_sets["accessory"]]
     line = np.diff(points, axis=0)
-    span = dimensions.outer_shroud_inner_radius - dimensions.inner_shroud_outer_radius
-    assert np.linalg.norm(line, axis=1) == pytest.approx(np.full(2, span / 4), rel=1e-12)
-    assert line[:, 2] == pytest.approx(np.zeros(2), abs=1e-15)
     # Off the chord by the camber and half the thickness: (camber·chord + thickness)/2.
     offset = 0.5 * (dimensions.camber * dimensions.chord + dimensions.thickness)
+    across = offset * np.cos(np.radians(dimensions.stagger))
+    inner, outer = dimensions.inner_shroud_outer_radius, dimensions.outer_shroud_inner_radius
+    span = np.sqrt(outer**2 - across**2) - np.sqrt(inner**2 - across**2)
+    assert np.linalg.norm(line, axis=1) == pytest.approx(np.full(2, span / 4), rel=1e-12)
+    assert line[:, 2] == pytest.approx(np.zeros(2), abs=1e-15)
     lift = -offset * np.sin(np.radians(dimensions.stagger))
     assert points[:, 2] == pytest.approx(np.full(3, 0.1 + lift), abs=1e-14)
 
