@@ -142,6 +142,7 @@ def _check_apart(part: OwnPart) -> None:
     """Refuse nodes whose displacement two sets would prescribe."""
     excluded = [("hook_front", "hook_rear"), ("left", "right"), INTERLOCKS]
     excluded += [(name, face) for name in HOOKS for face in ("left", "right", *INTERLOCKS)]
+    excluded += [(name, face) for name in ("force", "accessory") for face in ("left", "right")]
     clamped = (*HOOKS, *INTERLOCKS, "force", "accessory")
     excluded += [("fixed", name) for name in clamped]
     for first, second in excluded:

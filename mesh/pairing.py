@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from vanelock.cyclic import turn
 from vanelock.errors import InputError
 from vanelock.mesh import contact_frames as contact
+from vanelock.mesh.cut_faces import check_cut_faces
 from vanelock.mesh.mates import mates
 from vanelock.mesh.own_part import HOOKS, INTERLOCKS, OwnPart
 from vanelock.mesh.part import Part
@@ -66,7 +67,7 @@ def pair(
     InputError
         One line for each set whose nodes do not match, with the nodes that have no mate and their
         distances, the largest first; or for each whose faces are not opposed, with the node and
-        the angle.
+        the angle. If nodes of the casing's cut faces are in neither set.
     """
     sides = {"vane": Side(vane, sectors), "casing": Side(casing, sectors)}
     problems: list[str] = []
@@ -79,6 +80,8 @@ def pair(
         if side.own and left in side.sets and right in side.sets:
             problems += follow(side, left, right, tolerance)
     _refuse(problems)
+    if sides["casing"].own:
+        _refuse(check_cut_faces(sides["casing"], tolerance))
     _refuse(_keys(sides["vane"], sides["casing"]))
     for name in HOOKS:
         problems += _hook_frames(sides["vane"], sides["casing"], name)

@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from vanelock.errors import InputError
+from vanelock.mesh.cut_faces import check_cut_faces
 from vanelock.mesh.own_part import OwnPart, called
 from vanelock.mesh.pairing import TOLERANCE, follow
 from vanelock.mesh.part import Part
@@ -44,7 +45,8 @@ def read_sector(
     Raises
     ------
     InputError
-        If the file cannot be used, a face is missing, or the faces do not match.
+        If the file cannot be used, a face or some of its nodes are missing, or the faces do
+        not match.
 
     Examples
     --------
@@ -64,6 +66,7 @@ def read_sector(
             if not len(sets.get(name, np.empty(0))):
                 have = ", ".join(sorted(found.node_sets)) or "none"
                 raise InputError(f"{found.source}: no set {name}; it has {have}")
-        if problems := follow(side, "left", "right", tolerance):
+        problems = follow(side, "left", "right", tolerance)
+        if problems := problems or check_cut_faces(side, tolerance):
             raise InputError("\n".join(problems))
     return side.part()

@@ -238,6 +238,21 @@ def test_moved_face_node_is_told(given):
     assert np.abs(left @ turn(SECTORS).T - right).max() < 1e-12 * RADIUS
 
 
+def test_cut_faces_of_the_casing_must_be_whole(given):
+    """Every other node of both cut faces listed: their mates meet, the others would be a gap."""
+
+    def change(part):
+        sets = {
+            name: nodes[::2] if name in ("left", "right") else nodes
+            for name, nodes in part.node_sets.items()
+        }
+        return replace(part, node_sets=sets)
+
+    (line,) = complaints(lambda: matched(given(change=change)))
+    assert ", left and right: " in line
+    assert "nodes of either face are missing, such as node" in line
+
+
 def test_keys_must_meet(given):
     def change(part):
         sets = dict(part.node_sets)
@@ -311,6 +326,20 @@ def test_sets_are_checked(tmp_path, lattice, write_mesh, sets, told):
     (line,) = complaints(lambda: own_part(read_mesh(path, "mm"), "vane", sets))
     assert line.startswith(str(path))
     assert told in line
+
+
+@pytest.mark.parametrize("name", ["force", "accessory"])
+@pytest.mark.parametrize("face", ["left", "right"])
+def test_loads_and_outputs_are_not_on_a_cut_face(tmp_path, lattice, write_mesh, name, face):
+    """The node is called by the file's number."""
+    part = ring(lattice, "casing")
+    node = part.node_sets[face][5]
+    path = tmp_path / "casing.inp"
+    write_mesh(path, replace(part, node_sets=part.node_sets | {name: np.array([node])}))
+    mesh = read_mesh(path, "mm")
+    (line,) = complaints(lambda: own_part(mesh, "casing"))
+    wanted = mesh.numbers[np.linalg.norm(mesh.points - part.points[node], axis=1).argmin()]
+    assert f"node {wanted} is in the sets {name} and {face}, which must not share" in line
 
 
 def test_set_with_a_node_of_no_element_is_refused(tmp_path, lattice, write_mesh):
