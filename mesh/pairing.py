@@ -67,10 +67,11 @@ def pair(
     InputError
         One line for each set whose nodes do not match, with the nodes that have no mate and their
         distances, the largest first; or for each whose faces are not opposed, with the node and
-        the angle. If nodes of the casing's cut faces are in neither set.
+        the angle. If nodes of the casing's cut faces are in neither set,
+        or no node is clamped.
     """
     sides = {"vane": Side(vane, sectors), "casing": Side(casing, sectors)}
-    problems: list[str] = []
+    problems = _held(sides["vane"], sides["casing"])
     for name in HOOKS:
         problems += _meet(sides["vane"], sides["casing"], name, tolerance)
     for side, left, right in (
@@ -95,6 +96,19 @@ def pair(
 def _refuse(problems: list[str]) -> None:
     if problems:
         raise InputError("\n".join(problems))
+
+
+def _held(vane: Side, casing: Side) -> list[str]:
+    """Refuse a ring without clamped nodes; the program's own casing has some."""
+    given = casing.given
+    clamped = any(len(side.sets.get("fixed", ())) for side in (vane, casing))
+    if clamped or not isinstance(given, OwnPart):
+        return []
+    have = ", ".join(sorted(given.mesh.node_sets)) or "none"
+    return [
+        f"{casing.source}: no clamped nodes: name the set in [casing.sets] fixed = ...; the file "
+        f"has {have}"
+    ]
 
 
 def _reference(vane: Side, casing: Side) -> tuple[Side, Side]:

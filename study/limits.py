@@ -17,6 +17,8 @@ from vanelock.study.model import Study
 
 SHOWN = 6
 """Frequencies in the table."""
+RIGID = 1e-5
+"""Of the largest frequency known, below which one is nothing but rounding."""
 
 
 @dataclass(frozen=True)
@@ -139,8 +141,18 @@ def frequencies(study: Study, limits: Limits) -> NDArray[np.float64] | tuple[flo
 
     Where the study names neither frequencies nor a range: from a little below the mode of interest
     with the interlock free to a little above it with the interlock stuck.
+
+    Raises
+    ------
+    InputError
+        If the mode of interest is a rigid-body motion.
     """
     response = study.response
+    if min(limits.free_frequency, limits.stuck_frequency) <= RIGID * limits.stuck.max():
+        raise InputError(
+            f"response.mode = {limits.free_mode + 1}: a rigid-body motion, 0 Hz: choose a mode "
+            "with a frequency, or clamp what moves"
+        )
     if response.frequencies is not None:
         return np.array(response.frequencies)
     low, high = _around(limits) if response.range is None else response.range
@@ -150,8 +162,6 @@ def frequencies(study: Study, limits: Limits) -> NDArray[np.float64] | tuple[flo
 def _around(limits: Limits) -> tuple[float, float]:
     """Range around the mode of interest, free to stuck, Hz."""
     low, high = sorted([limits.free_frequency, limits.stuck_frequency])
-    if low <= 0:
-        raise InputError("response: the mode of interest lies at 0 Hz: give range")
     margin = max(0.25 * (high - low), 0.03 * low)
     return low - margin, high + margin
 

@@ -1,7 +1,6 @@
 """Meshes from files matched to each other and to the program's own: places, frames, reports."""
 
 from dataclasses import replace
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -16,54 +15,6 @@ from vanelock.mesh.reference import SOLIDS
 
 SECTORS = 12
 RADIUS = 1.0
-
-
-def ring(lattice, name, cell_type="tetra10", counts=(1, 3, 4)):
-    """A sector of a ring: the vane's inside the casing's, which meet at a cylinder."""
-    inner = {"vane": RADIUS - 0.1, "casing": RADIUS}[name]
-
-    def place(p):
-        r, angle = inner + 0.1 * p[:, 0], 2 * np.pi / SECTORS * (p[:, 1] - 0.5)
-        return np.column_stack([r * np.cos(angle), r * np.sin(angle), 0.2 * p[:, 2]])
-
-    part = lattice(counts, place, cell_type, curved=True, sectors=SECTORS)
-    sets = part.node_sets
-    edge = np.concatenate([sets[side] for side in ("y0", "y1", "z0", "z1")])
-    contact = np.setdiff1d(sets["x1" if name == "vane" else "x0"], edge)
-    front = part.points[contact, 2] < 0.099
-    away = np.setdiff1d(sets["x0" if name == "vane" else "x1"], edge)
-    found = {
-        "hook_front": contact[front],
-        "hook_rear": contact[~front],
-        "key": np.array([contact[front][0], contact[~front][-1]]),
-        "accessory": away[:2],
-    }
-    if name == "vane":
-        found |= {"interlock_left": sets["y0"], "interlock_right": sets["y1"]}
-    else:
-        found |= {"left": sets["y0"], "right": sets["y1"], "fixed": sets["z0"], "force": away[2:]}
-    return replace(part, name=name, node_sets=found)
-
-
-@pytest.fixture
-def given(tmp_path, lattice, write_mesh):
-    """Function that writes both sectors, changed as asked for, and reads them as a user's."""
-
-    def build(cell_type="tetra10", ending=".vtu", change=None, only=("vane", "casing")):
-        found = SimpleNamespace()
-        for name in ("vane", "casing"):
-            part = ring(lattice, name, cell_type)
-            setattr(found, f"made_{name}", part)
-            if change is not None:
-                part = change(part)
-            path = tmp_path / f"{name}{ending}"
-            called = write_mesh(path, part)
-            setattr(
-                found, name, lambda p=path, n=name, c=called: own_part(read_mesh(p, "mm"), n, c)
-            )
-        return found
-
-    return build
 
 
 def complaints(build):
@@ -253,6 +204,27 @@ def test_cut_faces_of_the_casing_must_be_whole(given):
     assert "nodes of either face are missing, such as node" in line
 
 
+@pytest.mark.parametrize("held", ["neither", "vane"])
+def test_something_must_be_clamped(given, held):
+    """A ring in the air has no static answer; one whose vanes are clamped has."""
+
+    def change(part):
+        sets = {name: nodes for name, nodes in part.node_sets.items() if name != "fixed"}
+        if part.name == held:
+            sets["fixed"] = sets["accessory"][:1]
+            sets["accessory"] = sets["accessory"][1:]
+        return replace(part, node_sets=sets)
+
+    found = given(ending=".inp", change=change)
+    if held == "vane":
+        assert len(matched(found).vane.node_sets["fixed"]) == 1
+        return
+    (line,) = complaints(lambda: matched(found))
+    assert line.startswith("casing (")
+    assert "no clamped nodes: name the set in [casing.sets] fixed = ...; the file has " in line
+    assert line.endswith("ACCESSORY, FORCE, HOOK_FRONT, HOOK_REAR, KEY, LEFT, RIGHT, SOLID")
+
+
 def test_keys_must_meet(given):
     def change(part):
         sets = dict(part.node_sets)
@@ -266,10 +238,10 @@ def test_keys_must_meet(given):
     assert "key: 1 of its nodes meet no key of vane (" in extra
 
 
-def test_faces_must_be_opposed(given, lattice, tmp_path, write_mesh):
+def test_faces_must_be_opposed(given, ring, tmp_path, write_mesh):
     """The casing laid over the vane instead of around it: its faces look the same way."""
     found = given()
-    inside = ring(lattice, "vane")
+    inside = ring("vane")
     casing = replace(
         inside,
         name="casing",
@@ -279,6 +251,7 @@ def test_faces_must_be_opposed(given, lattice, tmp_path, write_mesh):
             "right": inside.node_sets["interlock_right"],
             "force": inside.node_sets["accessory"],
             "accessory": inside.node_sets["accessory"],
+            "fixed": np.flatnonzero(inside.points[:, 2] < 1e-9),
         },
     )
     path = tmp_path / "wrong.inp"
@@ -304,67 +277,9 @@ def test_two_nodes_cannot_share_a_mate():
     assert told(own[[0, 2]], other) == []
 
 
-@pytest.mark.parametrize(
-    ("sets", "told"),
-    [
-        ({"accessory": "absent"}, "no set absent for vane.accessory; it has "),
-        ({"key": [1, 2]}, "belongs to no solid element"),
-        ({"accessory": "hollow"}, "it has no nodes"),
-        ({"key": "accessory"}, "belongs to neither hook: its nodes must be some of theirs"),
-        ({"fixed": "interlock_left"}, "is in the sets fixed and interlock_left, which must not"),
-        (
-            {"interlock_left": "interlock_right"},
-            "is in the sets interlock_left and interlock_right",
-        ),
-    ],
-)
-def test_sets_are_checked(tmp_path, lattice, write_mesh, sets, told):
-    part = ring(lattice, "vane")
-    path = tmp_path / "vane.inp"
-    write_mesh(path, part)
-    path.write_text(path.read_text() + "*NSET, NSET=hollow\n")
-    (line,) = complaints(lambda: own_part(read_mesh(path, "mm"), "vane", sets))
-    assert line.startswith(str(path))
-    assert told in line
-
-
-@pytest.mark.parametrize("name", ["force", "accessory"])
-@pytest.mark.parametrize("face", ["left", "right"])
-def test_loads_and_outputs_are_not_on_a_cut_face(tmp_path, lattice, write_mesh, name, face):
-    """The node is called by the file's number."""
-    part = ring(lattice, "casing")
-    node = part.node_sets[face][5]
-    path = tmp_path / "casing.inp"
-    write_mesh(path, replace(part, node_sets=part.node_sets | {name: np.array([node])}))
-    mesh = read_mesh(path, "mm")
-    (line,) = complaints(lambda: own_part(mesh, "casing"))
-    wanted = mesh.numbers[np.linalg.norm(mesh.points - part.points[node], axis=1).argmin()]
-    assert f"node {wanted} is in the sets {name} and {face}, which must not share" in line
-
-
-def test_set_with_a_node_of_no_element_is_refused(tmp_path, lattice, write_mesh):
-    path = tmp_path / "vane.inp"
-    write_mesh(path, ring(lattice, "vane"))
-    text = path.read_text().replace("*NODE\n", "*NODE\n7, 0., 0., 0.\n")
-    path.write_text(text + "*NSET, NSET=accessory\n7\n")
-    (line,) = complaints(lambda: own_part(read_mesh(path, "mm"), "vane"))
-    assert line.endswith("set ACCESSORY: 1 of its nodes belong to no solid element, such as 7")
-
-
-def test_interlock_sets_are_needed_only_with_contacts(tmp_path, lattice, write_mesh):
-    part = ring(lattice, "vane")
-    names = ("hook_front", "hook_rear", "key", "accessory")
-    path = tmp_path / "vane.inp"
-    write_mesh(path, replace(part, node_sets={name: part.node_sets[name] for name in names}))
-    found = own_part(read_mesh(path, "mm"), "vane", interlock=False)
-    assert set(found.node_sets) == set(names)
-    (line,) = complaints(lambda: own_part(read_mesh(path, "mm"), "vane"))
-    assert "no set interlock_left for vane.interlock_left" in line
-
-
-def test_anyones_sector(tmp_path, lattice, write_mesh):
+def test_anyones_sector(tmp_path, ring, write_mesh):
     """A cyclic sector from a file has the frequencies of the one that was written."""
-    part = ring(lattice, "casing")
+    part = ring("casing")
     path = tmp_path / "sector.inp"
     write_mesh(path, part)
     found = read_sector(path, SECTORS, "mm")

@@ -69,6 +69,14 @@ def test_frequencies_that_a_study_names():
     assert list(even) == [240, 260, 280, 300]
 
 
+@pytest.mark.parametrize("text", ["", "frequencies = [1, 2]", "range = [240, 300]"])
+@pytest.mark.parametrize(("free", "stuck"), [(0.0, 280.0), (1e-4, 2e-4)])
+def test_rigid_motion_is_no_mode_of_interest(text, free, stuck):
+    """Frequencies of rounding alone, 1e-4 Hz beside 120 Hz, count as none."""
+    with pytest.raises(InputError, match=r"response\.mode = 2: a rigid-body motion, 0 Hz: choose"):
+        frequencies(parse_study(f"[response]\n{text}"), some_limits(free, stuck))
+
+
 def test_position_between_the_limits():
     found = some_limits()
     assert [found.position(f) for f in (250, 265, 280)] == [0, 0.5, 1]
