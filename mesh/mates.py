@@ -20,6 +20,7 @@ def mates(
     tolerance: float,
     sets: tuple[str, str],
     tellers: tuple[Teller, Teller],
+    size: float = np.inf,
 ) -> tuple[Integers, list[str]]:
     """For each place of one set the node of the other set that lies there.
 
@@ -33,44 +34,56 @@ def mates(
         What errors call the sets.
     tellers : (callable, callable)
         What they call their nodes.
+    size : float
+        Of the smaller part, m; mates further apart than that hint at a wrong unit.
 
     Returns
     -------
     (k,) int
         Rows of `other`; of no use where there is a report.
     list of str
-        Lines on nodes without a mate, the furthest first, and on nodes that share one.
+        A line on nodes without a mate, the furthest first, or on nodes that share one.
     """
     problems = []
     trees = cKDTree(own), cKDTree(other)
     to_other, nearest = trees[1].query(own)
     to_own, _ = trees[0].query(other)
-    for distance, side in ((to_other, 0), (to_own, 1)):
-        far = np.flatnonzero(~(distance <= tolerance))
-        if not len(far):
-            continue
-        far = far[np.argsort(-distance[far], kind="stable")]
-        listed = [f"{tellers[side](int(i))} {millimetres(distance[i])}" for i in far[:SHOWN]]
-        more = ", ..." if len(far) > SHOWN else ""
-        problems.append(
-            f"{sets[side]}: {len(far)} of {len(distance)} nodes are further than "
-            f"{millimetres(tolerance)} from the nearest node of {sets[1 - side]}: "
-            f"{', '.join(listed)}{more}"
+    lost = [_far(to_other, tolerance, tellers[0]), _far(to_own, tolerance, tellers[1])]
+    if any(count for count, _ in lost):
+        told = 1 if lost[1][0] else 0  # the set whose nodes would be moved, first
+        (count, listed), (back, furthest) = lost[told], lost[1 - told]
+        total = len(own), len(other)
+        line = (
+            f"{sets[told]}: {count} of {total[told]} nodes {'is' if count == 1 else 'are'} "
+            f"further than {millimetres(tolerance)} from the nearest node of {sets[1 - told]}: "
+            f"{', '.join([*listed, '...'] if count > SHOWN else listed)}"
         )
+        if back:
+            line += f"; the other way round {back} of {total[1 - told]}, such as {furthest[0]}"
+        if max(to_other.max(), to_own.max()) > size:
+            line += ": is the unit right?"
+        problems.append(line)
     if not problems:
         shared = np.flatnonzero(np.bincount(nearest, minlength=len(other)) > 1)
         if len(shared):
             own_two = np.flatnonzero(nearest == shared[0])[:2]
-            told = " and ".join(tellers[0](int(i)) for i in own_two)
+            both = " and ".join(tellers[0](int(i)) for i in own_two)
             problems.append(
-                f"{sets[0]}: {told} both meet {tellers[1](int(shared[0]))} of {sets[1]}"
+                f"{sets[0]}: {both} both meet {tellers[1](int(shared[0]))} of {sets[1]}"
             )
         elif len(own) != len(other):
-            lost = np.setdiff1d(np.arange(len(other)), nearest)[0]
+            alone = np.setdiff1d(np.arange(len(other)), nearest)[0]
             problems.append(
-                f"{sets[1]}: {tellers[1](int(lost))} lies where another one meets {sets[0]}"
+                f"{sets[1]}: {tellers[1](int(alone))} lies where another one meets {sets[0]}"
             )
     return np.asarray(nearest, np.int64), problems
+
+
+def _far(distance: Array, tolerance: float, teller: Teller) -> tuple[int, list[str]]:
+    """How many nodes have no mate, and a report on each one that may be shown, furthest first."""
+    far = np.flatnonzero(~(distance <= tolerance))
+    far = far[np.argsort(-distance[far], kind="stable")]
+    return len(far), [f"{teller(int(i))} {millimetres(distance[i])}" for i in far[:SHOWN]]
 
 
 def millimetres(length: float) -> str:

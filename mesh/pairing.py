@@ -128,6 +128,7 @@ def _meet(vane: Side, casing: Side, name: str, tolerance: float) -> list[str]:
         tolerance,
         (f"{stays.source}, {name}", f"{moves.source}, {name}"),
         (lambda i: stays.told(int(own[i])), lambda i: moves.told(int(other[i]))),
+        size=min(float(np.linalg.norm(np.ptp(side.points, axis=0))) for side in (stays, moves)),
     )
     if not problems:
         moves.sets[name] = other[found]
@@ -166,13 +167,14 @@ def _keys(vane: Side, casing: Side) -> list[str]:
     problems = []
     if len(lost := np.setdiff1d(wanted, moves.sets["key"])):
         problems.append(
-            f"{moves.source}, key: {len(lost)} nodes that meet keys of {stays.source} are missing, "
-            f"such as {moves.told(int(lost[0]))}"
+            f"{moves.source}, key: of its nodes that meet keys of {stays.source}, {len(lost)} "
+            f"{'is' if len(lost) == 1 else 'are'} missing, such as {moves.told(int(lost[0]))}"
         )
     if len(extra := np.setdiff1d(moves.sets["key"], wanted)):
+        meet = "meets" if len(extra) == 1 else "meet"
         problems.append(
-            f"{moves.source}, key: {len(extra)} of its nodes meet no key of {stays.source}, such "
-            f"as {moves.told(int(extra[0]))}"
+            f"{moves.source}, key: {len(extra)} of its nodes {meet} no key of {stays.source}, "
+            f"such as {moves.told(int(extra[0]))}"
         )
     moves.sets["key"] = wanted
     return problems

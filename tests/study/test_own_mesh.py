@@ -50,7 +50,10 @@ def complaint(text):
         ("[vane.sets]\nkey = 'A'", "vane.mesh: must be given"),
         ("vane = 3", "vane = 3: expected a table"),
         ("[vane]\nchrd = 3", "vane.chrd = 3: unknown key; nearest known key: vane.chord"),
-        ("[vane]\nchord = 9", "vane.chord = 9: chord of an aerofoil must be <= 0.5 m"),
+        (
+            "[vane]\nchord = 9",
+            "vane.chord = 9: chord of an aerofoil, nose to nose, at the shrouds must be <= 0.5 m",
+        ),
         (
             VANE + '[joints.hook]\npatch = "area"',
             'joints.hook.patch = "area": needs dimensions, while vane.mesh is given',
