@@ -12,6 +12,7 @@ from vanelock.study.figures import Figures, figures
 from vanelock.study.folder import claimed, record
 from vanelock.study.meshes import mesh_step
 from vanelock.study.model import Study
+from vanelock.study.own_mesh import refuse_without_areas
 from vanelock.study.progress import Finished, Listener, Notice, silent
 from vanelock.study.stages import PARTS
 from vanelock.study.steps import Stages
@@ -56,6 +57,7 @@ def mesh_study(
         ):
             listener(Notice("the sweep changes the geometry; these meshes have the unswept values"))
         parts = {name: stages.get(step) for name, step in steps.items()}
+        refuse_without_areas(study, parts["vane"])
         found = {name: figures(part) for name, part in parts.items()}
         tables = (
             inventory.quality_table(

@@ -5,7 +5,9 @@ from typing import Annotated, Any
 from pydantic import BeforeValidator, Discriminator, Field, Tag, model_validator
 
 from vanelock.errors import InputError
+from vanelock.mesh import Part
 from vanelock.mesh.dimensions import CasingDimensions, HookDimensions, VaneDimensions
+from vanelock.mesh.own_part import HOOKS, INTERLOCKS
 from vanelock.mesh.pairing import TOLERANCE
 from vanelock.mesh.read import metres
 from vanelock.quantities import Length
@@ -167,3 +169,23 @@ def refuse_without_dimensions(study: Any) -> None:
         raise ValueError(f"mesh.face_nodes = {study.mesh.face_nodes}: casing.mesh is given")
     if vane and casing and study.vane.hook != HookDimensions():
         raise ValueError("vane.hook: both parts are given as meshes, so it has no use")
+
+
+def refuse_without_areas(study: Any, vane: Part) -> None:
+    """Refuse a stiffness per area of a `Study` where the vane's contact nodes have no areas.
+
+    Raises
+    ------
+    InputError
+        Naming the key and the set.
+    """
+    contacts = {"hook": HOOKS, "interlock": INTERLOCKS if study.joints.interlock.enabled else ()}
+    for joint, sets in contacts.items():
+        for name in ("kn_area", "kt_area"):
+            value = getattr(getattr(study.joints, joint), name)
+            lacking = [each for each in sets if each not in vane.areas]
+            if value is not None and lacking:
+                raise InputError(
+                    f"joints.{joint}.{name} = {value:g}: the vane's set {lacking[0]} does not "
+                    "consist of whole faces: give stiffnesses per node pair"
+                )

@@ -12,8 +12,10 @@ from vanelock.study.clock import Clock
 from vanelock.study.easel import Easel
 from vanelock.study.folder import claimed
 from vanelock.study.forced import alone
+from vanelock.study.meshes import mesh_step
 from vanelock.study.model import Study
 from vanelock.study.monitor import monitor
+from vanelock.study.own_mesh import OwnVane, refuse_without_areas
 from vanelock.study.pictures import Gallery, Shown
 from vanelock.study.plan import LIMITS, Linear, Planned, plan
 from vanelock.study.progress import Finished, Listener, Notice, silent
@@ -100,6 +102,10 @@ class Run:
     def all_cases(self) -> tuple[Summary, ...]:
         """Everything but the pictures; a line for each case."""
         first = self.planned[0]
+        for each in self.planned:  # refused before the long stages
+            study = each.case.study
+            if isinstance(study.vane, OwnVane):
+                refuse_without_areas(study, self.stages.get(mesh_step(study, "vane")))
         self.record.parts(first)
         limits = {each.linear.key: each.linear for each in self.planned}
         for linear in limits.values():

@@ -10,9 +10,11 @@ from vanelock.mesh import read_mesh
 from vanelock.study import load_study, parse_study, run_study
 from vanelock.study.cache import Cache
 from vanelock.study.meshes import mesh_step
+from vanelock.study.meshing import mesh_study
 from vanelock.study.model import Study
 from vanelock.study.own_mesh import OwnCasing, OwnVane
 from vanelock.study.plan import plan
+from vanelock.study.progress import Event
 from vanelock.study.stages import PARTS, rom_step
 from vanelock.study.steps import Stages
 from vanelock.study.sweep import cases
@@ -242,3 +244,20 @@ def test_same_response_from_files(folder):
         found.append(summary.peak)
     assert found[1].frequency == found[0].frequency
     assert found[1].amplitude == pytest.approx(found[0].amplitude, rel=1e-8)
+
+
+@pytest.mark.slow
+def test_areas_are_asked_for_before_the_reductions(folder):
+    """Rows of nodes have no area: told at once, with the key and the set."""
+    text = SMALL + "[joints.interlock]\nkn_area = 1e11\nkt_area = 1e11\n"
+    study = written(folder, text)
+    stages: list[Event] = []
+    for action in (run_study, mesh_study):
+        with pytest.raises(InputError) as told:
+            action(study, folder / action.__name__, stages.append)
+        assert str(told.value) == (
+            "joints.interlock.kn_area = 1e+11: the vane's set interlock_left does not consist of "
+            "whole faces: give stiffnesses per node pair"
+        )
+    assert not any("rom" in str(event) for event in stages)
+    assert any("match" in str(event) for event in stages)
