@@ -16,7 +16,7 @@ ENOUGH = 0.02
 """Smallest condition number (SICN) at which no other size is tried."""
 # Condition numbers below which the mesher changes an element: at first slivers only, since it
 # tries in vain, for minutes, to improve what is flat because the wall is thin.
-_SLIVER, _POOR = 0.05, 0.3
+_SLIVER, _POOR = 0.02, 0.3
 _TETRAHEDRON = 4  # gmsh's number of the linear element type
 
 
