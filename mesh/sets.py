@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from vanelock.cyclic import rotation, turn
 from vanelock.mesh.dimensions import CasingDimensions, HookDimensions, VaneDimensions
 
-STRETCH = 1.25
+STRETCH = 1.2
 """How much longer than other elements those along a row of contact nodes may be."""
 
 

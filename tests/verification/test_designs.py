@@ -1,0 +1,140 @@
+"""Designs drawn at random over the stated range are meshed soundly, or refused by name.
+
+6 to 60 sectors, 1 to 8 aerofoils, every thickness, gap and distance within 30 % of the scene's,
+aerofoils scaled to their spacing; see `designs.py`, which runs as a program of its own so that a
+crash or a hang of the mesher is an outcome like others.
+"""
+
+import json
+import os
+import queue
+import subprocess
+import sys
+import threading
+from collections import Counter
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from vanelock.mesh import CasingDimensions, HookDimensions, VaneDimensions
+
+pytestmark = pytest.mark.slow
+
+FULL = os.environ.get("VANELOCK_VERIFY") == "full"
+NUMBERS = range(250) if FULL else range(8)
+PATIENCE = 300  # seconds without an outcome; the longest take ten
+Outcome = dict[str, Any]
+ROOT = Path(__file__).resolve().parents[2]
+NAMES = {*VaneDimensions.model_fields, *CasingDimensions.model_fields, *HookDimensions.model_fields}
+NAMES |= {"sectors", "size"}
+
+
+def lines_of(program):
+    """Lines of a running program as they come, then None."""
+    lines: queue.Queue[str | None] = queue.Queue()
+
+    def read():
+        for line in program.stdout:
+            lines.put(line)
+        lines.put(None)
+
+    threading.Thread(target=read, daemon=True).start()
+    return lines
+
+
+def run(numbers):
+    """Outcomes of the designs up to the first that crashes or hangs, which is the last one."""
+    command = [sys.executable, str(Path(__file__).with_name("designs.py")), *map(str, numbers)]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True, cwd=ROOT) as program:
+        lines = lines_of(program)
+        found: list[Outcome] = []
+        while len(found) < len(numbers):
+            try:
+                line = lines.get(timeout=PATIENCE)
+            except queue.Empty:
+                program.kill()
+                return [*found, {"number": numbers[len(found)], "failed": "hangs"}]
+            if line is None:
+                code = program.wait()
+                return [*found, {"number": numbers[len(found)], "failed": f"ends with {code}"}]
+            if line.startswith("{"):  # the mesher has its own say on some lines
+                found.append(json.loads(line))
+    return found
+
+
+@pytest.fixture(scope="module")
+def outcomes():
+    found: list[Outcome] = []
+    while len(found) < len(NUMBERS):
+        found += run(NUMBERS[len(found) :])
+    return found
+
+
+@pytest.fixture(scope="module")
+def meshed(outcomes):
+    return [each for each in outcomes if "sicn" in each]
+
+
+def reason(refusal):
+    """The last dimension that a message names before it says what is wrong."""
+    words = refusal.replace(",", " ").replace(":", " ").split()
+    before = [word for word in words if word.split(".")[-1] in NAMES]
+    return before[0].split(".")[-1] if before else ""
+
+
+def test_each_is_meshed_or_refused_by_name(outcomes, meshed, record_property):
+    refused = [each["refused"] for each in outcomes if each.get("refused")]
+    record_property("drawn", str(len(outcomes)))
+    record_property("meshed", str(len(meshed)))
+    record_property("refused", str(len(refused)))
+    counts = Counter(map(reason, refused)).most_common()
+    record_property("refused for", ", ".join(f"{name} {count}" for name, count in counts))
+    record_property("longest", f"{max(each.get('seconds', 0.0) for each in outcomes):.1f} s")
+    record_property("processor time", f"{sum(each.get('busy', 0.0) for each in outcomes):.0f} s")
+    assert [each for each in outcomes if "failed" in each] == []
+    assert len(meshed) + len(refused) == len(outcomes)
+    assert all(reason(message) and "\n" not in message for message in refused)
+    assert len(meshed) >= 0.75 * len(outcomes)
+    assert len(meshed) >= 200 or not FULL
+
+
+def test_sets_have_the_counts_asked_for_and_share_no_node(meshed):
+    assert [each["number"] for each in meshed if each["counts"]] == []
+    assert [each["number"] for each in meshed if any(each["overlapping"])] == []
+
+
+def test_surfaces_are_closed_with_a_handle_between_aerofoils(meshed):
+    assert [each["number"] for each in meshed if any(each["handles"])] == []
+
+
+@pytest.mark.parametrize(
+    "what", ["mates", "interlock", "faces", "patches", "interlock patches", "weights"]
+)
+def test_what_meets_matches(meshed, what, record_property):
+    largest = max(each[what] for each in meshed)
+    record_property("largest difference, of the radius", f"{largest:.1e}")
+    assert largest < 1e-12
+
+
+@pytest.mark.parametrize("part", ["vane", "casing"])
+def test_elements_are_sound(meshed, part, record_property):
+    index = ("vane", "casing").index(part)
+    sicn = sorted(each["sicn"][index] for each in meshed)
+    jacobian = min(each["jacobian"][index] for each in meshed)
+    record_property("smallest SICN", f"{sicn[0]:.4f}")
+    record_property("below 0.01", f"{sum(value < 0.01 for value in sicn)} of {len(sicn)}")
+    record_property("median", f"{sicn[len(sicn) // 2]:.3f}")
+    record_property("smallest Jacobian of a straight element's", f"{jacobian:.3f}")
+    assert jacobian > 0
+    assert sicn[0] > 1e-3  # edges of 0.15 mm among elements of 21 mm have the worst
+
+
+@pytest.mark.parametrize(("part", "most"), [("vane", 5e-3), ("casing", 5e-4)])
+def test_meshes_fill_the_geometry(meshed, part, most, record_property):
+    index = ("vane", "casing").index(part)
+    differences = [each["volume"][index] for each in meshed]
+    record_property(
+        "volume against the CAD's", f"{min(differences):+.1e} to {max(differences):+.1e}"
+    )
+    assert max(map(abs, differences)) < most
