@@ -87,7 +87,7 @@ def test_bosses_and_fillets_go_together_with_exact_faces() -> None:
     assert len(part.node_sets["left"]) == 326
     figures = quality(part)
     assert figures.smallest_jacobian > 0
-    assert figures.smallest_sicn > 0.04
+    assert figures.smallest_sicn > 0.02
 
 
 @pytest.mark.parametrize(

@@ -54,7 +54,7 @@ def test_cyclic_faces_have_the_number_of_nodes_asked_for(
     check_faces(part, wanted)
     figures = quality(part)
     assert figures.smallest_jacobian > 0
-    assert figures.smallest_sicn > 0.04
+    assert figures.smallest_sicn > 0.02
 
 
 def test_every_number_in_reach_is_found() -> None:
