@@ -95,9 +95,9 @@ class VaneDimensions(Dimensions):
     """A vane segment: outer shroud with two hooks, aerofoils, inner shroud with interlocks."""
 
     aerofoils: int = Field(default=4, ge=1, le=12, description="aerofoils per segment")
-    chord: Length = _length(0.047, "chord of an aerofoil, nose to nose, at the shrouds", 0.5)
+    chord: Length = _length(0.047, "chord of an aerofoil", 0.5)
     thickness: Length = _length(
-        0.0045, "thickness of an aerofoil at mid-chord, at the shrouds", 0.1
+        0.0045, "thickness of an aerofoil at mid-chord", 0.1
     )
     edge_thickness: Length = _length(
         0.0022, "thickness of an aerofoil where its rounded edges begin", 0.1

@@ -54,7 +54,7 @@ def complaint(text):
         ("[vane]\nchrd = 3", "vane.chrd = 3: unknown key; nearest known key: vane.chord"),
         (
             "[vane]\nchord = 9",
-            "vane.chord = 9: chord of an aerofoil, nose to nose, at the shrouds must be <= 0.5 m",
+            "vane.chord = 9: chord of an aerofoil must be <= 0.5 m",
         ),
         (
             VANE + '[joints.hook]\npatch = "area"',
