@@ -96,9 +96,7 @@ class VaneDimensions(Dimensions):
 
     aerofoils: int = Field(default=4, ge=1, le=12, description="aerofoils per segment")
     chord: Length = _length(0.047, "chord of an aerofoil", 0.5)
-    thickness: Length = _length(
-        0.0045, "thickness of an aerofoil at mid-chord", 0.1
-    )
+    thickness: Length = _length(0.0045, "thickness of an aerofoil at mid-chord", 0.1)
     edge_thickness: Length = _length(
         0.0022, "thickness of an aerofoil where its rounded edges begin", 0.1
     )
