@@ -11,16 +11,15 @@ from collections.abc import Iterable
 import scipy.sparse as sp
 
 from vanelock.rom.component import Component
-from vanelock.rom.condensed import Condensed, condensed
+from vanelock.rom.condensed import Condensed
 from vanelock.rom.held import HeldPart, held_part
-from vanelock.rom.problem import Problem
 from vanelock.rom.projection import projected
 from vanelock.rom.selection import Selection
 
 
-def cyclic_first(problem: Problem, wanted: Selection, diameters: Iterable[int]) -> Component:
+def cyclic_first(shared: Condensed, wanted: Selection, diameters: Iterable[int]) -> Component:
     """Reduce a cyclic part at nodal diameters; all keep equally many fixed-interface vectors."""
-    shared = condensed(problem)
+    problem = shared.problem
     products, bands = {}, []
     for k in diameters:
         part = at_diameter(shared, k)

@@ -13,12 +13,11 @@ import numpy as np
 import scipy.linalg as sl
 
 from vanelock.rom.component import Component, Reduced
-from vanelock.rom.condensed import Condensed, condensed, definite_factor
+from vanelock.rom.condensed import Condensed, definite_factor
 from vanelock.rom.cyclic import cyclic_constraint
 from vanelock.rom.fixed import Fixed
 from vanelock.rom.held import COLUMNS, hermitian
 from vanelock.rom.krylov import BLOCK, lowest_modes
-from vanelock.rom.problem import Problem
 from vanelock.rom.selection import Selection
 from vanelock.rom.system import Matrix
 from vanelock.rom.tran import Interface
@@ -28,14 +27,14 @@ DENSE = 4  # beyond a fourth of the face's dofs, its modes come from dense matri
 
 
 def direct(
-    problem: Problem,
+    shared: Condensed,
     wanted: Selection,
     diameters: Iterable[int],
     interface: Interface,
     interface_modes: int,
 ) -> Component:
     """Reduce a cyclic part at nodal diameters, as `vanelock.rom.paper` does."""
-    shared = condensed(problem)
+    problem = shared.problem
     M_ss = problem.M[shared.slaves][:, shared.slaves].tocsc()
     fixed = wanted.modes_of(shared.interior.solve, M_ss)
     del M_ss

@@ -4,14 +4,17 @@ from collections.abc import Iterable, Sequence
 from numbers import Integral
 from typing import Literal
 
+import numpy as np
+
 from vanelock.errors import InputError
 from vanelock.fem import Model
 from vanelock.rom.component import Component
+from vanelock.rom.condensed import Condensed, condensed
 from vanelock.rom.cyclic_first import cyclic_first
 from vanelock.rom.direct import direct
-from vanelock.rom.masters import choose
+from vanelock.rom.masters import Masters, choose
 from vanelock.rom.paper import paper
-from vanelock.rom.problem import problem
+from vanelock.rom.problem import Problem, problem
 from vanelock.rom.selection import DEFAULT, Selection
 from vanelock.rom.tran import Interface, check_count
 from vanelock.rom.whole import whole
@@ -34,6 +37,7 @@ def reduce(
     accuracy: float | None = None,
     band: float | None = None,
     averaged: Sequence[str] = (),
+    prepared: Condensed | None = None,
 ) -> Component:
     """Reduce one part to its master nodes and a few modes.
 
@@ -70,6 +74,9 @@ def reduce(
         Contact sets whose nodes stand for their patches: the masters' displacements are the means
         over them, and a key node of such a set is tied by its mean; see `vanelock.rom.patches`.
         The other part's set must be averaged too.
+    prepared : Condensed, optional
+        What all nodal diameters of this model and these masters share, from `prepare`: diameters
+        that are reduced one after the other need not compute it again.
 
     Raises
     ------
@@ -87,15 +94,46 @@ def reduce(
         else:
             accuracy = DEFAULT
     wanted = Selection(modes, cutoff, accuracy, band)
-    given = problem(model, chosen, cyclic)
+    if prepared is None:
+        given = problem(model, chosen, cyclic)
+    else:
+        given = _same(prepared, model, chosen, cyclic)
     if not cyclic:
         return whole(given, wanted)
+    count, basis = interface_modes or MODES, interface or "published"
+    if route != "cyclic":
+        check_count(count, 3 * len(given.left))
+    if route == "paper":
+        return paper(given, wanted, diameters, basis, count)
+    shared = condensed(given) if prepared is None else prepared
     if route == "cyclic":
-        return cyclic_first(given, wanted, diameters)
-    count = interface_modes or MODES
-    check_count(count, 3 * len(given.left))
-    follow = {"paper": paper, "direct": direct}[route]
-    return follow(given, wanted, diameters, interface or "published", count)
+        return cyclic_first(shared, wanted, diameters)
+    return direct(shared, wanted, diameters, basis, count)
+
+
+def prepare(model: Model, masters: Sequence[str], averaged: Sequence[str] = ()) -> Condensed:
+    """What the reductions of a cyclic part at all nodal diameters share: one factorisation.
+
+    Parameters
+    ----------
+    model, masters, averaged
+        As for `reduce`.
+    """
+    chosen = choose(model.part, _names("masters", masters), _names("averaged", averaged))
+    return condensed(problem(model, chosen, True))
+
+
+def _same(prepared: Condensed, model: Model, chosen: Masters, cyclic: bool) -> Problem:
+    """The problem that was prepared, which must be the one that is asked for."""
+    found = prepared.problem
+    own, given = found.masters, (chosen.nodes, chosen.averaged)
+    same = all(np.array_equal(*each) for each in zip((own.nodes, own.averaged), given, strict=True))
+    if not cyclic or not same or found.model is not model:
+        raise InputError(
+            f"prepared: it is of {found.model.part.name} with the masters "
+            f"{', '.join(found.masters.node_sets)}: give the same model, masters and averaged sets"
+        )
+    return found
 
 
 def _check_route(

@@ -1,0 +1,49 @@
+"""One system from systems of the same scene that hold different nodal diameters."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from vanelock.errors import InputError
+from vanelock.rom.system import System
+
+
+def united(systems: Sequence[System]) -> System:
+    """The system that holds the nodal diameters of several.
+
+    A casing that is reduced at one nodal diameter after the other, as they are needed, keeps what
+    each of them takes: the numbers of coordinates may differ from diameter to diameter.
+
+    Parameters
+    ----------
+    systems : sequence of System
+        The same parts, joints and excitation joined at different nodal diameters.
+
+    Raises
+    ------
+    InputError
+        If there are none, a nodal diameter comes twice, or contacts or outputs differ.
+    """
+    if not systems:
+        raise InputError("united: no systems given")
+    first, *others = systems
+    diameters, loaded = dict(first.diameters), _loaded(first)
+    for other in others:
+        if twice := diameters.keys() & other.diameters.keys():
+            raise InputError(f"united: nodal diameter {min(twice)} comes twice")
+        alike = ("sectors", "engine_order", "output_names", "damping_ratio")
+        differing = [name for name in alike if getattr(first, name) != getattr(other, name)]
+        if differing or first.contacts.joint != other.contacts.joint:
+            raise InputError(f"united: the systems differ in {(differing or ['contacts'])[0]}")
+        diameters |= other.diameters
+        loaded = loaded or _loaded(other)
+    if loaded is None:
+        k = first.nodal_diameter(1)
+        have = ", ".join(map(str, sorted(diameters)))
+        raise InputError(f"united: the load acts at nodal diameter {k}, and there are {have}")
+    return replace(first, diameters=dict(sorted(diameters.items())), force=loaded.force)
+
+
+def _loaded(system: System) -> System | None:
+    """The system itself if it holds the nodal diameter of its load."""
+    k, N = system.nodal_diameter(1), system.sectors
+    return system if {k, (N - k) % N} & system.diameters.keys() else None

@@ -1,0 +1,77 @@
+"""Nodal diameters reduced one after the other, against all at once."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tests.conftest import CASING_MASTERS, JOINTS
+from vanelock import rom
+from vanelock.errors import InputError
+from vanelock.nonlinear import frequency_response
+
+LOAD = rom.Excitation(1, force=30.0)
+
+
+@pytest.fixture(scope="module")
+def one_by_one(scene):
+    """Systems at the nodal diameters 2, 0 and 1, the casing prepared once."""
+    model, band = scene.casing_model, scene.vane.band
+    prepared = rom.prepare(model, CASING_MASTERS)
+    systems = []
+    for k in (2, 0, 1):
+        casing = rom.reduce(
+            model, CASING_MASTERS, nodal_diameters=[k], band=band, prepared=prepared
+        )
+        systems.append(rom.join(scene.vane, casing, JOINTS, LOAD, damping_ratio=0.003))
+    return systems
+
+
+def test_a_prepared_part_reduces_as_an_unprepared_one(scene, one_by_one):
+    band = scene.vane.band
+    alone = rom.reduce(scene.casing_model, CASING_MASTERS, nodal_diameters=[2], band=band)
+    system = rom.join(scene.vane, alone, JOINTS, LOAD, damping_ratio=0.003)
+    for name in ("K", "M", "own", "next", "output"):
+        expected, found = getattr(system.at(2), name), getattr(one_by_one[0].at(2), name)
+        np.testing.assert_allclose(found, expected, rtol=1e-8, atol=1e-8 * np.abs(expected).max())
+
+
+def test_united_diameters_respond_as_those_reduced_together(scene, one_by_one):
+    united = rom.united(one_by_one)
+    assert sorted(united.diameters) == [0, 1, 2]
+    sizes = {len(found.K) for found in united.diameters.values()}
+    assert len(sizes) > 1  # or this shows less than it says
+    hertz = [270.0, 280.0]
+    found = frequency_response(united, hertz, harmonics=2)
+    expected = frequency_response(scene.system, hertz, harmonics=2)
+    # Both are within the same accuracy of reduction, 1e-4 at most.
+    np.testing.assert_allclose(found.amplitude, expected.amplitude, rtol=1e-4)
+
+
+def test_the_load_comes_with_its_own_diameter(one_by_one):
+    united = rom.united(one_by_one)
+    assert len(united.force[1].vector) == len(united.at(1).K)
+    with pytest.raises(InputError, match="acts at nodal diameter 1, and there are 0, 2"):
+        rom.united(one_by_one[:2])
+
+
+def test_systems_of_different_scenes_do_not_unite(one_by_one):
+    first, second, third = one_by_one
+    with pytest.raises(InputError, match="nodal diameter 2 comes twice"):
+        rom.united([first, third, first])
+    with pytest.raises(InputError, match="differ in engine_order"):
+        rom.united([first, second, replace(third, engine_order=2)])
+    with pytest.raises(InputError, match="no systems given"):
+        rom.united([])
+
+
+def test_another_model_or_other_masters_were_not_prepared(scene):
+    prepared = rom.prepare(scene.casing_model, CASING_MASTERS)
+    with pytest.raises(InputError, match="give the same model, masters and averaged sets"):
+        rom.reduce(
+            scene.casing_model,
+            CASING_MASTERS[:2],
+            modes=2,
+            nodal_diameters=[0],
+            prepared=prepared,
+        )
