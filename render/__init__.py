@@ -4,7 +4,10 @@ from vanelock import lazy
 
 _modules = {
     "Curve": "curves",
+    "Measured": "convergence",
+    "Panel": "convergence",
     "casing_drawing": "casing_sheet",
+    "convergence_picture": "convergence",
     "loop_picture": "loops",
     "mesh_picture": "meshes",
     "mode_picture": "shapes",

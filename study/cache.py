@@ -24,7 +24,7 @@ from vanelock.errors import InputError
 from vanelock.product import Product
 
 P = TypeVar("P", bound=Product)
-STEPS = ("stages", "meshes", "limits", "forced", "strains")
+STEPS = ("stages", "diameters", "meshes", "limits", "forced", "strains")
 """Modules of this package that say how a stage is called."""
 
 
@@ -36,12 +36,13 @@ class Entry(Generic[P]):
     ----------
     product : Product
         The product.
-    seconds : float
-        What computing it took.
+    seconds, cpu : float
+        What computing it took, and took of processor time.
     """
 
     product: P
     seconds: float
+    cpu: float
 
 
 @dataclass(frozen=True)
@@ -67,14 +68,17 @@ class Cache:
                     raise InputError("its contents have changed since it was written")
                 with h5py.File(path, "r") as file:
                     product = kind.load(file["product"])
-                    return Entry(product, float(file.attrs["seconds"]))
+                    seconds = float(file.attrs["seconds"])
+                    return Entry(product, seconds, float(file.attrs.get("cpu", seconds)))
             except (InputError, KeyError, OSError) as error:
                 reason = str(error).splitlines()[0]
                 self.notice(f"{path}: damaged cache entry, computing {stage} again ({reason})")
                 path.unlink(missing_ok=True)
         return None
 
-    def store(self, stage: str, key: str, product: Product, seconds: float) -> None:
+    def store(
+        self, stage: str, key: str, product: Product, seconds: float, cpu: float = 0.0
+    ) -> None:
         """Keep a product; a kill leaves a whole entry or none.
 
         Raises
@@ -88,7 +92,7 @@ class Cache:
             try:
                 with h5py.File(temporary, "w") as file:
                     file.attrs["stage"] = stage
-                    file.attrs["seconds"] = seconds
+                    file.attrs["seconds"], file.attrs["cpu"] = seconds, cpu
                     product.save(file.create_group("product"))
                 digest = file_digest(temporary)
                 os.replace(temporary, self.folder / f"{_flat(stage)}-{key}-{digest}.h5")

@@ -23,7 +23,7 @@ def linear_system_step(
     study: Study, vane: Step[Component], casing: Step[Component]
 ) -> Step[System]:
     """The system without friction and preload, which the linear limits do not depend on."""
-    return system_step(_without_friction(study), vane, casing)
+    return system_step(without_friction(study), vane, casing)
 
 
 def limits_step(
@@ -107,7 +107,8 @@ def _frequency_keys(study: Study) -> dict[str, Any]:
     return study.response.model_dump(exclude={"harmonics", "mode", "coupling", "samples"})
 
 
-def _without_friction(study: Study) -> Study:
+def without_friction(study: Study) -> Study:
+    """The study of the linear limits: no friction, no interference."""
     joints = study.joints.model_copy(
         update={
             name: getattr(study.joints, name).model_copy(update={"mu": 0.0, "interference": 0.0})

@@ -26,7 +26,8 @@ def stage_times(done: Collection[Done]) -> Table:
     kinds: dict[str, list[Done]] = {}
     for each in done:
         word = each.stage.replace("/", " ").partition(" ")[0]
-        kinds.setdefault(TOGETHER.get(word, each.stage), []).append(each)
+        kind = each.stage.partition(", ND")[0]
+        kinds.setdefault(TOGETHER.get(word, kind), []).append(each)
     rows = []
     for kind, entries in kinds.items():
         now = [entry.seconds for entry in entries if not entry.cached]

@@ -33,8 +33,12 @@ def model_step(study: Study, part: str) -> Step[Model]:
     return step(f"fem {part}", "fem", elastic, Model, (mesh_step(study, part),), compute, False)
 
 
-def rom_step(study: Study, part: str, diameters: Iterable[int]) -> Step[Component]:
+def rom_step(
+    study: Study, part: str, diameters: Iterable[int], prepared: Step[Any] | None = None
+) -> Step[Component]:
     """Reduced model of a part; the casing's at the given nodal diameters.
+
+    With what its nodal diameters share `prepared`, see `vanelock.study.diameters`.
 
     Where an accuracy is asked for and no band, the vane's tenth elastic mode ends it for both; a
     vane that is reduced to a number of modes tells no band, and the casing then takes its own.
@@ -48,17 +52,23 @@ def rom_step(study: Study, part: str, diameters: Iterable[int]) -> Step[Componen
             return rom.reduce(model, **inputs)
 
         return step("rom vane", "rom", inputs, Component, (model_step(study, part),), compute)
-    inputs |= {"nodal_diameters": sorted(diameters), "route": options.route}
+    chosen = sorted(diameters)
+    inputs |= {"nodal_diameters": chosen, "route": options.route}
     inputs |= {"interface": options.interface, "interface_modes": options.interface_modes}
     needs: tuple[Step[Any], ...] = (model_step(study, part),)
     if inputs.get("accuracy") is not None and inputs["band"] is None:
         needs += (rom_step(study, "vane", ()),)
+    follows = len(needs) > 1
+    if prepared is not None:
+        needs += (prepared,)
 
-    def follow(model: Model, vane: Component | None = None) -> Component:
-        band = {} if vane is None else {"band": vane.band}
-        return rom.reduce(model, **inputs | band)
+    def follow(model: Model, *others: Any) -> Component:
+        band = {"band": others[0].band} if follows else {}
+        shared = {} if prepared is None else {"prepared": others[-1]}
+        return rom.reduce(model, **inputs | band, **shared)
 
-    return step("rom casing", "rom", inputs, Component, needs, follow)
+    name = "rom casing" if prepared is None else f"rom casing, ND {', '.join(map(str, chosen))}"
+    return step(name, "rom", inputs, Component, needs, follow)
 
 
 def masters(study: Study, part: str) -> tuple[str, ...]:

@@ -7,13 +7,12 @@ everything upstream of it.
 import time
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
-from typing import Any, Generic, TypeVar
+from typing import Any, Generic, TypeVar, cast
 
-from vanelock.product import Product
 from vanelock.study.cache import Cache, key_of
 from vanelock.study.progress import Begun, Done, Listener
 
-P = TypeVar("P", bound=Product)
+P = TypeVar("P")
 
 
 @dataclass(frozen=True)
@@ -27,7 +26,7 @@ class Step(Generic[P]):
     key : str
         Hash of all that its product depends on.
     kind : type
-        The product's class.
+        The product's class; it is saved and loaded only where it is kept.
     needs : tuple of Step
         Steps whose products it takes.
     compute : callable
@@ -37,6 +36,9 @@ class Step(Generic[P]):
         does not.
     quick : bool
         Whether it is done before anyone could read its name.
+    pulls : bool
+        Whether `compute` takes, instead of the products of all that it may need, the function that
+        gets the product of one of these steps, and calls it for those that turn out to be needed.
     """
 
     name: str
@@ -46,6 +48,7 @@ class Step(Generic[P]):
     compute: Callable[..., P]
     kept: bool = True
     quick: bool = False
+    pulls: bool = False
 
 
 def step(
@@ -57,10 +60,11 @@ def step(
     compute: Callable[..., P],
     kept: bool = True,
     quick: bool = False,
+    pulls: bool = False,
 ) -> Step[P]:
     """A step whose key follows from its inputs, what it needs and the code of `package`."""
     key = key_of(name, package, inputs, tuple(need.key for need in needs))
-    return Step(name, key, kind, needs, compute, kept, quick)
+    return Step(name, key, kind, needs, compute, kept, quick, pulls)
 
 
 @dataclass
@@ -75,24 +79,30 @@ class Stages:
         Told about each stage.
     done : dict of str to Done
         The steps so far by key, in order.
+    cpu : dict of str to float
+        What computing each of them took of processor time, now or in an earlier run, s.
     """
 
     cache: Cache
     listener: Listener
     done: dict[str, Done] = field(default_factory=dict)
-    _products: dict[str, Product] = field(default_factory=dict)
+    cpu: dict[str, float] = field(default_factory=dict)
+    _products: dict[str, Any] = field(default_factory=dict)
+    _pulled: tuple[float, float] = (0.0, 0.0)
 
     def get(self, step: Step[P]) -> P:
         """Product of a step."""
         if step.key in self._products:
-            return self._products[step.key]  # type: ignore[return-value]
-        entry = self.cache.load(step.name, step.key, step.kind) if step.kept else None
+            return cast(P, self._products[step.key])
+        kind = cast(Any, step.kind)
+        entry = self.cache.load(step.name, step.key, kind) if step.kept else None
         if entry is not None:
-            product, seconds = entry.product, entry.seconds
+            product, seconds, cpu = cast(P, entry.product), entry.seconds, entry.cpu
         else:
-            product, seconds = self._computed(step)
+            product, seconds, cpu = self._computed(step)
         if step.key not in self.done:
             self.done[step.key] = Done(step.name, seconds, entry is not None)
+            self.cpu[step.key] = cpu
             if not step.quick:
                 self.listener(self.done[step.key])
         self._products[step.key] = product
@@ -109,13 +119,28 @@ class Stages:
                 waiting += step.needs
         self._products = {k: v for k, v in self._products.items() if k in wanted}
 
-    def _computed(self, step: Step[P]) -> tuple[P, float]:
-        given = [self.get(need) for need in step.needs]
+    def _computed(self, step: Step[P]) -> tuple[P, float, float]:
+        given = [self._puller(step)] if step.pulls else [self.get(need) for need in step.needs]
         if not step.quick and step.key not in self.done:
             self.listener(Begun(step.name))
-        began = time.perf_counter()
+        outside, self._pulled = self._pulled, (0.0, 0.0)
+        began = time.perf_counter(), time.process_time()
         product = step.compute(*given)
-        seconds = time.perf_counter() - began
+        taken = time.perf_counter() - began[0], time.process_time() - began[1]
+        seconds, cpu = (max(a - b, 0.0) for a, b in zip(taken, self._pulled, strict=True))
+        self._pulled = outside[0] + taken[0], outside[1] + taken[1]
         if step.kept:
-            self.cache.store(step.name, step.key, product, seconds)
-        return product, seconds
+            self.cache.store(step.name, step.key, cast(Any, product), seconds, cpu)
+        return product, seconds, cpu
+
+    def _puller(self, step: Step[Any]) -> Callable[[Step[Any]], Any]:
+        """What a step calls for a product that it needs; the display then returns to the step."""
+
+        def get(needed: Step[Any]) -> Any:
+            known = needed.key in self._products
+            product = self.get(needed)
+            if not known and not step.quick:
+                self.listener(Begun(step.name))
+            return product
+
+        return get

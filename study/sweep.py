@@ -83,7 +83,7 @@ def cases(study: Study) -> tuple[Case, ...]:
 def _case(study: Study, chosen: dict[str, Any], names: dict[str, str]) -> Case:
     """The study with all chosen values at once: combinations may be impossible too."""
     try:
-        changed = _with(study, chosen)
+        changed = with_values(study, chosen)
     except ValidationError as error:
         shown = ", ".join(f"{key} = {show(value)}" for key, value in chosen.items())
         raise InputError(f"sweep: {shown}: {explain(error, {})[0]}") from None
@@ -133,7 +133,7 @@ def _mistakes(study: Study, key: str, values: tuple[Any, ...]) -> list[str]:
     for i, value in enumerate(values):
         item = f"{where}[{i}] = {show(value)}"
         try:
-            number = value_at(_with(study, {key: value}), key)
+            number = value_at(with_values(study, {key: value}), key)
         except ValidationError as error:
             found.append(f"{item}: {reason(mistakes(error)[0])}")
             continue
@@ -172,7 +172,7 @@ def value_at(study: Study, key: str) -> Any:
     return value
 
 
-def _with(study: Study, changes: dict[str, Any]) -> Study:
+def with_values(study: Study, changes: dict[str, Any]) -> Study:
     """The study with some keys changed and no sweep; raises pydantic's ValidationError."""
     data = study.model_dump(exclude_unset=True, exclude={"sweep"})
     data.get("excitation", {}).pop("engine_orders", None)

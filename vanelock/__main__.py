@@ -1,4 +1,4 @@
-"""Command line: `vanelock run | mesh | init`.
+"""Command line: `vanelock run | mesh | converge | init`.
 
 Errors are one plain line on standard error. Exit status: 0; 2 for input that cannot be used;
 130 when stopped by the user.
@@ -96,6 +96,31 @@ def mesh(
     folder = output or Path("runs") / study.stem
     with _going_on_later(folder), choose_listener(quiet, as_json) as listener:
         mesh_study(loaded, folder, listener)
+
+
+@app.command()
+def converge(
+    study: StudyFile,
+    output: Output = None,
+    quiet: Quiet = False,
+    as_json: AsJson = False,
+    knob: Annotated[
+        list[str] | None,
+        typer.Option(help="Key of a knob, such as mesh.size; may be repeated; default: all."),
+    ] = None,
+    dofs: Annotated[
+        int | None, typer.Option(min=1, help="Largest meshes tried, degrees of freedom.")
+    ] = None,
+) -> None:
+    """Measure error against cost: run a study again with each of its knobs raised alone."""
+    from vanelock.study import choose_listener, converge_study, load_study
+
+    loaded = load_study(study)
+    folder = output or Path("runs") / study.stem
+    with _going_on_later(folder), choose_listener(quiet, as_json) as listener:
+        converge_study(
+            loaded, folder, listener, knob or (), **({} if dofs is None else {"dofs": dofs})
+        )
 
 
 @contextmanager
