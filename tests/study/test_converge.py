@@ -11,7 +11,7 @@ from vanelock.study import converge_study, parse_study
 from vanelock.study.converge import vertex
 from vanelock.study.converged import markdown, table
 from vanelock.study.knobs import chosen, knobs
-from vanelock.study.progress import Done, Finished, Notice
+from vanelock.study.progress import Done, Event, Finished, Notice
 from vanelock.study.tables import Table
 
 STUDY = """
@@ -96,7 +96,8 @@ def test_the_vertex_of_a_parabola():
 
 @pytest.fixture(scope="module")
 def measured(tmp_path_factory):
-    folder, heard = tmp_path_factory.mktemp("converge"), []
+    folder = tmp_path_factory.mktemp("converge")
+    heard: list[Event] = []
     only = ("response.harmonics", "response.coupling")
     found = converge_study(parse_study(STUDY), folder, heard.append, only)
     return folder, found, heard
@@ -145,7 +146,7 @@ def test_what_a_measurement_leaves(measured):
 
 def test_measuring_again_computes_nothing_and_finds_the_same(measured):
     folder, found, _ = measured
-    heard = []
+    heard: list[Event] = []
     again = converge_study(parse_study(STUDY), folder, heard.append, ("response.coupling",))
     assert not [e for e in heard if isinstance(e, Done) and not e.cached and "rom" in e.stage]
     before = [o for o in found if o.knob == "response.coupling"]
