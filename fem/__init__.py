@@ -15,6 +15,7 @@ _modules = {
     "cyclic_faces": "symmetry",
     "cyclic_transform": "symmetry",
     "eigenpairs": "eigen",
+    "excess_stiffness": "discretisation",
     "factorise": "factor",
     "free_motion": "mechanism",
     "free_rows": "gauges",

@@ -140,10 +140,15 @@ def sampling(cell_type: str) -> tuple[Array, Array]:
     points = np.ascontiguousarray(found.T)
     if len(points) == 1:
         return points, np.ones((len(nodes), 1))
-    linear = "tetra" if cell_type.startswith("tetra") else "hexahedron"
+    linear = linear_type(cell_type)
     at_points, _ = shape_functions(linear, points)
     at_nodes, _ = shape_functions(linear, nodes)
     return points, at_nodes @ np.linalg.inv(at_points)
+
+
+def linear_type(cell_type: str) -> str:
+    """The cell type that has an element's corners alone."""
+    return "tetra" if cell_type.startswith("tetra") else "hexahedron"
 
 
 def _known(cell_type: str) -> tuple[Any, Array, int]:

@@ -57,12 +57,12 @@ def strain_sums(part: Part, u: Field) -> tuple[Field, Array]:
 
     For nodes that have elements in a neighbouring part too.
     """
-    fields = _columns(part, u)
+    fields = columns(part, u)
     k = fields.shape[2]
     points, extrapolation = sampling(part.cell_type)
     total = np.zeros((len(part.points), 6 * k), fields.dtype)
     weight = np.zeros(len(part.points))
-    for cells, strains, determinant in _blocks(part, fields, points):
+    for cells, strains, determinant in strain_blocks(part, fields, points):
         e, g = determinant.shape
         nodal = extrapolation @ strains.reshape(e, g, 6 * k)
         nodes, place = np.unique(cells, return_inverse=True)
@@ -85,10 +85,10 @@ def strain_energy(model: Model, u: Field) -> Field:
     InputError
         If the field does not belong to the part.
     """
-    fields = _columns(model.part, u)
+    fields = columns(model.part, u)
     reference = reference_element(model.part.cell_type)
     energy = np.zeros(fields.shape[2])
-    for _, strains, determinant in _blocks(model.part, fields, reference.points):
+    for _, strains, determinant in strain_blocks(model.part, fields, reference.points):
         stresses = hooke(model.material, strains, axis=2)
         density = np.einsum("egck,egck->egk", stresses, strains.conj()).real
         energy += 0.5 * np.einsum("eg,egk->k", determinant * reference.weights, density)
@@ -134,7 +134,7 @@ def strain_rows(part: Part, nodes: NDArray[np.int64], direction: Array) -> sp.cs
     return sp.csr_array(sp.vstack(rows))
 
 
-def _columns(part: Part, u: Field) -> Field:
+def columns(part: Part, u: Field) -> Field:
     """A field as (nodes, 3, k)."""
     if u.ndim not in (2, 3) or u.shape[:2] != (len(part.points), 3):
         raise InputError(
@@ -155,7 +155,7 @@ def _slopes(part: Part, cells: NDArray[np.int64], points: Array) -> tuple[Array,
     return gradients @ np.linalg.inv(jacobian), np.linalg.det(jacobian)
 
 
-def _blocks(
+def strain_blocks(
     part: Part, u: Field, points: Array
 ) -> Iterator[tuple[NDArray[np.int64], Field, Array]]:
     """Cells of a block, strains (e, g, 6, k) at points of the reference cell, determinants."""
