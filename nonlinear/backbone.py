@@ -12,7 +12,7 @@ from vanelock.nonlinear.balance import structure
 from vanelock.nonlinear.linear import check_forces, checked_frequencies
 from vanelock.nonlinear.newton import TOLERANCE
 from vanelock.nonlinear.parameters import Joint, checked_parameter, checked_values
-from vanelock.nonlinear.parametric import assembled, point_of
+from vanelock.nonlinear.parametric import assembled
 from vanelock.nonlinear.peaks import CONDITION
 from vanelock.nonlinear.response import Response
 from vanelock.nonlinear.ridge import Mark, Ridge, named_component
@@ -93,7 +93,7 @@ class PeakResponse(Product):
 
     def at(self, point: int) -> Response:
         """One peak as a response of its own, with its own friction coefficients."""
-        return point_of(self.response, point, self.mu[point])
+        return replace(self.response.at([point]), mu=self.mu[point])
 
 
 @one_thread

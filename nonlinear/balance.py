@@ -8,7 +8,7 @@ In the contact displacements u, with w their deviation from sticking (`law`) and
 so the nonlinear equations are w = W(u(w)), one for each component of w that is not zero.
 """
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from typing import Any, TypeAlias
@@ -306,7 +306,12 @@ class Structure:
         return np.array([self.output_rows[k] @ amplitude for k, amplitude in pairs], complex)
 
 
-def structure(system: System, harmonics: int, harmonic_diameters: str = "wave") -> Structure:
+def structure(
+    system: System,
+    harmonics: int,
+    harmonic_diameters: str = "wave",
+    known: Mapping[int, StuckModes] | None = None,
+) -> Structure:
     """Prepare a system for the balance of `harmonics` harmonics.
 
     Parameters
@@ -317,13 +322,16 @@ def structure(system: System, harmonics: int, harmonic_diameters: str = "wave") 
     harmonic_diameters : {"wave", "sector"}
         Whether harmonic h has the nodal diameter (h·EO) mod N of a travelling wave, or every
         h >= 1 that of the first harmonic (to measure what that assumption costs).
+    known : dict of int to StuckModes, optional
+        Modes of the system's nodal diameters that were computed before.
 
     Raises
     ------
     InputError
         If the system's parts do not fit together, or an option is unknown.
     """
-    check(system)
+    known = known or {}
+    check(system, known=known)
     if harmonics < 0:
         raise InputError(f"harmonics: given {harmonics}: must be >= 0")
     if harmonic_diameters not in ("wave", "sector"):
@@ -332,7 +340,7 @@ def structure(system: System, harmonics: int, harmonic_diameters: str = "wave") 
         )
     wave = harmonic_diameters == "wave"
     diameters = tuple(system.nodal_diameter(h if wave else min(h, 1)) for h in range(harmonics + 1))
-    modes = {k: stuck_modes(system, k) for k in sorted(set(diameters))}
+    modes = {k: known.get(k) or stuck_modes(system, k) for k in sorted(set(diameters))}
     for h, k in enumerate(diameters):
         force = system.force.get(h)
         if force is not None and len(force.vector) != len(modes[k].shapes):

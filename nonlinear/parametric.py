@@ -53,19 +53,7 @@ class ParameterResponse(Product):
 
     def at(self, point: int) -> Response:
         """One point as a response of its own, with its own friction coefficients."""
-        return point_of(self.response, point, self.mu[point])
-
-
-def point_of(response: Response, point: int, mu: Floats) -> Response:
-    """One point of a response, with friction coefficients (c,)."""
-    cut: dict[str, Any] = {"mu": mu}
-    for name in ALONG_POINTS:
-        kept = getattr(response, name)
-        if isinstance(kept, dict):
-            cut[name] = {h: each[[point]] for h, each in kept.items()}
-        else:
-            cut[name] = kept[[point]]
-    return replace(response, **cut)
+        return replace(self.response.at([point]), mu=self.mu[point])
 
 
 def joined(responses: Sequence[Response]) -> Response:

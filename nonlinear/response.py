@@ -1,7 +1,7 @@
 """Forced response: what the solver hands on."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields, replace
 from typing import Any
 
 import numpy as np
@@ -17,7 +17,51 @@ Array = NDArray[np.complex128]
 Floats = NDArray[np.float64]
 
 
-CONSTANT = ("stiffness", "mu", "harmonic_diameters", "coupling", "friction", "samples")
+@dataclass(frozen=True)
+class ErrorEstimates(Product):
+    """Estimated errors of the amplitude A of one output at p frequencies, see `estimates`.
+
+    Attributes
+    ----------
+    sources : tuple of str
+        What causes them, s names.
+    change : (p, s) float
+        By how much A is too small because of each source, to first order, m; NaN where unknown.
+    amplitude : (p,) float
+        A, half the peak-to-peak, m.
+    slope : (p,) float
+        dA/df along the solutions, m/Hz; NaN where the curve turns back.
+    harmonics : (p,) int
+        H of each point.
+    monitored : (2,) int
+        Place of the output node, and direction.
+    """
+
+    sources: tuple[str, ...]
+    change: Floats = field(metadata={"unit": "m"})
+    amplitude: Floats = field(metadata={"unit": "m"})
+    slope: Floats = field(metadata={"unit": "m/Hz"})
+    harmonics: NDArray[np.int64]
+    monitored: NDArray[np.int64]
+
+    @property
+    def error(self) -> Floats:
+        """(p, s) relative error of A by each source."""
+        size = np.where(self.amplitude > 0, self.amplitude, np.finfo(float).tiny)
+        return np.asarray(np.abs(self.change) / size[:, None])
+
+    @property
+    def total(self) -> Floats:
+        """(p,) sum of the relative errors that are known."""
+        return np.asarray(np.nansum(self.error, axis=1))
+
+    def at(self, points: Sequence[int]) -> "ErrorEstimates":
+        """Those of some points."""
+        by_point = ("change", "amplitude", "slope", "harmonics")
+        return replace(self, **{name: getattr(self, name)[points] for name in by_point})
+
+
+CONSTANT = ("stiffness", "mu", "harmonic_diameters", "coupling", "friction", "samples", "estimates")
 """What a response does not have point by point."""
 
 
@@ -67,6 +111,8 @@ class Response(Product):
         and `output` is the static problem's.
     samples : int
         Of the period, on which the contact law was evaluated; 0: its events were located.
+    estimates : ErrorEstimates or None
+        Of one output's amplitude, where they were asked for.
     """
 
     frequency: Floats = field(metadata={"unit": "Hz"})
@@ -89,11 +135,32 @@ class Response(Product):
     coupling: str = "coupled"
     friction: str = "orthogonal"
     samples: int = 0
+    estimates: ErrorEstimates | None = None
+
+    @property
+    def error(self) -> Floats:
+        """(p,) estimated relative error of the monitored output; NaN where none was estimated."""
+        if self.estimates is None:
+            return np.full(self.points, np.nan)
+        return np.where(self.converged, self.estimates.total, np.inf)
 
     @property
     def harmonics(self) -> int:
         """H."""
         return int(self.contact.shape[1]) - 1
+
+    def at(self, points: Sequence[int]) -> "Response":
+        """Some of the points."""
+        changed: dict[str, Any] = {}
+        for each in fields(self):
+            value = getattr(self, each.name)
+            if isinstance(value, dict):
+                changed[each.name] = {key: item[points] for key, item in value.items()}
+            elif isinstance(value, ErrorEstimates):
+                changed[each.name] = value.at(points)
+            elif each.name not in CONSTANT:
+                changed[each.name] = value[points]
+        return replace(self, **changed)
 
     @property
     def points(self) -> int:

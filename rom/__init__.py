@@ -21,7 +21,9 @@ _modules = {
     "Diameter": "system",
     "Force": "system",
     "FrequencyErrors": "accuracy",
+    "Neglected": "accuracy",
     "frequency_errors": "accuracy",
+    "neglected_forms": "accuracy",
     "response_errors": "accuracy",
     "System": "system",
 }

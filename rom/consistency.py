@@ -1,5 +1,6 @@
 """Whether the parts of a `System` fit together, so that no wrong file gives a converged answer."""
 
+from collections.abc import Collection
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -13,7 +14,7 @@ ROUND_OFF = 1e-9
 """Largest deviation of a matrix from symmetry, and of M from being positive, relative to it."""
 
 
-def check(system: "System", where: str = "system") -> None:
+def check(system: "System", where: str = "system", known: Collection[int] = ()) -> None:
     """Refuse matrices, contacts and forces that do not fit together.
 
     Parameters
@@ -21,6 +22,8 @@ def check(system: "System", where: str = "system") -> None:
     system : System
     where : str
         What messages call it, such as a file's name.
+    known : collection of int
+        Nodal diameters whose matrices were looked at before.
 
     Raises
     ------
@@ -37,9 +40,10 @@ def check(system: "System", where: str = "system") -> None:
     _check_contacts(system.contacts, where)
     _check_presence(system, where)
     for k, matrices in system.diameters.items():
-        _check_matrices(
-            matrices, system.contacts.count, len(system.output_names), f"{where}: nd/{k}"
-        )
+        if k not in known:
+            _check_matrices(
+                matrices, system.contacts.count, len(system.output_names), f"{where}: nd/{k}"
+            )
     _check_forces(system, where)
 
 

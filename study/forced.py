@@ -1,14 +1,12 @@
 """Steps behind the reduced models: linear limits, preload, linear and nonlinear responses."""
 
 from collections.abc import Callable
-from dataclasses import fields, replace
 from typing import Any, Literal, TypeAlias
 
 import numpy as np
 
 from vanelock import nonlinear
 from vanelock.nonlinear import Response
-from vanelock.nonlinear.response import CONSTANT
 from vanelock.rom import Component, System
 from vanelock.study.limits import Limits, dense, frequencies, hooks, limits
 from vanelock.study.model import Study
@@ -88,18 +86,6 @@ def response_step(
 
     name = f"response {name}"
     return step(name, "nonlinear", inputs, Response, (system, limits), compute)
-
-
-def alone(response: Response, point: int) -> Response:
-    """One point of a response."""
-    changed: dict[str, Any] = {}
-    for field in fields(response):
-        value = getattr(response, field.name)
-        if isinstance(value, dict):
-            changed[field.name] = {key: item[[point]] for key, item in value.items()}
-        elif field.name not in CONSTANT:
-            changed[field.name] = value[[point]]
-    return replace(response, **changed)
 
 
 def _frequency_keys(study: Study) -> dict[str, Any]:

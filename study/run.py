@@ -11,7 +11,6 @@ from vanelock.study.cache import Cache
 from vanelock.study.clock import Clock
 from vanelock.study.easel import Easel
 from vanelock.study.folder import claimed
-from vanelock.study.forced import alone
 from vanelock.study.meshes import mesh_step
 from vanelock.study.model import Study
 from vanelock.study.monitor import monitor
@@ -160,7 +159,7 @@ class Run:
         self.shown.curve[case.name] = response.frequency, amplitude, response.converged
         if peak is not None:
             self.shown.peak[case.name] = peak
-            self.shown.top[case.name] = alone(response, peak.point)
+            self.shown.top[case.name] = response.at([peak.point])
         if found.converged < found.points:
             lost = f"{found.points - found.converged} of {found.points} points did not converge"
             self.listener(Notice(f"{case.name}: {lost} (largest residual {found.worst:.1e})"))

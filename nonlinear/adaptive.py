@@ -1,0 +1,202 @@
+"""The forced response to an accuracy: harmonics chosen point by point, frequencies by the curve.
+
+Every point starts from one harmonic or from what its neighbour needed, is judged (`estimates`), and
+is solved again with more until the estimated error is within its share (`pointwise`). Frequencies
+of a range are chosen by the curve itself (`exploring`).
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from vanelock.errors import InputError
+from vanelock.nonlinear.coupling import COUPLINGS, with_static_mean
+from vanelock.nonlinear.estimates import SOURCES, Estimator, resized
+from vanelock.nonlinear.exploring import Exploring
+from vanelock.nonlinear.ladder import Ladder
+from vanelock.nonlinear.linear import checked_frequencies
+from vanelock.nonlinear.newton import TOLERANCE
+from vanelock.nonlinear.pointwise import Point, Pointwise, Shares
+from vanelock.nonlinear.response import ErrorEstimates, Response, assemble_response
+from vanelock.nonlinear.sampling import FRICTIONS, checked_samples
+from vanelock.nonlinear.threads import one_thread
+from vanelock.nonlinear.trigonometric import TURN
+from vanelock.rom.accuracy import Neglected
+from vanelock.rom.system import System
+
+Floats = NDArray[np.float64]
+Progress: TypeAlias = Callable[[int, int, float, float], None]
+
+FEWEST = 128
+"""Samples of a period to begin with, where the law is sampled."""
+
+
+@one_thread
+def adaptive_response(
+    systems: Callable[[int], System],
+    frequencies: ArrayLike | tuple[float, float],
+    shares: Shares,
+    monitor: tuple[int, int] | None = None,
+    harmonics: int | None = None,
+    coupling: str = "coupled",
+    friction: str = "orthogonal",
+    samples: int | None = None,
+    neglected: Callable[[int], Neglected] | None = None,
+    mesh_error: Callable[[int, Floats], Floats] | None = None,
+    tolerance: float = TOLERANCE,
+    progress: Progress | None = None,
+) -> Response:
+    """Steady vibration with friction, as exact as asked for at one output.
+
+    Parameters
+    ----------
+    systems : callable
+        From H to a system that has the nodal diameters of the harmonics 0 to H; called with
+        growing H, when a point needs them. Diameters that it had before stay as they were.
+    frequencies : (p,) array_like or (float, float)
+        Hz. An array or list: exactly these. A tuple (low, high): a range, sampled as the curve
+        needs it.
+    shares : Shares
+        What the errors may be.
+    monitor : (int, int), optional
+        Output node and direction, by their places in the system; by default those of the largest
+        linear response with all contacts stuck.
+    harmonics : int, optional
+        H at every point, instead of choosing it.
+    coupling, friction : str
+        As of `frequency_response`.
+    samples : int, optional
+        Of a period, instead of locating events, or instead of choosing them where friction is
+        isotropic.
+    neglected, mesh_error : callable, optional
+        What else is estimated, see `nonlinear.estimates`: `rom.neglected_forms` by nodal diameter;
+        relative errors (n,) of natural frequencies (n,) in Hz by a nodal diameter and these.
+    tolerance : float
+        Relative residual at which a point counts as converged.
+    progress : callable, optional
+        As of `frequency_response`.
+
+    Returns
+    -------
+    Response
+        With as many harmonics as the most demanding point, `estimates` included. Estimates that
+        stay above their shares say so there.
+
+    Raises
+    ------
+    InputError
+        If an option is unknown, a share or a frequency is not positive, or there is no output.
+    """
+    for name, given, allowed in (
+        ("coupling", coupling, COUPLINGS),
+        ("friction", friction, FRICTIONS),
+    ):
+        if given not in allowed:
+            raise InputError(f"{name}: given {given!r}: allowed: {', '.join(allowed)}")
+    for name in ("harmonics", "frequencies", "samples"):
+        share = getattr(shares, name)
+        if share is not None and not 0 < share < 1:
+            raise InputError(f"shares.{name}: given {share}: allowed are numbers between 0 and 1")
+    hertz = checked_frequencies(frequencies)
+    is_range = isinstance(frequencies, tuple)
+    if is_range and (len(hertz) != 2 or hertz[0] >= hertz[1]):
+        raise InputError(f"frequencies: given {tuple(hertz)}: a range is (low, high), low < high")
+    if samples is not None:
+        checked_samples(samples, harmonics or 1, friction)
+    sampled = samples or (FEWEST if friction == "isotropic" else None)
+    ladder = Ladder(systems, coupling, friction, sampled, tolerance)
+    first = ladder.structure(harmonics or 1)
+    first = ladder.structure(max([harmonics or 1, *first.system.force]))
+    if not first.system.output_names:
+        raise InputError("system: has no output nodes: their amplitude is what an error is of")
+    omegas = TURN * hertz
+    monitored = _loudest(ladder, first.harmonics, omegas) if monitor is None else monitor
+    estimator = Estimator(ladder, monitored, neglected, mesh_error)
+    pointwise = Pointwise(
+        estimator,
+        shares,
+        first.harmonics,
+        chooses_harmonics=harmonics is None,
+        chooses_samples=friction == "isotropic" and samples is None,
+    )
+    told = _Told(progress)
+    if is_range:
+        found = Exploring(pointwise, omegas[0], omegas[1], told).curve()
+    else:
+        found = _swept(pointwise, omegas, told)
+    return _assembled(ladder, found, monitored)
+
+
+@dataclass
+class _Told:
+    """Passes points on to a progress display."""
+
+    progress: Progress | None
+    count: int = 0
+
+    def __call__(self, point: Point, expected: int) -> None:
+        self.count += 1
+        if self.progress is not None:
+            expected = max(expected, self.count)
+            self.progress(self.count, expected, point.omega / TURN, point.amplitude)
+
+
+def _swept(pointwise: Pointwise, omegas: Floats, told: _Told) -> list[Point]:
+    """Exactly these frequencies, passed upwards, in the order given."""
+    found: dict[int, Point] = {}
+    history: list[Point] = []
+    for i in np.argsort(omegas, kind="stable"):
+        found[int(i)] = point = pointwise.point(float(omegas[i]), history)
+        told(point, len(omegas))
+        if point.solution.converged:
+            history = [*history, point][-2:]
+    return [found[i] for i in range(len(omegas))]
+
+
+def _loudest(ladder: Ladder, harmonics: int, omegas: Floats) -> tuple[int, int]:
+    """Node and direction of the largest linear response, all contacts stuck."""
+    prepared = ladder.structure(harmonics)
+    still = np.zeros_like(prepared.linear(float(omegas[0])))
+    sizes = [
+        np.abs(prepared.output(prepared.amplitudes(omega, still))[1:]).max(axis=0)
+        for omega in np.linspace(omegas.min(), omegas.max(), 41)
+    ]
+    node, direction = np.unravel_index(np.argmax(np.max(sizes, axis=0)), sizes[0].shape)
+    return int(node), int(direction)
+
+
+def _assembled(ladder: Ladder, points: Sequence[Point], monitored: tuple[int, int]) -> Response:
+    """All points as one response with the largest number of harmonics among them."""
+    H = max(point.harmonics for point in points)
+    rest = ladder.rest
+    solutions = []
+    for point in points:
+        found = point.solution
+        found = replace(found, w=resized(found.w, H), u=resized(found.u, H))
+        solutions.append(found if rest is None else with_static_mean(found, rest))
+    response = assemble_response(ladder.structure(H), solutions)
+    estimates = ErrorEstimates(
+        sources=SOURCES,
+        change=_changes(points),
+        slope=np.array([point.slope for point in points]) * TURN,
+        amplitude=np.array([point.amplitude for point in points]),
+        harmonics=np.array([point.harmonics for point in points]),
+        monitored=np.array(monitored),
+    )
+    samples = ladder.samples_of(H) or 0
+    return replace(
+        response,
+        coupling=ladder.coupling,
+        friction=ladder.friction,
+        samples=samples,
+        estimates=estimates,
+    )
+
+
+def _changes(points: Sequence[Point]) -> Floats:
+    """(p, s) changes of the amplitude, NaN where a point is lost."""
+    lost = np.full(len(SOURCES), np.nan)
+    return np.array([p.estimate.change if p.estimate else lost for p in points])

@@ -1,0 +1,170 @@
+"""A range of frequencies, sampled as its curve needs it.
+
+The range is swept upwards in long steps. Where the response jumps up, the branch above goes on
+below the jump; it is followed down to its end, and where two solutions exist, the curve takes the
+larger one. Neighbours differ by no more than two harmonics. Points are then added where the curve
+between them is uncertain, and at its highest place until that is where the curve says.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from vanelock.nonlinear.estimates import BEYOND
+from vanelock.nonlinear.hermite import Curve
+from vanelock.nonlinear.pointwise import TINY, Point, Pointwise
+
+BEND = 0.4
+"""How far, relatively, a step of the sweep may leave the line through the last two points."""
+JUMP = 400
+"""Parts of the range: how closely a jump of the response is located."""
+CROWD = 200
+"""Points of a curve beyond which none is added."""
+ROUNDS = 20
+OTHER = 0.15
+"""Relative distance of an amplitude from the line through a neighbour that tells of a jump."""
+
+
+class Told(Protocol):
+    """Is told about each point and how many there may be in all."""
+
+    def __call__(self, point: Point, expected: int) -> None:
+        """Tell."""
+
+
+@dataclass
+class Exploring:
+    """Chooses the frequencies of a range.
+
+    Attributes
+    ----------
+    pointwise : Pointwise
+        Solves them.
+    low, high : float
+        The range, rad/s.
+    told : callable
+        Told of each point.
+    """
+
+    pointwise: Pointwise
+    low: float
+    high: float
+    told: Told
+
+    @property
+    def closest(self) -> float:
+        """Distance of neighbours below which none is put between them, rad/s."""
+        return (self.high - self.low) / JUMP
+
+    def curve(self) -> list[Point]:
+        """The points of the curve, ascending; the last ones tried where some did not converge."""
+        first = self.pointwise.point(self.low, [])
+        points = [first, *self._swept(first, self.high)]
+        points = self._graded(self._upper(points))
+        for _ in range(ROUNDS):
+            wanted = self._drawn(points).wanted(self.pointwise.shares.frequencies, self.closest)
+            wanted = wanted[: max(CROWD - len(points), 0)]
+            if not len(wanted):
+                break
+            for omega in wanted:
+                points = self._with(points, float(omega))
+            points = self._graded(points)
+        return points
+
+    def _drawn(self, points: Sequence[Point]) -> Curve:
+        known = [p for p in points if p.estimate is not None]
+        numbers = np.array([(p.omega, p.amplitude, p.slope) for p in known]).reshape(-1, 3)
+        return Curve(*numbers.T)
+
+    def _swept(self, first: Point, end: float) -> Iterator[Point]:
+        """From a point to a frequency in steps over which the amplitude stays near the line."""
+        span, sign = self.high - self.low, float(np.sign(end - first.omega))
+        system = self.pointwise.ladder.structure(self.pointwise.least).system
+        finest = max((system.damping_ratio or 0.0) * self.low / 10, span / 2000)
+        history, step = [first], span / 30
+        while history[-1].omega != end:
+            last = history[-1]
+            left = abs(end - last.omega)
+            omega = end if step >= 0.999 * left else last.omega + sign * step
+            known = [p for p in history if p.solution.converged]
+            easy = self.pointwise.easily(omega, known)
+            if easy is None and known and step > max(finest, self.closest):
+                step = max(self.closest, finest, 0.3 * step)
+                continue
+            point = self.pointwise.point(omega, known, easy)
+            error = _bend(history, point)
+            if error > BEND and step > finest:
+                step = max(finest, step * max(0.3, 0.8 * np.sqrt(BEND / error)))
+                continue
+            yield point
+            self.told(point, round(span / max(abs(omega - first.omega), 1e-9 * span)))
+            history = [*history, point][-2:]
+            growth = 0.9 * np.sqrt(BEND / max(error, 1e-12))
+            step = float(np.clip(step * min(2.0, growth), finest, span / 12))
+
+    def _upper(self, points: list[Point]) -> list[Point]:
+        """The larger solutions below every upward jump put in place of the smaller ones."""
+        i = len(points) - 1
+        while i > 0:
+            if _jumps(points[i], points[i - 1]) and points[i].amplitude > points[i - 1].amplitude:
+                below, branch = points[:i], []
+                for point in self._swept(points[i], self.low):
+                    lower = self._drawn(below)
+                    there = lower.at(np.array([max(point.omega, self.low)]))[0]
+                    if point.amplitude < (1 + OTHER) * there:
+                        break
+                    branch.append(point)
+                if branch:
+                    end = branch[-1].omega
+                    below = [p for p in below if p.omega < end]
+                    points = [*below, *branch[::-1], *points[i:]]
+                    i = len(below)
+            i -= 1
+        return points
+
+    def _graded(self, points: list[Point]) -> list[Point]:
+        """Neighbours made to differ by no more than two harmonics."""
+        if not self.pointwise.chooses_harmonics:
+            return points
+        points = list(points)
+        order = [*range(len(points)), *reversed(range(len(points)))]
+        for i in order:
+            beside = [points[j].harmonics for j in (i - 1, i + 1) if 0 <= j < len(points)]
+            least = max(beside, default=0) - BEYOND
+            if points[i].harmonics < least and points[i].solution.converged:
+                again = self.pointwise.point(points[i].omega, [points[i]], None, least)
+                if again.solution.converged:
+                    points[i] = again
+        return points
+
+    def _with(self, points: list[Point], omega: float) -> list[Point]:
+        """The points with one more, reached from its neighbours, the larger where they differ."""
+        place = int(np.searchsorted([p.omega for p in points], omega))
+        beside = [p for p in points[max(place - 1, 0) : place + 1] if p.solution.converged]
+        beside.sort(key=lambda p: -abs(p.omega - omega))
+        point = self.pointwise.point(omega, beside)
+        if len(beside) == 2 and any(_jumps(p, point) for p in beside):
+            tried = [self.pointwise.point(omega, [p]) for p in beside]
+            point = max([point, *tried], key=lambda p: p.amplitude)
+        self.told(point, len(points) + 2)
+        return [*points[:place], point, *points[place:]]
+
+
+def _bend(history: Sequence[Point], point: Point) -> float:
+    """Relative distance of a new amplitude from the line through the last two."""
+    if len(history) < 2:
+        return 0.0
+    a, b = history
+    line = b.amplitude + (b.amplitude - a.amplitude) * (point.omega - b.omega) / (b.omega - a.omega)
+    return abs(point.amplitude - line) / max(b.amplitude, TINY)
+
+
+def _jumps(a: Point, b: Point) -> bool:
+    """Whether two neighbours may lie on different branches, by their tangents."""
+    if not (np.isfinite(a.slope) and np.isfinite(b.slope)):
+        return True
+    distance = b.omega - a.omega
+    mean = 0.5 * (a.slope + b.slope) * distance
+    return abs(b.amplitude - a.amplitude - mean) > OTHER * max(a.amplitude, b.amplitude)

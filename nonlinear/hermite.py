@@ -1,0 +1,98 @@
+"""A response curve between its points: cubic through amplitudes and slopes, and how far it is off.
+
+Leaving out a point i and interpolating across it shows an error e_i. The curve between neighbouring
+points, on half of that length, is sixteen times closer if it is smooth; a change of a contact's
+state may cost half of that, and unequal lengths count by their square.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import CubicHermiteSpline
+
+Floats = NDArray[np.float64]
+
+CLOSER = 8.0
+NEAR = 0.2
+"""Of its share, how much higher than every point the curve may be."""
+FINE = 32
+"""Places looked at between two points for the highest."""
+
+
+@dataclass(frozen=True)
+class Curve:
+    """Amplitudes and slopes at p ascending places.
+
+    Attributes
+    ----------
+    x : (p,) float
+    y : (p,) float
+    slope : (p,) float
+        dy/dx; NaN where it is not known.
+    """
+
+    x: Floats
+    y: Floats
+    slope: Floats
+
+    def at(self, x: Floats) -> Floats:
+        """The curve at places within its range."""
+        return np.asarray(self._spline(np.ones(len(self.x), bool))(x))
+
+    def _spline(self, chosen: NDArray[np.bool_]) -> CubicHermiteSpline:
+        slope = self.slope
+        if not np.all(np.isfinite(slope)):
+            known = np.gradient(self.y, self.x) if len(self.x) > 1 else np.zeros(len(self.x))
+            slope = np.where(np.isfinite(slope), slope, known)
+        return CubicHermiteSpline(self.x[chosen], self.y[chosen], slope[chosen])
+
+    def uncertainty(self) -> Floats:
+        """(p - 1,) error of the curve between neighbouring points."""
+        p = len(self.x)
+        missed = np.zeros(p)
+        every = np.arange(p)
+        for first in (0, 1):  # every other point at once; the curve is local
+            kept = (every % 2 == first) | (every == 0) | (every == p - 1)
+            missed[~kept] = self.y[~kept] - self._spline(kept)(self.x[~kept])
+        lengths = np.diff(self.x)
+        error = np.zeros(p - 1)
+        for i in range(1, p - 1):
+            across = lengths[i - 1] + lengths[i]
+            for j in (i - 1, i):
+                told = abs(missed[i]) / CLOSER * (2 * lengths[j] / across) ** 2
+                error[j] = max(error[j], told)
+        return error
+
+    def top(self) -> tuple[float, float]:
+        """The highest place of the curve, and its value there."""
+        share = np.linspace(0, 1, FINE, endpoint=False)
+        fine = (self.x[:-1, None] + np.diff(self.x)[:, None] * share).reshape(-1)
+        fine = np.append(fine, self.x[-1])
+        y = self.at(fine)
+        i = int(np.argmax(y))
+        return float(fine[i]), float(y[i])
+
+    def wanted(self, share: float, closest: float) -> Floats:
+        """Places where one more point is needed, ascending.
+
+        Parameters
+        ----------
+        share : float
+            Error that the curve may have, relative to its largest value.
+        closest : float
+            Distance of neighbours below which none is put between them.
+        """
+        if len(self.x) < 3:
+            return np.empty(0)
+        highest = float(self.y.max())
+        uncertain = self.uncertainty() > share * highest
+        uncertain &= np.diff(self.x) > closest
+        middles = 0.5 * (self.x[:-1] + self.x[1:])[uncertain]
+        place, value = self.top()
+        apart = float(np.abs(self.x - place).min())
+        if value - highest > NEAR * share * value and apart > 0:
+            j = int(np.searchsorted(self.x, place)) - 1
+            middles = middles[(middles < self.x[j]) | (middles > self.x[j + 1])]
+            middles = np.sort(np.append(middles, place))
+        return np.asarray(middles)

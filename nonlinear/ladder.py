@@ -1,0 +1,145 @@
+"""One system balanced with any number of harmonics: what several H share is prepared once.
+
+Nodal diameters are asked for when a harmonic needs them. Until then, where no more than an estimate
+is wanted, the matrices of the nearest diameter stand for them, at the harmonic's own phase between
+neighbours: the vane is the same at all of them, and the casing changes little from one to the next.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vanelock.nonlinear.balance import Structure, structure
+from vanelock.nonlinear.coupling import at_rest
+from vanelock.nonlinear.families import Frequencies
+from vanelock.nonlinear.law import Law, contact_law
+from vanelock.nonlinear.linear import check_forces
+from vanelock.nonlinear.linearised import Kept
+from vanelock.nonlinear.newton import TOLERANCE, Solution
+from vanelock.nonlinear.sampling import least_samples
+from vanelock.nonlinear.stuck import StuckModes
+from vanelock.nonlinear.sweep import Solver
+from vanelock.rom.system import System
+
+
+@dataclass
+class Ladder:
+    """Solvers by number of harmonics.
+
+    Attributes
+    ----------
+    systems : callable
+        From H to a system that has the nodal diameters of all harmonics up to H.
+    coupling, friction : str
+        As of `frequency_response`.
+    samples : int or None
+        Of a period; None where events are located.
+    tolerance : float
+        Relative residual that counts as converged.
+    """
+
+    systems: Callable[[int], System]
+    coupling: str = "coupled"
+    friction: str = "orthogonal"
+    samples: int | None = None
+    tolerance: float = TOLERANCE
+    _reached: int = -1
+    _system: System | None = None
+    _modes: dict[int, StuckModes] = field(default_factory=dict)
+    _guessed: dict[int, StuckModes] = field(default_factory=dict)
+    _solvers: dict[tuple[int, int | None], Solver] = field(default_factory=dict)
+    _structures: dict[int, Structure] = field(default_factory=dict)
+    _extended: dict[int, Structure] = field(default_factory=dict)
+    _laws: dict[tuple[int, int | None, bool], Law] = field(default_factory=dict)
+    _rest: Solution | None = None
+    _kept: dict[int, Kept] = field(default_factory=dict)
+
+    def structure(self, harmonics: int) -> Structure:
+        """The structure with H harmonics, all at their own nodal diameters."""
+        if harmonics > self._reached:
+            self._system, self._reached = self.systems(harmonics), harmonics
+            self._extended.clear()
+        assert self._system is not None
+        if harmonics not in self._structures:
+            made = structure(self._system, harmonics, known=self._modes)
+            check_forces(self._system, harmonics)
+            self._modes |= made.modes
+            self._structures[harmonics] = made
+        return self._structures[harmonics]
+
+    def extended(self, harmonics: int) -> Structure:
+        """The same for estimates, neighbours standing in for diameters that are not there."""
+        if harmonics <= self._reached:
+            return self.structure(harmonics)
+        if harmonics not in self._extended:
+            assert self._system is not None
+            system = _stood_in(self._system, harmonics)
+            made = structure(system, harmonics, known=self._guessed | self._modes)
+            self._guessed |= made.modes
+            self._extended[harmonics] = made
+        return self._extended[harmonics]
+
+    def law(self, harmonics: int, finer: bool = False) -> Law:
+        """The contact law for H harmonics; `finer`: without samples or, failing that, on twice."""
+        samples = self.samples_of(harmonics)
+        if finer and samples is not None:
+            samples = 2 * samples if self.friction == "isotropic" else None
+        key = harmonics, samples, self.coupling == "constant-load"
+        if key not in self._laws:
+            assert self._system is not None
+            contacts = self._system.contacts
+            self._laws[key] = contact_law(contacts, harmonics, samples, self.friction, key[2])
+        return self._laws[key]
+
+    def samples_of(self, harmonics: int) -> int | None:
+        """Samples of a period for H harmonics, None where events are located."""
+        if self.samples is None:
+            return None
+        return max(self.samples, least_samples(harmonics, self.friction))
+
+    @property
+    def rest(self) -> Solution | None:
+        """The static state that vibration is referred to; None where both are coupled."""
+        if self.coupling != "coupled" and self._rest is None:
+            still = replace(self, coupling="coupled")  # constant load holds vibration alone
+            self._rest = at_rest(self.structure(1), still.law, self.tolerance)
+        return self._rest
+
+    def mean(self) -> NDArray[np.float64] | None:
+        """Mean displacement that is held, (c, 3) m."""
+        return None if self.rest is None else self.rest.u[:, :, 0]
+
+    def solver(self, harmonics: int) -> Solver:
+        """What solves with H harmonics."""
+        key = harmonics, self.samples_of(harmonics)
+        if key not in self._solvers:
+            family = Frequencies(self.structure(harmonics), self.law(harmonics), self.mean())
+            self._solvers[key] = Solver(family, self.law, self.tolerance)
+        return self._solvers[key]
+
+    def kept(self, harmonics: int) -> Kept | None:
+        """What preconditions balances of H harmonics, its matrix to be made anew."""
+        last = self._kept.get(harmonics)
+        return None if last is None else replace(last, stale=True)
+
+    def keep(self, harmonics: int, kept: Kept | None) -> None:
+        """Have later balances of H harmonics start from this."""
+        if kept is not None:
+            self._kept[harmonics] = kept
+
+
+def _stood_in(system: System, harmonics: int) -> System:
+    """The system with the nearest diameter's matrices for each of those that it lacks."""
+    N = system.sectors
+    there = {min(k, N - k) for k in system.diameters}
+    diameters = dict(system.diameters)
+    for h in range(harmonics + 1):
+        k = system.nodal_diameter(h)
+        own = min(k, N - k)
+        if own in there:
+            continue
+        nearest = min(there, key=lambda j: (abs(j - own), j))
+        diameters[k] = system.at(nearest if k == own else (N - nearest) % N)
+    return replace(system, diameters=diameters)

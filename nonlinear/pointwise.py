@@ -1,0 +1,219 @@
+"""Points of a response, each with as many harmonics and samples as its own error asks for."""
+
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vanelock.nonlinear.estimates import BEYOND, SOURCES, Estimate, Estimator, resized
+from vanelock.nonlinear.families import fixed
+from vanelock.nonlinear.ladder import Ladder
+from vanelock.nonlinear.newton import Solution, solve
+
+Floats = NDArray[np.float64]
+
+MOST = 31
+"""Harmonics beyond which none is tried."""
+SAMPLED = 8192
+"""Samples beyond which no more are tried."""
+FEWER = 1 / 30
+"""Of its share, the error below which a neighbour is tried with fewer harmonics."""
+LOW = 0.3
+"""Of the largest amplitude, what a smaller one's error is referred to."""
+SHIFT = 0.03
+"""Of the allowed relative error, what a shift in frequency may take."""
+TINY = float(np.finfo(float).tiny)
+
+
+@dataclass(frozen=True)
+class Shares:
+    """Relative errors that the parts of the solution may have at the peak.
+
+    Attributes
+    ----------
+    harmonics : float
+        By neglected harmonics.
+    frequencies : float
+        By interpolating between points, relative to the largest amplitude.
+    samples : float, optional
+        By sampling the contact law, where it is sampled; as for harmonics unless given.
+    """
+
+    harmonics: float
+    frequencies: float
+    samples: float | None = None
+
+
+@dataclass(frozen=True)
+class Point:
+    """A solved frequency.
+
+    Attributes
+    ----------
+    solution : Solution
+    harmonics : int
+        H.
+    samples : int or None
+        Of a period.
+    estimate : Estimate or None
+        None where the solution did not converge.
+    wanted : int
+        Harmonics that a neighbour should begin with.
+    """
+
+    solution: Solution
+    harmonics: int
+    samples: int | None
+    estimate: Estimate | None
+    wanted: int
+
+    @property
+    def omega(self) -> float:
+        """rad/s."""
+        return self.solution.omega
+
+    @property
+    def amplitude(self) -> float:
+        """Of the monitored output, m; 0 where the solution did not converge."""
+        return 0.0 if self.estimate is None else self.estimate.amplitude
+
+    @property
+    def slope(self) -> float:
+        """Its derivative to ω, m s/rad; NaN where it is not known."""
+        return np.nan if self.estimate is None else self.estimate.slope
+
+
+@dataclass
+class Pointwise:
+    """Solves one point after another.
+
+    Attributes
+    ----------
+    estimator : Estimator
+    shares : Shares
+    least : int
+        Fewest harmonics.
+    chooses_harmonics, chooses_samples : bool
+        Whether they adapt, or stay as they are.
+    """
+
+    estimator: Estimator
+    shares: Shares
+    least: int
+    chooses_harmonics: bool
+    chooses_samples: bool
+    _largest: float = 0.0
+
+    @property
+    def ladder(self) -> Ladder:
+        """The solvers."""
+        return self.estimator.ladder
+
+    def easily(self, omega: float, neighbours: Sequence[Point]) -> Solution | None:
+        """The solution at a frequency if Newton's iteration finds it at once."""
+        if not neighbours:
+            return None
+        H = neighbours[-1].wanted
+        return self.ladder.solver(H).easily(omega, self._lifted(neighbours, H))
+
+    def point(
+        self,
+        omega: float,
+        neighbours: Sequence[Point],
+        found: Solution | None = None,
+        least: int = 0,
+    ) -> Point:
+        """Solve at a frequency, with as many harmonics and samples as it takes.
+
+        Parameters
+        ----------
+        omega : float
+            rad/s.
+        neighbours : sequence of Point
+            Up to two that converged, the nearest last.
+        found : Solution, optional
+            The solution with the harmonics that the nearest one wants.
+        least : int
+            Fewest harmonics, if more than those of all points.
+        """
+        begin = time.process_time()
+        H = max(neighbours[-1].wanted if neighbours else self.least, least)
+        history = list(neighbours)
+        while True:
+            if found is None:
+                found = self._solved(omega, history, H)
+            samples = self.ladder.samples_of(H)
+            point = Point(found, H, samples, None, H)
+            if not found.converged:
+                break
+            self.ladder.keep(H, found.kept)
+            estimate = self.estimator.estimate(found, H)
+            self._largest = max(self._largest, estimate.amplitude)
+            point = replace(point, estimate=estimate, wanted=self._wanted(estimate, H, omega))
+            if self._needs_samples(estimate, samples):
+                assert samples is not None
+                self.ladder.samples = 2 * samples
+            elif self._needs_harmonics(estimate, H, omega):
+                H = min(H + BEYOND, MOST)
+            else:
+                break
+            history, found = [point], None
+        spent = time.process_time() - begin
+        return replace(point, solution=replace(point.solution, seconds=spent))
+
+    def _needs_samples(self, estimate: Estimate, samples: int | None) -> bool:
+        share = self.shares.samples or self.shares.harmonics
+        fewer = (samples or SAMPLED) < SAMPLED
+        return self.chooses_samples and fewer and self._off(estimate, "samples") > share
+
+    def _needs_harmonics(self, estimate: Estimate, H: int, omega: float) -> bool:
+        enough = self._truncation(estimate, omega) <= self.shares.harmonics
+        return self.chooses_harmonics and not enough and H < MOST
+
+    def _wanted(self, estimate: Estimate, H: int, omega: float) -> int:
+        """The number of harmonics that a neighbour should begin with."""
+        few = self._truncation(estimate, omega) < FEWER * self.shares.harmonics
+        return max(H - BEYOND, self.least) if self.chooses_harmonics and few else H
+
+    def _truncation(self, estimate: Estimate, omega: float) -> float:
+        """Error by neglected harmonics, what a small shift in frequency changes forgiven."""
+        steep = abs(estimate.slope) if np.isfinite(estimate.slope) else 0.0
+        forgiven = 1 + SHIFT * steep * omega / max(estimate.amplitude, TINY)
+        return self._off(estimate, "harmonics") / forgiven
+
+    def _off(self, estimate: Estimate, source: str) -> float:
+        """Change by a source relative to A or, where A is small, a share of the largest so far."""
+        change = float(estimate.change[SOURCES.index(source)])
+        size = max(estimate.amplitude, LOW * self._largest, TINY)
+        return abs(change) / size if np.isfinite(change) else np.inf
+
+    def _solved(self, omega: float, neighbours: Sequence[Point], H: int) -> Solution:
+        lifted = self._lifted(neighbours, H)
+        if lifted and lifted[-1].omega == omega:
+            return lifted[-1]
+        return self.ladder.solver(H).point(omega, lifted)
+
+    def _lifted(self, points: Sequence[Point], H: int) -> list[Solution]:
+        """Solutions of some points with H harmonics; those that are not found are left out."""
+        samples = self.ladder.samples_of(H)
+        lifted = [
+            point.solution
+            if (point.harmonics, point.samples) == (H, samples)
+            else self._again(point, H)
+            for point in points
+        ]
+        return [found for found in lifted if found.converged]
+
+    def _again(self, point: Point, H: int) -> Solution:
+        """A solution solved once more with H harmonics, from the best that is known of them."""
+        found, start = point.solution, point.solution.w
+        if H > point.harmonics and point.estimate and point.estimate.better is not None:
+            start = point.estimate.better
+        family, kept = self.ladder.solver(H).family, self.ladder.kept(H)
+        held = fixed(family.at(found.omega), family.friction)
+        tolerance = self.ladder.tolerance
+        again = solve(held, resized(start, H), 0.0, tolerance=tolerance, kept=kept)
+        self.ladder.keep(H, again.kept)
+        return replace(again, parameter=found.omega)
