@@ -7,6 +7,7 @@ of a range are chosen by the curve itself (`exploring`).
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import TypeAlias
 
 import numpy as np
@@ -15,7 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 from vanelock.errors import InputError
 from vanelock.nonlinear.coupling import COUPLINGS, with_static_mean
 from vanelock.nonlinear.estimates import SOURCES, Estimator, resized
-from vanelock.nonlinear.exploring import Exploring
+from vanelock.nonlinear.exploring import Exploring, settled
 from vanelock.nonlinear.ladder import Ladder
 from vanelock.nonlinear.linear import checked_frequencies
 from vanelock.nonlinear.newton import TOLERANCE
@@ -24,7 +25,7 @@ from vanelock.nonlinear.response import ErrorEstimates, Response, assemble_respo
 from vanelock.nonlinear.sampling import FRICTIONS, checked_samples
 from vanelock.nonlinear.threads import one_thread
 from vanelock.nonlinear.trigonometric import TURN
-from vanelock.rom.accuracy import Neglected
+from vanelock.rom.neglected import Neglected
 from vanelock.rom.system import System
 
 Floats = NDArray[np.float64]
@@ -114,7 +115,8 @@ def adaptive_response(
         raise InputError("system: has no output nodes: their amplitude is what an error is of")
     omegas = TURN * hertz
     monitored = _loudest(ladder, first.harmonics, omegas) if monitor is None else monitor
-    estimator = Estimator(ladder, monitored, neglected, mesh_error)
+    left_out = None if neglected is None else lru_cache(None)(neglected)
+    estimator = Estimator(ladder, monitored, left_out, mesh_error)
     pointwise = Pointwise(
         estimator,
         shares,
@@ -153,7 +155,7 @@ def _swept(pointwise: Pointwise, omegas: Floats, told: _Told) -> list[Point]:
         told(point, len(omegas))
         if point.solution.converged:
             history = [*history, point][-2:]
-    return [found[i] for i in range(len(omegas))]
+    return settled(pointwise, [found[i] for i in range(len(omegas))])[0]
 
 
 def _loudest(ladder: Ladder, harmonics: int, omegas: Floats) -> tuple[int, int]:

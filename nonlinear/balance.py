@@ -340,7 +340,13 @@ def structure(
         )
     wave = harmonic_diameters == "wave"
     diameters = tuple(system.nodal_diameter(h if wave else min(h, 1)) for h in range(harmonics + 1))
-    modes = {k: known.get(k) or stuck_modes(system, k) for k in sorted(set(diameters))}
+    modes = dict(known)
+    for k in sorted(set(diameters)):
+        mirrored = (system.sectors - k) % system.sectors
+        if k not in modes and mirrored in modes and k not in system.diameters:
+            modes[k] = modes[mirrored].conjugate()
+        elif k not in modes:
+            modes[k] = stuck_modes(system, k)
     for h, k in enumerate(diameters):
         force = system.force.get(h)
         if force is not None and len(force.vector) != len(modes[k].shapes):
@@ -348,4 +354,4 @@ def structure(
                 f"system: force/{h} has {len(force.vector)} entries; "
                 f"nodal diameter {k} has {len(modes[k].shapes)}"
             )
-    return Structure(system, harmonics, diameters, modes)
+    return Structure(system, harmonics, diameters, {k: modes[k] for k in diameters})

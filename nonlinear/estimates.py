@@ -33,7 +33,7 @@ from vanelock.nonlinear.newton import Solution, active_rows, scales
 from vanelock.nonlinear.response import half_peak_to_peak
 from vanelock.nonlinear.slope import response_to
 from vanelock.nonlinear.trigonometric import to_complex, to_real
-from vanelock.rom.accuracy import Neglected
+from vanelock.rom.neglected import Neglected
 
 Floats = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -43,6 +43,8 @@ BEYOND = 2
 """Harmonics beyond H with which a solution is judged."""
 EXACT = 1e-3
 """Relative accuracy of the linear solutions behind an estimate."""
+FAINT = 1e-3
+"""Of the largest modal amplitude, below which a harmonic's share in an error is left out."""
 TINY = float(np.finfo(float).tiny)
 
 
@@ -95,7 +97,7 @@ class Estimator:
         state = _Wide(self.ladder, wide, found, harmonics)
         amplitudes = wide.amplitudes(found.omega, state.w)
         q = self._output(wide, amplitudes)
-        A = _half(q)
+        A = half(q)
         slope = _slope(q, self._rates(state, amplitudes))
         step = state.answer_to_deviation(state.gap)
         better = None if step is None else state.w + step
@@ -105,7 +107,7 @@ class Estimator:
             self._softer(state, amplitudes, self._too_stiff(), harmonics),
             self._samples(state, harmonics),
         ]
-        change = np.array([np.nan if other is None else _half(other) - A for other in others])
+        change = np.array([np.nan if other is None else half(other) - A for other in others])
         return Estimate(A, slope, change, better)
 
     def _output(self, wide: Structure, amplitudes: list[Complex]) -> Complex:
@@ -113,8 +115,12 @@ class Estimator:
         pairs = zip(wide.nodal_diameters, amplitudes, strict=True)
         return np.array([wide.output_rows[k][self.monitored] @ a for k, a in pairs])
 
+    def output(self, prepared: Structure, omega: float, w: Floats) -> Complex:
+        """(H + 1,) coefficients of the monitored output under a deviation (c, 3, 2H + 1), m."""
+        return self._output(prepared, prepared.amplitudes(omega, w))
+
     def _of_deviation(self, state: "_Wide", w: Floats) -> Complex:
-        return self._output(state.structure, state.structure.amplitudes(state.omega, w))
+        return self.output(state.structure, state.omega, w)
 
     def _rates(self, state: "_Wide", amplitudes: list[Complex]) -> Complex:
         """Their derivatives to ω along the solutions; NaN where the path turns back."""
@@ -162,7 +168,10 @@ class Estimator:
             return None
         wide, omega = state.structure, state.omega
         moved = [np.zeros(len(amplitude), complex) for amplitude in amplitudes]
+        largest = max(np.abs(amplitude).max(initial=0.0) for amplitude in amplitudes[1:])
         for h in range(1, harmonics + 1):
+            if np.abs(amplitudes[h]).max(initial=0.0) < FAINT * largest:
+                continue
             added = force(wide, h, omega, amplitudes[h])
             moved[h] = wide.at(h).solve(h * omega, added)
         answer = state.answer_to_motion(moved)
@@ -244,7 +253,8 @@ def resized(w: Floats, harmonics: int) -> Floats:
     return out
 
 
-def _half(q: Complex) -> float:
+def half(q: Complex) -> float:
+    """Half the peak-to-peak of coefficients (H + 1,)."""
     return float(half_peak_to_peak(q[:, None])[0])
 
 
@@ -256,4 +266,4 @@ def _slope(q: Complex, rates: Complex) -> float:
     if growth == 0:
         return 0.0
     step = 1e-6 * size / growth
-    return float((_half(q + step * rates) - _half(q - step * rates)) / (2 * step))
+    return float((half(q + step * rates) - half(q - step * rates)) / (2 * step))

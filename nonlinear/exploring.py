@@ -23,6 +23,8 @@ JUMP = 400
 CROWD = 200
 """Points of a curve beyond which none is added."""
 ROUNDS = 20
+PEAK = 0.8
+"""Of the largest amplitude, above which a point belongs to the peak."""
 OTHER = 0.15
 """Relative distance of an amplitude from the line through a neighbour that tells of a jump."""
 
@@ -66,10 +68,13 @@ class Exploring:
         for _ in range(ROUNDS):
             wanted = self._drawn(points).wanted(self.pointwise.shares.frequencies, self.closest)
             wanted = wanted[: max(CROWD - len(points), 0)]
-            if not len(wanted):
-                break
             for omega in wanted:
                 points = self._with(points, float(omega))
+            if not len(wanted):
+                before = max(points, key=lambda p: p.amplitude).harmonics
+                points, top = settled(self.pointwise, points)
+                if top.harmonics == before:
+                    break
             points = self._graded(points)
         return points
 
@@ -125,14 +130,17 @@ class Exploring:
         return points
 
     def _graded(self, points: list[Point]) -> list[Point]:
-        """Neighbours made to differ by no more than two harmonics."""
+        """Neighbours made to differ by no more than two harmonics, those of the peak by none."""
         if not self.pointwise.chooses_harmonics:
             return points
         points = list(points)
         order = [*range(len(points)), *reversed(range(len(points)))]
+        top = max(points, key=lambda p: p.amplitude)
         for i in order:
             beside = [points[j].harmonics for j in (i - 1, i + 1) if 0 <= j < len(points)]
             least = max(beside, default=0) - BEYOND
+            if points[i].amplitude > PEAK * top.amplitude:
+                least = max(least, top.harmonics)
             if points[i].harmonics < least and points[i].solution.converged:
                 again = self.pointwise.point(points[i].omega, [points[i]], None, least)
                 if again.solution.converged:
@@ -150,6 +158,14 @@ class Exploring:
             point = max([point, *tried], key=lambda p: p.amplitude)
         self.told(point, len(points) + 2)
         return [*points[:place], point, *points[place:]]
+
+
+def settled(pointwise: Pointwise, points: Sequence[Point]) -> tuple[list[Point], Point]:
+    """Points of which the highest one's error is measured rather than estimated; and that one."""
+    found = list(points)
+    i = max(range(len(found)), key=lambda j: found[j].amplitude)
+    found[i] = pointwise.settled(found[i])
+    return found, found[i]
 
 
 def _bend(history: Sequence[Point], point: Point) -> float:

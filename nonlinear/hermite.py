@@ -9,7 +9,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import CubicHermiteSpline
 
 Floats = NDArray[np.float64]
 
@@ -37,15 +36,24 @@ class Curve:
     slope: Floats
 
     def at(self, x: Floats) -> Floats:
-        """The curve at places within its range."""
-        return np.asarray(self._spline(np.ones(len(self.x), bool))(x))
+        """The curve at places; beyond its ends, its first and last pieces go on."""
+        return self._across(np.arange(len(self.x)), x)
 
-    def _spline(self, chosen: NDArray[np.bool_]) -> CubicHermiteSpline:
+    def _across(self, kept: NDArray[np.int64], x: Floats) -> Floats:
+        """The curve through some of the points, at places."""
         slope = self.slope
         if not np.all(np.isfinite(slope)):
             known = np.gradient(self.y, self.x) if len(self.x) > 1 else np.zeros(len(self.x))
             slope = np.where(np.isfinite(slope), slope, known)
-        return CubicHermiteSpline(self.x[chosen], self.y[chosen], slope[chosen])
+        X, y, slope = self.x[kept], self.y[kept], slope[kept]
+        if len(X) == 1:
+            return np.asarray(y[0] + slope[0] * (x - X[0]))
+        i = np.clip(np.searchsorted(X, x, side="right") - 1, 0, len(X) - 2)
+        length = X[i + 1] - X[i]
+        t = (x - X[i]) / length
+        rise = y[i + 1] - y[i]
+        before, after = slope[i] * length - rise, rise - slope[i + 1] * length
+        return np.asarray(y[i] + t * rise + t * (1 - t) * ((1 - t) * before + t * after))
 
     def uncertainty(self) -> Floats:
         """(p - 1,) error of the curve between neighbouring points."""
@@ -54,13 +62,14 @@ class Curve:
         every = np.arange(p)
         for first in (0, 1):  # every other point at once; the curve is local
             kept = (every % 2 == first) | (every == 0) | (every == p - 1)
-            missed[~kept] = self.y[~kept] - self._spline(kept)(self.x[~kept])
+            across = self._across(every[kept], self.x[~kept])
+            missed[~kept] = self.y[~kept] - across
         lengths = np.diff(self.x)
         error = np.zeros(p - 1)
         for i in range(1, p - 1):
-            across = lengths[i - 1] + lengths[i]
+            both = lengths[i - 1] + lengths[i]
             for j in (i - 1, i):
-                told = abs(missed[i]) / CLOSER * (2 * lengths[j] / across) ** 2
+                told = abs(missed[i]) / CLOSER * (2 * lengths[j] / both) ** 2
                 error[j] = max(error[j], told)
         return error
 

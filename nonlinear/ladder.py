@@ -115,9 +115,16 @@ class Ladder:
         """What solves with H harmonics."""
         key = harmonics, self.samples_of(harmonics)
         if key not in self._solvers:
-            family = Frequencies(self.structure(harmonics), self.law(harmonics), self.mean())
-            self._solvers[key] = Solver(family, self.law, self.tolerance)
+            self._solvers[key] = self._solver(self.structure(harmonics))
         return self._solvers[key]
+
+    def guessing(self, harmonics: int) -> Solver:
+        """The same, neighbours standing in for diameters that are not there."""
+        return self._solver(self.extended(harmonics))
+
+    def _solver(self, prepared: Structure) -> Solver:
+        family = Frequencies(prepared, self.law(prepared.harmonics), self.mean())
+        return Solver(family, self.law, self.tolerance)
 
     def kept(self, harmonics: int) -> Kept | None:
         """What preconditions balances of H harmonics, its matrix to be made anew."""
@@ -141,5 +148,5 @@ def _stood_in(system: System, harmonics: int) -> System:
         if own in there:
             continue
         nearest = min(there, key=lambda j: (abs(j - own), j))
-        diameters[k] = system.at(nearest if k == own else (N - nearest) % N)
+        diameters[own] = system.at(nearest)
     return replace(system, diameters=diameters)

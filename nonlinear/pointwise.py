@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from vanelock.nonlinear.estimates import BEYOND, SOURCES, Estimate, Estimator, resized
+from vanelock.nonlinear.estimates import BEYOND, SOURCES, Estimate, Estimator, half, resized
 from vanelock.nonlinear.families import fixed
 from vanelock.nonlinear.ladder import Ladder
 from vanelock.nonlinear.newton import Solution, solve
@@ -24,6 +24,10 @@ LOW = 0.3
 """Of the largest amplitude, what a smaller one's error is referred to."""
 SHIFT = 0.03
 """Of the allowed relative error, what a shift in frequency may take."""
+FURTHER = 4
+"""Harmonics beyond those of the highest point with which it is compared."""
+TAIL = 1.3
+"""What is left out by these, and beyond them, relative to the former."""
 TINY = float(np.finfo(float).tiny)
 
 
@@ -162,6 +166,46 @@ class Pointwise:
             history, found = [point], None
         spent = time.process_time() - begin
         return replace(point, solution=replace(point.solution, seconds=spent))
+
+    def settled(self, point: Point) -> Point:
+        """A point whose error by neglected harmonics is measured: by solving with more of them.
+
+        It gets as many harmonics as keep that error within its share. Where it cannot be measured,
+        the point stays as it is.
+        """
+        while point.estimate is not None:
+            measured = self._measured(point)
+            if measured is None:
+                return point
+            change = point.estimate.change.copy()
+            change[SOURCES.index("harmonics")] = measured
+            point = replace(point, estimate=replace(point.estimate, change=change))
+            allowed = self.shares.harmonics * max(point.amplitude, TINY)
+            if abs(measured) <= allowed or not self.chooses_harmonics or point.harmonics >= MOST:
+                return point
+            more = min(point.harmonics + BEYOND, MOST)
+            raised = self.point(point.omega, [point], None, more)
+            if not raised.solution.converged:
+                return point
+            point = raised
+        return point
+
+    def _measured(self, point: Point) -> float | None:
+        """Change of the amplitude with more harmonics, and what those beyond them may add, m."""
+        assert point.estimate is not None
+        H = point.harmonics + FURTHER
+        solver, kept = self.ladder.guessing(H), self.ladder.kept(H)
+        start = point.estimate.better
+        family = solver.family
+        held = fixed(family.at(point.omega), family.friction)
+        start = resized(point.solution.w if start is None else start, H)
+        tolerance = self.shares.harmonics * 1e-2
+        found = solve(held, start, 0.0, tolerance=tolerance, kept=kept)
+        if not found.converged:
+            return None
+        self.ladder.keep(H, found.kept)
+        q = self.estimator.output(family.structure, point.omega, found.w)
+        return TAIL * (half(q) - point.amplitude)
 
     def _needs_samples(self, estimate: Estimate, samples: int | None) -> bool:
         share = self.shares.samples or self.shares.harmonics

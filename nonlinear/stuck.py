@@ -53,6 +53,16 @@ class StuckModes:
         """(n, 3c) bᴴ, modal forces of forces in the contacts."""
         return np.ascontiguousarray(self.rows.conj().T)
 
+    def conjugate(self) -> "StuckModes":
+        """The modes of the nodal diameter N - k."""
+        coupled = self.coupled_damping
+        return replace(
+            self,
+            shapes=self.shapes.conj(),
+            rows=self.rows.conj(),
+            coupled_damping=None if coupled is None else coupled.conj(),
+        )
+
     def dynamic(self, s: float) -> Array:
         """Diagonal of the modal dynamic stiffness at the circular frequency s, rad/s."""
         diagonal: Array = 1 - s**2 * self.compliance + 1j * s * self.damping

@@ -21,7 +21,7 @@ _modules = {
     "Diameter": "system",
     "Force": "system",
     "FrequencyErrors": "accuracy",
-    "Neglected": "accuracy",
+    "Neglected": "neglected",
     "frequency_errors": "accuracy",
     "neglected_forms": "accuracy",
     "response_errors": "accuracy",
