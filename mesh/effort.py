@@ -10,6 +10,7 @@ from vanelock.mesh.bosses import check_meshable
 from vanelock.mesh.dimensions import CasingDimensions, HookDimensions, VaneDimensions
 from vanelock.mesh.fillets import check_resolved
 from vanelock.mesh.size import LARGEST, SMALLEST, element_size
+from vanelock.mesh.stretch import check_stretch
 
 MOST = 1_000_000
 """Degrees of freedom of both parts together; beyond, meshing takes minutes and memory runs out."""
@@ -22,9 +23,11 @@ _A_CELL = 5.4  # nodes of an aerofoil on a cell of its faces, what lies beneath 
 _AROUND = 1.15  # on the shrouds and hooks, for the finer elements at the aerofoils and contacts
 
 
-def casing_dofs(casing: CasingDimensions, hook: HookDimensions, sectors: int, size: float) -> float:
+def casing_dofs(
+    casing: CasingDimensions, hook: HookDimensions, sectors: int, size: float, stretch: int = 1
+) -> float:
     """Estimate for a casing sector meshed with elements of `size`, m; fillets apart."""
-    return _plates_dofs(casing_plates(casing, hook, sectors), size)
+    return _plates_dofs(casing_plates(casing, hook, sectors * stretch), size)
 
 
 def vane_dofs(vane: VaneDimensions, sectors: int, size: float) -> float:
@@ -55,6 +58,7 @@ def check_size(
     casing: CasingDimensions | None,
     sectors: int,
     hook: HookDimensions | None = None,
+    stretch: int = 1,
 ) -> None:
     """Refuse elements so small that both meshes together would be too large, or too large.
 
@@ -64,18 +68,19 @@ def check_size(
     ------
     InputError
         Naming `mesh.size`, the estimate and about the smallest size allowed; or a fillet or boss
-        that is too small for the elements.
+        that is too small for the elements; or `mesh.stretch`.
     """
     if vane is not None:
         check_resolved("vane", vane.fillet, element_size(size, "vane"))
     if casing is not None:
         check_resolved("casing", casing.fillet, element_size(size, "casing"))
         check_meshable(casing, element_size(size, "casing"))
+        check_stretch(stretch, casing)
     hook = hook or (HookDimensions() if vane is None else vane.hook)
 
     def count(vane_size: float, casing_size: float) -> float:
         return (0 if vane is None else vane_dofs(vane, sectors, vane_size)) + (
-            0 if casing is None else casing_dofs(casing, hook, sectors, casing_size)
+            0 if casing is None else casing_dofs(casing, hook, sectors, casing_size, stretch)
         )
 
     told = count(element_size(size, "vane"), element_size(size, "casing"))

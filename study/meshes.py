@@ -31,6 +31,7 @@ def _made_step(study: Study, part: str) -> Step[Part]:
     """Mesh of a part that has dimensions."""
     vane, casing = study.vane, study.casing
     sectors, size, face_nodes = study.ring.sectors, study.mesh.size, study.mesh.face_nodes
+    stretch = study.mesh.stretch
     if isinstance(vane, OwnVane) or isinstance(casing, OwnCasing):
         overlap = NOWHERE
     else:
@@ -40,13 +41,14 @@ def _made_step(study: Study, part: str) -> Step[Part]:
     if part == "casing":
         inputs["hook"] = vane.hook.model_dump()
         inputs["face_nodes"] = face_nodes
+        inputs["stretch"] = stretch
 
     def compute() -> Part:
         if part == "vane":
             assert isinstance(vane, mesh.VaneDimensions)
             return mesh.vane_segment(vane, sectors, size, overlap)
         assert isinstance(casing, mesh.CasingDimensions)
-        return mesh.casing_sector(casing, vane.hook, sectors, size, overlap, face_nodes)
+        return mesh.casing_sector(casing, vane.hook, sectors, size, overlap, face_nodes, stretch)
 
     return step(f"mesh {part}", "mesh", inputs, Part, (), compute)
 

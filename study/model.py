@@ -282,7 +282,9 @@ class Study(Table):
     def _can_be_meshed(self) -> Self:
         vane = None if isinstance(self.vane, OwnVane) else self.vane
         casing = None if isinstance(self.casing, OwnCasing) else self.casing
-        check_size(self.mesh.size, vane, casing, self.ring.sectors, self.vane.hook)
+        check_size(
+            self.mesh.size, vane, casing, self.ring.sectors, self.vane.hook, self.mesh.stretch
+        )
         return self
 
     @model_validator(mode="after")

@@ -167,6 +167,8 @@ def refuse_without_dimensions(study: Any) -> None:
         raise ValueError(f'joints.interlock.patch = "area": {why}')
     if casing and study.mesh.face_nodes is not None:
         raise ValueError(f"mesh.face_nodes = {study.mesh.face_nodes}: casing.mesh is given")
+    if casing and study.mesh.stretch > 1:
+        raise ValueError(f"mesh.stretch = {study.mesh.stretch}: casing.mesh is given")
     if vane and casing and study.vane.hook != HookDimensions():
         raise ValueError("vane.hook: both parts are given as meshes, so it has no use")
 

@@ -7,6 +7,7 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, model_valida
 from vanelock.mesh.effort import MOST as LARGEST_MESHES
 from vanelock.mesh.fit import FEWEST, MOST
 from vanelock.mesh.size import LARGEST, SIZES, SMALLEST
+from vanelock.mesh.stretch import MOST as STRETCH
 from vanelock.quantities import Bedding, Density, Frequency, Length, Pressure, Stiffness, si
 
 
@@ -65,6 +66,9 @@ class Mesh(Table):
     size: MeshSize = Field(default="medium", description="element size")
     face_nodes: int | None = Field(
         default=None, ge=10, le=100_000, description="number of nodes of each cyclic face"
+    )
+    stretch: int = Field(
+        default=1, ge=1, le=STRETCH, description="length of the casing's elements around the ring"
     )
 
 
