@@ -27,6 +27,8 @@ _modules = {
     "hysteresis": "branches",
     "linear_response": "linear",
     "parameter_response": "parametric",
+    "PeakErrors": "certainty",
+    "peak_errors": "certainty",
     "peak_response": "backbone",
     "static_response": "forced",
     "time_response": "transient",

@@ -83,8 +83,11 @@ class Exploring:
         numbers = np.array([(p.omega, p.amplitude, p.slope) for p in known]).reshape(-1, 3)
         return Curve(*numbers.T)
 
-    def _swept(self, first: Point, end: float) -> Iterator[Point]:
-        """From a point to a frequency in steps over which the amplitude stays near the line."""
+    def _swept(self, first: Point, end: float, jumps: bool = True) -> Iterator[Point]:
+        """From a point to a frequency in steps over which the amplitude stays near the line.
+
+        Unless it jumps, it ends where the branch does.
+        """
         span, sign = self.high - self.low, float(np.sign(end - first.omega))
         system = self.pointwise.ladder.structure(self.pointwise.least).system
         finest = max((system.damping_ratio or 0.0) * self.low / 10, span / 2000)
@@ -98,6 +101,8 @@ class Exploring:
             if easy is None and known and step > max(finest, self.closest):
                 step = max(self.closest, finest, 0.3 * step)
                 continue
+            if easy is None and not jumps:
+                return
             point = self.pointwise.point(omega, known, easy)
             error = _bend(history, point)
             if error > BEND and step > finest:
@@ -115,7 +120,7 @@ class Exploring:
         while i > 0:
             if _jumps(points[i], points[i - 1]) and points[i].amplitude > points[i - 1].amplitude:
                 below, branch = points[:i], []
-                for point in self._swept(points[i], self.low):
+                for point in self._swept(points[i], self.low, jumps=False):
                     lower = self._drawn(below)
                     there = lower.at(np.array([max(point.omega, self.low)]))[0]
                     if point.amplitude < (1 + OTHER) * there:

@@ -48,7 +48,7 @@ class Ladder:
     _reached: int = -1
     _system: System | None = None
     _modes: dict[int, StuckModes] = field(default_factory=dict)
-    _guessed: dict[int, StuckModes] = field(default_factory=dict)
+    _guessed: dict[tuple[int, int], StuckModes] = field(default_factory=dict)
     _solvers: dict[tuple[int, int | None], Solver] = field(default_factory=dict)
     _structures: dict[int, Structure] = field(default_factory=dict)
     _extended: dict[int, Structure] = field(default_factory=dict)
@@ -75,9 +75,16 @@ class Ladder:
             return self.structure(harmonics)
         if harmonics not in self._extended:
             assert self._system is not None
-            system = _stood_in(self._system, harmonics)
-            made = structure(system, harmonics, known=self._guessed | self._modes)
-            self._guessed |= made.modes
+            system, places = _stood_in(self._system, harmonics)
+            guessed = {
+                own: self._guessed[own, place]
+                for own, place in places.items()
+                if (own, place) in self._guessed
+            }
+            made = structure(system, harmonics, known=guessed | self._modes)
+            for own, place in places.items():
+                if own in made.modes:
+                    self._guessed[own, place] = made.modes[own]
             self._extended[harmonics] = made
         return self._extended[harmonics]
 
@@ -137,16 +144,12 @@ class Ladder:
             self._kept[harmonics] = kept
 
 
-def _stood_in(system: System, harmonics: int) -> System:
-    """The system with the nearest diameter's matrices for each of those that it lacks."""
+def _stood_in(system: System, harmonics: int) -> tuple[System, dict[int, int]]:
+    """The system with the nearest diameter's matrices for those it lacks, and which they are."""
     N = system.sectors
     there = {min(k, N - k) for k in system.diameters}
-    diameters = dict(system.diameters)
-    for h in range(harmonics + 1):
-        k = system.nodal_diameter(h)
-        own = min(k, N - k)
-        if own in there:
-            continue
-        nearest = min(there, key=lambda j: (abs(j - own), j))
-        diameters[own] = system.at(nearest)
-    return replace(system, diameters=diameters)
+    wave = {system.nodal_diameter(h) for h in range(harmonics + 1)}
+    lacking = {min(k, N - k) for k in wave} - there
+    places = {own: min(there, key=lambda j: (abs(j - own), j)) for own in lacking}
+    diameters = system.diameters | {own: system.at(place) for own, place in places.items()}
+    return replace(system, diameters=diameters), places
