@@ -168,6 +168,18 @@ class Recovery:
         return Statics(held.solve, K_sm, unit[:, given.rows].tocsr(), T.tocsr())
 
 
-def recovery(component: Component, model: Model) -> Recovery:
-    """Prepare the recovery of a part's displacement fields."""
+def recovery(component: Component, model: Model, prepared: Condensed | None = None) -> Recovery:
+    """Prepare the recovery of a part's displacement fields.
+
+    Parameters
+    ----------
+    component : Component
+        The reduced part.
+    model : fem.Model
+        What was reduced.
+    prepared : Condensed, optional
+        What it was reduced from by `rom.prepare`, which is then not computed again.
+    """
+    if prepared is not None:
+        return Recovery(component, prepared.problem, _shared=[prepared])
     return Recovery(component, problem(model, component.masters, component.cyclic))

@@ -24,7 +24,17 @@ from vanelock.errors import InputError
 from vanelock.product import Product
 
 P = TypeVar("P", bound=Product)
-STEPS = ("stages", "diameters", "meshes", "limits", "forced", "strains")
+STEPS = (
+    "stages",
+    "diameters",
+    "chain",
+    "meshes",
+    "mesh_errors",
+    "limits",
+    "forced",
+    "adaptive",
+    "strains",
+)
 """Modules of this package that say how a stage is called."""
 
 

@@ -21,17 +21,19 @@ from vanelock import nonlinear
 from vanelock.errors import InputError
 from vanelock.nonlinear import Response
 from vanelock.study.cache import Cache
+from vanelock.study.chain import linear_steps
 from vanelock.study.converged import NAME, Outcome, draw, markdown, table
-from vanelock.study.diameters import casing_step, diameter_of, joined_step, united_step
+from vanelock.study.diameters import united_step
 from vanelock.study.folder import claimed, record
-from vanelock.study.forced import limits_step, linear_step, response_step, without_friction
+from vanelock.study.forced import linear_step, response_step
 from vanelock.study.knobs import DOFS, Knob, chosen
 from vanelock.study.model import Study
 from vanelock.study.monitor import monitor
+from vanelock.study.plan import plan
 from vanelock.study.progress import Finished, Listener, Notice, silent
-from vanelock.study.stages import rom_step
+from vanelock.study.settle import settle
 from vanelock.study.steps import Stages, Step
-from vanelock.study.sweep import cases, with_values
+from vanelock.study.sweep import Case, cases, with_values
 
 NEAR = 9
 """Frequencies between the neighbours of the largest point, where the peak is located."""
@@ -51,7 +53,8 @@ def converge_study(
     Parameters
     ----------
     study : Study
-        The study; swept keys have their unswept values.
+        The study; swept keys have their unswept values. With an accuracy, what that chooses is what
+        the other knobs are held at.
     folder : path
         A run's folder; what was computed there is used again. `converge.json`, `converge.md` and
         `figures/converge.png` go there.
@@ -74,10 +77,11 @@ def converge_study(
         orders = study.excitation.engine_orders
         study = with_values(study, {"excitation.engine_order": orders[0]} if orders else {})
     (case,) = cases(study)
-    wanted = chosen(case.study, tuple(only), dofs)
+    chosen(case.study, tuple(only), dofs)  # refuses an unknown one before anything is computed
     with claimed(path):
         stages = Stages(Cache(path / "cache", lambda told: listener(Notice(told))), listener)
-        found = _Measuring(case.study, stages, listener).all(wanted)
+        base = pinned(case, stages)
+        found = _Measuring(base, stages, listener).all(chosen(base, tuple(only), dofs))
         text = table(found, study.name)
         record(path / f"{NAME}.json", json.dumps([asdict(each) for each in found], indent=1))
         record(path / f"{NAME}.md", markdown(found))
@@ -86,6 +90,19 @@ def converge_study(
     told = {"files": [str(path / f"{NAME}.json"), str(path / f"{NAME}.md"), str(picture)]}
     listener(Finished(str(path), time.perf_counter() - began, told))
     return found
+
+
+def pinned(case: Case, stages: Stages) -> Study:
+    """The study of a case with all that its accuracy chooses set, if it has one."""
+    if case.study.accuracy is None:
+        return case.study
+    settled = settle(case.study, stages)
+    (planned,) = plan([case], _unheard, [settled])
+    response = stages.get(planned.response)
+    chosen = {"accuracy": None, "response.harmonics": response.harmonics}
+    if response.friction == "isotropic":
+        chosen["response.samples"] = response.samples
+    return with_values(settled.study, chosen)
 
 
 @dataclass(frozen=True)
@@ -252,14 +269,10 @@ class Chain:
 
 def chain(study: Study, name: str) -> Chain:
     """The steps of a case."""
-    k = diameter_of(study, 1)
-    bare = without_friction(study)
-    linear = joined_step(bare, {0, k})
-    vane, casing = rom_step(study, "vane", ()), casing_step(study, k)
-    limits = limits_step(study, linear, vane, casing)
+    linear = linear_steps(study)
     system = united_step(study, study.response.harmonics)
-    response = response_step(name, study, system, limits, _unheard)
-    return Chain(study, linear, limits, system, response)
+    response = response_step(name, study, system, linear.limits, _unheard)
+    return Chain(study, linear.system, linear.limits, system, response)
 
 
 def replace_response(made: Chain, study: Study) -> Chain:

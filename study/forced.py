@@ -51,7 +51,7 @@ def linear_step(
     study: Study, which: Limit, system: Step[System], limits: Step[Limits]
 ) -> Step[Response]:
     """Linear response with the interlock free or stuck, dense enough to be drawn as a curve."""
-    inputs = {**_frequency_keys(study), "closed": which}
+    inputs = {**frequency_keys(study), "closed": which}
 
     def compute(system: System, found: Limits) -> Response:
         closed = (
@@ -78,7 +78,7 @@ def response_step(
         "samples": study.response.samples,
         "friction": study.joints.friction,
     }
-    inputs = {**_frequency_keys(study), **options}
+    inputs = {**frequency_keys(study), **options}
 
     def compute(system: System, found: Limits) -> Response:
         wanted = frequencies(study, found)
@@ -88,7 +88,7 @@ def response_step(
     return step(name, "nonlinear", inputs, Response, (system, limits), compute)
 
 
-def _frequency_keys(study: Study) -> dict[str, Any]:
+def frequency_keys(study: Study) -> dict[str, Any]:
     """What the choice of frequencies depends on, beside the linear limits."""
     return study.response.model_dump(exclude={"harmonics", "mode", "coupling", "samples"})
 

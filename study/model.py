@@ -221,6 +221,9 @@ class Study(Table):
     """A study: one scene, and the keys that are swept over it."""
 
     name: str = Field(default="vane segment", min_length=1, max_length=200, description="name")
+    accuracy: float | None = Field(
+        default=None, ge=1e-4, lt=0.3, description="relative error of the largest response"
+    )
     ring: Ring = Ring()
     vane: Vane = VaneDimensions()
     casing: Casing = CasingDimensions()
@@ -276,6 +279,22 @@ class Study(Table):
                     f"outputs.gauges[{i}].aerofoil = {gauge.aerofoil}: a vane segment has "
                     f"aerofoils 1 to {self.vane.aerofoils}"
                 )
+        return self
+
+    @model_validator(mode="after")
+    def _can_be_told(self) -> Self:
+        """An accuracy needs an estimate of every error, and something left to choose."""
+        if self.accuracy is None:
+            return self
+        told = f"accuracy = {self.accuracy:g}"
+        if self.rom.route != "cyclic":
+            raise ValueError(
+                f'{told}: rom.route = "{self.rom.route}" does not tell what it leaves out; '
+                'choose "cyclic"'
+            )
+        given = self.response.model_fields_set
+        if "points" in given and self.response.points is not None and self.response.points < 5:
+            raise ValueError(f"{told}: response.points = {self.response.points}: needs at least 5")
         return self
 
     @model_validator(mode="after")

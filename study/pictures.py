@@ -51,6 +51,8 @@ class Shown:
         The same in numbers.
     static : dict of str to Response
         The state at rest.
+    harmonics : dict of str to int
+        Highest harmonic of each case.
     """
 
     monitor: Monitor
@@ -59,6 +61,7 @@ class Shown:
     top: dict[str, Response] = field(default_factory=dict)
     peak: dict[str, Peak] = field(default_factory=dict)
     static: dict[str, Response] = field(default_factory=dict)
+    harmonics: dict[str, int] = field(default_factory=dict)
 
 
 @dataclass
@@ -100,7 +103,7 @@ class Gallery:
             render.Curve(
                 *self.shown.curve[each.case.name][:2],
                 group=words(each.case.name, without="harmonics"),
-                harmonics=each.case.study.response.harmonics,
+                harmonics=self.shown.harmonics[each.case.name],
                 converged=self.shown.curve[each.case.name][2],
                 joined=each.case.study.response.frequencies is None,
             )
@@ -280,10 +283,10 @@ class Gallery:
 
     def _stresses(self, each: Planned, top: Response, h: int) -> Shape:
         """Harmonic h of the vane's nodal stresses at the only point of a response."""
-        parts = [self.stages.get(each.rom[part]) for part in PARTS]
-        coordinates = rom.split(*parts, np.asarray(top.x[h][0], complex))[0]
         k = int(top.harmonic_diameters[h])
-        return np.asarray(self._recovery(each, "vane").stress(coordinates, k))
+        parts = [self.stages.get(each.part(part, k)) for part in PARTS]
+        coordinates = rom.split(*parts, np.asarray(top.x[h][0], complex))[0]
+        return np.asarray(self._recovery(each, "vane", k).stress(coordinates, k))
 
     def _shape(
         self,
@@ -321,19 +324,19 @@ class Gallery:
 
     def _fields(self, each: Planned, x: Shape, k: int) -> list[Shape]:
         """Displacement of every node of both parts from joined coordinates."""
-        components = [self.stages.get(each.rom[part]) for part in PARTS]
+        components = [self.stages.get(each.part(part, k)) for part in PARTS]
         pieces = rom.split(*components, x)
         return [
-            self._recovery(each, part).displacement(q, k)
+            self._recovery(each, part, k).displacement(q, k)
             for part, q in zip(PARTS, pieces, strict=True)
         ]
 
-    def _recovery(self, each: Planned, part: str) -> rom.Recovery:
-        key = each.rom[part].key
-        if key not in self._recoveries:
+    def _recovery(self, each: Planned, part: str, k: int) -> rom.Recovery:
+        step = each.part(part, k)
+        if step.key not in self._recoveries:
             model = self.stages.get(model_step(each.case.study, part))
-            self._recoveries[key] = rom.recovery(self.stages.get(each.rom[part]), model)
-        return self._recoveries[key]
+            self._recoveries[step.key] = rom.recovery(self.stages.get(step), model)
+        return self._recoveries[step.key]
 
     @cached_property
     def _recoveries(self) -> dict[str, rom.Recovery]:

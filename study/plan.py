@@ -1,10 +1,16 @@
-"""All steps of a study, case by case, known before anything is computed."""
+"""All steps of a study, case by case, known before anything is computed.
+
+But for what an accuracy settles first, the mesh above all.
+"""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from vanelock.nonlinear import Response
 from vanelock.rom import Component, System
+from vanelock.study.adaptive import adaptive_step
+from vanelock.study.chain import linear_steps
+from vanelock.study.diameters import casing_step, diameter_of, united_step
 from vanelock.study.forced import (
     Limit,
     Progress,
@@ -15,7 +21,9 @@ from vanelock.study.forced import (
     response_step,
 )
 from vanelock.study.limits import Limits
+from vanelock.study.mesh_errors import MeshErrors, mesh_errors_step
 from vanelock.study.model import Study
+from vanelock.study.settle import Settled
 from vanelock.study.stages import PARTS, diameters, model_step, rom_step, system_step
 from vanelock.study.steps import Step
 from vanelock.study.strains import Gauges, gauges_step
@@ -72,6 +80,13 @@ class Planned:
         The swept values that the preload depends on.
     gauges : Step or None
         Strain gauges, if the study has any.
+    settled : Settled or None
+        What an accuracy chose before, if the study has one; the casing then is reduced at one
+        nodal diameter after the other.
+    mesh_errors : Step or None
+        Errors of natural frequencies by the mesh, with an accuracy.
+    diameters : tuple of int
+        Nodal diameters, 0 to N/2, at which its casing is known to be reduced.
     """
 
     case: Case
@@ -82,10 +97,43 @@ class Planned:
     linear: Linear
     preload_name: str
     gauges: Step[Gauges] | None
+    settled: Settled | None = None
+    mesh_errors: Step[MeshErrors] | None = None
+    diameters: tuple[int, ...] = ()
+
+    def part(self, name: str, nodal_diameter: int) -> Step[Component]:
+        """A reduced part that holds a nodal diameter."""
+        if self.settled is None or name == "vane":
+            return self.rom[name]
+        N = self.case.study.ring.sectors
+        k = nodal_diameter % N
+        return casing_step(self.case.study, min(k, N - k))
+
+    def solved(self, response: Response) -> "Planned":
+        """The same when it is known which nodal diameters the response took."""
+        if self.settled is None:
+            return self
+        study, N = self.case.study, self.case.study.ring.sectors
+        used = tuple(sorted({min(int(k), N - int(k)) for k in response.harmonic_diameters}))
+        return replace(self, system=united_step(study, response.harmonics), diameters=used)
 
 
-def plan(cases: Sequence[Case], progress: Progress) -> tuple[Planned, ...]:
-    """Steps of every case; cases that differ in harmonics only share one reduced model."""
+def plan(
+    cases: Sequence[Case], progress: Progress, settled: Sequence[Settled | None] = ()
+) -> tuple[Planned, ...]:
+    """Steps of every case; cases that differ in harmonics only share one reduced model.
+
+    Parameters
+    ----------
+    cases : sequence of Case
+        Those of a study.
+    progress : callable
+        Told of each point.
+    settled : sequence of Settled or None
+        What the accuracy of each case chose, whose studies replace those of the cases.
+    """
+    if any(settled):
+        return _adaptive(cases, progress, [each for each in settled if each is not None])
     bare = [model_step(case.study, "casing").key for case in cases]
     wanted = [
         diameters(other.study for other, key in zip(cases, bare, strict=True) if key == own)
@@ -104,8 +152,7 @@ def plan(cases: Sequence[Case], progress: Progress) -> tuple[Planned, ...]:
         {which: linear_step(c.study, which, base, mode) for which in LIMITS}
         for c, base, mode in zip(cases, bases, modes, strict=True)
     ]
-    keys = [tuple(step.key for step in linear.values()) for linear in linears]
-    names = label(cases, keys)
+    names = label(cases, _keys(linears))
     preloads = [preload_step(c.study, system) for c, system in zip(cases, systems, strict=True)]
     preload_names = label(cases, [preload.key for preload in preloads])
     planned = []
@@ -117,6 +164,54 @@ def plan(cases: Sequence[Case], progress: Progress) -> tuple[Planned, ...]:
         planned.append(
             Planned(
                 case, roms[i], systems[i], preloads[i], response, linear, preload_names[i], gauges
+            )
+        )
+    return tuple(planned)
+
+
+def _keys(linears: Sequence[dict[Limit, Step[Response]]]) -> list[tuple[str, ...]]:
+    return [tuple(step.key for step in linear.values()) for linear in linears]
+
+
+def _adaptive(
+    cases: Sequence[Case], progress: Progress, settled: Sequence[Settled]
+) -> tuple[Planned, ...]:
+    """Steps of cases with an accuracy."""
+    cases = [replace(c, study=each.study) for c, each in zip(cases, settled, strict=True)]
+    steps = [linear_steps(case.study) for case in cases]
+    linears = [
+        {which: linear_step(case.study, which, own.system, own.limits) for which in LIMITS}
+        for case, own in zip(cases, steps, strict=True)
+    ]
+    names = label(cases, _keys(linears))
+    systems = [united_step(case.study, 1) for case in cases]
+    preloads = [preload_step(c.study, system) for c, system in zip(cases, systems, strict=True)]
+    preload_names = label(cases, [preload.key for preload in preloads])
+    planned = []
+    for i, (case, own) in enumerate(zip(cases, steps, strict=True)):
+        mesh = mesh_errors_step(case.study, own.limits)
+        gauged = bool(case.study.outputs.gauges)
+        planned.append(
+            Planned(
+                case=case,
+                rom=own.rom,
+                system=systems[i],
+                preload=preloads[i],
+                response=adaptive_step(
+                    case.name,
+                    case.study,
+                    settled[i].budget,
+                    own,
+                    linears[0]["free"],
+                    mesh,
+                    progress,
+                ),
+                linear=Linear(names[i], case.study, own.system, own.limits, linears[i]),
+                preload_name=preload_names[i],
+                gauges=gauges_step(case.study, own.vane) if gauged else None,
+                settled=settled[i],
+                mesh_errors=mesh,
+                diameters=tuple(sorted({0, diameter_of(case.study, 1)})),
             )
         )
     return tuple(planned)

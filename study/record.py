@@ -1,7 +1,7 @@
 """What a run writes into its results file, and when."""
 
 import platform
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from datetime import UTC, datetime
 from pathlib import Path
@@ -15,6 +15,8 @@ from vanelock.product import Product
 from vanelock.rom import Component, System
 from vanelock.study import results
 from vanelock.study.cache import installed
+from vanelock.study.errors import Errors
+from vanelock.study.left_out import LeftOut
 from vanelock.study.meshes import mesh_step
 from vanelock.study.model import Study
 from vanelock.study.plan import LIMITS, Linear, Planned
@@ -78,9 +80,14 @@ class Record:
     def _products(self, planned: Planned) -> dict[str, Product]:
         """What a case has that is not in the file yet, by key; its system always."""
         steps: list[Step[Any]] = [mesh_step(planned.case.study, part) for part in PARTS]
-        steps += planned.rom.values()
+        steps += [*planned.rom.values(), *self._others(planned).values()]
         wanted = [step for step in steps if step.key not in self._places]
         return {step.key: self._stages.get(step) for step in [*wanted, planned.system]}
+
+    def _others(self, planned: Planned) -> dict[int, Step[Any]]:
+        """The casing at further nodal diameters, where each is reduced by itself."""
+        steps = {k: planned.part("casing", k) for k in planned.diameters}
+        return {k: step for k, step in steps.items() if step.key != planned.rom["casing"].key}
 
     def _write(
         self, file: h5py.File, planned: Planned, products: dict[str, Product], under: str
@@ -93,9 +100,15 @@ class Record:
             if isinstance(component := products.get(reduced), Component):
                 self._places[reduced] = f"{under}/rom/{part}"
                 results.put_component(file, self._places[reduced], component)
+        others = self._others(planned)
+        for k, step in others.items():
+            if isinstance(component := products.get(step.key), Component):
+                self._places[step.key] = f"{under}/rom/casing_nd{k}"
+                results.put_component(file, self._places[step.key], component)
         system = products[planned.system.key]
         assert isinstance(system, System)
-        matrices = " ".join(step.key for step in planned.rom.values())
+        reduced_at = [*planned.rom.values(), *others.values()]
+        matrices = " ".join(step.key for step in reduced_at)
         results.put_system(file, f"{under}/system", system, self._places.get(matrices))
         self._places.setdefault(matrices, f"{under}/system")
 
@@ -117,6 +130,7 @@ class Record:
         summary: Summary,
         monitor: str,
         strain: Strain | None,
+        worth: tuple[Errors, Sequence[LeftOut]] | None = None,
     ) -> None:
         """Everything about a case, at once."""
         where = f"response/{planned.case.name}"
@@ -127,6 +141,8 @@ class Record:
             results.put(file, f"{where}/preload", static, {})
             if strain is not None:
                 results.put_strain(file, where, strain)
+            if worth is not None:
+                results.put_errors(file, where, *worth)
 
     def complete(self, done: Mapping[str, Done]) -> None:
         """End the file: times and hashes of all stages, nothing is missing."""

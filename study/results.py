@@ -2,12 +2,16 @@
 
     /                    format, version, complete (false while the run goes on)
     /mesh/<part>         mesh.Part
-    /rom/<part>          rom.Component, its matrices also as /rom/<part>/<nodal diameter>
+    /rom/<part>          rom.Component, its matrices also as /rom/<part>/<nodal diameter>; with an
+                         accuracy the casing's at the load's diameter, others in /rom/casing_nd<k>
     /system              nonlinear.System
     /limits/<name>       linear modes with the interlock free and stuck; "all" if cases share them
     /response/<case>     nonlinear.Response, with the swept keys and the summary as attributes;
                          its system and preload, and mesh and rom where they are not those above;
-                         gauge, (points, H+1, gauges): harmonics of the strain at each gauge
+                         gauge, (points, H+1, gauges): harmonics of the strain at each gauge;
+                         with an accuracy error, by source: estimated relative errors of the peak's
+                         amplitude and frequency, share, cost, knob; left_out: what, and why;
+                         estimates: errors of the monitored amplitude by point and source
     /response/free, stuck
                          linear responses, ",<name>" added where cases do not share them
     /provenance          study text, date, versions, hashes and times of the stages
@@ -18,7 +22,7 @@ is a whole one and holds every case finished before.
 
 import os
 import shutil
-from collections.abc import Generator, Mapping
+from collections.abc import Generator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
@@ -31,6 +35,8 @@ from vanelock.nonlinear import OPEN, SLIP, SLIP_OPEN, STUCK, Response
 from vanelock.product import Product
 from vanelock.rom import Component, System
 from vanelock.study.cache import writing
+from vanelock.study.errors import Errors
+from vanelock.study.left_out import LeftOut
 from vanelock.study.strains import Strain
 
 FORMAT = "vanelock-results"
@@ -135,6 +141,21 @@ def put_strain(file: h5py.File, where: str, strain: Strain) -> None:
     dataset.attrs["name"] = list(strain.gauges.names)
     dataset.attrs["position"] = strain.gauges.positions
     dataset.attrs["direction"] = strain.gauges.directions
+
+
+def put_errors(file: h5py.File, where: str, found: Errors, without: Sequence[LeftOut]) -> None:
+    """Write what a response to an accuracy is worth beside it, as `error`, and what it left out."""
+    group = file[where].create_group("error")
+    group.attrs["accuracy"] = found.accuracy
+    group.attrs["warnings"] = list(found.warnings)
+    for name in ("amplitude", "frequency", "share", "cost"):
+        values = [getattr(each, name) for each in found.sources]
+        group.create_dataset(name, data=values).attrs["unit"] = "1"
+    text = h5py.string_dtype()
+    group.create_dataset("source", data=[each.name for each in found.sources], dtype=text)
+    group.create_dataset("knob", data=[each.knob for each in found.sources], dtype=text)
+    rows = [[each.kind, each.what, each.evidence] for each in without]
+    group.create_dataset("left_out", data=rows, dtype=text)
 
 
 def put_component(file: h5py.File, where: str, component: Component) -> None:

@@ -6,11 +6,15 @@ from dataclasses import asdict
 from pathlib import Path
 
 from vanelock.nonlinear import Response
+from vanelock.rom import Component
 from vanelock.study import listing, results
 from vanelock.study.cache import Cache
 from vanelock.study.clock import Clock
 from vanelock.study.easel import Easel
+from vanelock.study.errors import Errors, error_table
 from vanelock.study.folder import claimed
+from vanelock.study.judge import judged
+from vanelock.study.left_out import LeftOut, left_out_table
 from vanelock.study.meshes import mesh_step
 from vanelock.study.model import Study
 from vanelock.study.monitor import monitor
@@ -19,7 +23,8 @@ from vanelock.study.pictures import Gallery, Shown
 from vanelock.study.plan import LIMITS, Linear, Planned, plan
 from vanelock.study.progress import Finished, Listener, Notice, silent
 from vanelock.study.record import Record
-from vanelock.study.stages import PARTS
+from vanelock.study.settle import settle
+from vanelock.study.solved import as_solved
 from vanelock.study.steps import Stages
 from vanelock.study.strains import Strain
 from vanelock.study.summary import Peak, Summary, peak_of, summarise
@@ -92,11 +97,16 @@ class Run:
 
     def __init__(self, study: Study, folder: Path, listener: Listener, stages: Stages) -> None:
         self.study, self.listener, self.stages = study, listener, stages
-        self.planned = plan(cases(study), self._point)
+        found = cases(study)
+        settled = [
+            None if case.study.accuracy is None else settle(case.study, stages) for case in found
+        ]
+        self.planned = plan(found, self._point, settled)
         self.record = Record(folder, stages)
         self._clock = Clock(self.planned)
         self._peaks: dict[str, dict[str, Peak | None]] = {}
         self._strains: dict[str, tuple[Strain, Peak]] = {}
+        self._worth: dict[str, tuple[Errors, list[LeftOut]]] = {}
 
     def all_cases(self) -> tuple[Summary, ...]:
         """Everything but the pictures; a line for each case."""
@@ -126,6 +136,9 @@ class Run:
         self.listener(listing.response_table(summaries, self.shown.monitor.name))
         if self._strains:
             self.listener(listing.gauge_table(self._strains))
+        for name, (errors, without) in self._worth.items():
+            self.listener(error_table(name, errors, self.shown.monitor.name))
+            self.listener(left_out_table(name, without))
         return tuple(summaries)
 
     def _linear(self, linear: Linear) -> None:
@@ -147,19 +160,25 @@ class Run:
         response = self.stages.get(planned.response)
         done = self.stages.done[planned.response.key]
         self._clock.end(not done.cached)
+        planned = planned.solved(response)
+        self.shown.harmonics[case.name] = response.harmonics
         amplitude = self.shown.monitor.amplitude(response)
         peak = peak_of(response, amplitude)
         limits, linear = self.stages.get(planned.linear.limits), self._peaks[planned.linear.key]
         found = summarise(case, joints, response, peak, limits, linear, done.seconds)
         strain = self._strain(planned, response)
-        self.record.case(planned, response, static, found, self.shown.monitor.name, strain)
+        worth = None
+        if planned.settled is not None:
+            worth = judged(planned, response, self.stages, self.shown.monitor)
+            self._worth[case.name] = worth
+        self.record.case(planned, response, static, found, self.shown.monitor.name, strain, worth)
         if strain is not None and peak is not None:
             self._strains[case.name] = strain, peak
         self.shown.static[case.name] = static
         self.shown.curve[case.name] = response.frequency, amplitude, response.converged
         if peak is not None:
             self.shown.peak[case.name] = peak
-            self.shown.top[case.name] = response.at([peak.point])
+            self.shown.top[case.name] = as_solved(response, peak.point)
         if found.converged < found.points:
             lost = f"{found.points - found.converged} of {found.points} points did not converge"
             self.listener(Notice(f"{case.name}: {lost} (largest residual {found.worst:.1e})"))
@@ -168,8 +187,13 @@ class Run:
     def _strain(self, planned: Planned, response: Response) -> Strain | None:
         if planned.gauges is None:
             return None
-        parts = [self.stages.get(planned.rom[part]) for part in PARTS]
-        return self.stages.get(planned.gauges).read(response, *parts)
+
+        def casing(nodal_diameter: int) -> Component:
+            return self.stages.get(planned.part("casing", nodal_diameter))
+
+        return self.stages.get(planned.gauges).read(
+            response, self.stages.get(planned.rom["vane"]), casing
+        )
 
     def _preload(self, planned: Planned, joints: tuple[str, ...]) -> Response:
         new = planned.preload.key not in self.stages.done

@@ -1,5 +1,6 @@
 """Strain gauges of a study: where they sit, and what they read in a response."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -39,11 +40,13 @@ class Gauges(Product):
     directions: NDArray[np.float64]
     rows: NDArray[np.float64] = field(metadata={"unit": "1/m"})
 
-    def read(self, response: Response, vane: Component, casing: Component) -> "Strain":
-        """What they read in a response of the joined parts."""
+    def read(
+        self, response: Response, vane: Component, casing: Callable[[int], Component]
+    ) -> "Strain":
+        """What they read in a response of the joined parts; the casing by nodal diameter."""
         parts = [
-            (self.rows @ rom.split(vane, casing, response.x[h].T)[0]).T
-            for h in range(response.harmonics + 1)
+            (self.rows @ rom.split(vane, casing(int(k)), response.x[h].T)[0]).T
+            for h, k in enumerate(response.harmonic_diameters)
         ]
         return Strain(self, np.stack(parts, axis=1).astype(complex))
 

@@ -149,7 +149,7 @@ def summarise(
     return Summary(
         case=case.name,
         values=case.values,
-        harmonics=case.study.response.harmonics,
+        harmonics=response.harmonics,
         mu=interlocked.mu if interlocked.enabled else None,
         peak=peak,
         of_free=ratio["free"],

@@ -255,8 +255,17 @@ def test_dimensions_that_contradict_one_another():
     assert len(told.splitlines()) == 1
 
 
-def test_keys_of_later_stages_are_unknown_for_now():
-    assert complaint("accuracy = 0.01").startswith("vane.toml: accuracy = 0.01: unknown key")
+def test_an_accuracy_is_refused_where_it_could_not_be_told():
+    told = "vane.toml: accuracy = 0.5: relative error of the largest response must be < 0.3"
+    assert complaint("accuracy = 0.5") == told
+    assert "must be >= 0.0001" in complaint("accuracy = 1e-5")
+    direct = complaint('accuracy = 0.01\n[rom]\nroute = "direct"')
+    assert direct == (
+        'vane.toml: accuracy = 0.01: rom.route = "direct" does not tell what it leaves out; '
+        'choose "cyclic"'
+    )
+    few = complaint("accuracy = 0.01\n[response]\npoints = 3")
+    assert few == "vane.toml: accuracy = 0.01: response.points = 3: needs at least 5"
 
 
 def test_every_mistake_gets_its_line():

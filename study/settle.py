@@ -1,0 +1,186 @@
+"""What an accuracy settles before the response: contacts on areas, reduction, element size.
+
+The mesh is refined from the coarsest on, until its estimated error is within its share. Errors fall
+about as the element size does (docs/benchmarks/mesh_study.md: sharp re-entrant edges), so the next
+size follows from the last one, and is estimated in turn.
+"""
+
+from dataclasses import dataclass
+from typing import Any
+
+from pydantic import ValidationError
+
+from vanelock.errors import InputError
+from vanelock.mesh.dimensions import CasingDimensions, VaneDimensions
+from vanelock.mesh.effort import casing_dofs, vane_dofs
+from vanelock.mesh.size import SIZES, SMALLEST, element_size
+from vanelock.study.budget import Budget, budget, pins
+from vanelock.study.chain import linear_steps
+from vanelock.study.limits import Limits
+from vanelock.study.mesh_errors import MeshErrors, mesh_errors_step
+from vanelock.study.meshes import mesh_step
+from vanelock.study.model import Study
+from vanelock.study.own_mesh import OwnVane, refuse_without_areas
+from vanelock.study.stages import PARTS
+from vanelock.study.steps import Stages
+from vanelock.study.sweep import with_values
+
+DOFS = 250_000
+"""Largest meshes chosen, estimated degrees of freedom of both parts; a study may set a larger."""
+ORDER = 1.09
+"""Order at which errors fall with the element size."""
+ROUNDS = 6
+CLOSE = 0.9
+"""Least change of size worth another mesh."""
+COARSE = "the mesh is too coarse"
+"""What a reduction says of patches that its mesh cannot tell apart."""
+ROUGHEST = 1e-2
+"""Largest `rom.accuracy` chosen: rougher reductions cost as much."""
+
+
+@dataclass(frozen=True)
+class Round:
+    """A mesh that was tried: its size [m] in words, dofs of both parts, and estimated error."""
+
+    size: str
+    dofs: int
+    error: float
+
+
+@dataclass(frozen=True)
+class Settled:
+    """A case with its accuracy's choices made, as far as they precede the response.
+
+    Attributes
+    ----------
+    study : Study
+        The study with them.
+    given : Study
+        The study as it was.
+    budget : Budget
+        What each source may contribute.
+    rounds : tuple of Round
+        Meshes tried; the last one is used.
+    short : str
+        Why the mesh is not as fine as its share asks for, "" where it is.
+    """
+
+    study: Study
+    given: Study
+    budget: Budget
+    rounds: tuple[Round, ...]
+    short: str
+
+
+def settle(study: Study, stages: Stages) -> Settled:
+    """Make the choices of a case with an accuracy.
+
+    Raises
+    ------
+    InputError
+        If the study cannot be computed.
+    """
+    if isinstance(study.vane, OwnVane):
+        refuse_without_areas(study, stages.get(mesh_step(study, "vane")))
+    chosen = _on_areas(study)
+    shares = budget(study)
+    modes = shares.shares.get("modes")
+    if modes is not None:
+        chosen = with_values(chosen, {"rom.accuracy": min(modes, ROUGHEST)})
+    if "mesh" in shares.pinned:
+        errors, limits = _estimates(chosen, stages)
+        rounds = [_round(chosen, errors, stages)]
+        short = ""
+    else:
+        chosen, rounds, short, limits = _meshed(chosen, shares.shares["mesh"], stages)
+    if modes is None:  # what the study pins takes its own error off
+        own = (limits.free_error[limits.free_mode], limits.stuck_error[limits.stuck_mode])
+        shares = budget(study, max(float(each) for each in own))
+    return Settled(chosen, study, shares, tuple(rounds), short)
+
+
+def _on_areas(study: Study) -> Study:
+    """With contacts on areas unless the study says otherwise, or a part is a user's mesh."""
+    if not isinstance(study.vane, VaneDimensions) or not isinstance(study.casing, CasingDimensions):
+        return study
+    joints = study.joints
+    open_to = [
+        name
+        for name in ("hook", "interlock")
+        if "patch" not in getattr(joints, name).model_fields_set
+    ]
+    return with_values(study, {f"joints.{name}.patch": "area" for name in open_to})
+
+
+def _meshed(study: Study, share: float, stages: Stages) -> tuple[Study, list[Round], str, Limits]:
+    """The coarsest mesh whose estimated error is within its share, from the coarse one on."""
+    size, finest = _coarsest(study), _finest(study)
+    rounds: list[Round] = []
+    while True:
+        chosen = with_values(study, {"mesh.size": size})
+        length = element_size(size, "vane")
+        try:
+            errors, limits = _estimates(chosen, stages)
+        except InputError as refused:
+            if COARSE not in str(refused) or length <= finest:
+                raise
+            size = float(f"{max(length / 2**0.5, finest):.3g}")
+            continue
+        rounds.append(_round(chosen, errors, stages))
+        error = rounds[-1].error
+        if error <= share:
+            return chosen, rounds, "", limits
+        smaller = length * min((0.95 * share / error) ** (1 / ORDER), CLOSE)
+        size = float(f"{max(smaller, finest):.3g}")
+        if size >= length or len(rounds) == ROUNDS:
+            return chosen, rounds, _short(rounds[-1], share), limits
+
+
+def _short(last: Round, share: float) -> str:
+    return (
+        f"mesh: about {last.error:.1e} remains at {last.size} ({last.dofs:,} degrees of freedom; "
+        f"none larger than {DOFS:,} are chosen), {share:.1e} was its share"
+    )
+
+
+def _coarsest(study: Study) -> Any:
+    """The coarse mesh, or the largest elements that hold fillets and bosses."""
+    size: Any = "coarse"
+    while True:
+        try:
+            with_values(study, {"mesh.size": size})
+        except ValidationError as error:
+            smaller = element_size(size, "vane") / 2**0.5
+            if smaller < SMALLEST:
+                raise InputError(str(error.errors()[0]["msg"])) from None
+            size = float(f"{smaller:.3g}")
+        else:
+            return size
+
+
+def _finest(study: Study) -> float:
+    """Smallest elements that keep both meshes within the limit, m."""
+    size = SIZES["coarse"]["vane"]
+    vane, casing, N = study.vane, study.casing, study.ring.sectors
+    assert isinstance(vane, VaneDimensions)
+    assert isinstance(casing, CasingDimensions)
+    while size > SMALLEST:
+        smaller = size * 0.97
+        if vane_dofs(vane, N, smaller) + casing_dofs(casing, vane.hook, N, smaller) > DOFS:
+            break
+        size = smaller
+    return size
+
+
+def _estimates(study: Study, stages: Stages) -> tuple[MeshErrors, Limits]:
+    steps = linear_steps(study)
+    return stages.get(mesh_errors_step(study, steps.limits)), stages.get(steps.limits)
+
+
+def _round(study: Study, errors: MeshErrors, stages: Stages) -> Round:
+    size = study.mesh.size
+    shown = size if isinstance(size, str) else f"{1e3 * size:.3g} mm"
+    if "mesh" in pins(study) and pins(study)["mesh"].endswith(".mesh"):
+        shown = "as given"
+    dofs = sum(3 * len(stages.get(mesh_step(study, part)).points) for part in PARTS)
+    return Round(shown, dofs, errors.interest)
