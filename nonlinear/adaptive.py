@@ -108,12 +108,13 @@ def adaptive_response(
     if samples is not None:
         checked_samples(samples, harmonics or 1, friction)
     sampled = samples or (FEWEST if friction == "isotropic" else None)
-    ladder = Ladder(systems, coupling, friction, sampled, tolerance)
+    omegas = TURN * hertz
+    limits = float(omegas.min()), float(omegas.max())
+    ladder = Ladder(systems, limits, coupling, friction, sampled, tolerance)
     first = ladder.structure(harmonics or 1)
     first = ladder.structure(max([harmonics or 1, *first.system.force]))
     if not first.system.output_names:
         raise InputError("system: has no output nodes: their amplitude is what an error is of")
-    omegas = TURN * hertz
     monitored = _loudest(ladder, first.harmonics, omegas) if monitor is None else monitor
     left_out = None if neglected is None else lru_cache(None)(neglected)
     estimator = Estimator(ladder, monitored, left_out, mesh_error)

@@ -159,8 +159,10 @@ class Exploring:
         beside.sort(key=lambda p: -abs(p.omega - omega))
         point = self.pointwise.point(omega, beside)
         if len(beside) == 2 and any(_jumps(p, point) for p in beside):
-            tried = [self.pointwise.point(omega, [p]) for p in beside]
-            point = max([point, *tried], key=lambda p: p.amplitude)
+            for other in beside:
+                if (easy := self.pointwise.easily(omega, [other])) is not None:
+                    tried = self.pointwise.point(omega, [other], easy)
+                    point = max(point, tried, key=lambda p: p.amplitude)
         self.told(point, len(points) + 2)
         return [*points[:place], point, *points[place:]]
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from vanelock.nonlinear.balance import Balance, Structure
 from vanelock.nonlinear.law import Deviation, Law
 from vanelock.nonlinear.slope import response_to
-from vanelock.nonlinear.tables import Tabulated
+from vanelock.nonlinear.tables import Deferred, Tabulated
 
 Floats = NDArray[np.float64]
 Rows = NDArray[np.int64]
@@ -24,14 +24,14 @@ class Frequencies:
 
     Attributes
     ----------
-    source : Structure or Tabulated
+    source : Structure, Tabulated or Deferred
         Gives the balances.
     friction : Law
     mean : (c, 3) float, optional
         Mean displacement that is held whatever the contacts do, m.
     """
 
-    source: Structure | Tabulated
+    source: Structure | Tabulated | Deferred
     friction: Law
     mean: Floats | None = None
 

@@ -21,6 +21,7 @@ from vanelock.nonlinear.newton import TOLERANCE, Solution
 from vanelock.nonlinear.sampling import least_samples
 from vanelock.nonlinear.stuck import StuckModes
 from vanelock.nonlinear.sweep import Solver
+from vanelock.nonlinear.tables import Deferred
 from vanelock.rom.system import System
 
 
@@ -32,6 +33,8 @@ class Ladder:
     ----------
     systems : callable
         From H to a system that has the nodal diameters of all harmonics up to H.
+    limits : (float, float)
+        Range of frequencies, rad/s.
     coupling, friction : str
         As of `frequency_response`.
     samples : int or None
@@ -41,6 +44,7 @@ class Ladder:
     """
 
     systems: Callable[[int], System]
+    limits: tuple[float, float]
     coupling: str = "coupled"
     friction: str = "orthogonal"
     samples: int | None = None
@@ -130,7 +134,8 @@ class Ladder:
         return self._solver(self.extended(harmonics))
 
     def _solver(self, prepared: Structure) -> Solver:
-        family = Frequencies(prepared, self.law(prepared.harmonics), self.mean())
+        source = Deferred(prepared, self.limits)
+        family = Frequencies(source, self.law(prepared.harmonics), self.mean())
         return Solver(family, self.law, self.tolerance)
 
     def kept(self, harmonics: int) -> Kept | None:

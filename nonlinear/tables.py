@@ -104,6 +104,39 @@ class Tabulated:
         return out
 
 
+@dataclass
+class Deferred:
+    """Balances by circular frequency, tabulated once many have been asked for.
+
+    Attributes
+    ----------
+    structure : Structure
+    limits : (float, float)
+        The range, rad/s.
+    patience : int
+        Balances summed over all modes before tables are made.
+    """
+
+    structure: Structure
+    limits: tuple[float, float]
+    patience: int = 100
+    _asked: int = 0
+    _source: "Structure | Tabulated | None" = None
+
+    def balance(self, omega: float) -> Balance:
+        """The balance at a circular frequency."""
+        self._asked += 1
+        if self._asked <= self.patience:
+            return self.structure.balance(omega)
+        if self._source is None:
+            self._source = balances(self.structure, *self.limits, MANY)
+        return self._source.balance(omega)
+
+
+MANY = 1000
+"""Balances expected, once they are many."""
+
+
 def balances(
     structure: Structure, lowest: float, highest: float, points: int
 ) -> Structure | Tabulated:
