@@ -95,6 +95,38 @@ def first_frequency(system: System) -> float:
     return float(np.sqrt(la.eigvalsh(matrices.K, matrices.M)[0]) / (2 * np.pi))
 
 
+def rubbing_system(
+    *, sectors: int = 8, amplitude: float = 1.0, preload: float = 1.0, mu: float = 0.3
+) -> System:
+    """Two coordinates a sector and a contact to the next: its lowest resonance, near 0.18 Hz, rubs.
+
+    Its harmonics fall quickly.
+    """
+    own = np.zeros((1, 3, 2))
+    own[0, :, 1], own[0, 1, 0], own[0, 1, 1] = (1, 0, 0.3), 1, 0
+    diameters = {}
+    for k in range(sectors // 2 + 1):
+        beside = 1 - np.cos(2 * np.pi * k / sectors)
+        diameters[k] = Diameter(
+            K=np.array([[1 + 0.3 * beside, 0.2], [0.2, 3 + 0.4 * beside]]),
+            M=np.diag([1.0, 0.8]),
+            own=own,
+            next=-0.5 * own,
+            output=np.array([[[1.0, 0.0], [0.0, 1.0], [0.0, 0.0]]]),
+        )
+    return System(
+        sectors=sectors,
+        engine_order=1,
+        diameters=diameters,
+        contacts=Contacts(
+            np.full(1, 0.5), np.full((1, 2), 0.5), np.full(1, mu), np.full(1, preload)
+        ),
+        force={1: Force(amplitude * np.array([0.03, 0.01]).astype(complex))},
+        output_names=("tip",),
+        damping_ratio=0.01,
+    )
+
+
 @pytest.fixture(name="march")
 def march_fixture() -> Callable[[Contacts, Array, int], Floats]:
     return march
@@ -113,3 +145,8 @@ def random_system_fixture() -> Callable[..., System]:
 @pytest.fixture(name="first_frequency")
 def first_frequency_fixture() -> Callable[[System], float]:
     return first_frequency
+
+
+@pytest.fixture(name="rubbing_system")
+def rubbing_system_fixture() -> Callable[..., System]:
+    return rubbing_system
