@@ -102,6 +102,7 @@ def rubbing_system(
 
     Its harmonics fall quickly.
     """
+    push: Array = amplitude * np.array([0.03 + 0j, 0.01])
     own = np.zeros((1, 3, 2))
     own[0, :, 1], own[0, 1, 0], own[0, 1, 1] = (1, 0, 0.3), 1, 0
     diameters = {}
@@ -121,7 +122,7 @@ def rubbing_system(
         contacts=Contacts(
             np.full(1, 0.5), np.full((1, 2), 0.5), np.full(1, mu), np.full(1, preload)
         ),
-        force={1: Force(amplitude * np.array([0.03, 0.01]).astype(complex))},
+        force={1: Force(push)},
         output_names=("tip",),
         damping_ratio=0.01,
     )
