@@ -102,7 +102,7 @@ def rubbing_system(
 
     Its harmonics fall quickly.
     """
-    push: Array = amplitude * np.array([0.03 + 0j, 0.01])
+    push: Array = np.array([0.03 * amplitude, 0.01 * amplitude], complex)
     own = np.zeros((1, 3, 2))
     own[0, :, 1], own[0, 1, 0], own[0, 1, 1] = (1, 0, 0.3), 1, 0
     diameters = {}
