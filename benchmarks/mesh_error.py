@@ -221,10 +221,10 @@ degrees of freedom."""
 
 JOINED = """\
 The second mode at nodal diameter 1, all contacts on area patches, no reduction. "Vane + casing":
-what each mesh is estimated to add; "corrected": the frequency less both. Corrected frequencies
-agree better than those found, the finer the better. No mesh here reaches 1% by itself: that takes
-some 600,000 degrees of freedom, by the power below, since nothing makes the vane's elements small
-across its re-entrant edges alone."""
+what each mesh is estimated to add; "corrected": the frequency less both, which differs less from
+mesh to mesh than what is found. No mesh here reaches 1% by itself: that takes some 600,000 degrees
+of freedom, by the power below, since nothing makes the vane's elements small across its re-entrant
+edges alone."""
 
 PREDICTED = """\
 `mesh.sizes_for` tells from one mesh's estimated errors the sizes for a wanted one, with errors that
