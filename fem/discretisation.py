@@ -50,7 +50,8 @@ def excess_stiffness(model: Model, u: Field) -> NDArray[Any]:
     ten modes of vane or casing at any size with a name, single ones 0.6 to 1.3, and below where a
     coarse mesh has the modes in another order; 0.9 to 1.4 where the exact frequencies are known,
     with or without a singular edge; up to 2.5 in a bar of one element's width
-    (docs/benchmarks/mesh_error.md, docs/verification/discretisation.md). Quadratic hexahedra: 1.5 to 13, on the safe side.
+    (docs/benchmarks/mesh_error.md, docs/verification/discretisation.md). Quadratic hexahedra: 1.5
+    to 13, on the safe side.
 
     On the cyclic faces of a sector the strain is that of the sector's own elements; to count its
     neighbour's as well changes the casing's estimate by less than 1%. A mesh cannot tell what is
