@@ -5,11 +5,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vanelock.nonlinear import Response
+from vanelock.nonlinear import Response, peak_errors
 from vanelock.study.budget import SOURCES, Budget
-from vanelock.study.peak_worth import peak_by_source
 from vanelock.study.settle import Round
 from vanelock.study.tables import Cell, Column, Table
+
+FIRST_ORDER = 0.3
+"""Relative change of the amplitude beyond which an estimate of first order tells nothing."""
 
 
 @dataclass(frozen=True)
@@ -95,15 +97,16 @@ def errors(
     mesh : float
         Estimated error of the mode of interest by the mesh.
     """
-    found = peak_by_source(response)
-    total = sum(costs.values()) or 1.0
+    found = peak_errors(response)
+    total, nan = sum(costs.values()) or 1.0, float("nan")
     sources = []
     for name in SOURCES:
-        amplitude, frequency = found.get(name, (float("nan"), float("nan")))
+        amplitude = found.amplitude_error.get(name, nan)
+        frequency = found.frequency_error.get(name, nan)
         if name == "samples" and not response.samples:
             continue  # events are located
-        if name == "mesh":  # by the mode itself: at a fixed frequency it is beyond first order
-            frequency = mesh
+        if name == "mesh":  # by the mode itself, which a mesh may move beyond first order
+            amplitude, frequency = amplitude if amplitude < FIRST_ORDER else nan, mesh
         cost = costs.get(name, float("nan"))
         share = budget.shares.get(name, float("nan"))
         sources.append(Source(name, amplitude, frequency, share, cost / total, knobs.get(name, "")))
@@ -128,9 +131,9 @@ def _warnings(known: Errors, budget: Budget, rounds: Sequence[Round], short: str
             f"WARNING: the accuracy holds for this mesh alone ({budget.pinned['mesh']} is given): "
             f"frequencies are too high by about {rounds[-1].error:.1e} because of it"
         )
-    unknown = [each.name for each in known.counted if np.isnan(each.amplitude)]
-    if unknown:
-        told.append(f"WARNING: no error is told of: {', '.join(unknown)}")
+    for kind in ("amplitude", "frequency"):
+        if unknown := [each.name for each in known.counted if np.isnan(getattr(each, kind))]:
+            told.append(f"WARNING: the {kind}'s error is not known for: {', '.join(unknown)}")
     return told
 
 

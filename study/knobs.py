@@ -131,7 +131,7 @@ def _dofs(study: Study, size: float) -> float:
     vane, casing, N = study.vane, study.casing, study.ring.sectors
     assert isinstance(vane, VaneDimensions)
     assert isinstance(casing, CasingDimensions)
-    return vane_dofs(vane, N, size) + casing_dofs(casing, vane.hook, N, size)
+    return vane_dofs(vane, N, size) + casing_dofs(casing, vane.hook, N, size, study.mesh.stretch)
 
 
 def _size(study: Study, size: Any) -> tuple[str, dict[str, Any]]:

@@ -53,7 +53,7 @@ def test_the_first_mesh_within_its_share_is_taken(monkeypatch):
     assert [each.error <= share for each in found.rounds] == [False] * (len(asked) - 1) + [True]
     assert asked[0].mesh.size == "coarse"
     assert len(asked) <= 3
-    assert found.rounds[-1].error > 0.8 * share  # and no finer than that
+    assert found.rounds[-1].error > 0.6 * share  # and not much finer than that
     assert found.short == ""
     assert found.study.mesh.size == asked[-1].mesh.size
     assert found.given == parse_study(FREE)
@@ -72,7 +72,7 @@ def test_the_largest_mesh_is_taken_where_the_share_is_out_of_reach(monkeypatch):
     size = found.study.mesh.size
     assert 0.004 < size < 0.008
     vane, casing = found.study.vane, found.study.casing
-    dofs = vane_dofs(vane, 16, size) + casing_dofs(casing, vane.hook, 16, size)
+    dofs = vane_dofs(vane, 16, size) + casing_dofs(casing, vane.hook, 16, size, 3)
     assert 0.9 * settle.DOFS < dofs <= 1.001 * settle.DOFS
     assert f"about {found.rounds[-1].error:.1e} remains" in found.short
     assert "was its share" in found.short
@@ -100,6 +100,14 @@ def test_fillets_begin_with_elements_that_hold_them():
     study = parse_study('accuracy = 0.05\n[mesh]\nsize = "medium"\n[casing]\nfillet = "1 mm"')
     coarsest = settle._coarsest(study)
     assert coarsest == "coarse" or coarsest < 0.025
+
+
+def test_the_casings_elements_are_drawn_out_where_they_may_be(monkeypatch):
+    estimating(monkeypatch, lambda size: 0.01)
+    assert settled(FREE).study.mesh.stretch == settle.STRETCH
+    assert settled(f"{FREE}\n[mesh]\nstretch = 1").study.mesh.stretch == 1
+    assert settled(f"{FREE}\n[casing]\nbosses = 1").study.mesh.stretch == 1
+    assert settled(f'{FREE}\n[mesh]\nsize = "coarse"').study.mesh.stretch == 1
 
 
 def test_contacts_act_on_areas_unless_told_otherwise(monkeypatch):
