@@ -7,11 +7,8 @@ import numpy as np
 
 from vanelock.nonlinear import Response, peak_errors
 from vanelock.study.budget import SOURCES, Budget
-from vanelock.study.settle import Round
+from vanelock.study.settle import AMPLITUDE, Round
 from vanelock.study.tables import Cell, Column, Table
-
-FIRST_ORDER = 0.3
-"""Relative change of the amplitude beyond which an estimate of first order tells nothing."""
 
 
 @dataclass(frozen=True)
@@ -106,7 +103,7 @@ def errors(
         if name == "samples" and not response.samples:
             continue  # events are located
         if name == "mesh":  # by the mode itself, which a mesh may move beyond first order
-            amplitude, frequency = amplitude if amplitude < FIRST_ORDER else nan, mesh
+            amplitude, frequency = AMPLITUDE * mesh, mesh
         cost = costs.get(name, float("nan"))
         share = budget.shares.get(name, float("nan"))
         sources.append(Source(name, amplitude, frequency, share, cost / total, knobs.get(name, "")))

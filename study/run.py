@@ -24,7 +24,7 @@ from vanelock.study.plan import LIMITS, Linear, Planned, plan
 from vanelock.study.progress import Finished, Listener, Notice, silent
 from vanelock.study.record import Record
 from vanelock.study.settle import settle
-from vanelock.study.solved import as_solved
+from vanelock.study.solved import as_solved, drawn
 from vanelock.study.steps import Stages
 from vanelock.study.strains import Strain
 from vanelock.study.summary import Peak, Summary, peak_of, summarise
@@ -175,7 +175,9 @@ class Run:
         if strain is not None and peak is not None:
             self._strains[case.name] = strain, peak
         self.shown.static[case.name] = static
-        self.shown.curve[case.name] = response.frequency, amplitude, response.converged
+        curve = response.frequency, amplitude, response.converged
+        listed = case.study.response.frequencies is not None
+        self.shown.curve[case.name] = curve if listed else drawn(response, amplitude)
         if peak is not None:
             self.shown.peak[case.name] = peak
             self.shown.top[case.name] = as_solved(response, peak.point)

@@ -33,6 +33,9 @@ ORDER = 0.85
 on the example), near 1 where elements resolve the walls. Two meshes tell their own."""
 BETWEEN = (0.5, 1.1)
 """Orders that are believed of two meshes."""
+AMPLITUDE = 1.2
+"""Error of the peak's amplitude by the mesh, over that of its frequency: the largest measured
+(docs/benchmarks/speed-against-error.md, mesh.size)."""
 AIM = 0.9
 """Of its share, the error that the next mesh is to have."""
 STRETCH = 3
@@ -48,7 +51,10 @@ ROUGHEST = 1e-2
 
 @dataclass(frozen=True)
 class Round:
-    """A mesh that was tried: its size [m] in words, dofs of both parts, and estimated error."""
+    """A mesh that was tried: its size in words, dofs of both parts, and estimated error.
+
+    The error is that of the frequency of the mode of interest.
+    """
 
     size: str
     dofs: int
@@ -140,7 +146,7 @@ def _meshed(study: Study, share: float, stages: Stages) -> tuple[Study, list[Rou
             size = float(f"{max(length / 2**0.5, finest):.3g}")
             continue
         rounds.append(_round(chosen, errors, stages))
-        error = rounds[-1].error
+        error = AMPLITUDE * rounds[-1].error
         if error <= share:
             return chosen, rounds, "", limits
         lengths.append(length)
@@ -148,7 +154,7 @@ def _meshed(study: Study, share: float, stages: Stages) -> tuple[Study, list[Rou
         smaller = length * min((AIM * share / error) ** (1 / order), CLOSE)
         size = float(f"{max(smaller, finest):.3g}")
         if size >= length or len(rounds) == ROUNDS:
-            return chosen, rounds, _short(rounds[-1], share), limits
+            return chosen, rounds, _short(rounds[-1], error, share), limits
 
 
 def _order(lengths: list[float], errors: list[float]) -> float:
@@ -159,9 +165,9 @@ def _order(lengths: list[float], errors: list[float]) -> float:
     return min(max(seen, BETWEEN[0]), BETWEEN[1])
 
 
-def _short(last: Round, share: float) -> str:
+def _short(last: Round, error: float, share: float) -> str:
     return (
-        f"mesh: about {last.error:.1e} remains at {last.size} ({last.dofs:,} degrees of freedom; "
+        f"mesh: about {error:.1e} remains at {last.size} ({last.dofs:,} degrees of freedom; "
         f"none larger than {DOFS:,} are chosen), {share:.1e} was its share"
     )
 
