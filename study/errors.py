@@ -102,6 +102,8 @@ def errors(
         frequency = found.frequency_error.get(name, nan)
         if name == "samples" and not response.samples:
             continue  # events are located
+        if name == "frequencies" and _listed(budget):
+            continue  # exactly these are asked for
         if name == "mesh":  # by the mode itself, which a mesh may move beyond first order
             amplitude, frequency = AMPLITUDE * mesh, mesh
         cost = costs.get(name, float("nan"))
@@ -109,6 +111,11 @@ def errors(
         sources.append(Source(name, amplitude, frequency, share, cost / total, knobs.get(name, "")))
     known = Errors(budget.accuracy, tuple(sources), ())
     return Errors(budget.accuracy, tuple(sources), tuple(_warnings(known, budget, rounds, short)))
+
+
+def _listed(budget: Budget) -> bool:
+    """Whether the study lists its frequencies: the errors are those of the largest of them."""
+    return budget.pinned.get("frequencies") == "response.frequencies"
 
 
 def _warnings(known: Errors, budget: Budget, rounds: Sequence[Round], short: str) -> list[str]:
@@ -128,7 +135,7 @@ def _warnings(known: Errors, budget: Budget, rounds: Sequence[Round], short: str
             f"WARNING: the accuracy holds for this mesh alone ({budget.pinned['mesh']} is given): "
             f"frequencies are too high by about {rounds[-1].error:.1e} because of it"
         )
-    for kind in ("amplitude", "frequency"):
+    for kind in ("amplitude",) if _listed(budget) else ("amplitude", "frequency"):
         if unknown := [each.name for each in known.counted if np.isnan(getattr(each, kind))]:
             told.append(f"WARNING: the {kind}'s error is not known for: {', '.join(unknown)}")
     return told
