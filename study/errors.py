@@ -160,7 +160,11 @@ def error_table(case: str, found: Errors, monitor: str) -> Table:
         for each in found.sources
     ]
     asked = f"accuracy = {found.accuracy:g}"
-    rows.append(("together", *found.total, found.accuracy, 1.0, asked))
+    together = [
+        total if any(np.isfinite(getattr(each, kind)) for each in found.counted) else None
+        for kind, total in zip(("amplitude", "frequency"), found.total, strict=True)
+    ]
+    rows.append(("together", *together, found.accuracy, 1.0, asked))
     notes = [
         "amplitude, frequency: estimated relative error of the largest response by each source; "
         "cost: processor time of its stages over that of all.",

@@ -118,14 +118,17 @@ def _costs(planned: Planned, stages: Stages) -> dict[str, float]:
     needed = {planned.part("casing", each).key for each in (0, k)}
     further = {planned.part("casing", each).key for each in planned.diameters} - needed
     own = {planned.rom["vane"].key, prepared_step(planned.case.study).key} | needed
+    assert planned.settled is not None
+    tried = len(planned.settled.rounds) > 1  # reductions of other meshes; else of other cases
+    meshing = ("mesh", "fem", "rom") if tried else ("mesh", "fem")
     costs = dict.fromkeys(("mesh", "modes", "harmonics"), 0.0)
     for key, done in stages.done.items():
         if key in further or key == planned.response.key:
             source = "harmonics"
         elif key in own:
             source = "modes"
-        elif done.stage.partition(" ")[0] in ("mesh", "fem", "rom"):
-            source = "mesh"  # of meshes that were tried before, too
+        elif done.stage.partition(" ")[0] in meshing:
+            source = "mesh"
         else:
             continue
         costs[source] += stages.cpu.get(key, 0.0)

@@ -110,7 +110,7 @@ def _joints(response: Response, joints: Sequence[str]) -> list[LeftOut]:
                 "joints" if whole else "contacts",
                 f"{joint}: friction of {'all ' if whole else ''}{sticking}"
                 + (" pairs" if whole else f" of {count} pairs"),
-                f"stuck at every point, largest |t| / (mu n) {largest:.2g}: no unknowns",
+                f"stuck at every point, largest |t| / (mu n) {largest:.3g}: no unknowns",
             )
         )
     return found
