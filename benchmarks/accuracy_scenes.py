@@ -1,0 +1,213 @@
+"""Peaks asked for to an accuracy, in many drawn scenes, against over-resolved references.
+
+    python benchmarks/accuracy_scenes.py [--data FOLDER] [--scenes 0 1 2] [--write]
+
+computes references, runs with fixed settings and runs by accuracy, keeps each in the folder (a run
+that is broken off goes on where it was), and prints the tables; `--write` puts them and two
+pictures into docs/benchmarks/accuracy.md. All 65 scenes take some hours. With `--only`, it computes
+only some of the three and prints no tables; with `--kept`, tables are of what the folder holds.
+"""
+
+import argparse
+import json
+import tempfile
+from collections.abc import Callable, Iterable
+from dataclasses import asdict, dataclass
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+from accuracy_pictures import costs, errors
+from accuracy_tables import (
+    TARGETS,
+    Compared,
+    Known,
+    asked_table,
+    beyond_table,
+    compared,
+    estimate_table,
+    fixed_table,
+    ratio_table,
+    scene_table,
+    size_table,
+)
+from accuracy_words import ASKED, BEYOND, ESTIMATES, FIXED, INTRODUCTION, SCENES, SIZES
+from clock import page
+from scene_asked import asked
+from scene_models import Models, prepared
+from scene_references import ACCURACY, reference
+from scene_runs import Outcome, Setting, fixed
+from scenes import COUNT, Scene, draw
+from threadpoolctl import threadpool_limits
+
+DEFAULT = Setting(1e-4, 3)
+"""What a study takes unless told otherwise; its mean time is the unit."""
+FIXED_SETTINGS = (
+    DEFAULT,
+    Setting(1e-4, 5),
+    Setting(1e-4, 9),
+    Setting(1e-4, 14),
+    Setting(1e-4, 20),
+)
+FIXED_EVERY = 3
+"""Every third scene is run with fixed settings, which take long."""
+SURE = 0.3
+"""Of an accuracy, how large the doubt of a reference may be to judge by it."""
+KINDS = ("references", "fixed", "asked")
+
+
+@dataclass(frozen=True)
+class Folder:
+    """What is kept of the scenes, and computes what is missing unless told not to.
+
+    Attributes
+    ----------
+    path : Path
+    only_kept : bool
+    """
+
+    path: Path
+    only_kept: bool = False
+
+    def known(self, scene: Scene) -> Known | None:
+        """The reference of a scene."""
+        path = self.path / "references" / f"{scene.number:02d}.json"
+        if not path.exists():
+            if self.only_kept:
+                return None
+            models = Models(scene, self.path)
+            found = reference(scene, prepared(scene, models.reduced(ACCURACY)))
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_text(json.dumps(found))
+        read: Known = json.loads(path.read_text())
+        return read
+
+    def with_setting(self, scene: Scene, setting: Setting) -> Outcome | None:
+        """A run with a fixed setting."""
+        models = Models(scene, self.path)
+        return self._run(scene, setting.name, lambda: fixed(scene, models, setting))
+
+    def by_accuracy(self, scene: Scene, accuracy: float) -> Outcome | None:
+        """A run by accuracy."""
+        return self._run(scene, f"asked_{accuracy:g}", lambda: asked(scene, accuracy, self.path))
+
+    def _run(self, scene: Scene, name: str, run: Callable[[], Outcome]) -> Outcome | None:
+        path = self.path / "runs" / f"{scene.number:02d}_{name}.json"
+        if path.exists():
+            return Outcome(**json.loads(path.read_text()))
+        if self.only_kept:
+            return None
+        found = run()
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(json.dumps(asdict(found)))
+        return found
+
+
+def computed(folder: Folder, scenes: list[Scene], kinds: Iterable[str]) -> None:
+    """Put all that is wanted into the folder, telling of each."""
+    for kind in kinds:
+        for scene in with_fixed(scenes) if kind == "fixed" else scenes:
+            if kind == "references":
+                print(f"scene {scene.number}: {folder.known(scene)}", flush=True)
+            elif kind == "fixed":
+                for setting in FIXED_SETTINGS:
+                    print(f"{folder.with_setting(scene, setting)}", flush=True)
+            else:
+                for accuracy in TARGETS:
+                    print(f"{folder.by_accuracy(scene, accuracy)}", flush=True)
+
+
+def elsewhere(references: dict[int, Known]) -> str:
+    """Scenes in which a downward sweep finds a higher peak, in words."""
+    found = [
+        f"by {100 * (known['down']['amplitude'] / known['amplitude'] - 1):.0f} % in scene {number}"
+        for number, known in references.items()
+        if known["down"] and known["down"]["amplitude"] > known["amplitude"]
+    ]
+    return "sweeping down, " + ", ".join(found) if found else "in none of these scenes"
+
+
+def with_fixed(scenes: Iterable[Scene]) -> list[Scene]:
+    """The scenes that are run with fixed settings."""
+    return [scene for scene in scenes if scene.number % FIXED_EVERY == 0]
+
+
+def report(folder: Folder, scenes: list[Scene], docs: Path | None) -> list[str]:
+    """All tables; pictures into `docs` if that is given."""
+    told = {scene.number: folder.known(scene) for scene in scenes}
+    references = {number: known for number, known in told.items() if known is not None}
+    scenes = [scene for scene in scenes if scene.number in references]
+    dofs = {scene.number: Models(scene, folder.path).dofs for scene in scenes}
+
+    def of(
+        name: str,
+        run: Callable[[Scene], Outcome | None],
+        chosen: Iterable[Scene],
+        doubt: float = np.inf,
+    ) -> Compared:
+        sure = {number: known for number, known in references.items() if known["doubt"] < doubt}
+        runs = [run(scene) for scene in chosen if scene.number in sure]
+        return compared(name, [found for found in runs if found is not None], sure)
+
+    found = {
+        accuracy: of(
+            f"{accuracy:g}",
+            partial(folder.by_accuracy, accuracy=accuracy),
+            scenes,
+            SURE * accuracy,
+        )
+        for accuracy in TARGETS
+    }
+    others = {
+        setting: of(setting.name, partial(folder.with_setting, setting=setting), with_fixed(scenes))
+        for setting in FIXED_SETTINGS
+    }
+    found = {accuracy: each for accuracy, each in found.items() if each.runs}
+    others = {setting: each for setting, each in others.items() if each.runs}
+    unit = others[DEFAULT].cost
+    doubt = max(each["doubt"] for each in references.values())
+    if docs:
+        errors(found, docs / "accuracy_errors.png")
+        costs(found, others, unit, docs / "accuracy_costs.png")
+    sections = [
+        ("Achieved", ASKED, asked_table(found)),
+        ("What it took", SIZES, size_table(found, dofs, unit)),
+        ("Against fixed settings", FIXED, fixed_table(others, unit)),
+        ("", "", ratio_table(found, others)),
+        ("Stated errors", ESTIMATES, estimate_table(found)),
+        ("Beyond what was asked", BEYOND, beyond_table(found)),
+        ("Scenes", SCENES, scene_table(references, found)),
+    ]
+    lines = [INTRODUCTION.format(doubt=doubt, unit=unit, sure=SURE, higher=elsewhere(references))]
+    for title, words, table in sections:
+        lines += [*([f"## {title}", ""] if title else []), *([words, ""] if words else [])]
+        lines += [*table, ""]
+    return lines[:-1]
+
+
+def main() -> None:
+    """Compute what is wanted and print the tables."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--data", type=Path, help="folder that keeps what was computed")
+    parser.add_argument("--scenes", type=int, nargs="+", default=list(range(COUNT)))
+    parser.add_argument("--only", choices=KINDS, nargs="+", help="compute these and stop")
+    parser.add_argument("--kept", action="store_true", help="compute nothing")
+    parser.add_argument("--write", action="store_true", help="write docs/benchmarks as well")
+    options = parser.parse_args()
+    path = options.data or Path(tempfile.gettempdir()) / "vanelock_accuracy_scenes"
+    folder = Folder(path, options.kept)
+    scenes = [draw(number) for number in options.scenes]
+    docs = Path(__file__).parents[1] / "docs" / "benchmarks"
+    with threadpool_limits(1):
+        if not options.kept:
+            computed(folder, scenes, options.only or KINDS)
+        if options.only:
+            return
+        lines = report(folder, scenes, docs if options.write else None)
+    print("\n".join(lines))
+    command = "Made by `python benchmarks/accuracy_scenes.py --write`.\n"
+    page("accuracy", "Accuracy asked for and achieved", [command, *lines], options.write)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,39 @@
+"""What the page on asked and achieved accuracy says around its tables."""
+
+INTRODUCTION = """\
+Scenes are drawn with a fixed seed (benchmarks/scenes.py): thirteen designs of vane and casing, five
+scenes each with their own joints, loads and damping. None was left out for being hard. The mesh is
+pinned at 25 mm (most contacts act on nodes, which do not converge with the mesh), so that errors
+are those of modes, harmonics, samples and frequencies. The peak is the largest amplitude of the
+monitored output, the study's default, over its default range.
+
+References (benchmarks/scene_references.py): the response of a finer reduced model is swept with
+five harmonics; each high maximum is then located exactly with 5, 9, 14, 20, 27 harmonics until its
+amplitude changes by less than 1e-4 (in the last table, doubt: the last change; the largest is
+{doubt:.0e}, where hooks slip). A scene is judged where its doubt is below {sure:g} of the accuracy.
+The error of a run is the larger of the relative errors of the peak's amplitude and frequency.
+A study sweeps upwards, and so does its reference; where the curve jumps, a second branch may reach
+higher: {higher}.
+
+Costs are CPU times, one thread, of reducing the parts and of the response; meshing and assembly,
+the same in all, are left out. The unit is the mean of the default setting, `rom.accuracy` 1e-4 and
+three harmonics: {unit:.1f} s.
+
+![Errors](accuracy_errors.png)
+
+![Costs](accuracy_costs.png)
+"""
+ASKED = """\
+"Not 30 times below": within the accuracy, but by no more than that factor, beyond which an error
+is not worth its cost. Median, 95 % below and worst are of the larger error of both."""
+SIZES = "Means over the scenes. Coordinates: of the reduced model. Harmonics are chosen by point."
+FIXED = """\
+Every third scene with settings given; points as a range takes them by default. A fixed setting
+reduces the casing at the nodal diameters that its harmonics have, each at an equal share of the
+time that all of them took. Below: the cheapest of these settings that is safe, and the time by
+accuracy over its time in the same scenes."""
+ESTIMATES = "The run's own estimate of the error of the peak's amplitude against the true one."
+BEYOND = "Scenes where one of the errors exceeds the accuracy asked for."
+SCENES = """\
+μ and interference are the interlock's, or the hooks' where it is left out. Slip, open: the
+largest share of a joint's contacts at the peak. Last columns: the error by accuracy asked for."""
