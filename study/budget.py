@@ -40,9 +40,10 @@ COSTS = {
     # docs/benchmarks/mesh_study.md, tetra10: 0.42 units at 7.8 % to 4.38 at 2.0 %; the joined parts
     # at 1 % take about 60 s from mesh to system (docs/benchmarks/reduction_cost.md, "paper").
     "mesh": Cost(scale=0.025, power=1.7),
-    # docs/benchmarks/speed-against-error.md, rom.accuracy from 1e-4 to 1e-6: 0.1 to 0.7 of a run.
-    "modes": Cost(scale=0.06, power=0.27),
-    # There, response.harmonics 3 to 7: error 1e-3 to 9e-5 at 0.37 to 0.95 of a run of 12 s.
+    # docs/benchmarks/speed-against-error.md, rom.accuracy from 1e-4 to 1e-6: 0.3 to 1.0 of a run
+    # of 12 s more than at 1e-2.
+    "modes": Cost(scale=0.25, power=0.27),
+    # There, response.harmonics 3 to 7: error 1e-3 to 9e-5 at 0.45 to 1.10 of it.
     "harmonics": Cost(scale=0.3, power=0.39),
     # A cubic between points with their slopes: the error falls with the fourth power of their
     # distance; 25 points within 1e-2 take about 0.05 of a run.
