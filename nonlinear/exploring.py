@@ -20,6 +20,8 @@ BEND = 0.4
 """How far, relatively, a step of the sweep may leave the line through the last two points."""
 JUMP = 400
 """Parts of the range: how closely a jump of the response is located."""
+WIDEST = 48
+"""Parts of the range: how far apart points may be where the curve is high."""
 CROWD = 200
 """Points of a curve beyond which none is added."""
 ROUNDS = 20
@@ -66,7 +68,8 @@ class Exploring:
         points = [first, *self._swept(first, self.high)]
         points = self._graded(self._upper(points))
         for _ in range(ROUNDS):
-            wanted = self._drawn(points).wanted(self.pointwise.shares.frequencies, self.closest)
+            curve, share = self._drawn(points), self.pointwise.shares.frequencies
+            wanted = curve.wanted(share, self.closest, (self.high - self.low) / WIDEST)
             wanted = wanted[: max(CROWD - len(points), 0)]
             for omega in wanted:
                 points = self._with(points, float(omega))

@@ -15,6 +15,8 @@ Floats = NDArray[np.float64]
 CLOSER = 4.0
 NEAR = 0.2
 """Of its share, how much higher than every point the curve may be."""
+HIGH = 0.7
+"""Of the largest value, above which a curve is high."""
 FINE = 32
 """Places looked at between two points for the highest."""
 
@@ -82,7 +84,7 @@ class Curve:
         i = int(np.argmax(y))
         return float(fine[i]), float(y[i])
 
-    def wanted(self, share: float, closest: float) -> Floats:
+    def wanted(self, share: float, closest: float, widest: float = np.inf) -> Floats:
         """Places where one more point is needed, ascending.
 
         Parameters
@@ -91,11 +93,16 @@ class Curve:
             Error that the curve may have, relative to its largest value.
         closest : float
             Distance of neighbours below which none is put between them.
+        widest : float
+            Distance of neighbours that no curve is trusted across where it is high: another peak
+            may be hidden there.
         """
         if len(self.x) < 3:
             return np.empty(0)
         highest = float(self.y.max())
         uncertain = self.uncertainty() > share * highest
+        high = np.maximum(self.y[:-1], self.y[1:]) > HIGH * highest
+        uncertain |= high & (np.diff(self.x) > widest)
         uncertain &= np.diff(self.x) > closest
         middles = 0.5 * (self.x[:-1] + self.x[1:])[uncertain]
         place, value = self.top()

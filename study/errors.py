@@ -1,7 +1,7 @@
 """What a response to an accuracy is worth: errors by source, and what they cost."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -50,11 +50,14 @@ class Errors:
         Each of them.
     warnings : tuple of str
         Why the accuracy may not be met, a line each.
+    corrected : float
+        Frequency of the peak less what the mesh is estimated to add to it, Hz.
     """
 
     accuracy: float
     sources: tuple[Source, ...]
     warnings: tuple[str, ...]
+    corrected: float
 
     @property
     def counted(self) -> tuple[Source, ...]:
@@ -109,8 +112,8 @@ def errors(
         cost = costs.get(name, float("nan"))
         share = budget.shares.get(name, float("nan"))
         sources.append(Source(name, amplitude, frequency, share, cost / total, knobs.get(name, "")))
-    known = Errors(budget.accuracy, tuple(sources), ())
-    return Errors(budget.accuracy, tuple(sources), tuple(_warnings(known, budget, rounds, short)))
+    known = Errors(budget.accuracy, tuple(sources), (), found.frequency * (1 - mesh))
+    return replace(known, warnings=tuple(_warnings(known, budget, rounds, short)))
 
 
 def _listed(budget: Budget) -> bool:
@@ -168,10 +171,18 @@ def error_table(case: str, found: Errors, monitor: str) -> Table:
     notes = [
         "amplitude, frequency: estimated relative error of the largest response by each source; "
         "cost: processor time of its stages over that of all.",
+        *([_corrected(found)] if np.isfinite(found.corrected) else []),
         *found.warnings,
     ]
     title = f"Errors of the peak of {monitor}" + ("" if case == "nominal" else f", {case}")
     return Table("errors", title, columns, tuple(rows), tuple(notes))
+
+
+def _corrected(found: Errors) -> str:
+    return (
+        f"less what the mesh adds by estimate, the peak lies near {found.corrected:.1f} Hz "
+        "(docs/benchmarks/mesh_error.md)"
+    )
 
 
 def _known(value: float) -> float | None:

@@ -52,6 +52,16 @@ def test_points_are_wanted_until_peak_and_curve_are_known() -> None:
     assert not np.any((jump.wanted(share, 0.01) > 1.0) & (jump.wanted(share, 0.01) < 1.001))
 
 
+def test_no_curve_is_trusted_across_a_gap_where_it_is_high() -> None:
+    # Two peaks: seen from points that miss the narrow one, the curve is smooth.
+    x = np.linspace(-8, 8, 17)
+    y, slope = _resonance(x / 8)
+    curve = Curve(x, y, slope / 8)
+    assert not len(curve.wanted(0.05, 1e-3))
+    wanted = curve.wanted(0.05, 1e-3, 0.5)
+    np.testing.assert_allclose(wanted, x[:-1] + 0.5)
+
+
 def test_unknown_slopes_are_taken_from_neighbours() -> None:
     x = np.linspace(-2, 2, 41)
     y, slope = _resonance(x)

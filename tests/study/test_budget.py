@@ -5,7 +5,7 @@ import pytest
 from scipy.optimize import minimize
 
 from vanelock.study import parse_study
-from vanelock.study.budget import COSTS, LEAST, LOWEST, budget, pins, split
+from vanelock.study.budget import LEAST, LOWEST, budget, costs_of, pins, split
 
 
 @pytest.mark.parametrize("accuracy", [0.2, 1e-2, 1e-4])
@@ -20,7 +20,7 @@ def test_shares_sum_up_to_the_accuracy_at_least_cost(sources, accuracy):
 
     def cost(parts):
         return sum(
-            COSTS[name].scale * (accuracy * part) ** -COSTS[name].power
+            costs_of(sources)[name].scale * (accuracy * part) ** -costs_of(sources)[name].power
             for name, part in zip(sources, parts, strict=True)
         )
 
