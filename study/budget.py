@@ -54,8 +54,8 @@ COSTS = {
 """Evidence beside each; for the example's scene, which others resemble in ratio."""
 
 ON_FINE_MESHES = Cost(scale=3.0, power=0.39)
-"""Of harmonics, where the mesh is chosen too: each costs the casing's reduction at its nodal diameter,
-12 s on the 165,000 degrees of freedom that 3 % take, 1 s on the coarse mesh."""
+"""Of harmonics, where the mesh is chosen too: each costs the casing's reduction at its nodal
+diameter, 12 s on the 165,000 degrees of freedom that 3 % take, 1 s on the coarse mesh."""
 
 LEAST = 0.25
 """Of the accuracy, what is shared out though pinned knobs take more than the rest."""

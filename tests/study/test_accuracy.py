@@ -159,7 +159,7 @@ def test_what_exceeds_the_accuracy_or_is_not_told_is_said():
         Source("modes", nan, nan, nan, 0.2, "8 vectors"),
         Source("harmonics", 0.03, 1e-3, 0.005, 0.7, "3"),
     )
-    found = Errors(0.01, sources, ("WARNING: so",))
+    found = Errors(0.01, sources, ("WARNING: so",), 250.0)
     assert found.total == pytest.approx((0.03, 1e-3))  # without the mesh, which is pinned
     table = error_table("nominal", found, "x")
     assert table.notes[-1] == "WARNING: so"
