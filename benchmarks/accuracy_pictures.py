@@ -61,7 +61,7 @@ def costs(
             panel.plot(x, y, "o-", ms=5, color=style.BLUE, label="by accuracy")
             for accuracy, a, b in zip(asked, x, y, strict=True):
                 panel.annotate(f"{accuracy:g}", (a, b), xytext=(4, -10), textcoords="offset points")
-            panel.set(xscale="log", yscale="log", title=title, xlim=(0.4, 12), ylim=(5e-5, 0.2))
+            panel.set(xscale="log", yscale="log", title=title, xlim=(0.4, 12), ylim=(5e-5, 1))
             panel.set_xticks([0.5, 1, 2, 5, 10])
             panel.set(xlabel="CPU time, units", ylabel="relative error of the peak")
             panel.xaxis.set_major_formatter(lambda value, _: f"{value:g}")

@@ -117,6 +117,17 @@ def computed(folder: Folder, scenes: list[Scene], kinds: Iterable[str]) -> None:
                     print(f"{folder.by_accuracy(scene, accuracy)}", flush=True)
 
 
+def missing(found: dict[float, Compared], references: dict[int, Known]) -> str:
+    """What has not been computed, in words."""
+    lacking = [f"{COUNT - len(references)} references"] if len(references) < COUNT else []
+    lacking += [
+        f"{COUNT - len(each.runs)} scenes at {accuracy:g}"
+        for accuracy, each in found.items()
+        if len(each.runs) < len(references)
+    ]
+    return f"Not computed or not sure: {', '.join(lacking)}." if lacking else ""
+
+
 def elsewhere(references: dict[int, Known]) -> str:
     """Scenes in which a downward sweep finds a higher peak, in words."""
     found = [
@@ -178,7 +189,14 @@ def report(folder: Folder, scenes: list[Scene], docs: Path | None) -> list[str]:
         ("Beyond what was asked", BEYOND, beyond_table(found)),
         ("Scenes", SCENES, scene_table(references, found)),
     ]
-    lines = [INTRODUCTION.format(doubt=doubt, unit=unit, sure=SURE, higher=elsewhere(references))]
+    words_of = {
+        "doubt": doubt,
+        "unit": unit,
+        "sure": SURE,
+        "higher": elsewhere(references),
+        "missing": missing(found, references),
+    }
+    lines = [INTRODUCTION.format(**words_of)]
     for title, words, table in sections:
         lines += [*([f"## {title}", ""] if title else []), *([words, ""] if words else [])]
         lines += [*table, ""]
@@ -205,7 +223,8 @@ def main() -> None:
             return
         lines = report(folder, scenes, docs if options.write else None)
     print("\n".join(lines))
-    command = "Made by `python benchmarks/accuracy_scenes.py --write`.\n"
+    way = " --kept --write` of what had been computed by then" if options.kept else " --write`"
+    command = f"Made by `python benchmarks/accuracy_scenes.py{way}.\n"
     page("accuracy", "Accuracy asked for and achieved", [command, *lines], options.write)
 
 

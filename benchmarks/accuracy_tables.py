@@ -72,11 +72,20 @@ def compared(name: str, runs: Sequence[Outcome], references: dict[int, Known]) -
     """Errors of runs of the same kind against the references."""
     chosen = [run for run in runs if run.number in references]
 
-    def errors(key: str) -> Floats:
-        found = [getattr(run, key) / references[run.number][key] - 1 for run in chosen]
-        return np.nan_to_num(np.abs(found), nan=np.inf)
+    pairs = [errors(run, references[run.number]) for run in chosen]
+    amplitude, frequency = np.array(pairs, float).reshape(-1, 2).T
+    return Compared(name, chosen, amplitude, frequency)
 
-    return Compared(name, chosen, errors("amplitude"), errors("frequency"))
+
+def errors(run: Outcome, known: Known) -> tuple[float, float]:
+    """Relative errors of the peak; of that of a second branch where that is higher and nearer."""
+    found = []
+    for branch in (known, known.get("down")):
+        if branch and branch["amplitude"] >= known["amplitude"]:
+            pair = [getattr(run, key) / branch[key] - 1 for key in ("amplitude", "frequency")]
+            amplitude, frequency = np.nan_to_num(np.abs(pair), nan=np.inf).tolist()
+            found.append((amplitude, frequency))
+    return min(found, key=max)
 
 
 def asked_table(asked: dict[float, Compared]) -> list[str]:

@@ -8,12 +8,13 @@ are those of modes, harmonics, samples and frequencies. The peak is the largest 
 monitored output, the study's default, over its default range.
 
 References (benchmarks/scene_references.py): the response of a finer reduced model is swept with
-five harmonics; each high maximum is then located exactly with 5, 9, 14, 20, 27 harmonics until its
-amplitude changes by less than 1e-4 (in the last table, doubt: the last change; the largest is
-{doubt:.0e}, where hooks slip). A scene is judged where its doubt is below {sure:g} of the accuracy.
-The error of a run is the larger of the relative errors of the peak's amplitude and frequency.
-A study sweeps upwards, and so does its reference; where the curve jumps, a second branch may reach
-higher: {higher}.
+five harmonics, upwards and, where it jumps, downwards; each high maximum is then located exactly
+with 5, 9, 14, 20, 27 harmonics until its amplitude changes by less than 1e-4 (in the last table,
+doubt: the last change; the largest is {doubt:.0e}, where hooks slip). {missing} A scene is judged
+where its doubt is below {sure:g} of the accuracy. The error of a run is the larger of the relative
+errors of the peak's amplitude and frequency. Where the curve jumps, a second branch may reach
+higher: {higher}. A run that finds the
+higher one is judged by it.
 
 Costs are CPU times, one thread, of reducing the parts and of the response; meshing and assembly,
 the same in all, are left out. The unit is the mean of the default setting, `rom.accuracy` 1e-4 and
