@@ -138,15 +138,17 @@ class Exploring:
         return points
 
     def _graded(self, points: list[Point]) -> list[Point]:
-        """Neighbours made to differ by no more than two harmonics, those of the peak by none."""
+        """Neighbours made to differ by two harmonics at most, by none at the peak and at jumps."""
         if not self.pointwise.chooses_harmonics:
             return points
         points = list(points)
         order = [*range(len(points)), *reversed(range(len(points)))]
         top = max(points, key=lambda p: p.amplitude)
         for i in order:
-            beside = [points[j].harmonics for j in (i - 1, i + 1) if 0 <= j < len(points)]
-            least = max(beside, default=0) - BEYOND
+            beside = [points[j] for j in (i - 1, i + 1) if 0 <= j < len(points)]
+            least = max((p.harmonics for p in beside), default=0) - BEYOND
+            jumps = [p.harmonics for p in beside if _jumps(points[i], p)]
+            least = max([least, *jumps])  # perhaps no jump, but a harmonic too few
             if points[i].amplitude > PEAK * top.amplitude:
                 least = max(least, top.harmonics)
             if points[i].harmonics < least and points[i].solution.converged:

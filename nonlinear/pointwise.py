@@ -10,12 +10,15 @@ from numpy.typing import NDArray
 from vanelock.nonlinear.estimates import BEYOND, SOURCES, Estimate, Estimator, half, resized
 from vanelock.nonlinear.families import fixed
 from vanelock.nonlinear.ladder import Ladder
+from vanelock.nonlinear.law import STUCK
 from vanelock.nonlinear.newton import Solution, solve
 
 Floats = NDArray[np.float64]
 
 MOST = 31
 """Harmonics beyond which none is tried."""
+RUBBING = 3
+"""Fewest harmonics where a contact slides or opens: with one, a step towards more tells too little."""
 SAMPLED = 8192
 """Samples beyond which no more are tried."""
 FEWER = 1 / 30
@@ -155,11 +158,11 @@ class Pointwise:
             self.ladder.keep(H, found.kept)
             estimate = self.estimator.estimate(found, H)
             self._largest = max(self._largest, estimate.amplitude)
-            point = replace(point, estimate=estimate, wanted=self._wanted(estimate, H, omega))
+            point = replace(point, estimate=estimate, wanted=self._wanted(found, estimate, H))
             if self._needs_samples(estimate, samples):
                 assert samples is not None
                 self.ladder.samples = 2 * samples
-            elif self._needs_harmonics(estimate, H, omega):
+            elif self._needs_harmonics(found, estimate, H):
                 H = min(H + BEYOND, MOST)
             else:
                 break
@@ -212,14 +215,20 @@ class Pointwise:
         fewer = (samples or SAMPLED) < SAMPLED
         return self.chooses_samples and fewer and self._off(estimate, "samples") > share
 
-    def _needs_harmonics(self, estimate: Estimate, H: int, omega: float) -> bool:
-        enough = self._truncation(estimate, omega) <= self.shares.harmonics
-        return self.chooses_harmonics and not enough and H < MOST
+    def _needs_harmonics(self, found: Solution, estimate: Estimate, H: int) -> bool:
+        if not self.chooses_harmonics or H >= MOST:
+            return False
+        if H < RUBBING and np.any(found.deviation.state != STUCK):
+            return True
+        return self._truncation(estimate, found.omega) > self.shares.harmonics
 
-    def _wanted(self, estimate: Estimate, H: int, omega: float) -> int:
+    def _wanted(self, found: Solution, estimate: Estimate, H: int) -> int:
         """The number of harmonics that a neighbour should begin with."""
-        few = self._truncation(estimate, omega) < FEWER * self.shares.harmonics
-        return max(H - BEYOND, self.least) if self.chooses_harmonics and few else H
+        few = self._truncation(estimate, found.omega) < FEWER * self.shares.harmonics
+        if not self.chooses_harmonics or not few:
+            return H
+        rubs = np.any(found.deviation.state != STUCK)
+        return min(H, max(H - BEYOND, self.least, RUBBING if rubs else 1))
 
     def _truncation(self, estimate: Estimate, omega: float) -> float:
         """Error by neglected harmonics, what a small shift in frequency changes forgiven."""
