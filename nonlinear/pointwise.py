@@ -18,7 +18,7 @@ Floats = NDArray[np.float64]
 MOST = 31
 """Harmonics beyond which none is tried."""
 RUBBING = 3
-"""Fewest harmonics where a contact slides or opens: with one, a step towards more tells too little."""
+"""Fewest harmonics where a contact slides or opens: from one, a step towards more tells little."""
 SAMPLED = 8192
 """Samples beyond which no more are tried."""
 FEWER = 1 / 30
