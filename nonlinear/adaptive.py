@@ -188,6 +188,7 @@ def _assembled(ladder: Ladder, points: Sequence[Point], monitored: tuple[int, in
         amplitude=np.array([point.amplitude for point in points]),
         harmonics=np.array([point.harmonics for point in points]),
         monitored=np.array(monitored),
+        tried=ladder.reached,
     )
     samples = ladder.samples_of(H) or 0
     return replace(

@@ -1,8 +1,7 @@
 """A range of frequencies, sampled as its curve needs it.
 
-The range is swept upwards in long steps. Where the response jumps up, the branch above goes on
-below the jump; it is followed down to its end, and where two solutions exist, the curve takes the
-larger one. Neighbours differ by no more than two harmonics. Points are then added where the curve
+The range is swept upwards in long steps. Beside a jump, the larger solution may go on: it is
+followed to its end, downwards and upwards, and where two exist, the curve takes the larger one. Neighbours differ by no more than two harmonics. Points are then added where the curve
 between them is uncertain, and at its highest place until that is where the curve says.
 """
 
@@ -118,24 +117,31 @@ class Exploring:
             step = float(np.clip(step * min(2.0, growth), finest, span / 12))
 
     def _upper(self, points: list[Point]) -> list[Point]:
-        """The larger solutions below every upward jump put in place of the smaller ones."""
-        i = len(points) - 1
-        while i > 0:
-            if _jumps(points[i], points[i - 1]) and points[i].amplitude > points[i - 1].amplitude:
-                below, branch = points[:i], []
-                for point in self._swept(points[i], self.low, jumps=False):
-                    lower = self._drawn(below)
-                    there = lower.at(np.array([max(point.omega, self.low)]))[0]
-                    if point.amplitude < (1 + OTHER) * there:
+        """The larger solutions beside every jump put in place of the smaller ones."""
+        for end in (self.low, self.high):
+            points = self._followed(points, end)
+        return points
+
+    def _followed(self, points: list[Point], end: float) -> list[Point]:
+        """Branches that jump down towards one end of the range followed as far as they go."""
+        ahead = points if end > points[0].omega else points[::-1]
+        i = 0
+        while i < len(ahead) - 1:
+            here, next_one = ahead[i], ahead[i + 1]
+            if _jumps(here, next_one) and here.amplitude > next_one.amplitude:
+                beyond, branch = ahead[i + 1 :], []
+                curve = self._drawn(sorted(beyond, key=lambda p: p.omega))
+                for point in self._swept(here, end, jumps=False):
+                    if point.amplitude < (1 + OTHER) * curve.at(np.array([point.omega]))[0]:
                         break
                     branch.append(point)
                 if branch:
-                    end = branch[-1].omega
-                    below = [p for p in below if p.omega < end]
-                    points = [*below, *branch[::-1], *points[i:]]
-                    i = len(below)
-            i -= 1
-        return points
+                    last = abs(branch[-1].omega - here.omega)
+                    beyond = [p for p in beyond if abs(p.omega - here.omega) > last]
+                    ahead = [*ahead[: i + 1], *branch, *beyond]
+                    i += len(branch)
+            i += 1
+        return sorted(ahead, key=lambda p: p.omega)
 
     def _graded(self, points: list[Point]) -> list[Point]:
         """Neighbours made to differ by two harmonics at most, by none at the peak and at jumps."""

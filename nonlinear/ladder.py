@@ -111,6 +111,11 @@ class Ladder:
         return max(self.samples, least_samples(harmonics, self.friction))
 
     @property
+    def reached(self) -> int:
+        """The largest H that a system was asked for."""
+        return self._reached
+
+    @property
     def rest(self) -> Solution | None:
         """The static state that vibration is referred to; None where both are coupled."""
         if self.coupling != "coupled" and self._rest is None:

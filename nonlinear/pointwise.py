@@ -194,8 +194,14 @@ class Pointwise:
         return point
 
     def _measured(self, point: Point) -> float | None:
-        """Change of the amplitude with more harmonics, and what those beyond them may add, m."""
+        """Change of the amplitude with more harmonics, and what those beyond them may add, m.
+
+        The next ones have their own nodal diameters, at which they may meet a resonance.
+        """
         assert point.estimate is not None
+        if np.all(point.solution.deviation.state == STUCK):
+            return 0.0
+        self.ladder.structure(point.harmonics + BEYOND)
         H = point.harmonics + FURTHER
         solver, kept = self.ladder.guessing(H), self.ladder.kept(H)
         start = point.estimate.better

@@ -35,6 +35,8 @@ class ErrorEstimates(Product):
         H of each point.
     monitored : (2,) int
         Place of the output node, and direction.
+    tried : int
+        Harmonics whose nodal diameters were asked for: those kept, and those to judge them by.
     """
 
     sources: tuple[str, ...]
@@ -43,6 +45,7 @@ class ErrorEstimates(Product):
     slope: Floats = field(metadata={"unit": "m/Hz"})
     harmonics: NDArray[np.int64]
     monitored: NDArray[np.int64]
+    tried: int
 
     @property
     def error(self) -> Floats:

@@ -71,7 +71,8 @@ def left_out(
             LeftOut(
                 "nodal diameters",
                 _listed(never),
-                f"never reduced: harmonics 0 to {H} have nodal diameters {_listed(used)}",
+                f"never reduced: harmonics 0 to {response.estimates.tried}, kept or tried, have "
+                f"nodal diameters {_listed(used)}",
             )
         )
     for part, hertz in above.items():

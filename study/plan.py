@@ -114,7 +114,9 @@ class Planned:
         if self.settled is None:
             return self
         study, N = self.case.study, self.case.study.ring.sectors
-        used = tuple(sorted({min(int(k), N - int(k)) for k in response.harmonic_diameters}))
+        tried = response.estimates.tried if response.estimates else response.harmonics
+        wave = [(h * self.case.study.excitation.engine_order) % N for h in range(tried + 1)]
+        used = tuple(sorted({min(k, N - k) for k in wave}))
         return replace(self, system=united_step(study, response.harmonics), diameters=used)
 
 
