@@ -26,7 +26,7 @@ CROWD = 200
 ROUNDS = 20
 PEAK = 0.8
 """Of the largest amplitude, above which a point belongs to the peak."""
-OTHER = 0.15
+OTHER = 0.04
 """Relative distance of an amplitude from the line through a neighbour that tells of a jump."""
 
 

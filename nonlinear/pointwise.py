@@ -173,18 +173,18 @@ class Pointwise:
     def settled(self, point: Point) -> Point:
         """A point whose error by neglected harmonics is measured: by solving with more of them.
 
-        It gets as many harmonics as keep that error within its share. Where it cannot be measured,
-        the point stays as it is.
+        It gets as many harmonics as keep that error within its share. Where more of them are not
+        reached from it, that is no good sign: it gets more, too.
         """
         while point.estimate is not None:
             measured = self._measured(point)
-            if measured is None:
-                return point
-            change = point.estimate.change.copy()
-            change[SOURCES.index("harmonics")] = measured
-            point = replace(point, estimate=replace(point.estimate, change=change))
-            allowed = self.shares.harmonics * max(point.amplitude, TINY)
-            if abs(measured) <= allowed or not self.chooses_harmonics or point.harmonics >= MOST:
+            if measured is not None:
+                change = point.estimate.change.copy()
+                change[SOURCES.index("harmonics")] = measured
+                point = replace(point, estimate=replace(point.estimate, change=change))
+                if abs(measured) <= self.shares.harmonics * max(point.amplitude, TINY):
+                    return point
+            if not self.chooses_harmonics or point.harmonics >= MOST:
                 return point
             more = min(point.harmonics + BEYOND, MOST)
             raised = self.point(point.omega, [point], None, more)
