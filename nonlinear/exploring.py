@@ -1,8 +1,9 @@
 """A range of frequencies, sampled as its curve needs it.
 
 The range is swept upwards in long steps. Beside a jump, the larger solution may go on: it is
-followed to its end, downwards and upwards, and where two exist, the curve takes the larger one. Neighbours differ by no more than two harmonics. Points are then added where the curve
-between them is uncertain, and at its highest place until that is where the curve says.
+followed to its end, downwards and upwards, and where two exist, the curve takes the larger one.
+Neighbours differ by no more than two harmonics. Points are then added where the curve between them
+is uncertain, and at its highest place until that is where the curve says.
 """
 
 from collections.abc import Iterator, Sequence
