@@ -117,7 +117,7 @@ class Planned:
         tried = response.estimates.tried if response.estimates else response.harmonics
         wave = [(h * self.case.study.excitation.engine_order) % N for h in range(tried + 1)]
         used = tuple(sorted({min(k, N - k) for k in wave}))
-        return replace(self, system=united_step(study, response.harmonics), diameters=used)
+        return replace(self, system=united_step(study, tried), diameters=used)
 
 
 def plan(
