@@ -15,16 +15,22 @@ from numpy.typing import ArrayLike, NDArray
 
 from vanelock.errors import InputError
 from vanelock.nonlinear.coupling import COUPLINGS, with_static_mean
-from vanelock.nonlinear.estimates import SOURCES, Estimator, resized
+from vanelock.nonlinear.estimates import SOURCES, Estimator
 from vanelock.nonlinear.exploring import Exploring, settled
 from vanelock.nonlinear.ladder import Ladder
-from vanelock.nonlinear.linear import checked_frequencies
+from vanelock.nonlinear.linear import (
+    check_forces,
+    check_option,
+    checked_frequencies,
+    checked_range,
+    excited,
+)
 from vanelock.nonlinear.newton import TOLERANCE
 from vanelock.nonlinear.pointwise import Point, Pointwise, Shares
 from vanelock.nonlinear.response import ErrorEstimates, Response, assemble_response
 from vanelock.nonlinear.sampling import FRICTIONS, checked_samples
 from vanelock.nonlinear.threads import one_thread
-from vanelock.nonlinear.trigonometric import TURN
+from vanelock.nonlinear.trigonometric import TURN, resized
 from vanelock.rom.neglected import Neglected
 from vanelock.rom.system import System
 
@@ -55,8 +61,9 @@ def adaptive_response(
     Parameters
     ----------
     systems : callable
-        From H to a system that has the nodal diameters of the harmonics 0 to H; called with
-        growing H, when a point needs them. Diameters that it had before stay as they were.
+        From H to a system that has the nodal diameters of the harmonics 0 to H and of all forces;
+        called with growing H, when a point needs them. Diameters that it had before stay as they
+        were.
     frequencies : (p,) array_like or (float, float)
         Hz. An array or list: exactly these. A tuple (low, high): a range, sampled as the curve
         needs it.
@@ -91,20 +98,14 @@ def adaptive_response(
     InputError
         If an option is unknown, a share or a frequency is not positive, or there is no output.
     """
-    for name, given, allowed in (
-        ("coupling", coupling, COUPLINGS),
-        ("friction", friction, FRICTIONS),
-    ):
-        if given not in allowed:
-            raise InputError(f"{name}: given {given!r}: allowed: {', '.join(allowed)}")
+    check_option("coupling", coupling, COUPLINGS)
+    check_option("friction", friction, FRICTIONS)
     for name in ("harmonics", "frequencies", "samples"):
         share = getattr(shares, name)
         if share is not None and not 0 < share < 1:
             raise InputError(f"shares.{name}: given {share}: allowed are numbers between 0 and 1")
-    hertz = checked_frequencies(frequencies)
     is_range = isinstance(frequencies, tuple)
-    if is_range and (len(hertz) != 2 or hertz[0] >= hertz[1]):
-        raise InputError(f"frequencies: given {tuple(hertz)}: a range is (low, high), low < high")
+    hertz = (checked_range if is_range else checked_frequencies)(frequencies)
     if samples is not None:
         checked_samples(samples, harmonics or 1, friction)
     sampled = samples or (FEWEST if friction == "isotropic" else None)
@@ -112,7 +113,10 @@ def adaptive_response(
     limits = float(omegas.min()), float(omegas.max())
     ladder = Ladder(systems, limits, coupling, friction, sampled, tolerance)
     first = ladder.structure(harmonics or 1)
-    first = ladder.structure(max([harmonics or 1, *first.system.force]))
+    if harmonics is None:
+        first = ladder.structure(max([1, *excited(first.system)]))
+    else:
+        check_forces(first.system, harmonics)
     if not first.system.output_names:
         raise InputError("system: has no output nodes: their amplitude is what an error is of")
     monitored = _loudest(ladder, first.harmonics, omegas) if monitor is None else monitor

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from vanelock.errors import InputError
 from vanelock.nonlinear.balance import structure
-from vanelock.nonlinear.linear import check_forces, checked_frequencies
+from vanelock.nonlinear.linear import check_forces, checked_range
 from vanelock.nonlinear.newton import TOLERANCE
 from vanelock.nonlinear.parameters import Joint, checked_parameter, checked_values
 from vanelock.nonlinear.parametric import assembled
@@ -158,9 +158,7 @@ def peak_response(
         raise InputError(f"values: given {tuple(given)}: a range is (first, last)")
     if len(np.unique(given)) < len(given):
         raise InputError("values: given one of them twice: needs different ones")
-    hertz = checked_frequencies(near)
-    if len(hertz) != 2 or hertz[0] >= hertz[1]:
-        raise InputError(f"near: given {tuple(hertz)}: a range is (low, high), low < high")
+    hertz = checked_range(near, "near")
     if harmonics < 1:
         raise InputError(f"harmonics: given {harmonics}: a peak needs at least 1")
     varied = checked_parameter(parameter, system, given, joint)

@@ -30,9 +30,9 @@ from vanelock.nonlinear.ladder import Ladder
 from vanelock.nonlinear.law import Deviation
 from vanelock.nonlinear.linearised import Linearised, linearise
 from vanelock.nonlinear.newton import Solution, active_rows, scales
-from vanelock.nonlinear.response import half_peak_to_peak
+from vanelock.nonlinear.response import amplitude_and_slope, half_peak_to_peak
 from vanelock.nonlinear.slope import response_to
-from vanelock.nonlinear.trigonometric import to_complex, to_real
+from vanelock.nonlinear.trigonometric import resized, to_complex, to_real
 from vanelock.rom.neglected import Neglected
 
 Floats = NDArray[np.float64]
@@ -93,19 +93,18 @@ class Estimator:
 
     def estimate(self, found: Solution, harmonics: int) -> Estimate:
         """Judge a converged solution with H harmonics."""
-        wide = self.ladder.extended(harmonics + BEYOND)
-        state = _Wide(self.ladder, wide, found, harmonics)
+        state = _Wide(self.ladder, found, harmonics + BEYOND)
+        wide = state.structure
         amplitudes = wide.amplitudes(found.omega, state.w)
         q = self._output(wide, amplitudes)
-        A = half(q)
-        slope = _slope(q, self._rates(state, amplitudes))
+        A, slope = amplitude_and_slope(q, self._rates(state, amplitudes))
         step = state.answer_to_deviation(state.gap)
         better = None if step is None else state.w + step
         others = [
             None if better is None else self._of_deviation(state, better),
             self._softer(state, amplitudes, self._left_out(), harmonics),
             self._softer(state, amplitudes, self._too_stiff(), harmonics),
-            self._samples(state, harmonics),
+            self._samples(state, q),
         ]
         change = np.array([np.nan if other is None else half(other) - A for other in others])
         return Estimate(A, slope, change, better)
@@ -179,11 +178,11 @@ class Estimator:
             return None
         return self._output(wide, [a + da for a, da in zip(amplitudes, answer, strict=True)])
 
-    def _samples(self, state: "_Wide", harmonics: int) -> Complex | None:
-        """The monitored output without the error of samples."""
+    def _samples(self, state: "_Wide", q: Complex) -> Complex | None:
+        """The monitored output q without the error of samples."""
         if self.ladder.samples is None:
-            return self._of_deviation(state, state.w)
-        finer = self.ladder.law(harmonics + BEYOND, finer=True)
+            return q
+        finer = self.ladder.law(state.structure.harmonics, finer=True)
         step = state.answer_to_deviation(finer(state.u).w - state.deviation.w)
         if step is None:
             return None
@@ -198,24 +197,23 @@ Force = Callable[[Structure, int, float, Complex], Complex]
 class _Wide:
     """A solution taken with more harmonics, and the balance linearised there once for all."""
 
-    def __init__(self, ladder: Ladder, wide: Structure, found: Solution, harmonics: int) -> None:
-        self.structure, self.omega = wide, found.omega
-        self.w = resized(found.w, wide.harmonics)
-        self.balance: Balance = wide.balance(found.omega)
-        if (mean := ladder.mean()) is not None:
-            self.balance = self.balance.with_mean(mean)
+    def __init__(self, ladder: Ladder, found: Solution, harmonics: int) -> None:
+        family = ladder.guessing(harmonics)
+        self.structure, self.omega = family.structure, found.omega
+        self.w = resized(found.w, harmonics)
+        self.balance: Balance = family.at(found.omega)
         self.u = self.balance.displacement(self.w)
-        self.deviation: Deviation = ladder.law(wide.harmonics)(self.u)
+        self.deviation: Deviation = family.friction(self.u)
         self.gap = self.deviation.w - self.w
         self.rows = active_rows(self.w, self.deviation)
         self._linear: Linearised | None = None
         if len(self.rows):
             weight = np.broadcast_to(1 / scales(self.balance.linear), self.w.shape).reshape(-1)
-            kept = ladder.kept(wide.harmonics)
+            kept, stiffness = ladder.kept(harmonics), self.structure.stiffness
             self._linear = linearise(
-                self.balance, self.deviation, self.rows, weight, None, kept, wide.stiffness
+                self.balance, self.deviation, self.rows, weight, None, kept, stiffness
             )
-            ladder.keep(wide.harmonics, self._linear.kept)
+            ladder.keep(harmonics, self._linear.kept)
 
     def answer_to_deviation(self, gap: Floats) -> Floats | None:
         """Change dw if the law asks for w + gap, (c, 3, m) m; None where P is singular."""
@@ -245,25 +243,6 @@ class _Wide:
         ]
 
 
-def resized(w: Floats, harmonics: int) -> Floats:
-    """Coefficients (c, 3, 2H + 1) of another number of harmonics, zeros where there were none."""
-    out = np.zeros((*w.shape[:2], 2 * harmonics + 1))
-    shared = min(out.shape[2], w.shape[2])
-    out[:, :, :shared] = w[:, :, :shared]
-    return out
-
-
 def half(q: Complex) -> float:
     """Half the peak-to-peak of coefficients (H + 1,)."""
     return float(half_peak_to_peak(q[:, None])[0])
-
-
-def _slope(q: Complex, rates: Complex) -> float:
-    """dA/dω, by a very small step of the coefficients q along their rates."""
-    size, growth = np.abs(q[1:]).max(initial=TINY), np.abs(rates[1:]).max(initial=0.0)
-    if not np.isfinite(growth):
-        return np.nan
-    if growth == 0:
-        return 0.0
-    step = 1e-6 * size / growth
-    return float((half(q + step * rates) - half(q - step * rates)) / (2 * step))

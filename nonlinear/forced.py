@@ -13,7 +13,7 @@ from vanelock.nonlinear.balance import structure
 from vanelock.nonlinear.coupling import COUPLINGS, at_rest, with_static_mean
 from vanelock.nonlinear.families import Frequencies
 from vanelock.nonlinear.law import Law, contact_law
-from vanelock.nonlinear.linear import check_forces, checked_frequencies
+from vanelock.nonlinear.linear import check_forces, check_option, checked_frequencies, checked_range
 from vanelock.nonlinear.newton import TOLERANCE, Solution
 from vanelock.nonlinear.rescue import from_nothing
 from vanelock.nonlinear.response import Response, assemble_response
@@ -116,18 +116,12 @@ def frequency_response(
         If an option is unknown, a frequency is not positive, a nodal diameter is missing, or a
         harmonic above H is excited.
     """
-    for name, given, allowed in (
-        ("coupling", coupling, COUPLINGS),
-        ("friction", friction, FRICTIONS),
-        ("direction", direction, ("up", "down")),
-    ):
-        if given not in allowed:
-            raise InputError(f"{name}: given {given!r}: allowed: {', '.join(allowed)}")
+    check_option("coupling", coupling, COUPLINGS)
+    check_option("friction", friction, FRICTIONS)
+    check_option("direction", direction, ("up", "down"))
     samples = checked_samples(samples, harmonics, friction)
     is_range = isinstance(frequencies, tuple)
-    hertz = checked_frequencies(frequencies)
-    if is_range and (len(hertz) != 2 or hertz[0] >= hertz[1]):
-        raise InputError(f"frequencies: given {tuple(hertz)}: a range is (low, high), low < high")
+    hertz = (checked_range if is_range else checked_frequencies)(frequencies)
     prepared = structure(system, harmonics, harmonic_diameters)
     check_forces(system, harmonics)
     omegas = TURN * hertz

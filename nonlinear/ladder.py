@@ -11,11 +11,11 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from vanelock.cyclic import folded
 from vanelock.nonlinear.balance import Structure, structure
 from vanelock.nonlinear.coupling import at_rest
 from vanelock.nonlinear.families import Frequencies
 from vanelock.nonlinear.law import Law, contact_law
-from vanelock.nonlinear.linear import check_forces
 from vanelock.nonlinear.linearised import Kept
 from vanelock.nonlinear.newton import TOLERANCE, Solution
 from vanelock.nonlinear.sampling import least_samples
@@ -68,7 +68,6 @@ class Ladder:
         assert self._system is not None
         if harmonics not in self._structures:
             made = structure(self._system, harmonics, known=self._modes)
-            check_forces(self._system, harmonics)
             self._modes |= made.modes
             self._structures[harmonics] = made
         return self._structures[harmonics]
@@ -131,17 +130,14 @@ class Ladder:
         """What solves with H harmonics."""
         key = harmonics, self.samples_of(harmonics)
         if key not in self._solvers:
-            self._solvers[key] = self._solver(self.structure(harmonics))
+            source = Deferred(self.structure(harmonics), self.limits)
+            family = Frequencies(source, self.law(harmonics), self.mean())
+            self._solvers[key] = Solver(family, self.law, self.tolerance)
         return self._solvers[key]
 
-    def guessing(self, harmonics: int) -> Solver:
-        """The same, neighbours standing in for diameters that are not there."""
-        return self._solver(self.extended(harmonics))
-
-    def _solver(self, prepared: Structure) -> Solver:
-        source = Deferred(prepared, self.limits)
-        family = Frequencies(source, self.law(prepared.harmonics), self.mean())
-        return Solver(family, self.law, self.tolerance)
+    def guessing(self, harmonics: int) -> Frequencies:
+        """Problems with H harmonics, neighbours standing in for diameters that are not there."""
+        return Frequencies(self.extended(harmonics), self.law(harmonics), self.mean())
 
     def kept(self, harmonics: int) -> Kept | None:
         """What preconditions balances of H harmonics, its matrix to be made anew."""
@@ -157,9 +153,9 @@ class Ladder:
 def _stood_in(system: System, harmonics: int) -> tuple[System, dict[int, int]]:
     """The system with the nearest diameter's matrices for those it lacks, and which they are."""
     N = system.sectors
-    there = {min(k, N - k) for k in system.diameters}
-    wave = {system.nodal_diameter(h) for h in range(harmonics + 1)}
-    lacking = {min(k, N - k) for k in wave} - there
+    there = {folded(k, N) for k in system.diameters}
+    wave = {folded(system.nodal_diameter(h), N) for h in range(harmonics + 1)}
+    lacking = wave - there
     places = {own: min(there, key=lambda j: (abs(j - own), j)) for own in lacking}
     diameters = system.diameters | {own: system.at(place) for own, place in places.items()}
     return replace(system, diameters=diameters), places

@@ -74,6 +74,32 @@ def checked_frequencies(frequencies: ArrayLike) -> NDArray[np.float64]:
     return hertz
 
 
+def checked_range(frequencies: ArrayLike, name: str = "frequencies") -> NDArray[np.float64]:
+    """(2,) Hz, a range.
+
+    Raises
+    ------
+    InputError
+        If it is none.
+    """
+    hertz = checked_frequencies(frequencies)
+    if len(hertz) != 2 or hertz[0] >= hertz[1]:
+        raise InputError(f"{name}: given {tuple(hertz)}: a range is (low, high), low < high")
+    return hertz
+
+
+def check_option(name: str, given: str, allowed: Iterable[str]) -> None:
+    """Refuse an option that is not among those allowed.
+
+    Raises
+    ------
+    InputError
+        Naming it.
+    """
+    if given not in allowed:
+        raise InputError(f"{name}: given {given!r}: allowed: {', '.join(allowed)}")
+
+
 def check_forces(system: System, harmonics: int) -> None:
     """Refuse a system that is excited at a harmonic beyond those of the balance.
 
@@ -82,11 +108,15 @@ def check_forces(system: System, harmonics: int) -> None:
     InputError
         Naming the force.
     """
-    for h, force in sorted(system.force.items()):
-        if h > harmonics and np.any(force.vector):
-            raise InputError(
-                f"harmonics: given {harmonics}: the system has force/{h}; needs at least {h}"
-            )
+    if (most := max(excited(system), default=0)) > harmonics:
+        raise InputError(
+            f"harmonics: given {harmonics}: the system has force/{most}; needs at least {most}"
+        )
+
+
+def excited(system: System) -> list[int]:
+    """Harmonics that a force acts at."""
+    return [h for h, force in sorted(system.force.items()) if np.any(force.vector)]
 
 
 def closed_contacts(contacts: Contacts, closed: Closed) -> NDArray[np.bool_]:

@@ -20,7 +20,7 @@ from vanelock.nonlinear.families import Frequencies, fixed
 from vanelock.nonlinear.linearised import Kept
 from vanelock.nonlinear.locate import locate
 from vanelock.nonlinear.newton import Solution, solve
-from vanelock.nonlinear.response import extremes
+from vanelock.nonlinear.response import amplitude_and_slope
 from vanelock.nonlinear.trigonometric import to_complex
 
 Floats = NDArray[np.float64]
@@ -123,9 +123,7 @@ class Resonance:
             rate = prepared.push_rate(h, omega, amplitude)
             q[0, h] = row @ amplitude
             q[1, h] = row @ modes.solve(h * omega, changed if rate is None else changed + rate)
-        wave = np.exp(1j * np.outer(np.arange(q.shape[1]), extremes(q[0, :, None])[:, 0]))
-        amplitude, slope = ((q @ wave).real @ [0.5, -0.5]).tolist()
-        return amplitude, slope
+        return amplitude_and_slope(*q)
 
     def read(self, omega: float, start: Floats, kept: Kept | None = None) -> Reading | None:
         """Solve at a frequency, rad/s; None if that fails.

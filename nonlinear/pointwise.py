@@ -7,11 +7,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from vanelock.nonlinear.estimates import BEYOND, SOURCES, Estimate, Estimator, half, resized
-from vanelock.nonlinear.families import fixed
+from vanelock.nonlinear.estimates import BEYOND, SOURCES, Estimate, Estimator, half
+from vanelock.nonlinear.families import Frequencies, fixed
 from vanelock.nonlinear.ladder import Ladder
 from vanelock.nonlinear.law import STUCK
 from vanelock.nonlinear.newton import Solution, solve
+from vanelock.nonlinear.trigonometric import resized
 
 Floats = NDArray[np.float64]
 
@@ -202,17 +203,10 @@ class Pointwise:
         if np.all(point.solution.deviation.state == STUCK):
             return 0.0
         self.ladder.structure(point.harmonics + BEYOND)
-        H = point.harmonics + FURTHER
-        solver, kept = self.ladder.guessing(H), self.ladder.kept(H)
-        start = point.estimate.better
-        family = solver.family
-        held = fixed(family.at(point.omega), family.friction)
-        start = resized(point.solution.w if start is None else start, H)
-        tolerance = self.shares.harmonics * 1e-2
-        found = solve(held, start, 0.0, tolerance=tolerance, kept=kept)
+        family = self.ladder.guessing(point.harmonics + FURTHER)
+        found = self._again(point, family, self.shares.harmonics * 1e-2)
         if not found.converged:
             return None
-        self.ladder.keep(H, found.kept)
         q = self.estimator.output(family.structure, point.omega, found.w)
         return TAIL * (half(q) - point.amplitude)
 
@@ -260,19 +254,17 @@ class Pointwise:
         lifted = [
             point.solution
             if (point.harmonics, point.samples) == (H, samples)
-            else self._again(point, H)
+            else self._again(point, self.ladder.solver(H).family, self.ladder.tolerance)
             for point in points
         ]
         return [found for found in lifted if found.converged]
 
-    def _again(self, point: Point, H: int) -> Solution:
-        """A solution solved once more with H harmonics, from the best that is known of them."""
-        found, start = point.solution, point.solution.w
+    def _again(self, point: Point, family: Frequencies, tolerance: float) -> Solution:
+        """A point solved in another family, from the best that is known of its harmonics."""
+        found, start, H = point.solution, point.solution.w, family.structure.harmonics
         if H > point.harmonics and point.estimate and point.estimate.better is not None:
             start = point.estimate.better
-        family, kept = self.ladder.solver(H).family, self.ladder.kept(H)
-        held = fixed(family.at(found.omega), family.friction)
-        tolerance = self.ladder.tolerance
+        held, kept = fixed(family.at(found.omega), family.friction), self.ladder.kept(H)
         again = solve(held, resized(start, H), 0.0, tolerance=tolerance, kept=kept)
         self.ladder.keep(H, again.kept)
         return replace(again, parameter=found.omega)

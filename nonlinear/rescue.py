@@ -13,6 +13,7 @@ from vanelock.nonlinear.hardening import Hardening
 from vanelock.nonlinear.law import Law
 from vanelock.nonlinear.newton import TOLERANCE, Family, Solution, solve
 from vanelock.nonlinear.release import release
+from vanelock.nonlinear.trigonometric import resized
 
 Floats = NDArray[np.float64]
 
@@ -89,11 +90,8 @@ def _raise_harmonics(
     w: Floats = np.zeros((*balance.linear.shape[:2], 1))
     static: Floats | None = None
     for h in range(harmonics + 1):
-        m = 2 * h + 1
         cut = balance.with_harmonics(h)
-        start = np.zeros((*w.shape[:2], m))
-        start[:, :, : w.shape[2]] = w
-        found = solve(fixed(cut, law(h)), start, 0.0, tolerance=tolerance, limit=25)
+        found = solve(fixed(cut, law(h)), resized(w, h), 0.0, tolerance=tolerance, limit=25)
         if h == harmonics:
             yield found
         if found.converged or h > 0:

@@ -205,6 +205,16 @@ def half_peak_to_peak(q: Array) -> Floats:
     return np.asarray((top - bottom).reshape(q.shape[1:]) / 2)
 
 
+def amplitude_and_slope(q: Array, rates: Array) -> tuple[float, float]:
+    """Half the peak-to-peak of coefficients (H + 1,), and its derivative if they change at `rates`.
+
+    That of an extreme is the value of the rates at its angle, where the slope in time vanishes.
+    """
+    wave = np.exp(1j * np.outer(np.arange(len(q)), extremes(q[:, None])[:, 0]))
+    amplitude, slope = ((np.stack([q, rates]) @ wave).real @ [0.5, -0.5]).tolist()
+    return amplitude, slope
+
+
 def assemble_response(structure: Structure, solutions: Sequence[Solution]) -> Response:
     """Collect solved points into a response, all coordinates recovered."""
     H, system = structure.harmonics, structure.system

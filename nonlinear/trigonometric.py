@@ -50,6 +50,14 @@ def to_complex(a: Floats) -> NDArray[np.complex128]:
     return q
 
 
+def resized(a: Floats, harmonics: int) -> Floats:
+    """Real coefficients (..., 2H + 1) of another number of harmonics, zeros where none were."""
+    out = np.zeros((*a.shape[:-1], 2 * harmonics + 1))
+    shared = min(out.shape[-1], a.shape[-1])
+    out[..., :shared] = a[..., :shared]
+    return out
+
+
 @kernel
 def value(a: Floats, angle: float) -> float:
     """a(θ)."""

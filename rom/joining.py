@@ -11,6 +11,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from vanelock.cyclic import folded
 from vanelock.errors import InputError
 from vanelock.rom.component import Component
 from vanelock.rom.pairs import Joint, contact_pairs, key_pairs, merged_dofs, relative_rows
@@ -140,7 +141,7 @@ def join(
 def _check_all(casing: Component) -> None:
     """Refuse a casing that lacks a nodal diameter of the ring."""
     N = casing.masters.sectors
-    have = {min(k, N - k) for k in casing.diameters}
+    have = {folded(k, N) for k in casing.diameters}
     if missing := [k for k in range(N // 2 + 1) if k not in have]:
         raise InputError(
             f'{casing.masters.part}: diameters = "all" needs nodal diameters 0 to {N // 2}: '

@@ -7,10 +7,8 @@ them, so its key holds all their keys; it pulls those that a point needs.
 from collections.abc import Callable
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
 from vanelock import nonlinear, rom
+from vanelock.cyclic import folded
 from vanelock.nonlinear import Response
 from vanelock.rom import System
 from vanelock.study.budget import Budget
@@ -79,12 +77,8 @@ def adaptive_step(
             return found
 
         def neglected(nodal_diameter: int) -> Any:
-            k = nodal_diameter % N
-            return rom.neglected_forms(get(linear.vane), get(casings[min(k, N - k)]), k)
-
-        def mesh_error(nodal_diameter: int, natural: NDArray[np.float64]) -> NDArray[np.float64]:
-            raised: NDArray[np.float64] = errors.at(nodal_diameter, natural)
-            return raised
+            casing = get(casings[folded(nodal_diameter, N)])
+            return rom.neglected_forms(get(linear.vane), casing, nodal_diameter)
 
         modal = linear.vane, linear.casing  # parts by number of modes may tell nothing
         tells = all(
@@ -96,7 +90,7 @@ def adaptive_step(
             nonlinear.Shares(**shares),
             monitor=(watched.node, watched.component),
             neglected=neglected if tells else None,
-            mesh_error=mesh_error,
+            mesh_error=errors.at,
             progress=progress,
             **fixed,
         )

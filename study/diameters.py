@@ -8,6 +8,7 @@ from collections.abc import Iterable
 from typing import Any
 
 from vanelock import rom
+from vanelock.cyclic import folded
 from vanelock.fem import Model
 from vanelock.rom import Component, System
 from vanelock.study.model import Study
@@ -34,9 +35,7 @@ def casing_step(study: Study, nodal_diameter: int) -> Step[Component]:
 
 def diameter_of(study: Study, harmonic: int) -> int:
     """Nodal diameter of a harmonic, 0 to N/2: k and N - k are one another's conjugates."""
-    N = study.ring.sectors
-    k = (harmonic * study.excitation.engine_order) % N
-    return min(k, N - k)
+    return folded(harmonic * study.excitation.engine_order, study.ring.sectors)
 
 
 def united_step(study: Study, harmonics: int) -> Step[System]:

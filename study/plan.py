@@ -6,6 +6,7 @@ But for what an accuracy settles first, the mesh above all.
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
+from vanelock.cyclic import folded
 from vanelock.nonlinear import Response
 from vanelock.rom import Component, System
 from vanelock.study.adaptive import adaptive_step
@@ -105,18 +106,16 @@ class Planned:
         """A reduced part that holds a nodal diameter."""
         if self.settled is None or name == "vane":
             return self.rom[name]
-        N = self.case.study.ring.sectors
-        k = nodal_diameter % N
-        return casing_step(self.case.study, min(k, N - k))
+        study = self.case.study
+        return casing_step(study, folded(nodal_diameter, study.ring.sectors))
 
     def solved(self, response: Response) -> "Planned":
         """The same when it is known which nodal diameters the response took."""
         if self.settled is None:
             return self
-        study, N = self.case.study, self.case.study.ring.sectors
+        study = self.case.study
         tried = response.estimates.tried if response.estimates else response.harmonics
-        wave = [(h * self.case.study.excitation.engine_order) % N for h in range(tried + 1)]
-        used = tuple(sorted({min(k, N - k) for k in wave}))
+        used = tuple(sorted({diameter_of(study, h) for h in range(tried + 1)}))
         return replace(self, system=united_step(study, tried), diameters=used)
 
 

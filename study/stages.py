@@ -9,6 +9,7 @@ from dataclasses import asdict
 from typing import Any
 
 from vanelock import fem, rom
+from vanelock.cyclic import folded
 from vanelock.fem import Model
 from vanelock.mesh import Part
 from vanelock.rom import Component, Joint, System
@@ -87,12 +88,11 @@ def averaged(study: Study, part: str) -> tuple[str, ...]:
 
 def diameters(studies: Iterable[Study]) -> tuple[int, ...]:
     """Nodal diameters (h·EO) mod N of all harmonics of some cases, k and N-k once."""
-    found = set()
-    for study in studies:
-        N = study.ring.sectors
-        for h in range(study.response.harmonics + 1):
-            k = (h * study.excitation.engine_order) % N
-            found.add(min(k, N - k))
+    found = {
+        folded(h * study.excitation.engine_order, study.ring.sectors)
+        for study in studies
+        for h in range(study.response.harmonics + 1)
+    }
     return tuple(sorted(found))
 
 

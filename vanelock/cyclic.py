@@ -22,6 +22,12 @@ def turn(sectors: int, steps: int = 1) -> NDArray[np.float64]:
     return rotation(2 * np.pi * steps / sectors)
 
 
+def folded(nodal_diameter: int, sectors: int) -> int:
+    """The diameter from 0 to N/2 whose matrices, or their conjugates, serve k: k or N - k."""
+    k = nodal_diameter % sectors
+    return min(k, sectors - k)
+
+
 def phase_factor(nodal_diameter: int, sectors: int) -> complex | float:
     """e^{-iφ} from a sector to the next, exactly real at the nodal diameters 0 and N/2."""
     k = nodal_diameter % sectors

@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from vanelock.cyclic import folded
 from vanelock.errors import InputError
 from vanelock.nonlinear import (
     Shares,
@@ -31,8 +32,9 @@ class Asked:
         """The system that they need."""
         self.harmonics.append(harmonics)
         N = self.system.sectors
-        needed = {self.system.nodal_diameter(h) for h in range(harmonics + 1)}
-        needed = {min(k, N - k) for k in needed}
+        excited = self.system.force
+        needed = {self.system.nodal_diameter(h) for h in (*range(harmonics + 1), *excited)}
+        needed = {folded(k, N) for k in needed}
         kept = {k: d for k, d in self.system.diameters.items() if k in needed}
         return replace(self.system, diameters=kept)
 
@@ -85,6 +87,21 @@ def test_without_slip_one_harmonic_is_enough(rubbing_system: Make) -> None:
     assert systems.harmonics == [1]
     assert found.harmonics == 1
     assert np.all(found.error < 1e-12)
+
+
+def test_a_force_at_a_higher_harmonic_begins_there_or_is_refused(rubbing_system: Make) -> None:
+    system = rubbing_system()
+    size = len(system.at(system.nodal_diameter(3)).K)
+    system = replace(system, force={**system.force, 3: Force(np.full(size, 0.01 + 0j))})
+    shares, hertz = Shares(1e-2, 1e-2), [0.1]
+    with pytest.raises(InputError, match="harmonics: given 1: the system has force/3"):
+        adaptive_response(lambda _: system, hertz, shares, (0, 0), harmonics=1)
+    systems = Asked(system)
+    found = adaptive_response(systems, hertz, shares, (0, 0))
+    assert systems.harmonics[:2] == [1, 3]
+    assert found.estimates is not None
+    assert found.estimates.harmonics.min() >= 3
+    assert np.all(found.x[3] != 0)
 
 
 def test_diameters_that_are_not_there_are_stood_in_for(rubbing_system: Make) -> None:
