@@ -153,14 +153,15 @@ class _Told:
 
 def _swept(pointwise: Pointwise, omegas: Floats, told: _Told) -> list[Point]:
     """Exactly these frequencies, passed upwards, in the order given."""
-    found: dict[int, Point] = {}
-    history: list[Point] = []
-    for i in np.argsort(omegas, kind="stable"):
-        found[int(i)] = point = pointwise.point(float(omegas[i]), history)
+    order = np.argsort(omegas, kind="stable")
+    found: list[Point] = []
+    for omega in omegas[order]:
+        converged = [point for point in found if point.solution.converged]
+        point = pointwise.point(float(omega), converged[-2:])
+        found.append(point)
         told(point, len(omegas))
-        if point.solution.converged:
-            history = [*history, point][-2:]
-    return settled(pointwise, [found[i] for i in range(len(omegas))])[0]
+    found = settled(pointwise, found)
+    return [found[i] for i in np.argsort(order)]
 
 
 def _loudest(ladder: Ladder, harmonics: int, omegas: Floats) -> tuple[int, int]:

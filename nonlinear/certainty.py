@@ -81,7 +81,7 @@ def peak_errors(response: Response) -> PeakErrors:
     if 0 < top < len(f) - 1:
         curve = Curve(f, A, slope)
         missed = float(curve.uncertainty()[top - 1 : top + 1].max())
-        amplitude["frequencies"] = max(missed, curve.top()[1] - A[top]) / A[top]
+        amplitude["frequencies"] = max(missed, curve.tops()[1].max() - A[top]) / A[top]
         across = f[top + 1] - f[top - 1]
         bend = (slope[top + 1] - slope[top - 1]) / across
         if np.isfinite(bend) and bend < 0:

@@ -3,7 +3,8 @@
 The range is swept upwards in long steps. Beside a jump, the larger solution may go on: it is
 followed to its end, downwards and upwards, and where two exist, the curve takes the larger one.
 Neighbours differ by no more than two harmonics. Points are then added where the curve between them
-is uncertain, and at its highest place until that is where the curve says.
+is uncertain, and at its highest place until that is where the curve says; the highest maxima are
+then compared with more harmonics.
 """
 
 from collections.abc import Iterator, Sequence
@@ -13,7 +14,7 @@ from typing import Protocol
 import numpy as np
 
 from vanelock.nonlinear.estimates import BEYOND
-from vanelock.nonlinear.hermite import Curve
+from vanelock.nonlinear.hermite import RIVAL, Curve
 from vanelock.nonlinear.pointwise import TINY, Point, Pointwise
 
 BEND = 0.4
@@ -74,9 +75,9 @@ class Exploring:
             for omega in wanted:
                 points = self._with(points, float(omega))
             if not len(wanted):
-                before = max(points, key=lambda p: p.amplitude).harmonics
-                points, top = settled(self.pointwise, points)
-                if top.harmonics == before:
+                before = points
+                points = settled(self.pointwise, points)
+                if [p.harmonics for p in points] == [p.harmonics for p in before]:
                     break
             points = self._graded(points)
         return points
@@ -107,7 +108,7 @@ class Exploring:
             if easy is None and not jumps:
                 return
             point = self.pointwise.point(omega, known, easy)
-            error = _bend(history, point)
+            error = 0.0 if easy is None and known else _bend(history, point)
             if error > BEND and step > finest:
                 step = max(finest, step * max(0.3, 0.8 * np.sqrt(BEND / error)))
                 continue
@@ -159,7 +160,8 @@ class Exploring:
             if points[i].amplitude > PEAK * top.amplitude:
                 least = max(least, top.harmonics)
             if points[i].harmonics < least and points[i].solution.converged:
-                again = self.pointwise.point(points[i].omega, [points[i]], None, least)
+                known = [p for p in beside[-1:] if p.solution.converged]
+                again = self.pointwise.point(points[i].omega, [*known, points[i]], None, least)
                 if again.solution.converged:
                     points[i] = again
         return points
@@ -179,12 +181,15 @@ class Exploring:
         return [*points[:place], point, *points[place:]]
 
 
-def settled(pointwise: Pointwise, points: Sequence[Point]) -> tuple[list[Point], Point]:
-    """Points of which the highest one's error is measured rather than estimated; and that one."""
+def settled(pointwise: Pointwise, points: Sequence[Point]) -> list[Point]:
+    """Points with the errors of the highest maxima measured rather than estimated."""
     found = list(points)
-    i = max(range(len(found)), key=lambda j: found[j].amplitude)
-    found[i] = pointwise.settled(found[i])
-    return found, found[i]
+    sizes = np.array([-np.inf, *(point.amplitude for point in points), -np.inf])
+    inner = sizes[1:-1]
+    maxima = (inner >= sizes[:-2]) & (inner >= sizes[2:]) & (inner >= RIVAL * inner.max())
+    for i in np.flatnonzero(maxima):
+        found[i] = pointwise.settled(found[i])
+    return found
 
 
 def _bend(history: Sequence[Point], point: Point) -> float:

@@ -15,6 +15,8 @@ Floats = NDArray[np.float64]
 CLOSER = 4.0
 NEAR = 0.2
 """Of its share, how much higher than every point the curve may be."""
+RIVAL = 0.9
+"""Of the largest value, above which every maximum is located."""
 HIGH = 0.7
 """Of the largest value, above which a curve is high."""
 FINE = 32
@@ -75,14 +77,13 @@ class Curve:
                 error[j] = max(error[j], told)
         return error
 
-    def top(self) -> tuple[float, float]:
-        """The highest place of the curve, and its value there."""
-        share = np.linspace(0, 1, FINE, endpoint=False)
-        fine = (self.x[:-1, None] + np.diff(self.x)[:, None] * share).reshape(-1)
-        fine = np.append(fine, self.x[-1])
-        y = self.at(fine)
-        i = int(np.argmax(y))
-        return float(fine[i]), float(y[i])
+    def tops(self) -> tuple[Floats, Floats]:
+        """(p - 1,) the highest place of each piece, and (p - 1,) its value there."""
+        share = np.linspace(0, 1, FINE + 1)
+        fine = self.x[:-1, None] + np.diff(self.x)[:, None] * share
+        y = self.at(fine.reshape(-1)).reshape(fine.shape)
+        i = np.argmax(y, axis=1)[:, None]
+        return np.take_along_axis(fine, i, 1)[:, 0], np.take_along_axis(y, i, 1)[:, 0]
 
     def wanted(self, share: float, closest: float, widest: float = np.inf) -> Floats:
         """Places where one more point is needed, ascending.
@@ -104,11 +105,8 @@ class Curve:
         high = np.maximum(self.y[:-1], self.y[1:]) > HIGH * highest
         uncertain |= high & (np.diff(self.x) > widest)
         uncertain &= np.diff(self.x) > closest
-        middles = 0.5 * (self.x[:-1] + self.x[1:])[uncertain]
-        place, value = self.top()
-        apart = float(np.abs(self.x - place).min())
-        if value - highest > NEAR * share * value and apart > 0:
-            j = int(np.searchsorted(self.x, place)) - 1
-            middles = middles[(middles < self.x[j]) | (middles > self.x[j + 1])]
-            middles = np.sort(np.append(middles, place))
-        return np.asarray(middles)
+        places, values = self.tops()
+        ends = np.maximum(self.y[:-1], self.y[1:])
+        maxima = (values - ends > NEAR * share * values) & (values > RIVAL * highest)
+        middles = 0.5 * (self.x[:-1] + self.x[1:])
+        return np.asarray(np.where(maxima, places, middles)[maxima | uncertain])

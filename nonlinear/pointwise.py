@@ -29,7 +29,11 @@ LOW = 0.3
 SHIFT = 0.03
 """Of the allowed relative error, what a shift in frequency may take."""
 FURTHER = 4
-"""Harmonics beyond those of the highest point with which it is compared."""
+"""Harmonics beyond those of a maximum with which it is compared."""
+RESONANT = 0.015
+"""Relative change of a peak by a harmonic further ahead that meets a resonance: the largest seen."""
+FURTHEST = 6
+"""Harmonics beyond, if less than that is asked for: each at its own nodal diameter."""
 TAIL = 1.3
 """What is left out by these, and beyond them, relative to the former."""
 TINY = float(np.finfo(float).tiny)
@@ -69,6 +73,8 @@ class Point:
         None where the solution did not converge.
     wanted : int
         Harmonics that a neighbour should begin with.
+    measured : bool
+        Whether the error by neglected harmonics is measured, or estimated only.
     """
 
     solution: Solution
@@ -76,6 +82,7 @@ class Point:
     samples: int | None
     estimate: Estimate | None
     wanted: int
+    measured: bool = False
 
     @property
     def omega(self) -> float:
@@ -148,10 +155,12 @@ class Pointwise:
         """
         begin = time.process_time()
         H = max(neighbours[-1].wanted if neighbours else self.least, least)
-        history = list(neighbours)
+        fewer: Point | None = None
         while True:
+            if found is None and fewer is not None:
+                found = self._raised(fewer, H)
             if found is None:
-                found = self._solved(omega, history, H)
+                found = self.ladder.solver(H).point(omega, self._lifted(neighbours, H))
             samples = self.ladder.samples_of(H)
             point = Point(found, H, samples, None, H)
             if not found.converged:
@@ -167,7 +176,7 @@ class Pointwise:
                 H = min(H + BEYOND, MOST)
             else:
                 break
-            history, found = [point], None
+            fewer, found = point, None
         spent = time.process_time() - begin
         return replace(point, solution=replace(point.solution, seconds=spent))
 
@@ -177,12 +186,13 @@ class Pointwise:
         It gets as many harmonics as keep that error within its share. Where more of them are not
         reached from it, that is no good sign: it gets more, too.
         """
-        while point.estimate is not None:
+        while point.estimate is not None and not point.measured:
             measured = self._measured(point)
             if measured is not None:
                 change = point.estimate.change.copy()
                 change[SOURCES.index("harmonics")] = measured
-                point = replace(point, estimate=replace(point.estimate, change=change))
+                estimate = replace(point.estimate, change=change)
+                point = replace(point, estimate=estimate, measured=True)
                 if abs(measured) <= self.shares.harmonics * max(point.amplitude, TINY):
                     return point
             if not self.chooses_harmonics or point.harmonics >= MOST:
@@ -197,13 +207,16 @@ class Pointwise:
     def _measured(self, point: Point) -> float | None:
         """Change of the amplitude with more harmonics, and what those beyond them may add, m.
 
-        The next ones have their own nodal diameters, at which they may meet a resonance.
+        They may meet a resonance at their own nodal diameters, which those of the next ones always
+        are, and those of all if little error is asked for.
         """
         assert point.estimate is not None
         if np.all(point.solution.deviation.state == STUCK):
             return 0.0
-        self.ladder.structure(point.harmonics + BEYOND)
-        family = self.ladder.guessing(point.harmonics + FURTHER)
+        sure = self.shares.harmonics < RESONANT
+        H = point.harmonics + (FURTHEST if sure else FURTHER)
+        self.ladder.structure(H if sure else point.harmonics + BEYOND)
+        family = self.ladder.guessing(H)
         found = self._again(point, family, self.shares.harmonics * 1e-2)
         if not found.converged:
             return None
@@ -242,29 +255,28 @@ class Pointwise:
         size = max(estimate.amplitude, LOW * self._largest, TINY)
         return abs(change) / size if np.isfinite(change) else np.inf
 
-    def _solved(self, omega: float, neighbours: Sequence[Point], H: int) -> Solution:
-        lifted = self._lifted(neighbours, H)
-        if lifted and lifted[-1].omega == omega:
-            return lifted[-1]
-        return self.ladder.solver(H).point(omega, lifted)
-
     def _lifted(self, points: Sequence[Point], H: int) -> list[Solution]:
         """Solutions of some points with H harmonics; those that are not found are left out."""
-        samples = self.ladder.samples_of(H)
-        lifted = [
-            point.solution
-            if (point.harmonics, point.samples) == (H, samples)
-            else self._again(point, self.ladder.solver(H).family, self.ladder.tolerance)
-            for point in points
-        ]
-        return [found for found in lifted if found.converged]
+        lifted = (self._raised(point, H) for point in points)
+        return [found for found in lifted if found is not None]
+
+    def _raised(self, point: Point, H: int) -> Solution | None:
+        """The solution of a point with H harmonics; None where it is not found from that."""
+        if (point.harmonics, point.samples) == (H, self.ladder.samples_of(H)):
+            return point.solution
+        found = self._again(point, self.ladder.solver(H).family, self.ladder.tolerance)
+        return found if found.converged else None
 
     def _again(self, point: Point, family: Frequencies, tolerance: float) -> Solution:
         """A point solved in another family, from the best that is known of its harmonics."""
-        found, start, H = point.solution, point.solution.w, family.structure.harmonics
+        found, H = point.solution, family.structure.harmonics
+        starts = [found.w]
         if H > point.harmonics and point.estimate and point.estimate.better is not None:
-            start = point.estimate.better
+            starts.insert(0, point.estimate.better)
         held, kept = fixed(family.at(found.omega), family.friction), self.ladder.kept(H)
-        again = solve(held, resized(start, H), 0.0, tolerance=tolerance, kept=kept)
+        for start in starts:
+            again = solve(held, resized(start, H), 0.0, tolerance=tolerance, kept=kept)
+            if again.converged:
+                break
         self.ladder.keep(H, again.kept)
         return replace(again, parameter=found.omega)

@@ -52,7 +52,8 @@ def test_peak_and_curve_are_as_exact_as_asked(
     assert told is not None
     assert found.converged.all()
     assert systems.harmonics == sorted(set(systems.harmonics))  # growing, and none twice
-    assert systems.harmonics[-1] == told.tried <= found.harmonics + 2
+    ahead = 2 if accuracy > 0.02 else 6  # how far resonances are looked for
+    assert systems.harmonics[-1] == told.tried <= found.harmonics + ahead
     assert told.harmonics.max() == found.harmonics
     peak = peak_errors(found)
     near = peak.frequency * np.linspace(0.99, 1.01, 81)
