@@ -32,7 +32,7 @@ Floats = NDArray[np.float64]
 ACCURACY = 1e-4
 """Of the reduced model, a bound that its errors stay far below."""
 SWEPT = 5
-LADDER = (5, 9, 14, 20, 27)
+LADDER = (5, 9, 14, 20, 27, 38, 53)
 ISOTROPIC = (5, 9, 14, 20)
 """Harmonics tried one after another; under isotropic friction, which takes many times as long."""
 SETTLED = 1e-4
@@ -164,7 +164,7 @@ class Reference:
         bend = 2 * np.polyfit(omega, size[top - 1 : top + 2], 2)[0] / size[top]
         at, w, bend = found[top].omega, found[top].w, min(bend, -1.0 / at_most(found) ** 2)
         steps: list[tuple[int, float, float]] = []
-        located, last = True, found[top]
+        located, last, ends = True, found[top], [TURN * f for f in self.given.range]
         for harmonics in self._steps(steps):
             solver = self.solver(harmonics, (1 - NEAR) * at, (1 + NEAR) * at)
             resonance = Resonance(solver.family, self.component, TOLERANCE)
@@ -181,6 +181,11 @@ class Reference:
         if not steps:
             steps = [(SWEPT, float(size[top]), found[top].omega / TURN)]
         harmonics, amplitude, hertz = steps[-1]
+        if not ends[0] <= at <= ends[1]:  # this branch is highest where the range cuts it off
+            end = self.solver(SWEPT, (1 - NEAR) * at, (1 + NEAR) * at).point(
+                float(np.clip(at, *ends)), [found[top]]
+            )
+            return self.at_end(end)
         return Top(amplitude, hertz, False, harmonics, steps, located, self._state(last))
 
     def _steps(self, steps: list[tuple[int, float, float]]) -> Iterator[int]:

@@ -90,7 +90,7 @@ class Exploring:
     def _swept(self, first: Point, end: float, jumps: bool = True) -> Iterator[Point]:
         """From a point to a frequency in steps over which the amplitude stays near the line.
 
-        Unless it jumps, it ends where the branch does.
+        Unless it may jump, it ends where the branch does.
         """
         span, sign = self.high - self.low, float(np.sign(end - first.omega))
         system = self.pointwise.ladder.structure(self.pointwise.least).system
@@ -108,6 +108,11 @@ class Exploring:
             if easy is None and not jumps:
                 return
             point = self.pointwise.point(omega, known, easy)
+            if not jumps and _jumps(last, point):
+                if step <= max(finest, self.closest):
+                    return
+                step = max(self.closest, finest, 0.3 * step)
+                continue
             error = 0.0 if easy is None and known else _bend(history, point)
             if error > BEND and step > finest:
                 step = max(finest, step * max(0.3, 0.8 * np.sqrt(BEND / error)))

@@ -31,7 +31,7 @@ SHIFT = 0.03
 FURTHER = 4
 """Harmonics beyond those of a maximum with which it is compared."""
 RESONANT = 0.015
-"""Relative change of a peak by a harmonic further ahead that meets a resonance: the largest seen."""
+"""Largest relative change of a peak seen by a harmonic further ahead that meets a resonance."""
 FURTHEST = 6
 """Harmonics beyond, if less than that is asked for: each at its own nodal diameter."""
 TAIL = 1.3
