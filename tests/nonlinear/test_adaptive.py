@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import scipy.linalg as la
 
 from vanelock.cyclic import folded
 from vanelock.errors import InputError
@@ -88,6 +89,34 @@ def test_without_slip_one_harmonic_is_enough(rubbing_system: Make) -> None:
     assert systems.harmonics == [1]
     assert found.harmonics == 1
     assert np.all(found.error < 1e-12)
+
+
+def test_a_resonance_of_a_harmonic_far_ahead_is_found(rubbing_system: Make) -> None:
+    # At its own diameter harmonic 9 meets a mode; nothing at the diameters before it tells of that.
+    plain = rubbing_system(sectors=24)
+    mode = 9 * 2 * np.pi * 0.16856
+    own, B = plain.diameters[9], plain.contact_rows(9).reshape(-1, 2)
+    stuck = own.K + (B.conj().T * plain.contacts.stiffness.reshape(-1)) @ B
+    factor = la.eigh(stuck, own.M, eigvals_only=True)[0] / mode**2
+    system = replace(plain, diameters=plain.diameters | {9: replace(own, M=own.M * factor)})
+    near = np.linspace(0.1675, 0.1695, 41)
+    exact, few = (frequency_response(system, near, H).amplitude[:, 0, 0].max() for H in (15, 3))
+    assert few > 1.02 * exact
+    for accuracy in (1e-2, 1e-3):
+        shares = Shares(0.6 * accuracy, 0.3 * accuracy)
+        found = adaptive_response(Asked(system), (0.14, 0.22), shares, (0, 0))
+        assert abs(peak_errors(found).amplitude / exact - 1) < accuracy
+
+
+def test_points_are_solved_in_any_order(rubbing_system: Make) -> None:
+    system, shares = rubbing_system(), Shares(1e-2, 1e-2)
+    hertz = np.linspace(0.17, 0.19, 7)
+    order = np.array([3, 0, 6, 1, 5, 2, 4])
+    up, mixed = (
+        adaptive_response(lambda _: system, each, shares, (0, 0)) for each in (hertz, hertz[order])
+    )
+    np.testing.assert_allclose(mixed.frequency, hertz[order])
+    np.testing.assert_allclose(mixed.amplitude, up.amplitude[order])
 
 
 def test_a_force_at_a_higher_harmonic_begins_there_or_is_refused(rubbing_system: Make) -> None:

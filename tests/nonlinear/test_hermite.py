@@ -62,6 +62,16 @@ def test_no_curve_is_trusted_across_a_gap_where_it_is_high() -> None:
     np.testing.assert_allclose(wanted, x[:-1] + 0.5)
 
 
+def test_every_high_maximum_is_located() -> None:
+    # Two maxima, the lower one between points: it may turn out the higher one.
+    x = np.array([-3.0, -2.5, -2.0, -1.5, -1.0, -0.5, 0.0, 0.6, 1.3, 2.0, 2.5, 3.0])
+    lower = 0.95 * np.exp(-((x - 1.0) ** 2))
+    higher = np.exp(-((x + 2.0) ** 2))
+    curve = Curve(x, lower + higher, -2 * (x - 1.0) * lower - 2 * (x + 2.0) * higher)
+    (place,) = curve.wanted(0.05, 1e-3)
+    assert abs(place - 1.0) < 0.02
+
+
 def test_unknown_slopes_are_taken_from_neighbours() -> None:
     x = np.linspace(-2, 2, 41)
     y, slope = _resonance(x)
