@@ -42,15 +42,8 @@ from threadpoolctl import threadpool_limits
 
 DEFAULT = Setting(1e-4, 3)
 """What a study takes unless told otherwise; its mean time is the unit."""
-FIXED_SETTINGS = (
-    DEFAULT,
-    Setting(1e-4, 5),
-    Setting(1e-4, 9),
-    Setting(1e-4, 14),
-    Setting(1e-4, 20),
-)
-FIXED_EVERY = 3
-"""Every third scene is run with fixed settings, which take long."""
+GIVEN = {DEFAULT: 3, Setting(1e-4, 9): 1, Setting(1e-4, 14): 1, Setting(1e-4, 9, 4): 7}
+"""Fixed settings, and every how many scenes they are run, since some take long."""
 SURE = 0.3
 """Of an accuracy, how large the doubt of a reference may be to judge by it."""
 REFERENCES = json.loads((Path(__file__).parent / "accuracy_references.json").read_text())
@@ -111,12 +104,13 @@ class Folder:
 def computed(folder: Folder, scenes: list[Scene], kinds: Iterable[str]) -> None:
     """Put all that is wanted into the folder, telling of each."""
     for kind in kinds:
-        for scene in with_fixed(scenes) if kind == "fixed" else scenes:
+        for scene in scenes:
             if kind == "references":
                 print(f"scene {scene.number}: {folder.known(scene)}", flush=True)
             elif kind == "fixed":
-                for setting in FIXED_SETTINGS:
-                    print(f"{folder.with_setting(scene, setting)}", flush=True)
+                for setting, step in GIVEN.items():
+                    for chosen in every(step, [scene]):
+                        print(f"{folder.with_setting(chosen, setting)}", flush=True)
             else:
                 for accuracy in TARGETS:
                     print(f"{folder.by_accuracy(scene, accuracy)}", flush=True)
@@ -143,9 +137,9 @@ def elsewhere(references: dict[int, Known]) -> str:
     return "sweeping down, " + ", ".join(found) if found else "in none of these scenes"
 
 
-def with_fixed(scenes: Iterable[Scene]) -> list[Scene]:
-    """The scenes that are run with fixed settings."""
-    return [scene for scene in scenes if scene.number % FIXED_EVERY == 0]
+def every(step: int, scenes: Iterable[Scene]) -> list[Scene]:
+    """Those whose number is a multiple of `step`."""
+    return [scene for scene in scenes if scene.number % step == 0]
 
 
 def report(folder: Folder, scenes: list[Scene], docs: Path | None) -> list[str]:
@@ -175,8 +169,10 @@ def report(folder: Folder, scenes: list[Scene], docs: Path | None) -> list[str]:
         for accuracy in TARGETS
     }
     others = {
-        setting: of(setting.name, partial(folder.with_setting, setting=setting), with_fixed(scenes))
-        for setting in FIXED_SETTINGS
+        setting: of(
+            setting.name, partial(folder.with_setting, setting=setting), every(step, scenes)
+        )
+        for setting, step in GIVEN.items()
     }
     found = {accuracy: each for accuracy, each in found.items() if each.runs}
     others = {setting: each for setting, each in others.items() if each.runs}

@@ -1,7 +1,8 @@
 """Runs of the scenes, with settings given or by accuracy: what each cost and found."""
 
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -24,15 +25,26 @@ class Setting:
         Of the reduced model, `rom.accuracy`.
     harmonics : int
         `response.harmonics`.
+    parts : int
+        Of the range, each of them swept upwards and downwards as a range of its own; 0: all of it
+        upwards, as a study does by default.
     """
 
     accuracy: float
     harmonics: int
+    parts: int = 0
 
     @property
     def name(self) -> str:
-        """Short, for files and tables."""
-        return f"{self.accuracy:.0e}_{self.harmonics}"
+        """Short, for files."""
+        parts = f"_{self.parts}" if self.parts else ""
+        return f"{self.accuracy:.0e}_{self.harmonics}{parts}"
+
+    @property
+    def words(self) -> str:
+        """For tables."""
+        parts = f", {self.parts} parts up and down" if self.parts else ""
+        return f"rom.accuracy {self.accuracy:g}, {self.harmonics} harmonics{parts}"
 
 
 @dataclass(frozen=True)
@@ -92,18 +104,28 @@ def fixed(scene: Scene, models: Models, setting: Setting) -> Outcome:
     given = prepared(scene, reduction)
     study = scene.study()
     begin = time.process_time()
-    response = frequency_response(
-        given.system,
-        given.range,
-        setting.harmonics,
-        study.response.coupling,
-        study.joints.friction,
-    )
+    found = [
+        frequency_response(
+            given.system,
+            ends,
+            setting.harmonics,
+            study.response.coupling,
+            study.joints.friction,
+            direction,
+        )
+        for ends in pairwise(np.linspace(*given.range, max(setting.parts, 1) + 1).tolist())
+        for direction in (("up", "down") if setting.parts else ("up",))
+    ]
     seconds = time.process_time() - begin
     count = len(diameters(scene, setting.harmonics))
     cost = {"rom": reduction.cost(count), "response": seconds, "diameters": count}
-    kept = np.full(response.points, setting.harmonics)
-    return outcome(scene, setting.name, given, response, kept, **cost)
+    runs = [
+        outcome(scene, setting.name, given, each, np.full(each.points, setting.harmonics), **cost)
+        for each in found
+    ]
+    best = max(runs, key=lambda run: np.nan_to_num(run.amplitude))
+    points, lost = (sum(getattr(run, name) for run in runs) for name in ("points", "lost"))
+    return replace(best, points=points, lost=lost)
 
 
 def outcome(
