@@ -36,7 +36,7 @@ LADDER = (5, 9, 14, 20, 27, 38, 53)
 ISOTROPIC = (5, 9, 14, 20)
 """Harmonics tried one after another; under isotropic friction, which takes many times as long."""
 SETTLED = 1e-4
-"""Relative change of amplitude, per step of the ladder, that ends it."""
+"""Relative change of amplitude, per step of the ladder, that ends it from the third step on."""
 HIGH = 0.85
 """Maxima of a sweep below this share of its highest are not followed."""
 JUMP = 0.25
@@ -192,7 +192,7 @@ class Reference:
         """Harmonics one after another until the amplitude in `steps` has settled."""
         for harmonics in self.ladder:
             yield harmonics
-            if len(steps) > 1 and abs(steps[-1][1] / steps[-2][1] - 1) < SETTLED:
+            if len(steps) > 2 and abs(steps[-1][1] / steps[-2][1] - 1) < SETTLED:
                 break
         if self.samples is not None:
             self.samples = SAMPLES[1]

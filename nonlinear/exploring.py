@@ -12,9 +12,10 @@ from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 
 from vanelock.nonlinear.estimates import BEYOND
-from vanelock.nonlinear.hermite import RIVAL, Curve
+from vanelock.nonlinear.hermite import HIGH, RIVAL, Curve
 from vanelock.nonlinear.pointwise import TINY, Point, Pointwise
 
 BEND = 0.4
@@ -24,12 +25,15 @@ JUMP = 400
 WIDEST = 48
 """Parts of the range: how far apart points may be where the curve is high."""
 CROWD = 200
-"""Points of a curve beyond which none is added."""
+"""Points of a curve beyond which none is added; of the second half, the high ones come first."""
 ROUNDS = 20
 PEAK = 0.8
 """Of the largest amplitude, above which a point belongs to the peak."""
 OTHER = 0.04
 """Relative distance of an amplitude from the line through a neighbour that tells of a jump."""
+
+
+Floats = NDArray[np.float64]
 
 
 class Told(Protocol):
@@ -71,7 +75,8 @@ class Exploring:
         for _ in range(ROUNDS):
             curve, share = self._drawn(points), self.pointwise.shares.frequencies
             wanted = curve.wanted(share, self.closest, (self.high - self.low) / WIDEST)
-            wanted = wanted[: max(CROWD - len(points), 0)]
+            if len(points) + len(wanted) > CROWD / 2:
+                wanted = _highest(curve, wanted, max(CROWD - len(points), 0))
             for omega in wanted:
                 points = self._with(points, float(omega))
             if not len(wanted):
@@ -195,6 +200,14 @@ def settled(pointwise: Pointwise, points: Sequence[Point]) -> list[Point]:
     for i in np.flatnonzero(maxima):
         found[i] = pointwise.settled(found[i])
     return found
+
+
+def _highest(curve: Curve, wanted: Floats, most: int) -> Floats:
+    """Of some places, those where the curve is high or, where there are none, any; some at most."""
+    heights = curve.at(wanted)
+    high = heights > HIGH * curve.y.max()
+    order = np.argsort(-heights)[: min(most, high.sum() or most)]
+    return np.sort(wanted[order])
 
 
 def _bend(history: Sequence[Point], point: Point) -> float:

@@ -213,7 +213,7 @@ class Pointwise:
         assert point.estimate is not None
         if np.all(point.solution.deviation.state == STUCK):
             return 0.0
-        sure = self.shares.harmonics < RESONANT
+        sure = self.chooses_harmonics and self.shares.harmonics < RESONANT
         H = point.harmonics + (FURTHEST if sure else FURTHER)
         self.ladder.structure(H if sure else point.harmonics + BEYOND)
         family = self.ladder.guessing(H)
