@@ -18,6 +18,8 @@ from vanelock.nonlinear.estimates import BEYOND
 from vanelock.nonlinear.hermite import HIGH, RIVAL, Curve
 from vanelock.nonlinear.pointwise import TINY, Point, Pointwise
 
+Floats = NDArray[np.float64]
+
 BEND = 0.4
 """How far, relatively, a step of the sweep may leave the line through the last two points."""
 JUMP = 400
@@ -31,9 +33,6 @@ PEAK = 0.8
 """Of the largest amplitude, above which a point belongs to the peak."""
 OTHER = 0.04
 """Relative distance of an amplitude from the line through a neighbour that tells of a jump."""
-
-
-Floats = NDArray[np.float64]
 
 
 class Told(Protocol):

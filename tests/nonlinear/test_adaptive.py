@@ -13,6 +13,7 @@ from vanelock.nonlinear import (
     Shares,
     System,
     adaptive_response,
+    exploring,
     frequency_response,
     peak_errors,
 )
@@ -106,6 +107,17 @@ def test_a_resonance_of_a_harmonic_far_ahead_is_found(rubbing_system: Make) -> N
         shares = Shares(0.6 * accuracy, 0.3 * accuracy)
         found = adaptive_response(Asked(system), (0.14, 0.22), shares, (0, 0))
         assert abs(peak_errors(found).amplitude / exact - 1) < accuracy
+
+
+def test_a_crowded_curve_gets_its_last_points_where_it_is_high(
+    rubbing_system: Make, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    system, shares = rubbing_system(), Shares(1e-4, 1e-6)
+    many = adaptive_response(lambda _: system, (0.1, 0.3), shares, (0, 0))
+    monkeypatch.setattr(exploring, "CROWD", 36)
+    few = adaptive_response(lambda _: system, (0.1, 0.3), shares, (0, 0))
+    assert few.points == 36 < many.points
+    assert peak_errors(few).amplitude == pytest.approx(peak_errors(many).amplitude, rel=1e-5)
 
 
 def test_points_are_solved_in_any_order(rubbing_system: Make) -> None:
