@@ -42,7 +42,13 @@ from threadpoolctl import threadpool_limits
 
 DEFAULT = Setting(1e-4, 3)
 """What a study takes unless told otherwise; its mean time is the unit."""
-GIVEN = {DEFAULT: 3, Setting(1e-4, 9): 1, Setting(1e-4, 14): 1, Setting(1e-4, 9, 4): 7}
+GIVEN = {
+    DEFAULT: 3,
+    Setting(1e-4, 9): 1,
+    Setting(1e-4, 14): 1,
+    Setting(1e-4, 9, 4): 7,
+    Setting(1e-4, 14, 4): 7,
+}
 """Fixed settings, and every how many scenes they are run, since some take long."""
 SURE = 0.3
 """Of an accuracy, how large the doubt of a reference may be to judge by it."""
@@ -117,14 +123,17 @@ def computed(folder: Folder, scenes: list[Scene], kinds: Iterable[str]) -> None:
 
 
 def missing(found: dict[float, Compared], references: dict[int, Known]) -> str:
-    """What has not been computed, in words."""
-    lacking = [f"{COUNT - len(references)} references"] if len(references) < COUNT else []
-    lacking += [
-        f"{COUNT - len(each.runs)} scenes at {accuracy:g}"
-        for accuracy, each in found.items()
-        if len(each.runs) < len(references)
-    ]
-    return f"Not computed or not sure: {', '.join(lacking)}." if lacking else ""
+    """What has not been computed, or has no reference that is sure, in words."""
+    without = sorted(set(range(COUNT)) - set(references))
+    lacking = [f"references of {_listed(without)}"] if without else []
+    for accuracy, each in found.items():
+        if left := sorted(set(references) - {run.number for run in each.runs}):
+            lacking.append(f"at {accuracy:g}, {_listed(left)}")
+    return f"Not computed or not sure: {'; '.join(lacking)}." if lacking else ""
+
+
+def _listed(numbers: list[int]) -> str:
+    return ", ".join(str(number) for number in numbers)
 
 
 def elsewhere(references: dict[int, Known]) -> str:
