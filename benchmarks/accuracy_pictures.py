@@ -44,27 +44,38 @@ def costs(
         figure = style.figure(
             5.6,
             "Error against cost",
-            "mean CPU time of reduction and response over all scenes, in units",
+            "mean CPU time of reduction and response, in units; "
+            "numbers: fixed harmonics, or the accuracy",
         )
         panels = [style.axes(figure, x, 0.75, 4.6, 3.5) for x in (1.05, 7.1)]
         titles = ("95 % of the scenes stay within", "the worst scene")
         for panel, title, share in zip(panels, titles, (SHARE, 1.0), strict=True):
-            x = [found.cost / unit for found in fixed.values()]
-            y = [max(found.reaches(share), FLOOR) for found in fixed.values()]
-            panel.plot(x, y, "s", ms=5, color=style.VERMILION, label="fixed: harmonics")
-            for setting, a, b in zip(fixed, x, y, strict=True):
-                panel.annotate(
-                    f"{setting.harmonics}", (a, b), xytext=(4, 4), textcoords="offset points"
-                )
+            for parts, marker, words in (
+                (0, "s", "fixed, swept up"),
+                (1, "D", "fixed, in parts, up and down"),
+            ):
+                some = {s: found for s, found in fixed.items() if bool(s.parts) == bool(parts)}
+                x = [found.cost / unit for found in some.values()]
+                y = [max(found.reaches(share), FLOOR) for found in some.values()]
+                colour = style.BLACK if parts else style.VERMILION
+                panel.plot(x, y, marker, ms=5, color=colour, label=words)
+                for setting, a, b in zip(some, x, y, strict=True):
+                    panel.annotate(
+                        f"{setting.harmonics}",
+                        (a, b),
+                        xytext=(-5, -4),
+                        textcoords="offset points",
+                        ha="right",
+                    )
             x = [found.cost / unit for found in asked.values()]
             y = [max(found.reaches(share), FLOOR) for found in asked.values()]
             panel.plot(x, y, "o-", ms=5, color=style.BLUE, label="by accuracy")
             for accuracy, a, b in zip(asked, x, y, strict=True):
-                panel.annotate(f"{accuracy:g}", (a, b), xytext=(4, -10), textcoords="offset points")
+                panel.annotate(f"{accuracy:g}", (a, b), xytext=(6, 2), textcoords="offset points")
             panel.set(xscale="log", yscale="log", title=title, xlim=(0.4, 12), ylim=(5e-5, 1))
             panel.set_xticks([0.5, 1, 2, 5, 10])
             panel.set(xlabel="CPU time, units", ylabel="relative error of the peak")
             panel.xaxis.set_major_formatter(lambda value, _: f"{value:g}")
             panel.xaxis.set_minor_formatter(lambda value, _: "")
-            panel.legend()
+            panel.legend(loc="lower left")
         figure.savefig(path)

@@ -187,11 +187,9 @@ def ratio_table(asked: dict[float, Compared], fixed: dict[Setting, Compared]) ->
         cells = []
         for share in (1.0, SHARE):
             safe = cheapest(fixed, accuracy, share)
-            if safe is None:
-                cells += ["none of these", ""]
-            else:
-                setting, other = safe
-                cells += [setting.words, f"{found.of(other).cost / other.cost:.2f}"]
+            setting, other = safe or min(fixed.items(), key=lambda each: each[1].reaches(share))
+            words = setting.words if safe else f"none; nearest to it: {setting.words}"
+            cells += [words, f"{found.of(other).cost / other.cost:.2f}"]
         lines.append(f"| {accuracy:g} | " + " | ".join(cells) + " |")
     return lines
 
