@@ -51,10 +51,10 @@ def costs(
         titles = ("95 % of the scenes stay within", "the worst scene")
         for panel, title, share in zip(panels, titles, (SHARE, 1.0), strict=True):
             for parts, marker, words in (
-                (0, "s", "fixed, swept up"),
-                (1, "D", "fixed, in parts, up and down"),
+                (False, "s", "fixed, swept up"),
+                (True, "D", "fixed, in parts, up and down"),
             ):
-                some = {s: found for s, found in fixed.items() if bool(s.parts) == bool(parts)}
+                some = {s: found for s, found in fixed.items() if bool(s.parts) == parts}
                 x = [found.cost / unit for found in some.values()]
                 y = [max(found.reaches(share), FLOOR) for found in some.values()]
                 colour = style.BLACK if parts else style.VERMILION

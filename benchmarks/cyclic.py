@@ -9,6 +9,7 @@ import numpy as np
 import scipy.linalg as la
 from numpy.typing import NDArray
 
+from vanelock.cyclic import folded
 from vanelock.nonlinear import Contacts, Diameter, Force, System
 
 FIRST = 200.0
@@ -58,8 +59,7 @@ def ring(
     own = unit(rng.normal(size=(contacts, 3, size)))
     beyond = unit(rng.normal(size=(contacts, 3, size))) * (np.arange(contacts) % 2)[:, None, None]
     soft = squared[0] * size
-    kept = sorted({(h % sectors) for h in range(harmonics + 1)})
-    kept = sorted({min(k, sectors - k) for k in kept})
+    kept = sorted({folded(h, sectors) for h in range(harmonics + 1)})
     diameters = {}
     for k in kept:
         link = links - beyond_links * np.exp(-2j * np.pi * k / sectors)

@@ -25,7 +25,7 @@ from vanelock.nonlinear.newton import TOLERANCE, Solution
 from vanelock.nonlinear.peaks import Resonance
 from vanelock.nonlinear.sweep import Solver
 from vanelock.nonlinear.tables import balances
-from vanelock.nonlinear.trigonometric import TURN
+from vanelock.nonlinear.trigonometric import TURN, resized
 
 Floats = NDArray[np.float64]
 
@@ -168,9 +168,9 @@ class Reference:
         for harmonics in self._steps(steps):
             solver = self.solver(harmonics, (1 - NEAR) * at, (1 + NEAR) * at)
             resonance = Resonance(solver.family, self.component, TOLERANCE)
-            peak = resonance.peak(at, padded(w, harmonics), bend)
+            peak = resonance.peak(at, resized(w, harmonics), bend)
             if peak is None:
-                point, reached, located = self._searched(solver, at, padded(w, harmonics), bend)
+                point, reached, located = self._searched(solver, at, resized(w, harmonics), bend)
                 if point is None:
                     located = False
                     break
@@ -222,7 +222,7 @@ class Reference:
         last, located = end, True
         for harmonics in self._steps(steps):
             solver = self.solver(harmonics, (1 - 1e-3) * end.omega, (1 + 1e-3) * end.omega)
-            begun = replace(last, w=padded(last.w, harmonics), kept=None)
+            begun = replace(last, w=resized(last.w, harmonics), kept=None)
             last = solver.point(end.omega, [begun])
             if not last.converged:
                 located = False
@@ -249,14 +249,6 @@ class Reference:
 def at_most(found: list[Solution]) -> float:
     """Width of a sweep, rad/s."""
     return found[-1].omega - found[0].omega
-
-
-def padded(w: Floats, harmonics: int) -> Floats:
-    """The same deviation with more harmonics, or fewer."""
-    m = 2 * harmonics + 1
-    out = np.zeros((*w.shape[:2], m))
-    out[:, :, : min(m, w.shape[2])] = w[:, :, :m]
-    return out
 
 
 def found_again(down: list[Top], up: list[Top]) -> list[Top]:

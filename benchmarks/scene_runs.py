@@ -11,6 +11,7 @@ from scene_models import Models, Prepared, prepared
 from scenes import Scene
 
 from vanelock.nonlinear import Response, frequency_response
+from vanelock.study.diameters import diameter_of
 
 Floats = NDArray[np.float64]
 
@@ -159,6 +160,4 @@ def outcome(
 def diameters(scene: Scene, harmonics: int) -> set[int]:
     """Nodal diameters of the harmonics 0 to H, k and N - k once."""
     study = scene.study()
-    N, order = study.ring.sectors, study.excitation.engine_order
-    every = [(h * order) % N for h in range(harmonics + 1)]
-    return {min(k, N - k) for k in every}
+    return {diameter_of(study, h) for h in range(harmonics + 1)}

@@ -155,11 +155,13 @@ def _swept(pointwise: Pointwise, omegas: Floats, told: _Told) -> list[Point]:
     """Exactly these frequencies, passed upwards, in the order given."""
     order = np.argsort(omegas, kind="stable")
     found: list[Point] = []
+    history: list[Point] = []
     for omega in omegas[order]:
-        converged = [point for point in found if point.solution.converged]
-        point = pointwise.point(float(omega), converged[-2:])
+        point = pointwise.point(float(omega), history)
         found.append(point)
         told(point, len(omegas))
+        if point.solution.converged:
+            history = [*history, point][-2:]
     found = settled(pointwise, found)
     return [found[i] for i in np.argsort(order)]
 

@@ -45,7 +45,6 @@ EXACT = 1e-3
 """Relative accuracy of the linear solutions behind an estimate."""
 FAINT = 1e-3
 """Of the largest modal amplitude, below which a harmonic's share in an error is left out."""
-TINY = float(np.finfo(float).tiny)
 
 
 @dataclass(frozen=True)

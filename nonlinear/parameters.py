@@ -15,7 +15,7 @@ from vanelock.errors import InputError
 from vanelock.nonlinear.balance import Balance, Structure
 from vanelock.nonlinear.families import Frictions, Loads
 from vanelock.nonlinear.law import Deviation, Law
-from vanelock.nonlinear.linear import closed_contacts
+from vanelock.nonlinear.linear import check_option, closed_contacts
 from vanelock.nonlinear.newton import Family
 from vanelock.nonlinear.tables import Tabulated
 from vanelock.rom.system import System
@@ -120,8 +120,7 @@ def checked_parameter(name: str, system: System, values: Floats, joint: Joint = 
     InputError
         If the name or a joint is unknown, or a value is not possible.
     """
-    if name not in NAMES:
-        raise InputError(f"parameter: given {name!r}: allowed: {', '.join(NAMES)}")
+    check_option("parameter", name, NAMES)
     if name == "force" and joint is not None:
         raise InputError(f"joint: given {joint!r}: the force acts on no joint; leave it out")
     if not len(values) or not np.all(np.isfinite(values)):

@@ -147,7 +147,7 @@ class Pointwise:
         omega : float
             rad/s.
         neighbours : sequence of Point
-            Up to two that converged, the nearest last.
+            Up to two that converged, the nearest last; perhaps at the frequency itself.
         found : Solution, optional
             The solution with the harmonics that the nearest one wants.
         least : int
@@ -155,12 +155,13 @@ class Pointwise:
         """
         begin = time.process_time()
         H = max(neighbours[-1].wanted if neighbours else self.least, least)
-        fewer: Point | None = None
+        fewer = next((point for point in neighbours if point.omega == omega), None)
+        beside = [point for point in neighbours if point is not fewer]
         while True:
             if found is None and fewer is not None:
                 found = self._raised(fewer, H)
             if found is None:
-                found = self.ladder.solver(H).point(omega, self._lifted(neighbours, H))
+                found = self.ladder.solver(H).point(omega, self._lifted(beside, H))
             samples = self.ladder.samples_of(H)
             point = Point(found, H, samples, None, H)
             if not found.converged:

@@ -103,7 +103,7 @@ def test_cheapest_safe_setting(programs):
 def test_more_harmonics_begin_at_zero(programs):
     _, _, references, _ = programs
     w = np.arange(18.0).reshape(2, 3, 3)
-    more = references.padded(w, 3)
+    more = references.resized(w, 3)
     np.testing.assert_array_equal(more[:, :, :3], w)
     assert not more[:, :, 3:].any()
-    np.testing.assert_array_equal(references.padded(more, 1), w)
+    np.testing.assert_array_equal(references.resized(more, 1), w)
