@@ -9,7 +9,15 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).resolve().parent.parent
-STAGES = ["mesh", "fem", "rom", "nonlinear", "render", "study"]  # each imports those before it
+STAGES = [
+    "mesh",
+    "fem",
+    "rom",
+    "nonlinear",
+    "render",
+    "report",
+    "study",
+]  # each imports those before it
 
 
 def imported_modules(source: Path) -> set[str]:

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).resolve().parent.parent
-STAGES = ["mesh", "fem", "rom", "nonlinear", "render", "study"]
+STAGES = ["mesh", "fem", "rom", "nonlinear", "render", "report", "study"]
 
 
 def pip(*arguments: str | Path) -> None:
@@ -39,6 +39,11 @@ def test_wheel_holds_the_package_and_nothing_else(wheel: Path) -> None:
     for stage in STAGES:
         modules |= {f"vanelock/{path.relative_to(ROOT)}" for path in (ROOT / stage).rglob("*.py")}
     data = {"vanelock/py.typed", "vanelock/study/template.toml"}
+    data |= {
+        f"vanelock/report/{path.name}"
+        for path in (ROOT / "report").iterdir()
+        if path.suffix in {".html", ".css", ".js"}
+    }
     with zipfile.ZipFile(wheel) as archive:
         held = {name for name in archive.namelist() if ".dist-info/" not in name}
         metadata = {Path(name).name for name in archive.namelist() if ".dist-info/" in name}

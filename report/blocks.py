@@ -1,0 +1,279 @@
+"""What a report page is made of: plain data, in the order in which it is read.
+
+Arrays arrive in the units that their labels name (µm, Hz); only bodies and motions are in m.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+Real = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+Cell = str | float | int | None
+Flag = Literal["", "good", "warn", "bad"]
+
+
+@dataclass(frozen=True)
+class Text:
+    """Paragraphs, parted by empty lines; **bold** and `code` are marked so, the rest is literal."""
+
+    text: str
+
+
+@dataclass(frozen=True)
+class Answer:
+    """One thing that the reader came for.
+
+    Attributes
+    ----------
+    label : str
+        What it is: "Peak amplitude".
+    value : str
+        Number and unit: "48.3 µm".
+    note : str
+        Where, at which case, how sure.
+    flag : {"", "good", "warn", "bad"}
+        Whether it is well; told by a word as well as by a colour.
+    """
+
+    label: str
+    value: str
+    note: str = ""
+    flag: Flag = ""
+
+
+@dataclass(frozen=True)
+class Answers:
+    """Answers side by side as cards."""
+
+    items: tuple[Answer, ...]
+
+
+@dataclass(frozen=True)
+class Table:
+    """A table.
+
+    Attributes
+    ----------
+    header : sequence of str
+        Column names.
+    rows : sequence of sequences of str, float, int or None
+        Cells; numbers stand right and floats have four significant digits, None is empty.
+    caption : str
+        What it tells.
+    units : sequence of str
+        One for each column, or none at all.
+    flags : sequence of {"", "good", "warn", "bad"}
+        One for each row, or none at all.
+    """
+
+    header: Sequence[str]
+    rows: Sequence[Sequence[Cell]]
+    caption: str = ""
+    units: Sequence[str] = ()
+    flags: Sequence[Flag] = ()
+
+
+@dataclass(frozen=True)
+class Picture:
+    """A PNG or GIF file, put into the page.
+
+    Attributes
+    ----------
+    path : Path
+        The file.
+    title, caption : str
+        Heading, and what is to be seen.
+    data : sequence of Path or str
+        Files beside the report that hold its numbers, told by name.
+    """
+
+    path: Path
+    title: str
+    caption: str
+    data: Sequence[Path | str] = ()
+
+
+@dataclass(frozen=True)
+class Trace:
+    """One curve, or set of points, of a plot.
+
+    Attributes
+    ----------
+    x, y : (n,) float
+        In the plot's units; NaN breaks the line.
+    name : str
+        Its name in the legend.
+    group : str
+        Traces of one group are toggled together and share a legend entry, the first one's.
+    dash : {"solid", "dash", "dot", "dashdot"}
+        How the line is drawn.
+    width : float
+        Of the line, pixels.
+    mode : {"lines", "markers", "lines+markers"}
+        What is drawn.
+    colour : str
+        "#rrggbb"; by default the next of the house's series.
+    hover : str
+        More to be told under the pointer, the same for all points.
+    size : float or (n,) float, optional
+        Of the markers, pixels.
+    """
+
+    x: Real
+    y: Real
+    name: str
+    group: str = ""
+    dash: Literal["solid", "dash", "dot", "dashdot"] = "solid"
+    width: float = 2.0
+    mode: Literal["lines", "markers", "lines+markers"] = "lines"
+    colour: str = ""
+    hover: str = ""
+    size: float | Real | None = None
+
+
+@dataclass(frozen=True)
+class Plot:
+    """Curves to look into: hover, zoom, toggle by the legend.
+
+    Attributes
+    ----------
+    traces : sequence of Trace
+        The curves.
+    xlabel, ylabel : str
+        Quantity and unit: "frequency (Hz)".
+    title, caption : str
+        Heading, and what is to be seen.
+    log_x, log_y : bool
+        Logarithmic axes.
+    data : sequence of Path or str
+        Files beside the report that hold its numbers, told by name.
+    y_from_zero : bool
+        Begin the vertical axis at zero, unless it is logarithmic or something is negative.
+    """
+
+    traces: Sequence[Trace]
+    xlabel: str
+    ylabel: str
+    title: str
+    caption: str = ""
+    log_x: bool = False
+    log_y: bool = False
+    data: Sequence[Path | str] = ()
+    y_from_zero: bool = True
+
+
+@dataclass(frozen=True)
+class Body:
+    """One sector's skin of one part.
+
+    Attributes
+    ----------
+    points : (m, 3) float
+        m; the engine axis is z.
+    triangles : (t, 3) int
+        Into `points`, counter-clockwise seen from outside.
+    sectors : int
+        Of the full ring; the next one is this one turned by 2π/N.
+    outline : (k, 2) int
+        Into `points`: edges drawn as lines.
+    name : str
+        "vane", "casing": tells its colour at rest.
+    """
+
+    points: Real
+    triangles: NDArray[np.integer]
+    sectors: int
+    outline: NDArray[np.integer]
+    name: str = ""
+
+
+@dataclass(frozen=True)
+class Motion:
+    """How the ring moves: x_j(t) = Re(x_0 e^{i(α - j φ)}) in cylindrical components, φ = 2π ND/N.
+
+    Attributes
+    ----------
+    name : str
+        "Response at the peak, μ = 0.15".
+    nodal_diameter : int
+        Of the wave.
+    shapes : tuple of (m, 3) complex
+        Cartesian displacement on sector 0, one for each body. In m; or in any scale if `relative`.
+    frequency : float
+        Hz.
+    note : str
+        A line under it.
+    relative : bool
+        A mode: the colour bar tells the share of the largest displacement instead of µm.
+    """
+
+    name: str
+    nodal_diameter: int
+    shapes: tuple[Complex, ...]
+    frequency: float
+    note: str = ""
+    relative: bool = False
+
+
+@dataclass(frozen=True)
+class View:
+    """Bodies in motion, turned with the pointer.
+
+    Attributes
+    ----------
+    bodies : sequence of Body
+        Of one ring.
+    motions : sequence of Motion
+        To choose from; the first one is shown.
+    title, caption : str
+        Heading, and what is to be seen.
+    """
+
+    bodies: Sequence[Body]
+    motions: Sequence[Motion]
+    title: str
+    caption: str = ""
+
+
+Block = Text | Answers | Table | Picture | Plot | View
+
+
+@dataclass(frozen=True)
+class Section:
+    """A heading of the contents list and what stands under it.
+
+    Attributes
+    ----------
+    title : str
+        The heading.
+    blocks : sequence of blocks
+        What stands under it.
+    id : str
+        Its name in addresses, by default made of the title.
+    """
+
+    title: str
+    blocks: Sequence[Block]
+    id: str = ""
+
+
+@dataclass(frozen=True)
+class Page:
+    """The whole report.
+
+    Attributes
+    ----------
+    title, subtitle : str
+        The study's name; the date and the program's version, repeated in the footer.
+    sections : sequence of Section
+        In their order.
+    """
+
+    title: str
+    subtitle: str
+    sections: Sequence[Section]
