@@ -4,6 +4,7 @@ import csv
 
 import numpy as np
 import pytest
+from numpy.typing import ArrayLike
 
 from vanelock.errors import InputError
 from vanelock.study.csv_table import write_columns
@@ -12,7 +13,7 @@ from vanelock.study.csv_table import write_columns
 def test_numbers_read_back_exactly_and_gaps_are_empty(tmp_path):
     frequency = np.array([249.1, 1 / 3, 1e-300, 5e-324])
     amplitude = np.array([np.nan, 2.0**0.5])
-    columns = {
+    columns: dict[str, ArrayLike] = {
         "frequency (Hz)": frequency,
         "amplitude (µm)": amplitude,
         "state": ["stuck", 'slips, "opens"'],
