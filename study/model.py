@@ -205,6 +205,7 @@ class Outputs(Table):
     monitor: str | None = Field(default=None, description="monitored displacement")
     shapes: bool = Field(default=True, description="whether shapes are drawn")
     loops: bool = Field(default=True, description="whether a hysteresis loop is drawn")
+    report: bool = Field(default=True, description="whether the report is written")
     gauges: Annotated[tuple[Gauge, ...], BeforeValidator(_sequence)] = Field(
         default=(), max_length=100, description="strain gauges"
     )

@@ -18,6 +18,8 @@ from vanelock.study.model import Study
 from vanelock.study.steps import Step, step
 
 PARTS = ("vane", "casing")
+ELASTIC = {"E", "nu", "rho"}
+"""What the stages take of a material."""
 MASTERS = {
     "vane": ("hook_front", "hook_rear", "interlock_left", "interlock_right", "key", "accessory"),
     "casing": ("hook_front", "hook_rear", "key", "force", "accessory"),
@@ -26,7 +28,7 @@ MASTERS = {
 
 def model_step(study: Study, part: str) -> Step[Model]:
     """Stiffness and mass of a part; assembling takes no longer than reading would."""
-    elastic = getattr(study.material, part).model_dump()
+    elastic = getattr(study.material, part).model_dump(include=ELASTIC)
 
     def compute(part: Part) -> Model:
         return fem.assemble(part, fem.Material(**elastic))
@@ -99,9 +101,9 @@ def diameters(studies: Iterable[Study]) -> tuple[int, ...]:
 def joints(study: Study) -> tuple[Joint, ...]:
     """The joints with contact elements."""
     hook, interlock = study.joints.hook, study.joints.interlock
-    found = [Joint("hook", **hook.model_dump(exclude={"patch"}))]
+    found = [Joint("hook", **hook.model_dump(exclude={"patch", "wear_coefficient"}))]
     if interlock.enabled:
-        properties = interlock.model_dump(exclude={"enabled", "patch"})
+        properties = interlock.model_dump(exclude={"enabled", "patch", "wear_coefficient"})
         found.append(Joint("interlock", **properties))
     return tuple(found)
 

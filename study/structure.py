@@ -2,13 +2,21 @@
 
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, model_validator
+from pydantic import (
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    ValidationInfo,
+    field_validator,
+    model_validator,
+)
 
 from vanelock.mesh.effort import MOST as LARGEST_MESHES
 from vanelock.mesh.fit import FEWEST, MOST
 from vanelock.mesh.size import LARGEST, SIZES, SMALLEST
 from vanelock.mesh.stretch import MOST as STRETCH
-from vanelock.quantities import Bedding, Density, Frequency, Length, Pressure, Stiffness, si
+from vanelock.quantities import Bedding, Density, Frequency, Length, Pressure, Stiffness, Wear, si
 
 
 def _mesh_size(value: object) -> object:
@@ -46,11 +54,25 @@ class Ring(Table):
 
 
 class Elastic(Table):
-    """An isotropic material."""
+    """An isotropic material; its strength is for the report alone."""
 
     E: Pressure = Field(default=170e9, ge=1e3, le=1e15, description="Young's modulus [Pa]")
     nu: float = Field(default=0.3, gt=-1, lt=0.5, description="Poisson's ratio")
     rho: Density = Field(default=8200.0, gt=0, le=1e6, description="density [kg/m^3]")
+    fatigue_limit: Pressure = Field(default=250e6, ge=1, le=1e12, description="fatigue limit [Pa]")
+    tensile_strength: Pressure = Field(
+        default=900e6, ge=1, le=1e12, description="tensile strength [Pa]"
+    )
+
+    @field_validator("tensile_strength")
+    @classmethod
+    def _above_the_limit(cls, value: float, info: ValidationInfo) -> float:
+        limit = info.data.get("fatigue_limit")
+        if limit is not None and value < limit:
+            raise ValueError(
+                f"tensile strength must not be below fatigue_limit = {1e-6 * limit:g} MPa"
+            )
+        return value
 
 
 class Material(Table):
@@ -97,6 +119,9 @@ class HookJoint(Table):
     )
     mu: float = Field(default=0.3, ge=0, le=1000, description="friction coefficient")
     interference: Length = Field(default=20e-6, gt=0, le=1e-3, description="interference [m]")
+    wear_coefficient: Wear | None = Field(
+        default=None, gt=0, le=1e-6, description="wear coefficient [m^2/N]"
+    )
     patch: Patch = Field(default="node", description="what a contact acts on")
 
     @model_validator(mode="after")
@@ -119,6 +144,9 @@ class InterlockJoint(Table):
     )
     mu: float = Field(default=0.3, ge=0, le=1000, description="friction coefficient")
     interference: Length = Field(default=2e-6, ge=-1e-3, le=1e-3, description="interference [m]")
+    wear_coefficient: Wear | None = Field(
+        default=None, gt=0, le=1e-6, description="wear coefficient [m^2/N]"
+    )
     patch: Patch = Field(default="node", description="what a contact acts on")
 
     @model_validator(mode="after")

@@ -62,3 +62,4 @@ Frequency = Annotated[float, quantity("Hz")]
 Stiffness = Annotated[float, quantity("N/m")]
 Bedding = Annotated[float, quantity("N/m^3")]  # a stiffness per area
 Unbalance = Annotated[float, quantity("kg*m")]
+Wear = Annotated[float, quantity("m^2/N")]  # volume per force and slip distance
