@@ -31,6 +31,7 @@ _modules = {
     "peak_errors": "certainty",
     "peak_response": "backbone",
     "static_response": "forced",
+    "stuck_modes": "stuck",
     "time_response": "transient",
 }
 __all__ = list(_modules)

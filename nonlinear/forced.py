@@ -1,6 +1,6 @@
 """Forced response of a system with friction contacts, and its state at rest."""
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import replace
 from functools import lru_cache
 from typing import TypeAlias
@@ -18,6 +18,7 @@ from vanelock.nonlinear.newton import TOLERANCE, Solution
 from vanelock.nonlinear.rescue import from_nothing
 from vanelock.nonlinear.response import Response, assemble_response
 from vanelock.nonlinear.sampling import FRICTIONS, checked_samples
+from vanelock.nonlinear.stuck import StuckModes
 from vanelock.nonlinear.sweep import Solver
 from vanelock.nonlinear.tables import balances
 from vanelock.nonlinear.threads import one_thread
@@ -69,6 +70,7 @@ def frequency_response(
     static_beyond: float | None = None,
     tolerance: float = TOLERANCE,
     progress: Progress | None = None,
+    modes: Mapping[int, StuckModes] | None = None,
 ) -> Response:
     """Steady vibration with friction: the balance of all harmonics at every frequency.
 
@@ -104,6 +106,9 @@ def frequency_response(
     progress : callable, optional
         Called after each point with (points done, points in all, estimated for a range; Hz;
         largest amplitude of any output, m).
+    modes : dict of int to StuckModes, optional
+        Stuck modes of the system's nodal diameters that were computed before (`stuck_modes`): they
+        do not depend on friction, interference or load, and take half the time of a response.
 
     Returns
     -------
@@ -122,7 +127,7 @@ def frequency_response(
     samples = checked_samples(samples, harmonics, friction)
     is_range = isinstance(frequencies, tuple)
     hertz = (checked_range if is_range else checked_frequencies)(frequencies)
-    prepared = structure(system, harmonics, harmonic_diameters)
+    prepared = structure(system, harmonics, harmonic_diameters, modes)
     check_forces(system, harmonics)
     omegas = TURN * hertz
     if static_beyond is not None:

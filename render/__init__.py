@@ -3,7 +3,8 @@
 from vanelock import lazy
 
 _modules = {
-    "Curve": "curves",
+    "Curve": "curve",
+    "Peak": "curve",
     "Measured": "convergence",
     "Panel": "convergence",
     "casing_drawing": "casing_sheet",

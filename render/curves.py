@@ -5,76 +5,23 @@ import textwrap
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Final, Literal
+from typing import Any, Final
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import LogFormatter
-from numpy.typing import ArrayLike, NDArray
 
 from vanelock.errors import InputError
 from vanelock.render import style
-
-Real = NDArray[np.float64]
-Kind = Literal["nonlinear", "free", "stuck"]
+from vanelock.render.curve import Curve, Peak, check, converged, peak
 
 _DASHES: Final = ("-", "--", ":", "-.")  # the most harmonics get the full line
-_LIMITS: Final = {"free": ((0, (6, 2)), "linear, free"), "stuck": ((0, (1, 1)), "linear, stuck")}
+_LIMITS: Final = {"free": (0, (6, 2)), "stuck": (0, (1, 1))}
 _WIDE: Final = 100  # frequencies further apart, highest over lowest, get a logarithmic axis
 _GREYS: Final = (style.GREY, "#1a1a1a", "#a3a3a3", "#454545", "#8a8a8a")
 _LISTED: Final = 28  # more lines than that do not fit beside the curves
-
-
-@dataclass(frozen=True)
-class Curve:
-    """Amplitude over frequency of one case.
-
-    Attributes
-    ----------
-    frequency : (p,) float
-        Hz.
-    amplitude : (p,) float
-        m; not a number where a point has none.
-    group : str
-        What the colour stands for, such as "μ = 0.3"; curves of one group share it.
-    harmonics : int or None
-        H, which the line style stands for.
-    converged : (p,) bool or None
-        Which points converged; None: all. The others are flagged in the figure, never left out.
-    kind : "nonlinear", "free" or "stuck"
-        The linear limits, with open and with closed contacts, are drawn in grey, or in the colour
-        of the nonlinear curves of their group.
-    joined : bool
-        Whether a line joins the points; without it they are dots, and no peak is said to lie at
-        the end of a range.
-    """
-
-    frequency: ArrayLike
-    amplitude: ArrayLike
-    group: str = ""
-    harmonics: int | None = None
-    converged: ArrayLike | None = None
-    kind: Kind = "nonlinear"
-    joined: bool = True
-
-    @property
-    def label(self) -> str:
-        """What the legend calls it."""
-        if self.kind != "nonlinear":
-            return ": ".join(filter(None, (_LIMITS[self.kind][1], self.group)))
-        harmonics = "" if self.harmonics is None else f"H = {self.harmonics}"
-        return ", ".join(filter(None, (self.group, harmonics))) or "response"
-
-
-@dataclass(frozen=True)
-class Peak:
-    """Largest converged point of a curve: Hz, m, and whether it lies at an end of the range."""
-
-    frequency: float
-    amplitude: float
-    at_edge: bool
 
 
 def response_curves(
@@ -84,6 +31,7 @@ def response_curves(
     monitor: str = "",
     logarithmic: bool = False,
     engine_order: int | None = None,
+    reference: Peak | None = None,
 ) -> Path:
     """Draw forced response curves with their peaks, and return the path.
 
@@ -105,6 +53,8 @@ def response_curves(
         Logarithmic amplitudes.
     engine_order : int, optional
         With it, a second axis gives the rotor's speed 60 f/EO in rpm.
+    reference : Peak, optional
+        With it, frequencies and amplitudes are shown over its own.
 
     Raises
     ------
@@ -114,13 +64,17 @@ def response_curves(
     if not curves:
         raise InputError("curves: none given: at least one is needed")
     for curve in curves:
-        _check(curve)
+        check(curve)
+    if reference is not None:
+        curves, unit, engine_order = [curve.over(reference) for curve in curves], _OVER, None
+    else:
+        unit = _MICROMETRES
     with style.applied():
         made = style.figure(6.75, title, f"Monitored: {monitor}" if monitor else "")
         axes = style.axes(made, 0.95, 0.75, 7.3, 4.75)
         looks = _looks(curves)
-        handles = [_draw(axes, curve, look) for curve, look in looks]
-        axes.set(xlabel="excitation frequency (Hz)", ylabel="amplitude (µm)")
+        handles = [_draw(axes, curve, look, unit) for curve, look in looks]
+        axes.set(xlabel=unit.across, ylabel=unit.up)
         ends = [np.asarray(curve.frequency, float) for curve in curves]
         ends = [np.array([each.min(), each.max()]) for each in ends]
         low, high = float(np.min(ends)), float(np.max(ends))
@@ -134,7 +88,7 @@ def response_curves(
             axes.yaxis.set_minor_formatter(LogFormatter(labelOnlyBase=False))
         else:
             axes.set_ylim(bottom=0)
-        lost = sum(_flag(axes, curve, look) for curve, look in looks)
+        lost = sum(_flag(axes, curve, look, unit) for curve, look in looks)
         handles += [_flag_handle(lost)] if lost else []
         if engine_order:
             _speed_axis(axes, abs(engine_order))
@@ -142,37 +96,26 @@ def response_curves(
         return style.write(made, path)
 
 
-def peak(curve: Curve) -> Peak | None:
-    """Largest converged point of a curve; None where no point converged."""
-    amplitude = np.where(_converged(curve), np.asarray(curve.amplitude, float), np.nan)
-    if np.all(np.isnan(amplitude)):
-        return None
-    at = int(np.nanargmax(amplitude))
-    frequency = np.asarray(curve.frequency, float)
-    ends = (frequency.min(), frequency.max())
-    at_edge = curve.joined and ends[0] < ends[1] and bool(frequency[at] in ends)
-    return Peak(float(frequency[at]), float(amplitude[at]), at_edge)
+@dataclass(frozen=True)
+class _Unit:
+    """How amplitudes are shown: in what, by which axes and texts."""
+
+    factor: float
+    across: str
+    up: str
+    text: str
+
+    def place(self, top: Peak) -> str:
+        """A peak in words."""
+        return self.text.format(style.number(self.factor * top.amplitude), top.frequency)
 
 
-def _check(curve: Curve) -> None:
-    frequency, amplitude = np.asarray(curve.frequency), np.asarray(curve.amplitude)
-    if frequency.ndim != 1 or not len(frequency) or amplitude.shape != frequency.shape:
-        raise InputError(
-            f"curve {curve.label}: frequency of shape {frequency.shape} and amplitude of shape "
-            f"{amplitude.shape}: two equal lists are needed"
-        )
-    if curve.converged is not None and np.shape(curve.converged) != frequency.shape:
-        raise InputError(
-            f"curve {curve.label}: converged of shape {np.shape(curve.converged)}: "
-            f"{frequency.shape} is needed"
-        )
-
-
-def _converged(curve: Curve) -> NDArray[np.bool_]:
-    known: NDArray[np.bool_] = np.isfinite(np.asarray(curve.amplitude, float))
-    if curve.converged is not None:
-        known &= np.asarray(curve.converged, bool)
-    return known
+_MICROMETRES: Final = _Unit(
+    1e6, "excitation frequency (Hz)", "amplitude (µm)", "{} µm at {:.1f} Hz"
+)
+_OVER: Final = _Unit(
+    1.0, "frequency / reference frequency", "amplitude / reference peak", "{} at {:.4f}"
+)
 
 
 @dataclass(frozen=True)
@@ -187,36 +130,44 @@ def _looks(curves: Sequence[Curve]) -> list[tuple[Curve, _Look]]:
     """Each curve with its colour, line style and marker."""
     groups = list(dict.fromkeys(c.group for c in curves if c.kind == "nonlinear"))
     colours = dict(zip(groups, style.series(len(groups)), strict=True))
-    orders = sorted({c.harmonics or 0 for c in curves if c.kind == "nonlinear"}, reverse=True)
+    styles = _styles(curves)
     limits = dict.fromkeys(c.group for c in curves if c.kind != "nonlinear")
     greys = {group: _GREYS[i % len(_GREYS)] for i, group in enumerate(limits)}
     made = []
     for curve in curves:
         if curve.kind == "nonlinear":
-            order = orders.index(curve.harmonics or 0)
+            order = styles.index(curve.style)
             dashes = _DASHES[order % len(_DASHES)]
             look = _Look(colours[curve.group], dashes, 2.0, "os^D"[order % 4])
         else:
             colour = colours.get(curve.group, greys[curve.group])
-            look = _Look(colour, _LIMITS[curve.kind][0], 1.6, "v")
+            look = _Look(colour, _LIMITS[curve.kind], 1.6, "v")
         made.append((curve, look))
     return made
 
 
-def _draw(axes: Axes, curve: Curve, look: _Look) -> Line2D:
+def _styles(curves: Sequence[Curve]) -> list[str | int]:
+    """What the line styles stand for, the full line first."""
+    nonlinear = [curve for curve in curves if curve.kind == "nonlinear"]
+    variants: list[str | int] = list(dict.fromkeys(c.variant for c in nonlinear if c.variant))
+    return variants + sorted({c.harmonics or 0 for c in nonlinear if not c.variant}, reverse=True)
+
+
+def _draw(axes: Axes, curve: Curve, look: _Look, unit: _Unit) -> Line2D:
     """Draw a curve and its peak; return what the legend shows."""
     frequency = np.asarray(curve.frequency, float)
-    micrometres = 1e6 * np.where(_converged(curve), np.asarray(curve.amplitude, float), np.nan)
+    shown = unit.factor * np.asarray(curve.amplitude, float)
+    shown = np.where(converged(curve), shown, np.nan)
     dashes = look.dashes if curve.joined else ""
     drawn: dict[str, Any] = {"color": look.colour, "ls": dashes, "lw": look.width}
     # A lone converged point between two lost ones has no line: give it a dot.
-    known = np.isfinite(micrometres)
+    known = np.isfinite(shown)
     alone = known & ~np.append(known[1:], False) & ~np.append(False, known[:-1])
     if curve.joined:
-        axes.plot(frequency, micrometres, **drawn)
+        axes.plot(frequency, shown, **drawn)
     else:
         alone = known
-    axes.plot(frequency[alone], micrometres[alone], ".", color=look.colour)
+    axes.plot(frequency[alone], shown[alone], ".", color=look.colour)
     top = peak(curve)
     text = _wrapped(curve.label) + "\n"
     if top is None:
@@ -224,7 +175,7 @@ def _draw(axes: Axes, curve: Curve, look: _Look) -> Line2D:
     else:
         axes.plot(
             top.frequency,
-            1e6 * top.amplitude,
+            unit.factor * top.amplitude,
             look.marker,
             ms=8,
             mfc="white",
@@ -233,7 +184,7 @@ def _draw(axes: Axes, curve: Curve, look: _Look) -> Line2D:
             zorder=4,
         )
         end = ", end of range" if top.at_edge else ""
-        text += f"{style.number(1e6 * top.amplitude)} µm at {top.frequency:.1f} Hz{end}"
+        text += unit.place(top) + end
     return Line2D([], [], **drawn, marker=look.marker, ms=8, mfc="white", mew=1.8, label=text)
 
 
@@ -243,13 +194,13 @@ def _wrapped(label: str) -> str:
     return textwrap.fill(kept, 33, break_long_words=False, break_on_hyphens=False)
 
 
-def _flag(axes: Axes, curve: Curve, look: _Look) -> int:
+def _flag(axes: Axes, curve: Curve, look: _Look, unit: _Unit) -> int:
     """Cross out the points that did not converge, and count them."""
-    lost = ~_converged(curve)
+    lost = ~converged(curve)
     frequency = np.asarray(curve.frequency, float)[lost]
-    micrometres = 1e6 * np.asarray(curve.amplitude, float)[lost]
+    shown = unit.factor * np.asarray(curve.amplitude, float)[lost]
     low, high = axes.get_ylim()
-    placed = np.isfinite(micrometres) & (micrometres >= low) & (micrometres <= 1.5 * high)
+    placed = np.isfinite(shown) & (shown >= low) & (shown <= 1.5 * high)
     cross: dict[str, Any] = {
         "color": look.colour,
         "ls": "",
@@ -258,11 +209,11 @@ def _flag(axes: Axes, curve: Curve, look: _Look) -> int:
         "mew": 2.2,
         "zorder": 5,
     }
-    axes.plot(frequency[placed], micrometres[placed], **cross)
+    axes.plot(frequency[placed], shown[placed], **cross)
     foot = np.full(np.count_nonzero(~placed), 0.025)
     axes.plot(frequency[~placed], foot, transform=axes.get_xaxis_transform(), **cross)
     if np.any(placed):
-        axes.set_ylim(top=max(high, 1.05 * float(micrometres[placed].max())))
+        axes.set_ylim(top=max(high, 1.05 * float(shown[placed].max())))
     return int(np.count_nonzero(lost))
 
 

@@ -77,6 +77,7 @@ def response_step(
         "coupling": study.response.coupling,
         "samples": study.response.samples,
         "friction": study.joints.friction,
+        "harmonic_diameters": study.response.harmonic_diameters,
     }
     inputs = {**frequency_keys(study), **options}
 
@@ -90,7 +91,8 @@ def response_step(
 
 def frequency_keys(study: Study) -> dict[str, Any]:
     """What the choice of frequencies depends on, beside the linear limits."""
-    return study.response.model_dump(exclude={"harmonics", "mode", "coupling", "samples"})
+    apart = {"harmonics", "mode", "coupling", "samples", "harmonic_diameters"}
+    return study.response.model_dump(exclude=apart)
 
 
 def without_friction(study: Study) -> Study:

@@ -135,6 +135,9 @@ class Response(Table):
     coupling: Literal["coupled", "uncoupled", "constant-load"] = Field(
         default="coupled", description="coupling of the static and the dynamic balance"
     )
+    harmonic_diameters: Literal["wave", "sector"] = Field(
+        default="wave", description="nodal diameter of each harmonic"
+    )
     samples: int | None = Field(
         default=None,
         ge=8,
@@ -292,6 +295,11 @@ class Study(Table):
             raise ValueError(
                 f'{told}: rom.route = "{self.rom.route}" does not tell what it leaves out; '
                 'choose "cyclic"'
+            )
+        if self.response.harmonic_diameters != "wave":
+            raise ValueError(
+                f'{told}: response.harmonic_diameters = "{self.response.harmonic_diameters}" is '
+                'not what a wave does; choose "wave"'
             )
         given = self.response.model_fields_set
         if "points" in given and self.response.points is not None and self.response.points < 5:

@@ -93,9 +93,14 @@ def diameters(studies: Iterable[Study]) -> tuple[int, ...]:
     found = {
         folded(h * study.excitation.engine_order, study.ring.sectors)
         for study in studies
-        for h in range(study.response.harmonics + 1)
+        for h in range(_waves(study) + 1)
     }
     return tuple(sorted(found))
+
+
+def _waves(study: Study) -> int:
+    """Harmonics with a nodal diameter of their own."""
+    return study.response.harmonics if study.response.harmonic_diameters == "wave" else 1
 
 
 def joints(study: Study) -> tuple[Joint, ...]:

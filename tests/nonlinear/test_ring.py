@@ -13,6 +13,7 @@ from vanelock.nonlinear import (
     frequency_response,
     linear_response,
     static_response,
+    stuck_modes,
 )
 from vanelock.rom.system import Contacts, Diameter, Force
 
@@ -149,3 +150,15 @@ def test_one_diameter_for_all_harmonics_is_another_structure() -> None:
     np.testing.assert_array_equal(same.harmonic_diameters, [0, 1, 1, 1, 1, 1])
     assert same.converged.all()
     assert np.abs(same.x[2] - wave.x[2]).max() > 0.05 * np.abs(wave.x[2]).max()
+
+
+def test_known_modes_serve_other_friction_and_interference(monkeypatch: pytest.MonkeyPatch) -> None:
+    one = sector(3, 1, 0.5)
+    modes = {k: stuck_modes(one, k) for k in one.diameters}
+    contacts = replace(one.contacts, mu=0.7 * one.contacts.mu, v0=1.3 * one.contacts.v0)
+    other = replace(one, contacts=contacts)
+    plain = frequency_response(other, [0.17, 0.21], 5)
+    monkeypatch.setattr("vanelock.nonlinear.balance.stuck_modes", None)
+    given = frequency_response(other, [0.17, 0.21], 5, modes=modes)
+    np.testing.assert_array_equal(given.contact, plain.contact)
+    assert np.any(given.contact != frequency_response(one, [0.17, 0.21], 5, modes=modes).contact)

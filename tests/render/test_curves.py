@@ -10,7 +10,8 @@ from matplotlib.colors import same_color, to_rgb
 from matplotlib.image import imread
 
 from vanelock.errors import InputError
-from vanelock.render import Curve, curves, response_curves, style
+from vanelock.render import Curve, Peak, response_curves, style
+from vanelock.render.curve import peak
 
 F = np.linspace(240.0, 260.0, 41)
 
@@ -41,8 +42,8 @@ def crosses(axes):
 
 def test_peak_is_the_largest_converged_point():
     amplitude = resonance(250.0, 40e-6)
-    assert curves.peak(Curve(F, amplitude)) == curves.Peak(250.0, amplitude.max(), False)
-    without = curves.peak(Curve(F, amplitude, converged=F != 250.0))
+    assert peak(Curve(F, amplitude)) == Peak(250.0, amplitude.max(), False)
+    without = peak(Curve(F, amplitude, converged=F != 250.0))
     assert without is not None
     assert without.amplitude == amplitude[[19, 21]].max()
     assert abs(without.frequency - 250.0) == 0.5
@@ -50,7 +51,7 @@ def test_peak_is_the_largest_converged_point():
 
 def test_a_peak_at_the_end_of_the_range_is_said_to_be_there(figures):
     rising = Curve(F, F * 1e-7)
-    found = curves.peak(rising)
+    found = peak(rising)
     assert found is not None
     assert found.at_edge
     response_curves("x.png", [rising])
@@ -180,7 +181,7 @@ def test_listed_points_are_dots_that_end_no_range(figures):
     assert labels(figures[0]) == ["μ = 0.3\n20.0 µm at 265.0 Hz", "μ = 0.1\n30.0 µm at 265.0 Hz"]
     lines = [line for line in figures[0].axes[0].lines if line.get_linestyle() != "None"]
     assert all(len(line.get_xdata()) < 2 for line in lines)
-    assert curves.peak(Curve([265.0], [2e-5])) == curves.Peak(265.0, 2e-5, False)
+    assert peak(Curve([265.0], [2e-5])) == Peak(265.0, 2e-5, False)
 
 
 def test_frequencies_far_apart_get_a_logarithmic_axis(figures):
@@ -207,3 +208,34 @@ def test_a_label_never_breaks_inside_a_quantity(figures):
     response_curves("x.png", [Curve(F, F * 1e-7, group)])
     lines = labels(figures[0])[0].split("\n")
     assert lines[:-1] == ["interlock.mu = 0.3,", "excitation.force = 12,", "chord = 0.047"]
+
+
+def test_a_reference_scales_both_axes_and_every_peak(figures):
+    reference = Peak(250.0, 40e-6, False)
+    drawn = [
+        Curve(F, resonance(250.0, 40e-6), group="free"),
+        Curve(F, resonance(255.0, 10e-6), group="damped"),
+    ]
+    response_curves("x.png", drawn, reference=reference, engine_order=1)
+    free, damped = labels(figures[0])
+    assert free == "free\n1.00 at 1.0000"
+    assert damped.startswith("damped\n0.250 at 1.02")
+    axes = figures[0].axes[0]
+    assert axes.get_xlim() == (F[0] / 250, F[-1] / 250)
+    assert axes.get_ylabel() == "amplitude / reference peak"
+    assert len(figures[0].axes) == 1  # no speed on a relative axis
+    assert not axes.child_axes
+
+
+def test_a_variant_takes_a_line_style_and_the_group_its_colour(figures):
+    drawn = [
+        Curve(F, resonance(250.0, 1e-5), group=group, variant=variant)
+        for group in ("μ = 0.1", "μ = 0.3")
+        for variant in ("coupled", "uncoupled")
+    ]
+    response_curves("x.png", drawn)
+    lines = [line for line in figures[0].axes[0].lines if len(line.get_xdata()) == len(F)]
+    assert [line.get_linestyle() for line in lines] == ["-", "--", "-", "--"]
+    assert same_color(lines[0].get_color(), lines[1].get_color())
+    assert not same_color(lines[0].get_color(), lines[2].get_color())
+    assert labels(figures[0])[1].startswith("μ = 0.1, uncoupled\n")
