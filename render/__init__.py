@@ -16,6 +16,7 @@ _modules = {
     "response_curves": "curves",
     "response_picture": "shapes",
     "stress_picture": "stresses",
+    "utilisation": "preload",
     "vane_drawing": "vane_sheet",
     "wave_name": "annulus",
     "write_vtu": "export",

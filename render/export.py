@@ -1,5 +1,6 @@
 """Shapes as `.vtu` files, which ParaView opens."""
 
+from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
@@ -12,9 +13,12 @@ from vanelock.render import annulus, style
 
 
 def write_vtu(
-    path: style.PathLike, part: Part, shape: NDArray[np.complex128] | None = None
+    path: style.PathLike,
+    part: Part,
+    shape: NDArray[np.complex128] | None = None,
+    fields: Mapping[str, NDArray[np.float64]] | None = None,
 ) -> Path:
-    """Write a part with its node sets and, if given, a shape, and return the path.
+    """Write a part with its node sets and, if given, a shape or fields, and return the path.
 
     Parameters
     ----------
@@ -28,11 +32,13 @@ def write_vtu(
         unit), `amplitude` (largest length in a cycle) and `phase_radial` (degrees). ParaView's
         "Warp By Vector" on the first two deforms the part at the instants 0 and a quarter period
         before.
+    fields : mapping of str to (n,) or (n, k) float, optional
+        Point data by their names.
 
     Raises
     ------
     InputError
-        If the shape does not fit the part, or the file cannot be written.
+        If the shape or a field does not fit the part, or the file cannot be written.
     """
     import meshio
 
@@ -47,6 +53,11 @@ def write_vtu(
         data["displacement_imag"] = np.imag(shape).astype(float)
         data["amplitude"] = annulus.peak(shape)
         data["phase_radial"] = np.degrees(np.angle(radial))
+    for name, values in (fields or {}).items():
+        if len(values) != len(part.points):
+            given = f"{part.name}: {name} of {len(values)} nodes"
+            raise InputError(f"{given}: the part has {len(part.points)}")
+        data[name] = np.asarray(values, float)
     for name, nodes in part.node_sets.items():
         place = np.zeros(len(part.points), np.int32)
         place[nodes] = np.arange(1, len(nodes) + 1)

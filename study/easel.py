@@ -5,7 +5,7 @@ import time
 from collections.abc import Callable, Generator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +16,15 @@ from vanelock.study.progress import Begun, Done, Listener
 
 FOLDERS = ("figures/", "shapes/")
 """Where the files go; nothing else is ever removed."""
+CODE = (
+    "board",
+    "curve_exhibits",
+    "preload_exhibits",
+    "loop_exhibits",
+    "shape_exhibits",
+    "csv_table",
+)
+"""Modules of this package that say what the files hold."""
 
 
 @contextmanager
@@ -62,7 +71,7 @@ class Easel:
     ) -> Path:
         """The file `name`; `shows` is what JSON can hold of all that it depends on."""
         path = self.folder / name
-        key = key_of(name, "render", {"shows": shows})
+        key = key_of(name, "render", {"shows": shows, "made by": _code()})
         known = self._known.get(name)
         if known is not None and known[0] == key and path.is_file():
             if file_digest(path) == known[1]:
@@ -93,3 +102,8 @@ class Easel:
 
     def _note(self) -> None:
         record(self.folder / "cache" / "pictures.json", json.dumps(self._known, indent=1))
+
+
+@lru_cache
+def _code() -> list[str]:
+    return [file_digest(Path(__file__).with_name(f"{module}.py")) for module in CODE]

@@ -74,7 +74,7 @@ def run_study(
     told = {
         "cases": [asdict(case) for case in found],
         "results": str(path / results.NAME),
-        "pictures": [str(picture) for picture in drawn],
+        "pictures": [str(file) for shown in drawn for file in (shown.path, *shown.data)],
     }
     listener(Finished(str(path), time.perf_counter() - began, told))
     return found

@@ -11,7 +11,7 @@ from vanelock.product import Product
 from vanelock.study import parse_study
 from vanelock.study.cache import Cache, key_of
 from vanelock.study.easel import Easel
-from vanelock.study.pictures import slug, words
+from vanelock.study.naming import slug, words
 from vanelock.study.plan import plan
 from vanelock.study.progress import silent
 from vanelock.study.steps import Stages, step

@@ -8,17 +8,20 @@ import numpy as np
 
 from vanelock.nonlinear import static_response
 from vanelock.study import parse_study
+from vanelock.study.board import Board, Shown
+from vanelock.study.curve_exhibits import linear as linear_curves
 from vanelock.study.limits import Limits
 from vanelock.study.listing import preload_table
 from vanelock.study.monitor import Monitor
-from vanelock.study.pictures import Gallery, Shown, merged, words
+from vanelock.study.naming import merged, words
+from vanelock.study.shape_exhibits import all_modes
 from vanelock.study.sweep import cases
 
 F = np.linspace(240.0, 300.0, 7)
 
 
-def gallery(text, limits=(), linear=None):
-    """A gallery of cases with the given limits; the easel keeps what it is told."""
+def board(text, limits=(), linear=None):
+    """A board of cases with the given limits; the easel keeps what it is told."""
     study = parse_study(text)
     shown = Shown(Monitor("vane accessory 1, radial", 0, 0), linear or {})
     planned: list[Any] = [
@@ -34,7 +37,7 @@ def gallery(text, limits=(), linear=None):
     for found in limits:
         object.__setattr__(found, "key", "key")
     easel: Any = SimpleNamespace(listener=told.append)
-    return Gallery(study, planned, stages, shown, easel), told
+    return Board(study, planned, stages, shown, easel), told
 
 
 def found(k=1, free=250.0):
@@ -47,19 +50,19 @@ def modes(monkeypatch, drawn):
     """(file, title, subtitle) of each mode picture."""
     heard = []
 
-    def shape(self, name, each, coordinates, k, title, subtitle, shows):
-        heard.append((name, title, subtitle))
+    def shape(board, each, field, *_):
+        heard.append((field.name, field.title, field.subtitle))
         return []
 
-    monkeypatch.setattr(Gallery, "_shape", shape)
-    drawn._all_modes()
+    monkeypatch.setattr("vanelock.study.shape_exhibits._shape", shape)
+    all_modes(drawn)
     return heard
 
 
 def test_each_distinct_limit_has_its_modes_drawn(monkeypatch):
     text = '[ring]\nsectors = 18\n[vane]\naerofoils = 3\nchord = "54 mm"\nthickness = "4.8 mm"\n'
     text += '[sweep]\n"excitation.engine_order" = [-1, 1]\n"excitation.force" = [10, 20]'
-    drawn, _ = gallery(text, [found(17), found(17), found(1), found(1)])
+    drawn, _ = board(text, [found(17), found(17), found(1), found(1)])
     assert modes(monkeypatch, drawn) == [
         (
             f"mode_{which}_engine_order{order}",
@@ -72,11 +75,11 @@ def test_each_distinct_limit_has_its_modes_drawn(monkeypatch):
 
 
 def test_one_limit_needs_no_name_and_many_are_not_all_drawn(monkeypatch):
-    drawn, _ = gallery('[sweep]\n"joints.interlock.mu" = [0.1, 0.3]', [found(), found()])
+    drawn, _ = board('[sweep]\n"joints.interlock.mu" = [0.1, 0.3]', [found(), found()])
     assert [name for name, _, _ in modes(monkeypatch, drawn)] == ["mode_free", "mode_stuck"]
     values = [round(5 + 0.1 * i, 1) for i in range(9)]
     text = f'[sweep]\n"joints.hook.kn" = {values}'
-    drawn, told = gallery(text, [found(free=250.0 + i) for i in range(9)])
+    drawn, told = board(text, [found(free=250.0 + i) for i in range(9)])
     names = [name for name, _, _ in modes(monkeypatch, drawn)]
     assert names == [f"mode_{w}_kn{v}" for v in ("5", "5.8") for w in ("free", "stuck")]
     assert "the first and the last of 9 linear limits" in told[0].text
@@ -92,9 +95,9 @@ def test_equal_linear_limits_are_one_curve_and_others_are_named():
         ("engine_order=1", "stuck"): other,
         ("engine_order=2", "stuck"): other,
     }
-    labels = [curve.label for curve in gallery("", (), linear)[0]._linear()]
+    labels = [curve.label for curve in linear_curves(board("", (), linear)[0])]
     assert labels == ["linear, free: EO = -1 or 1", "linear, free: EO = 2", "linear, stuck"]
-    without = gallery("[joints.interlock]\nenabled = false", (), linear)[0]._linear()
+    without = linear_curves(board("[joints.interlock]\nenabled = false", (), linear)[0])
     assert [curve.kind for curve in without] == ["free", "free"]
 
 

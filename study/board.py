@@ -1,0 +1,129 @@
+"""What the pictures of a run are drawn from: its cases, its products and its responses' peaks."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from vanelock import fem, rom
+from vanelock.mesh import Part
+from vanelock.nonlinear import Response
+from vanelock.study.csv_table import write_columns
+from vanelock.study.easel import Easel
+from vanelock.study.forced import Limit
+from vanelock.study.meshes import mesh_step
+from vanelock.study.model import Study
+from vanelock.study.monitor import Monitor
+from vanelock.study.plan import Planned
+from vanelock.study.stages import PARTS, model_step
+from vanelock.study.steps import Stages
+from vanelock.study.summary import Peak
+
+Floats = NDArray[np.float64]
+Shape = NDArray[np.complex128]
+
+
+@dataclass
+class Shown:
+    """What the pictures need of the responses, collected while the cases run.
+
+    Attributes
+    ----------
+    monitor : Monitor
+        The displacement in the curves.
+    linear : dict of (name, "free" | "stuck") to (frequency, amplitude)
+        Linear responses.
+    curve : dict of str to (frequency, amplitude, converged)
+        Nonlinear responses by case.
+    top : dict of str to Response
+        The largest point of each case, alone.
+    peak : dict of str to Peak
+        The same in numbers.
+    static : dict of str to Response
+        The state at rest.
+    harmonics : dict of str to int
+        Highest harmonic of each case.
+    """
+
+    monitor: Monitor
+    linear: dict[tuple[str, Limit], tuple[Floats, Floats]] = field(default_factory=dict)
+    curve: dict[str, tuple[Floats, Floats, NDArray[np.bool_]]] = field(default_factory=dict)
+    top: dict[str, Response] = field(default_factory=dict)
+    peak: dict[str, Peak] = field(default_factory=dict)
+    static: dict[str, Response] = field(default_factory=dict)
+    harmonics: dict[str, int] = field(default_factory=dict)
+
+
+@dataclass
+class Board:
+    """All that pictures are drawn from, and where they go."""
+
+    study: Study
+    planned: Sequence[Planned]
+    stages: Stages
+    shown: Shown
+    easel: Easel
+    _recoveries: dict[str, rom.Recovery] = field(default_factory=dict, repr=False)
+
+    def table(
+        self,
+        name: str,
+        shows: Any,
+        columns: Callable[[], Mapping[str, ArrayLike]],
+        notes: Sequence[str] = (),
+    ) -> Path:
+        """The CSV file `name` of some columns; `shows` is all that they depend on."""
+        return self.easel.draw(
+            name,
+            [shows, list(notes)],
+            lambda path: write_columns(path, columns(), notes),
+            quick=True,
+        )
+
+    def parts(self, each: Planned) -> list[Part]:
+        """Vane segment and casing sector of a case."""
+        return [self.stages.get(mesh_step(each.case.study, part)) for part in PARTS]
+
+    def fields(self, each: Planned, x: Shape, k: int) -> list[Shape]:
+        """Displacement of every node of both parts from joined coordinates."""
+        components = [self.stages.get(each.part(part, k)) for part in PARTS]
+        pieces = rom.split(*components, x)
+        return [
+            self.recovery(each, part, k).displacement(q, k)
+            for part, q in zip(PARTS, pieces, strict=True)
+        ]
+
+    def recovery(self, each: Planned, part: str, k: int) -> rom.Recovery:
+        """What takes a part's reduced coordinates at a nodal diameter to its nodes."""
+        step = each.part(part, k)
+        if step.key not in self._recoveries:
+            model = self.stages.get(model_step(each.case.study, part))
+            self._recoveries[step.key] = rom.recovery(self.stages.get(step), model)
+        return self._recoveries[step.key]
+
+    def stresses(self, each: Planned) -> Shape:
+        """(H + 1, nodes, 6) harmonics of the vane's nodal stresses at a case's peak, Pa."""
+        top = self.shown.top[each.case.name]
+        return np.stack([self._stress(each, top, h) for h in range(top.harmonics + 1)])
+
+    def _stress(self, each: Planned, top: Response, h: int) -> Shape:
+        k = int(top.harmonic_diameters[h])
+        parts = [self.stages.get(each.part(part, k)) for part in PARTS]
+        coordinates = rom.split(*parts, np.asarray(top.x[h][0], complex))[0]
+        return np.asarray(self.recovery(each, "vane", k).stress(coordinates, k))
+
+    def vibration(self, each: Planned, h: int) -> list[Shape]:
+        """Harmonic h of both parts' displacement at a case's peak, m."""
+        top = self.shown.top[each.case.name]
+        x = np.asarray(top.x[h][0], complex)
+        return self.fields(each, x, int(top.harmonic_diameters[h]))
+
+
+def stress_over_a_period(harmonics: Shape) -> tuple[Floats, Floats]:
+    """(nodes,) largest von Mises stress over a period, Pa: in all, and of the vibration alone."""
+    moving = harmonics.copy()
+    moving[0] = 0
+    return fem.peak_von_mises(harmonics), fem.peak_von_mises(moving)

@@ -1,0 +1,90 @@
+"""Forced response of all cases in one figure, with its linear limits."""
+
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from vanelock import render
+from vanelock.study.board import Board, Floats
+from vanelock.study.exhibit import Exhibit
+from vanelock.study.forced import Limit
+from vanelock.study.naming import merged, words
+
+
+def curves(board: Board) -> Exhibit:
+    """The figure of the curves, and what it draws as CSV."""
+    made = linear(board) + [
+        render.Curve(
+            *board.shown.curve[each.case.name][:2],
+            group=words(each.case.name, without="harmonics"),
+            harmonics=board.shown.harmonics[each.case.name],
+            converged=board.shown.curve[each.case.name][2],
+            joined=each.case.study.response.frequencies is None,
+        )
+        for each in board.planned
+    ]
+    keys = [(each.response.key, each.case.name) for each in board.planned]
+    monitor = board.shown.monitor.name
+    shows = [keys, monitor, board.study.name]
+    orders = {abs(each.case.study.excitation.engine_order) for each in board.planned}
+    order = orders.pop() if len(orders) == 1 else None  # one speed axis, or none
+    title = f"{board.study.name}: forced response"
+    path = board.easel.draw(
+        "figures/response.png",
+        shows,
+        lambda path: render.response_curves(path, made, title, monitor, engine_order=order),
+    )
+    notes = [
+        f"{title}, {monitor}: half the peak-to-peak over the excitation frequency",
+        "solved: 1 where the point converged; the others are not to be trusted",
+    ]
+    data = board.table("figures/response.csv", shows, lambda: columns(made), notes)
+    limits = (
+        "The thin lines are the linear limits, with the interlock free and stuck: without "
+        "friction's damping the peak would be as high as theirs. "
+        if board.study.joints.interlock.enabled
+        else "The thin line is the linear limit: the same structure without friction's damping. "
+    )
+    caption = (
+        f"Amplitude of {monitor} (half the peak-to-peak) over the excitation frequency. {limits}"
+        "The other lines are the responses with friction, each with a marker at its peak, whose "
+        "value stands in the legend. Read off how far friction lowers the peak, and how far it "
+        "moves the resonance from the free towards the stuck frequency."
+    )
+    return Exhibit(path, "Forced response", caption, (data,))
+
+
+def columns(curves: list[render.Curve]) -> Mapping[str, ArrayLike]:
+    """Two columns for each linear limit, three for each response, whose frequencies differ."""
+    found: dict[str, ArrayLike] = {}
+    for curve in curves:
+        found[f"frequency (Hz): {curve.label}"] = np.asarray(curve.frequency, float)
+        found[f"amplitude (µm): {curve.label}"] = 1e6 * np.asarray(curve.amplitude, float)
+        if curve.converged is not None:
+            found[f"solved: {curve.label}"] = np.asarray(curve.converged, bool)
+    return found
+
+
+def linear(board: Board) -> list[render.Curve]:
+    """Linear limits: equal ones once; without an interlock there is no stuck one."""
+    found: list[tuple[list[str], Limit, Floats, Floats]] = []
+    for (name, which), (f, a) in board.shown.linear.items():
+        if which == "stuck" and not board.study.joints.interlock.enabled:
+            continue
+        for names, other, *curve in found:
+            if other == which and _equal(curve[0], f) and _equal(curve[1], a):
+                names.append(name)
+                break
+        else:
+            found.append(([name], which, f, a))
+    groups = {name for name, _ in board.shown.linear}
+    return [
+        render.Curve(f, a, kind=which, group="" if len(names) == len(groups) else merged(names))
+        for names, which, f, a in found
+    ]
+
+
+def _equal(a: Floats, b: Floats) -> bool:
+    """Whether two curves are the same but for round-off."""
+    return a.shape == b.shape and bool(np.allclose(a, b, rtol=1e-6, atol=0, equal_nan=True))
