@@ -15,6 +15,7 @@ _modules = {
     "prepare": "reduction",
     "reduce": "reduction",
     "split": "joining",
+    "stiffened": "modulus",
     "united": "uniting",
     "unreduced": "sector",
     "Contacts": "system",

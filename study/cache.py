@@ -34,6 +34,10 @@ STEPS = (
     "forced",
     "adaptive",
     "strains",
+    "temperature",
+    "piecewise",
+    "spinning",
+    "campbell",
 )
 """Modules of this package that say how a stage is called."""
 

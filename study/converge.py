@@ -34,6 +34,7 @@ from vanelock.study.progress import Finished, Listener, Notice, silent
 from vanelock.study.settle import settle
 from vanelock.study.steps import Stages, Step
 from vanelock.study.sweep import Case, cases, with_values
+from vanelock.study.warm import warmed
 
 NEAR = 9
 """Frequencies between the neighbours of the largest point, where the peak is located."""
@@ -80,6 +81,7 @@ def converge_study(
     chosen(case.study, tuple(only), dofs)  # refuses an unknown one before anything is computed
     with claimed(path):
         stages = Stages(Cache(path / "cache", lambda told: listener(Notice(told))), listener)
+        (case,) = warmed([case], stages)
         base = pinned(case, stages)
         found = _Measuring(base, stages, listener).all(chosen(base, tuple(only), dofs))
         text = table(found, study.name)

@@ -12,7 +12,7 @@ from vanelock.cyclic import folded
 from vanelock.fem import Model
 from vanelock.rom import Component, System
 from vanelock.study.model import Study
-from vanelock.study.stages import averaged, masters, model_step, rom_step, system_step
+from vanelock.study.stages import averaged, masters, reference_step, rom_step, system_step
 from vanelock.study.steps import Step, step
 
 
@@ -23,7 +23,7 @@ def prepared_step(study: Study) -> Step[Any]:
     def compute(model: Model) -> Any:
         return rom.prepare(model, **inputs)
 
-    needs = (model_step(study, "casing"),)
+    needs = (reference_step(study, "casing"),)
     return step("rom casing, condensed", "rom", inputs, object, needs, compute, False)
 
 

@@ -27,8 +27,10 @@ from vanelock.quantities import (
     Unbalance,
     si,
 )
+from vanelock.study.comparison import CampbellKeys, Fit, MeasuredCurve, check_comparison, curves
 from vanelock.study.own_mesh import Casing, OwnCasing, OwnVane, Vane, refuse_without_dimensions
 from vanelock.study.structure import Joints, Material, Mesh, Ring, Rom, Table
+from vanelock.study.temperature import Temperature, check_temperature
 
 MONITOR = (
     rf"(?P<node>(?:vane|casing) accessory [1-9][0-9]*)(?:, (?P<component>{'|'.join(COMPONENTS)}))?"
@@ -232,6 +234,7 @@ class Study(Table):
     vane: Vane = VaneDimensions()
     casing: Casing = CasingDimensions()
     material: Material = Material()
+    temperature: Temperature = Temperature()
     mesh: Mesh = Mesh()
     joints: Joints = Joints()
     rom: Rom = Rom()
@@ -242,6 +245,11 @@ class Study(Table):
         default_factory=dict, description="swept keys"
     )
     outputs: Outputs = Outputs()
+    campbell: CampbellKeys | None = Field(default=None, description="Campbell diagram")
+    measured: Annotated[tuple[MeasuredCurve, ...], BeforeValidator(curves)] = Field(
+        default=(), max_length=100, description="measured curves"
+    )
+    fit: Fit | None = Field(default=None, description="fit to the measured curves")
 
     @model_validator(mode="before")
     @classmethod
@@ -304,6 +312,12 @@ class Study(Table):
         given = self.response.model_fields_set
         if "points" in given and self.response.points is not None and self.response.points < 5:
             raise ValueError(f"{told}: response.points = {self.response.points}: needs at least 5")
+        return self
+
+    @model_validator(mode="after")
+    def _has_the_moduli(self) -> Self:
+        check_temperature(self)
+        check_comparison(self)
         return self
 
     @model_validator(mode="after")

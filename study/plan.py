@@ -25,7 +25,7 @@ from vanelock.study.limits import Limits
 from vanelock.study.mesh_errors import MeshErrors, mesh_errors_step
 from vanelock.study.model import Study
 from vanelock.study.settle import Settled
-from vanelock.study.stages import PARTS, diameters, model_step, rom_step, system_step
+from vanelock.study.stages import PARTS, diameters, reference_step, rom_step, system_step
 from vanelock.study.steps import Step
 from vanelock.study.strains import Gauges, gauges_step
 from vanelock.study.sweep import Case, label
@@ -135,11 +135,7 @@ def plan(
     """
     if any(settled):
         return _adaptive(cases, progress, [each for each in settled if each is not None])
-    bare = [model_step(case.study, "casing").key for case in cases]
-    wanted = [
-        diameters(other.study for other, key in zip(cases, bare, strict=True) if key == own)
-        for own in bare
-    ]
+    wanted = shared_diameters(cases)
     roms = [
         {part: rom_step(case.study, part, ks) for part in PARTS}
         for case, ks in zip(cases, wanted, strict=True)
@@ -168,6 +164,15 @@ def plan(
             )
         )
     return tuple(planned)
+
+
+def shared_diameters(cases: Sequence[Case]) -> list[tuple[int, ...]]:
+    """Nodal diameters at which the casing of each case is reduced: all that any other needs."""
+    bare = [reference_step(case.study, "casing").key for case in cases]
+    return [
+        diameters(other.study for other, key in zip(cases, bare, strict=True) if key == own)
+        for own in bare
+    ]
 
 
 def _keys(linears: Sequence[dict[Limit, Step[Response]]]) -> list[tuple[str, ...]]:

@@ -29,6 +29,8 @@ from vanelock.study.steps import Stages
 from vanelock.study.strains import Strain
 from vanelock.study.summary import Peak, Summary, peak_of, summarise
 from vanelock.study.sweep import cases
+from vanelock.study.temperature import told
+from vanelock.study.warm import warmed
 
 
 def run_study(
@@ -97,7 +99,10 @@ class Run:
 
     def __init__(self, study: Study, folder: Path, listener: Listener, stages: Stages) -> None:
         self.study, self.listener, self.stages = study, listener, stages
-        found = cases(study)
+        found = warmed(cases(study), stages)
+        for text in dict.fromkeys(told(case.study) for case in found):
+            if text:
+                listener(Notice(text))
         settled = [
             None if case.study.accuracy is None else settle(case.study, stages) for case in found
         ]

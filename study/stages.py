@@ -16,6 +16,7 @@ from vanelock.rom import Component, Joint, System
 from vanelock.study.meshes import mesh_step
 from vanelock.study.model import Study
 from vanelock.study.steps import Step, step
+from vanelock.study.temperature import modulus, reference
 
 PARTS = ("vane", "casing")
 ELASTIC = {"E", "nu", "rho"}
@@ -26,9 +27,13 @@ MASTERS = {
 }
 
 
-def model_step(study: Study, part: str) -> Step[Model]:
-    """Stiffness and mass of a part; assembling takes no longer than reading would."""
+def model_step(study: Study, part: str, E: float | None = None) -> Step[Model]:
+    """Stiffness and mass of a part; assembling takes no longer than reading would.
+
+    With the modulus of its temperature in the response, or another, Pa.
+    """
     elastic = getattr(study.material, part).model_dump(include=ELASTIC)
+    elastic["E"] = modulus(study, part) if E is None else E
 
     def compute(part: Part) -> Model:
         return fem.assemble(part, fem.Material(**elastic))
@@ -36,10 +41,35 @@ def model_step(study: Study, part: str) -> Step[Model]:
     return step(f"fem {part}", "fem", elastic, Model, (mesh_step(study, part),), compute, False)
 
 
+def reference_step(study: Study, part: str) -> Step[Model]:
+    """The model of a part that is reduced, whatever its temperature."""
+    return model_step(study, part, reference(study, part))
+
+
 def rom_step(
     study: Study, part: str, diameters: Iterable[int], prepared: Step[Any] | None = None
 ) -> Step[Component]:
-    """Reduced model of a part; the casing's at the given nodal diameters.
+    """Reduced model of a part at its temperature; the casing's at the given nodal diameters."""
+    reduced = reduced_step(study, part, diameters, prepared)
+    return stiffened_step(reduced, part, modulus(study, part) / reference(study, part))
+
+
+def stiffened_step(reduced: Step[Component], part: str, factor: float) -> Step[Component]:
+    """A reduced part whose modulus is another; scaling takes no time, so it is not kept."""
+    if factor == 1:
+        return reduced
+
+    def compute(component: Component) -> Component:
+        return rom.stiffened(component, factor)
+
+    name, inputs = f"rom {part}, modulus", {"factor": factor}
+    return step(name, "rom", inputs, Component, (reduced,), compute, False, True)
+
+
+def reduced_step(
+    study: Study, part: str, diameters: Iterable[int], prepared: Step[Any] | None = None
+) -> Step[Component]:
+    """Reduced model of a part with its modulus of reference.
 
     With what its nodal diameters share `prepared`, see `vanelock.study.diameters`.
 
@@ -54,13 +84,13 @@ def rom_step(
         def compute(model: Model) -> Component:
             return rom.reduce(model, **inputs)
 
-        return step("rom vane", "rom", inputs, Component, (model_step(study, part),), compute)
+        return step("rom vane", "rom", inputs, Component, (reference_step(study, part),), compute)
     chosen = sorted(diameters)
     inputs |= {"nodal_diameters": chosen, "route": options.route}
     inputs |= {"interface": options.interface, "interface_modes": options.interface_modes}
-    needs: tuple[Step[Any], ...] = (model_step(study, part),)
+    needs: tuple[Step[Any], ...] = (reference_step(study, part),)
     if inputs.get("accuracy") is not None and inputs["band"] is None:
-        needs += (rom_step(study, "vane", ()),)
+        needs += (reduced_step(study, "vane", ()),)
     follows = len(needs) > 1
     if prepared is not None:
         needs += (prepared,)

@@ -17,6 +17,7 @@ from vanelock.mesh.fit import FEWEST, MOST
 from vanelock.mesh.size import LARGEST, SIZES, SMALLEST
 from vanelock.mesh.stretch import MOST as STRETCH
 from vanelock.quantities import Bedding, Density, Frequency, Length, Pressure, Stiffness, Wear, si
+from vanelock.study.piecewise import ByTemperature
 
 
 def _mesh_size(value: object) -> object:
@@ -57,6 +58,9 @@ class Elastic(Table):
     """An isotropic material; its strength is for the report alone."""
 
     E: Pressure = Field(default=170e9, ge=1e3, le=1e15, description="Young's modulus [Pa]")
+    E_at: ByTemperature | None = Field(
+        default=None, min_length=2, max_length=1000, description="Young's modulus by temperature"
+    )
     nu: float = Field(default=0.3, gt=-1, lt=0.5, description="Poisson's ratio")
     rho: Density = Field(default=8200.0, gt=0, le=1e6, description="density [kg/m^3]")
     fatigue_limit: Pressure = Field(default=250e6, ge=1, le=1e12, description="fatigue limit [Pa]")

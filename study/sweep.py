@@ -21,6 +21,8 @@ LARGEST = 100_000
 """Most cases of one study."""
 
 ORDER = "excitation.engine_order"
+NUMBERS = ("mesh.size", "temperature.vane", "temperature.casing")
+"""Keys that hold a number, or something else that can be swept no more than a table."""
 
 
 @dataclass(frozen=True)
@@ -152,7 +154,7 @@ def _holds_number(key: str) -> bool:
         return False
     options = [field.annotation, *get_args(field.annotation)]
     options += [inner for option in options for inner in get_args(option)[:1]]
-    return key == "mesh.size" or any(option in (int, float) for option in options)
+    return key in NUMBERS or any(option in (int, float) for option in options)
 
 
 def _holds_choice(key: str) -> bool:
