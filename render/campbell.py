@@ -22,7 +22,7 @@ Floats = NDArray[np.float64]
 
 FREE: Final = (0, (5, 2.5))
 _LARGEST: Final = 900.0  # area of the largest circle, points²
-_LEAST: Final = 1.5  # of the smallest one drawn
+_LEAST: Final = 5.0  # of the smallest one drawn
 _ROOM: Final = 1.12  # above the highest line shown
 _LABELLED: Final = 14  # crossings of interest with labels
 
@@ -148,14 +148,14 @@ def campbell_picture(
         figure.legend(
             handles=handles,
             loc="upper left",
-            bbox_to_anchor=(8.55 / style.WIDTH, 6.35 / 7.4),
+            bbox_to_anchor=(8.95 / style.WIDTH, 6.35 / 7.4),
             borderaxespad=0,
             labelspacing=0.75,
             handlelength=2.6,
             fontsize=11,
         )
         figure.text(
-            8.6 / style.WIDTH,
+            9.0 / style.WIDTH,
             0.75 / 7.4,
             "\n".join(notes),
             fontsize=9.5,

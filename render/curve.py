@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from vanelock.errors import InputError
 
-Kind = Literal["nonlinear", "free", "stuck"]
+Kind = Literal["nonlinear", "free", "stuck", "measured"]
 
 LIMITS: Final = {"free": "linear, free", "stuck": "linear, stuck"}
 """What the legend calls the linear limits."""
@@ -39,9 +39,9 @@ class Curve:
         H, which the line style stands for.
     converged : (p,) bool or None
         Which points converged; None: all. The others are flagged in the figure, never left out.
-    kind : "nonlinear", "free" or "stuck"
+    kind : "nonlinear", "free", "stuck" or "measured"
         The linear limits, with open and with closed contacts, are drawn in grey, or in the colour
-        of the nonlinear curves of their group.
+        of the nonlinear curves of their group. A measured one is black dots.
     joined : bool
         Whether a line joins the points; without it they are dots, and no peak is said to lie at
         the end of a range.
@@ -61,6 +61,8 @@ class Curve:
     @property
     def label(self) -> str:
         """What the legend calls it."""
+        if self.kind == "measured":
+            return ": ".join(filter(None, ("measured", self.group)))
         if self.kind != "nonlinear":
             return ": ".join(filter(None, (LIMITS[self.kind], self.group)))
         harmonics = "" if self.harmonics is None else f"H = {self.harmonics}"

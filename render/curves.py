@@ -3,7 +3,7 @@
 import re
 import textwrap
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Final
 
@@ -131,7 +131,8 @@ def _looks(curves: Sequence[Curve]) -> list[tuple[Curve, _Look]]:
     groups = list(dict.fromkeys(c.group for c in curves if c.kind == "nonlinear"))
     colours = dict(zip(groups, style.series(len(groups)), strict=True))
     styles = _styles(curves)
-    limits = dict.fromkeys(c.group for c in curves if c.kind != "nonlinear")
+    limits = dict.fromkeys(c.group for c in curves if c.kind in _LIMITS)
+    measured = [c for c in curves if c.kind == "measured"]
     greys = {group: _GREYS[i % len(_GREYS)] for i, group in enumerate(limits)}
     made = []
     for curve in curves:
@@ -139,6 +140,9 @@ def _looks(curves: Sequence[Curve]) -> list[tuple[Curve, _Look]]:
             order = styles.index(curve.style)
             dashes = _DASHES[order % len(_DASHES)]
             look = _Look(colours[curve.group], dashes, 2.0, "os^D"[order % 4])
+        elif curve.kind == "measured":
+            marker = "osD^"[next(i for i, c in enumerate(measured) if c is curve) % 4]
+            look = _Look(style.BLACK, "", 0.0, marker)
         else:
             colour = colours.get(curve.group, greys[curve.group])
             look = _Look(colour, _LIMITS[curve.kind], 1.6, "v")
@@ -156,6 +160,8 @@ def _styles(curves: Sequence[Curve]) -> list[str | int]:
 def _draw(axes: Axes, curve: Curve, look: _Look, unit: _Unit) -> Line2D:
     """Draw a curve and its peak; return what the legend shows."""
     frequency = np.asarray(curve.frequency, float)
+    if curve.kind == "measured":
+        return _draw_measured(axes, curve, look, unit)
     shown = unit.factor * np.asarray(curve.amplitude, float)
     shown = np.where(converged(curve), shown, np.nan)
     dashes = look.dashes if curve.joined else ""
@@ -186,6 +192,16 @@ def _draw(axes: Axes, curve: Curve, look: _Look, unit: _Unit) -> Line2D:
         end = ", end of range" if top.at_edge else ""
         text += unit.place(top) + end
     return Line2D([], [], **drawn, marker=look.marker, ms=8, mfc="white", mew=1.8, label=text)
+
+
+def _draw_measured(axes: Axes, curve: Curve, look: _Look, unit: _Unit) -> Line2D:
+    """Draw a measured curve as dots; return what the legend shows."""
+    shown = unit.factor * np.asarray(curve.amplitude, float)
+    dots: dict[str, Any] = {"color": look.colour, "ls": "", "marker": look.marker, "ms": 4.5}
+    axes.plot(np.asarray(curve.frequency, float), shown, **dots, mfc="white", mew=1.1, zorder=4.5)
+    top = peak(replace(curve, joined=False))
+    text = _wrapped(curve.label) + ("" if top is None else f"\n{unit.place(top)}")
+    return Line2D([], [], **dots, mfc="white", mew=1.1, label=text)
 
 
 def _wrapped(label: str) -> str:

@@ -11,9 +11,11 @@ from numpy.typing import ArrayLike, NDArray
 from vanelock import fem, rom
 from vanelock.mesh import Part
 from vanelock.nonlinear import Response
+from vanelock.study.campbell import Campbell
 from vanelock.study.csv_table import write_columns
 from vanelock.study.easel import Easel
 from vanelock.study.forced import Limit
+from vanelock.study.measured import Measured
 from vanelock.study.meshes import mesh_step
 from vanelock.study.model import Study
 from vanelock.study.monitor import Monitor
@@ -46,6 +48,10 @@ class Shown:
         The state at rest.
     harmonics : dict of str to int
         Highest harmonic of each case.
+    campbell : dict of str to Campbell
+        Campbell diagrams by case.
+    measured : tuple of Measured
+        Measured curves.
     """
 
     monitor: Monitor
@@ -55,6 +61,8 @@ class Shown:
     peak: dict[str, Peak] = field(default_factory=dict)
     static: dict[str, Response] = field(default_factory=dict)
     harmonics: dict[str, int] = field(default_factory=dict)
+    campbell: dict[str, Campbell] = field(default_factory=dict)
+    measured: tuple[Measured, ...] = ()
 
 
 @dataclass

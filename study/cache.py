@@ -37,7 +37,8 @@ STEPS = (
     "temperature",
     "piecewise",
     "spinning",
-    "campbell",
+    "speed_lines",
+    "orders",
 )
 """Modules of this package that say how a stage is called."""
 

@@ -9,6 +9,7 @@ from vanelock import render
 from vanelock.study.board import Board, Floats
 from vanelock.study.exhibit import Exhibit
 from vanelock.study.forced import Limit
+from vanelock.study.measured import DISPLACEMENT
 from vanelock.study.naming import merged, words
 
 
@@ -24,9 +25,15 @@ def curves(board: Board) -> Exhibit:
         )
         for each in board.planned
     ]
+    made += [
+        render.Curve(each.frequency, each.amplitude, group=each.name, kind="measured", joined=False)
+        for each in board.shown.measured
+        if each.quantity == DISPLACEMENT
+    ]
     keys = [(each.response.key, each.case.name) for each in board.planned]
     monitor = board.shown.monitor.name
     shows = [keys, monitor, board.study.name]
+    shows += [[m.name, m.frequency.tolist(), m.amplitude.tolist()] for m in board.shown.measured]
     orders = {abs(each.case.study.excitation.engine_order) for each in board.planned}
     order = orders.pop() if len(orders) == 1 else None  # one speed axis, or none
     title = f"{board.study.name}: forced response"
@@ -51,6 +58,7 @@ def curves(board: Board) -> Exhibit:
         "The other lines are the responses with friction, each with a marker at its peak, whose "
         "value stands in the legend. Read off how far friction lowers the peak, and how far it "
         "moves the resonance from the free towards the stuck frequency."
+        f"{' Black dots are measured.' if board.shown.measured else ''}"
     )
     return Exhibit(path, "Forced response", caption, (data,))
 

@@ -19,6 +19,7 @@ FOLDERS = ("figures/", "shapes/")
 CODE = (
     "board",
     "curve_exhibits",
+    "campbell_exhibits",
     "preload_exhibits",
     "loop_exhibits",
     "shape_exhibits",

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 from vanelock.study.board import Board, Shown
+from vanelock.study.campbell_exhibits import campbells
 from vanelock.study.curve_exhibits import curves
 from vanelock.study.easel import Easel
 from vanelock.study.exhibit import Exhibit
@@ -37,7 +38,7 @@ class Gallery:
     def draw(self) -> list[Exhibit]:
         """Draw what is not there yet, and remove what earlier runs drew and this one does not."""
         board = self.board
-        made = [curves(board), *preloads(board)]
+        made = [curves(board), *campbells(board), *preloads(board)]
         detailed = self._detailed()
         if self.study.outputs.loops:
             made += [found for each in detailed for found in loops(board, each)]

@@ -69,13 +69,24 @@ def check_study(data: dict[str, Any], where: str = "study") -> Study:
 
 
 def _beside(data: dict[str, Any], folder: Path) -> dict[str, Any]:
-    """The tables with mesh files where they are: their paths start at the study file's folder."""
+    """The tables with files where they are: their paths start at the study file's folder."""
     found = dict(data)
+    measured = data.get("measured")
+    if isinstance(measured, dict):
+        measured = [measured]
+    if isinstance(measured, list):
+        found["measured"] = [_placed(each, "file", folder) for each in measured]
     for name in ("vane", "casing"):
-        part = data.get(name)
-        if isinstance(part, dict) and isinstance(part.get("mesh"), str) and part["mesh"]:
-            found[name] = {**part, "mesh": str(folder / part["mesh"])}
+        if name in data:
+            found[name] = _placed(data[name], "mesh", folder)
     return found
+
+
+def _placed(table: Any, key: str, folder: Path) -> Any:
+    """The table with its file's path from the folder on; anything else is for the schema."""
+    if isinstance(table, dict) and isinstance(table.get(key), str) and table[key]:
+        return {**table, key: str(folder / table[key])}
+    return table
 
 
 def _toml(text: str, where: str) -> dict[str, Any]:

@@ -15,6 +15,7 @@ from vanelock.product import Product
 from vanelock.rom import Component, System
 from vanelock.study import results
 from vanelock.study.cache import installed
+from vanelock.study.campbell import Campbell
 from vanelock.study.errors import Errors
 from vanelock.study.left_out import LeftOut
 from vanelock.study.meshes import mesh_step
@@ -143,6 +144,11 @@ class Record:
                 results.put_strain(file, where, strain)
             if worth is not None:
                 results.put_errors(file, where, *worth)
+
+    def campbell(self, case: str, diagram: Campbell) -> None:
+        """The Campbell diagram of a case."""
+        with self._file.edit() as file:
+            results.put(file, f"campbell/{case}", diagram, {})
 
     def complete(self, done: Mapping[str, Done]) -> None:
         """End the file: times and hashes of all stages, nothing is missing."""

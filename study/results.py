@@ -14,6 +14,7 @@
                          estimates: errors of the monitored amplitude by point and source
     /response/free, stuck
                          linear responses, ",<name>" added where cases do not share them
+    /campbell/<case>     study.campbell.Campbell: lines, crossings and circles of its diagram
     /provenance          study text, date, versions, hashes and times of the stages
 
 Everything is written to a copy which then takes the file's place, so that at any moment the file

@@ -9,12 +9,15 @@ from vanelock.nonlinear import Response
 from vanelock.rom import Component
 from vanelock.study import listing, results
 from vanelock.study.cache import Cache
+from vanelock.study.campbell import campbell
+from vanelock.study.campbell_exhibits import crossings_table
 from vanelock.study.clock import Clock
 from vanelock.study.easel import Easel
 from vanelock.study.errors import Errors, error_table
 from vanelock.study.folder import claimed
 from vanelock.study.judge import judged
 from vanelock.study.left_out import LeftOut, left_out_table
+from vanelock.study.measured import load_measured
 from vanelock.study.meshes import mesh_step
 from vanelock.study.model import Study
 from vanelock.study.monitor import monitor
@@ -25,11 +28,12 @@ from vanelock.study.progress import Finished, Listener, Notice, silent
 from vanelock.study.record import Record
 from vanelock.study.settle import settle
 from vanelock.study.solved import as_solved, drawn
+from vanelock.study.speed_lines import lines_step
 from vanelock.study.steps import Stages
 from vanelock.study.strains import Strain
 from vanelock.study.summary import Peak, Summary, peak_of, summarise
 from vanelock.study.sweep import cases
-from vanelock.study.temperature import told
+from vanelock.study.temperature import described
 from vanelock.study.warm import warmed
 
 
@@ -99,8 +103,9 @@ class Run:
 
     def __init__(self, study: Study, folder: Path, listener: Listener, stages: Stages) -> None:
         self.study, self.listener, self.stages = study, listener, stages
+        self.measured = load_measured(study)  # refused before the long stages
         found = warmed(cases(study), stages)
-        for text in dict.fromkeys(told(case.study) for case in found):
+        for text in dict.fromkeys(described(case.study) for case in found):
             if text:
                 listener(Notice(text))
         settled = [
@@ -112,6 +117,7 @@ class Run:
         self._peaks: dict[str, dict[str, Peak | None]] = {}
         self._strains: dict[str, tuple[Strain, Peak]] = {}
         self._worth: dict[str, tuple[Errors, list[LeftOut]]] = {}
+        self._lines: set[str] = set()
 
     def all_cases(self) -> tuple[Summary, ...]:
         """Everything but the pictures; a line for each case."""
@@ -129,6 +135,7 @@ class Run:
         wanted = self.study.outputs.monitor
         free = self.stages.get(first.linear.responses["free"])
         self.shown = Shown(monitor(wanted, self.stages.get(first.system), free))
+        self.shown.measured = self.measured
         for linear in limits.values():
             self._linear(linear)
         for each in self.planned:  # one that has no place is refused before the long stages
@@ -141,6 +148,8 @@ class Run:
         self.listener(listing.response_table(summaries, self.shown.monitor.name))
         if self._strains:
             self.listener(listing.gauge_table(self._strains))
+        for name, diagram in self.shown.campbell.items():
+            self.listener(crossings_table("" if len(self.planned) == 1 else name, diagram))
         for name, (errors, without) in self._worth.items():
             self.listener(error_table(name, errors, self.shown.monitor.name))
             self.listener(left_out_table(name, without))
@@ -179,6 +188,8 @@ class Run:
         self.record.case(planned, response, static, found, self.shown.monitor.name, strain, worth)
         if strain is not None and peak is not None:
             self._strains[case.name] = strain, peak
+        if self.study.campbell is not None:
+            self._campbell(planned)
         self.shown.static[case.name] = static
         curve = response.frequency, amplitude, response.converged
         listed = case.study.response.frequencies is not None
@@ -190,6 +201,16 @@ class Run:
             lost = f"{found.points - found.converged} of {found.points} points did not converge"
             self.listener(Notice(f"{case.name}: {lost} (largest residual {found.worst:.1e})"))
         return found
+
+    def _campbell(self, planned: Planned) -> None:
+        """The Campbell diagram of a case, the first of those that share its lines."""
+        key = lines_step(planned, self.stages).key
+        if key in self._lines:
+            return
+        self._lines.add(key)
+        found = campbell(planned, self.stages, self.shown.monitor)
+        self.shown.campbell[planned.case.name] = found
+        self.record.campbell(planned.case.name, found)
 
     def _strain(self, planned: Planned, response: Response) -> Strain | None:
         if planned.gauges is None:

@@ -131,23 +131,25 @@ def lines_step(planned: Planned, stages: Stages) -> Step[Lines]:
     }
 
     def compute(limits: Limits, vane: Component, *shells: Component) -> Lines:
-        spinning = {}
+        spinning, ends = {}, _speeds(study, keys, limits)
         for k, shell in zip(diameters, shells, strict=True):
             casing = at_diameter(shell, k)
             system: System = rom.join(vane, casing, joined, rom.Excitation(1, force=1.0))
             scale = factors(study, lambda part: modulus(study, part))
-            spinning[k] = Spinning(system, vane, casing, k, scale)
-        return _lines(study, keys, limits, spinning)
+            spinning[k] = Spinning(system, vane, casing, k, scale, ends)
+        return _lines(study, keys, limits, spinning, grid(*ends, bends(study)))
 
     needs = (planned.linear.limits, planned.rom["vane"], *(parts[k] for k in diameters))
     return step("Campbell lines", "rom", inputs, Lines, needs, compute)
 
 
 def _lines(
-    study: Study, keys: CampbellKeys, limits: Limits, spinning: dict[int, Spinning]
+    study: Study,
+    keys: CampbellKeys,
+    limits: Limits,
+    spinning: dict[int, Spinning],
+    speeds: Floats,
 ) -> Lines:
-    low, high = _speeds(study, keys, limits)
-    speeds = grid(low, high, bends(study))
     count = max(keys.modes, limits.free_mode + 1, limits.stuck_mode + 1)
     conditions = (False, True) if limits.interlock else (False,)
     own, N = abs(study.excitation.engine_order), study.ring.sectors

@@ -168,7 +168,7 @@ def reference(study: Study, part: str) -> float:
     return float(getattr(study.material, part).E)
 
 
-def told(study: Study) -> str:
+def described(study: Study) -> str:
     """What a run says of a study's temperatures; "" without any."""
     heat = study.temperature
     if not heat.given:

@@ -86,14 +86,10 @@ def _crossing(study: Study, wanted: Sequence[int], stages: Stages) -> float:
     order = study.excitation.engine_order
     parts: tuple[Component, Component] = (stages.get(vane), stages.get(casing))
     system: System = stages.get(system_step(without_friction(study), vane, casing))
-    spinning = Spinning(
-        system,
-        *parts,
-        system.nodal_diameter(1),
-        factors(study, lambda part: reference(study, part)),
-    )
     low, high = study.temperature.speeds
     low, high = max(low, 1.0), min(high, HIGHEST)
+    scale = factors(study, lambda part: reference(study, part))
+    spinning = Spinning(system, *parts, system.nodal_diameter(1), scale, (low, high))
     mode = study.response.mode
     found = spinning.meetings(order, False, mode, grid(low, high, bends(study)))
     met = [each for each in found if each.mode == mode - 1]

@@ -95,7 +95,7 @@ def test_a_part_in_one_piece(bar, options):
 
 
 def test_recovered_shapes_stay(ring_sector):
-    """The same coordinates are the same displacements of the hotter part, and s times the stress."""
+    """The same coordinates are the same displacements of the hotter part, at s times the stress."""
     model = ring_sector(sectors=N)
     part = rom.reduce(model, ("force",), 6, nodal_diameters=[1])
     q = np.random.default_rng(1).standard_normal(part.size) + 0j

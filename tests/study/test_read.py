@@ -1,9 +1,11 @@
 """Study files: what is accepted, and one clear line for everything that is not."""
 
 import pytest
+from pydantic import BaseModel
 
 from vanelock.errors import InputError
 from vanelock.study import Study, load_study, parse_study, template_text
+from vanelock.study.comparison import CampbellKeys, Fit, MeasuredCurve
 
 
 def complaint(text):
@@ -42,10 +44,35 @@ def test_template_states_every_default():
 
 def test_template_mentions_every_key():
     text = template_text()
+    tables: dict[str, type[BaseModel]] = {
+        "campbell": CampbellKeys,
+        "measured": MeasuredCurve,
+        "fit": Fit,
+    }
     for key, _ in leaves(Study().model_dump()):
-        assert f"{key.rpartition('.')[2]} = " in text, key
+        if key not in tables:
+            assert f"{key.rpartition('.')[2]} = " in text, key
     for key in ("mesh", "unit", "tolerance", "kn_area", "kt_area"):
         assert f"# {key} = " in text, key
+    for name, table in tables.items():
+        _, _, after = text.partition(f"# [{name}]" if f"# [{name}]" in text else f"# [[{name}]]")
+        own = after.partition("\n# [")[0]
+        for key in table.model_fields:
+            assert f"\n# {key} = " in own, f"{name}.{key}"
+
+
+def test_what_the_template_shows_of_measurements_is_valid():
+    """The commented tables, with the gauge that they name."""
+    _, _, after = template_text().partition("# A Campbell diagram")
+    gauge = "[outputs]\ngauges = [{ aerofoil = 2, span = 0.1, chord = 0.5 }]\n"
+    lines = [line.removeprefix("# ") for line in after.splitlines() if line.startswith("# ")]
+    tables = [line for line in lines if line.startswith("[") or " = " in line.partition("#")[0]]
+    found = parse_study(gauge + "\n".join(tables))
+    assert found.campbell == CampbellKeys(speeds=(0.0, 20000.0))
+    assert found.fit is not None
+    assert found.fit.starts == Fit().starts
+    (curve,) = found.measured
+    assert curve.direction == MeasuredCurve(file="a").direction
 
 
 @pytest.mark.parametrize(
