@@ -4,7 +4,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field, ValidationInfo, field_validator
 
-from vanelock.quantities import si
+from vanelock.quantities import Revolutions, si
 from vanelock.study.structure import Table
 
 FITTED = (
@@ -28,22 +28,14 @@ def sequence(value: object) -> object:
     return tuple(value) if isinstance(value, list) else value
 
 
-def _speed(value: object) -> object:
-    return si(value, "rpm")
-
-
-Revolutions = Annotated[
-    float,
-    BeforeValidator(_speed),
-    Field(ge=0, le=1e6, description="rotor speed [rpm]"),
-]
+Speed = Annotated[Revolutions, Field(ge=0, le=1e6, description="rotor speed [rpm]")]
 Positive = Annotated[int, Field(ge=1, le=1000, description="engine order")]
 
 
 class CampbellKeys(Table):
     """Campbell diagram: natural frequencies against rotor speed, and engine orders."""
 
-    speeds: Annotated[tuple[Revolutions, ...], BeforeValidator(sequence)] | None = Field(
+    speeds: Annotated[tuple[Speed, ...], BeforeValidator(sequence)] | None = Field(
         default=None, min_length=2, max_length=2, description="[low, high] rotor speed [rpm]"
     )
     engine_orders: Annotated[tuple[Positive, ...], BeforeValidator(sequence)] = Field(

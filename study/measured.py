@@ -35,7 +35,15 @@ NAMES = {
     "peak-to-peak": ("peak-to-peak", "peak to peak", "pk-pk", "p-p", "pp"),
     "sigma": ("sigma", "std", "standard deviation", "uncertainty", "s"),
 }  # fmt: skip
-UNITS = {"frequency": "Hz", "speed": "rpm"}
+TURN = 2 * np.pi
+UNITS = {
+    "frequency": {"Hz": 1.0, "kHz": 1e3, "1/s": 1.0, "rad/s": 1 / TURN},
+    "speed": {
+        "rpm": 1.0, "1/min": 1.0, "min-1": 1.0, "rev/min": 1.0, "krpm": 1e3,
+        "1/s": 60.0, "rev/s": 60.0, "Hz": 60.0, "rad/s": 60 / TURN,
+    },
+}  # fmt: skip
+"""In Hz and rpm. Not by a library of units, to which a revolution is 2π."""
 STRAINS = {"ustrain": 1e-6, "microstrain": 1e-6, "µε": 1e-6, "με": 1e-6, "1": 1.0, "-": 1.0}
 
 
@@ -216,7 +224,11 @@ class _Columns:
         kind = next((kind for kind in UNITS if name in NAMES[kind]), None)
         factor = 1.0
         if kind is not None and unit:
-            factor = _converted(unit, UNITS[kind], self.at(column))
+            known = {name.lower(): value for name, value in UNITS[kind].items()}
+            if unit.lower() not in known:
+                allowed = ", ".join(UNITS[kind])
+                raise InputError(f'{self.at(column)}: unit "{unit}": expected one of {allowed}')
+            factor = known[unit.lower()]
         found = []
         for i, row in self._rows:
             text = row[column] if column < len(row) else ""
@@ -259,7 +271,7 @@ def _converted(unit: str, to: str, where: str) -> float:
     try:
         value: Any = si(f"1 {unit}", to)
     except ValueError:
-        meant = {"dimensionless": "a strain such as um/m", "m": "a length such as um"}.get(to, to)
+        meant = "a length such as um" if to == "m" else "a strain such as um/m"
         raise InputError(f'{where}: unit "{unit}": expected {meant}') from None
     return float(value)
 

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Annotated, Any, TypeGuard
 from pydantic import BeforeValidator, Field
 
 from vanelock.errors import InputError
-from vanelock.quantities import quantity
+from vanelock.quantities import Revolutions
 from vanelock.study.piecewise import at, ends
 from vanelock.study.structure import Table
 
@@ -22,7 +22,6 @@ if TYPE_CHECKING:
     from vanelock.study.model import Study
 
 PARTS = ("vane", "casing")
-Speed = Annotated[float, quantity("rpm")]
 
 
 COLDEST, HOTTEST = -273.15, 5000.0
@@ -63,7 +62,7 @@ class Temperature(Table):
 
     vane: ByRotorSpeed = Field(default=None, description="temperature [degC]")
     casing: ByRotorSpeed = Field(default=None, description="temperature [degC]")
-    speed: Speed | None = Field(default=None, gt=0, le=1e6, description="rotor speed [rpm]")
+    speed: Revolutions | None = Field(default=None, gt=0, le=1e6, description="rotor speed [rpm]")
 
     @property
     def given(self) -> bool:

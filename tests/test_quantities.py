@@ -3,7 +3,7 @@
 import pytest
 from pydantic import BaseModel, ValidationError
 
-from vanelock.quantities import Angle, Force, Frequency, Length, Stiffness, Unbalance, si
+from vanelock.quantities import Angle, Force, Frequency, Length, Stiffness, Unbalance, rpm, si
 
 
 @pytest.mark.parametrize(
@@ -49,3 +49,10 @@ def test_in_a_model():
     assert plate.stiffness == pytest.approx(2e6)
     with pytest.raises(ValidationError, match="expected a number in m"):
         Plate(length="4 kg")  # type: ignore[arg-type]
+
+
+def test_revolutions_are_not_radians():
+    assert rpm("16000 rpm") == rpm("1.6e4rpm") == rpm(16000) == 16000
+    for text in ("270 Hz", "16000", "1.2.3 rpm", "rpm"):
+        with pytest.raises(ValueError, match="expected a number in rpm"):
+            rpm(text)

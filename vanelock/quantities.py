@@ -48,6 +48,27 @@ def si(value: object, unit: str) -> object:
         ) from None
 
 
+def rpm(value: object) -> object:
+    """Convert text such as `"16000 rpm"` to revolutions a minute; pass numbers through.
+
+    Other units are refused: to a library of units a revolution is 2π, and 1 Hz less than 10 rpm.
+
+    Raises
+    ------
+    ValueError
+        If the text is not a number of rpm.
+    """
+    if not isinstance(value, str):
+        return value
+    found = re.fullmatch(r"\s*([+-]?[\d.]+(?:e[+-]?\d+)?)\s*rpm\s*", value, re.IGNORECASE)
+    try:
+        if found is None:
+            raise ValueError
+        return float(found[1])
+    except ValueError:
+        raise ValueError('expected a number in rpm, or text such as "16000 rpm"') from None
+
+
 def quantity(unit: str) -> BeforeValidator:
     """Pydantic validator that accepts a number in `unit`, or text with its own unit."""
     return BeforeValidator(lambda value: si(value, unit))
@@ -61,5 +82,6 @@ Force = Annotated[float, quantity("N")]
 Frequency = Annotated[float, quantity("Hz")]
 Stiffness = Annotated[float, quantity("N/m")]
 Bedding = Annotated[float, quantity("N/m^3")]  # a stiffness per area
+Revolutions = Annotated[float, BeforeValidator(rpm)]
 Unbalance = Annotated[float, quantity("kg*m")]
 Wear = Annotated[float, quantity("m^2/N")]  # volume per force and slip distance
