@@ -39,9 +39,12 @@ def drawn(tmp_path, monkeypatch):
     def draw(*arguments, **options):
         kept = []
         write = style.write
-        monkeypatch.setattr(
-            style, "write", lambda made, path: kept.append(made) or write(made, path)
-        )
+
+        def keep(made, path):
+            kept.append(made)
+            return write(made, path)
+
+        monkeypatch.setattr(style, "write", keep)
         path = render.campbell_picture(tmp_path / "c.png", *arguments, **options)
         (figure,) = kept
         texts = [text.get_text() for text in figure.legends[0].get_texts()]
