@@ -13,7 +13,7 @@ from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
 from vanelock.mesh import Part
-from vanelock.render import annulus, offscreen, scene, style, views
+from vanelock.render import annulus, offscreen, scene, style, views, window
 from vanelock.render.surface import Surface, surface
 
 Real = NDArray[np.float64]
@@ -57,12 +57,12 @@ def mesh_picture(path: style.PathLike, vane: Part, casing: Part, title: str = "M
     with style.applied():
         figure = style.figure(8.4, title, _counts(parts))
         picture, size = style.image_axes(figure, 0.3, 1.25, 6.6, 6.1)
-        picture.imshow(scene.snapshot(_sector(parts, surfaces), size), aspect="auto")
+        picture.imshow(window.snapshot(_sector(parts, surfaces), size), aspect="auto")
         cut = style.axes(figure, 7.75, 4.75, 3.9, 2.4)
         _section(cut, parts)
         whole, size = style.image_axes(figure, 7.1, 0.25, 4.75, 3.75)
         coarse = [surface(part, corners_only=True) for part in parts]
-        whole.imshow(scene.snapshot(_ring(parts, coarse), size), aspect="auto")
+        whole.imshow(window.snapshot(_ring(parts, coarse), size), aspect="auto")
         _heading(figure, 7.1, 4.02, f"Full ring of {vane.sectors} sectors")
         _legend(figure, parts)
         return style.write(figure, path)

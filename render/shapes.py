@@ -12,14 +12,15 @@ from numpy.typing import NDArray
 from vanelock.cyclic import COMPONENTS, phase_factor
 from vanelock.errors import InputError
 from vanelock.mesh import Part
-from vanelock.render import annulus, scene, style, views
+from vanelock.render import annulus, scene, style, views, window
 from vanelock.render.surface import Surface, surface
 
 Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 Paint = Callable[[Real, Complex], Real]  # (m, 3) points and shape of one sector -> (m, 3) colours
 
-_DRAWN: Final = 0.05  # largest displacement in the picture, as a share of the ring's outer radius
+DRAWN: Final = 0.05
+"""Largest displacement in a picture, as a share of the ring's outer radius."""
 _FAINT: Final = 0.02  # below this share of the largest a phase means nothing
 
 
@@ -89,8 +90,7 @@ def mode_picture(
     """
     skins = skins_of(parts, shapes)
     largest = max(float(annulus.peak(shape).max()) for shape in shapes)
-    drawn = _DRAWN * _radius(parts)
-    drawn = 1e-3 * max(round(1e3 * drawn), 1) if drawn > 1e-3 else drawn
+    drawn = mode_size(parts)
     scale = drawn / largest
     angle = annulus.largest_instant(*shapes)
 
@@ -100,7 +100,7 @@ def mode_picture(
 
     stated = f"Drawn at its largest deflection; largest displacement drawn as {1e3 * drawn:.3g} mm"
     with style.applied():
-        figure = style.figure(6.9, title, _sentence(subtitle, stated))
+        figure = style.figure(6.9, title, sentences(subtitle, stated))
         _panel(
             figure,
             0.3,
@@ -111,7 +111,7 @@ def mode_picture(
         # Each sector of the ring is small: its elements' corners are enough.
         coarse = skins_of(parts, shapes, corners_only=True)
         ring = ring_scene(coarse, nodal_diameter, angle, scale, paint)
-        _panel(figure, 5.3, 5.4, f"Full ring, {_wave(parts, nodal_diameter)}", ring)
+        _panel(figure, 5.3, 5.4, f"Full ring, {ring_and_wave(parts, nodal_diameter)}", ring)
         style.colour_bar(
             style.axes(figure, 10.95, 1.4, 0.16, 3.6),
             style.AMPLITUDE_MAP,
@@ -159,7 +159,7 @@ def response_picture(
     """
     skins = skins_of(parts, shapes, corners_only=True)
     amplitude = max(float(annulus.peak(shape).max()) for shape in shapes)
-    scale = annulus.round_scale(amplitude, _DRAWN * _radius(parts))
+    scale = annulus.round_scale(amplitude, DRAWN * outer_radius(parts))
     angle = annulus.largest_instant(*shapes)
     if component is None:
         points = np.concatenate([part.points for part in parts])
@@ -184,9 +184,9 @@ def response_picture(
     )
     name = COMPONENTS[component]
     with style.applied():
-        figure = style.figure(6.9, title, _sentence(subtitle, stated))
+        figure = style.figure(6.9, title, sentences(subtitle, stated))
         left = ring_scene(skins, nodal_diameter, angle, scale, by_amplitude)
-        _panel(figure, 0.3, 4.75, f"Amplitude, {_wave(parts, nodal_diameter)}", left)
+        _panel(figure, 0.3, 4.75, f"Amplitude, {ring_and_wave(parts, nodal_diameter)}", left)
         bar = style.axes(figure, 5.1, 1.6, 0.15, 3.2)
         style.colour_bar(bar, style.AMPLITUDE_MAP, 0, 1e6 * amplitude, "amplitude (µm)")
         right = ring_scene(skins, nodal_diameter, angle, scale, by_phase)
@@ -229,7 +229,14 @@ def skins_of(
     return skins
 
 
-def _radius(parts: Sequence[Part]) -> float:
+def mode_size(parts: Sequence[Part]) -> float:
+    """Length as which the largest displacement of a mode is drawn, whole mm of the parts."""
+    drawn = DRAWN * outer_radius(parts)
+    return 1e-3 * max(round(1e3 * drawn), 1) if drawn > 1e-3 else drawn
+
+
+def outer_radius(parts: Sequence[Part]) -> float:
+    """Largest distance of a node from the axis, m."""
     return max(float(np.hypot(part.points[:, 0], part.points[:, 1]).max()) for part in parts)
 
 
@@ -276,15 +283,17 @@ def ring_scene(
 def _panel(figure: Figure, left: float, width: float, heading: str, drawn: scene.Scene) -> None:
     """Image of a scene, 5.3 inches high, under its heading."""
     axes, size = style.image_axes(figure, left, 0.4, width, 5.25)
-    axes.imshow(scene.snapshot(drawn, size), aspect="auto")
+    axes.imshow(window.snapshot(drawn, size), aspect="auto")
     across, up = figure.get_size_inches()
     figure.text((left + 0.05) / across, 5.72 / up, heading, fontsize=12.5)
 
 
-def _wave(parts: Sequence[Part], nodal_diameter: int) -> str:
+def ring_and_wave(parts: Sequence[Part], nodal_diameter: int) -> str:
+    """Words for the ring and the wave on it."""
     sectors = parts[0].sectors
     return f"{sectors} sectors, {annulus.wave_name(nodal_diameter, sectors)}"
 
 
-def _sentence(*texts: str) -> str:
+def sentences(*texts: str) -> str:
+    """Texts as sentences, empty ones left out."""
     return ". ".join(text.rstrip(". ") for text in texts if text) + "."

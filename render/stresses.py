@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from vanelock.errors import InputError
 from vanelock.mesh import Part
-from vanelock.render import scene, style, views
+from vanelock.render import scene, style, views, window
 from vanelock.render.surface import surface
 
 Real = NDArray[np.float64]
@@ -77,7 +77,7 @@ def stress_picture(
             body = scene.Body(points[split], triangles, colour[split])
             axes, size = style.image_axes(figure, left, 0.4, 4.75, 5.25)
             drawn = scene.Scene(camera, [body], lines, marks)
-            axes.imshow(scene.snapshot(drawn, size), aspect="auto")
+            axes.imshow(window.snapshot(drawn, size), aspect="auto")
             figure.text((left + 0.05) / across, 5.72 / up, heading, fontsize=12.5)
             bar = style.axes(figure, left + 4.8, 1.6, 0.15, 3.2)
             style.colour_bar(bar, style.AMPLITUDE_MAP, 0, top, "von Mises stress (MPa)")

@@ -74,6 +74,7 @@ class Board:
     stages: Stages
     shown: Shown
     easel: Easel
+    _harmonics: dict[tuple[str, int], list[Shape]] = field(default_factory=dict, repr=False)
     _recoveries: dict[str, rom.Recovery] = field(default_factory=dict, repr=False)
 
     def table(
@@ -123,11 +124,14 @@ class Board:
         coordinates = rom.split(*parts, np.asarray(top.x[h][0], complex))[0]
         return np.asarray(self.recovery(each, "vane", k).stress(coordinates, k))
 
-    def vibration(self, each: Planned, h: int) -> list[Shape]:
+    def harmonic(self, each: Planned, h: int) -> list[Shape]:
         """Harmonic h of both parts' displacement at a case's peak, m."""
-        top = self.shown.top[each.case.name]
-        x = np.asarray(top.x[h][0], complex)
-        return self.fields(each, x, int(top.harmonic_diameters[h]))
+        key = each.case.name, h
+        if key not in self._harmonics:
+            top = self.shown.top[each.case.name]
+            x = np.asarray(top.x[h][0], complex)
+            self._harmonics[key] = self.fields(each, x, int(top.harmonic_diameters[h]))
+        return self._harmonics[key]
 
 
 def stress_over_a_period(harmonics: Shape) -> tuple[Floats, Floats]:

@@ -16,14 +16,17 @@ from vanelock.study.progress import Begun, Done, Listener
 
 FOLDERS = ("figures/", "shapes/")
 """Where the files go; nothing else is ever removed."""
+NOTED = 3.0
+"""Seconds between two notes of what is drawn: each replaces a file, which takes a disk a while."""
 CODE = (
     "board",
-    "curve_exhibits",
     "campbell_exhibits",
-    "preload_exhibits",
-    "loop_exhibits",
-    "shape_exhibits",
     "csv_table",
+    "curve_exhibits",
+    "loop_exhibits",
+    "preload_exhibits",
+    "shape_exhibits",
+    "step_files",
 )
 """Modules of this package that say what the files hold."""
 
@@ -54,6 +57,7 @@ class Easel:
     folder: Path
     listener: Listener
     done: list[Done] = field(default_factory=list)
+    _noted: float = field(default_factory=time.perf_counter, repr=False)
 
     @cached_property
     def _known(self) -> dict[str, list[str]]:
@@ -86,22 +90,31 @@ class Easel:
             function(path)
         seconds = time.perf_counter() - began
         self._known[name] = [key, file_digest(path), f"{seconds:.3f}"]
-        self._note()
+        if time.perf_counter() - self._noted > NOTED:
+            self._note()
         self.done.append(Done(name, seconds, False))
         if not quick:
             self.listener(self.done[-1])
         return path
 
     def tidy(self) -> None:
-        """Remove files that an earlier run drew and this one did not: they show other results."""
+        """Remove files that an earlier run drew and this one did not: they show other results.
+
+        What was drawn is then noted for the next run.
+        """
         current = {done.stage for done in self.done}
         for name in [name for name in self._known if name not in current]:
-            with _placing(self.folder / name):
-                (self.folder / name).unlink(missing_ok=True)
+            place = self.folder / name
+            with _placing(place):
+                place.unlink(missing_ok=True)
+                if place.parent.parent != self.folder and not any(place.parent.iterdir()):
+                    place.parent.rmdir()
             del self._known[name]
-            self._note()
+        self._note()
 
     def _note(self) -> None:
+        """Record what is drawn; a run that is killed draws again what came after the last note."""
+        self._noted = time.perf_counter()
         record(self.folder / "cache" / "pictures.json", json.dumps(self._known, indent=1))
 
 

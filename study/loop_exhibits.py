@@ -3,6 +3,8 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -82,19 +84,17 @@ def loops(board: Board, each: Planned) -> list[Exhibit]:
     number, frequency = own.index(contact) + 1, board.shown.peak[name].frequency
     title = f"Interlock contact {number} at {frequency:.2f} Hz"
     shows = [each.response.key, title, name, board.shown.monitor.name]
-    path = board.easel.draw(
-        f"figures/loop_{slug(name)}.png",
-        shows,
-        lambda path: render.loop_picture(
-            path,
-            *loop.history,
-            loop.mu,
-            title,
-            words(name),
-            bounding=loop.bounding,
-            isotropic=loop.isotropic,
-        ),
-    )
+    given: dict[str, Any] = {"isotropic": loop.isotropic}
+
+    def still(path: Path) -> None:
+        given["bounding"] = loop.bounding
+        render.loop_picture(path, *loop.history, loop.mu, title, words(name), **given)
+
+    def moving(path: Path) -> None:
+        given["bounding"] = loop.bounding
+        render.loop_animation(path, *loop.history, loop.mu, title, words(name), **given)
+
+    path = board.easel.draw(f"figures/loop_{slug(name)}.png", shows, still)
     notes = [f"{board.study.name}: {title}{of_case(name)}, one period"]
     data = board.table(f"figures/loop_{slug(name)}.csv", shows, loop.columns, notes)
     caption = (
@@ -104,4 +104,15 @@ def loops(board: Board, each: Planned) -> list[Exhibit]:
         "±μn the contact slips, on the steep flanks it sticks. Right: normal force and friction "
         "over the period; the bounds move because the normal force does."
     )
-    return [Exhibit(path, f"Hysteresis of interlock contact {number}", caption, (data,))]
+    heading = f"Hysteresis of interlock contact {number}"
+    made = [Exhibit(path, heading, caption, (data,))]
+    if board.study.outputs.animations:
+        path = board.easel.draw(f"figures/loop_{slug(name)}.gif", shows, moving)
+        caption = (
+            f"The same contact while its loop is traced{of_case(name)}: the point is the instant's "
+            "friction, the dashed lines are the bounds ±μn that move with the normal force beside. "
+            "It slips while it lies on a bound and sticks while it runs between them; where the "
+            "normal force is zero the contact is open and the bounds meet."
+        )
+        made.append(Exhibit(path, f"{heading}, traced", caption, (data,)))
+    return made

@@ -17,6 +17,7 @@ from vanelock.study.naming import of_case, slug, words
 from vanelock.study.plan import LIMITS, Planned
 from vanelock.study.progress import Notice
 from vanelock.study.stages import PARTS
+from vanelock.study.step_files import steps
 from vanelock.study.sweep import label
 
 DETAILED = 8
@@ -96,11 +97,12 @@ def _mode_key(board: Board, each: Planned) -> tuple[Any, ...]:
 
 
 def _modes(board: Board, each: Planned, name: str) -> list[Exhibit]:
-    """The mode of interest with the interlock free and stuck."""
+    """The mode of interest with the interlock free and stuck, the last one in motion too."""
     limits = board.stages.get(each.linear.limits)
     k = limits.nodal_diameter
     made = []
-    for which in LIMITS if limits.interlock else LIMITS[:1]:
+    wanted = LIMITS if limits.interlock else LIMITS[:1]
+    for which in wanted:
         place = limits.free_mode if which == "free" else limits.stuck_mode
         frequency = limits.free_frequency if which == "free" else limits.stuck_frequency
         wave = render.wave_name(k, board.study.ring.sectors)
@@ -122,7 +124,21 @@ def _modes(board: Board, each: Planned, name: str) -> list[Exhibit]:
             "stated, colours tell where it moves most. Left: one sector at its largest deflection, "
             "undeformed in grey; right: the wave around the ring."
         )
-        made += _shape(board, each, drawn, render.mode_picture, caption)
+        data = _data(board, each, drawn)
+        made.append(_picture(board, each, drawn, render.mode_picture, caption, data))
+        if board.study.outputs.animations and which == wanted[-1]:
+            caption = (
+                f"The same mode over one period{of_case(name)}: a wave that travels round the ring "
+                "as the load does. Colours are the displacement at the instant."
+            )
+
+            def animate(path: Path, drawn: Drawn = drawn) -> None:
+                render.mode_animation(
+                    path, board.parts(each), drawn.fields, k, drawn.title, drawn.subtitle
+                )
+
+            path = board.easel.draw(f"shapes/{file}.gif", shows, animate)
+            made.append(Exhibit(path, f"{title}, in motion", caption, data))
     return made
 
 
@@ -135,7 +151,7 @@ def response(board: Board, each: Planned) -> list[Exhibit]:
     shows = [each.response.key, title, name, board.shown.monitor.name]
     subtitle = f"{words(name)}, first harmonic"
     drawn = Drawn(
-        f"response_{slug(name)}", title, subtitle, k, lambda: board.vibration(each, 1), shows
+        f"response_{slug(name)}", title, subtitle, k, lambda: board.harmonic(each, 1), shows
     )
     caption = (
         f"First harmonic of the vibration with friction at the largest response, "
@@ -144,7 +160,25 @@ def response(board: Board, each: Planned) -> list[Exhibit]:
         "colours run once around the ring for each nodal diameter the wave travels, and a jump "
         "within a sector tells parts that move against each other."
     )
-    return _shape(board, each, drawn, render.response_picture, caption)
+    data = (*_data(board, each, drawn), *steps(board, each))
+    made = [_picture(board, each, drawn, render.response_picture, caption, data)]
+    if board.study.outputs.animations:
+
+        def animate(path: Path) -> None:
+            waves = [
+                render.Wave(h, int(top.harmonic_diameters[h]), board.harmonic(each, h))
+                for h in range(1, top.harmonics + 1)
+            ]
+            render.response_animation(path, board.parts(each), waves, title, words(name))
+
+        path = board.easel.draw(f"shapes/{drawn.name}.gif", shows, animate)
+        caption = (
+            f"The vibration at the peak over one period{of_case(name)}, all harmonics, each with "
+            "its own nodal diameter, without what the preload does at rest. Colours are the "
+            "displacement at the instant: the pattern runs round the ring with the load."
+        )
+        made.append(Exhibit(path, f"{title}, in motion", caption, data))
+    return made
 
 
 def stress(board: Board, each: Planned) -> Exhibit:
@@ -179,22 +213,24 @@ def stress(board: Board, each: Planned) -> Exhibit:
     return Exhibit(path, "Stress of the vane at the peak", caption, (data,))
 
 
-def _shape(
-    board: Board, each: Planned, drawn: Drawn, draw: Callable[..., Path], caption: str
-) -> list[Exhibit]:
-    """Picture and one .vtu file for each part of a displacement field."""
-    path = board.easel.draw(
-        f"shapes/{drawn.name}.png",
-        drawn.shows,
-        lambda path: draw(
-            path,
-            board.parts(each),
-            drawn.fields,
-            drawn.nodal_diameter,
-            drawn.title,
-            drawn.subtitle,
-        ),
-    )
+def _picture(
+    board: Board,
+    each: Planned,
+    drawn: Drawn,
+    draw: Callable[..., Path],
+    caption: str,
+    data: tuple[Path, ...],
+) -> Exhibit:
+    def function(path: Path) -> None:
+        parts, k = board.parts(each), drawn.nodal_diameter
+        draw(path, parts, drawn.fields, k, drawn.title, drawn.subtitle)
+
+    path = board.easel.draw(f"shapes/{drawn.name}.png", drawn.shows, function)
+    return Exhibit(path, drawn.title, caption, data)
+
+
+def _data(board: Board, each: Planned, drawn: Drawn) -> tuple[Path, ...]:
+    """One .vtu file for each part of a displacement field."""
     data = []
     for i, part in enumerate(PARTS):
 
@@ -203,4 +239,4 @@ def _shape(
 
         file = f"shapes/{drawn.name}_{part}.vtu"
         data.append(board.easel.draw(file, drawn.shows, write, quick=True))
-    return [Exhibit(path, drawn.title, caption, tuple(data))]
+    return tuple(data)

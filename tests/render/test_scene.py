@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from matplotlib.colors import to_rgb
 
-from vanelock.render import scene, style, views
+from vanelock.render import scene, style, views, window
 from vanelock.render.surface import surface
 
 SQUARE = np.array([[-1.0, -1.0, 0.0], [1.0, -1.0, 0.0], [1.0, 1.0, 0.0], [-1.0, 1.0, 0.0]])
@@ -21,7 +21,7 @@ def centre_of(picture, chosen):
 def test_a_mark_lands_where_the_projection_puts_it(place):
     mark = scene.Marks(np.array([[*place, 0.0]]), style.VERMILION, 14)
     drawn = scene.Scene(DOWN, [scene.Body(SQUARE, TRIANGLES, "white")], marks=[mark])
-    picture = scene.snapshot(drawn, (400, 400))
+    picture = window.snapshot(drawn, (400, 400))
     red = (picture[:, :, 0] > 120) & (picture[:, :, 2] < 60)
     # x = -1 ... 1 fills 400 pixels; rows count downwards.
     expected = (200 + 200 * place[0] - 0.5, 200 - 200 * place[1] - 0.5)
@@ -30,7 +30,7 @@ def test_a_mark_lands_where_the_projection_puts_it(place):
 
 def test_the_fitted_body_fills_the_picture():
     drawn = scene.Scene(DOWN, [scene.Body(0.5 * SQUARE, TRIANGLES, "black")])
-    picture = scene.snapshot(drawn, (300, 300))
+    picture = window.snapshot(drawn, (300, 300))
     dark = picture.max(axis=2) < 128
     rows, columns = np.nonzero(dark)
     assert (rows.min(), rows.max(), columns.min(), columns.max()) == (75, 224, 75, 224)
@@ -39,7 +39,7 @@ def test_the_fitted_body_fills_the_picture():
 
 def test_a_tall_picture_fits_the_width():
     drawn = scene.Scene(DOWN, [scene.Body(SQUARE, TRIANGLES, "black")])
-    picture = scene.snapshot(drawn, (200, 400))
+    picture = window.snapshot(drawn, (200, 400))
     rows, columns = np.nonzero(picture.max(axis=2) < 128)
     assert np.ptp(columns) == pytest.approx(199, abs=1)
     assert np.ptp(rows) == pytest.approx(199, abs=1)
@@ -52,10 +52,10 @@ def test_a_hidden_mark_shines_through_paler():
 
     def weight(position):
         marks = [scene.Marks(points + position * above, style.BLUE, 20)]
-        picture = scene.snapshot(scene.Scene(DOWN, [cover], marks=marks), (200, 200))
+        picture = window.snapshot(scene.Scene(DOWN, [cover], marks=marks), (200, 200))
         return float(np.sum(255.0 - picture[:, 125:136, 0]))
 
-    background = scene.snapshot(scene.Scene(DOWN, [cover]), (200, 200))
+    background = window.snapshot(scene.Scene(DOWN, [cover]), (200, 200))
     empty = float(np.sum(255.0 - background[:, 125:136, 0]))
     hidden, open_ = weight(0.0) - empty, weight(2.0) - empty
     assert 0.3 < hidden / open_ < 0.6  # drawn at a strength of 0.45
@@ -63,7 +63,9 @@ def test_a_hidden_mark_shines_through_paler():
 
 def test_a_body_has_the_colours_given_at_its_points():
     shades = np.array([to_rgb("red"), to_rgb("red"), to_rgb("blue"), to_rgb("blue")])
-    picture = scene.snapshot(scene.Scene(DOWN, [scene.Body(SQUARE, TRIANGLES, shades)]), (100, 100))
+    picture = window.snapshot(
+        scene.Scene(DOWN, [scene.Body(SQUARE, TRIANGLES, shades)]), (100, 100)
+    )
     low, high = picture[95, 50].astype(int), picture[5, 50].astype(int)
     assert low[0] > 200 > 40 > low[2]
     assert high[2] > 200 > 40 > high[0]

@@ -232,20 +232,26 @@ def test_pictures_are_drawn_again_only_when_they_would_change(tmp_path):
 
         return function
 
+    def draw(shows, text):
+        easel = Easel(tmp_path, silent)
+        path = easel.draw("figures/a.png", shows, write(text))
+        easel.tidy()
+        return path
+
     for shows, text in (([1], "one"), ([1], "one again"), ([2], "two")):
-        path = Easel(tmp_path, silent).draw("figures/a.png", shows, write(text))
+        path = draw(shows, text)
     assert drawn == ["one", "two"]
     path.write_text("spoilt")
-    Easel(tmp_path, silent).draw("figures/a.png", [2], write("repaired"))
+    draw([2], "repaired")
     assert path.read_text() == "repaired"
     (tmp_path / "cache" / "pictures.json").write_text('{"figures/a.png": 3')
-    Easel(tmp_path, silent).draw("figures/a.png", [2], write("list lost"))
+    draw([2], "list lost")
     assert path.read_text() == "list lost"
 
 
 def test_pictures_of_other_results_are_removed(tmp_path):
     def write(path):
-        path.parent.mkdir(exist_ok=True)
+        path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text("drawn")
 
     (tmp_path / "figures").mkdir()
@@ -254,7 +260,9 @@ def test_pictures_of_other_results_are_removed(tmp_path):
         easel = Easel(tmp_path, silent)
         for name in names:
             easel.draw(f"figures/{name}.png", [], write)
+        easel.draw(f"shapes/{names[0]}/step.vtu", [], write)
         easel.tidy()
+    assert [path.name for path in (tmp_path / "shapes").iterdir()] == ["b"]  # nor empty folders
     assert {path.stem for path in (tmp_path / "figures").iterdir()} == {"b", "c", "mine"}
 
 

@@ -36,7 +36,7 @@ def board(text, limits=(), linear=None):
     stages: Any = SimpleNamespace(get=lambda found: replace(found) if found else found)
     for found in limits:
         object.__setattr__(found, "key", "key")
-    easel: Any = SimpleNamespace(listener=told.append)
+    easel: Any = SimpleNamespace(listener=told.append, draw=lambda *_: None)
     return Board(study, planned, stages, shown, easel), told
 
 
@@ -50,11 +50,11 @@ def modes(monkeypatch, drawn):
     """(file, title, subtitle) of each mode picture."""
     heard = []
 
-    def shape(board, each, field, *_):
+    def picture(board, each, field, *_):
         heard.append((field.name, field.title, field.subtitle))
-        return []
 
-    monkeypatch.setattr("vanelock.study.shape_exhibits._shape", shape)
+    monkeypatch.setattr("vanelock.study.shape_exhibits._picture", picture)
+    monkeypatch.setattr("vanelock.study.shape_exhibits._data", lambda *_: ())
     all_modes(drawn)
     return heard
 
