@@ -27,6 +27,7 @@ frequencies = [262, 266, 270]
 harmonics = 1
 [outputs]
 shapes = false
+animations = false
 """
 
 
