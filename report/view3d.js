@@ -3,16 +3,17 @@
 // Sector j of a wave of nodal diameter ND moves by Re(x_j e^{iα}), and in cylindrical components
 // x_j = x_0 e^{-i j ND 2π/N}: sector 0's displacement, later by the phase lag, turned with the
 // sector about the engine axis z. The vertex shader does just that, so a new phase angle α costs
-// one uniform. vanelock.render.annulus is the same in Python; a test compares the two.
+// one uniform; cosines and sines are JavaScript's, since graphics cards' have four digits. vanelock.render.annulus is the same in Python; a test compares the two.
 (() => {
   "use strict";
 
   const VERTEX = `#version 300 es
   in vec3 place, normal, re, im;    // fractions of the body's box; of the motion's unit
+  in vec4 around;                   // cos, sin of the sector's angle j 2π/N and of its lag j ND 2π/N
   uniform vec3 low, span;           // the box, m
   uniform float unit, largest;      // m: largest component, largest displacement in a cycle
-  uniform float turn, lag;          // rad a sector: 2π/N about z, and the wave's phase 2π ND/N
-  uniform float alpha, scale;       // phase angle; displacements are drawn that many times as large
+  uniform vec2 alpha;               // cos, sin of the phase angle
+  uniform float scale;              // displacements are drawn that many times as large
   uniform mat3 view;                // to right, up, backward
   uniform vec3 centre;
   uniform vec2 fit;                 // 1/m, to the picture's half width and half height
@@ -22,11 +23,9 @@
   out float value;
 
   void main() {
-    float j = float(gl_InstanceID);
-    float phase = alpha - j * lag;
-    vec3 moved = unit * (re * cos(phase) - im * sin(phase));
-    float c = cos(j * turn), s = sin(j * turn);
-    mat3 turned = mat3(c, s, 0.0, -s, c, 0.0, 0.0, 0.0, 1.0);
+    float c = dot(alpha, around.zw), s = alpha.y * around.z - alpha.x * around.w;  // of α - j φ
+    vec3 moved = unit * (re * c - im * s);
+    mat3 turned = mat3(around.x, around.y, 0.0, -around.y, around.x, 0.0, 0.0, 0.0, 1.0);
     position = turned * (low + span * place + scale * moved);
     // A point runs along an ellipse; its larger half axis is the amplitude.
     vec2 square = vec2(dot(re, re) - dot(im, im), 2.0 * dot(re, im));
@@ -62,6 +61,13 @@
   const bytes = (text) => Uint8Array.from(atob(text), (c) => c.charCodeAt(0));
   const rgb = (hex) => [1, 3, 5].map((i) => parseInt(hex.slice(i, i + 2), 16) / 255);
   const short = (x) => Number(x.toPrecision(3)).toLocaleString("en-GB", { maximumSignificantDigits: 3 });
+
+  // Each sector's `around`, for a wave.
+  const sectorAngles = (sectors, diameter) =>
+    Float32Array.from({ length: 4 * sectors }, (_, i) => {
+      const j = i >> 2, angle = 2 * Math.PI * ((i & 2 ? j * diameter : j) % sectors) / sectors;
+      return i & 1 ? Math.sin(angle) : Math.cos(angle);
+    });
 
   function program(gl) {
     const made = gl.createProgram();
@@ -127,6 +133,12 @@
         attribute(gl, this.program, "normal", body.normals, gl.BYTE);
         attribute(gl, this.program, "re", motion.shapes[which].re, gl.SHORT);
         attribute(gl, this.program, "im", motion.shapes[which].im, gl.SHORT);
+        const around = gl.getAttribLocation(this.program, "around");
+        gl.bindBuffer(gl.ARRAY_BUFFER, gl.createBuffer());
+        gl.bufferData(gl.ARRAY_BUFFER, sectorAngles(this.scene.sectors, motion.diameter), gl.STATIC_DRAW);
+        gl.enableVertexAttribArray(around);
+        gl.vertexAttribPointer(around, 4, gl.FLOAT, false, 0, 0);
+        gl.vertexAttribDivisor(around, 1);  // one for each sector
         return array;
       });
       const made = { ...body, arrays, faces: indices(gl, body.triangles), lines: indices(gl, body.outline) };
@@ -214,11 +226,10 @@
       const colouring = this.control("colouring").value;
       const short = Math.min(canvas.width, canvas.height), fit = 0.95 * this.zoom / this.radius;
       const numbers = {
-        unit: motion.unit, largest: motion.largest, alpha: this.alpha, scale: this.scale,
-        turn: 2 * Math.PI / scene.sectors, lag: 2 * Math.PI * motion.diameter / scene.sectors,
-        radius: this.radius,
+        unit: motion.unit, largest: motion.largest, scale: this.scale, radius: this.radius,
       };
       for (const [name, number] of Object.entries(numbers)) gl.uniform1f(where[name], number);
+      gl.uniform2f(where.alpha, Math.cos(this.alpha), Math.sin(this.alpha));
       gl.uniform1i(where.instant, colouring === "instant");
       gl.uniform1i(where.coloured, colouring !== "part");
       gl.uniform3fv(where.centre, this.centre);
@@ -347,5 +358,5 @@
   for (const figure of document.querySelectorAll("figure.view")) {
     try { new Viewer(figure); } catch (error) { message(figure); }
   }
-  window.vanelockView = { vertexShader: VERTEX };
+  window.vanelockView = { vertexShader: VERTEX, sectorAngles };
 })();

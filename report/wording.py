@@ -78,7 +78,7 @@ def told(file: Path | str, folder: Path) -> str:
 
 def quantity(label: str) -> tuple[str, str]:
     """Name and unit of "amplitude (µm)": ("amplitude", "µm"); no unit where there is none."""
-    found = re.fullmatch(r"(.*\S)\s*\(([^()]*)\)", label)
+    found = re.fullmatch(r"(.*\S)\s+\(([^()]*)\)", label)
     if not found or found[2] in {"", "–", "-", "1"}:
         return (found[1] if found else label), ""
     return found[1], found[2]

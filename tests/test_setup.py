@@ -118,6 +118,37 @@ def test_missing_compiler_alone_does_not_stop(
     assert "apt-get install --yes --no-install-recommends gcc" in obstacle
 
 
+def test_browser_is_installed_for_the_tests(
+    tools: ModuleType, log: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(os, "geteuid", lambda: 0)
+    tools._browser()
+    *_, last = log.read_text().splitlines()
+    assert last.endswith(" install --yes --no-install-recommends chromium")
+
+
+def test_missing_browser_is_told_and_does_not_stop(
+    tools: ModuleType,
+    log: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.setattr(os, "geteuid", lambda: 1000)
+    (log.parent / "bin" / "sudo").unlink()
+    tools._browser()
+    told = capsys.readouterr().out
+    assert "tests of the report will fail" in told
+    assert "apt-get install --yes --no-install-recommends chromium\n" in told
+
+
+def test_browser_that_is_there_is_left_alone(tools: ModuleType, log: Path) -> None:
+    browser = log.parent / "bin" / "google-chrome"
+    browser.write_text("#!/bin/sh\n")
+    browser.chmod(0o755)
+    tools._browser()
+    assert log.read_text() == ""
+
+
 def test_old_python_is_refused() -> None:
     run = subprocess.run(
         ["sh", ROOT / "tools" / "setup.sh"],

@@ -54,6 +54,7 @@ def main() -> None:
     with open(__file__) as script:
         fcntl.flock(script, fcntl.LOCK_EX)  # two make commands at once take turns
         cholmod_obstacle = _system()
+        _browser()
         try:
             _virtual_environment()
             _dependencies()
@@ -88,6 +89,18 @@ def _system() -> str | None:
         )
     still = system_packages.missing_for_cholmod()
     return f"{reason}; to have it: {install_line(still)} && rm .venv/made" if still else None
+
+
+def _browser() -> None:
+    """What the tests of the report look at it with; without it they fail, and all else works."""
+    wanted = system_packages.missing_for_tests() if sys.platform == "linux" else []
+    if not wanted:
+        return
+    try:
+        system_packages.install(wanted)
+    except CannotInstall as error:
+        _say(f"NOTE: no browser ({error}): tests of the report will fail, nothing else")
+        _say(f"NOTE: to have it: {install_line(wanted)}")
 
 
 def _virtual_environment() -> None:

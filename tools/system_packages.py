@@ -2,7 +2,8 @@
 
 gmsh does not import without its X and GL libraries, and VTK crashes the process when it renders
 without a GL library, so both are looked for before either is imported. CHOLMOD is compiled from
-source and needs a compiler; without it another sparse solver is used.
+source and needs a compiler; without it another sparse solver is used. The tests of the report look
+at it in a browser, which nothing else needs.
 """
 
 import os
@@ -35,6 +36,9 @@ CHOLMOD_LIBRARIES = {
     "libcholmod.so": "libsuitesparse-dev",
     "libopenblas.so.0": "libopenblas0-pthread",
 }
+
+# Any of these serves; the first is Debian's package.
+BROWSERS = ("chromium", "chromium-browser", "google-chrome")
 
 _PROBE = """
 import ctypes, sys
@@ -75,6 +79,11 @@ def missing_for_cholmod() -> list[str]:
     if not (Path(sysconfig.get_path("include")) / "Python.h").exists():
         packages.append("python3-dev")
     return packages
+
+
+def missing_for_tests() -> list[str]:
+    """Debian packages that only the tests need, as far as they are missing: a browser."""
+    return [] if any(map(shutil.which, BROWSERS)) else [BROWSERS[0]]
 
 
 def install_line(packages: Sequence[str]) -> str:

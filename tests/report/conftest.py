@@ -1,0 +1,163 @@
+"""A page with one block of each kind, made by hand, and a browser that opens it."""
+
+import shutil
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from types import SimpleNamespace
+
+import matplotlib.image
+import numpy as np
+import pytest
+from playwright.sync_api import Browser, Page, sync_playwright
+
+from vanelock import report
+
+SECTORS = 9
+_BROWSERS = ("chromium", "chromium-browser", "google-chrome")
+
+
+def bent_block(name="vane", inner=0.4, outer=0.6, length=0.1, divisions=4) -> report.Body:
+    """Skin of an annular sector, its faces divided, corners doubled nowhere."""
+    steps = np.linspace(0, 1, divisions + 1)
+    places: list[np.ndarray] = []
+    triangles: list[np.ndarray] = []
+    for axis in range(3):
+        for side in (0.0, 1.0):
+            first, second = np.meshgrid(steps, steps, indexing="ij")
+            grid = np.zeros((*first.shape, 3))
+            grid[..., axis], grid[..., (axis + 1) % 3], grid[..., (axis + 2) % 3] = (
+                side,
+                first,
+                second,
+            )
+            number = np.arange(first.size).reshape(first.shape) + sum(
+                len(place) for place in places
+            )
+            a, b, c, d = number[:-1, :-1], number[1:, :-1], number[1:, 1:], number[:-1, 1:]
+            order = [a, b, c, a, c, d] if side else [a, c, b, a, d, c]
+            triangles.append(np.stack(order, -1).reshape(-1, 3))
+            places.append(grid.reshape(-1, 3))
+    unique, numbered = np.unique(np.concatenate(places).round(9), axis=0, return_inverse=True)
+    r = inner + (outer - inner) * unique[:, 0]
+    angle = 2 * np.pi / SECTORS * 0.9 * unique[:, 1]
+    points = np.column_stack([r * np.cos(angle), r * np.sin(angle), length * unique[:, 2]])
+    corners = numbered.reshape(-1)[np.concatenate(triangles)]
+    return report.Body(points, corners, SECTORS, corners[:, :2], name)
+
+
+def wave(body: report.Body, seed: int, amplitude: float) -> np.ndarray:
+    """(m, 3) complex shape, smooth along the body and elliptic."""
+    random = np.random.default_rng(seed)
+    slope = random.normal(size=(3, 3)) + 1j * random.normal(size=(3, 3))
+    shape = body.points @ slope
+    return np.asarray(amplitude * shape / np.abs(shape).max())
+
+
+@pytest.fixture(scope="session")
+def sample(tmp_path_factory):
+    """The page, written, and what it was made of."""
+    folder = tmp_path_factory.mktemp("run")
+    picture = folder / "figures" / "shape.png"
+    picture.parent.mkdir()
+    matplotlib.image.imsave(picture, np.linspace(0, 1, 900 * 1500).reshape(900, 1500))
+    bodies = (bent_block(), bent_block("casing", 0.61, 0.65, 0.14))
+    motions = (
+        report.Motion(
+            "Response", 2, tuple(wave(b, 1, 42e-6) for b in bodies), 263.4, "At the peak."
+        ),
+        report.Motion("Mode", 7, tuple(wave(b, 2, 1.0) for b in bodies), 250.9, relative=True),
+    )
+    x = np.linspace(200, 300, 101)
+    broken = 40 / (1 + ((x - 250) / 5) ** 2)
+    broken[30:34] = np.nan
+    curves = report.Plot(
+        (
+            report.Trace(x, broken, "μ = 0.15 & more", hover="H = 3"),
+            report.Trace(x, 60 - np.abs(x - 270) / 2, "free", group="limits", dash="dash"),
+            report.Trace(x, 50 - np.abs(x - 280) / 2, "stuck", group="limits", dash="dot"),
+            report.Trace(x[::10], broken[::10], "measured", mode="markers", colour="#1a1a1a"),
+        ),
+        "frequency (Hz)",
+        "amplitude (µm)",
+        "Forced response",
+        "Three cases.",
+        data=(folder / "figures" / "response.csv",),
+    )
+    scales = report.Plot(
+        (report.Trace(np.geomspace(0.01, 10, 20), np.geomspace(1e3, 1, 20), "peak"),),
+        "friction coefficient (–)",
+        "peak (µm)",
+        "Peak against friction",
+        log_x=True,
+        log_y=True,
+    )
+    wide = report.Table(
+        ["contact", "state", *(f"quantity {i}" for i in range(14))],
+        [[i, "slips", *(1.2345 * 10.0**k for k in range(14))] for i in range(30)],
+        "Contacts",
+        units=["", "", *["N"] * 14],
+        flags=["bad" if i == 3 else "" for i in range(30)],
+    )
+    page = report.Page(
+        'Study "A" <b>',
+        "22 November 2026, vanelock 0.1.0",
+        (
+            report.Section(
+                "Answers",
+                (
+                    report.Text("First **bold** and `code`.\n\nSecond <script>alert(1)</script>."),
+                    report.Answers(
+                        (
+                            report.Answer("Peak", "41.7 µm", "at 250.0 Hz", "good"),
+                            report.Answer("Wear", "12 µm/1000 h", "", "bad"),
+                        )
+                    ),
+                ),
+            ),
+            report.Section("Curves & tables", (curves, scales, wide)),
+            report.Section("Motion", (report.View(bodies, motions, "Ring in motion", "Drag it."),)),
+            report.Section("Motion", (report.Picture(picture, "Shape", "As printed."),)),
+        ),
+    )
+    path = report.write_page(folder / "report.html", page)
+    return SimpleNamespace(path=path, page=page, bodies=bodies, motions=motions, curves=curves)
+
+
+@pytest.fixture(scope="session")
+def browser() -> Iterator[Browser]:
+    """A real browser without a screen, drawing by software; one for all tests."""
+    found = next(filter(None, map(shutil.which, _BROWSERS)), None)
+    if found is None:
+        pytest.fail(f"no browser found: one of {', '.join(_BROWSERS)} is needed")
+    options = ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
+    with sync_playwright() as playwright:
+        started = playwright.chromium.launch(executable_path=found, args=options)
+        yield started
+        started.close()
+
+
+@pytest.fixture(scope="session")
+def visit(browser: Browser) -> Callable[..., Page]:
+    """Function that opens a file, and the complaints and requests of all pages opened.
+
+    `visit.complaints` and `visit.requests` grow while pages are used.
+    """
+    complaints: list[str] = []
+    requests: list[str] = []
+
+    def visit(path: Path, width: int = 1280, height: int = 900, **options) -> Page:
+        options = {"reduced_motion": "reduce", **options}
+        context = browser.new_context(viewport={"width": width, "height": height}, **options)
+        page = context.new_page()
+        page.on("console", lambda message: complaints.append(f"{message.type}: {message.text}"))
+        page.on("pageerror", lambda error: complaints.append(str(error)))
+        page.on("request", lambda request: requests.append(request.url))
+        page.goto(path.as_uri())
+        page.wait_for_function(
+            "[...document.querySelectorAll('.plot .area')].every(a => a.querySelector('.main-svg'))"
+        )
+        return page
+
+    visit.complaints = complaints  # type: ignore[attr-defined]
+    visit.requests = requests  # type: ignore[attr-defined]
+    return visit
