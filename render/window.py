@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vanelock.render import offscreen
-from vanelock.render.scene import Body, Lines, Marks, Scene
+from vanelock.render.scene import Body, Camera, Lines, Marks, Scene
 
 Real = NDArray[np.float64]
 Pixels = NDArray[np.uint8]
@@ -189,32 +189,58 @@ def _add_lines(plotter: Any, lines: Lines, shift: Real) -> Any:
     )
 
 
+@dataclass(frozen=True)
+class View:
+    """A parallel view, aimed.
+
+    Attributes
+    ----------
+    frame : (3, 3) float
+        Rows: its side, up and forward directions.
+    centre : (3,) float
+        What the middle of the picture shows, m.
+    half_height : float
+        Half of what the picture shows in height, m.
+    """
+
+    frame: Real
+    centre: Real
+    half_height: float
+
+    def pixels(self, points: Real, size: tuple[int, int]) -> Real:
+        """(m, 2) where points lie in a picture of that size: to the right, and downwards."""
+        across, up = ((np.asarray(points) - self.centre) @ self.frame[:2].T).T
+        fine = size[1] / 2 / self.half_height
+        return np.column_stack([size[0] / 2 + fine * across, size[1] / 2 - fine * up])
+
+
+def aimed(camera: Camera, fit: Real, size: Sequence[int]) -> View:
+    """A camera's view in which points (m, 3) fill a picture of that size."""
+    forward = np.asarray(camera.direction, float)
+    forward = forward / np.linalg.norm(forward)
+    side = np.cross(forward, np.asarray(camera.up, float))
+    side = side / np.linalg.norm(side)
+    frame = np.vstack([side, np.cross(side, forward), forward])
+    seen = fit @ frame.T
+    low, high = seen.min(axis=0), seen.max(axis=0)
+    half = (high - low) / 2 * camera.margin
+    return View(frame, (low + high) / 2 @ frame, max(half[1], half[0] * size[1] / size[0]))
+
+
 def _aim(plotter: Any, scene: Scene, size: Sequence[int]) -> tuple[Real, float]:
     """Point the camera and fit what it shall show into the picture.
 
     Returns the view's side, up and forward directions (rows), and the length of a pixel in m.
     """
-    camera = scene.camera
-    forward = np.asarray(camera.direction, float)
-    forward = forward / np.linalg.norm(forward)
-    side = np.cross(forward, np.asarray(camera.up, float))
-    side = side / np.linalg.norm(side)
-    up = np.cross(side, forward)
     items: list[Body | Lines | Marks] = [*scene.bodies, *scene.lines, *scene.marks]
     drawn = np.concatenate([item.points for item in items])
-    fit = drawn if camera.fit is None else camera.fit
-    low = np.array([(fit @ axis).min() for axis in (side, up, forward)])
-    high = np.array([(fit @ axis).max() for axis in (side, up, forward)])
-    middle = (low + high) / 2
-    half = (high - low) / 2 * camera.margin
-    frame = np.vstack([side, up, forward])
-    centre = middle @ frame
-    reach = np.linalg.norm(np.ptp(drawn, axis=0)) + np.linalg.norm(centre - drawn.mean(axis=0))
-    view = plotter.camera
-    view.parallel_projection = True
-    view.position = tuple(centre - 2 * reach * forward)
-    view.focal_point = tuple(centre)
-    view.up = tuple(up)
-    view.parallel_scale = max(half[1], half[0] * size[1] / size[0])
-    view.clipping_range = (0.01 * reach, 4 * reach)
-    return frame, 2 * view.parallel_scale / size[1]
+    view = aimed(scene.camera, drawn if scene.camera.fit is None else scene.camera.fit, size)
+    reach = np.linalg.norm(np.ptp(drawn, axis=0)) + np.linalg.norm(view.centre - drawn.mean(axis=0))
+    camera = plotter.camera
+    camera.parallel_projection = True
+    camera.position = tuple(view.centre - 2 * reach * view.frame[2])
+    camera.focal_point = tuple(view.centre)
+    camera.up = tuple(view.frame[1])
+    camera.parallel_scale = view.half_height
+    camera.clipping_range = (0.01 * reach, 4 * reach)
+    return view.frame, 2 * view.half_height / size[1]

@@ -61,8 +61,47 @@ class Shown:
     peak: dict[str, Peak] = field(default_factory=dict)
     static: dict[str, Response] = field(default_factory=dict)
     harmonics: dict[str, int] = field(default_factory=dict)
+    around: dict[str, "Around"] = field(default_factory=dict)
     campbell: dict[str, Campbell] = field(default_factory=dict)
     measured: tuple[Measured, ...] = ()
+
+
+@dataclass(frozen=True)
+class Around:
+    """The contacts at some points of a response, k of them.
+
+    Attributes
+    ----------
+    headings : tuple of str
+        Where each is, such as "at the peak".
+    frequency : (k,) float
+        Hz.
+    state : (k, c) int
+        As of `Response`.
+    dissipation : (k, c) float
+        J in a cycle.
+    """
+
+    headings: tuple[str, ...]
+    frequency: Floats
+    state: NDArray[np.int64]
+    dissipation: Floats
+
+    @classmethod
+    def of(cls, response: Response, amplitude: Floats, peak: int) -> "Around":
+        """The peak and, on either side, the converged point nearest to half its amplitude."""
+        frequency, solved = response.frequency, np.flatnonzero(response.converged)
+        chosen, headings = [], []
+        for side, heading in ((-1, "below the peak"), (0, "at the peak"), (1, "above the peak")):
+            points = solved[np.sign(frequency[solved] - frequency[peak]) == side]
+            if side == 0:
+                points = np.array([peak])
+            if len(points):
+                apart = np.abs(amplitude[points] - 0.5 * amplitude[peak])
+                chosen.append(int(points[apart.argmin()]))
+                headings.append(heading)
+        at = np.array(chosen)
+        return cls(tuple(headings), frequency[at], response.state[at], response.dissipation[at])
 
 
 @dataclass

@@ -21,6 +21,7 @@ NOTED = 3.0
 CODE = (
     "board",
     "campbell_exhibits",
+    "contact_exhibits",
     "csv_table",
     "curve_exhibits",
     "loop_exhibits",

@@ -6,6 +6,7 @@ from functools import cached_property
 
 from vanelock.study.board import Board, Shown
 from vanelock.study.campbell_exhibits import campbells
+from vanelock.study.contact_exhibits import contacts
 from vanelock.study.curve_exhibits import curves
 from vanelock.study.easel import Easel
 from vanelock.study.exhibit import Exhibit
@@ -48,6 +49,7 @@ class Gallery:
             made += modes
             made += [found for each in detailed for found in response(board, each)]
             made += [stress(board, each) for each in detailed]
+            made += [contacts(board, each) for each in detailed]
         self.easel.tidy()
         return made
 

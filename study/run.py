@@ -8,6 +8,7 @@ from pathlib import Path
 from vanelock.nonlinear import Response
 from vanelock.rom import Component
 from vanelock.study import listing, results
+from vanelock.study.board import Around
 from vanelock.study.cache import Cache
 from vanelock.study.campbell import campbell
 from vanelock.study.campbell_exhibits import crossings_table
@@ -197,6 +198,7 @@ class Run:
         if peak is not None:
             self.shown.peak[case.name] = peak
             self.shown.top[case.name] = as_solved(response, peak.point)
+            self.shown.around[case.name] = Around.of(response, amplitude, peak.point)
         if found.converged < found.points:
             lost = f"{found.points - found.converged} of {found.points} points did not converge"
             self.listener(Notice(f"{case.name}: {lost} (largest residual {found.worst:.1e})"))

@@ -2,14 +2,19 @@
 
 import csv
 from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
 
 import h5py
 import numpy as np
 import pytest
 
-from vanelock import nonlinear
+from vanelock import fem, mesh, nonlinear, rom
 from vanelock.nonlinear import Response, static_response
+from vanelock.render import offscreen
 from vanelock.study import parse_study, run_study
+from vanelock.study.board import Around
+from vanelock.study.contact_exhibits import columns as contact_columns
 from vanelock.study.loop_exhibits import Loop
 from vanelock.study.preload_exhibits import columns as preload_columns
 from vanelock.study.progress import Event, Finished
@@ -93,3 +98,66 @@ def test_a_loop_knows_its_bounds(ring):
         expected = n if coupling == "coupled" else np.full(len(n), response.force[0, 0, 1, 0].real)
         bound = np.asarray(loop.columns()["bound of friction mu n (N)"])
         np.testing.assert_allclose(bound, 0.3 * expected)
+
+
+def test_contacts_are_shown_at_the_peak_and_where_half_as_much_moves():
+    frequency = np.array([250.0, 251, 252, 253, 254, 255])
+    amplitude = np.array([1.0, 4, 10, 7, 5.2, np.nan])
+    response: Any = SimpleNamespace(
+        frequency=frequency,
+        converged=np.isfinite(amplitude),
+        state=np.array([0, 1, 2, 0, 3, 0])[:, None],
+        dissipation=1e-6 * np.arange(6.0)[:, None],
+    )
+    found = Around.of(response, amplitude, 2)
+    assert found.headings == ("below the peak", "at the peak", "above the peak")
+    assert found.frequency.tolist() == [251, 252, 254]
+    assert found.state[:, 0].tolist() == [1, 2, 3]
+    assert Around.of(response, amplitude, 0).headings == ("at the peak", "above the peak")
+    columns = contact_columns(found, ("hook",), [7], np.ones((1, 3)))
+    energy = np.asarray(columns["energy (µJ): above the peak, 254.000 Hz"])
+    assert energy == pytest.approx([4.0])
+
+
+@pytest.mark.slow
+def test_a_period_for_paraview_is_the_response_evaluated(tmp_path):
+    """Instants read back by VTK against harmonics recovered here from the results file."""
+    text = STUDY.replace("[262, 266, 270]", "[266]").replace("shapes = false", "steps = 5")
+    run_study(parse_study(text + "animations = false\nloops = false"), tmp_path)
+    study = parse_study(text)
+    with h5py.File(tmp_path / "results.h5") as file:
+        response = Response.load(file["response/nominal"])
+        components = [rom.Component.load(file[f"rom/{part}"]) for part in ("vane", "casing")]
+        parts = [mesh.Part.load(file[f"mesh/{part}"]) for part in ("vane", "casing")]
+    elastic = fem.Material(**study.material.vane.model_dump(include={"E", "nu", "rho"}))
+    recoveries = [
+        rom.recovery(component, fem.assemble(part, elastic))
+        for component, part in zip(components, parts, strict=True)
+    ]
+    angle = 2 * np.pi * 3 / 5
+    moved: list[Any] = [0.0, 0.0]
+    stress: Any = 0.0
+    for h in range(3):
+        k = int(response.harmonic_diameters[h])
+        pieces = rom.split(*components, np.asarray(response.x[h][0], complex))
+        turned = np.exp(1j * h * angle)
+        for i, (recovery, q) in enumerate(zip(recoveries, pieces, strict=True)):
+            moved[i] = moved[i] + (recovery.displacement(q, k) * turned).real
+        stress = stress + (recoveries[0].stress(pieces[0], k) * turned).real
+    reader = offscreen.pyvista().get_reader(tmp_path / "shapes" / "response_nominal.pvd")
+    np.testing.assert_allclose(reader.time_values, np.arange(5) / 5 / 266)
+    reader.set_active_time_value(reader.time_values[3])
+    blocks = reader.read()
+    for block, u in zip(blocks, moved, strict=True):
+        size = np.abs(u).max()
+        np.testing.assert_allclose(block.point_data["displacement"], u, atol=1e-6 * size)
+    found = blocks[0].point_data["von_mises"]
+    expected = fem.von_mises(stress)
+    np.testing.assert_allclose(found, expected, atol=1e-6 * expected.max())
+    assert (tmp_path / "figures" / "contacts_nominal.png").is_file()
+    table = read(tmp_path / "figures" / "contacts_nominal.csv")
+    energy = numbers(table["energy (µJ): at the peak, 266.000 Hz"])
+    np.testing.assert_allclose(energy, 1e6 * response.dissipation[0], rtol=1e-14)
+    place = parts[0].points[np.array(table["node of the vane (from 0)"], int)]
+    np.testing.assert_allclose(numbers(table["z (mm)"]), 1e3 * place[:, 2])
+    assert table["joint"] == ["hook"] * 56 + ["interlock"] * 10
