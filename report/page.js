@@ -31,13 +31,14 @@
       return Plotly.restyle(area, { visible: on }, traces(entry));
     };
     const shown = (entry) => entry.getAttribute("aria-pressed") === "true";
+    const isolate = (entry) => {  // that one alone, or all again
+      const alone = entries.every((other) => shown(other) === (other === entry));
+      for (const other of entries) show(other, alone || other === entry);
+    };
     for (const entry of entries) {
-      entry.addEventListener("click", (event) => {
-        if (!event.shiftKey) return show(entry, !shown(entry));
-        // With the shift key: that one alone, or all again.
-        const alone = entries.every((other) => shown(other) === (other === entry));
-        for (const other of entries) show(other, alone || other === entry);
-      });
+      entry.addEventListener("click", (event) =>
+        event.shiftKey ? isolate(entry) : show(entry, !shown(entry)));
+      entry.addEventListener("dblclick", (event) => event.shiftKey || isolate(entry));
     }
   }
 
@@ -48,6 +49,15 @@
     setTimeout(drawNext, 0, left.slice(1));
   }
   drawNext(plots);
+
+  // The keyboard stops at tables that need scrolling, and at no others.
+  const reach = () => {
+    for (const box of document.querySelectorAll(".scroll")) {
+      box.tabIndex = box.scrollWidth > box.clientWidth ? 0 : -1;
+    }
+  };
+  reach();
+  window.addEventListener("resize", reach);
 
   for (const frame of document.querySelectorAll(".picture .frame")) {
     frame.addEventListener("click", () => {  // between the column's width and the picture's own

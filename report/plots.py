@@ -124,7 +124,7 @@ def _layout(plot: Plot) -> dict[str, Any]:
     negative = any(np.any(np.asarray(trace.y) < 0) for trace in plot.traces)
     to_zero = plot.y_from_zero and not plot.log_y and not negative
     return {
-        "xaxis": _axis(plot.xlabel, plot.log_x),
+        "xaxis": _axis(plot.xlabel, plot.log_x) | _room(plot),
         "yaxis": _axis(plot.ylabel, plot.log_y) | {"rangemode": "tozero" if to_zero else "normal"},
         "font": {"family": FONT, "size": 13, "color": style.BLACK},
         "margin": {"l": 68, "r": 18, "t": 14, "b": 52, "pad": 0},
@@ -141,6 +141,17 @@ def _layout(plot: Plot) -> dict[str, Any]:
             "activecolor": style.BLACK,
         },
     }
+
+
+def _room(plot: Plot) -> dict[str, Any]:
+    """A little room at both ends, where plotly.js lets lines end on the frame."""
+    every = np.concatenate([np.zeros(0), *(np.asarray(t.x, float) for t in plot.traces)])
+    every = every[np.isfinite(every) & ((every > 0) | (not plot.log_x))]
+    if not len(every) or every.min() == every.max():
+        return {}
+    places = np.log10(every) if plot.log_x else every
+    ends = np.array([places.min(), places.max()]) + np.array([-0.015, 0.015]) * np.ptp(places)
+    return {"autorangeoptions": {"include": (10**ends if plot.log_x else ends).tolist()}}
 
 
 def _axis(label: str, log: bool) -> dict[str, Any]:
