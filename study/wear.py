@@ -1,0 +1,172 @@
+"""Wear indicators of contacts: friction work, slip distance, load and pressure at one response.
+
+The friction spring of a contact ends in a slider at w = u - t/kt. Over a period the slider travels
+
+    s = ∮ |dw|,        E = ∮ t·dw,        W = ∮ n |dw|,
+
+while the contact is closed (open, it follows without load). E is the friction work, E = μ W for
+Coulomb's law with |t| = μ n in the plane of both directions; of the orthogonal law, which bounds
+each direction by itself, E = μ ∮ n (|dw₁| + |dw₂|), up to √2 of that. The volume worn in a cycle
+by Archard's law is k W (J. F. Archard, Contact and rubbing of flat surfaces, J. Appl. Phys. 24
+(1953) 981-988), with a wear coefficient k in m²/N; over the contact's area it is a depth.
+Fretting maps use E per area instead (S. Fouvry, P. Kapsa, L. Vincent, Quantification of fretting
+damage, Wear 200 (1996) 186-205). Both surfaces together lose that volume.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vanelock.nonlinear import Response, contact_loop
+
+Floats = NDArray[np.float64]
+
+SAMPLES = 2048
+"""Steps of a period; an event inside a step misplaces a part of that step's slip."""
+HOUR = 3600.0
+
+
+@dataclass(frozen=True)
+class Wear:
+    """Indicators of c contacts at one point of a response, a period each unless told otherwise.
+
+    Attributes
+    ----------
+    frequency : float
+        Of the excitation, Hz.
+    energy : (c,) float
+        Friction work, J.
+    slip : (c,) float
+        Distance that the slider travels under load, there and back, m; NaN where the loop is not
+        known exactly (orthogonal friction on plain samples).
+    work : (c,) float
+        Normal load times slip, ∮ n |dw|, J; NaN likewise.
+    mean_load, largest_load : (c,) float
+        Normal force, N.
+    area : (c,) float
+        That belongs to the contact, m²; NaN where it is not known.
+    coefficient : (c,) float
+        Wear coefficient, m²/N; NaN where none is given.
+    """
+
+    frequency: float
+    energy: Floats
+    slip: Floats
+    work: Floats
+    mean_load: Floats
+    largest_load: Floats
+    area: Floats
+    coefficient: Floats
+
+    @property
+    def energy_per_area(self) -> Floats:
+        """(c,) friction work per cycle and area, J/m²."""
+        return self.energy / self.area
+
+    @property
+    def power(self) -> Floats:
+        """(c,) friction power, W."""
+        return self.energy * self.frequency
+
+    @property
+    def slip_per_hour(self) -> Floats:
+        """(c,) slip distance in an hour at this frequency, m."""
+        return self.slip * self.frequency * HOUR
+
+    @property
+    def mean_pressure(self) -> Floats:
+        """(c,) mean normal pressure, Pa."""
+        return self.mean_load / self.area
+
+    @property
+    def largest_pressure(self) -> Floats:
+        """(c,) largest normal pressure, Pa."""
+        return self.largest_load / self.area
+
+    @property
+    def volume_per_hour(self) -> Floats:
+        """(c,) volume worn in an hour by Archard's law, of both surfaces together, m³."""
+        return self.coefficient * self.work * self.frequency * HOUR
+
+    @property
+    def depth_per_hour(self) -> Floats:
+        """(c,) that volume over the area, m."""
+        return self.volume_per_hour / self.area
+
+
+def wear(
+    response: Response,
+    point: int = 0,
+    area: Floats | None = None,
+    coefficient: Floats | None = None,
+    samples: int = SAMPLES,
+) -> Wear:
+    """Wear indicators of every contact at a converged point.
+
+    Parameters
+    ----------
+    response : Response
+        Nonlinear.
+    point : int
+        Which of its frequencies.
+    area : (c,) float, optional
+        Of each contact, m².
+    coefficient : (c,) float, optional
+        Wear coefficient of each, m²/N.
+    samples : int
+        Steps of the period.
+    """
+    count = len(response.mu)
+    unknown = np.full(count, np.nan)
+    slip, work = unknown.copy(), unknown.copy()
+    mean, largest = _loads(response, point)
+    if exact(response):
+        slip[:] = work[:] = 0.0
+        for i in np.flatnonzero(response.dissipation[point] > 0):  # the others only round off
+            displacement, force = contact_loop(response, point, i, samples)
+            slip[i], work[i] = travel(displacement, force, response.stiffness[i])
+            mean[i], largest[i] = force[:, 0].mean(), force[:, 0].max()
+    return Wear(
+        frequency=float(response.frequency[point]),
+        energy=response.dissipation[point].copy(),
+        slip=slip,
+        work=work,
+        mean_load=mean,
+        largest_load=largest,
+        area=unknown if area is None else area,
+        coefficient=unknown if coefficient is None else coefficient,
+    )
+
+
+def exact(response: Response) -> bool:
+    """Whether the loops of a response are known: orthogonal friction on plain samples has none."""
+    return not (response.samples > 0 and response.friction == "orthogonal")
+
+
+def travel(displacement: Floats, force: Floats, stiffness: Floats) -> tuple[float, float]:
+    """Slip distance ∮ |dw|, m, and ∮ n |dw|, J, of a contact's loop.
+
+    Parameters
+    ----------
+    displacement, force : (s, 3) float
+        (v, u1, u2) and (n, t1, t2) at even steps of a period, as of `nonlinear.contact_loop`.
+    stiffness : (3,) float
+        N/m.
+    """
+    w = displacement[:, 1:] - force[:, 1:] / stiffness[1:]
+    n = force[:, 0]
+    moved = np.linalg.norm(np.roll(w, -1, axis=0) - w, axis=1)
+    after = np.roll(n, -1)
+    closed = (n > 0) & (after > 0)
+    load = 0.5 * (n + after)
+    return float(moved[closed].sum()), float((load * moved)[closed].sum())
+
+
+def _loads(response: Response, point: int) -> tuple[Floats, Floats]:
+    """Mean and largest normal force from the balanced coefficients, N."""
+    coefficients = response.force[point, :, :, 0]
+    H = len(coefficients) - 1
+    angle = 2 * np.pi * np.arange(32 * (H + 1)) / (32 * (H + 1))
+    history = (np.exp(1j * np.outer(angle, np.arange(H + 1))) @ coefficients).real
+    return coefficients[0].real.copy(), history.max(axis=0)
