@@ -1,6 +1,6 @@
 """What an engineer asks of a run, case by case: margins, wear, damping, and a check of the peak."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from vanelock import nonlinear
 from vanelock.nonlinear import Audit, Response
+from vanelock.study.board import Board
 from vanelock.study.cache import key_of
 from vanelock.study.contacts import Places, places
 from vanelock.study.energy import Balance, balance, bandwidth_ratio
@@ -19,7 +20,7 @@ from vanelock.study.solved import as_solved
 from vanelock.study.spots import Spots, spots
 from vanelock.study.stages import PARTS
 from vanelock.study.steps import Stages, Step
-from vanelock.study.stressed import Recoveries, Stressed, stressed_step
+from vanelock.study.stressed import Stressed, stressed_step
 from vanelock.study.summary import Peak
 from vanelock.study.wear import Wear, wear
 
@@ -27,8 +28,6 @@ MOST = 8
 """Cases that are looked into; of more, the first, the last and those of the extreme peaks."""
 AUDITED = 2**14
 """Samples of the period at which a peak is marched again."""
-
-Curve = tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.bool_]]
 
 
 @dataclass(frozen=True)
@@ -81,6 +80,8 @@ class CaseAnswers:
     Attributes
     ----------
     name : str
+    key : str
+        Hash of what the stresses depend on, the response included.
     planned : Planned
         Its steps, as solved.
     top : Response
@@ -88,6 +89,8 @@ class CaseAnswers:
     peak : Peak
     cycles : Stressed
         Stress of every node and gauge.
+    spots : dict of str to Spots
+        Places of each part's nodes.
     margins : dict of str to tuple of Margin
         By part: anywhere, clear of corners and point forces, aerofoils, gauges.
     features : dict of str to tuple of Margin
@@ -103,10 +106,12 @@ class CaseAnswers:
     """
 
     name: str
+    key: str
     planned: Planned
     top: Response
     peak: Peak
     cycles: Stressed
+    spots: dict[str, Spots]
     margins: dict[str, tuple[Margin, ...]]
     features: dict[str, tuple[Margin, ...]]
     places: Places
@@ -133,49 +138,26 @@ def looked_into(peaks: Mapping[str, Peak]) -> list[str]:
     return [name for name in names if name in chosen]
 
 
-def answers(
-    planned: Sequence[Planned],
-    peaks: Mapping[str, Peak],
-    curves: Mapping[str, Curve],
-    stages: Stages,
-) -> dict[str, CaseAnswers]:
-    """Answers of the cases of a run that are looked into.
-
-    Parameters
-    ----------
-    planned : sequence of Planned
-        All cases.
-    peaks : dict of str to Peak
-        The largest point of each case that has one.
-    curves : dict of str to (frequency, amplitude, converged)
-        The response of each case.
-    stages : Stages
-        Where products come from.
-    """
-    recoveries, known = Recoveries(), dict[str, Spots]()
-    chosen = looked_into(peaks)
+def answers(board: Board) -> dict[str, CaseAnswers]:
+    """Answers of the cases of a run that are looked into."""
+    known: dict[str, Spots] = {}
+    chosen = looked_into(board.shown.peak)
     return {
-        each.case.name: _answers(
-            each, peaks[each.case.name], curves[each.case.name], stages, recoveries, known
-        )
-        for each in planned
+        each.case.name: _answers(board, each, known)
+        for each in board.planned
         if each.case.name in chosen
     }
 
 
-def _answers(
-    planned: Planned,
-    peak: Peak,
-    curve: Curve,
-    stages: Stages,
-    recoveries: Recoveries,
-    known: dict[str, Spots],
-) -> CaseAnswers:
+def _answers(board: Board, planned: Planned, known: dict[str, Spots]) -> CaseAnswers:
+    stages, name = board.stages, planned.case.name
+    peak = board.shown.peak[name]
     study = planned.case.study
     response = stages.get(planned.response)
     planned = planned.solved(response)
     top, system = as_solved(response, peak.point), stages.get(planned.system)
-    cycles = stages.get(stressed_step(planned, peak.point, recoveries))
+    step = stressed_step(board, planned, peak.point)
+    cycles = stages.get(step)
     parts = {part: stages.get(mesh_step(study, part)) for part in PARTS}
     for part in PARTS:
         key = mesh_step(study, part).key
@@ -193,13 +175,15 @@ def _answers(
         )
         margins["vane"] = (*margins["vane"], *gauges)
     contacts = places(study, parts["vane"])
-    frequency, amplitude, converged = curve
+    frequency, amplitude, converged = board.shown.curve[name]
     return CaseAnswers(
-        name=planned.case.name,
+        name=name,
+        key=step.key,
         planned=planned,
         top=top,
         peak=peak,
         cycles=cycles,
+        spots=at,
         margins=margins,
         features={
             part: _features(at[part], getattr(cycles, part), strength(study, part))

@@ -2,7 +2,7 @@
 
 import json
 import time
-from collections.abc import Callable, Generator
+from collections.abc import Callable, Collection, Generator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
@@ -16,9 +16,12 @@ from vanelock.study.progress import Begun, Done, Listener
 
 FOLDERS = ("figures/", "shapes/")
 """Where the files go; nothing else is ever removed."""
+REPORT = "report.html"
+"""The one file of its own."""
 NOTED = 3.0
 """Seconds between two notes of what is drawn: each replaces a file, which takes a disk a while."""
 CODE = (
+    "answer_exhibits",
     "board",
     "campbell_exhibits",
     "contact_exhibits",
@@ -67,7 +70,7 @@ class Easel:
             return {
                 str(name): [str(key), str(digest), str(float(seconds))]
                 for name, (key, digest, seconds) in known.items()
-                if ".." not in name and name.startswith(FOLDERS)
+                if name == REPORT or (".." not in name and name.startswith(FOLDERS))
             }
         except (OSError, ValueError, AttributeError, TypeError):
             return {}
@@ -98,12 +101,12 @@ class Easel:
             self.listener(self.done[-1])
         return path
 
-    def tidy(self) -> None:
+    def tidy(self, keep: Collection[str] = ()) -> None:
         """Remove files that an earlier run drew and this one did not: they show other results.
 
-        What was drawn is then noted for the next run.
+        Those to `keep` are drawn later. What was drawn is then noted for the next run.
         """
-        current = {done.stage for done in self.done}
+        current = {*keep, *(done.stage for done in self.done)}
         for name in [name for name in self._known if name not in current]:
             place = self.folder / name
             with _placing(place):

@@ -1,14 +1,17 @@
 """The pictures of a run, in the order in which they are drawn and shown."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
+from pathlib import Path
 
+from vanelock.study.answer_exhibits import haigh, wear_table
+from vanelock.study.answers import CaseAnswers, answers
 from vanelock.study.board import Board, Shown
 from vanelock.study.campbell_exhibits import campbells
 from vanelock.study.contact_exhibits import contacts
 from vanelock.study.curve_exhibits import curves
-from vanelock.study.easel import Easel
+from vanelock.study.easel import REPORT, Easel
 from vanelock.study.exhibit import Exhibit
 from vanelock.study.loop_exhibits import loops
 from vanelock.study.model import Study
@@ -30,6 +33,7 @@ class Gallery:
     stages: Stages
     shown: Shown
     easel: Easel
+    wear: dict[str, Path] = field(default_factory=dict)
 
     @cached_property
     def board(self) -> Board:
@@ -50,8 +54,16 @@ class Gallery:
             made += [found for each in detailed for found in response(board, each)]
             made += [stress(board, each) for each in detailed]
             made += [contacts(board, each) for each in detailed]
-        self.easel.tidy()
+        if self.study.outputs.report:
+            made += [haigh(board, found) for found in self.answers.values()]
+            self.wear = {name: wear_table(board, found) for name, found in self.answers.items()}
+        self.easel.tidy(keep=[REPORT] if self.study.outputs.report else [])
         return made
+
+    @cached_property
+    def answers(self) -> dict[str, CaseAnswers]:
+        """Margins, wear and damping of the cases that are looked into."""
+        return answers(self.board)
 
     def _detailed(self) -> list[Planned]:
         """Cases with pictures of their own."""

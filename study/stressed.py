@@ -13,6 +13,7 @@ from vanelock.fem.skin import skin
 from vanelock.mesh import Part
 from vanelock.nonlinear import Response
 from vanelock.product import Product
+from vanelock.study.board import Board
 from vanelock.study.cache import file_digest, key_of
 from vanelock.study.fatigue import Cycle, cycle
 from vanelock.study.meshes import mesh_step
@@ -46,23 +47,8 @@ class Stressed(Product):
     gauges: Cycle | None
 
 
-class Recoveries:
-    """Recoveries of the parts of several cases, each prepared once."""
-
-    def __init__(self) -> None:
-        self._known: dict[str, rom.Recovery] = {}
-
-    def of(self, planned: Planned, part: str, nodal_diameter: int, get: Get) -> rom.Recovery:
-        """That of a part of a case at a nodal diameter."""
-        step = planned.part(part, nodal_diameter)
-        if step.key not in self._known:
-            model = get(model_step(planned.case.study, part))
-            self._known[step.key] = rom.recovery(get(step), model)
-        return self._known[step.key]
-
-
-def stressed_step(planned: Planned, point: int, recoveries: Recoveries) -> Step[Stressed]:
-    """Stress cycles of a case, `solved`, at a point of its response."""
+def stressed_step(board: Board, planned: Planned, point: int) -> Step[Stressed]:
+    """Stress cycles of a case, `solved`, at a point of its response; the board recovers them."""
     # Of the modules that compute this alone: others of this package say how runs are told.
     here = Path(__file__)
     code = [file_digest(here), file_digest(here.with_name("fatigue.py"))]
@@ -75,8 +61,8 @@ def stressed_step(planned: Planned, point: int, recoveries: Recoveries) -> Step[
 
     def compute(get: Get) -> Stressed:
         top = as_solved(get(planned.response), point)
-        vane = harmonics_of(planned, top, "vane", recoveries, get)
-        casing = harmonics_of(planned, top, "casing", recoveries, get, CASING_HARMONICS)
+        vane = harmonics_of(board, planned, top, "vane")
+        casing = harmonics_of(board, planned, top, "casing", CASING_HARMONICS)
         gauges = None
         if planned.gauges is not None:
             mesh = get(mesh_step(planned.case.study, "vane"))
@@ -90,11 +76,10 @@ def stressed_step(planned: Planned, point: int, recoveries: Recoveries) -> Step[
 
 
 def harmonics_of(
+    board: Board,
     planned: Planned,
     top: Response,
     part: str,
-    recoveries: Recoveries,
-    get: Get,
     highest: int | None = None,
 ) -> Stress:
     """Stress of every node of a part at the only point of a response, (H+1, n, 6) Pa.
@@ -104,9 +89,9 @@ def harmonics_of(
     found = []
     for h in range(min(top.harmonics, highest or top.harmonics) + 1):
         k = int(top.harmonic_diameters[h])
-        joined = [get(planned.part(each, k)) for each in PARTS]
+        joined = [board.stages.get(planned.part(each, k)) for each in PARTS]
         own = rom.split(*joined, np.asarray(top.x[h][0], complex))[PARTS.index(part)]
-        found.append(recoveries.of(planned, part, k, get).stress(own, k))
+        found.append(board.recovery(planned, part, k).stress(own, k))
     return np.stack(found)
 
 
