@@ -13,6 +13,8 @@ from vanelock.study.naming import of_case, slug, words
 
 DIGITS = 6
 """Significant digits of stresses in tables of all nodes."""
+HAIGH = "Haigh diagram"
+"""Title of these exhibits."""
 MARKED = 5
 """Features marked in a Haigh diagram, gauges aside."""
 
@@ -59,7 +61,7 @@ def haigh(board: Board, found: CaseAnswers) -> Exhibit:
         "stresses may grow until they reach it. Marked: the worst places of some features, away "
         "from sharp corners and point forces, and the gauges."
     )
-    return Exhibit(path, "Haigh diagram", caption, (data,))
+    return Exhibit(path, HAIGH, caption, (data,))
 
 
 def _marked(found: CaseAnswers) -> list[Margin]:

@@ -235,10 +235,10 @@ def _margins(at: Spots, found: Cycle, bears: Strength) -> tuple[Margin, ...]:
     aerofoil = np.char.startswith(at.feature, "aerofoil")
     every = np.ones(len(aerofoil), bool)
     return (
-        *_worst("anywhere", at, found, bears, every),
-        *_worst("clear of sharp corners and point forces", at, found, bears, at.clear),
-        *_worst("aerofoils, roots' sharp corners included", at, found, bears, aerofoil),
-        *_worst("aerofoils, clear of the corners", at, found, bears, aerofoil & at.clear),
+        *_worst("all nodes", at, found, bears, every),
+        *_worst("clear of corners and point forces", at, found, bears, at.clear),
+        *_worst("aerofoils with their roots", at, found, bears, aerofoil),
+        *_worst("aerofoils, clear", at, found, bears, aerofoil & at.clear),
     )
 
 

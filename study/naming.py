@@ -39,3 +39,8 @@ def merged(names: Sequence[str]) -> str:
 def of_case(name: str) -> str:
     """The case in a caption: " (μ = 0.3)", nothing where there is one case alone."""
     return "" if name in ("", "nominal") else f" ({words(name)})"
+
+
+def fixed(text: str) -> str:
+    """A text that is not broken into lines."""
+    return text.replace(" ", "\N{NO-BREAK SPACE}")

@@ -2,6 +2,7 @@
 
 import os
 import time
+from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
 
@@ -15,6 +16,7 @@ from vanelock.study.campbell_exhibits import crossings_table
 from vanelock.study.clock import Clock
 from vanelock.study.easel import Easel
 from vanelock.study.errors import Errors, error_table
+from vanelock.study.exhibit import Exhibit
 from vanelock.study.folder import claimed
 from vanelock.study.judge import judged
 from vanelock.study.left_out import LeftOut, left_out_table
@@ -27,6 +29,8 @@ from vanelock.study.pictures import Gallery, Shown
 from vanelock.study.plan import LIMITS, Linear, Planned, plan
 from vanelock.study.progress import Finished, Listener, Notice, silent
 from vanelock.study.record import Record
+from vanelock.study.report_run import write_report
+from vanelock.study.report_told import Told
 from vanelock.study.settle import settle
 from vanelock.study.solved import as_solved, drawn
 from vanelock.study.speed_lines import lines_step
@@ -75,7 +79,10 @@ def run_study(
         running.record.provenance(study, text)
         found = running.all_cases()
         easel = Easel(path, listener)
-        drawn = Gallery(study, running.planned, stages, running.shown, easel).draw()
+        gallery = Gallery(study, running.planned, stages, running.shown, easel)
+        drawn = gallery.draw()
+        if study.outputs.report:
+            write_report(running.told(gallery, found, drawn, text))
         listener(listing.stage_times([*stages.done.values(), *easel.done]))
         running.record.complete(stages.done)
     told = {
@@ -155,6 +162,22 @@ class Run:
             self.listener(error_table(name, errors, self.shown.monitor.name))
             self.listener(left_out_table(name, without))
         return tuple(summaries)
+
+    def told(
+        self, gallery: Gallery, found: Sequence[Summary], drawn: Sequence[Exhibit], text: str = ""
+    ) -> Told:
+        """What the run's page is told from."""
+        return Told(
+            board=gallery.board,
+            summaries=found,
+            exhibits=drawn,
+            answers=gallery.answers,
+            wear=gallery.wear,
+            strains=self._strains,
+            worth=self._worth,
+            linear=self._peaks,
+            text=text,
+        )
 
     def _linear(self, linear: Linear) -> None:
         """Linear peaks of a set of limits."""

@@ -1,0 +1,129 @@
+"""Curves and loops on a run's page, to zoom into."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from vanelock import nonlinear, render
+from vanelock.report import Plot, Section, Trace
+from vanelock.report.blocks import Block
+from vanelock.study.answers import CaseAnswers
+from vanelock.study.curve_exhibits import linear
+from vanelock.study.naming import words
+from vanelock.study.report_told import Told
+from vanelock.study.wear import exact
+
+STEP = 4
+"""Of the samples of a loop, every so many are on the page."""
+
+
+def curves(told: Told, further: Sequence[Trace] = ()) -> Section:
+    """Response curves of all cases with their linear limits, and loops.
+
+    Parameters
+    ----------
+    told : Told
+        The run.
+    further : sequence of Trace
+        What else is laid over the curves: measured data, say.
+    """
+    blocks: list[Block] = [response_plot(told, further)]
+    blocks += [loop for each in told.answers.values() for loop in loops(each)]
+    return Section("Curves", blocks, id="curves")
+
+
+def response_plot(told: Told, further: Sequence[Trace] = ()) -> Plot:
+    """Amplitude over frequency of every case."""
+    board = told.board
+    traces = [
+        Trace(
+            np.asarray(each.frequency, float),
+            1e6 * np.asarray(each.amplitude, float),
+            each.label,
+            dash="dot" if each.kind == "free" else "dash",
+            width=1.5,
+            colour=render_grey() if not each.group else "",
+        )
+        for each in linear(board)
+    ]
+    for each in board.planned:
+        name = each.case.name
+        frequency, amplitude, converged = board.shown.curve[name]
+        order = np.argsort(frequency, kind="stable")
+        height = np.where(converged, 1e6 * amplitude, np.nan)[order]
+        listed = each.case.study.response.frequencies is not None
+        told_of = words(name) if name != "nominal" else "with friction"
+        mode = "lines+markers" if listed else "lines"
+        traces.append(Trace(frequency[order], height, told_of, mode=mode))
+        lost = ~converged
+        if lost.any():
+            traces.append(
+                Trace(
+                    frequency[lost],
+                    1e6 * amplitude[lost],
+                    f"{told_of}: did not converge",
+                    mode="markers",
+                    colour="#d55e00",
+                )
+            )
+    data = (board.easel.folder / "figures" / "response.csv",)
+    return Plot(
+        [*traces, *further],
+        "frequency (Hz)",
+        "amplitude (µm)",
+        "Forced response",
+        f"Half the peak-to-peak of {told.monitor}. Dotted and dashed: linear, interlock free and "
+        "stuck. Click a name in the legend to hide its curve, twice to see it alone.",
+        data=[path for path in data if path.exists()],
+    )
+
+
+def render_grey() -> str:
+    """The house's grey for linear limits."""
+    return str(render.style.GREY)
+
+
+def loops(found: CaseAnswers) -> list[Plot]:
+    """The loop of the contact that rubs most."""
+    energy = found.wear.energy
+    if not energy.any() or not exact(found.top):
+        return []
+    contact = int(energy.argmax())
+    displacement, force = nonlinear.contact_loop(found.top, 0, contact)
+    closed = np.append(np.arange(0, len(force), STEP), 0)
+    u, t = 1e6 * displacement[closed], force[closed]
+    bound = found.top.mu[contact] * t[:, 0]
+    traces = []
+    for d, colour in ((1, "#0072b2"), (2, "#d55e00")):
+        traces.append(Trace(u[:, d], t[:, d], f"direction {d}", colour=colour))
+        for sign in (1, -1):
+            traces.append(
+                Trace(
+                    u[:, d],
+                    sign * bound,
+                    f"bound ±μn, direction {d}",
+                    group=f"bound {d}",
+                    dash="dash",
+                    width=1.0,
+                    colour=colour,
+                )
+            )
+    case = "" if found.name == "nominal" else f", {words(found.name)}"
+    return [
+        Plot(
+            traces,
+            "sliding (µm)",
+            "friction force (N)",
+            f"Hysteresis of {found.places.names[contact]}{case}",
+            f"The contact that takes most energy in a period, {1e6 * energy[contact]:.3g} µJ at "
+            f"{found.peak.frequency:.2f} Hz, in both tangential directions. The area of a loop is "
+            "the energy lost in that direction.",
+            y_from_zero=False,
+        )
+    ]
+
+
+def data_files(paths: Sequence[Path]) -> list[Path]:
+    """Those that are there."""
+    return [path for path in paths if path.exists()]

@@ -1,0 +1,97 @@
+"""The inputs of a run on its page: what differs from the defaults first, then everything."""
+
+from collections.abc import Sequence
+
+from vanelock.report import Section, Table, Text
+from vanelock.study.model import Study
+from vanelock.study.settings import Setting, settings, told
+
+MAIN = (
+    "ring.sectors",
+    "vane.aerofoils",
+    "vane.mesh",
+    "casing.mesh",
+    "material.vane.E",
+    "material.casing.E",
+    "mesh.size",
+    "joints.friction",
+    "joints.hook.kn",
+    "joints.hook.kt",
+    "joints.hook.mu",
+    "joints.hook.interference",
+    "joints.interlock.enabled",
+    "joints.interlock.kn",
+    "joints.interlock.kt",
+    "joints.interlock.mu",
+    "joints.interlock.interference",
+    "excitation.engine_order",
+    "excitation.engine_orders",
+    "excitation.force",
+    "excitation.unbalance",
+    "damping.ratio",
+    "response.mode",
+    "response.harmonics",
+    "response.coupling",
+)
+"""Keys that a reader wants to know whether or not they are the defaults."""
+APART = ("name", "outputs.")
+"""Keys that change nothing that is computed."""
+
+
+def inputs(study: Study) -> Section:
+    """What the study sets."""
+    found = [each for each in settings(study) if not each.key.startswith("sweep.")]
+    changed = [each for each in found if each.changed and not each.key.startswith(APART)]
+    swept = [
+        (key, Setting(key, list(values), None).meaning, told(f"sweep.{key}", list(values)))
+        for key, values in study.sweep.items()
+    ]
+    blocks: list[Text | Table] = []
+    if swept:
+        blocks.append(
+            Table(("key", "what it is", "values"), swept, "Swept: each case has one of the values")
+        )
+    if changed:
+        blocks.append(
+            Table(
+                ("key", "what it is", "this study", "default"),
+                _rows(changed, with_default=True),
+                "Set differently from the defaults",
+            )
+        )
+    else:
+        blocks.append(Text("Nothing else differs from the defaults."))
+    plain = study.model_dump(mode="json")
+    main = [e for e in found if e.key in MAIN and e.value is not None and e.key not in study.sweep]
+    if plain["excitation"]["unbalance"] is None:
+        force = Setting("excitation.force", study.excitation.force_per_node, None)
+        main = [force if e.key == force.key else e for e in main]
+        if force.key not in (e.key for e in main) and force.key not in study.sweep:
+            main.append(force)
+    if study.excitation.engine_orders is not None:
+        main = [e for e in main if e.key != "excitation.engine_order"]
+    blocks.append(Table(("key", "what it is", "value"), _rows(main), "Main inputs"))
+    blocks.append(
+        Text(
+            "Strengths and wear coefficients at their defaults are assumptions, not data of a "
+            "material. All settings stand at the end of the page."
+        )
+    )
+    return Section("Inputs", blocks)
+
+
+def all_inputs(study: Study) -> Section:
+    """Every key, defaults included."""
+    found = [each for each in settings(study) if not each.key.startswith("sweep.")]
+    return Section(
+        "All settings",
+        [Table(("key", "what it is", "value"), _rows(found), f"{len(found)} keys of the study")],
+    )
+
+
+def _rows(found: Sequence[Setting], with_default: bool = False) -> list[tuple[str, ...]]:
+    rows = []
+    for each in found:
+        row: tuple[str, ...] = (each.key, each.meaning, told(each.key, each.value))
+        rows.append((*row, told(each.key, each.default)) if with_default else row)
+    return rows

@@ -1,0 +1,92 @@
+"""The page of a run, report.html: its sections in order, written when what it shows changed."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import vanelock
+from vanelock import report
+from vanelock.report import Page, Picture, Section, write_page
+from vanelock.report.blocks import Block
+from vanelock.study.answer_exhibits import HAIGH
+from vanelock.study.cache import file_digest
+from vanelock.study.easel import REPORT
+from vanelock.study.report_curves import curves
+from vanelock.study.report_errors import convergence
+from vanelock.study.report_fatigue import fatigue
+from vanelock.study.report_inputs import all_inputs, inputs
+from vanelock.study.report_models import models
+from vanelock.study.report_provenance import provenance, written
+from vanelock.study.report_summary import summary
+from vanelock.study.report_told import Told
+from vanelock.study.report_view import shapes
+from vanelock.study.report_wear import damping, wear
+
+ELSEWHERE = (HAIGH,)
+"""Titles of exhibits that stand in sections of their own."""
+
+
+def write_report(told: Told) -> Path:
+    """Write the page of a run into its folder, unless it is there and shows the same already."""
+    return told.board.easel.draw(
+        REPORT, shown(told), lambda path: write_page(path, page(told)), quick=False
+    )
+
+
+def page(told: Told, first: Sequence[Section] = ()) -> Page:
+    """The page; `first` sections, a campaign's, stand on top."""
+    version = f"vanelock {vanelock.__version__}, {written()}"
+    return Page(
+        told.board.study.name,
+        f"Friction-damped vibration of a vane segment; {version}",
+        (*first, *sections(told)),
+    )
+
+
+def sections(told: Told) -> list[Section]:
+    """All sections of an ordinary run."""
+    made = [
+        summary(told),
+        inputs(told.board.study),
+        curves(told),
+        shapes(told),
+        fatigue(told),
+        damping(told),
+        wear(told),
+        pictures(told),
+        convergence(told),
+        models(told),
+        provenance(told),
+        all_inputs(told.board.study),
+    ]
+    return [section for section in made if section.blocks]
+
+
+def pictures(told: Told) -> Section:
+    """The run's figures that no other section shows."""
+    blocks: list[Block] = [
+        Picture(each.path, each.title, each.caption, each.data)
+        for each in told.exhibits
+        if each.title not in ELSEWHERE
+    ]
+    return Section("Figures", blocks, id="figures")
+
+
+def shown(told: Told) -> Any:
+    """All that the page depends on, but for the date; as JSON can hold it."""
+    board = told.board
+    here = Path(__file__)
+    code = [file_digest(path) for path in sorted(here.parent.glob("report_*.py"))]
+    code += [file_digest(here.with_name(f"{name}.py")) for name in ("answers", "energy", "wear")]
+    folder = Path(str(report.__path__[0]))
+    code += [file_digest(path) for path in sorted(folder.glob("*.*")) if path.is_file()]
+    return {
+        "study": board.study.model_dump(mode="json"),
+        "text": told.text,
+        "cases": [[e.case.name, e.response.key, e.linear.key, e.system.key] for e in board.planned],
+        "answers": [found.key for found in told.answers.values()],
+        "exhibits": [
+            [str(e.path.name), e.title, e.caption, file_digest(e.path)] for e in told.exhibits
+        ],
+        "code": code,
+    }
