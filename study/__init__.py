@@ -8,6 +8,7 @@ _modules = {
     "cases": "sweep",
     "Outcome": "converge",
     "choose_listener": "progress",
+    "compare_runs": "compare",
     "converge_study": "converge",
     "load_study": "read",
     "load_system": "results",

@@ -121,6 +121,24 @@ class CaseAnswers:
     audit: Audit | None
 
     @property
+    def numbers(self) -> dict[str, tuple[float | str, str]]:
+        """What the results file holds of this, each with its unit."""
+        b, m = self.balance, self.governing
+        return {
+            "damping_ratio": (b.damping_ratio, "1"),
+            "bandwidth_ratio": (self.bandwidth, "1"),
+            "input_work": (b.input, "J"),
+            "friction_work": (b.friction, "J"),
+            "stored_energy": (b.stored, "J"),
+            "alternating_stress": (m.amplitude, "Pa"),
+            "mean_stress": (m.mean, "Pa"),
+            "goodman_reserve": (m.reserve, "1"),
+            "vibration_may_grow": (m.growth, "1"),
+            "largest_slip": (float(np.nanmax(self.wear.slip, initial=0.0)), "m"),
+            "place": (m.where, ""),
+        }
+
+    @property
     def governing(self) -> Margin:
         """The vane's worst place whose stress means something."""
         clear = [m for m in self.margins["vane"] if not m.doubt and m.node is not None]

@@ -14,6 +14,7 @@ from vanelock.nonlinear import Response
 from vanelock.product import Product
 from vanelock.rom import Component, System
 from vanelock.study import results
+from vanelock.study.answers import CaseAnswers
 from vanelock.study.cache import installed
 from vanelock.study.campbell import Campbell
 from vanelock.study.errors import Errors
@@ -144,6 +145,12 @@ class Record:
                 results.put_strain(file, where, strain)
             if worth is not None:
                 results.put_errors(file, where, *worth)
+
+    def answers(self, found: Mapping[str, CaseAnswers]) -> None:
+        """Damping, margin and energy at the peak of the cases that are looked into."""
+        with self._file.edit() as file:
+            for name, each in found.items():
+                results.put_answers(file, f"response/{name}", each.numbers)
 
     def campbell(self, case: str, diagram: Campbell) -> None:
         """The Campbell diagram of a case."""

@@ -1,7 +1,6 @@
 """Curves and loops on a run's page, to zoom into."""
 
 from collections.abc import Sequence
-from pathlib import Path
 
 import numpy as np
 
@@ -10,6 +9,7 @@ from vanelock.report import Plot, Section, Trace
 from vanelock.report.blocks import Block
 from vanelock.study.answers import CaseAnswers
 from vanelock.study.curve_exhibits import linear
+from vanelock.study.measured import DISPLACEMENT
 from vanelock.study.naming import words
 from vanelock.study.report_told import Told
 from vanelock.study.wear import exact
@@ -26,7 +26,7 @@ def curves(told: Told, further: Sequence[Trace] = ()) -> Section:
     told : Told
         The run.
     further : sequence of Trace
-        What else is laid over the curves: measured data, say.
+        What else is laid over the curves, besides measured ones.
     """
     blocks: list[Block] = [response_plot(told, further)]
     blocks += [loop for each in told.answers.values() for loop in loops(each)]
@@ -67,6 +67,11 @@ def response_plot(told: Told, further: Sequence[Trace] = ()) -> Plot:
                     colour="#d55e00",
                 )
             )
+    traces += [
+        Trace(each.frequency, 1e6 * each.amplitude, each.name, mode="markers", colour="#1a1a1a")
+        for each in board.shown.measured
+        if each.quantity == DISPLACEMENT
+    ]
     data = (board.easel.folder / "figures" / "response.csv",)
     return Plot(
         [*traces, *further],
@@ -122,8 +127,3 @@ def loops(found: CaseAnswers) -> list[Plot]:
             y_from_zero=False,
         )
     ]
-
-
-def data_files(paths: Sequence[Path]) -> list[Path]:
-    """Those that are there."""
-    return [path for path in paths if path.exists()]

@@ -28,9 +28,10 @@ ELSEWHERE = (HAIGH,)
 
 def write_report(told: Told) -> Path:
     """Write the page of a run into its folder, unless it is there and shows the same already."""
-    return told.board.easel.draw(
-        REPORT, shown(told), lambda path: write_page(path, page(told)), quick=False
-    )
+    easel = told.board.easel
+    path = easel.draw(REPORT, shown(told), lambda path: write_page(path, page(told)))
+    easel.tidy()
+    return path
 
 
 def page(told: Told, first: Sequence[Section] = ()) -> Page:

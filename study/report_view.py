@@ -18,9 +18,12 @@ MOST = 4
 
 
 def shapes(told: Told) -> Section:
-    """The 3-D view of the case with the largest peak, and of others on the same meshes."""
-    main = told.main
-    blocks: list[Block] = [] if main is None else [view(told.board, _same_mesh(told))]
+    """The 3-D view of the case with the largest peak, and of others on the same meshes.
+
+    None where the study wants no shapes.
+    """
+    wanted = told.main is not None and told.board.study.outputs.shapes
+    blocks: list[Block] = [view(told.board, _same_mesh(told))] if wanted else []
     return Section("Shapes in three dimensions", blocks, id="shapes")
 
 

@@ -12,6 +12,7 @@
                          with an accuracy error, by source: estimated relative errors of the peak's
                          amplitude and frequency, share, cost, knob; left_out: what, and why;
                          estimates: errors of the monitored amplitude by point and source
+                         answers: damping ratios, energy and fatigue margin at the peak
     /response/free, stuck
                          linear responses, ",<name>" added where cases do not share them
     /campbell/<case>     study.campbell.Campbell: lines, crossings and circles of its diagram
@@ -157,6 +158,15 @@ def put_errors(file: h5py.File, where: str, found: Errors, without: Sequence[Lef
     group.create_dataset("knob", data=[each.knob for each in found.sources], dtype=text)
     rows = [[each.kind, each.what, each.evidence] for each in without]
     group.create_dataset("left_out", data=rows, dtype=text)
+
+
+def put_answers(file: h5py.File, where: str, numbers: Mapping[str, tuple[Any, str]]) -> None:
+    """Write what a case answers at its peak beside it, as `answers`: values and their units."""
+    group = file[where].require_group("answers")
+    for name, (value, unit) in numbers.items():
+        group.attrs[name] = value
+        if unit:
+            group.attrs[f"{name} unit"] = unit
 
 
 def put_component(file: h5py.File, where: str, component: Component) -> None:

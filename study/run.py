@@ -82,6 +82,7 @@ def run_study(
         gallery = Gallery(study, running.planned, stages, running.shown, easel)
         drawn = gallery.draw()
         if study.outputs.report:
+            running.record.answers(gallery.answers)
             write_report(running.told(gallery, found, drawn, text))
         listener(listing.stage_times([*stages.done.values(), *easel.done]))
         running.record.complete(stages.done)

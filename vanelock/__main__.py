@@ -1,4 +1,4 @@
-"""Command line: `vanelock run | mesh | converge | init`.
+"""Command line: `vanelock run | mesh | converge | compare | init`.
 
 Errors are one plain line on standard error. Exit status: 0; 2 for input that cannot be used;
 130 when stopped by the user.
@@ -121,6 +121,30 @@ def converge(
         converge_study(
             loaded, folder, listener, knob or (), **({} if dofs is None else {"dofs": dofs})
         )
+
+
+@app.command()
+def compare(
+    one: Annotated[Path, typer.Argument(help="Folder of a run.", parser=_path, metavar="A")],
+    other: Annotated[Path, typer.Argument(help="Folder of another.", parser=_path, metavar="B")],
+    output: Annotated[
+        Path | None,
+        typer.Option(
+            "--output",
+            "-o",
+            help="Folder for compare.html and compare.csv; default compare_<A>_<B>.",
+            parser=_path,
+            metavar="PATH",
+        ),
+    ] = None,
+    quiet: Quiet = False,
+    as_json: AsJson = False,
+) -> None:
+    """Compare two runs: inputs that differ, results side by side, curves over one another."""
+    from vanelock.study import choose_listener, compare_runs
+
+    with choose_listener(quiet, as_json) as listener:
+        compare_runs(one, other, output, listener)
 
 
 @contextmanager

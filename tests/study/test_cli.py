@@ -154,6 +154,7 @@ harmonics = 1
 [outputs]
 shapes = false
 loops = false
+report = false
 """
 SECOND = "mu=0.3"
 

@@ -27,6 +27,7 @@ frequencies = [262, 266, 270]
 harmonics = 2
 [outputs]
 shapes = false
+report = false
 """
 
 

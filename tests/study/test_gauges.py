@@ -24,6 +24,7 @@ frequencies = [262, 266]
 harmonics = 2
 [outputs]
 loops = false
+report = false
 [[outputs.gauges]]
 aerofoil = 2
 span = 0.1

@@ -16,6 +16,7 @@ size = "coarse"
 [outputs]
 shapes = false
 loops = false
+report = false
 [response]
 harmonics = 1
 """

@@ -21,6 +21,7 @@ harmonics = 1
 [outputs]
 shapes = false
 loops = false
+report = false
 """
 
 

@@ -28,6 +28,7 @@ harmonics = 1
 [outputs]
 shapes = false
 animations = false
+report = false
 """
 
 
