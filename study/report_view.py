@@ -57,7 +57,7 @@ def view(board: Board, cases: list[Planned]) -> View:
             Motion(
                 f"Response at the peak{name}",
                 int(top.harmonic_diameters[1]),
-                cut(board.vibration(each, 1)),
+                cut(board.harmonic(each, 1)),
                 peak.frequency,
                 note="First harmonic alone.",
             )

@@ -14,7 +14,7 @@ from vanelock.errors import InputError
 from vanelock.nonlinear import Response
 from vanelock.rom import System
 from vanelock.study import compare_runs, parse_study, run_study
-from vanelock.study.progress import Done, Notice
+from vanelock.study.progress import Done, Event, Notice
 
 pytestmark = pytest.mark.slow
 
@@ -36,7 +36,7 @@ gauges = [{ aerofoil = 2, span = 0.1, chord = 0.5 }]
 
 
 def run(folder, text=STUDY):
-    heard = []
+    heard: list[Event] = []
     run_study(parse_study(text), folder, heard.append, text)
     return heard
 
@@ -145,7 +145,7 @@ def test_two_runs_are_compared(folder, tmp_path, monkeypatch):
         case["amplitude"][...] *= 1.5
         file.attrs["complete"] = False
     monkeypatch.chdir(tmp_path)
-    heard = []
+    heard: list[Event] = []
     found = compare_runs(folder, other, listener=heard.append)
     assert found.inputs == [("joints.interlock.mu", "0.3", "0.4")]
     peak = found.results[0]
