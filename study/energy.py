@@ -8,7 +8,7 @@ with x_h the one-sided coefficient of harmonic h, E_c the friction work of conta
 marching its loop. U is the largest kinetic energy where all points move in phase; of a travelling
 wave, whose kinetic and strain energy do not change in time and are equal at resonance, it is the
 sum of both. At resonance the equivalent viscous damping ratio is (L. S. Jacobsen, Steady forced
-vibration as influenced by damping, Trans. ASME 52 (1930) APM-52-15; A. K. Chopra, Dynamics of
+vibration as influenced by damping, Trans. ASME 52 (1930) 169-181; A. K. Chopra, Dynamics of
 Structures, section 3.9)
 
     ζ_energy = W_in / (4 π U),

@@ -19,7 +19,7 @@ grow is S_e (1 - σ_m/S_u) / σ_a.
 the path (K. Dang Van, I. V. Papadopoulos (ed.), High-Cycle Metal Fatigue, Springer 1999), nor than
 half of the largest difference between two instants, `chord`; for one harmonic the three agree. With
 σ_m = ± σ_vM(σ_0), of the sign of the trace, the criterion is the one of handbooks (R. G. Budynas,
-J. K. Nisbett, Shigley's Mechanical Engineering Design, section 6-14); both are kept.
+J. K. Nisbett, Shigley's Mechanical Engineering Design, section on combinations of loading modes); both are kept.
 """
 
 from dataclasses import dataclass, field

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from vanelock.report import Section, Table
+from vanelock.report import Section, Table, Text
 from vanelock.report.blocks import Cell
 from vanelock.study.figures import figures
 from vanelock.study.limits import SHOWN
@@ -10,12 +10,19 @@ from vanelock.study.meshes import mesh_step
 from vanelock.study.report_told import Told
 from vanelock.study.stages import PARTS
 
+NOTES = (
+    "Quality: signed inverse condition number, 1 for a perfect element. Masters: coordinates of "
+    "the nodes that joints, loads and outputs use; modes: vibration with these held. Error of a "
+    "natural frequency: the largest relative one by reducing the parts, estimated; that of the "
+    "mesh comes on top. Times are those of when a stage was computed; later runs find it in the "
+    "cache."
+)
+
 
 def models(told: Told) -> Section:
     """Meshes, reduced parts, system and linear limits."""
-    return Section(
-        "Model", [_meshes(told), _reduced(told), _limits(told), _times(told)], id="model"
-    )
+    tables = [_meshes(told), _reduced(told), _limits(told), _times(told)]
+    return Section("Model", [*tables, Text(NOTES)], id="model")
 
 
 def _meshes(told: Told) -> Table:
@@ -42,7 +49,7 @@ def _meshes(told: Told) -> Table:
     units = ("", "", "", "", "", "kg", "≤ mm", "quality", "quality")
     several = len({_mesh_keys(told, i) for i in range(_count(told))}) > 1
     title = f"Finite-element meshes of one sector{' of the first case' if several else ''}"
-    return Table(header, rows, f"{title}; quality: 1 for a perfect element", units)
+    return Table(header, rows, title, units)
 
 
 def _count(told: Told) -> int:
@@ -67,7 +74,7 @@ def _reduced(told: Told) -> Table:
     counts = ", ".join(f"{joints.count(j)} {j}" for j in dict.fromkeys(joints))
     rows.append(("joined", None, None, size, f"{len(joints)} contacts: {counts}"))
     N = first.case.study.ring.sectors
-    caption = f"Reduced models of one of {N} sectors; modes: with the masters held"
+    caption = f"Reduced models of one of {N} sectors"
     return Table(("part", "masters", "modes", "coordinates", "route or contacts"), rows, caption)
 
 
@@ -101,7 +108,7 @@ def _limits(told: Told) -> Table:
             )
     header = ("cases", "interlock", *(f"f{i + 1}" for i in range(shown)), "mode", "error")
     units = ("", "", *["Hz"] * shown, "of interest", "~")
-    caption = "Natural frequencies at the excited nodal diameter; error: by reduction, estimated"
+    caption = "Natural frequencies at the excited nodal diameter"
     return Table(header, rows, caption, units)
 
 
@@ -116,6 +123,6 @@ def _times(told: Told) -> Table:
     return Table(
         ("stage", "number", "time"),
         rows,
-        "What computing took when it was done; what is unchanged comes from the cache",
+        "Computing time",
         ("", "", "s"),
     )

@@ -1,5 +1,7 @@
 """Energy, damping and wear on a run's page: by joint and by contact."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from vanelock.report import Section, Table, Text
@@ -65,8 +67,7 @@ def _opinion(found: CaseAnswers) -> str:
 def wear(told: Told) -> Section:
     """Wear indicators by joint, and the contacts that rub most."""
     blocks: list[Block] = [Text(_method())]
-    for found in sorted(told.answers.values(), key=lambda c: -c.peak.amplitude):
-        blocks.append(_joints(found))
+    blocks.append(_joints(list(told.answers.values())))
     main = told.main
     if main is not None and main.wear.energy.any():
         blocks.append(_contacts(main, told))
@@ -85,34 +86,38 @@ def _method() -> str:
     )
 
 
-def _joints(found: CaseAnswers) -> Table:
-    joint, w = np.array(found.places.joint), found.wear
-    archard = bool(np.isfinite(w.coefficient).any())
+def _joints(cases: Sequence[CaseAnswers]) -> Table:
+    """A line for each joint of each case."""
+    archard = any(np.isfinite(found.wear.coefficient).any() for found in cases)
     rows: list[tuple[Cell, ...]] = []
-    for name in dict.fromkeys(found.places.joint):
-        own = joint == name
-        row: list[Cell] = [
-            name,
-            f"{int((own & (w.energy > 0)).sum())} of {int(own.sum())}",
-            1e6 * float(w.energy[own].sum()),
-            _most(w.energy_per_area[own]),
-            _scaled(_most(w.slip[own]), 1e6),
-            _most(w.slip_per_hour[own]),
-            float(w.mean_load[own].mean()),
-            float(w.largest_load[own].max()),
-            _scaled(_most(w.largest_pressure[own]), 1e-6),
-        ]
-        if archard:
-            row += [_scaled(_total(w.volume_per_hour[own]), 1e9)]
-            row += [_scaled(_most(w.depth_per_hour[own]), 1e6)]
-        rows.append(tuple(row))
-    header = ["joint", "rub", "energy", "per area", "slip", "slip", "mean load", "load", "pressure"]
-    units = ["", "", "µJ/cycle", "J/m²", "µm/cycle", "m/h", "N", "N", "MPa"]
+    for found in cases:
+        joint, w = np.array(found.places.joint), found.wear
+        for name in dict.fromkeys(found.places.joint):
+            own = joint == name
+            row: list[Cell] = [
+                fixed(words(found.name)),
+                name,
+                f"{int((own & (w.energy > 0)).sum())} of {int(own.sum())}",
+                1e6 * float(w.energy[own].sum()),
+                _most(w.energy_per_area[own]),
+                _scaled(_most(w.slip[own]), 1e6),
+                _most(w.slip_per_hour[own]),
+                float(w.mean_load[own].mean()),
+                float(w.largest_load[own].max()),
+                _scaled(_most(w.largest_pressure[own]), 1e-6),
+            ]
+            if archard:
+                row += [_scaled(_total(w.volume_per_hour[own]), 1e9)]
+                row += [_scaled(_most(w.depth_per_hour[own]), 1e6)]
+            rows.append(tuple(row))
+    header = ["case", "joint", "rub", "energy", "per area", "slip", "slip"]
+    header += ["mean load", "load", "pressure"]
+    units = ["", "", "", "µJ/cycle", "J/m²", "µm/cycle", "m/h", "N", "N", "MPa"]
     if archard:
         header += ["worn", "depth"]
         units += ["mm³/h", "µm/h"]
-    title = f"Joints of one sector at {found.peak.frequency:.2f} Hz{of_case(found.name)}"
-    return Table(header, rows, f"{title}: sums of energy, else the largest of all contacts", units)
+    title = "Joints of one sector at the peak: energy and worn volume in all, else the largest"
+    return Table(header, rows, title, units)
 
 
 def _contacts(found: CaseAnswers, told: Told) -> Table:
