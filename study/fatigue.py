@@ -15,11 +15,12 @@ mean stress and tensile strength S_u,
 a mean compression is given no credit. n scales both stresses; by how much vibration alone may
 grow is S_e (1 - σ_m/S_u) / σ_a.
 
-σ_a is the largest distance from the mean, so not less than the radius of the smallest sphere round
-the path (K. Dang Van, I. V. Papadopoulos (ed.), High-Cycle Metal Fatigue, Springer 1999), nor than
-half of the largest difference between two instants, `chord`; for one harmonic the three agree. With
-σ_m = ± σ_vM(σ_0), of the sign of the trace, the criterion is the one of handbooks (R. G. Budynas,
-J. K. Nisbett, Shigley's Mechanical Engineering Design, section on combinations of loading modes); both are kept.
+σ_a is the largest distance from the mean, so not less than the radius of the smallest sphere
+round the path (K. Dang Van, I. V. Papadopoulos (ed.), High-Cycle Metal Fatigue, Springer 1999),
+nor than half of the largest difference between two instants, `chord`; for one harmonic the three
+agree. With σ_m = ± σ_vM(σ_0), of the sign of the trace, the criterion is the one of handbooks (R.
+G. Budynas, J. K. Nisbett, Shigley's Mechanical Engineering Design, section on combinations of
+loading modes); both are kept.
 """
 
 from dataclasses import dataclass, field
