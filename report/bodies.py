@@ -8,12 +8,13 @@ from scipy.sparse.csgraph import connected_components
 from vanelock.mesh import Part
 from vanelock.render.surface import surface
 from vanelock.report.blocks import Body
+from vanelock.report.thinning import thinned
 
 Real = NDArray[np.float64]
 Index = NDArray[np.int64]
 
 
-def body_of(part: Part, corners_only: bool = True) -> tuple[Body, Index]:
+def body_of(part: Part, corners_only: bool = True, most: int = 60_000) -> tuple[Body, Index]:
     """Skin of a part as a body, and the part's nodes (m,) that it took.
 
     A shape of the part (n, 3) becomes the body's by `shape[nodes]`.
@@ -24,6 +25,8 @@ def body_of(part: Part, corners_only: bool = True) -> tuple[Body, Index]:
         The part.
     corners_only : bool
         Draw through the elements' corners alone: a quarter of the triangles.
+    most : int
+        A skin of more triangles is thinned: N times as many have to turn smoothly.
 
     Raises
     ------
@@ -31,8 +34,12 @@ def body_of(part: Part, corners_only: bool = True) -> tuple[Body, Index]:
         If pictures do not know the part's elements.
     """
     skin = surface(part, corners_only=corners_only)
-    body = Body(part.points[skin.nodes], skin.triangles, part.sectors, skin.outline, part.name)
-    return body, skin.nodes
+    points, triangles, outline = part.points[skin.nodes], skin.triangles, skin.outline
+    nodes = skin.nodes
+    if len(triangles) > most:
+        kept, triangles, outline = thinned(points, triangles, outline, most)
+        points, nodes = points[kept], nodes[kept]
+    return Body(points, triangles, part.sectors, outline, part.name), nodes
 
 
 def shaded(

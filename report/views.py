@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from vanelock.errors import InputError
 from vanelock.render import annulus, style
 from vanelock.render import views as cameras
+from vanelock.render.scene import Camera
 from vanelock.report.blocks import Body, Complex, Motion, View
 from vanelock.report.bodies import shaded
 
@@ -119,21 +120,28 @@ def _ring_camera(points: Real) -> dict[str, Any]:
     """Right, up and backward direction, and centre and radius of what is to be seen."""
     low, high = points[:, 2].min(), points[:, 2].max()
     radius = float(np.hypot(points[:, 0], points[:, 1]).max())
-    return _frame(cameras.ring_camera(points), np.array([0, 0, (low + high) / 2]), radius)
+    middle = np.array([0.0, 0.0, (low + high) / 2])
+    return _framed(_rows(cameras.ring_camera(points)), middle, radius)
 
 
 def _sector_camera(points: Real) -> dict[str, Any]:
-    centre = (points.min(axis=0) + points.max(axis=0)) / 2
-    radius = float(np.linalg.norm(points - centre, axis=1).max())
-    return _frame(cameras.sector_camera(points), centre, radius)
+    rows = _rows(cameras.sector_camera(points))
+    seen = points @ rows.T
+    low, high = seen.min(axis=0), seen.max(axis=0)
+    radius = 1.1 * float((high - low)[:2].max()) / 2  # room for its motion
+    return _framed(rows, (low + high) / 2 @ rows, radius)
 
 
-def _frame(camera: Any, centre: Real, radius: float) -> dict[str, Any]:
+def _rows(camera: Camera) -> Real:
+    """Right, up and backward direction of a camera, as rows."""
     backward = -np.asarray(camera.direction, float)
     backward = backward / np.linalg.norm(backward)
     right = np.cross(np.asarray(camera.up, float), backward)
     right = right / np.linalg.norm(right)
-    rows = np.vstack([right, np.cross(backward, right), backward])
+    return np.vstack([right, np.cross(backward, right), backward])
+
+
+def _framed(rows: Real, centre: Real, radius: float) -> dict[str, Any]:
     return {"rows": rows.tolist(), "centre": centre.tolist(), "radius": radius}
 
 

@@ -6,21 +6,40 @@ from vanelock import report
 from vanelock.report import bodies, views
 
 
+def volume_inside(body):
+    """By Gauss: the place's flow out of a closed skin is three times what it holds."""
+    a, b, c = body.points[body.triangles].transpose(1, 0, 2)
+    return np.sum(np.cross(b - a, c - a) * (a + b + c)) / 18
+
+
 def test_body_of_a_part_lies_on_its_skin(coarse):
     for part in coarse:
         body, nodes = report.body_of(part)
         assert np.array_equal(body.points, part.points[nodes])
         assert body.sectors == part.sectors
         assert body.name == part.name
-        # Closed: each edge has two triangles, so a constant field flows in as much as out; and
-        # the flow of the place itself is three times the volume inside.
-        a, b, c = body.points[body.triangles].transpose(1, 0, 2)
-        area = np.cross(b - a, c - a) / 2
-        assert np.abs(area.sum(axis=0)).max() < 1e-12
-        volume = np.sum(area * (a + b + c)) / 9
         whole = part.points[part.cells[:, :4]]
         edges = whole[:, 1:] - whole[:, :1]
-        assert np.isclose(volume, np.linalg.det(edges).sum() / 6, rtol=1e-9)
+        assert np.isclose(volume_inside(body), np.linalg.det(edges).sum() / 6, rtol=1e-9)
+
+
+def test_large_skin_is_thinned_over_its_own_nodes(lattice):
+    def plate(place):
+        return np.array([0.2, 0.1, 0.004]) * place
+
+    part = lattice((48, 32, 2), plate, "hexahedron")
+    whole, every = report.body_of(part)
+    body, nodes = report.body_of(part, most=2000)
+    assert len(whole.triangles) > 6000
+    assert 700 < len(body.triangles) <= 2000
+    assert set(nodes) < set(every)
+    assert np.array_equal(body.points, part.points[nodes])
+    # The plate is thinner than a cell of the grid and keeps its two sides and all its corners.
+    assert np.array_equal(body.points.min(axis=0), whole.points.min(axis=0))
+    assert np.array_equal(body.points.max(axis=0), whole.points.max(axis=0))
+    assert np.isclose(volume_inside(body), 0.2 * 0.1 * 0.004, rtol=0.02)
+    assert np.isclose(volume_inside(whole), 0.2 * 0.1 * 0.004, rtol=1e-9)
+    assert len(body.outline) > 40
 
 
 def test_cube_is_crisp_and_its_faces_are_flat():
