@@ -1,7 +1,7 @@
 """What the pictures of a run are drawn from: its cases, its products and its responses' peaks."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -64,6 +64,14 @@ class Shown:
     around: dict[str, "Around"] = field(default_factory=dict)
     campbell: dict[str, Campbell] = field(default_factory=dict)
     measured: tuple[Measured, ...] = ()
+
+    def only(self, case: str) -> "Shown":
+        """What one case alone shows."""
+        by_case = ("curve", "top", "peak", "static", "harmonics")
+        kept = {
+            name: {k: v for k, v in getattr(self, name).items() if k == case} for name in by_case
+        }
+        return replace(self, **kept)  # type: ignore[arg-type]
 
 
 @dataclass(frozen=True)

@@ -27,6 +27,7 @@ from vanelock.quantities import (
     Unbalance,
     si,
 )
+from vanelock.study.campaign import Campaign, check_campaign
 from vanelock.study.comparison import CampbellKeys, Fit, MeasuredCurve, check_comparison, curves
 from vanelock.study.own_mesh import Casing, OwnCasing, OwnVane, Vane, refuse_without_dimensions
 from vanelock.study.structure import Joints, Material, Mesh, Ring, Rom, Table
@@ -254,6 +255,7 @@ class Study(Table):
         default=(), max_length=100, description="measured curves"
     )
     fit: Fit | None = Field(default=None, description="fit to the measured curves")
+    campaign: Campaign | None = Field(default=None, description="published study")
 
     @model_validator(mode="before")
     @classmethod
@@ -322,6 +324,7 @@ class Study(Table):
     def _has_the_moduli(self) -> Self:
         check_temperature(self)
         check_comparison(self)
+        check_campaign(self)
         return self
 
     @model_validator(mode="after")

@@ -2,6 +2,7 @@
 
 import platform
 from collections.abc import Mapping, Sequence
+from contextlib import AbstractContextManager
 from dataclasses import asdict
 from datetime import UTC, datetime
 from pathlib import Path
@@ -72,6 +73,15 @@ class Record:
             versions.attrs["platform"] = platform.platform()
             for library in LIBRARIES:
                 versions.attrs[library] = installed(library)
+
+    def together(self) -> AbstractContextManager[None]:
+        """Let all that a block writes appear at once."""
+        return self._file.together()
+
+    def product(self, where: str, product: Product) -> None:
+        """A product of its own."""
+        with self._file.edit() as file:
+            results.put(file, where, product, {})
 
     def parts(self, planned: Planned) -> None:
         """Meshes, reduced parts and system of the first case."""

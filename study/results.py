@@ -103,10 +103,24 @@ class Results:
     def __init__(self, path: Path) -> None:
         self.path = path
         self._begun = False
+        self._file: h5py.File | None = None
+
+    @contextmanager
+    def together(self) -> Generator[None, None, None]:
+        """Let all edits of this block appear at once: each by itself would copy the whole file."""
+        with self.edit() as file:
+            self._file = file
+            try:
+                yield
+            finally:
+                self._file = None
 
     @contextmanager
     def edit(self) -> Generator[h5py.File, None, None]:
         """The file, open for additions that appear all at once or not at all."""
+        if self._file is not None:
+            yield self._file
+            return
         temporary = self.path.with_name(f".{self.path.name}.{os.getpid()}.tmp")
         with writing(self.path):
             try:

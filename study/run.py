@@ -37,7 +37,7 @@ from vanelock.study.speed_lines import lines_step
 from vanelock.study.steps import Stages
 from vanelock.study.strains import Strain
 from vanelock.study.summary import Peak, Summary, peak_of, summarise
-from vanelock.study.sweep import cases
+from vanelock.study.sweep import Case, cases
 from vanelock.study.temperature import described
 from vanelock.study.warm import warmed
 
@@ -108,12 +108,21 @@ class Run:
         Told about tables, points and notices.
     stages : Stages
         What computes or finds each product.
+    found : sequence of Case, optional
+        The cases, where they are not those of the study's sweep.
     """
 
-    def __init__(self, study: Study, folder: Path, listener: Listener, stages: Stages) -> None:
+    def __init__(
+        self,
+        study: Study,
+        folder: Path,
+        listener: Listener,
+        stages: Stages,
+        found: Sequence[Case] = (),
+    ) -> None:
         self.study, self.listener, self.stages = study, listener, stages
         self.measured = load_measured(study)  # refused before the long stages
-        found = warmed(cases(study), stages)
+        found = warmed(found or cases(study), stages)
         for text in dict.fromkeys(described(case.study) for case in found):
             if text:
                 listener(Notice(text))
@@ -213,7 +222,7 @@ class Run:
         self.record.case(planned, response, static, found, self.shown.monitor.name, strain, worth)
         if strain is not None and peak is not None:
             self._strains[case.name] = strain, peak
-        if self.study.campbell is not None:
+        if case.study.campbell is not None:
             self._campbell(planned)
         self.shown.static[case.name] = static
         curve = response.frequency, amplitude, response.converged

@@ -17,6 +17,7 @@ STAGES = [
     "render",
     "report",
     "study",
+    "campaign",
 ]  # each imports those before it
 
 

@@ -76,13 +76,18 @@ AsJson = Annotated[
 def run(
     study: StudyFile, output: Output = None, quiet: Quiet = False, as_json: AsJson = False
 ) -> None:
-    """Run a study; what an earlier run in the same folder computed is used again."""
+    """Run a study or, where it has a [campaign], that; an earlier run's work is used again."""
     from vanelock.study import choose_listener, load_study, read_text, run_study
 
     loaded = load_study(study)
     folder = output or Path("runs") / study.stem
     with _going_on_later(folder), choose_listener(quiet, as_json) as listener:
-        run_study(loaded, folder, listener, read_text(study))
+        if loaded.campaign is None:
+            run_study(loaded, folder, listener, read_text(study))
+        else:
+            from vanelock.campaign import run_campaign
+
+            run_campaign(loaded, folder, listener, read_text(study))
 
 
 @app.command()

@@ -5,6 +5,7 @@ from pydantic import BaseModel
 
 from vanelock.errors import InputError
 from vanelock.study import Study, load_study, parse_study, template_text
+from vanelock.study.campaign import Campaign
 from vanelock.study.comparison import CampbellKeys, Fit, MeasuredCurve
 
 
@@ -45,6 +46,7 @@ def test_template_states_every_default():
 def test_template_mentions_every_key():
     text = template_text()
     tables: dict[str, type[BaseModel]] = {
+        "campaign": Campaign,
         "campbell": CampbellKeys,
         "measured": MeasuredCurve,
         "fit": Fit,

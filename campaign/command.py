@@ -1,0 +1,136 @@
+"""Run a campaign: all cases, the maps, the statements, the figures and the page."""
+
+import os
+import time
+from dataclasses import asdict
+from pathlib import Path
+
+from vanelock.campaign import figures, map_exhibits
+from vanelock.campaign.evidence import Evidence
+from vanelock.campaign.gather import evidence, ordered, plan_of
+from vanelock.campaign.sheets import Plan, case_of
+from vanelock.campaign.statements import Statement, statement_table, statements
+from vanelock.study import listing, results
+from vanelock.study.board import Board
+from vanelock.study.cache import Cache
+from vanelock.study.comparison import CampbellKeys
+from vanelock.study.csv_table import write_columns
+from vanelock.study.easel import Easel
+from vanelock.study.exhibit import Exhibit
+from vanelock.study.folder import claimed
+from vanelock.study.model import Study
+from vanelock.study.pictures import Gallery
+from vanelock.study.progress import Finished, Listener, Notice, silent
+from vanelock.study.run import Run
+from vanelock.study.steps import Stages
+from vanelock.study.summary import Summary
+
+
+def run_campaign(
+    study: Study,
+    folder: str | os.PathLike[str],
+    listener: Listener = silent,
+    text: str = "",
+) -> tuple[Statement, ...]:
+    """Run the campaign of a study in a folder; what earlier runs there computed is used again.
+
+    Parameters
+    ----------
+    study : Study
+        With a campaign.
+    folder : path
+        Where `results.h5`, `report.html`, `figures/`, `shapes/` and `cache/` go.
+    listener : callable
+        Told about stages, points, notices and tables.
+    text : str
+        The study file's text, kept in the results.
+
+    Returns
+    -------
+    tuple of Statement
+        The published statements beside what was found.
+
+    Raises
+    ------
+    InputError
+        If the study cannot be computed, or the folder not be used.
+    """
+    path = Path(folder)
+    began = time.perf_counter()
+    if study.campbell is None:
+        study = study.model_copy(update={"campbell": CampbellKeys()})
+    with claimed(path):
+        stages = Stages(Cache(path / "cache", lambda told: listener(Notice(told))), listener)
+        plan = plan_of(study, stages)
+        run = Run(study, path, listener, stages, ordered(plan))
+        run.record.provenance(study, text)
+        with run.record.together():
+            summaries = run.all_cases()
+        found = evidence(run, plan, summaries)
+        stated = statements(found)
+        _record(run, found)
+        listener(statement_table(stated))
+        easel = Easel(path, listener)
+        drawn = _draw(run, plan, found, stated, easel, summaries, text)
+        listener(listing.stage_times([*stages.done.values(), *easel.done]))
+        run.record.complete(stages.done)
+    told = {
+        "cases": [asdict(case) for case in summaries],
+        "statements": [asdict(each) for each in stated],
+        "results": str(path / results.NAME),
+        "pictures": [str(file) for shown in drawn for file in (shown.path, *shown.data)],
+    }
+    listener(Finished(str(path), time.perf_counter() - began, told))
+    return stated
+
+
+def _record(run: Run, found: Evidence) -> None:
+    """Maps and ridges into the results file."""
+    with run.record.together():
+        for name, plane in found.planes.items():
+            run.record.product(f"campaign/map_{name}", plane)
+        for slant, plane in found.slants.items():
+            run.record.product(f"campaign/map_slant{slant:g}", plane)
+        for ridge in found.ridges:
+            run.record.product(f"campaign/peak_{ridge.name}_h{ridge.harmonics}", ridge)
+
+
+def _draw(
+    run: Run,
+    plan: Plan,
+    found: Evidence,
+    stated: tuple[Statement, ...],
+    easel: Easel,
+    summaries: tuple[Summary, ...],
+    text: str,
+) -> list[Exhibit]:
+    """All figures of the campaign, then those of an ordinary run of its main case."""
+    every = Board(plan.base, run.planned, run.stages, run.shown, easel)
+    sheets = figures.curve_sheets(every, found)
+    loops = figures.loop_exhibits(every, found)
+    made = [*loops, *(figures.draw_sheet(every, found, sheet) for sheet in sheets)]
+    maps = map_exhibits.map_exhibits(every, found)
+    best = map_exhibits.ridge_exhibit(every, found)
+    made += [*maps, best]
+    _write_statements(every, stated)
+    main = main_case(plan)
+    own = [each for each in run.planned if each.case.name == main]
+    shown = run.shown.only(main)
+    gallery = Gallery(plan.base, own, run.stages, shown, easel)
+    return [*made, *gallery.draw()]
+
+
+def main_case(plan: Plan) -> str:
+    """The case that stands for the scene: reference friction, the most harmonics."""
+    campaign = plan.base.campaign
+    assert campaign is not None
+    return case_of(plan, harmonics=max(campaign.harmonics))
+
+
+def _write_statements(board: Board, stated: tuple[Statement, ...]) -> Path:
+    """The table of agreement as CSV."""
+    rows = [asdict(each) for each in stated]
+    columns = {key: [row[key] for row in rows] for key in rows[0]}
+    return board.easel.draw(
+        "figures/agreement.csv", rows, lambda path: write_columns(path, columns), quick=True
+    )

@@ -1,0 +1,167 @@
+"""Gather the evidence of a campaign: comparisons at full stick, maps, ridges, loops."""
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vanelock.campaign import maps
+from vanelock.campaign.checks import Difference, between, from_linear, sticking_load
+from vanelock.campaign.conditions import Loop, conditions
+from vanelock.campaign.evidence import Evidence
+from vanelock.campaign.optimum import Ridge
+from vanelock.campaign.plane import Plane
+from vanelock.campaign.sheets import COUPLINGS, Plan, case_of, planned_sheets
+from vanelock.study.forced import limits_step, linear_step, linear_system_step, preload_step
+from vanelock.study.limits import hooks
+from vanelock.study.model import Study
+from vanelock.study.plan import Planned
+from vanelock.study.progress import Point
+from vanelock.study.run import Run
+from vanelock.study.stages import diameters, rom_step, system_step
+from vanelock.study.steps import Stages
+from vanelock.study.summary import Peak, Summary, peak_of
+from vanelock.study.sweep import Case, with_values
+from vanelock.study.warm import warmed
+
+RIDGES = (1, 3)
+"""Harmonics of the ridges, as far as the campaign has them."""
+
+
+def plan_of(study: Study, stages: Stages) -> Plan:
+    """The campaign's cases; the load at which all contacts stick is found on the way."""
+    draft = planned_sheets(study, 1.0)
+    (warm,) = warmed([draft.cases[case_of(draft)]], stages)
+    study = with_values(study, {"temperature": warm.study.temperature.model_dump()})
+    draft = planned_sheets(study, 1.0)
+    wanted = diameters(case.study for case in draft.cases.values())
+    base = draft.base
+    rom = {part: rom_step(base, part, wanted) for part in ("vane", "casing")}
+    bare = linear_system_step(base, **rom)
+    limits = limits_step(base, bare, **rom)
+    stuck = stages.get(linear_step(base, "stuck", bare, limits))
+    system = system_step(base, **rom)
+    static = stages.get(preload_step(base, system))
+    small = sticking_load(static, stuck, stages.get(system).contacts.joint)
+    return planned_sheets(study, small)
+
+
+def ordered(plan: Plan) -> list[Case]:
+    """Its cases, that of the reference first."""
+    first = case_of(plan)
+    return [plan.cases[first], *(case for name, case in plan.cases.items() if name != first)]
+
+
+def evidence(run: Run, plan: Plan, summaries: Sequence[Summary]) -> Evidence:
+    """Everything that the statements are judged by; `run` has all cases."""
+    by_name = {each.case.name: each for each in run.planned}
+    reference = by_name[case_of(plan)]
+    stages, shown = run.stages, run.shown
+    system = stages.get(reference.system)
+    interlock = ~hooks(system.contacts.joint)
+    output = shown.monitor.node, shown.monitor.component
+    linear: dict[str, Peak] = {}
+    for which in ("free", "stuck"):
+        response = stages.get(reference.linear.responses[which])
+        peak = peak_of(response, shown.monitor.amplitude(response))
+        assert peak is not None
+        linear[which] = peak
+    small = plan.sheets["stuck"].cases[0]
+    planes, slants, ridges = _maps(run, plan, reference, output, system.output_names[output[0]])
+    return Evidence(
+        plan=plan,
+        summaries={each.case: each for each in summaries},
+        limits=stages.get(reference.linear.limits),
+        linear=linear,
+        monitor=shown.monitor.name,
+        engine_order=reference.case.study.excitation.engine_order,
+        small=_ratio(plan, small),
+        hooks=_hooks(stages, by_name[plan.sheets["hooks"].cases[0]], output),
+        stuck=_stuck(stages, by_name[small], output),
+        conditions=_conditions(plan.base),
+        planes=planes,
+        slants=slants,
+        ridges=ridges,
+        tops=shown.top,
+        statics=shown.static,
+        interlock=interlock,
+    )
+
+
+def _ratio(plan: Plan, case: str) -> float:
+    loads = [
+        study.excitation.unbalance or study.excitation.force_per_node
+        for study in (plan.study(case), plan.base)
+    ]
+    return loads[0] / loads[1]
+
+
+def _hooks(stages: Stages, each: Planned, output: tuple[int, int]) -> Difference:
+    system = stages.get(each.system)
+    closed: NDArray[np.bool_] = hooks(system.contacts.joint)
+    return from_linear(stages.get(each.response), system, closed, output)
+
+
+def _stuck(stages: Stages, each: Planned, output: tuple[int, int]) -> Mapping[str, Difference]:
+    response, system = stages.get(each.response), stages.get(each.system)
+    return {other: between(response, other, system, output) for other in COUPLINGS[1:]}
+
+
+def _conditions(base: Study) -> tuple[Loop, ...]:
+    joint = base.joints.interlock
+    return conditions(joint.kn, joint.kt, joint.mu, abs(joint.interference) or 1e-6)
+
+
+def _maps(
+    run: Run, plan: Plan, reference: Planned, output: tuple[int, int], node: str
+) -> tuple[dict[str, Plane], dict[float, Plane], tuple[Ridge, ...]]:
+    study, stages = plan.base, run.stages
+    assert study.campaign is not None
+
+    def told(name: str) -> maps.Told:
+        def say(done: int, total: int, peak: float) -> None:
+            run.listener(Point(name, done, total, peak, 0.0))
+
+        return say
+
+    own = reference.system, reference.linear.limits
+    planes = {
+        "interference": maps.plane_step(
+            "friction, interference",
+            study,
+            *own,
+            "interference",
+            maps.methods(study),
+            output,
+            told("map"),
+        ),
+        "load": maps.plane_step(
+            "friction, load", study, *own, "load", maps.methods(study)[:3], output, told("map")
+        ),
+    }
+    ridges = [
+        maps.ridge_step(study, *own, name, h, (node, output[1]))
+        for h in RIDGES
+        if h in study.campaign.harmonics
+        for name in ("mu", "interference")
+    ]
+    band = stages.get(reference.rom["vane"]).band
+    slants = {}
+    for slant in study.campaign.slants:
+        if slant == getattr(study.vane, "interlock_slant", None):
+            continue
+        slants[slant] = maps.plane_step(
+            f"slant {slant:g}",
+            study,
+            *maps.slanted(study, slant, band),
+            "interference",
+            maps.few_methods(study),
+            output,
+            told("map"),
+            every=2,
+        )
+    return (
+        {name: stages.get(step) for name, step in planes.items()},
+        {slant: stages.get(step) for slant, step in slants.items()},
+        tuple(stages.get(step) for step in ridges),
+    )

@@ -1,0 +1,290 @@
+"""What a campaign adds to the page of a run: statements, figures to zoom into, maps, costs."""
+
+from collections.abc import Iterable, Sequence
+
+import numpy as np
+
+from vanelock.campaign.evidence import Evidence
+from vanelock.campaign.figures import REFERENCE, Sheet, reference
+from vanelock.campaign.map_exhibits import holds
+from vanelock.campaign.optimum import Ridge
+from vanelock.campaign.plane import Method
+from vanelock.campaign.sheets import COUPLINGS, load_of
+from vanelock.campaign.statements import Statement
+from vanelock.render import style
+from vanelock.report import Answer, Answers, Picture, Plot, Section, Table, Text, Trace
+from vanelock.report.blocks import Block, Cell, Flag
+from vanelock.study.board import Board
+from vanelock.study.exhibit import Exhibit
+from vanelock.study.progress import Done
+
+DASHES = {"coupled": "solid", "uncoupled": "dash", "constant-load": "dot", "one diameter": "dash"}
+FLAGS: dict[str, Flag] = {"yes": "good", "partly": "warn", "no": "bad"}
+
+
+def answers(e: Evidence, stated: Sequence[Statement]) -> Section:
+    """The first things to know."""
+    agreed = {word: sum(s.agrees == word for s in stated) for word in FLAGS}
+    items = [
+        Answer(
+            "Published statements",
+            f"{agreed['yes']} of {len(stated)} agree",
+            f"{agreed['partly']} partly, {agreed['no']} not; the table below tells why",
+            "good" if not agreed["no"] else "warn",
+        )
+    ]
+    items += [_best(ridge) for ridge in e.ridges if ridge.harmonics == _highest(e.ridges)]
+    best = Method(max(e.plan.base.campaign.harmonics) if e.plan.base.campaign else 1)
+    plane = e.planes["interference"]
+    a, _ = plane.of(best)
+    for coupling in COUPLINGS[:2]:
+        off = np.abs(plane.of(Method(1, coupling))[0] / a - 1)
+        words = "one harmonic" if coupling == "coupled" else "uncoupled, one harmonic"
+        items.append(
+            Answer(
+                f"Error of {words}",
+                f"{100 * np.nanmedian(off):.0f} % median, {100 * np.nanmax(off):.0f} % worst",
+                f"of the peak against {best.name}, over friction and interference",
+                "warn",
+            )
+        )
+    return Section("The published study on this scene", [Answers(tuple(items))], id="campaign")
+
+
+def agreement(stated: Sequence[Statement]) -> Section:
+    """The table of agreement."""
+    rows = [(s.figure, s.says, s.found, s.agrees, s.why) for s in stated]
+    header = ("figure", "the study states", "this run finds", "agrees", "why not, or where")
+    flags = [FLAGS[s.agrees] for s in stated]
+    caption = (
+        "Figures are those of Lassalle and Firrone's study of a vane segment. Nothing was tuned "
+        "but what it withholds, listed under its parameters."
+    )
+    return Section(
+        "Statements and agreement", [Table(header, rows, caption, flags=flags)], id="agreement"
+    )
+
+
+def parameters(e: Evidence) -> Section:
+    """What the published study withholds, and what stands here in its place."""
+    base = e.plan.base
+    hook, lock, campaign = base.joints.hook, base.joints.interlock, base.campaign
+    assert campaign is not None
+    load = load_of(base)
+    rows: list[tuple[Cell, ...]] = [
+        ("friction coefficients, Figures 12 and 15", _list(campaign.mu), "-"),
+        ("reference friction, Figure 13", f"{campaign.reference_mu:g}", "-"),
+        ("interferences, Figures 14 and 16", _list(1e6 * x for x in campaign.interference), "µm"),
+        ("hook interference, friction", f"{1e6 * hook.interference:g}, {hook.mu:g}", "µm, -"),
+        ("hook stiffness, normal and tangential", f"{hook.kn:.4g}, {hook.kt:.4g}", "N/m a pair"),
+        ("interlock stiffness", f"{lock.kn:.4g}, {lock.kt:.4g}", "N/m a pair"),
+        (
+            "load",
+            f"{load:g}",
+            "kg m of unbalance" if base.excitation.unbalance else "N radial a node",
+        ),
+        ("damping ratio of the structure", f"{100 * base.damping.ratio:g}", "%"),
+        ("sectors", f"{base.ring.sectors}", "-"),
+        ("slant of the interlock faces", f"{getattr(base.vane, 'interlock_slant', 0):g}", "deg"),
+        ("dimensions and material", "see the inputs", ""),
+    ]
+    return Section(
+        "Parameters that the study withholds",
+        [Table(("parameter", "value here", "unit"), rows)],
+        id="withheld",
+    )
+
+
+def figures(
+    board: Board, e: Evidence, sheets: Sequence[Sheet], loops: Sequence[Exhibit]
+) -> Section:
+    """The study's figures: loops as pictures, curves to zoom into."""
+    blocks: list[Block] = [_picture(each) for each in loops]
+    blocks += [_plot(board, e, sheet) for sheet in sheets]
+    return Section("The study's figures", blocks, id="published")
+
+
+def maps(e: Evidence, exhibits: Sequence[Exhibit]) -> Section:
+    """Where statements hold: shares, then the maps."""
+    planes = {"friction and interference": e.planes["interference"]}
+    planes["friction and load"] = e.planes["load"]
+    planes |= {f"slant {slant:g}°": plane for slant, plane in e.slants.items()}
+    names = list(holds(e.planes["interference"]))
+    rows = []
+    for words, plane in planes.items():
+        found = holds(plane)
+        shares = [100 * float(found[name].mean()) if name in found else None for name in names]
+        rows.append((words, *shares))
+    table = Table(
+        ("plane", *names),
+        rows,
+        "Share of each map in which a statement holds, percent. Other slants have a coarser mesh.",
+    )
+    return Section("Where each statement holds", [table, *map(_picture, exhibits)], id="maps")
+
+
+def diameters(e: Evidence) -> Section:
+    """Every harmonic at its own nodal diameter, or all at that of the load."""
+    rows: list[tuple[Cell, ...]] = []
+    by_order: dict[int, dict[str, str]] = {}
+    for name in e.plan.sheets["harmonics"].cases:
+        response = e.plan.study(name).response
+        by_order.setdefault(response.harmonics, {})[response.harmonic_diameters] = name
+    for order, names in by_order.items():
+        if len(names) < 2:
+            continue
+        own, same = names["wave"], names["sector"]
+        rows.append(
+            (
+                order,
+                1e6 * e.amplitude(own),
+                1e6 * e.amplitude(same),
+                100 * (e.amplitude(same) / e.amplitude(own) - 1),
+                e.frequency(same) - e.frequency(own),
+            )
+        )
+    text = Text(
+        "Harmonic h of a travelling wave of engine order EO has the nodal diameter h EO modulo the "
+        "number of sectors. The published study does not say which its higher harmonics have; "
+        "this is what it costs to give all of them that of the load."
+    )
+    header = ("H", "own diameters", "one diameter", "difference", "shift")
+    table = Table(header, rows, units=("", "µm", "µm", "%", "Hz"))
+    return Section("Nodal diameter of the harmonics", [text, table], id="diameters")
+
+
+def energy(e: Evidence) -> Section:
+    """Friction work by joint at the peaks."""
+    rows: list[tuple[Cell, ...]] = []
+    for name, summary in e.summaries.items():
+        top = e.tops.get(name)
+        if top is None or summary.peak is None:
+            continue
+        work = top.dissipation[0]
+        hook, lock = float(work[~e.interlock].sum()), float(work[e.interlock].sum())
+        total = hook + lock
+        rows.append(
+            (
+                name,
+                summary.peak.frequency,
+                1e6 * lock,
+                1e6 * hook,
+                100 * hook / total if total > 0 else None,
+                100 * summary.slipping,
+                100 * summary.opening,
+            )
+        )
+    header = ("case", "peak at", "interlock", "hooks", "hooks' share", "pairs slip", "lift off")
+    units = ("", "Hz", "µJ a cycle", "µJ a cycle", "%", "%", "%")
+    return Section(
+        "Energy that friction takes, by joint",
+        [Table(header, rows, "At the peak of each case.", units)],
+        id="energy-by-joint",
+    )
+
+
+def costs(e: Evidence, done: Sequence[Done], total: float) -> Section:
+    """Where the time went, and what methods cost."""
+    plane = e.planes["interference"]
+    seconds = np.median(plane.seconds, axis=(0, 1))
+    rows = [
+        (name, 1e3 * seconds[k], float(np.median(plane.points[..., k])), seconds[k] / seconds[0])
+        for k, name in enumerate(plane.methods)
+    ]
+    methods = Table(
+        ("method", "a response", "frequencies", "relative"),
+        rows,
+        "Processor time of a response, the median over the map; the modes with all contacts stuck "
+        "are computed once for all.",
+        ("", "ms", "", "-"),
+    )
+    kinds: dict[str, float] = {}
+    for each in done:
+        if not each.cached:
+            word = each.stage.replace("/", " ").partition(" ")[0]
+            kinds[word] = kinds.get(word, 0.0) + each.seconds
+    spent = sorted(kinds.items(), key=lambda item: -item[1])
+    rest = total - sum(kinds.values())
+    stages = Table(
+        ("stage", "time"),
+        [*spent, ("rest", max(rest, 0.0)), ("total", total)],
+        "Wall time of this run by kind of stage; what earlier runs computed is not counted.",
+        ("", "s"),
+    )
+    return Section("Calculation time", [methods, stages], id="costs")
+
+
+def optimum(e: Evidence, exhibit: Exhibit) -> Section:
+    """The friction and interference that damp best."""
+    rows = []
+    for ridge in e.ridges:
+        best = ridge.best
+        scale, unit = (1e6, "µm") if ridge.name == "interference" else (1.0, "-")
+        told: tuple[Cell, ...] = (None, None, ridge.message or "not enough points")
+        if best is not None:
+            told = (scale * best[0], 1e6 * best[1], "at the end" if best[2] else "")
+        rows.append((ridge.name, ridge.harmonics, unit, *told))
+    header = ("parameter", "H", "unit", "best", "peak there (µm)", "note")
+    return Section(
+        "Friction and interference that damp best",
+        [Table(header, rows), _picture(exhibit)],
+        id="optimum",
+    )
+
+
+def _plot(board: Board, e: Evidence, sheet: Sheet) -> Plot:
+    base = reference(e)
+    groups = list(dict.fromkeys(c.group for c in sheet.curves if c.kind == "nonlinear"))
+    colours = dict(zip(groups, style.series(len(groups)), strict=True))
+    alone = len(groups) == 1
+    variants = list(dict.fromkeys(c.variant for c in sheet.curves if c.variant))
+    by_variant = dict(zip(variants, style.series(len(variants)), strict=True))
+    traces = []
+    for curve in sheet.curves:
+        over = curve.over(base)
+        order = np.argsort(np.asarray(over.frequency), kind="stable")
+        linear = curve.kind != "nonlinear"
+        colour = by_variant.get(curve.variant, "") if alone else colours.get(curve.group, "")
+        traces.append(
+            Trace(
+                np.asarray(over.frequency)[order],
+                np.asarray(over.amplitude)[order],
+                curve.label,
+                dash="dashdot" if linear else DASHES.get(curve.variant, "solid"),
+                width=1.3 if linear else 2.0,
+                colour=style.GREY if linear else colour,
+            )
+        )
+    data = (board.easel.folder / "figures" / f"{sheet.name}.csv",)
+    return Plot(
+        traces,
+        "frequency / reference frequency",
+        "amplitude / reference peak",
+        sheet.title,
+        REFERENCE + sheet.caption,
+        data=data,
+    )
+
+
+def _picture(each: Exhibit) -> Picture:
+    return Picture(each.path, each.title, each.caption, each.data)
+
+
+def _highest(ridges: Sequence[Ridge]) -> int:
+    return max((ridge.harmonics for ridge in ridges), default=0)
+
+
+def _best(ridge: Ridge) -> Answer:
+    words = {"mu": "Friction that damps best", "interference": "Interference that damps best"}
+    best = ridge.best
+    if best is None:
+        return Answer(words[ridge.name], "unknown", ridge.message, "warn")
+    value = f"μ = {best[0]:.2g}" if ridge.name == "mu" else f"{1e6 * best[0]:.2g} µm"
+    note = f"lowest peak {1e6 * best[1]:.3g} µm, H = {ridge.harmonics}"
+    if best[2]:
+        return Answer(words[ridge.name], value, f"{note}; at the end of the range", "warn")
+    return Answer(words[ridge.name], value, note)
+
+
+def _list(values: Iterable[float]) -> str:
+    return ", ".join(f"{value:g}" for value in values)

@@ -1,0 +1,89 @@
+"""A small campaign from end to end: what it leaves, and that a second run finds it all."""
+
+import csv
+
+import pytest
+
+from vanelock.campaign import Plane, run_campaign
+from vanelock.study import open_results, parse_study
+from vanelock.study.progress import Done, Event
+from vanelock.study.tables import Table
+
+pytestmark = pytest.mark.slow
+
+TEXT = """
+name = "small campaign"
+[mesh]
+size = "coarse"
+[campaign]
+mu = [0.1, 0.3]
+interference = ["1 um", "2 um"]
+harmonics = [1, 3]
+map_mu = [0.1, 0.3]
+map_interference = ["1 um", "2 um"]
+map_load = [0.5, 1]
+slants = [45]
+[outputs]
+shapes = false
+loops = false
+animations = false
+report = false
+"""
+
+
+@pytest.fixture(scope="module")
+def ran(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("campaign")
+    heard: list[Event] = []
+    stated = run_campaign(parse_study(TEXT), folder, heard.append, TEXT)
+    return folder, heard, stated
+
+
+def test_every_statement_is_judged_by_numbers(ran):
+    folder, heard, stated = ran
+    (table,) = [event for event in heard if isinstance(event, Table) and event.key == "agreement"]
+    assert [row[0] for row in table.rows] == [each.figure for each in stated]
+    by_words = {each.says: each for each in stated}
+    hooks = by_words["hooks alone: nonlinear response coincides with the linear free one, no slip"]
+    assert hooks.agrees == "yes"
+    stuck = by_words["all stuck, small load: coupled and uncoupled responses coincide"]
+    assert stuck.agrees == "yes"
+    falls = by_words["the peak falls as the friction coefficient grows"]
+    assert falls.agrees == "yes"
+    with (folder / "figures" / "agreement.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    assert [row["found"] for row in rows] == [each.found for each in stated]
+
+
+def test_every_figure_has_its_data_beside_it(ran):
+    folder, _, _ = ran
+    pictures = sorted(path.stem for path in (folder / "figures").glob("fig*.png"))
+    assert len(pictures) == 10
+    assert all((folder / "figures" / f"{stem}.csv").is_file() for stem in pictures)
+    for name in ("map_interference", "map_load", "map_slant45", "optimum"):
+        assert (folder / "figures" / f"{name}.png").is_file()
+        assert (folder / "figures" / f"{name}.csv").is_file()
+
+
+def test_the_map_is_that_of_the_cases(ran):
+    folder, _, _ = ran
+    with open_results(folder / "results.h5") as file:
+        assert file.attrs["complete"]
+        plane = Plane.load(file["campaign/map_interference"])
+        peak = file["response/mu=0.1"].attrs["peak_amplitude"]
+        again = file["response/harmonics=3"].attrs["peak_amplitude"]
+    assert not plane.lost.any()
+    # mu, interference, method: the case's own response adds a point at the vertex of its peak.
+    assert plane.amplitude[0, 1, 0] == pytest.approx(peak, rel=1e-6)
+    assert plane.amplitude[1, 1, 3] == pytest.approx(again, rel=1e-6)
+
+
+def test_a_second_run_computes_nothing(ran):
+    folder, _, stated = ran
+    heard: list[Event] = []
+    again = run_campaign(parse_study(TEXT), folder, heard.append, TEXT)
+    kept = ("fem", "system")
+    computed = [event.stage for event in heard if isinstance(event, Done) and not event.cached]
+    assert [stage for stage in computed if not stage.startswith(kept)] == []
+    same = [(each.says, each.agrees) for each in stated]
+    assert [(each.says, each.agrees) for each in again] == same
