@@ -26,6 +26,8 @@ from vanelock.study.wear import Wear, wear
 
 MOST = 8
 """Cases that are looked into; of more, the first, the last and those of the extreme peaks."""
+FEW = 60
+"""Cases that are all told how much they are damped: each takes its system anew."""
 AUDITED = 2**14
 """Samples of the period at which a peak is marched again."""
 
@@ -213,6 +215,19 @@ def _answers(board: Board, planned: Planned, known: dict[str, Spots]) -> CaseAns
         bandwidth=bandwidth_ratio(frequency, np.where(converged, amplitude, np.nan)),
         audit=_audited(planned, top, peak.point, stages),
     )
+
+
+def balances(board: Board) -> dict[str, Balance]:
+    """Energies at the peak of every case, unless there are too many of them."""
+    if len(board.planned) > FEW:
+        return {}
+    found = {}
+    for each in board.planned:
+        name = each.case.name
+        if name in board.shown.top:
+            planned = each.solved(board.stages.get(each.response))
+            found[name] = balance(board.stages.get(planned.system), board.shown.top[name])
+    return found
 
 
 def strength(study: Study, part: str) -> Strength:

@@ -6,12 +6,13 @@ from functools import cached_property
 from pathlib import Path
 
 from vanelock.study.answer_exhibits import haigh, wear_table
-from vanelock.study.answers import CaseAnswers, answers
+from vanelock.study.answers import CaseAnswers, answers, balances
 from vanelock.study.board import Board, Shown
 from vanelock.study.campbell_exhibits import campbells
 from vanelock.study.contact_exhibits import contacts
 from vanelock.study.curve_exhibits import curves
 from vanelock.study.easel import REPORT, Easel
+from vanelock.study.energy import Balance
 from vanelock.study.exhibit import Exhibit
 from vanelock.study.loop_exhibits import loops
 from vanelock.study.model import Study
@@ -64,6 +65,11 @@ class Gallery:
     def answers(self) -> dict[str, CaseAnswers]:
         """Margins, wear and damping of the cases that are looked into."""
         return answers(self.board)
+
+    @cached_property
+    def balances(self) -> dict[str, Balance]:
+        """Energies at the peaks of all cases."""
+        return balances(self.board)
 
     def _detailed(self) -> list[Planned]:
         """Cases with pictures of their own."""

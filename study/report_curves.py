@@ -14,6 +14,8 @@ from vanelock.study.naming import words
 from vanelock.study.report_told import Told
 from vanelock.study.wear import exact
 
+MOST_GAUGES = 6
+"""Gauges whose curves are on the page."""
 STEP = 4
 """Of the samples of a loop, every so many are on the page."""
 
@@ -29,6 +31,7 @@ def curves(told: Told, further: Sequence[Trace] = ()) -> Section:
         What else is laid over the curves, besides measured ones.
     """
     blocks: list[Block] = [response_plot(told, further)]
+    blocks += gauges(told)
     blocks += [loop for each in told.answers.values() for loop in loops(each)]
     return Section("Curves", blocks, id="curves")
 
@@ -82,6 +85,31 @@ def response_plot(told: Told, further: Sequence[Trace] = ()) -> Plot:
         "stuck. Click a name in the legend to hide its curve, twice to see it alone.",
         data=[path for path in data if path.exists()],
     )
+
+
+def gauges(told: Told) -> list[Plot]:
+    """Strain over frequency of every gauge in the cases that are looked into."""
+    stages, traces = told.board.stages, []
+    many = len(told.answers) > 1
+    for name, found in told.answers.items():
+        if name not in told.strains:
+            continue
+        strain = told.strains[name][0]
+        response = stages.get(found.planned.response)
+        order = np.argsort(response.frequency, kind="stable")
+        amplitude = np.where(response.converged[:, None], 1e6 * strain.amplitude, np.nan)
+        for g in range(min(len(strain.gauges.names), MOST_GAUGES)):
+            label = f"gauge {g + 1}" + (f", {words(name)}" if many else "")
+            told_of = strain.gauges.names[g]
+            traces.append(
+                Trace(response.frequency[order], amplitude[order, g], label, hover=told_of)
+            )
+    if not traces:
+        return []
+    names = next(iter(told.strains.values()))[0].gauges.names[:MOST_GAUGES]
+    where = "; ".join(f"gauge {g + 1}: {text}" for g, text in enumerate(names))
+    caption = f"Half the peak-to-peak of the strain that the gauges read. {where}."
+    return [Plot(traces, "frequency (Hz)", "strain (µm/m)", "Strain gauges", caption)]
 
 
 def render_grey() -> str:

@@ -68,22 +68,19 @@ def _speed(told: Told, most: Summary) -> str:
     assert most.peak is not None
     order = abs(study.excitation.engine_order)
     text = f"{60 * most.peak.frequency / order:,.0f} rpm at engine order {order}"
-    if np.isfinite(most.position):
+    if 0 <= most.position <= 1:
         text += f"; {100 * most.position:.0f} % of the way from free to stuck"
     return text
 
 
 def _of_case(main: CaseAnswers) -> list[Answer]:
     b = main.balance
-    note = f"structure alone {100 * main.planned.case.study.damping.ratio:.2g} %"
-    if np.isfinite(main.bandwidth):
-        note += f"; by the half-power bandwidth {100 * main.bandwidth:.2g} %"
-    joints = ", ".join(f"{name} {100 * s:.0f} %" for name, s in shares(main).items())
+    joints = ", ".join(f"{name} {100 * s:.0f} %" for name, s in shares(main).items() if s > 0)
     m = main.governing
     r, angle, z = main.spots["vane"].coordinates(m.node) if m.node is not None else (0, 0, 0)
     place = f"r {1e3 * r:.1f} mm, {angle:+.2f}°, z {1e3 * z:.1f} mm"
     return [
-        Answer("Equivalent damping", f"{100 * b.damping_ratio:.2g} %", note),
+        _damping(main),
         Answer(
             "Friction's share",
             f"{100 * b.friction_share:.0f} %",
@@ -94,18 +91,41 @@ def _of_case(main: CaseAnswers) -> list[Answer]:
             f"{1e-6 * m.amplitude:.3g} MPa",
             f"alternating, mean {1e-6 * m.mean:.2g} MPa: {m.where} ({place})",
         ),
-        Answer("HCF reserve", f"{m.reserve:.3g}", _reserve(main), flag(m.reserve)),
+        Answer("HCF reserve", f"n = {m.reserve:.3g}", _reserve(main), _judged(main)),
     ]
+
+
+def _damping(main: CaseAnswers) -> Answer:
+    note = f"structure alone {100 * main.planned.case.study.damping.ratio:.2g} %"
+    if main.peak.at_edge:
+        note += "; the largest point is no resonance, so this is no more than its order"
+    elif np.isfinite(main.bandwidth):
+        note += f"; by the half-power bandwidth {100 * main.bandwidth:.2g} %"
+    value = f"{100 * main.balance.damping_ratio:.2g} %"
+    return Answer("Equivalent damping", value, note, "warn" if main.peak.at_edge else "")
+
+
+def _judged(main: CaseAnswers) -> Flag:
+    """How the margin is judged; assumed strengths make none good."""
+    found = flag(main.governing.reserve)
+    return "" if found == "good" and assumed(main) else found
+
+
+def assumed(main: CaseAnswers) -> bool:
+    """Whether the study says nothing of the vane's strength."""
+    given = main.planned.case.study.material.vane.model_fields_set
+    return not {"fatigue_limit", "tensile_strength"} <= given
 
 
 def _reserve(main: CaseAnswers) -> str:
     m = main.governing
     text = (
-        f"Goodman, with a fatigue limit of {1e-6 * m.strength.limit:g} MPa; vibration alone may "
-        f"grow {m.growth:.3g} times. Clear of sharp corners"
+        f"Goodman, {'ASSUMED ' if assumed(main) else ''}fatigue limit "
+        f"{1e-6 * m.strength.limit:g} MPa; vibration alone may grow {m.growth:.3g} times. Clear of "
+        "sharp corners and point forces"
     )
     worst = main.margins["vane"][0]
-    return f"{text}, at one the mesh shows n = {worst.reserve:.3g}" if worst.doubt else text
+    return f"{text}, where the mesh shows n = {worst.reserve:.3g}" if worst.doubt else text
 
 
 def _best_friction(told: Told) -> list[Answer]:
@@ -125,21 +145,7 @@ def _best_friction(told: Told) -> list[Answer]:
 
 def warnings(told: Told) -> list[str]:
     """What keeps the answers from being taken as they are, a line each."""
-    lines = []
-    for each in told.summaries:
-        name = "" if each.case == "nominal" else f"{words(each.case)}: "
-        if each.peak is None:
-            lines.append(f"{name}no point converged.")
-        elif each.converged < each.points:
-            lost = each.points - each.converged
-            lines.append(
-                f"{name}{lost} of {each.points} points did not converge; they are left out."
-            )
-        if each.peak is not None and each.peak.at_edge:
-            lines.append(
-                f"{name}the largest point is at the end of the frequency range; the peak may lie "
-                "beyond."
-            )
+    lines = [*_lost(told), *_edges(told)]
     for name, (errors, _) in told.worth.items():
         amplitude, frequency = errors.total
         if max(amplitude, frequency) > errors.accuracy:
@@ -159,6 +165,30 @@ def warnings(told: Told) -> list[str]:
     return lines
 
 
+def _lost(told: Told) -> list[str]:
+    """Cases whose points did not all converge."""
+    lines = []
+    for each in told.summaries:
+        name = "The response" if each.case == "nominal" else words(each.case)
+        if each.peak is None:
+            lines.append(f"{name}: no point converged.")
+        elif each.converged < each.points:
+            lost = each.points - each.converged
+            told_of = f"{lost} of {each.points} points did not converge; they are left out."
+            lines.append(f"{name}: {told_of}")
+    return lines
+
+
+def _edges(told: Told) -> list[str]:
+    """Cases whose largest point ends the range."""
+    ended = [words(each.case) for each in told.known if each.peak and each.peak.at_edge]
+    if not ended:
+        return []
+    of = f"of {'; '.join(ended)} " if len(ended) < len(told.summaries) else ""
+    of = "of all cases " if len(ended) == len(told.summaries) > 1 else of
+    return [f"The largest point {of}is at the end of the frequency range; a peak may lie beyond."]
+
+
 def cases(told: Told) -> Table:
     """A line for each case."""
     rows: list[tuple[Cell, ...]] = []
@@ -172,7 +202,7 @@ def cases(told: Told) -> Table:
                 None if peak is None else 1e6 * peak.amplitude,
                 None if peak is None else round(peak.frequency, 2),
                 _known(each.of_free),
-                None if found is None else round(100 * found.balance.damping_ratio, 3),
+                _ratio(told, each),
                 _percent(each.slipping),
                 _percent(each.opening),
                 None if found is None else 1e-6 * found.governing.amplitude,
@@ -181,6 +211,13 @@ def cases(told: Told) -> Table:
         )
         flags.append("" if each.converged == each.points else "warn")
     return Table(HEADER, rows, f"All cases at their largest {told.monitor}", UNITS, flags)
+
+
+def _ratio(told: Told, each: Summary) -> float | None:
+    """Damping ratio by energy, %; not told at the end of a range, where nothing resonates."""
+    if each.case not in told.balances or each.peak is None or each.peak.at_edge:
+        return None
+    return round(100 * told.balances[each.case].damping_ratio, 3)
 
 
 def _known(value: float) -> float | None:

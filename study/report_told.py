@@ -6,6 +6,7 @@ from pathlib import Path
 
 from vanelock.study.answers import CaseAnswers
 from vanelock.study.board import Board
+from vanelock.study.energy import Balance
 from vanelock.study.errors import Errors
 from vanelock.study.exhibit import Exhibit
 from vanelock.study.left_out import LeftOut
@@ -37,6 +38,8 @@ class Told:
         Linear peaks by the name of their limits, "" where cases share them.
     text : str
         The study file.
+    balances : dict of str to Balance
+        Energies at the peak, of all cases unless there are many.
     """
 
     board: Board
@@ -48,6 +51,7 @@ class Told:
     worth: Mapping[str, tuple[Errors, Sequence[LeftOut]]] = field(default_factory=dict)
     linear: Mapping[str, Mapping[str, Peak | None]] = field(default_factory=dict)
     text: str = ""
+    balances: Mapping[str, Balance] = field(default_factory=dict)
 
     @property
     def monitor(self) -> str:

@@ -187,6 +187,7 @@ class Run:
             worth=self._worth,
             linear=self._peaks,
             text=text,
+            balances=gallery.balances,
         )
 
     def _linear(self, linear: Linear) -> None:
