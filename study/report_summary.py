@@ -45,7 +45,8 @@ def answers_of(told: Told) -> list[Answer]:
             "Largest peak" if many else "Peak",
             f"{1e6 * most.peak.amplitude:.3g} µm",
             f"{case}{told.monitor}, half the peak-to-peak"
-            + (f"; {_of_linear(most)}" if _of_linear(most) else ""),
+            + (f"; {_of_linear(most)}" if _of_linear(most) else "")
+            + _error(told, most),
             "warn" if most.peak.at_edge else "",
         ),
         Answer("At", f"{most.peak.frequency:.2f} Hz", _speed(told, most)),
@@ -61,6 +62,14 @@ def _of_linear(most: Summary) -> str:
     if not np.isfinite(most.of_free):
         return ""
     return f"{most.of_free:.2f} of the linear peak with the interlock free"
+
+
+def _error(told: Told, most: Summary) -> str:
+    """What the peak's estimated error is, where one is."""
+    if most.case not in told.worth:
+        return ""
+    errors = told.worth[most.case][0]
+    return f"; estimated error {100 * errors.total[0]:.2g} %, asked for {100 * errors.accuracy:g} %"
 
 
 def _speed(told: Told, most: Summary) -> str:
@@ -147,12 +156,8 @@ def warnings(told: Told) -> list[str]:
     """What keeps the answers from being taken as they are, a line each."""
     lines = [*_lost(told), *_edges(told)]
     for name, (errors, _) in told.worth.items():
-        amplitude, frequency = errors.total
-        if max(amplitude, frequency) > errors.accuracy:
-            lines.append(
-                f"{words(name)}: the estimated error, {100 * max(amplitude, frequency):.2g} %, is "
-                f"more than the {100 * errors.accuracy:g} % asked for."
-            )
+        case = "" if name == "nominal" else f"{words(name)}: "
+        lines += [f"{case}{line.removeprefix('WARNING: ')}." for line in errors.warnings]
     main = told.main
     if main is not None and (worst := main.margins["vane"][0]).doubt:
         lines.append(
