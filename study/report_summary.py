@@ -69,7 +69,11 @@ def _error(told: Told, most: Summary) -> str:
     if most.case not in told.worth:
         return ""
     errors = told.worth[most.case][0]
-    return f"; estimated error {100 * errors.total[0]:.2g} %, asked for {100 * errors.accuracy:g} %"
+    text = f"; estimated error {100 * errors.total[0]:.2g} %, asked for {100 * errors.accuracy:g} %"
+    apart = [each for each in errors.sources if each not in errors.counted]
+    return text + "".join(
+        f", and {100 * each.amplitude:.2g} % of the {each.name}, which is given" for each in apart
+    )
 
 
 def _speed(told: Told, most: Summary) -> str:
