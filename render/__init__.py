@@ -22,6 +22,8 @@ _modules = {
     "casing_drawing": "casing_sheet",
     "contact_map_picture": "contact_map",
     "convergence_picture": "convergence",
+    "FitPanel": "fits",
+    "fit_picture": "fits",
     "haigh_picture": "haigh",
     "loop_animation": "tracing",
     "loop_picture": "loops",

@@ -10,6 +10,7 @@ _modules = {
     "choose_listener": "progress",
     "compare_runs": "compare",
     "converge_study": "converge",
+    "fit_study": "fit_command",
     "load_study": "read",
     "load_system": "results",
     "mesh_study": "meshing",

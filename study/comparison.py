@@ -18,9 +18,11 @@ FITTED = (
     "joints.hook.interference",
     "excitation.force",
     "damping.ratio",
+    "material.vane.E",
+    "material.casing.E",
 )
-"""Keys that may be fitted: those that reduced parts do not depend on."""
-UNITS = {"kn": "N/m", "kt": "N/m", "interference": "m", "force": "N"}
+"""Keys that may be fitted: those that need no new reduction."""
+UNITS = {"kn": "N/m", "kt": "N/m", "interference": "m", "force": "N", "E": "Pa"}
 
 
 def sequence(value: object) -> object:
@@ -157,6 +159,8 @@ def check_comparison(study: Any) -> None:
             if key == "excitation.force" and study.excitation.unbalance is not None:
                 raise ValueError(f'fit.parameters: "{key}": excitation.unbalance is given')
             last = key.rpartition(".")[2]
+            if last == "E" and getattr(study.temperature, joint) is not None:
+                raise ValueError(f'fit.parameters: "{key}": temperature.{joint} is given')
             if last in ("kn", "kt") and getattr(getattr(study.joints, joint), f"{last}_area"):
                 raise ValueError(f'fit.parameters: "{key}": {key}_area is given')
     speeds = None if study.campbell is None else study.campbell.speeds

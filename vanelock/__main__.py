@@ -1,4 +1,4 @@
-"""Command line: `vanelock run | mesh | converge | compare | init`.
+"""Command line: `vanelock run | mesh | converge | compare | fit | init`.
 
 Errors are one plain line on standard error. Exit status: 0; 2 for input that cannot be used;
 130 when stopped by the user.
@@ -150,6 +150,19 @@ def compare(
 
     with choose_listener(quiet, as_json) as listener:
         compare_runs(one, other, output, listener)
+
+
+@app.command()
+def fit(
+    study: StudyFile, output: Output = None, quiet: Quiet = False, as_json: AsJson = False
+) -> None:
+    """Fit friction, stiffness, interference, load or damping to measured curves."""
+    from vanelock.study import choose_listener, fit_study, load_study, read_text
+
+    loaded = load_study(study)
+    folder = output or Path("runs") / study.stem
+    with _going_on_later(folder), choose_listener(quiet, as_json) as listener:
+        fit_study(loaded, folder, listener, read_text(study), study.parent)
 
 
 @contextmanager
