@@ -74,7 +74,7 @@ def off(found):
 
 def test_truth_lies_within_two_standard_errors(model, record_property):
     """Of fits with many seeds; a normal distribution has 95.4 % there."""
-    seeds, hertz = (60 if FULL else 3), np.linspace(258, 285, 31)
+    seeds, hertz = (24 if FULL else 2), np.linspace(258, 285, 31)
     true = curve(model(), hertz)
     distances = np.array([off(fitted(model(), hertz, true, seed, TRUTH)) for seed in range(seeds)])
     within = (np.abs(distances) < 2).mean(axis=0)
@@ -82,13 +82,13 @@ def test_truth_lies_within_two_standard_errors(model, record_property):
     record_property("within 2 standard errors", f"mu {within[0]:.1%}, kt {within[1]:.1%}")
     spread = np.sqrt((distances**2).mean(axis=0))
     record_property("rms distance", f"mu {spread[0]:.2f}, kt {spread[1]:.2f} standard errors")
-    assert within.min() >= (0.88 if FULL else 0.6)
+    assert within.min() >= (0.83 if FULL else 0.5)
     assert np.abs(distances).max() < 4
 
 
 def test_a_far_start_finds_the_truth_of_a_model_with_more_harmonics(model, record_property):
     """Data with five harmonics, fit with three: what they miss is less than the scatter."""
-    seeds, hertz = (6 if FULL else 1), np.linspace(258, 285, 31)
+    seeds, hertz = (3 if FULL else 1), np.linspace(258, 285, 31)
     true = curve(model(harmonics=5), hertz)
     starts = {MU: 0.4, KT: 1e6}
     distances = [off(fitted(model(), hertz, true, seed, starts)) for seed in range(seeds)]
@@ -109,7 +109,7 @@ def test_another_mesh_takes_its_moduli_along(model, record_property):
     alone = fitted(model(), hertz, true, 0, {MU: 0.4}, **fixed)
     assert any("THE MODEL MISSES THE DATA" in text for text in doubts(alone))
     record_property("misfit by mu alone", f"{alone.after:.1f} standard deviations")
-    seeds, distances = (5 if FULL else 1), []
+    seeds, distances = (3 if FULL else 1), []
     for seed in range(seeds):
         found = fitted(model(), hertz, true, seed, {MU: 0.4, VANE: 1.7e11, CASING: 1.7e11}, **fixed)
         assert found.after < 1.5
