@@ -20,7 +20,7 @@ from markupsafe import Markup
 from vanelock.errors import InputError
 from vanelock.files import placed
 from vanelock.report import plots, views, wording
-from vanelock.report.blocks import Block, Page, Picture, Plot, Section, Table, Text, View
+from vanelock.report.blocks import Block, Cell, Page, Picture, Plot, Section, Table, Text, View
 
 _HERE: Final = Path(__file__).resolve().parent
 _SIGNATURES: Final = {b"\x89PNG\r\n\x1a\n": "image/png", b"GIF8": "image/gif"}
@@ -125,7 +125,7 @@ def _shown(block: Block, name: str, folder: Path) -> SimpleNamespace:
         case Text():
             pass
         case Table():
-            shown["numeric"] = _numeric(block)
+            shown["classes"] = [Markup(f' class="{c}"') for c in _columns(block)]
         case Picture():
             shown["data"] = [wording.told(file, folder) for file in block.data]
             shown["source"], shown["size"] = _picture(block)
@@ -142,8 +142,8 @@ def _shown(block: Block, name: str, folder: Path) -> SimpleNamespace:
     return SimpleNamespace(**shown)
 
 
-def _numeric(table: Table) -> list[bool]:
-    """Which columns hold numbers."""
+def _columns(table: Table) -> list[str]:
+    """Class of each column: numbers "n", words "s" on one line, longer text "t"."""
     width = len(table.header)
     for row in table.rows:
         if len(row) != width:
@@ -158,11 +158,14 @@ def _numeric(table: Table) -> list[bool]:
             raise InputError(
                 f"{table.caption or 'table'}: {len(given)} {name}: {wanted}, or none, are needed"
             )
-    return [
-        any(isinstance(row[i], int | float) for row in table.rows)
-        and not any(isinstance(row[i], str) and len(str(row[i])) > 12 for row in table.rows)
-        for i in range(width)
-    ]
+    return [_kind([row[i] for row in table.rows]) for i in range(width)]
+
+
+def _kind(cells: Sequence[Cell]) -> str:
+    longest = max((len(cell) for cell in cells if isinstance(cell, str)), default=0)
+    if longest <= 12 and any(isinstance(cell, int | float) for cell in cells):
+        return "n"
+    return "s" if longest <= 22 else "t"
 
 
 def _picture(picture: Picture) -> tuple[str, tuple[int, int] | None]:
