@@ -2,11 +2,13 @@
 
 import io
 from base64 import b64decode
+from dataclasses import replace
 
 import matplotlib.image
 import numpy as np
 import pytest
 
+from vanelock import report
 from vanelock.render import annulus
 
 
@@ -333,17 +335,24 @@ def test_phone_shows_all_without_sideways_scrolling(visit, sample):
     phone.context.close()
 
 
-def test_motion_plays_by_itself_unless_unwanted(visit, sample):
-    lively = visit(sample.path, reduced_motion="no-preference")
+@pytest.fixture(scope="module")
+def view_alone(sample, tmp_path_factory):
+    """A page of the view and nothing else, which opens sooner."""
+    page = replace(sample.page, sections=sample.page.sections[2:3])
+    return report.write_page(tmp_path_factory.mktemp("view") / "report.html", page)
+
+
+def test_motion_plays_by_itself_unless_unwanted(visit, view_alone):
+    lively = visit(view_alone, reduced_motion="no-preference")
     assert control(lively, "play").inner_text() == "Pause"
     lively.context.close()
 
 
-def test_without_webgl_a_message_stands_in(visit, sample, browser):
+def test_without_webgl_a_message_stands_in(browser, view_alone):
     context = browser.new_context()
     page = context.new_page()
     page.add_init_script("HTMLCanvasElement.prototype.getContext = () => null")
-    page.goto(sample.path.as_uri())
+    page.goto(view_alone.as_uri())
     assert "no WebGL 2" in page.locator(".missing").first.inner_text()
     assert not page.locator(".controls").is_visible()
     context.close()
