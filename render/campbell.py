@@ -257,7 +257,7 @@ def _dots(axes: Axes, dots: Dots, largest: float | None) -> Line2D:
         s=areas,
         facecolors="none",
         edgecolors=style.BLACK,
-        linewidths=1.1,
+        linewidths=0.9,
         zorder=3,
     )
     return _circle("none", style.BLACK, 9.0, dots.name)

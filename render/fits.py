@@ -73,14 +73,15 @@ def fit_picture(
         raise InputError("fit: no measured curve to draw")
     across = 1 if len(panels) == 1 else 2
     down = -(-len(panels) // across)
-    height = 1.1 + 5.0 * down
+    head = 1.0 if len(panels) == 1 else 1.3  # room for the title, and the panels' names
+    height = head + 0.1 + 5.0 * down
     width = (10.6 - 0.9 * (across - 1)) / across
     with style.applied():
         figure = style.figure(height, title, subtitle)
         for i, panel in enumerate(panels):
             row, column = divmod(i, across)
             left = 0.95 + column * (width + 0.9)
-            bottom = height - 1.0 - 5.0 * (row + 1) + 0.8
+            bottom = height - head - 5.0 * (row + 1) + 0.8
             upper = style.axes(figure, left, bottom + 1.45, width, 2.75)
             lower = style.axes(figure, left, bottom, width, 1.05)
             _curves(upper, panel, len(panels) > 1)

@@ -132,14 +132,7 @@ def _circles(
         nonlinear = np.concatenate([nonlinear[outside], np.ones(len(own))])
     inside = (speed >= lines.speeds[0]) & (speed <= lines.speeds[-1]) & ~np.isnan(amplitude)
     speed, amplitude, nonlinear = speed[inside], amplitude[inside], nonlinear[inside]
-    edges = np.linspace(lines.speeds[0], lines.speeds[-1], RANGES + 1)
-    place = np.digitize(speed, edges[1:-1])
-    largest = [
-        own[amplitude[own].argmax()]
-        for i in range(RANGES)
-        if len(own := np.flatnonzero(place == i))
-    ]
-    chosen = np.array(largest, np.int64)
+    chosen = largest(lines, speed, amplitude)
     return (
         np.full(len(chosen), float(order)),
         speed[chosen],
@@ -147,6 +140,14 @@ def _circles(
         amplitude[chosen],
         nonlinear[chosen],
     )
+
+
+def largest(lines: Lines, speed: Floats, amplitude: Floats) -> Integers:
+    """Places of the largest amplitude in each of many narrow ranges of speed, rpm."""
+    edges = np.linspace(lines.speeds[0], lines.speeds[-1], RANGES + 1)
+    place = np.digitize(speed, edges[1:-1])
+    each = (np.flatnonzero(place == i) for i in range(RANGES))
+    return np.array([own[amplitude[own].argmax()] for own in each if len(own)], np.int64)
 
 
 def _loading(study: Study) -> str:

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from vanelock import render
 from vanelock.study.board import Board
-from vanelock.study.campbell import Campbell
+from vanelock.study.campbell import Campbell, largest
 from vanelock.study.exhibit import Exhibit
 from vanelock.study.measured import DISPLACEMENT, Measured
 from vanelock.study.naming import of_case, slug, words
@@ -77,16 +77,12 @@ def draw_campbell(
         render.Family(int(k), lines.free[i], lines.stuck[i] if lines.interlock else None)
         for i, k in enumerate(lines.diameters)
     ]
-    dots = [
-        render.Dots(
-            f"measured: {each.name}",
-            each.speed,
-            each.frequency,
-            each.amplitude,
-            each.quantity != DISPLACEMENT,
-        )
-        for each in measured
-    ]
+    dots = []
+    for each in measured:
+        held = largest(lines, each.speed, each.amplitude)
+        own_scale = each.quantity != DISPLACEMENT
+        shown = each.speed[held], each.frequency[held], each.amplitude[held], own_scale
+        dots.append(render.Dots(f"measured: {each.name}", *shown))
     written: Path = render.campbell_picture(
         path,
         lines.speeds,
@@ -111,7 +107,7 @@ def _circles_are(diagram: Campbell) -> str:
 def _notes(diagram: Campbell) -> list[str]:
     held = f", interlock {diagram.linear}" if diagram.lines.interlock else ""
     notes = [
-        "dots: resonances, an engine order meets a",
+        "dots: an engine order meets a mode of the",
         "nodal diameter that it excites",
         f"nonlinear: the study's EO {diagram.own_order}",
         f"linear: no friction{held};",

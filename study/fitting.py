@@ -34,6 +34,8 @@ MOST = 60
 """Steps of a fit."""
 UNDETERMINED = 0.3
 """Standard error of x along a direction above which the data are said not to determine it."""
+UNKNOWN = 1e6
+"""Standard error of x that stands for any larger one, and for none at all."""
 BOUND = 1e-2
 """Of the range: closer to a bound a parameter is said to be held by it."""
 APART = 0.1
@@ -107,7 +109,7 @@ class Solution:
     value : (p,) float
         Fitted values.
     deviation : (p,) float
-        Standard error of x: relative where x is a logarithm; infinite where undetermined.
+        Standard error of x: relative where x is a logarithm; 1e6 where nothing determines it.
     correlation : (p, p) float
         Between the parameters' x.
     directions : tuple of Direction
@@ -314,8 +316,7 @@ def _judged(problem: _Problem, x: Floats, known: bool, starts: tuple[Start, ...]
     square = float(np.sum(problem.residuals(x) ** 2)) / max(n - p, 1)
     scale = max(1.0, np.sqrt(square)) if known else float(np.sqrt(square))
     _, singular, Vh = np.linalg.svd(J, full_matrices=False)
-    floor = max(float(singular.max(initial=0.0)) * 1e-12, np.finfo(float).tiny)
-    spread = scale / np.maximum(singular, floor)
+    spread = np.minimum(scale / np.maximum(singular, np.finfo(float).tiny), UNKNOWN)
     covariance = (Vh.T * spread**2) @ Vh
     deviation = np.sqrt(np.diag(covariance))
     low, high = problem.bounds
