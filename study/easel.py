@@ -23,12 +23,9 @@ NOTED = 3.0
 CODE = (
     "answer_exhibits",
     "board",
+    "campbell",
     "campbell_exhibits",
     "contact_exhibits",
-    "campbell",
-    "preload_exhibits",
-    "loop_exhibits",
-    "shape_exhibits",
     "csv_table",
     "curve_exhibits",
     "loop_exhibits",
