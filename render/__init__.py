@@ -37,6 +37,7 @@ _modules = {
     "response_picture": "shapes",
     "ridge_picture": "ridges",
     "stress_picture": "stresses",
+    "trial": "offscreen",
     "utilisation": "preload",
     "vane_drawing": "vane_sheet",
     "wave_name": "annulus",

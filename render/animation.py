@@ -23,12 +23,14 @@ from vanelock.render import annulus, gif, offscreen, scene, style, views
 from vanelock.render.shapes import (
     DRAWN,
     Skin,
+    check_shapes,
     mode_size,
     outer_radius,
     ring_and_wave,
     sentences,
     skins_of,
 )
+from vanelock.render.surface import Surface
 from vanelock.render.window import window
 
 Real = NDArray[np.float64]
@@ -178,26 +180,25 @@ def moving_parts(parts: Sequence[Part], waves: Sequence[Wave]) -> list[Moving]:
     for wave in waves:
         if wave.harmonic < 1:
             raise InputError(f"harmonic: given {wave.harmonic}: must be at least 1")
-    skins = [skins_of(parts, wave.shapes, corners_only=True) for wave in waves]
-    return [
-        Moving(
-            thinned(skin),
-            tuple(
-                (wave.harmonic, wave.nodal_diameter, found[i].shape)
-                for wave, found in zip(waves, skins, strict=True)
-            ),
+        check_shapes(parts, wave.shapes)
+    found = []
+    for i, skin in enumerate(skins_of(parts, waves[0].shapes, corners_only=True)):
+        thin = thinned(skin)
+        of_skin = [np.asarray(wave.shapes[i])[thin.surface.nodes] for wave in waves]
+        each = zip(waves, of_skin, strict=True)
+        found.append(
+            Moving(thin, tuple((w.harmonic, w.nodal_diameter, shape) for w, shape in each))
         )
-        for i, skin in enumerate(skins[0])
-    ]
+    return found
 
 
 def thinned(skin: Skin, triangles: int = TRIANGLES) -> Skin:
     """A skin of about so many of the triangles that a ring shows, between nodes that it has.
 
-    Its nodes, its outline and the edges at which sectors meet stay.
+    Its outline and the edges at which sectors meet stay; nodes that are not needed go.
     """
-    surface = skin.surface
-    shown = surface.triangles if skin.part.sectors == 1 else surface.triangles[~surface.cyclic]
+    whole = skin.surface
+    shown = whole.triangles if skin.part.sectors == 1 else whole.triangles[~whole.cyclic]
     if len(shown) > triangles:
         mesh = offscreen.pyvista().PolyData.from_regular_faces(skin.points, shown)
         mesh.point_data["place"] = np.arange(len(skin.points))
@@ -209,9 +210,18 @@ def thinned(skin: Skin, triangles: int = TRIANGLES) -> Skin:
             boundary_vertex_deletion=False,
         )
         shown = np.asarray(fewer.point_data["place"])[fewer.regular_faces]
-    thin = replace(surface, triangles=shown, cyclic=np.zeros(len(shown), bool))
-    split, numbered = scene.smooth_surface(skin.points, thin)
-    return replace(skin, surface=thin, split=split, triangles=numbered)
+    used, numbers = np.unique(
+        np.concatenate([shown.ravel(), whole.outline.ravel()]), return_inverse=True
+    )
+    thin = Surface(
+        nodes=whole.nodes[used],
+        triangles=numbers[: shown.size].reshape(-1, 3),
+        outline=numbers[shown.size :].reshape(-1, 2),
+        mesh_edges=np.empty((0, 2), np.int64),
+        cyclic=np.zeros(len(shown), bool),
+    )
+    split, numbered = scene.smooth_surface(skin.part.points[thin.nodes], thin)
+    return Skin(skin.part, thin, skin.shape[used], split, numbered)
 
 
 def ring_at(moving: Sequence[Moving], angle: float, scale: float, bar: Bar) -> scene.Scene:

@@ -17,7 +17,6 @@ from numpy.typing import ArrayLike, NDArray
 from vanelock.errors import InputError
 from vanelock.mesh import Part
 from vanelock.render import scene, style
-from vanelock.render.surface import surface
 from vanelock.render.window import aimed, snapshot
 
 Real = NDArray[np.float64]
@@ -107,7 +106,7 @@ def contact_map_picture(
             if background is not None:
                 picture, places = background
                 shown = style.image_axes(figure, left, height - 1.3 - upper, width - 0.2, upper)[0]
-                shown.imshow(picture, aspect="auto")
+                style.show(shown, picture)
                 chosen = area[column, face]
                 _marks(shown, places, state[column, face], chosen, number[face], 9.0)
             if lower:
@@ -148,9 +147,8 @@ def _face(
 ) -> tuple[NDArray[np.uint8], Real]:
     """Picture of the face that some contacts lie on, and the contacts' places in it, pixels."""
     size = round(width * style.DPI), round(height * style.DPI)
-    skin = surface(part, corners_only=True)
+    skin, split, triangles = scene.smooth_skin(part, corners_only=True)
     points = part.points[skin.nodes]
-    split, triangles = scene.smooth_surface(points, skin)
     camera = scene.Camera(-frames[:, 0].mean(axis=0), frames[:, 1].mean(axis=0), x, margin=1.3)
     body = scene.Body(points[split], triangles, style.part_colour(part.name))
     lines = [

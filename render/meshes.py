@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 
 from vanelock.mesh import Part
 from vanelock.render import annulus, offscreen, scene, style, views, window
-from vanelock.render.surface import Surface, surface
 
 Real = NDArray[np.float64]
 
@@ -53,16 +52,14 @@ def mesh_picture(path: style.PathLike, vane: Part, casing: Part, title: str = "M
         If this machine cannot draw, or the file cannot be written.
     """
     parts = (vane, casing)
-    surfaces = tuple(surface(part) for part in parts)
     with style.applied():
         figure = style.figure(8.4, title, _counts(parts))
         picture, size = style.image_axes(figure, 0.3, 1.25, 6.6, 6.1)
-        picture.imshow(window.snapshot(_sector(parts, surfaces), size), aspect="auto")
+        style.show(picture, window.snapshot(_sector(parts), size))
         cut = style.axes(figure, 7.75, 4.75, 3.9, 2.4)
         _section(cut, parts)
         whole, size = style.image_axes(figure, 7.1, 0.25, 4.75, 3.75)
-        coarse = [surface(part, corners_only=True) for part in parts]
-        whole.imshow(window.snapshot(_ring(parts, coarse), size), aspect="auto")
+        style.show(whole, window.snapshot(_ring(parts), size))
         _heading(figure, 7.1, 4.02, f"Full ring of {vane.sectors} sectors")
         _legend(figure, parts)
         return style.write(figure, path)
@@ -78,12 +75,12 @@ def _heading(figure: Figure, left: float, bottom: float, text: str) -> None:
     figure.text(left / across, bottom / up, text, fontsize=12.5)
 
 
-def _sector(parts: Sequence[Part], surfaces: Sequence[Surface]) -> scene.Scene:
+def _sector(parts: Sequence[Part]) -> scene.Scene:
     bodies, lines = [], []
-    for part, skin in zip(parts, surfaces, strict=True):
+    for part in parts:
+        skin, place, triangles = scene.smooth_skin(part)
         points = part.points[skin.nodes]
         solid = part is parts[0]
-        place, triangles = scene.smooth_surface(points, skin)
         bodies.append(
             scene.Body(points[place], triangles, style.part_colour(part.name), 1 if solid else 0.3)
         )
@@ -105,12 +102,12 @@ def _nodes(part: Part, names: Sequence[str]) -> NDArray[np.int64]:
     return np.unique(np.concatenate(found)) if found else np.empty(0, np.int64)
 
 
-def _ring(parts: Sequence[Part], surfaces: Sequence[Surface]) -> scene.Scene:
+def _ring(parts: Sequence[Part]) -> scene.Scene:
     """The ring in pale colours, the meshed sector in its own."""
     bodies, lines = [], []
-    for part, skin in zip(parts, surfaces, strict=True):
+    for part in parts:
+        skin, place, triangles = scene.smooth_skin(part, corners_only=True)
         points = part.points[skin.nodes]
-        place, triangles = scene.smooth_surface(points, skin)
         colour = style.part_colour(part.name)
         bodies.append(scene.Body(points[place], triangles, colour))
         copies = range(1, part.sectors)

@@ -10,6 +10,7 @@ import os
 import subprocess
 import sys
 from collections.abc import Iterator, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import contextmanager
 from functools import lru_cache
 from types import ModuleType
@@ -52,9 +53,18 @@ def pyvista() -> ModuleType:
     return pyvista
 
 
-@lru_cache(maxsize=1)
 def render_window() -> str:
     """VTK window class that draws off-screen here; "" where VTK's own choice does."""
+    return trial().result()
+
+
+@lru_cache(maxsize=1)
+def trial() -> Future[str]:
+    """The trial under way, once a process; begun early, it costs no waiting when it is needed."""
+    return ThreadPoolExecutor(1).submit(_tried)
+
+
+def _tried() -> str:
     if sys.platform != "linux":
         return ""
     if missing(LIBRARIES) == list(LIBRARIES):

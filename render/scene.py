@@ -6,14 +6,16 @@ the same letters and nothing overlaps.
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import lru_cache
 
 import matplotlib as mpl
 import numpy as np
 from matplotlib.colors import Colormap, to_rgb
 from numpy.typing import NDArray
 
+from vanelock.mesh import Part
 from vanelock.render import annulus, offscreen, style
-from vanelock.render.surface import Surface
+from vanelock.render.surface import Surface, surface
 
 Real = NDArray[np.float64]
 
@@ -86,15 +88,15 @@ class Scene:
     marks: Sequence[Marks] = field(default=())
 
 
-def smooth_surface(points: Real, surface: Surface) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+def smooth_surface(points: Real, skin: Surface) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """Points doubled along sharp edges, so that shading is smooth between them and crisp there.
 
     Returns
     -------
-    (p,) int into `surface.nodes`, (t, 3) int into those p points.
+    (p,) int into `skin.nodes`, (t, 3) int into those p points.
     """
     pv = offscreen.pyvista()
-    mesh = pv.PolyData.from_regular_faces(points, surface.triangles)
+    mesh = pv.PolyData.from_regular_faces(points, skin.triangles)
     mesh.point_data["place"] = np.arange(len(points))
     split = mesh.compute_normals(
         cell_normals=False,
@@ -105,6 +107,34 @@ def smooth_surface(points: Real, surface: Surface) -> tuple[NDArray[np.int64], N
     )
     place = np.asarray(split.point_data["place"])
     return place, np.asarray(split.regular_faces, np.int64)
+
+
+@dataclass(frozen=True, eq=False)
+class _Given:
+    """A part that is known again by being the same object."""
+
+    part: Part
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _Given) and other.part is self.part
+
+    def __hash__(self) -> int:
+        return id(self.part)
+
+
+def smooth_skin(
+    part: Part, corners_only: bool = False
+) -> tuple[Surface, NDArray[np.int64], NDArray[np.int64]]:
+    """A part's skin and what `smooth_surface` makes of it, found once for several pictures."""
+    return _smooth_skin(_Given(part), corners_only)
+
+
+@lru_cache(maxsize=8)
+def _smooth_skin(
+    given: _Given, corners_only: bool
+) -> tuple[Surface, NDArray[np.int64], NDArray[np.int64]]:
+    skin = surface(given.part, corners_only=corners_only)
+    return skin, *smooth_surface(given.part.points[skin.nodes], skin)
 
 
 def colours(values: Real, colour_map: Colormap, low: float, high: float) -> Real:

@@ -13,7 +13,7 @@ from vanelock.cyclic import COMPONENTS, phase_factor
 from vanelock.errors import InputError
 from vanelock.mesh import Part
 from vanelock.render import annulus, scene, style, views, window
-from vanelock.render.surface import Surface, surface
+from vanelock.render.surface import Surface
 
 Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -208,7 +208,31 @@ def response_picture(
 def skins_of(
     parts: Sequence[Part], shapes: Sequence[Complex], corners_only: bool = False
 ) -> list[Skin]:
-    """Check that parts and shapes belong together, and extract what is drawn."""
+    """Check that parts and shapes belong together, and extract what is drawn.
+
+    Raises
+    ------
+    InputError
+        If they do not, or the shapes are zero.
+    """
+    check_shapes(parts, shapes)
+    if not any(np.any(shape) for shape in shapes):
+        raise InputError("shapes: zero everywhere: there is nothing to draw")
+    skins = []
+    for part, shape in zip(parts, shapes, strict=True):
+        skin, split, triangles = scene.smooth_skin(part, corners_only)
+        skins.append(Skin(part, skin, np.asarray(shape)[skin.nodes], split, triangles))
+    return skins
+
+
+def check_shapes(parts: Sequence[Part], shapes: Sequence[Complex]) -> None:
+    """Refuse shapes that do not belong to the parts.
+
+    Raises
+    ------
+    InputError
+        If their numbers or sizes differ, or a value is not finite.
+    """
     if len(parts) != len(shapes):
         raise InputError(f"shapes: given {len(shapes)}: {len(parts)}, one for each part, needed")
     if len({part.sectors for part in parts}) > 1:
@@ -219,14 +243,6 @@ def skins_of(
             raise InputError(f"{part.name}: shape of {np.shape(shape)}: {wanted} is needed")
         if not np.all(np.isfinite(shape)):
             raise InputError(f"{part.name}: shape holds values that are not finite")
-    if not any(np.any(shape) for shape in shapes):
-        raise InputError("shapes: zero everywhere: there is nothing to draw")
-    skins = []
-    for part, shape in zip(parts, shapes, strict=True):
-        skin = surface(part, corners_only=corners_only)
-        split, triangles = scene.smooth_surface(part.points[skin.nodes], skin)
-        skins.append(Skin(part, skin, np.asarray(shape)[skin.nodes], split, triangles))
-    return skins
 
 
 def mode_size(parts: Sequence[Part]) -> float:
@@ -283,7 +299,7 @@ def ring_scene(
 def _panel(figure: Figure, left: float, width: float, heading: str, drawn: scene.Scene) -> None:
     """Image of a scene, 5.3 inches high, under its heading."""
     axes, size = style.image_axes(figure, left, 0.4, width, 5.25)
-    axes.imshow(window.snapshot(drawn, size), aspect="auto")
+    style.show(axes, window.snapshot(drawn, size))
     across, up = figure.get_size_inches()
     figure.text((left + 0.05) / across, 5.72 / up, heading, fontsize=12.5)
 

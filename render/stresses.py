@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 from vanelock.errors import InputError
 from vanelock.mesh import Part
 from vanelock.render import scene, style, views, window
-from vanelock.render.surface import surface
 
 Real = NDArray[np.float64]
 
@@ -55,9 +54,8 @@ def stress_picture(
                 f"{part.name}: stresses of shape {values.shape}: finite ones of its "
                 f"{len(part.points)} nodes are needed"
             )
-    skin = surface(part)
+    skin, split, triangles = scene.smooth_skin(part)
     points = part.points[skin.nodes]
-    split, triangles = scene.smooth_surface(points, skin)
     camera = views.sector_camera(part.points)
     lines = [scene.Lines(points, skin.outline, style.BLACK, 1.2, 0.7)]
     spots = np.asarray(gauges, float).reshape(-1, 3)
@@ -77,7 +75,7 @@ def stress_picture(
             body = scene.Body(points[split], triangles, colour[split])
             axes, size = style.image_axes(figure, left, 0.4, 4.75, 5.25)
             drawn = scene.Scene(camera, [body], lines, marks)
-            axes.imshow(window.snapshot(drawn, size), aspect="auto")
+            style.show(axes, window.snapshot(drawn, size))
             figure.text((left + 0.05) / across, 5.72 / up, heading, fontsize=12.5)
             bar = style.axes(figure, left + 4.8, 1.6, 0.15, 3.2)
             style.colour_bar(bar, style.AMPLITUDE_MAP, 0, top, "von Mises stress (MPa)")

@@ -10,17 +10,20 @@ from pathlib import Path
 from typing import Any, Final
 
 import matplotlib as mpl
+import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import Colormap, LinearSegmentedColormap, to_hex
 from matplotlib.figure import Figure
 from matplotlib.text import Text
+from PIL import Image
 
 from vanelock.files import placed
 
 PathLike = str | os.PathLike[str]
 
 DPI: Final = 150
+_PRESSED: Final = 4  # of a PNG: 5 % larger than at 6, in two thirds of the time
 WIDTH: Final = 12.0  # inches: 1800 pixels
 BLACK: Final = "#1a1a1a"
 GREY: Final = "#6b6b6b"
@@ -118,6 +121,11 @@ def image_axes(
     return made, size
 
 
+def show(axes: Axes, picture: Any) -> None:
+    """Put an image of just their size into axes of `image_axes`, pixel on pixel."""
+    axes.imshow(picture, aspect="auto", interpolation="nearest")
+
+
 def colour_bar(axes: Axes, colours: Colormap, low: float, high: float, label: str) -> Any:
     """Vertical colour bar that fills `axes`, with its label beside it."""
     shown = mpl.cm.ScalarMappable(mpl.colors.Normalize(low, high), colours)
@@ -153,5 +161,9 @@ def write(figure: Figure, path: PathLike) -> Path:
     """
     target = Path(path)
     with placed(target) as temporary:
-        figure.savefig(temporary, format="png", dpi=DPI, facecolor="white")
+        figure.set_dpi(DPI)
+        figure.canvas.draw()
+        pixels = np.asarray(figure.canvas.buffer_rgba())[:, :, :3]  # type: ignore[attr-defined]
+        image = Image.fromarray(np.ascontiguousarray(pixels))
+        image.save(temporary, format="PNG", compress_level=_PRESSED, dpi=(DPI, DPI))
     return target

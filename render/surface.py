@@ -95,7 +95,7 @@ def surface(part: Part, bend: float = 35.0, corners_only: bool = False) -> Surfa
     drawn_type = _LINEAR.get(part.cell_type, part.cell_type) if corners_only else part.cell_type
     corners, faces, drawn = _FACES[drawn_type]
     every = np.concatenate([part.cells[:, list(face)] for face in faces])
-    key = np.sort(every[:, :corners], axis=1)
+    key = packed(np.sort(every[:, :corners], axis=1), len(part.points))
     _, first, count = np.unique(key, axis=0, return_index=True, return_counts=True)
     skin = every[np.sort(first[count == 1])]  # a face of one element alone lies outside
     triangles = np.concatenate([skin[:, list(corner)] for corner in drawn])
@@ -131,9 +131,11 @@ def _outline(
     normal = normal / np.where(length > 0, length, 1)
     edges = np.sort(np.concatenate([triangles[:, [i, (i + 1) % 3]] for i in range(3)]), axis=1)
     owner = np.tile(np.arange(len(triangles)), 3)
-    order = np.lexsort(edges.T[::-1])
-    edges, owner = edges[order], owner[order]
-    unique, start, count = np.unique(edges, axis=0, return_index=True, return_counts=True)
+    key = packed(edges, len(points))
+    order = np.argsort(key, kind="stable")
+    key, owner = key[order], owner[order]
+    _, start, count = np.unique(key, return_index=True, return_counts=True)
+    unique = edges[order[start]]
     pair = count == 2
     cosine = np.full(len(unique), -2.0)
     cosine[pair] = np.sum(normal[owner[start[pair]]] * normal[owner[start[pair] + 1]], axis=1)
@@ -150,4 +152,20 @@ def _mesh_edges(faces: NDArray[np.int64], corners: int) -> NDArray[np.int64]:
             pieces.append(faces[:, [i, j]])
         else:
             pieces += [faces[:, [i, corners + i]], faces[:, [corners + i, j]]]
-    return np.unique(np.sort(np.concatenate(pieces), axis=1), axis=0)
+    edges = np.sort(np.concatenate(pieces), axis=1)
+    first = np.unique(packed(edges, int(edges.max()) + 1), return_index=True)[1]
+    found: NDArray[np.int64] = edges[first]
+    return found
+
+
+def packed(rows: NDArray[np.int64], count: int) -> NDArray[np.int64]:
+    """One number for each row of numbers below `count`, in the rows' order, where they fit.
+
+    Numbers are sorted ten times faster than rows. Four corners of up to 55,000 nodes fit into a
+    number of 64 bits; beyond, the last two columns are left to a second number.
+    """
+    if count ** rows.shape[1] < 2**63:
+        return np.asarray(rows @ count ** np.arange(rows.shape[1])[::-1])
+    head, tail = rows[:, :2] @ [count, 1], rows[:, 2:] @ count ** np.arange(rows.shape[1] - 2)[::-1]
+    numbered = np.unique(tail, return_inverse=True)[1]
+    return np.asarray(np.unique(head, return_inverse=True)[1] * (numbered.max() + 1) + numbered)

@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 
+from vanelock import render
 from vanelock.study.answer_exhibits import haigh, wear_table
 from vanelock.study.answers import CaseAnswers, answers, balances
 from vanelock.study.board import Board, Shown
@@ -44,6 +45,8 @@ class Gallery:
     def draw(self) -> list[Exhibit]:
         """Draw what is not there yet, and remove what earlier runs drew and this one does not."""
         board = self.board
+        if self.study.outputs.shapes:
+            render.trial()  # whether this machine draws is known when the first shape is recovered
         made = [curves(board), *campbells(board), *preloads(board)]
         detailed = self._detailed()
         if self.study.outputs.loops:

@@ -162,7 +162,8 @@ class Run:
         summaries = []
         for i, each in enumerate(self.planned):
             summaries.append(self._case(each))
-            self.stages.retain([later.response for later in self.planned[i + 1 :]])
+            if following := self.planned[i + 1 :]:  # pictures need the last one's products again
+                self.stages.retain([later.response for later in following])
         self.listener(listing.response_table(summaries, self.shown.monitor.name))
         if self._strains:
             self.listener(listing.gauge_table(self._strains))

@@ -12,9 +12,9 @@ from vanelock.render import offscreen
 @pytest.fixture
 def unknown():
     """Forget what was found out about this machine, before and after."""
-    offscreen.render_window.cache_clear()
+    offscreen.trial.cache_clear()
     yield
-    offscreen.render_window.cache_clear()
+    offscreen.trial.cache_clear()
 
 
 def test_libraries_that_are_absent_are_named():

@@ -5,7 +5,7 @@ import pytest
 
 from vanelock.errors import InputError
 from vanelock.mesh import Part
-from vanelock.render.surface import surface
+from vanelock.render.surface import packed, surface
 
 
 def volume(points, triangles):
@@ -88,3 +88,13 @@ def test_other_elements_are_refused():
     part = Part("brick", np.eye(3), np.array([[0, 1, 2]]), "triangle", {}, {}, 1)
     with pytest.raises(InputError, match="brick: element type triangle: pictures know tetra"):
         surface(part)
+
+
+@pytest.mark.parametrize(("columns", "count"), [(2, 50), (3, 2_000_000), (4, 200), (4, 1_000_000)])
+def test_rows_are_told_apart_by_one_number(columns, count):
+    random = np.random.default_rng(columns)
+    rows = random.integers(0, min(count, 12), (3000, columns)) + count - min(count, 12)
+    _, first, counts = np.unique(rows, axis=0, return_index=True, return_counts=True)
+    found = np.unique(packed(rows, count), return_index=True, return_counts=True)
+    np.testing.assert_array_equal(np.sort(found[1]), np.sort(first))
+    np.testing.assert_array_equal(found[2][found[1].argsort()], counts[first.argsort()])
