@@ -63,6 +63,7 @@ class Easel:
     listener: Listener
     done: list[Done] = field(default_factory=list)
     _noted: float = field(default_factory=time.perf_counter, repr=False)
+    _tidied: bool = field(default=False, repr=False)
 
     @cached_property
     def _known(self) -> dict[str, list[str]]:
@@ -95,7 +96,7 @@ class Easel:
             function(path)
         seconds = time.perf_counter() - began
         self._known[name] = [key, file_digest(path), f"{seconds:.3f}"]
-        if time.perf_counter() - self._noted > NOTED:
+        if self._tidied or time.perf_counter() - self._noted > NOTED:
             self._note()
         self.done.append(Done(name, seconds, False))
         if not quick:
@@ -112,10 +113,11 @@ class Easel:
             place = self.folder / name
             with _placing(place):
                 place.unlink(missing_ok=True)
-                if place.parent.parent != self.folder and not any(place.parent.iterdir()):
+                if name.count("/") > 1 and not any(place.parent.iterdir()):
                     place.parent.rmdir()
             del self._known[name]
         self._note()
+        self._tidied = True
 
     def _note(self) -> None:
         """Record what is drawn; a run that is killed draws again what came after the last note."""

@@ -249,6 +249,15 @@ def test_pictures_are_drawn_again_only_when_they_would_change(tmp_path):
     assert path.read_text() == "list lost"
 
 
+def test_what_is_drawn_last_of_all_is_known_to_the_next_run(tmp_path):
+    drawn = []
+    for _ in range(2):
+        easel = Easel(tmp_path, silent)
+        easel.tidy(keep=["report.html"])
+        easel.draw("report.html", [], lambda path: drawn.append(path.write_text("drawn")))
+    assert len(drawn) == 1
+
+
 def test_pictures_of_other_results_are_removed(tmp_path):
     def write(path):
         path.parent.mkdir(parents=True, exist_ok=True)
