@@ -53,7 +53,7 @@
     float t = clamp(value, 0.0, 1.0) * 10.0;
     int i = min(int(t), 9);
     vec3 base = coloured ? mix(stops[i], stops[i + 1], t - float(i)) : plain;
-    vec3 n = normalize(gl_FrontFacing ? facing : -facing);
+    vec3 n = normalize(facing);
     float light = 0.5 + 0.3 * max(n.z, 0.0) + 0.28 * max(dot(n, normalize(vec3(-0.7, 0.9, 0.8))), 0.0);
     pixel = vec4(min(base * light, 1.0), 1.0);
   }`;
@@ -116,6 +116,7 @@
       this.bodies = this.scene.bodies.map((body, i) => this.upload(body, i));
       this.playing = false;
       this.visible = true;
+      this.slow = 0;  // frames in a row
       this.pointers = new Map();
       this.choose(0);
       this.look();
@@ -199,7 +200,10 @@
     frame(time) {
       this.asked = 0;
       if (this.playing && this.visible) {
-        if (this.last) this.alpha += 2 * Math.PI * Math.min(time - this.last, 100) / 2000;  // 2 s a cycle
+        const gap = this.last ? time - this.last : 0;
+        this.alpha += 2 * Math.PI * Math.min(gap, 100) / 2000;  // 2 s a cycle
+        this.slow = gap > 250 ? this.slow + 1 : 0;
+        if (this.unasked && this.slow === 3) this.play(false);  // no graphics card: leave it in peace
         this.last = time;
         this.wish();
       } else this.last = 0;
@@ -221,6 +225,7 @@
       gl.clearColor(1, 1, 1, 1);
       gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
       gl.enable(gl.DEPTH_TEST);
+      gl.enable(gl.CULL_FACE);
       gl.blendFunc(gl.SRC_ALPHA, gl.ONE_MINUS_SRC_ALPHA);
       gl.useProgram(this.program);
       const colouring = this.control("colouring").value;
@@ -285,7 +290,7 @@
     connect() {
       const { canvas, control } = this;
       control("motion").addEventListener("change", (e) => { this.choose(Number(e.target.value)); this.wish(); });
-      control("play").addEventListener("click", () => this.play(!this.playing));
+      control("play").addEventListener("click", () => { this.unasked = false; this.play(!this.playing); });
       control("phase").addEventListener("input", (e) => {
         this.alpha = e.target.value * Math.PI / 180;
         this.play(false);
@@ -317,7 +322,8 @@
         this.wish();
       }).observe(canvas);
       window.addEventListener("beforeprint", () => this.draw());
-      if (!matchMedia("(prefers-reduced-motion: reduce)").matches) this.play(true);
+      this.unasked = !matchMedia("(prefers-reduced-motion: reduce)").matches;
+      if (this.unasked) this.play(true);
     }
 
     drag(event) {
@@ -342,7 +348,7 @@
         ArrowLeft: () => this.rotate(-0.1, 0), ArrowRight: () => this.rotate(0.1, 0),
         ArrowUp: () => this.rotate(0, -0.1), ArrowDown: () => this.rotate(0, 0.1),
         "+": () => this.magnify(1.15), "-": () => this.magnify(1 / 1.15),
-        0: () => { this.look(); this.wish(); }, " ": () => this.play(!this.playing),
+        0: () => { this.look(); this.wish(); }, " ": () => this.control("play").click(),
       };
       if (!acts[event.key] || event.ctrlKey || event.metaKey || event.altKey) return;
       event.preventDefault();
