@@ -2,6 +2,7 @@
 
 import re
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -37,6 +38,17 @@ def test_page_without_curves_is_small(tmp_path):
     assert "<p>Hello.</p>" in text
     assert len(text) < 40_000
     assert [file.name for file in path.parent.iterdir()] == ["report.html"]
+
+
+def test_example_of_the_documentation_writes_its_page(tmp_path, monkeypatch):
+    text = (Path(__file__).parents[2] / "docs" / "report_page.md").read_text("utf-8")
+    (code,) = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
+    (tmp_path / "figures").mkdir()
+    (tmp_path / "figures" / "response.csv").write_text("frequency,amplitude\n1,2\n2,5\n3,1\n")
+    monkeypatch.chdir(tmp_path)
+    exec(code, {})
+    written = (tmp_path / "page.html").read_text("utf-8")
+    assert all(kind in written for kind in ('class="plot"', 'class="view"', 'class="answers"'))
 
 
 def test_curve_of_unequal_arrays_is_refused(tmp_path):
