@@ -7,7 +7,6 @@ holds: plotly.js, pictures and arrays are inside.
 import json
 import os
 import re
-from base64 import b64encode
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import fields
 from pathlib import Path
@@ -19,11 +18,10 @@ from markupsafe import Markup
 
 from vanelock.errors import InputError
 from vanelock.files import placed
-from vanelock.report import plots, views, wording
+from vanelock.report import pictures, plots, views, wording
 from vanelock.report.blocks import Block, Cell, Page, Picture, Plot, Section, Table, Text, View
 
 _HERE: Final = Path(__file__).resolve().parent
-_SIGNATURES: Final = {b"\x89PNG\r\n\x1a\n": "image/png", b"GIF8": "image/gif"}
 _MARKS: Final = {"good": "✓", "warn": "!", "bad": "✗"}
 _WORDS: Final = {"good": "good", "warn": "caution", "bad": "not met"}
 _DASHES: Final = {"solid": "none", "dash": "7 4", "dot": "2 4", "dashdot": "7 3 2 3"}
@@ -128,7 +126,7 @@ def _shown(block: Block, name: str, folder: Path) -> SimpleNamespace:
             shown["classes"] = [Markup(f' class="{c}"') for c in _columns(block)]
         case Picture():
             shown["data"] = [wording.told(file, folder) for file in block.data]
-            shown["source"], shown["size"] = _picture(block)
+            shown["source"], shown["size"] = pictures.embedded(Path(block.path))
         case Plot():
             shown["data"] = [wording.told(file, folder) for file in block.data]
             shown["legend"] = plots.legend(block)
@@ -166,23 +164,6 @@ def _kind(cells: Sequence[Cell]) -> str:
     if longest <= 12 and any(isinstance(cell, int | float) for cell in cells):
         return "n"
     return "s" if longest <= 22 else "t"
-
-
-def _picture(picture: Picture) -> tuple[str, tuple[int, int] | None]:
-    """A picture as a data URI, and its width and height in pixels."""
-    try:
-        data = Path(picture.path).read_bytes()
-    except OSError as error:
-        raise InputError(f"{picture.path}: cannot be read: {error.strerror or error}") from None
-    for signature, kind in _SIGNATURES.items():
-        if data.startswith(signature):
-            size = (
-                (int.from_bytes(data[16:20], "big"), int.from_bytes(data[20:24], "big"))
-                if kind == "image/png"
-                else (int.from_bytes(data[6:8], "little"), int.from_bytes(data[8:10], "little"))
-            )
-            return f"data:{kind};base64,{b64encode(data).decode('ascii')}", size
-    raise InputError(f"{picture.path}: is neither a PNG nor a GIF picture")
 
 
 def _json(value: Any) -> Markup:
