@@ -71,8 +71,8 @@ class Loop:
         }
 
 
-def loops(board: Board, each: Planned) -> list[Exhibit]:
-    """The loop of a case, where there is one."""
+def loops(board: Board, each: Planned, animated: bool) -> list[Exhibit]:
+    """The loop of a case, where there is one; `animated`, too."""
     top, name = board.shown.top[each.case.name], each.case.name
     joints = board.stages.get(each.system).contacts.joint
     own = [i for i, joint in enumerate(joints) if joint == "interlock"]
@@ -106,7 +106,7 @@ def loops(board: Board, each: Planned) -> list[Exhibit]:
     )
     heading = f"Hysteresis of interlock contact {number}"
     made = [Exhibit(path, heading, caption, (data,))]
-    if board.study.outputs.animations:
+    if animated:
         path = board.easel.draw(f"figures/loop_{slug(name)}.gif", shows, moving)
         caption = (
             f"The same contact while its loop is traced{of_case(name)}: the point is the instant's "

@@ -49,13 +49,17 @@ class Gallery:
             render.trial()  # whether this machine draws is known when the first shape is recovered
         made = [curves(board), *campbells(board), *preloads(board)]
         detailed = self._detailed()
+        moving = {each.case.name for each in (*detailed[:1], *detailed[-1:])}
+        moving = moving if self.study.outputs.animations else set()
         if self.study.outputs.loops:
-            made += [found for each in detailed for found in loops(board, each)]
+            for each in detailed:
+                made += loops(board, each, each.case.name in moving)
         if self.study.outputs.shapes:
             modes = all_modes(board)
             made.append(mesh(board, self.planned[0], modes[0].data if modes else ()))
             made += modes
-            made += [found for each in detailed for found in response(board, each)]
+            for each in detailed:
+                made += response(board, each, each.case.name in moving)
             made += [stress(board, each) for each in detailed]
             made += [contacts(board, each) for each in detailed]
         if self.study.outputs.report:

@@ -85,7 +85,10 @@ def all_modes(board: Board) -> list[Exhibit]:
         told = f"pictures of modes for the first and the last of {len(distinct)} linear limits"
         board.easel.listener(Notice(told))
         distinct = [distinct[0], distinct[-1]]
-    return [made for each, name in distinct for made in _modes(board, each, name)]
+    found: list[Exhibit] = []
+    for each, name in distinct:
+        found += _modes(board, each, name, board.study.outputs.animations and not found)
+    return found
 
 
 def _mode_key(board: Board, each: Planned) -> tuple[Any, ...]:
@@ -96,8 +99,8 @@ def _mode_key(board: Board, each: Planned) -> tuple[Any, ...]:
     return *parts, *places, limits.free.tobytes(), limits.stuck.tobytes()
 
 
-def _modes(board: Board, each: Planned, name: str) -> list[Exhibit]:
-    """The mode of interest with the interlock free and stuck, the last one in motion too."""
+def _modes(board: Board, each: Planned, name: str, animated: bool) -> list[Exhibit]:
+    """The mode of interest, interlock free and stuck; `animated`, the last one moves too."""
     limits = board.stages.get(each.linear.limits)
     k = limits.nodal_diameter
     made = []
@@ -126,7 +129,7 @@ def _modes(board: Board, each: Planned, name: str) -> list[Exhibit]:
         )
         data = _data(board, each, drawn)
         made.append(_picture(board, each, drawn, render.mode_picture, caption, data))
-        if board.study.outputs.animations and which == wanted[-1]:
+        if animated and which == wanted[-1]:
             caption = (
                 f"The same mode over one period{of_case(name)}: a wave that travels round the ring "
                 "as the load does. Colours are the displacement at the instant."
@@ -142,8 +145,8 @@ def _modes(board: Board, each: Planned, name: str) -> list[Exhibit]:
     return made
 
 
-def response(board: Board, each: Planned) -> list[Exhibit]:
-    """First harmonic at the peak."""
+def response(board: Board, each: Planned, animated: bool) -> list[Exhibit]:
+    """First harmonic at the peak; `animated`, all of them too."""
     name = each.case.name
     top, peak = board.shown.top[name], board.shown.peak[name]
     k = int(top.harmonic_diameters[1])
@@ -162,7 +165,7 @@ def response(board: Board, each: Planned) -> list[Exhibit]:
     )
     data = (*_data(board, each, drawn), *steps(board, each))
     made = [_picture(board, each, drawn, render.response_picture, caption, data)]
-    if board.study.outputs.animations:
+    if animated:
 
         def animate(path: Path) -> None:
             waves = [
