@@ -1,6 +1,6 @@
 """The page of a run, report.html: its sections in order, written when what it shows changed."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -26,10 +26,23 @@ ELSEWHERE = (HAIGH,)
 """Titles of exhibits that stand in sections of their own."""
 
 
-def write_report(told: Told) -> Path:
-    """Write the page of a run into its folder, unless it is there and shows the same already."""
+def write_report(
+    told: Told, first: Callable[[], Sequence[Section]] = tuple, shows: Any = ()
+) -> Path:
+    """Write the page of a run into its folder, unless it is there and shows the same already.
+
+    Parameters
+    ----------
+    told : Told
+        The run.
+    first : callable
+        Makes sections that stand on top of the run's own, a campaign's.
+    shows : JSON
+        All that those depend on.
+    """
     easel = told.board.easel
-    path = easel.draw(REPORT, shown(told), lambda path: write_page(path, page(told)))
+    depends = [shown(told), shows] if shows else shown(told)
+    path = easel.draw(REPORT, depends, lambda path: write_page(path, page(told, first())))
     easel.tidy()
     return path
 
