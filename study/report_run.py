@@ -42,9 +42,7 @@ def write_report(
     """
     easel = told.board.easel
     depends = [shown(told), shows] if shows else shown(told)
-    path = easel.draw(REPORT, depends, lambda path: write_page(path, page(told, first())))
-    easel.tidy()
-    return path
+    return easel.draw(REPORT, depends, lambda path: write_page(path, page(told, first())))
 
 
 def page(told: Told, first: Sequence[Section] = ()) -> Page:
