@@ -15,7 +15,7 @@ from vanelock.errors import InputError
 
 _FORMATS: Final = {"PNG": "image/png", "GIF": "image/gif"}
 _FEW: Final = 2500  # colours among every ninth pixel: a drawing of lines, smooth edges included
-_EXACT: Final[dict[str, Any]] = {"lossless": True, "method": 2, "quality": 40, "exact": True}
+_EXACT: Final[dict[str, Any]] = {"lossless": True, "method": 2, "quality": 20}
 _SHADED: Final[dict[str, Any]] = {"quality": 90, "method": 2, "use_sharp_yuv": True}
 
 
