@@ -2,17 +2,19 @@
 
 import os
 import time
-from dataclasses import asdict
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict, replace
 from pathlib import Path
+from typing import Any
 
-from vanelock.campaign import figures, map_exhibits
+from vanelock.campaign import figures, map_exhibits, page
 from vanelock.campaign.evidence import Evidence
 from vanelock.campaign.gather import evidence, ordered, plan_of
 from vanelock.campaign.sheets import Plan, case_of
 from vanelock.campaign.statements import Statement, statement_table, statements
 from vanelock.study import listing, results
 from vanelock.study.board import Board
-from vanelock.study.cache import Cache
+from vanelock.study.cache import Cache, file_digest
 from vanelock.study.comparison import CampbellKeys
 from vanelock.study.csv_table import write_columns
 from vanelock.study.easel import Easel
@@ -21,6 +23,7 @@ from vanelock.study.folder import claimed
 from vanelock.study.model import Study
 from vanelock.study.pictures import Gallery
 from vanelock.study.progress import Finished, Listener, Notice, silent
+from vanelock.study.report_run import write_report
 from vanelock.study.run import Run
 from vanelock.study.steps import Stages
 from vanelock.study.summary import Summary
@@ -71,7 +74,9 @@ def run_campaign(
         _record(run, found)
         listener(statement_table(stated))
         easel = Easel(path, listener)
-        drawn = _draw(run, plan, found, stated, easel, summaries, text)
+        drawn = _draw(
+            run, plan, found, stated, easel, summaries, text, lambda: time.perf_counter() - began
+        )
         listener(listing.stage_times([*stages.done.values(), *easel.done]))
         run.record.complete(stages.done)
     told = {
@@ -103,8 +108,10 @@ def _draw(
     easel: Easel,
     summaries: tuple[Summary, ...],
     text: str,
+    spent: Callable[[], float],
 ) -> list[Exhibit]:
-    """All figures of the campaign, then those of an ordinary run of its main case."""
+    """All figures of the campaign, those of an ordinary run of its main case, and the page."""
+    study = plan.base
     every = Board(plan.base, run.planned, run.stages, run.shown, easel)
     sheets = figures.curve_sheets(every, found)
     loops = figures.loop_exhibits(every, found)
@@ -115,9 +122,31 @@ def _draw(
     _write_statements(every, stated)
     main = main_case(plan)
     own = [each for each in run.planned if each.case.name == main]
-    shown = run.shown.only(main)
-    gallery = Gallery(plan.base, own, run.stages, shown, easel)
-    return [*made, *gallery.draw()]
+    shown = run.shown.only(main, own[0].linear.name)
+    scene = plan.study(main).model_copy(update={"campbell": study.campbell})
+    gallery = Gallery(scene, own, run.stages, shown, easel)
+    drawn = gallery.draw()
+    if study.outputs.report:
+        run.record.answers(gallery.answers)
+        chosen = [each for each in summaries if each.case == main]
+        told = run.told(gallery, chosen, drawn, text)
+        told = replace(told, strains=_only(told.strains, main))
+        shown_first = page.Shown(sheets, loops, maps, best)
+        sections = page.sections(every, found, stated, shown_first, spent)
+        write_report(told, [page.answers(found, stated)], sections, _digest(found, made))
+    return [*made, *drawn]
+
+
+def _only(by_case: Mapping[str, Any], name: str) -> dict[str, Any]:
+    return {key: value for key, value in by_case.items() if key == name}
+
+
+def _digest(found: Evidence, made: Sequence[Exhibit]) -> Any:
+    """All that the campaign's sections depend on."""
+    code = [file_digest(path) for path in sorted(Path(__file__).parent.glob("*.py"))]
+    files = [[each.title, file_digest(each.path)] for each in made]
+    peaks = {name: [each.peak and each.peak.amplitude] for name, each in found.summaries.items()}
+    return [code, files, peaks]
 
 
 def main_case(plan: Plan) -> str:

@@ -1,6 +1,7 @@
 """What a campaign adds to the page of a run: statements, figures to zoom into, maps, costs."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -20,6 +21,46 @@ from vanelock.study.progress import Done
 
 DASHES = {"coupled": "solid", "uncoupled": "dash", "constant-load": "dot", "one diameter": "dash"}
 FLAGS: dict[str, Flag] = {"yes": "good", "partly": "warn", "no": "bad"}
+
+
+@dataclass(frozen=True)
+class Shown:
+    """What was drawn for the page.
+
+    Attributes
+    ----------
+    sheets : sequence of Sheet
+        Curves of the study's figures.
+    loops, maps : sequence of Exhibit
+    best : Exhibit
+        The peak over decades.
+    """
+
+    sheets: Sequence[Sheet]
+    loops: Sequence[Exhibit]
+    maps: Sequence[Exhibit]
+    best: Exhibit
+
+
+def sections(
+    board: Board,
+    e: Evidence,
+    stated: Sequence[Statement],
+    shown: Shown,
+    spent: Callable[[], float],
+) -> list[Section]:
+    """All sections of a campaign but its answers; `spent` tells the seconds since it began."""
+    done = [*board.stages.done.values(), *board.easel.done]
+    return [
+        agreement(stated),
+        figures(board, e, shown.sheets, shown.loops),
+        optimum(e, shown.best),
+        maps(e, shown.maps),
+        energy(e),
+        diameters(e),
+        costs(e, done, spent()),
+        parameters(e),
+    ]
 
 
 def answers(e: Evidence, stated: Sequence[Statement]) -> Section:

@@ -65,13 +65,14 @@ class Shown:
     campbell: dict[str, Campbell] = field(default_factory=dict)
     measured: tuple[Measured, ...] = ()
 
-    def only(self, case: str) -> "Shown":
-        """What one case alone shows."""
+    def only(self, case: str, limits: str) -> "Shown":
+        """What one case alone shows, and the limits of that name, which now need none."""
         by_case = ("curve", "top", "peak", "static", "harmonics")
         kept = {
             name: {k: v for k, v in getattr(self, name).items() if k == case} for name in by_case
         }
-        return replace(self, **kept)  # type: ignore[arg-type]
+        linear = {("", which): v for (name, which), v in self.linear.items() if name == limits}
+        return replace(self, linear=linear, **kept)  # type: ignore[arg-type]
 
 
 @dataclass(frozen=True)

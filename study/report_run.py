@@ -36,7 +36,8 @@ def write_report(
     told : Told
         The run.
     first : callable
-        Makes sections that stand on top of the run's own, a campaign's.
+        Makes sections that go with the run's own, a campaign's: the first of them stands before
+        the summary, the others after it.
     shows : JSON
         All that those depend on.
     """
@@ -46,12 +47,13 @@ def write_report(
 
 
 def page(told: Told, first: Sequence[Section] = ()) -> Page:
-    """The page; `first` sections, a campaign's, stand on top."""
+    """The page; of the `first` sections, a campaign's, one stands before the summary."""
+    summed, *rest = sections(told)
     version = f"vanelock {vanelock.__version__}, {written()}"
     return Page(
         told.board.study.name,
         f"Friction-damped vibration of a vane segment; {version}",
-        (*first, *sections(told)),
+        (*first[:1], summed, *first[1:], *rest),
     )
 
 
