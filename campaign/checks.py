@@ -5,7 +5,7 @@ coupled against uncoupled.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +14,8 @@ from vanelock import nonlinear
 from vanelock.nonlinear import Response, System
 from vanelock.study.limits import hooks
 
+STEPS = 10
+"""Of the iteration for an interference; each leaves a small share of the distance."""
 MARGIN = 0.5
 """Share of the friction bound that vibration may use where all contacts shall stick."""
 
@@ -84,6 +86,36 @@ def between(response: Response, other: str, system: System, output: tuple[int, i
         system, response.frequency, response.harmonics, other, response.friction
     )
     return _difference(response, again, output, np.ones(system.contacts.count, bool))
+
+
+def at_mean_load(
+    system: System, top: Response, hertz: tuple[float, float], output: tuple[int, int]
+) -> float:
+    """Constant-load peak where the forces at rest are the mean ones of a coupled peak, m.
+
+    Interference is moved, contact by contact, until the static problem has those means; what is
+    then left between the two peaks is not due to the mean load.
+
+    Parameters
+    ----------
+    system : System
+    top : Response
+        The coupled peak alone.
+    hertz : (float, float)
+        The range of frequencies, Hz.
+    output : (int, int)
+        Output node and direction.
+    """
+    own = ~hooks(system.contacts.joint)
+    wanted = top.force[0, 0, own, 0].real
+    moved = system
+    for _ in range(STEPS):
+        n = nonlinear.static_response(moved).force[0, 0, own, 0].real
+        v0 = moved.contacts.v0.copy()
+        v0[own] += (wanted - n) / system.contacts.kn[own]
+        moved = replace(moved, contacts=replace(moved.contacts, v0=v0))
+    found = nonlinear.frequency_response(moved, hertz, top.harmonics, "constant-load")
+    return float(np.where(found.converged, found.amplitude[:, *output], 0.0).max())
 
 
 def _difference(

@@ -44,6 +44,9 @@ class Evidence:
         Hooks in friction against the linear response.
     stuck : dict of str to Difference
         Coupled against another coupling at full stick.
+    at_mean : dict of str to float
+        By coupled case: the constant-load peak where the forces at rest are the mean ones of the
+        coupled peak, m.
     conditions : tuple of Loop
     planes : dict of str to Plane
         "interference" and "load", of the study's own slant.
@@ -67,6 +70,7 @@ class Evidence:
     small: float
     hooks: Difference
     stuck: Mapping[str, Difference]
+    at_mean: Mapping[str, float]
     conditions: tuple[Loop, ...]
     planes: Mapping[str, Plane]
     slants: Mapping[float, Plane]

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vanelock.campaign import maps
-from vanelock.campaign.checks import Difference, between, from_linear, sticking_load
+from vanelock.campaign.checks import Difference, at_mean_load, between, from_linear, sticking_load
 from vanelock.campaign.conditions import Loop, conditions
 from vanelock.campaign.evidence import Evidence
 from vanelock.campaign.optimum import Ridge
@@ -78,6 +78,7 @@ def evidence(run: Run, plan: Plan, summaries: Sequence[Summary]) -> Evidence:
         small=_ratio(plan, small),
         hooks=_hooks(stages, by_name[plan.sheets["hooks"].cases[0]], output),
         stuck=_stuck(stages, by_name[small], output),
+        at_mean=_at_mean(run, plan, by_name, output),
         conditions=_conditions(plan.base),
         planes=planes,
         slants=slants,
@@ -105,6 +106,21 @@ def _hooks(stages: Stages, each: Planned, output: tuple[int, int]) -> Difference
 def _stuck(stages: Stages, each: Planned, output: tuple[int, int]) -> Mapping[str, Difference]:
     response, system = stages.get(each.response), stages.get(each.system)
     return {other: between(response, other, system, output) for other in COUPLINGS[1:]}
+
+
+def _at_mean(
+    run: Run, plan: Plan, by_name: Mapping[str, Planned], output: tuple[int, int]
+) -> Mapping[str, float]:
+    """Of the first coupled case of each comparison, which opens most."""
+    found = {}
+    for sheet in ("friction", "interference"):
+        name = plan.sheets[sheet].cases[0]
+        if name in run.shown.top:
+            each = by_name[name]
+            hertz = maps.ends(each.case.study, run.stages.get(each.linear.limits))
+            system = run.stages.get(each.system)
+            found[name] = at_mean_load(system, run.shown.top[name], hertz, output)
+    return found
 
 
 def _conditions(base: Study) -> tuple[Loop, ...]:

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from vanelock.campaign.checks import MARGIN, between, from_linear, sticking_load
+from vanelock.campaign.checks import MARGIN, at_mean_load, between, from_linear, sticking_load
 from vanelock.nonlinear import STUCK, frequency_response, linear_response, static_response
 
 HERTZ = np.linspace(100, 190, 60)
@@ -51,3 +51,16 @@ def test_hooks_alone_are_linear_where_the_interlock_is_apart(sector):
     slips = from_linear(frequency_response(weak, HERTZ, 1), weak, hooks, OUTPUT)
     assert slips.slipping == 1
     assert slips.vibration > 1e-6
+
+
+def test_the_mean_load_of_the_coupled_peak_explains_constant_load(sector):
+    # Strong vibration: the interlock lifts off, and its mean load grows.
+    strong = loaded(sector, 3.0)
+    response = frequency_response(strong, (100.0, 190.0), 1)
+    top = response.at([int(response.amplitude[:, 0, 2].argmax())])
+    static = static_response(strong).force[0, 0, 1, 0].real
+    assert top.force[0, 0, 1, 0].real > 1.05 * static
+    held = frequency_response(strong, (100.0, 190.0), 1, "constant-load").amplitude[:, 0, 2].max()
+    again = at_mean_load(strong, top, (100.0, 190.0), OUTPUT)
+    coupled = float(top.amplitude[0, 0, 2])
+    assert abs(again - coupled) < 0.5 * abs(held - coupled)
