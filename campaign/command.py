@@ -132,8 +132,11 @@ def _draw(
         told = run.told(gallery, chosen, drawn, text)
         told = replace(told, strains=_only(told.strains, main))
         shown_first = page.Shown(sheets, loops, maps, best)
-        sections = page.sections(every, found, stated, shown_first, spent)
-        write_report(told, [page.answers(found, stated)], sections, _digest(found, made))
+        write_report(
+            told,
+            lambda: page.sections(every, found, stated, shown_first, spent),
+            _digest(found, made),
+        )
     return [*made, *drawn]
 
 

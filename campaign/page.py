@@ -49,9 +49,10 @@ def sections(
     shown: Shown,
     spent: Callable[[], float],
 ) -> list[Section]:
-    """All sections of a campaign but its answers; `spent` tells the seconds since it began."""
+    """All sections of a campaign, its answers first; `spent` tells the seconds since it began."""
     done = [*board.stages.done.values(), *board.easel.done]
     return [
+        answers(e, stated),
         agreement(stated),
         figures(board, e, shown.sheets, shown.loops),
         optimum(e, shown.best),
