@@ -73,7 +73,7 @@ def along_step(
         pieces = []
         for low, high, centre, peaks in segments(lines, order, closed == "stuck"):
             scale = factors(study, lambda part: modulus(study, part))(centre)
-            system = _system(study, order, vane, shell, joined, scale)
+            system = joined_at(study, order, vane, shell, joined, scale)
             mask = hooks(system.contacts.joint) if closed == "free" else "all"
             hertz = _frequencies(low, high, peaks, order, study.damping.ratio)
             found = nonlinear.linear_response(system, hertz, mask)
@@ -119,7 +119,7 @@ def _frequencies(
     return np.asarray(found[(found >= ends[0]) & (found <= ends[1])])
 
 
-def _system(
+def joined_at(
     study: Study,
     order: int,
     vane: Component,

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from vanelock.report import Section, Table, Text
 from vanelock.study.model import Study
 from vanelock.study.settings import Setting, settings, told
+from vanelock.study.temperature import described
 
 MAIN = (
     "ring.sectors",
@@ -38,8 +39,8 @@ APART = ("name", "outputs.")
 """Keys that change nothing that is computed."""
 
 
-def inputs(study: Study) -> Section:
-    """What the study sets."""
+def inputs(study: Study, cases: Sequence[Study] = ()) -> Section:
+    """What the study sets; its `cases` know the temperatures of their responses."""
     found = [each for each in settings(study) if not each.key.startswith("sweep.")]
     changed = [each for each in found if each.changed and not each.key.startswith(APART)]
     swept = [
@@ -77,6 +78,14 @@ def inputs(study: Study) -> Section:
             "material. All settings stand at the end of the page."
         )
     )
+    warm = [text for text in dict.fromkeys(described(case) for case in cases) if text]
+    if warm:
+        blocks.append(
+            Text(
+                f"{_sentence('; '.join(warm))}. Temperature acts through Young's modulus alone: "
+                "thermal expansion, the stresses that it causes and softer contacts are left out."
+            )
+        )
     return Section("Inputs", blocks)
 
 
@@ -95,3 +104,7 @@ def _rows(found: Sequence[Setting], with_default: bool = False) -> list[tuple[st
         row: tuple[str, ...] = (each.key, each.meaning, told(each.key, each.value))
         rows.append((*row, told(each.key, each.default)) if with_default else row)
     return rows
+
+
+def _sentence(text: str) -> str:
+    return text[:1].upper() + text[1:]

@@ -61,7 +61,7 @@ def sections(told: Told) -> list[Section]:
     """All sections of an ordinary run."""
     made = [
         summary(told),
-        inputs(told.board.study),
+        inputs(told.board.study, [each.case.study for each in told.board.planned]),
         curves(told),
         shapes(told),
         fatigue(told),
