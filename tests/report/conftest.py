@@ -138,12 +138,20 @@ def browser() -> Iterator[Browser]:
 
 @pytest.fixture(scope="session")
 def visit(browser: Browser) -> Callable[..., Page]:
-    """Function that opens a file, and the complaints and requests of all pages opened.
+    """Function that opens a file, and `visit.until(page, expression)`, which waits.
 
-    `visit.complaints` and `visit.requests` grow while pages are used.
+    `visit.complaints` and `visit.requests` of all pages opened grow while pages are used.
     """
     complaints: list[str] = []
     requests: list[str] = []
+
+    def until(page: Page, expression: str, given: object = None) -> None:
+        """Wait; the page's own policy forbids Playwright's waiting, which evaluates text in it."""
+        for _ in range(600):
+            if page.evaluate(expression, given):
+                return
+            page.wait_for_timeout(50)
+        pytest.fail(f"in vain: {expression}")
 
     def visit(path: Path, width: int = 1280, height: int = 900, **options) -> Page:
         options = {"reduced_motion": "reduce", **options}
@@ -153,11 +161,13 @@ def visit(browser: Browser) -> Callable[..., Page]:
         page.on("pageerror", lambda error: complaints.append(str(error)))
         page.on("request", lambda request: requests.append(request.url))
         page.goto(path.as_uri())
-        page.wait_for_function(
-            "[...document.querySelectorAll('.plot .area')].every(a => a.querySelector('.main-svg'))"
+        until(
+            page,
+            "[...document.querySelectorAll('.area')].every(a => a.querySelector('.main-svg'))",
         )
         return page
 
     visit.complaints = complaints  # type: ignore[attr-defined]
     visit.requests = requests  # type: ignore[attr-defined]
+    visit.until = until  # type: ignore[attr-defined]
     return visit

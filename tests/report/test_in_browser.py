@@ -7,6 +7,7 @@ from dataclasses import replace
 import matplotlib.image
 import numpy as np
 import pytest
+from playwright.sync_api import expect
 
 from vanelock import report
 from vanelock.render import annulus
@@ -116,19 +117,19 @@ def test_legend_hides_and_shows(page):
     entries = plot.locator(".legend button")
     assert entries.all_inner_texts() == ["μ = 0.15 & more", "free", "measured"]
     traces = plot.locator(".scatterlayer .trace")
-    assert traces.count() == 4
+    expect(traces).to_have_count(4)
     entries.nth(1).press("Enter")  # by the keyboard; a group of two
     assert entries.nth(1).get_attribute("aria-pressed") == "false"
-    assert traces.count() == 2
+    expect(traces).to_have_count(2)
     entries.nth(1).click()
-    assert traces.count() == 4
+    expect(traces).to_have_count(4)
     entries.nth(0).dblclick()  # alone
-    assert traces.count() == 1
+    expect(traces).to_have_count(1)
     entries.nth(0).click(modifiers=["Shift"])  # all again
-    assert traces.count() == 4
+    expect(traces).to_have_count(4)
 
 
-def test_zoom_and_back(page):
+def test_zoom_and_back(visit, page):
     area = page.locator(".plot .area").first
     area.scroll_into_view_if_needed()
     shown = "document.querySelector('.plot .area')._fullLayout.xaxis.range"
@@ -139,14 +140,16 @@ def test_zoom_and_back(page):
     page.mouse.down()
     page.mouse.move(box["x"] + 0.6 * box["width"], box["y"] + 0.8 * box["height"], steps=4)
     page.mouse.up()
-    page.wait_for_function(
+    visit.until(
+        page,
         f"([low, high]) => {shown}[0] > low + 20 && {shown}[1] < high - 20",
-        arg=before,
+        before,
     )
     page.mouse.dblclick(box["x"] + 0.5 * box["width"], box["y"] + 0.5 * box["height"])
-    page.wait_for_function(
+    visit.until(
+        page,
         f"([low, high]) => Math.hypot({shown}[0] - low, {shown}[1] - high) < 1e-9",
-        arg=before,
+        before,
     )
 
 
@@ -195,14 +198,15 @@ def test_ring_is_drawn_and_turns(page):
     drawn_after(page, control(page, "reset").click)
 
 
-def test_motion_is_played_and_stopped(page):
+def test_motion_is_played_and_stopped(visit, page):
     still = drawn_after(page)
     control(page, "play").click()
     assert control(page, "play").inner_text() == "Pause"
     before = float(control(page, "phase").input_value())
-    page.wait_for_function(
+    visit.until(
+        page,
         "before => Math.abs(document.querySelector('[data-control=phase]').value - before) > 20",
-        arg=before,
+        before,
     )
     control(page, "play").click()
     moved = drawn_after(page)
@@ -344,9 +348,10 @@ def view_alone(sample, tmp_path_factory):
 def test_motion_plays_by_itself_unless_unwanted(visit, sample, view_alone):
     lively = visit(view_alone, reduced_motion="no-preference")
     still = views.scene(sample.page.sections[2].blocks[0])["motions"][0]["instant"]
-    lively.wait_for_function(
+    visit.until(
+        lively,
         "still => Math.abs(document.querySelector('[data-control=phase]').value - still) > 10",
-        arg=np.degrees(still),
+        np.degrees(still),
     )
     lively.context.close()
 
