@@ -2,10 +2,12 @@
 
 from collections.abc import Sequence
 
+from vanelock.mesh import VaneDimensions
 from vanelock.report import Picture, Section, Table, Text
 from vanelock.report.blocks import Block, Flag
 from vanelock.study.answer_exhibits import HAIGH
 from vanelock.study.answers import CaseAnswers, Margin
+from vanelock.study.model import Study
 from vanelock.study.naming import of_case, slug, words
 from vanelock.study.report_told import Told
 
@@ -83,28 +85,31 @@ def _corners(told: Told) -> str:
     main = told.main
     if main is None:
         return ""
-    spots = main.spots["vane"]
+    spots, study = main.spots["vane"], told.board.study
     sharp, count = int(spots.corner.sum()), int((~spots.clear).sum())
+    places, advice = "", "Real parts have fillets"
+    if isinstance(study.vane, VaneDimensions):
+        places = ": roots of the aerofoils"
+        advice += ": apply a notch factor of yours to the clear stress beside a root"
+        if study.vane.fillet == 0:
+            places += ", legs and feet of the hooks"
+            advice += ", give the hooks theirs by `vane.fillet`"
     where = (
-        f"**Sharp corners.** The vane has re-entrant corners without a fillet "
-        f"({sharp} nodes on or beside them: roots of the aerofoils"
-        + (", legs and feet of the hooks" if _leg_is_sharp(told) else "")
-        + "). There the stress of linear elasticity has no limit: what a mesh shows only tells "
-        "its element size. "
+        f"**Sharp corners.** The vane has re-entrant corners without a fillet ({sharp} nodes on or "
+        f"beside them{places}). There the stress of linear elasticity has no limit: what a mesh "
+        "shows only tells its element size. "
         if sharp
         else ""
     )
     return (
-        f"{where}Nodes within {1e3 * spots.distance:.2g} mm (0.4 of the thinnest wall) of such a "
+        f"{where}Nodes within {1e3 * spots.distance:.2g} mm (0.4 of {_wall(study)}) of such a "
         f"corner or of a node that carries a point force, {count} of {len(spots.clear)}, are told "
-        "apart; margins that govern are those clear of them. Real parts have fillets: give them "
-        "(`vane.fillet` for the hooks), or apply a notch factor of yours to the clear stress "
-        "beside a root."
+        f"apart; margins that govern are those clear of them. {advice}."
     )
 
 
-def _leg_is_sharp(told: Told) -> bool:
-    return getattr(told.board.study.vane, "fillet", 1.0) == 0
+def _wall(study: Study) -> str:
+    return "the thinnest wall" if isinstance(study.vane, VaneDimensions) else "an element's edge"
 
 
 def _case(found: CaseAnswers) -> list[Block]:
