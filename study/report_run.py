@@ -22,6 +22,8 @@ from vanelock.study.report_told import Told
 from vanelock.study.report_view import shapes
 from vanelock.study.report_wear import damping, wear
 
+CODE = ("answers", "contacts", "corners", "energy", "naming", "settings", "spots", "wear")
+"""Modules of this package, besides the page's own, that say what stands on it."""
 ELSEWHERE = (HAIGH,)
 """Titles of exhibits that stand in sections of their own."""
 
@@ -91,7 +93,7 @@ def shown(told: Told) -> Any:
     board = told.board
     here = Path(__file__)
     code = [file_digest(path) for path in sorted(here.parent.glob("report_*.py"))]
-    code += [file_digest(here.with_name(f"{name}.py")) for name in ("answers", "energy", "wear")]
+    code += [file_digest(here.with_name(f"{name}.py")) for name in CODE]
     folder = Path(str(report.__path__[0]))
     code += [file_digest(path) for path in sorted(folder.glob("*.*")) if path.is_file()]
     return {
