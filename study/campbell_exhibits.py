@@ -82,7 +82,7 @@ def draw_campbell(
         held = largest(lines, each.speed, each.amplitude)
         own_scale = each.quantity != DISPLACEMENT
         shown = each.speed[held], each.frequency[held], each.amplitude[held], own_scale
-        dots.append(render.Dots(f"measured: {each.name}", *shown))
+        dots.append(render.Dots(f"measured: {each.label}", *shown))
     written: Path = render.campbell_picture(
         path,
         lines.speeds,

@@ -68,6 +68,7 @@ class MeasuredCurve(Table):
     engine_order: Positive | None = Field(default=None, description="engine order")
     gauge: int | None = Field(default=None, ge=1, le=100, description="number of the strain gauge")
     direction: Literal["up", "down"] = Field(default="up", description="direction of the sweep")
+    load: float = Field(default=1.0, gt=0, le=1e6, description="load over that of the study")
     sigma: float | None = Field(default=None, gt=0, description="standard deviation")
 
 

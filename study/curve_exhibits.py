@@ -26,7 +26,9 @@ def curves(board: Board) -> Exhibit:
         for each in board.planned
     ]
     made += [
-        render.Curve(each.frequency, each.amplitude, group=each.name, kind="measured", joined=False)
+        render.Curve(
+            each.frequency, each.amplitude, group=each.label, kind="measured", joined=False
+        )
         for each in board.shown.measured
         if each.quantity == DISPLACEMENT
     ]

@@ -277,7 +277,7 @@ def _panel(model: Rejoined, curve: Measured, after: dict[str, float]) -> render.
     fitted = model.amplitudes(after, curve, hertz)
     at = np.searchsorted(hertz, curve.frequency)
     return render.FitPanel(
-        name=curve.name,
+        name=curve.label,
         unit="µm" if curve.quantity == DISPLACEMENT else "µm/m",
         frequency=curve.frequency,
         amplitude=curve.amplitude,

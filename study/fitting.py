@@ -34,7 +34,7 @@ MOST = 60
 """Steps of a fit."""
 UNDETERMINED = 0.3
 """Standard error of x along a direction above which the data are said not to determine it."""
-UNKNOWN = 1e6
+UNKNOWN = 100.0
 """Standard error of x that stands for any larger one, and for none at all."""
 BOUND = 1e-2
 """Of the range: closer to a bound a parameter is said to be held by it."""
@@ -109,7 +109,7 @@ class Solution:
     value : (p,) float
         Fitted values.
     deviation : (p,) float
-        Standard error of x: relative where x is a logarithm; 1e6 where nothing determines it.
+        Standard error of x: relative where x is a logarithm; 100 where nothing determines it.
     correlation : (p, p) float
         Between the parameters' x.
     directions : tuple of Direction

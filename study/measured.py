@@ -69,6 +69,8 @@ class Measured:
         Place of the strain gauge among the study's, from 0.
     direction : str
         "up" or "down", as the frequency was swept.
+    load : float
+        The load over that of the study.
     """
 
     name: str
@@ -79,6 +81,12 @@ class Measured:
     engine_order: int = 1
     gauge: int | None = None
     direction: str = "up"
+    load: float = 1.0
+
+    @property
+    def label(self) -> str:
+        """Its name, with the load where that is another."""
+        return self.name if self.load == 1 else f"{self.name}, load × {self.load:g}"
 
     @property
     def speed(self) -> Floats:
@@ -153,6 +161,7 @@ def read_measured(keys: MeasuredCurve, order: int, gauges: int, where: str) -> M
         engine_order=own,
         gauge=_gauge(keys, quantity, gauges, where),
         direction=keys.direction,
+        load=keys.load,
     )
 
 

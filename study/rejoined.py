@@ -6,7 +6,7 @@ where stiffness or damping changed.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -78,10 +78,15 @@ class Rejoined:
         return part if factor == 1 else rom.stiffened(part, factor)
 
     def response(
-        self, values: Mapping[str, float], hertz: Floats, direction: str = "up"
+        self, values: Mapping[str, float], hertz: Floats, direction: str = "up", load: float = 1.0
     ) -> tuple[Response, Component, Component]:
-        """Nonlinear response at frequencies (p,), Hz, and the parts that it joins."""
+        """Nonlinear response at frequencies (p,), Hz, to a multiple of the load, and the parts."""
         system, vane, casing = self.system(values)
+        if load != 1:
+            loads = {
+                h: replace(force, vector=load * force.vector) for h, force in system.force.items()
+            }
+            system = replace(system, force=loads)
         options = self.study.response
         for h in range(options.harmonics + 1):
             k = system.nodal_diameter(h)
@@ -109,7 +114,7 @@ class Rejoined:
         """
         wanted = curve.frequency if hertz is None else hertz
         distinct, places = np.unique(wanted, return_inverse=True)
-        response, vane, casing = self.response(values, distinct, curve.direction)
+        response, vane, casing = self.response(values, distinct, curve.direction, curve.load)
         if curve.quantity == DISPLACEMENT:
             found = self.monitor.amplitude(response)
         else:

@@ -71,7 +71,7 @@ def response_plot(told: Told, further: Sequence[Trace] = ()) -> Plot:
                 )
             )
     traces += [
-        Trace(each.frequency, 1e6 * each.amplitude, each.name, mode="markers", colour="#1a1a1a")
+        Trace(each.frequency, 1e6 * each.amplitude, each.label, mode="markers", colour="#1a1a1a")
         for each in board.shown.measured
         if each.quantity == DISPLACEMENT
     ]

@@ -91,6 +91,24 @@ def test_stuck_contacts_tell_nothing_of_friction(rig):
 
 
 @pytest.mark.slow
+def test_a_curve_may_have_a_load_of_its_own(rig):
+    """It is the study's times as much; where all sticks, twice the load moves twice as far."""
+    _, model = rig
+    double = Measured("", HERTZ, HERTZ, load=2.0)
+    once, twice = (
+        model.amplitudes({"excitation.force": force}, each)
+        for force, each in ((60.0, Measured("", HERTZ, HERTZ)), (30.0, double))
+    )
+    np.testing.assert_allclose(twice, once, rtol=1e-6)
+    small, more = (
+        model.amplitudes({"excitation.force": 0.03}, each)
+        for each in (Measured("", HERTZ, HERTZ), double)
+    )
+    np.testing.assert_allclose(more, 2 * small, rtol=1e-6)
+    assert double.label == ", load × 2"
+
+
+@pytest.mark.slow
 def test_rejoined_parts_are_those_of_the_study_with_the_values(rig, tmp_path):
     """Modulus, stiffness, damping and load at once, against a study reduced and joined anew."""
     _, model = rig
