@@ -123,10 +123,11 @@ class CaseAnswers:
     audit: Audit | None
 
     @property
-    def numbers(self) -> dict[str, tuple[float | str, str]]:
+    def numbers(self) -> dict[str, tuple[float | str | list[float], str]]:
         """What the results file holds of this, each with its unit."""
         b, m = self.balance, self.governing
-        return {
+        gauges = [each for each in self.margins["vane"] if each.node is None]
+        found: dict[str, tuple[float | str | list[float], str]] = {
             "damping_ratio": (b.damping_ratio, "1"),
             "bandwidth_ratio": (self.bandwidth, "1"),
             "input_work": (b.input, "J"),
@@ -139,6 +140,11 @@ class CaseAnswers:
             "largest_slip": (float(np.nanmax(self.wear.slip, initial=0.0)), "m"),
             "place": (m.where, ""),
         }
+        if gauges:
+            found["gauge_alternating_stress"] = ([each.amplitude for each in gauges], "Pa")
+            found["gauge_mean_stress"] = ([each.mean for each in gauges], "Pa")
+            found["gauge_goodman_reserve"] = ([each.reserve for each in gauges], "1")
+        return found
 
     @property
     def governing(self) -> Margin:

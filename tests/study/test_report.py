@@ -82,6 +82,18 @@ def test_governing_margin_is_the_smallest_of_the_nodes_that_count(folder):
     assert answers["place"].startswith(row["feature"])
 
 
+def test_gauge_is_stressed_as_its_strain_says(folder):
+    """Along the span near a root the stress is uniaxial but for a few per cent: E times strain."""
+    with h5py.File(folder / "results.h5") as file:
+        group = file["response/nominal"]
+        (stress,) = group["answers"].attrs["gauge_alternating_stress"]
+        point = int(np.flatnonzero(group["frequency"][()] == group.attrs["peak_frequency"])[0])
+        harmonics = group["gauge"][point, :, 0]
+    angle = np.linspace(0, 2 * np.pi, 2001)
+    strain = (np.exp(1j * np.outer(angle, [1, 2])) @ harmonics[1:]).real
+    assert stress == pytest.approx(170e9 * np.abs(strain).max(), rel=0.06)
+
+
 def test_contacts_dissipate_what_the_response_says_and_wear_by_archard(folder):
     with h5py.File(folder / "results.h5") as file:
         answers = dict(file["response/nominal/answers"].attrs)
