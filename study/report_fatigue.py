@@ -39,6 +39,18 @@ def flag(reserve: float) -> Flag:
     return "warn" if reserve < ENOUGH else "good"
 
 
+def judged(found: CaseAnswers, reserve: float, part: str = "vane") -> Flag:
+    """How a reserve of a case is judged; assumed strengths make none good."""
+    told = flag(reserve)
+    return "" if told == "good" and assumed(found, part) else told
+
+
+def assumed(found: CaseAnswers, part: str = "vane") -> bool:
+    """Whether the study leaves the strength of a part to the defaults."""
+    given = getattr(found.planned.case.study.material, part).model_fields_set
+    return not {"fatigue_limit", "tensile_strength"} <= given
+
+
 def _haigh(told: Told, main: CaseAnswers) -> list[Block]:
     """The main case's diagram, and where those of the others are."""
     found = [each for each in told.exhibits if each.title == HAIGH]
@@ -119,12 +131,12 @@ def _case(found: CaseAnswers) -> list[Block]:
         for what, m in _merged(found.margins[part]):
             prefix = "" if m.node is None else f"{part}, "
             rows.append(_row(found, m, part, f"{prefix}{what}: {m.where}"))
-            flags.append("" if m.doubt else flag(m.reserve))
+            flags.append("" if m.doubt else judged(found, m.reserve, part))
     title = f"Worst places at the peak, {found.peak.frequency:.2f} Hz{case}"
     blocks: list[Block] = [Table(HEADER, rows, title, UNITS, flags)]
     every = [(part, m) for part in PARTS for m in found.features[part]]
     rows = [_row(found, m, part, m.where) for part, m in every]
-    flags = [flag(m.reserve) for _, m in every]
+    flags = [judged(found, m.reserve, part) for part, m in every]
     title = f"Worst place of each feature{case}, clear of sharp corners and point forces"
     blocks.append(Table(HEADER, rows, title, UNITS, flags))
     return blocks
@@ -145,7 +157,7 @@ def _others(told: Told) -> Table:
     for found in told.answers.values():
         m = found.governing
         rows.append(_row(found, m, "vane", f"{words(found.name)}: {m.where}"))
-        flags.append(flag(m.reserve))
+        flags.append(judged(found, m.reserve))
     return Table(HEADER, rows, "The vane's governing place in each case", UNITS, flags)
 
 

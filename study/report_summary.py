@@ -8,7 +8,7 @@ from vanelock.report import Answer, Answers, Section, Table, Text
 from vanelock.report.blocks import Block, Cell, Flag
 from vanelock.study.answers import CaseAnswers
 from vanelock.study.naming import fixed, words
-from vanelock.study.report_fatigue import flag
+from vanelock.study.report_fatigue import assumed, judged
 from vanelock.study.report_told import Told
 from vanelock.study.report_wear import shares
 from vanelock.study.summary import Summary
@@ -104,7 +104,7 @@ def _of_case(main: CaseAnswers) -> list[Answer]:
             f"{1e-6 * m.amplitude:.3g} MPa",
             f"alternating, mean {1e-6 * m.mean:.2g} MPa: {m.where} ({place})",
         ),
-        Answer("HCF reserve", f"n = {m.reserve:.3g}", _reserve(main), _judged(main)),
+        Answer("HCF reserve", f"n = {m.reserve:.3g}", _reserve(main), judged(main, m.reserve)),
     ]
 
 
@@ -116,18 +116,6 @@ def _damping(main: CaseAnswers) -> Answer:
         note += f"; by the half-power bandwidth {100 * main.bandwidth:.2g} %"
     value = f"{100 * main.balance.damping_ratio:.2g} %"
     return Answer("Equivalent damping", value, note, "warn" if main.peak.at_edge else "")
-
-
-def _judged(main: CaseAnswers) -> Flag:
-    """How the margin is judged; assumed strengths make none good."""
-    found = flag(main.governing.reserve)
-    return "" if found == "good" and assumed(main) else found
-
-
-def assumed(main: CaseAnswers) -> bool:
-    """Whether the study says nothing of the vane's strength."""
-    given = main.planned.case.study.material.vane.model_fields_set
-    return not {"fatigue_limit", "tensile_strength"} <= given
 
 
 def _reserve(main: CaseAnswers) -> str:

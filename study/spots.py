@@ -78,7 +78,7 @@ class Spots:
     def doubt(self, node: int) -> str:
         """Why the stress of a node has no limit as the mesh is refined; "" where it has one."""
         if self.corner[node]:
-            return "at a sharp re-entrant corner (no fillet)"
+            return "at a sharp re-entrant corner"
         return "beside a node that carries a point force" if self.loaded[node] else ""
 
 
