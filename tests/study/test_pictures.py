@@ -1,6 +1,7 @@
 """Which curves and modes a sweep draws, and what it calls them."""
 
 from dataclasses import replace
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
@@ -10,10 +11,12 @@ from vanelock.nonlinear import static_response
 from vanelock.study import parse_study
 from vanelock.study.board import Board, Shown
 from vanelock.study.curve_exhibits import linear as linear_curves
+from vanelock.study.exhibit import Exhibit
 from vanelock.study.limits import Limits
 from vanelock.study.listing import preload_table
 from vanelock.study.monitor import Monitor
 from vanelock.study.naming import merged, words
+from vanelock.study.pictures import Gallery
 from vanelock.study.shape_exhibits import all_modes
 from vanelock.study.sweep import cases
 
@@ -136,3 +139,33 @@ def test_tables_print_four_digits_of_any_size(ring):
     shown = preload_table("", ring.contacts.joint, rest)
     cells = [format(row[3], shown.columns[3].form) for row in shown.rows]
     assert cells == ["1.235e-07", "1.235e+300"]
+
+
+def test_the_first_and_the_last_case_of_a_sweep_move(monkeypatch):
+    text = '[sweep]\n"joints.interlock.mu" = [0.1, 0.2, 0.3]\n[outputs]\nreport = false\n'
+    heard = []
+
+    def noted(board, each, animated):
+        heard.append((each.case.name, animated))
+        return []
+
+    for name in ("curves", "stress", "contacts", "mesh"):
+        monkeypatch.setattr(f"vanelock.study.pictures.{name}", lambda *_: Exhibit(Path(), "", ""))
+    for name in ("campbells", "preloads", "all_modes"):
+        monkeypatch.setattr(f"vanelock.study.pictures.{name}", lambda *_: [])
+    for name in ("loops", "response"):
+        monkeypatch.setattr(f"vanelock.study.pictures.{name}", noted)
+
+    def moving(text, cases_shown):
+        drawn, _ = board(text, [found()] * 3)
+        drawn.shown.top.update({name: None for name in cases_shown})
+        drawn.easel.tidy = lambda keep: None
+        heard.clear()
+        Gallery(drawn.study, drawn.planned, drawn.stages, drawn.shown, drawn.easel).draw()
+        assert heard[: len(heard) // 2] == heard[len(heard) // 2 :]
+        return dict(heard)
+
+    every = ["mu=0.1", "mu=0.2", "mu=0.3"]
+    assert moving(text, every) == {"mu=0.1": True, "mu=0.2": False, "mu=0.3": True}
+    assert moving(text, every[:1]) == {"mu=0.1": True}
+    assert not any(moving(text + "animations = false", every).values())
