@@ -30,7 +30,7 @@ from vanelock.render.shapes import (
     sentences,
     skins_of,
 )
-from vanelock.render.surface import Surface
+from vanelock.render.surface import Surface, bent_edges
 from vanelock.render.window import window
 
 Real = NDArray[np.float64]
@@ -38,7 +38,7 @@ Complex = NDArray[np.complex128]
 
 FRAMES: Final = 24
 MILLISECONDS: Final = 80
-TRIANGLES: Final = 2000
+TRIANGLES: Final = 1200
 """Of a part's sector: more are smaller than a pixel of the ring."""
 _MARGIN: Final = 1.11  # of the picture around the ring at rest: room to move
 _INK: Final = (0, 114, 178)  # the bar of time, style.BLUE
@@ -195,33 +195,34 @@ def moving_parts(parts: Sequence[Part], waves: Sequence[Wave]) -> list[Moving]:
 def thinned(skin: Skin, triangles: int = TRIANGLES) -> Skin:
     """A skin of about so many of the triangles that a ring shows, between nodes that it has.
 
-    Its outline and the edges at which sectors meet stay; nodes that are not needed go.
+    The edges at which sectors meet stay; nodes that are not needed go.
     """
     whole = skin.surface
     shown = whole.triangles if skin.part.sectors == 1 else whole.triangles[~whole.cyclic]
     if len(shown) > triangles:
         mesh = offscreen.pyvista().PolyData.from_regular_faces(skin.points, shown)
         mesh.point_data["place"] = np.arange(len(skin.points))
-        fewer = mesh.decimate_pro(
+        thinner = mesh.decimate_pro(
             1 - triangles / len(shown),
             feature_angle=20.0,
             splitting=False,
             preserve_topology=True,
             boundary_vertex_deletion=False,
         )
-        shown = np.asarray(fewer.point_data["place"])[fewer.regular_faces]
-    used, numbers = np.unique(
-        np.concatenate([shown.ravel(), whole.outline.ravel()]), return_inverse=True
-    )
+        shown = np.asarray(thinner.point_data["place"])[thinner.regular_faces]
+    used, numbers = np.unique(shown, return_inverse=True)
+    points, fewer = skin.points[used], numbers.reshape(-1, 3)
+    edges = bent_edges(points, fewer)
+    rim = np.isin(used, whole.outline)  # a flat face of few triangles bends where it is none
     thin = Surface(
         nodes=whole.nodes[used],
-        triangles=numbers[: shown.size].reshape(-1, 3),
-        outline=numbers[shown.size :].reshape(-1, 2),
+        triangles=fewer,
+        outline=edges[rim[edges].all(axis=1)],
         mesh_edges=np.empty((0, 2), np.int64),
-        cyclic=np.zeros(len(shown), bool),
+        cyclic=np.zeros(len(fewer), bool),
     )
-    split, numbered = scene.smooth_surface(skin.part.points[thin.nodes], thin)
-    return Skin(skin.part, thin, skin.shape[used], split, numbered)
+    split, triangles_of_split = scene.smooth_surface(points, thin)
+    return Skin(skin.part, thin, skin.shape[used], split, triangles_of_split)
 
 
 def ring_at(moving: Sequence[Moving], angle: float, scale: float, bar: Bar) -> scene.Scene:

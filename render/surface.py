@@ -47,6 +47,10 @@ _FACES: Final[dict[str, tuple[int, tuple[tuple[int, ...], ...], tuple[tuple[int,
 }
 
 
+BEND: Final = 35.0
+"""Angle in degrees beyond which an edge belongs to the outline."""
+
+
 @dataclass(frozen=True)
 class Surface:
     """Triangles of a part's skin over its own nodes.
@@ -72,7 +76,7 @@ class Surface:
     cyclic: NDArray[np.bool_]
 
 
-def surface(part: Part, bend: float = 35.0, corners_only: bool = False) -> Surface:
+def surface(part: Part, bend: float = BEND, corners_only: bool = False) -> Surface:
     """Extract the skin of a part of tetrahedra or hexahedra, linear or quadratic.
 
     Parameters
@@ -106,7 +110,7 @@ def surface(part: Part, bend: float = 35.0, corners_only: bool = False) -> Surfa
     return Surface(
         nodes=nodes,
         triangles=numbered,
-        outline=_outline(part.points[nodes], numbered, bend),
+        outline=bent_edges(part.points[nodes], numbered, bend),
         mesh_edges=_mesh_edges(place[skin], corners),
         cyclic=np.tile(_cyclic(part, skin[:, :corners]), len(drawn)),
     )
@@ -121,10 +125,10 @@ def _cyclic(part: Part, faces: NDArray[np.int64]) -> NDArray[np.bool_]:
     return hidden
 
 
-def _outline(
-    points: NDArray[np.float64], triangles: NDArray[np.int64], bend: float
+def bent_edges(
+    points: NDArray[np.float64], triangles: NDArray[np.int64], bend: float = BEND
 ) -> NDArray[np.int64]:
-    """Edges whose two triangles turn by more than `bend` degrees, and those with other than two."""
+    """(k, 2) edges whose triangles turn by more than `bend` degrees, or are other than two."""
     a, b, c = (points[triangles[:, i]] for i in range(3))
     normal = np.cross(b - a, c - a)
     length = np.linalg.norm(normal, axis=1, keepdims=True)

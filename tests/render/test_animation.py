@@ -114,8 +114,6 @@ def test_a_thinned_skin_has_fewer_triangles_over_the_same_body(sector):
     assert len(thin.triangles) <= 401 < len(shown) / 3
     assert np.isin(thin.surface.nodes, whole.surface.nodes).all()
     assert len(thin.surface.nodes) < len(whole.surface.nodes) / 2
-    first, second = (one.surface.nodes[one.surface.outline] for one in (thin, whole))
-    np.testing.assert_array_equal(first, second)
     np.testing.assert_array_equal(thin.shape, radial_wave(part, 0, 1.0)[thin.surface.nodes])
 
     def measured(skin, triangles):
