@@ -114,7 +114,7 @@ def stiffer(e: Evidence) -> Statement:
 def coincident(e: Evidence) -> Statement:
     """Figure 11, coupled and uncoupled."""
     worst = max(d.vibration for d in e.stuck.values())
-    means = ", ".join(f"{d.mean:.1%} ({name})" for name, d in e.stuck.items())
+    means = ", ".join(f"{d.mean:.0e} ({name})" for name, d in e.stuck.items())
     slipping = max(d.slipping for d in e.stuck.values())
     relaxed = any(d.mean > SAME for d in e.stuck.values())
     return Statement(
