@@ -92,25 +92,34 @@ def load_run(folder: Path, label: str) -> Loaded:
             f"{folder}: holds no {NAME}: not the folder of a run, or of one just begun"
         )
     with open_results(path) as file:
-        about = file["provenance"]
-        cases = {
-            name: _case(name, group)
-            for name, group in file.get("response", {}).items()
-            if "linear" not in group.attrs
-        }
-        first = next(iter(file["response"][name] for name in cases), None)
-        return Loaded(
-            folder=folder,
-            label=label,
-            complete=bool(file.attrs.get("complete", False)),
-            date=str(about.attrs["date"]),
-            settings=json.loads(about.attrs["settings"]),
-            versions={name: str(value) for name, value in about["versions"].attrs.items()},
-            monitor="" if first is None else str(first.attrs["monitor"]),
-            sizes=_sizes(file),
-            seconds=_seconds(about),
-            cases=_in_order(cases, json.loads(about.attrs["settings"])),
-        )
+        try:
+            return _loaded(folder, label, file)
+        except KeyError as error:
+            reason = str(error).strip("\"'")
+            raise InputError(f"{path}: lacks what a run writes ({reason}); run it again") from None
+
+
+def _loaded(folder: Path, label: str, file: h5py.File) -> Loaded:
+    """What a results file holds; KeyError where something is missing."""
+    about = file["provenance"]
+    cases = {
+        name: _case(name, group)
+        for name, group in file.get("response", {}).items()
+        if "linear" not in group.attrs
+    }
+    first = next(iter(file["response"][name] for name in cases), None)
+    return Loaded(
+        folder=folder,
+        label=label,
+        complete=bool(file.attrs.get("complete", False)),
+        date=str(about.attrs["date"]),
+        settings=json.loads(about.attrs["settings"]),
+        versions={name: str(value) for name, value in about["versions"].attrs.items()},
+        monitor="" if first is None else str(first.attrs["monitor"]),
+        sizes=_sizes(file),
+        seconds=_seconds(about),
+        cases=_in_order(cases, json.loads(about.attrs["settings"])),
+    )
 
 
 def _case(name: str, group: h5py.Group) -> CaseFound:

@@ -9,6 +9,7 @@ from vanelock.errors import InputError
 from vanelock.study import compare_runs, parse_study
 from vanelock.study.compare import compared, matched, tables
 from vanelock.study.compare_load import CaseFound, Loaded
+from vanelock.study.results import Results
 from vanelock.study.settings import settings, told
 
 
@@ -92,6 +93,15 @@ def test_folders_without_results_are_refused(tmp_path):
         compare_runs(tmp_path / "empty", tmp_path / "none")
     with pytest.raises(InputError, match="none: no such folder"):
         compare_runs(tmp_path / "none", tmp_path / "empty")
+
+
+def test_results_that_lack_something_are_refused_in_one_line(tmp_path):
+    for name in ("a", "b"):
+        (tmp_path / name).mkdir()
+        with Results(tmp_path / name / "results.h5").edit() as file:
+            file.attrs["complete"] = True
+    with pytest.raises(InputError, match=r"a/results.h5: lacks what a run writes .*provenance"):
+        compare_runs(tmp_path / "a", tmp_path / "b")
 
 
 def test_settings_are_told_in_peoples_units():
