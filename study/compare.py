@@ -265,7 +265,7 @@ def _lines(pair: Pair) -> Iterator[Line]:
 def _differing(one: Loaded, other: Loaded) -> Iterator[tuple[str, str, str]]:
     first, second = flattened(one.settings), flattened(other.settings)
     for key in dict.fromkeys([*first, *second]):
-        if key in first and key in second and same(first[key], second[key]):
+        if same(first.get(key), second.get(key)):  # a key of a later version that is not set, too
             continue
         both = [told(key, known[key]) if key in known else "-" for known in (first, second)]
         yield key, both[0], both[1]

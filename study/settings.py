@@ -91,7 +91,7 @@ def described(key: str) -> tuple[str, str]:
 
 def told(key: str, value: Any) -> str:
     """A value with its unit, as people write it; a list in the unit of its largest entry."""
-    unit = described(key)[1]
+    unit = "m" if key == "mesh.size" else described(key)[1]  # a size may be a word
     if value is None:
         return "not set"
     if isinstance(value, bool):

@@ -115,7 +115,8 @@ def test_settings_are_told_in_peoples_units():
         "vane.stagger": (35.0, "35°"),
         "response.frequencies": ([250.0, 260.0], "250, 260 Hz"),
         "outputs.shapes": (False, "no"),
-        "mesh.size": ("coarse", "coarse"),
+        "mesh.size": (0.012, "12 mm"),
+        "sweep.mesh.size": ("coarse", "coarse"),
         "accuracy": (None, "not set"),
     }
     assert {key: told(key, value) for key, (value, _) in values.items()} == {
