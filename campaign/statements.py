@@ -152,7 +152,7 @@ def harmonics(e: Evidence) -> Statement:
     first, last = size[1] / size[0] - 1, size[-1] / size[-2] - 1
     plane = e.planes["interference"]
     steps = [slight(plane, orders[0], orders[1], SLIGHT)]
-    steps += [slight(plane, a, b, NONE) for a, b in itertools.pairwise(orders)]
+    steps += [slight(plane, a, b, NONE) for a, b in itertools.pairwise(orders[1:])]
     holds = np.logical_and.reduce(steps)
     return Statement(
         "13",

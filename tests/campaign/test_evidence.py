@@ -5,36 +5,8 @@ import pytest
 
 from vanelock.campaign.evidence import error, falls, higher_and_lower, slight
 from vanelock.campaign.map_exhibits import holds, orders, plane_columns
-from vanelock.campaign.plane import Method, Plane
+from vanelock.campaign.plane import Method
 from vanelock.campaign.statements import judge
-
-METHODS = (Method(1), Method(1, "uncoupled"), Method(1, "constant-load"), Method(3), Method(5))
-MU, V0 = np.array([0.1, 0.3, 1.0]), np.array([1e-6, 2e-6])
-
-
-@pytest.fixture
-def plane():
-    """A peak that falls to mu = 0.3 and rises again, and with interference throughout."""
-    a = np.array([[60, 50], [20, 15], [40, 30]]) * 1e-6
-    f = np.array([[250, 251], [255, 256], [270, 272.0]])
-    factors = np.array([1.0, 0.8, 1.2, 1.05, 1.052])
-    shifts = np.array([0.0, 0.5, 0.7, 0.1, 0.1])
-    amplitude, frequency = a[..., None] * factors, f[..., None] + shifts
-    amplitude[2, :, 1] *= 2  # uncoupled higher than coupled beyond the optimum
-    ones = np.ones((3, 2, 5))
-    return Plane(
-        "interference",
-        MU,
-        V0,
-        tuple(method.name for method in METHODS),
-        amplitude,
-        frequency,
-        0 * ones,
-        ones,
-        ones.astype(int),
-        ones,
-        ones.astype(int),
-    )
 
 
 def test_statements_hold_where_the_numbers_say_so(plane):
