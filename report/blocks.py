@@ -69,6 +69,8 @@ class Table:
         One for each column, or none at all.
     flags : sequence of {"", "good", "warn", "bad"}
         One for each row, or none at all.
+    folded : bool
+        Shown only when it is asked for, and on paper.
     """
 
     header: Sequence[str]
@@ -76,6 +78,7 @@ class Table:
     caption: str = ""
     units: Sequence[str] = ()
     flags: Sequence[Flag] = ()
+    folded: bool = False
 
 
 @dataclass(frozen=True)

@@ -72,6 +72,10 @@
       Plotly.relayout(area, { width: PAPER, height: 320 });
     }
     document.documentElement.classList.add("printing");
+    for (const folded of document.querySelectorAll("details:not([open])")) {
+      folded.open = true;
+      folded.dataset.opened = "";
+    }
     for (const table of document.querySelectorAll(".scroll table")) {
       const share = PAPER / table.scrollWidth;
       if (share < 1) table.style.fontSize = `${12 * share}px`;
@@ -79,6 +83,10 @@
   });
   window.addEventListener("afterprint", () => {
     document.documentElement.classList.remove("printing");
+    for (const opened of document.querySelectorAll("details[data-opened]")) {
+      opened.open = false;
+      delete opened.dataset.opened;
+    }
     for (const figure of plots) {
       Plotly.relayout(figure.querySelector(".area"), { width: null, height: null, autosize: true });
     }

@@ -94,7 +94,11 @@ def all_inputs(study: Study) -> Section:
     found = [each for each in settings(study) if not each.key.startswith("sweep.")]
     return Section(
         "All settings",
-        [Table(("key", "what it is", "value"), _rows(found), f"{len(found)} keys of the study")],
+        [
+            Table(
+                ("key", "what it is", "value"), _rows(found), "Every key of the study", folded=True
+            )
+        ],
     )
 
 

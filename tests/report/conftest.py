@@ -98,6 +98,8 @@ def sample(tmp_path_factory):
         units=["", "", *["N"] * 14],
         flags=["bad" if i == 3 else "" for i in range(30)],
     )
+    keys = [[f"key {i}", i] for i in range(5)]
+    folded = report.Table(["key", "value"], keys, "Every key", folded=True)
     page = report.Page(
         'Study "A" <b>',
         "22 November 2026, vanelock 0.1.0",
@@ -114,7 +116,7 @@ def sample(tmp_path_factory):
                     ),
                 ),
             ),
-            report.Section("Curves & tables", (curves, scales, wide)),
+            report.Section("Curves & tables", (curves, scales, wide, folded)),
             report.Section("Motion", (report.View(bodies, motions, "Ring in motion", "Drag it."),)),
             report.Section("Motion", (report.Picture(picture, "Shape", "As printed."),)),
         ),

@@ -162,7 +162,7 @@ def test_logarithmic_axes(page):
 
 
 def test_wide_table_scrolls_in_its_own_box(page):
-    box = page.locator(".scroll").evaluate("b => [b.scrollWidth, b.clientWidth, b.tabIndex]")
+    box = page.locator(".scroll").first.evaluate("b => [b.scrollWidth, b.clientWidth, b.tabIndex]")
     assert box[0] > box[1]
     assert box[2] == 0  # the keyboard reaches it
     flagged = page.locator("tr.bad")
@@ -364,6 +364,20 @@ def test_without_webgl_a_message_stands_in(browser, view_alone):
     assert "no WebGL 2" in page.locator(".missing").first.inner_text()
     assert not page.locator(".controls").is_visible()
     context.close()
+
+
+def test_a_folded_table_opens_when_asked_and_on_paper(page):
+    rows, fold = page.locator("details table"), page.locator("details summary")
+    assert fold.inner_text() == "Show all 5 rows"
+    assert not rows.is_visible()
+    fold.click()
+    assert rows.is_visible()
+    fold.click()
+    assert not rows.is_visible()
+    page.evaluate("dispatchEvent(new Event('beforeprint'))")
+    assert rows.is_visible()
+    page.evaluate("dispatchEvent(new Event('afterprint'))")
+    assert not rows.is_visible()
 
 
 def test_printed_pages_hold_everything(page, tmp_path):
