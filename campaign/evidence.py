@@ -126,6 +126,12 @@ def error(plane: Plane, method: Method, best: Method) -> Floats:
     return np.asarray(a / b - 1)
 
 
-def share(holds: NDArray[np.bool_], known: NDArray[np.bool_] | None = None) -> float:
-    """Share of a plane's known cells in which something holds."""
-    return float(holds.mean() if known is None else holds[known].mean())
+def known(plane: Plane) -> NDArray[np.bool_]:
+    """(m, v) cells whose peak is known by every method."""
+    return np.asarray(np.isfinite(plane.amplitude).all(axis=2))
+
+
+def share(plane: Plane, holds: NDArray[np.bool_]) -> float:
+    """Share of a plane's known cells in which something holds; NaN where none is known."""
+    own = holds[known(plane)]
+    return float(own.mean()) if own.size else float("nan")

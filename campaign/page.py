@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vanelock.campaign.evidence import Evidence
+from vanelock.campaign.evidence import Evidence, known, share
 from vanelock.campaign.figures import REFERENCE, Sheet, reference
 from vanelock.campaign.map_exhibits import holds
 from vanelock.campaign.optimum import Ridge
@@ -18,6 +18,7 @@ from vanelock.report import Answer, Answers, Picture, Plot, Section, Table, Trac
 from vanelock.report.blocks import Block, Cell, Flag
 from vanelock.study.board import Board
 from vanelock.study.exhibit import Exhibit
+from vanelock.study.model import Study
 
 DASHES = {"coupled": "solid", "uncoupled": "dash", "constant-load": "dot", "one diameter": "dash"}
 FLAGS: dict[str, Flag] = {"yes": "good", "partly": "warn", "no": "bad"}
@@ -75,7 +76,9 @@ def answers(e: Evidence, stated: Sequence[Statement]) -> Section:
             "good" if not agreed["no"] else "warn",
         )
     ]
-    items += [_best(ridge) for ridge in e.ridges if ridge.harmonics == _highest(e.ridges)]
+    items += [
+        _best(ridge, e.plan.base) for ridge in e.ridges if ridge.harmonics == _highest(e.ridges)
+    ]
     best = Method(max(e.plan.base.campaign.harmonics) if e.plan.base.campaign else 1)
     plane = e.planes["interference"]
     a, _ = plane.of(best)
@@ -125,12 +128,14 @@ def maps(e: Evidence, exhibits: Sequence[Exhibit]) -> Section:
     rows = []
     for words, plane in planes.items():
         found = holds(plane)
-        shares = [100 * float(found[name].mean()) if name in found else None for name in names]
-        rows.append((words, *shares))
+        shares = [100 * share(plane, found[name]) if name in found else None for name in names]
+        rows.append((words, int((~known(plane)).sum()) or None, *shares))
     table = Table(
-        ("plane", *names),
+        ("plane", "cells unknown", *names),
         rows,
-        "Share of each map in which a statement holds, percent. Other slants have a coarser mesh.",
+        "Share of each map's known cells in which a statement holds, percent; a cell is unknown "
+        "where a point at the peak did not converge. Other slants have meshes of "
+        "their own, medium ones where the study's is finer or a length, and fewer cells.",
     )
     return Section("Where each statement holds", [table, *map(_picture, exhibits)], id="maps")
 
@@ -195,13 +200,15 @@ def _highest(ridges: Sequence[Ridge]) -> int:
     return max((ridge.harmonics for ridge in ridges), default=0)
 
 
-def _best(ridge: Ridge) -> Answer:
+def _best(ridge: Ridge, base: Study) -> Answer:
     words = {"mu": "Friction that damps best", "interference": "Interference that damps best"}
     best = ridge.best
     if best is None:
         return Answer(words[ridge.name], "unknown", ridge.message, "warn")
     value = f"μ = {best[0]:.2g}" if ridge.name == "mu" else f"{1e6 * best[0]:.2g} µm"
-    note = f"lowest peak {1e6 * best[1]:.3g} µm, H = {ridge.harmonics}"
+    lock = base.joints.interlock
+    held = f"{1e6 * lock.interference:g} µm" if ridge.name == "mu" else f"μ = {lock.mu:g}"
+    note = f"lowest peak {1e6 * best[1]:.3g} µm, H = {ridge.harmonics}, at {held}"
     if best[2]:
         return Answer(words[ridge.name], value, f"{note}; at the end of the range", "warn")
     return Answer(words[ridge.name], value, note)

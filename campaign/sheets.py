@@ -8,6 +8,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from vanelock.errors import InputError
 from vanelock.study.model import Study
 from vanelock.study.sweep import Case, value_at, with_values
 
@@ -73,9 +74,20 @@ class Plan:
 
 
 def base_study(study: Study) -> Study:
-    """The scene that a campaign starts from: reference friction, one harmonic, coupled."""
+    """The scene that a campaign starts from: reference friction, one harmonic, coupled.
+
+    Raises
+    ------
+    InputError
+        If its interlock does not touch at rest.
+    """
     assert study.campaign is not None
+    pressed = study.joints.interlock.interference
+    if not pressed > 0:  # told here: the campaign's own case of the hooks alone has a gap
+        raise InputError(f"{INTERFERENCE} = {pressed:g}: must be > 0 m in a campaign")
     start = {MU: study.campaign.reference_mu, HARMONICS: 1, COUPLING: COUPLINGS[0]}
+    if study.response.harmonic_diameters != "wave":
+        start[DIAMETERS] = "wave"
     if study.excitation.unbalance is None:
         start[FORCE] = study.excitation.force_per_node  # a default would not be told
     return with_values(study, start)

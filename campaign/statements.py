@@ -11,9 +11,10 @@ from typing import Literal
 
 import numpy as np
 
-from vanelock.campaign.evidence import SAME, Evidence, slight
+from vanelock.campaign.evidence import SAME, Evidence, known, share, slight
 from vanelock.campaign.plane import Method
 from vanelock.campaign.sheets import case_of
+from vanelock.cyclic import folded
 from vanelock.study.campaign import Campaign
 from vanelock.study.tables import Column, Table
 
@@ -64,14 +65,14 @@ def campbell(e: Evidence) -> Statement:
     """Figure 4."""
     order = abs(e.engine_order)
     rpm = [60 * f / order for f in (e.limits.free_frequency, e.limits.stuck_frequency)]
-    k = e.limits.nodal_diameter
+    k, N = e.limits.nodal_diameter, e.limits.sectors
     at = 60 * e.frequency("reference") / order
     return Statement(
         "4",
-        f"mode {e.limits.free_mode + 1} of nodal diameter {k} is excited by EO {order}",
+        f"mode {e.limits.free_mode + 1} of nodal diameter {folded(k, N)} is excited by EO {order}",
         f"crosses EO {order} at {rpm[0]:.0f} rpm free and {rpm[1]:.0f} rpm stuck; "
         f"response with friction peaks at {at:.0f} rpm",
-        judge(k == order % e.limits.sectors, min(rpm) <= at * 1.001, at <= 1.001 * max(rpm)),
+        judge(folded(k, N) == folded(order, N), min(rpm) <= at * 1.001, at <= 1.001 * max(rpm)),
     )
 
 
@@ -158,10 +159,10 @@ def harmonics(e: Evidence) -> Statement:
         "13",
         "slight increase of the peak from one to three harmonics, none from three to five",
         f"{first:+.1%} from H = {orders[0]} to {orders[1]}, {last:+.2%} from {orders[-2]} to "
-        f"{orders[-1]}; within {SLIGHT:.0%} and {NONE:.0%} on {holds.mean():.0%} of the map",
+        f"{orders[-1]}; within {SLIGHT:.0%} and {NONE:.0%} on {share(plane, holds):.0%} of the map",
         judge(0 <= first < SLIGHT, abs(last) < NONE),
         ""
-        if holds.all()
+        if holds[known(plane)].all()
         else "where contacts lift off for part of the period, near the friction that damps best, "
         "one harmonic does not carry the impact",
     )
@@ -247,7 +248,7 @@ def conservative(e: Evidence) -> Statement:
     plane = e.planes["interference"]
     coupled = plane.of(Method(1))[0]
     safe = [
-        float(np.mean(plane.of(Method(1, other))[0] < coupled))
+        share(plane, plane.of(Method(1, other))[0] < coupled)
         for other in ("uncoupled", "constant-load")
     ]
     return Statement(

@@ -80,6 +80,8 @@ def check_campaign(study: Any) -> None:
         "accuracy": study.accuracy is not None,
         "excitation.engine_orders": study.excitation.engine_orders is not None,
         "response.frequencies": study.response.frequencies is not None,
+        "response.samples": study.response.samples is not None,
+        'joints.friction = "isotropic"': study.joints.friction != "orthogonal",
         "joints.interlock.enabled = false": not study.joints.interlock.enabled,
         "vane.mesh, unless campaign.slants = []": own_mesh,
     }

@@ -3,7 +3,13 @@
 import numpy as np
 import pytest
 
-from vanelock.campaign.evidence import error, falls, higher_and_lower, slight
+from vanelock.campaign.evidence import (
+    error,
+    falls,
+    higher_and_lower,
+    share,
+    slight,
+)
 from vanelock.campaign.map_exhibits import holds, orders, plane_columns
 from vanelock.campaign.plane import Method
 from vanelock.campaign.statements import judge
@@ -33,6 +39,16 @@ def test_unknown_cells_hold_nothing(plane):
     assert not falls(plane.of(Method(1))[0], 0)[0, 0]
     assert not higher_and_lower(plane, "uncoupled")[1, 0]
     assert not slight(plane, 1, 3, 1.0)[1, 0]
+
+
+def test_shares_are_of_the_cells_that_every_method_knows(plane):
+    some = slight(plane, 1, 3, 1.0)
+    some[0] = False
+    assert share(plane, some) == pytest.approx(4 / 6)
+    plane.amplitude[0, 0, 2] = np.nan
+    assert share(plane, some) == pytest.approx(4 / 5)
+    plane.amplitude[:] = np.nan
+    assert np.isnan(share(plane, some))
 
 
 def test_errors_are_relative_to_the_best(plane):

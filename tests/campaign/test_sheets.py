@@ -66,11 +66,24 @@ def test_an_unbalance_is_made_smaller_as_a_force_is():
     assert loads == pytest.approx([1.5e-4] * 3)
 
 
+def test_an_interlock_apart_is_refused():
+    apart = parse_study(TEXT.replace("mu = 0.7", 'interference = "-1 um"'))
+    with pytest.raises(InputError, match="joints.interlock.interference = -1e-06: must be > 0"):
+        planned_sheets(apart, 0.1)
+
+
+def test_harmonics_of_the_scene_have_their_own_diameters():
+    sector = parse_study(TEXT.replace("[campaign]", 'harmonic_diameters = "sector"\n[campaign]'))
+    assert planned_sheets(sector, 0.1).base == planned_sheets(parse_study(TEXT), 0.1).base
+
+
 @pytest.mark.parametrize(
     ("more", "told"),
     [
         ('[sweep]\n"joints.interlock.mu" = [0.1]', "campaign: cannot be combined with sweep"),
         ("[excitation]\nengine_orders = [1, 2]", "combined with excitation.engine_orders"),
+        ('[joints]\nfriction = "isotropic"', 'combined with joints.friction = "isotropic"'),
+        ("[response]\nsamples = 512", "combined with response.samples"),
     ],
 )
 def test_what_a_campaign_cannot_have_is_refused(more, told):

@@ -96,6 +96,22 @@ def test_harmonics_are_judged_by_steps_of_their_own(evidence):
     assert module.harmonics(evidence.made()).agrees == "partly"
 
 
+@pytest.mark.parametrize(("order", "diameter"), [(1, 1), (-1, 15), (12, 12)])
+def test_orders_excite_the_folded_diameter(evidence, order, diameter):
+    speed = 250 / abs(order)
+    limits = SimpleNamespace(
+        nodal_diameter=diameter,
+        sectors=16,
+        free_mode=1,
+        free_frequency=250,
+        stuck_frequency=280,
+    )
+    found = module.campbell(evidence.made(limits=limits, engine_order=order))
+    assert found.agrees == "yes"
+    assert f"nodal diameter {min(diameter, 16 - diameter)} is" in found.says
+    assert f"at {60 * speed:.0f} rpm free" in found.found
+
+
 def test_hooks_that_take_a_fifth_are_not_little(evidence):
     found = evidence.made()
     found.summaries[case_of(evidence.plan, mu=0.5)].friction_share = 0.8
