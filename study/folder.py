@@ -22,6 +22,7 @@ def claimed(folder: Path) -> Generator[None, None, None]:
     InputError
         If it cannot be made or written, another run is using it, or what is in it is not ours.
     """
+    fresh = not folder.exists()
     try:
         folder.mkdir(parents=True, exist_ok=True)
         lock = (folder / ".lock").open("a")
@@ -36,7 +37,19 @@ def claimed(folder: Path) -> Generator[None, None, None]:
         _check_places(folder)
         results.check_results(folder / results.NAME)
         _sweep_up(folder)
-        yield
+        try:
+            yield
+        except InputError:
+            if fresh:
+                _abandon(folder)
+            raise
+
+
+def _abandon(folder: Path) -> None:
+    """Remove a folder that was made for a run which left nothing in it."""
+    if [each.name for each in folder.iterdir()] == [".lock"]:
+        (folder / ".lock").unlink(missing_ok=True)
+        folder.rmdir()
 
 
 def _check_places(folder: Path) -> None:

@@ -49,7 +49,10 @@ def explain(error: ValidationError, data: dict[str, Any]) -> list[str]:
 
 def mistakes(error: ValidationError) -> list[ErrorDetails]:
     """What pydantic found, in places that name keys only."""
-    found = error.errors(include_url=False)
+    every = error.errors(include_url=False)
+    within = {details["loc"][:-1] for details in every if details["loc"]}
+    # of a list with wrong entries pydantic counts the right ones alone
+    found = [each for each in every if not (each["type"] == "too_short" and each["loc"] in within)]
     for details in found:
         details["loc"] = tuple(i for i in details["loc"] if i not in (DIMENSIONS, OWN))
     return found

@@ -74,8 +74,8 @@ def inputs(study: Study, cases: Sequence[Study] = ()) -> Section:
     blocks.append(Table(("key", "what it is", "value"), _rows(main), "Main inputs"))
     blocks.append(
         Text(
-            "Strengths and wear coefficients at their defaults are assumptions, not data of a "
-            "material. All settings stand at the end of the page."
+            "Strengths at their defaults are assumptions, not data of a material. All settings "
+            "stand at the end of the page."
         )
     )
     warm = [text for text in dict.fromkeys(described(case) for case in cases) if text]

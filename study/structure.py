@@ -63,9 +63,11 @@ class Elastic(Table):
     )
     nu: float = Field(default=0.3, gt=-1, lt=0.5, description="Poisson's ratio")
     rho: Density = Field(default=8200.0, gt=0, le=1e6, description="density [kg/m^3]")
-    fatigue_limit: Pressure = Field(default=250e6, ge=1, le=1e12, description="fatigue limit [Pa]")
+    fatigue_limit: Pressure = Field(
+        default=250e6, ge=1e5, le=1e12, description="fatigue limit [Pa]"
+    )
     tensile_strength: Pressure = Field(
-        default=900e6, ge=1, le=1e12, description="tensile strength [Pa]"
+        default=900e6, ge=1e5, le=1e12, description="tensile strength [Pa]"
     )
 
     @field_validator("tensile_strength")

@@ -107,6 +107,15 @@ def test_bad_folders(tmp_path):
         assert not (tmp_path / "mine" / "cache").exists()
 
 
+def test_a_refused_run_leaves_no_folder(tmp_path):
+    (tmp_path / "a.toml").write_text('[[measured]]\nfile = "none.csv"\n')
+    refused("run", "a.toml", "-o", "out", cwd=tmp_path)
+    assert not (tmp_path / "out").exists()
+    (tmp_path / "out").mkdir()  # one that was there stays
+    refused("run", "a.toml", "-o", "out", cwd=tmp_path)
+    assert (tmp_path / "out").exists()
+
+
 @pytest.mark.parametrize("name", ["figures", "shapes", "cache"])
 def test_files_where_folders_go(tmp_path, name):
     (tmp_path / "a.toml").write_text("")

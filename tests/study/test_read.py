@@ -268,6 +268,10 @@ def test_other_units():
             "[response]\nfrequencies = [1, 2, -3]",
             "response.frequencies[2] = -3: excitation frequency must be > 0 Hz",
         ),
+        (
+            "[material.vane]\nfatigue_limit = 250",
+            "material.vane.fatigue_limit = 250: fatigue limit must be >= 100000 Pa",
+        ),
         ("a = = 1", "line 1: not valid TOML: Invalid value"),
         ('name = "a"\nname = "b"', "line 2: not valid TOML: Cannot overwrite a value"),
         ("[ring]\nsectors = [1,\n", "line 2: not valid TOML: Invalid value"),
@@ -295,6 +299,15 @@ def test_an_accuracy_is_refused_where_it_could_not_be_told():
     )
     few = complaint("accuracy = 0.01\n[response]\npoints = 3")
     assert few == "vane.toml: accuracy = 0.01: response.points = 3: needs at least 5"
+
+
+def test_wrong_entries_do_not_make_a_list_too_short():
+    with pytest.raises(InputError) as error:
+        parse_study("[campaign]\ninterference = [0.5, 1]", "vane.toml")
+    assert str(error.value).splitlines() == [
+        f"vane.toml: campaign.interference[{i}] = {value}: interference must be <= 0.001 m"
+        for i, value in enumerate(("0.5", "1"))
+    ]
 
 
 def test_every_mistake_gets_its_line():
