@@ -18,7 +18,7 @@ from vanelock.study.cache import Cache
 from vanelock.study.converge import pinned
 from vanelock.study.csv_table import write_columns
 from vanelock.study.fit_tables import fit_table, json_of, shown
-from vanelock.study.fitting import Parameter, Solution, Start, fit
+from vanelock.study.fitting import Parameter, Solution, Start, enough, fit
 from vanelock.study.folder import claimed, record
 from vanelock.study.measured import DISPLACEMENT, Measured, load_measured
 from vanelock.study.messages import explain
@@ -81,6 +81,7 @@ def fit_study(
         orders = study.excitation.engine_orders
         study = with_values(study, {"excitation.engine_order": orders[0]} if orders else {})
     parameters = fitted_parameters(study)
+    enough(sum(len(each.amplitude) for each in curves), len(parameters))
     with claimed(path):
         stages = Stages(Cache(path / "cache", lambda told: listener(Notice(told))), listener)
         model = rejoined(study, stages, listener)

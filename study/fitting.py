@@ -206,8 +206,7 @@ def fit(
         If there are fewer points than parameters, or the model has no value at any start.
     """
     n, p = len(data), len(parameters)
-    if n <= p:
-        raise InputError(f"fit: {n} measured points for {p} parameters: more are needed")
+    enough(n, p)
     spread = np.asarray(sigma if sigma is not None else np.ones(n) if weights is None else weights)
     problem = _Problem(predict, data, spread, tuple(parameters))
     found: list[tuple[Start, Floats]] = []
@@ -238,6 +237,20 @@ def fit(
         raise InputError("fit: the model has no solution at any start: change the start or bounds")
     best = min(found, key=lambda each: each[0].after)[1]
     return _judged(problem, best, sigma is not None, tuple(start for start, _ in found))
+
+
+def enough(points: int, parameters: int) -> None:
+    """Refuse fewer points than determine parameters and a scatter.
+
+    Raises
+    ------
+    InputError
+        Telling both numbers.
+    """
+    if points <= parameters:
+        raise InputError(
+            f"fit: {points} measured points for {parameters} parameters: more are needed"
+        )
 
 
 class _Problem:
