@@ -366,20 +366,6 @@ def test_without_webgl_a_message_stands_in(browser, view_alone):
     context.close()
 
 
-def test_a_folded_table_opens_when_asked_and_on_paper(page):
-    rows, fold = page.locator("details table"), page.locator("details summary")
-    assert fold.inner_text() == "Show all 5 rows"
-    assert not rows.is_visible()
-    fold.click()
-    assert rows.is_visible()
-    fold.click()
-    assert not rows.is_visible()
-    page.evaluate("dispatchEvent(new Event('beforeprint'))")
-    assert rows.is_visible()
-    page.evaluate("dispatchEvent(new Event('afterprint'))")
-    assert not rows.is_visible()
-
-
 def test_printed_pages_hold_everything(page, tmp_path):
     data = page.pdf(prefer_css_page_size=True)
     assert data.startswith(b"%PDF")
