@@ -14,7 +14,7 @@ from vanelock.campaign.plane import Method
 from vanelock.campaign.sheets import COUPLINGS
 from vanelock.campaign.statements import Statement
 from vanelock.render import style
-from vanelock.report import Answer, Answers, Picture, Plot, Section, Table, Trace
+from vanelock.report import Answer, Answers, Picture, Plot, Section, Table, Text, Trace
 from vanelock.report.blocks import Block, Cell, Flag
 from vanelock.study.board import Board
 from vanelock.study.exhibit import Exhibit
@@ -93,7 +93,26 @@ def answers(e: Evidence, stated: Sequence[Statement]) -> Section:
                 "warn",
             )
         )
-    return Section("The published study on this scene", [Answers(tuple(items))], id="campaign")
+    blocks: list[Block] = [Answers(tuple(items))]
+    blocks += [Text(f"**Be careful.** {line}") for line in doubts(e)]
+    return Section("The published study on this scene", blocks, id="campaign")
+
+
+def doubts(e: Evidence) -> list[str]:
+    """Cases whose peak is not to be trusted, and the statements with it, a line each."""
+    lines = []
+    for name, each in e.summaries.items():
+        if each.peak is None:
+            lines.append(f"{name}: no point converged.")
+        elif each.peak.at_edge:
+            lines.append(
+                f"{name}: the largest point is at the end of the frequency range; a peak may lie "
+                "beyond."
+            )
+        elif each.converged < each.points:
+            lost = each.points - each.converged
+            lines.append(f"{name}: {lost} of {each.points} points did not converge; left out.")
+    return lines
 
 
 def agreement(stated: Sequence[Statement]) -> Section:
