@@ -16,6 +16,8 @@ from vanelock.study.limits import hooks
 
 STEPS = 10
 """Of the iteration for an interference; each leaves a small share of the distance."""
+REACHED = 0.05
+"""Share of the largest mean force by which another may be missed in the end."""
 MARGIN = 0.5
 """Share of the friction bound that vibration may use where all contacts shall stick."""
 
@@ -91,10 +93,11 @@ def between(response: Response, other: str, system: System, output: tuple[int, i
 def at_mean_load(
     system: System, top: Response, hertz: tuple[float, float], output: tuple[int, int]
 ) -> float:
-    """Constant-load peak where the forces at rest are the mean ones of a coupled peak, m.
+    """Constant-load peak where the forces at rest are the mean ones of a coupled peak, m, or NaN.
 
     Interference is moved, contact by contact, until the static problem has those means; what is
-    then left between the two peaks is not due to the mean load.
+    then left between the two peaks is not due to the mean load. NaN where there is no such
+    interference, or no peak within the range.
 
     Parameters
     ----------
@@ -114,8 +117,14 @@ def at_mean_load(
         v0 = moved.contacts.v0.copy()
         v0[own] += (wanted - n) / system.contacts.kn[own]
         moved = replace(moved, contacts=replace(moved.contacts, v0=v0))
+    n = nonlinear.static_response(moved).force[0, 0, own, 0].real
+    if np.abs(n - wanted).max(initial=0.0) > REACHED * np.abs(wanted).max(initial=0.0):
+        return float("nan")
     found = nonlinear.frequency_response(moved, hertz, top.harmonics, "constant-load")
-    return float(np.where(found.converged, found.amplitude[:, *output], 0.0).max())
+    size = np.where(found.converged, found.amplitude[:, *output], -np.inf)
+    peak = int(size.argmax())
+    within = 0 < peak < found.points - 1 and np.isfinite(size[peak])
+    return float(size[peak]) if within else float("nan")
 
 
 def _difference(

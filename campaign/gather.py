@@ -111,11 +111,11 @@ def _stuck(stages: Stages, each: Planned, output: tuple[int, int]) -> Mapping[st
 def _at_mean(
     run: Run, plan: Plan, by_name: Mapping[str, Planned], output: tuple[int, int]
 ) -> Mapping[str, float]:
-    """Of the first coupled case of each comparison, which opens most."""
+    """Of each coupled case that is compared with others."""
     found = {}
-    for sheet in ("friction", "interference"):
-        name = plan.sheets[sheet].cases[0]
-        if name in run.shown.top:
+    listed = [name for sheet in ("friction", "interference") for name in plan.sheets[sheet].cases]
+    for name in dict.fromkeys(listed):
+        if name in run.shown.top and plan.study(name).response.coupling == COUPLINGS[0]:
             each = by_name[name]
             hertz = maps.ends(each.case.study, run.stages.get(each.linear.limits))
             system = run.stages.get(each.system)

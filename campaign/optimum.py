@@ -59,6 +59,8 @@ class Ridge(Product):
             return float(np.exp(x[low])), float(a[low]), True
         near = slice(low - 1, low + 2)
         bend, rise, level = np.polyfit(x[near] - x[low], a[near], 2)
+        if not bend > 0:
+            return float(np.exp(x[low])), float(a[low]), False
         move = float(np.clip(-rise / (2 * bend), x[low - 1] - x[low], x[low + 1] - x[low]))
         least = level + rise * move + bend * move**2
         if not 0 < least <= a[low]:

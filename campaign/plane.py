@@ -49,7 +49,8 @@ class Plane(Product):
     value : (v,) float
     methods : tuple of str
     amplitude, frequency : (m, v, k) float
-        Of the largest converged point, m and Hz; NaN where a point beside it was lost.
+        Of the largest converged point, m and Hz; NaN where a point beside it was lost, or where it
+        lies at an end of the range.
     opening : (m, v, k) float
         Share of the interlock's pairs that open in every period at the peak.
     slipping : (m, v, k) float
@@ -214,8 +215,8 @@ class Solver:
 
 
 def _sure(converged: NDArray[np.bool_], top: int) -> bool:
-    """Whether the neighbours of the largest point converged too."""
-    return bool(converged[max(top - 1, 0) : top + 2].all())
+    """Whether the largest point lies within the range and its neighbours converged too."""
+    return 0 < top < len(converged) - 1 and bool(converged[top - 1 : top + 2].all())
 
 
 _solver: Solver | None = None

@@ -205,7 +205,9 @@ def hooks_share(e: Evidence) -> Statement:
     return Statement(
         "10, text",
         "hooks contribute little to the damping, the interlock most of it",
-        f"hooks take at most {worst:.1%} of the friction work at the peaks",
+        f"hooks take at most {worst:.1%} of the friction work at the peaks"
+        if worst > 0
+        else "no hook contact slips at any of the peaks",
         judge(worst < SMALL),
     )
 
@@ -315,6 +317,22 @@ def _falling(e: Evidence, figure: str, name: str, cases: Sequence[str]) -> State
     )
 
 
+def _by_mean_load(e: Evidence, case: str) -> str:
+    """Why friction bounded by the load at rest peaks higher, at a coupled case."""
+    rest, top = e.mean_load(case)
+    text = (
+        f"contacts lift off, so their mean load grows from {rest:.3g} N at rest to {top:.3g} N a "
+        f"pair at the coupled peak ({case}), and friction with it; held at rest it dissipates less"
+    )
+    again = e.at_mean.get(case, float("nan")) / e.amplitude(case)
+    if np.isfinite(again):
+        text += (
+            f". With the interference that gives that mean at rest the peak is {again:.2f} times "
+            "the coupled one"
+        )
+    return text
+
+
 def _against(e: Evidence, figure: str, sheet: str, coupling: str) -> Statement:
     """Peaks by another coupling against the coupled ones of a sheet."""
     names = list(e.plan.sheets[sheet].cases)
@@ -324,13 +342,9 @@ def _against(e: Evidence, figure: str, sheet: str, coupling: str) -> Statement:
     ratio = [e.amplitude(b) / e.amplitude(a) for a, b in zip(coupled, others, strict=True)]
     why = ""
     if any(r >= 1 for r in ratio):
-        rest, top = e.mean_load(coupled[0])
-        again = e.at_mean.get(coupled[0], float("nan")) / e.amplitude(coupled[0])
+        worst = coupled[int(np.nanargmax(ratio))]
         why = (
-            f"contacts lift off, so their mean load grows from {rest:.3g} N at rest to {top:.3g} N "
-            "a pair at the coupled peak, and friction with it; held at rest it dissipates less. "
-            f"With the interference that gives that mean at rest the peak is {again:.2f} times the "
-            "coupled one"
+            _by_mean_load(e, worst)
             if coupling == "constant-load"
             else "beyond the friction that damps best the order turns round, see the map"
         )
