@@ -87,7 +87,8 @@ def half_power(frequency: Floats, amplitude: Floats) -> tuple[float, float] | No
     Returns
     -------
     tuple or None
-        By straight lines between points; None where the curve ends before it falls that far.
+        By straight lines between points; None where the curve ends before it falls that far, or
+        a point in between is not known.
     """
     known = np.isfinite(amplitude) & np.isfinite(frequency)
     order = np.argsort(frequency[known], kind="stable")
@@ -102,6 +103,9 @@ def half_power(frequency: Floats, amplitude: Floats) -> tuple[float, float] | No
     i, j = int(below[-1]), top + int(above[0])
     low = f[i] + (level - a[i]) / (a[i + 1] - a[i]) * (f[i + 1] - f[i])
     high = f[j - 1] + (a[j - 1] - level) / (a[j - 1] - a[j]) * (f[j] - f[j - 1])
+    lost = frequency[~np.isfinite(amplitude)]
+    if np.any((lost > f[i]) & (lost < f[j])):
+        return None
     return float(low), float(high)
 
 

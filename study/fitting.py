@@ -280,19 +280,21 @@ class _Problem:
         return self._known[key]
 
     def residuals(self, x: Floats) -> Floats:
-        """Weighted residuals; 0 where the model has no value, all huge where it mostly has none."""
+        """Weighted residuals; all huge where the model mostly has no value.
+
+        A point without a value counts as the worst one that has: losing points must not pay.
+        """
         left = (self.model(x) - self.data) / self.sigma
         lost = np.isnan(left)
         if lost.mean() > LOST:
             return np.full(len(left), 1e3 * float(np.abs(self.data / self.sigma).max()))
-        return np.where(lost, 0.0, left)
+        return np.where(lost, np.abs(left[~lost]).max(), left) if lost.any() else left
 
     def misfit(self, x: Floats) -> float:
-        """Root mean square of the weighted residuals at points that have a model value."""
-        known = ~np.isnan(self.model(x))
-        if known.mean() < 1 - LOST:
+        """Root mean square of the weighted residuals; infinite where most have no value."""
+        if np.isnan(self.model(x)).mean() > LOST:
             return float("inf")
-        return float(np.sqrt(np.mean(self.residuals(x)[known] ** 2)))
+        return float(np.sqrt(np.mean(self.residuals(x) ** 2)))
 
     def jacobian(self, x: Floats, central: bool = False) -> Floats:
         """(n, p) derivatives of the residuals; 0 where either has no value."""
@@ -326,7 +328,7 @@ def _judged(problem: _Problem, x: Floats, known: bool, starts: tuple[Start, ...]
     """Errors and correlations at a solution."""
     J, lost = problem.jacobian(x, central=True), np.isnan(problem.model(x))
     n, p = int(np.sum(~lost)), len(x)
-    square = float(np.sum(problem.residuals(x) ** 2)) / max(n - p, 1)
+    square = float(np.sum(problem.residuals(x)[~lost] ** 2)) / max(n - p, 1)
     scale = max(1.0, np.sqrt(square)) if known else float(np.sqrt(square))
     _, singular, Vh = np.linalg.svd(J, full_matrices=False)
     spread = np.minimum(scale / np.maximum(singular, np.finfo(float).tiny), UNKNOWN)

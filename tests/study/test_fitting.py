@@ -113,6 +113,26 @@ def test_lost_points_do_not_count():
     assert any("4 measured points have no converged response" in text for text in doubts(found))
 
 
+def test_losing_the_worst_points_does_not_pay():
+    """Far off, where half of the points would be missed most, they are lost instead."""
+    data, sigma = predict(TRUTH), np.full(41, 0.02)
+
+    def shy(theta):
+        values = predict(theta)
+        off = np.abs(values - data)
+        values[(off > np.median(off)) & (off > 0.1)] = np.nan
+        return values
+
+    rough = fit(shy, data, sigma, parameters())
+    np.testing.assert_allclose(rough.value, TRUTH, rtol=1e-3)
+    # What the start lost counts as the worst that it kept.
+    begun = [each.start for each in parameters()]
+    off, kept = np.abs(predict(np.array(begun)) - data), ~np.isnan(shy(np.array(begun)))
+    assert 0 < kept.sum() < 41
+    counted = np.where(kept, off, off[kept].max())
+    assert rough.before == pytest.approx(np.sqrt(np.mean(counted**2)) / 0.02)
+
+
 def test_further_starts_find_what_the_first_does_not():
     """Far from the resonance nothing pulls towards it; equal misfits elsewhere are told."""
     data = predict(TRUTH)
