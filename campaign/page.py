@@ -88,8 +88,9 @@ def answers(e: Evidence, stated: Sequence[Statement]) -> Section:
         items.append(
             Answer(
                 f"Error of {words}",
-                f"{100 * np.nanmedian(off):.0f} % median, {100 * np.nanmax(off):.0f} % worst",
-                f"of the peak against {best.name}, over friction and interference",
+                f"{100 * np.nanmedian(off):.0f} %",
+                f"median over friction and interference, of the peak against {best.name}; "
+                f"{100 * np.nanmax(off):.0f} % at worst",
                 "warn",
             )
         )

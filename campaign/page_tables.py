@@ -5,7 +5,7 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 
 from vanelock.campaign.evidence import Evidence
-from vanelock.campaign.sheets import load_of
+from vanelock.campaign.sheets import case_words, load_of
 from vanelock.report import Section, Table, Text
 from vanelock.report.blocks import Cell
 from vanelock.study.progress import Done
@@ -83,7 +83,7 @@ def energy(e: Evidence) -> Section:
         total = hook + lock
         rows.append(
             (
-                name,
+                case_words(name),
                 summary.peak.frequency,
                 1e6 * lock,
                 1e6 * hook,

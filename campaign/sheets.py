@@ -182,6 +182,26 @@ def case_name(told: Changes) -> str:
     return ",".join(texts) or "reference"
 
 
+def case_words(name: str) -> str:
+    """A case's name as people write it: "μ = 0.5, 1 µm, uncoupled"."""
+    texts = []
+    for text in name.split(","):
+        key, _, value = text.partition("=")
+        if key == "interference":
+            apart = float(value) == GAP
+            texts.append("interlock apart" if apart else f"{1e6 * float(value):g} µm")
+        elif key == "harmonic_diameters":
+            texts.append("one diameter")
+        elif key == "coupling":
+            texts.append(value)
+        elif value:
+            symbol = {"mu": "μ", "harmonics": "H"}.get(key, key)
+            texts.append(f"{symbol} = {value}")
+        else:
+            texts.append(text)
+    return ", ".join(texts)
+
+
 def case_of(plan: Plan, **wanted: Any) -> str:
     """Name of the base's case with some of mu, interference, harmonics, coupling, diameters."""
     keys = {

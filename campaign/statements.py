@@ -13,7 +13,7 @@ import numpy as np
 
 from vanelock.campaign.evidence import SAME, Evidence, known, share, slight
 from vanelock.campaign.plane import Method
-from vanelock.campaign.sheets import case_of
+from vanelock.campaign.sheets import case_of, case_words
 from vanelock.cyclic import folded
 from vanelock.study.campaign import Campaign
 from vanelock.study.tables import Column, Table
@@ -322,7 +322,8 @@ def _by_mean_load(e: Evidence, case: str) -> str:
     rest, top = e.mean_load(case)
     text = (
         f"contacts lift off, so their mean load grows from {rest:.3g} N at rest to {top:.3g} N a "
-        f"pair at the coupled peak ({case}), and friction with it; held at rest it dissipates less"
+        f"pair at the coupled peak ({case_words(case)}), and friction with it; held at rest it "
+        "dissipates less"
     )
     again = e.at_mean.get(case, float("nan")) / e.amplitude(case)
     if np.isfinite(again):

@@ -2,7 +2,7 @@
 
 import pytest
 
-from vanelock.campaign.sheets import GAP, case_of, planned_sheets
+from vanelock.campaign.sheets import GAP, case_of, case_words, planned_sheets
 from vanelock.errors import InputError
 from vanelock.study import parse_study
 
@@ -106,3 +106,11 @@ def test_wrong_lists_are_one_clear_line(table, told):
         parse_study(f"[campaign]\n{table}")
     (line,) = str(error.value).splitlines()[:1]
     assert told in line
+
+
+def test_names_in_words(plan):
+    words = [case_words(name) for name in plan.sheets["interference"].cases]
+    assert words[:2] == ["μ = 0.4, 1 µm", "μ = 0.4, 1 µm, uncoupled"]
+    assert case_words(plan.sheets["hooks"].cases[0]) == "interlock apart"
+    assert case_words(plan.sheets["harmonics"].cases[-1]) == "H = 3, one diameter"
+    assert case_words(case_of(plan)) == "reference"
