@@ -16,7 +16,6 @@ from vanelock.study import listing, results
 from vanelock.study.board import Board
 from vanelock.study.cache import Cache, file_digest
 from vanelock.study.comparison import CampbellKeys
-from vanelock.study.csv_table import write_columns
 from vanelock.study.easel import Easel
 from vanelock.study.exhibit import Exhibit
 from vanelock.study.folder import claimed
@@ -163,6 +162,4 @@ def _write_statements(board: Board, stated: tuple[Statement, ...]) -> Path:
     """The table of agreement as CSV."""
     rows = [asdict(each) for each in stated]
     columns = {key: [row[key] for row in rows] for key in rows[0]}
-    return board.easel.draw(
-        "figures/agreement.csv", rows, lambda path: write_columns(path, columns), quick=True
-    )
+    return board.table("figures/agreement.csv", rows, lambda: columns)

@@ -11,7 +11,7 @@ from vanelock.campaign.conditions import Loop, conditions
 from vanelock.campaign.evidence import Evidence
 from vanelock.campaign.optimum import Ridge
 from vanelock.campaign.plane import Plane
-from vanelock.campaign.sheets import COUPLINGS, Plan, case_of, planned_sheets
+from vanelock.campaign.sheets import COUPLINGS, Plan, case_of, load_of, planned_sheets
 from vanelock.study.forced import limits_step, linear_step, linear_system_step, preload_step
 from vanelock.study.limits import hooks
 from vanelock.study.model import Study
@@ -75,7 +75,7 @@ def evidence(run: Run, plan: Plan, summaries: Sequence[Summary]) -> Evidence:
         linear=linear,
         monitor=shown.monitor.name,
         engine_order=reference.case.study.excitation.engine_order,
-        small=_ratio(plan, small),
+        small=load_of(plan.study(small)) / load_of(plan.base),
         hooks=_hooks(stages, by_name[plan.sheets["hooks"].cases[0]], output),
         stuck=_stuck(stages, by_name[small], output),
         at_mean=_at_mean(run, plan, by_name, output),
@@ -87,14 +87,6 @@ def evidence(run: Run, plan: Plan, summaries: Sequence[Summary]) -> Evidence:
         statics=shown.static,
         interlock=interlock,
     )
-
-
-def _ratio(plan: Plan, case: str) -> float:
-    loads = [
-        study.excitation.unbalance or study.excitation.force_per_node
-        for study in (plan.study(case), plan.base)
-    ]
-    return loads[0] / loads[1]
 
 
 def _hooks(stages: Stages, each: Planned, output: tuple[int, int]) -> Difference:

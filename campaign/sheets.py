@@ -108,7 +108,7 @@ def planned_sheets(study: Study, small: float) -> Plan:
     base = base_study(study)
     book = _Book(base)
     loaded = UNBALANCE if base.excitation.unbalance is not None else FORCE
-    load = base.excitation.unbalance or base.excitation.force_per_node
+    load = load_of(base)
     largest = campaign.mu[-1]
     few = [{HARMONICS: h} for h in campaign.harmonics]
     same = [{HARMONICS: h, DIAMETERS: "sector"} for h in campaign.harmonics if h > 1]

@@ -6,11 +6,7 @@ from typing import Annotated, Any, Self
 from pydantic import BeforeValidator, Field, model_validator
 
 from vanelock.quantities import Length
-from vanelock.study.structure import Table
-
-
-def _sequence(value: object) -> object:
-    return tuple(value) if isinstance(value, list) else value
+from vanelock.study.structure import Table, sequence
 
 
 def _ascending(*values: float) -> bool:
@@ -24,11 +20,11 @@ Ratio = Annotated[float, Field(gt=0, le=1e6, description="factor of the load")]
 Slant = Annotated[float, Field(ge=0, le=60, description="slant of the interlock faces [deg]")]
 
 
-Frictions = Annotated[tuple[Friction, ...], BeforeValidator(_sequence)]
-Interferences = Annotated[tuple[Interference, ...], BeforeValidator(_sequence)]
-Orders = Annotated[tuple[Order, ...], BeforeValidator(_sequence)]
-Ratios = Annotated[tuple[Ratio, ...], BeforeValidator(_sequence)]
-Slants = Annotated[tuple[Slant, ...], BeforeValidator(_sequence)]
+Frictions = Annotated[tuple[Friction, ...], BeforeValidator(sequence)]
+Interferences = Annotated[tuple[Interference, ...], BeforeValidator(sequence)]
+Orders = Annotated[tuple[Order, ...], BeforeValidator(sequence)]
+Ratios = Annotated[tuple[Ratio, ...], BeforeValidator(sequence)]
+Slants = Annotated[tuple[Slant, ...], BeforeValidator(sequence)]
 
 
 class Campaign(Table):

@@ -5,7 +5,7 @@ from typing import Annotated, Any, Literal
 from pydantic import BeforeValidator, Field, ValidationInfo, field_validator
 
 from vanelock.quantities import Revolutions, si
-from vanelock.study.structure import Table
+from vanelock.study.structure import Table, leaves, sequence
 
 FITTED = (
     "joints.interlock.mu",
@@ -23,11 +23,6 @@ FITTED = (
 )
 """Keys that may be fitted: those that need no new reduction."""
 UNITS = {"kn": "N/m", "kt": "N/m", "interference": "m", "force": "N", "E": "Pa"}
-
-
-def sequence(value: object) -> object:
-    """A list as the tuple that frozen tables hold."""
-    return tuple(value) if isinstance(value, list) else value
 
 
 Speed = Annotated[Revolutions, Field(ge=0, le=1e6, description="rotor speed [rpm]")]
@@ -110,7 +105,7 @@ class Fit(Table):
     @classmethod
     def _flattened(cls, value: Any) -> Any:
         """Accept `joints.interlock.mu = [...]` without quotes, which TOML nests."""
-        return dict(_leaves(value)) if isinstance(value, dict) else value
+        return dict(leaves(value)) if isinstance(value, dict) else value
 
     @field_validator("bounds")
     @classmethod
@@ -127,14 +122,6 @@ class Fit(Table):
                 raise ValueError(f'"{key}": expected [low, high] with low < high')
             found[key] = float(low), float(high)  # type: ignore[arg-type]
         return found
-
-
-def _leaves(table: dict[str, Any], prefix: str = "") -> list[tuple[str, Any]]:
-    found = []
-    for key, value in table.items():
-        dotted = f"{prefix}{key}"
-        found += _leaves(value, f"{dotted}.") if isinstance(value, dict) else [(dotted, value)]
-    return found
 
 
 def check_comparison(study: Any) -> None:

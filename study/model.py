@@ -30,7 +30,7 @@ from vanelock.quantities import (
 from vanelock.study.campaign import Campaign, check_campaign
 from vanelock.study.comparison import CampbellKeys, Fit, MeasuredCurve, check_comparison, curves
 from vanelock.study.own_mesh import Casing, OwnCasing, OwnVane, Vane, refuse_without_dimensions
-from vanelock.study.structure import Joints, Material, Mesh, Ring, Rom, Table
+from vanelock.study.structure import Joints, Material, Mesh, Ring, Rom, Table, leaves, sequence
 from vanelock.study.temperature import Temperature, check_temperature
 
 MONITOR = (
@@ -43,13 +43,9 @@ _MONITORED = (
 )
 
 
-def _sequence(value: object) -> object:
-    return tuple(value) if isinstance(value, list) else value
-
-
 FrequencyList = Annotated[
     tuple[Annotated[Frequency, Field(gt=0, description="frequency [Hz]")], ...],
-    BeforeValidator(_sequence),
+    BeforeValidator(sequence),
 ]
 
 
@@ -71,7 +67,7 @@ class Excitation(Table):
     """
 
     engine_order: Order = Field(default=1, description="engine order")
-    engine_orders: Annotated[tuple[Order, ...], BeforeValidator(_sequence)] | None = Field(
+    engine_orders: Annotated[tuple[Order, ...], BeforeValidator(sequence)] | None = Field(
         default=None, min_length=1, description="engine orders"
     )
     force: Force | None = Field(
@@ -216,7 +212,7 @@ class Outputs(Table):
         default=0, ge=0, le=360, description="number of instants of the period at the peak"
     )
     report: bool = Field(default=True, description="whether the report is written")
-    gauges: Annotated[tuple[Gauge, ...], BeforeValidator(_sequence)] = Field(
+    gauges: Annotated[tuple[Gauge, ...], BeforeValidator(sequence)] = Field(
         default=(), max_length=100, description="strain gauges"
     )
 
@@ -246,7 +242,7 @@ class Study(Table):
     excitation: Excitation = Excitation()
     damping: Damping = Damping()
     response: Response = Response()
-    sweep: dict[str, Annotated[tuple[Any, ...], BeforeValidator(_sequence)]] = Field(
+    sweep: dict[str, Annotated[tuple[Any, ...], BeforeValidator(sequence)]] = Field(
         default_factory=dict, description="swept keys"
     )
     outputs: Outputs = Outputs()
@@ -262,7 +258,7 @@ class Study(Table):
     def _flatten_sweep(cls, data: Any) -> Any:
         """Accept `joints.interlock.mu = [...]` without quotes, which TOML nests."""
         if isinstance(data, dict) and isinstance(data.get("sweep"), dict):
-            return {**data, "sweep": dict(_leaves(data["sweep"]))}
+            return {**data, "sweep": dict(leaves(data["sweep"]))}
         return data
 
     @model_validator(mode="after")
@@ -340,12 +336,3 @@ class Study(Table):
     def _has_the_dimensions(self) -> Self:
         refuse_without_dimensions(self)
         return self
-
-
-def _leaves(table: dict[str, Any], prefix: str = "") -> list[tuple[str, Any]]:
-    """Dotted key and value of everything in nested tables."""
-    found = []
-    for key, value in table.items():
-        dotted = f"{prefix}{key}"
-        found += _leaves(value, f"{dotted}.") if isinstance(value, dict) else [(dotted, value)]
-    return found

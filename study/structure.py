@@ -42,6 +42,20 @@ def _mesh_size(value: object) -> object:
 MeshSize = Annotated[Any, BeforeValidator(_mesh_size)]
 
 
+def sequence(value: object) -> object:
+    """A list as the tuple that frozen tables hold."""
+    return tuple(value) if isinstance(value, list) else value
+
+
+def leaves(table: dict[str, Any], prefix: str = "") -> list[tuple[str, Any]]:
+    """Dotted key and value of everything in nested tables."""
+    found = []
+    for key, value in table.items():
+        dotted = f"{prefix}{key}"
+        found += leaves(value, f"{dotted}.") if isinstance(value, dict) else [(dotted, value)]
+    return found
+
+
 class Table(BaseModel):
     """A table of the study file: unknown keys and wrong types are refused."""
 
