@@ -18,6 +18,7 @@ STAGES = [
     "report",
     "study",
     "campaign",
+    "assembly",
 ]  # each imports those before it
 
 
