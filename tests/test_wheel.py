@@ -10,7 +10,18 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).resolve().parent.parent
-STAGES = ["mesh", "fem", "rom", "nonlinear", "render", "report", "study", "campaign", "assembly"]
+STAGES = [
+    "mesh",
+    "matrices",
+    "fem",
+    "rom",
+    "nonlinear",
+    "render",
+    "report",
+    "study",
+    "campaign",
+    "assembly",
+]
 
 
 def pip(*arguments: str | Path) -> None:

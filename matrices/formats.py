@@ -1,0 +1,50 @@
+"""Which reader a file is for, by its ending and its first bytes."""
+
+from collections.abc import Callable
+from importlib import import_module
+from pathlib import Path
+
+from vanelock.errors import InputError
+from vanelock.matrices.choosing import Wanted
+from vanelock.matrices.contents import size_of
+from vanelock.matrices.entries import Entries
+
+Reader = Callable[[Path, Wanted], Entries]
+
+READERS = {
+    ".mtx": ("market", "read_market"),
+    ".npy": ("numpy_files", "read_npy"),
+    ".npz": ("numpy_files", "read_npz"),
+}
+"""Module and function by ending, without .gz."""
+SEVERAL = {".npz"}
+"""Endings of files that may hold several matrices."""
+
+
+def ending(path: Path) -> str:
+    """A file's ending, without .gz and without a path into an HDF5 file."""
+    name = path.name.lower().removesuffix(".gz")
+    return "." + name.rpartition(".")[2] if "." in name else ""
+
+
+def holds_several(path: Path) -> bool:
+    """Whether a file of this format may hold more matrices than one."""
+    return ending(path) in SEVERAL
+
+
+def read_entries(path: Path, wanted: Wanted) -> Entries:
+    """Read the matrix that is wanted from a file.
+
+    Raises
+    ------
+    InputError
+        One line with the file's name.
+    """
+    size_of(path)
+    found = READERS.get(ending(path))
+    if found is None:
+        known = " ".join(sorted(READERS))
+        raise InputError(f"{path}: matrices are read from files that end in {known}")
+    module, function = found
+    reader: Reader = getattr(import_module(f"vanelock.matrices.{module}"), function)
+    return reader(path, wanted)
