@@ -8,18 +8,16 @@ R. R. Craig and M. C. C. Bampton, Coupling of substructures for dynamic analyses
 """
 
 from vanelock.rom.component import Component
-from vanelock.rom.held import Piece, held_part
+from vanelock.rom.held import Piece
 from vanelock.rom.problem import Problem, condense
 from vanelock.rom.projection import projected
+from vanelock.rom.rows import held_piece
 from vanelock.rom.selection import Selection
 
 
 def whole(problem: Problem, wanted: Selection) -> Component:
     """Reduce a part in one piece to its masters and fixed-interface vectors."""
-    held = Piece(*condense(problem))
-    m, s = problem.rows, held.slaves.rest
-    M_s, M_m = problem.M[s], problem.M[m]
-    part = held_part(held, M_s[:, m].tocsc(), M_s[:, s].tocsc(), M_m[:, m])
+    part = held_piece(Piece(*condense(problem)), problem.M, problem.rows)
     wanted = wanted.within(part)
     products = projected(part, wanted.of(part))
     count = products.candidates.count

@@ -11,6 +11,8 @@ from vanelock.study.model import Study
 from vanelock.study.own_mesh import DIMENSIONS, OWN
 
 Location = tuple[int | str, ...]
+ANY = "<name>"
+"""Stands in a schema's keys for a name that the user gives to a table."""
 
 _BOUNDS = {
     "greater_than": ("gt", ">"),
@@ -30,17 +32,19 @@ _TYPES = {
 }
 
 
-def explain(error: ValidationError, data: dict[str, Any]) -> list[str]:
-    """One line for each mistake that pydantic found in the study `data`."""
+def explain(
+    error: ValidationError, data: dict[str, Any], schema: type[BaseModel] = Study
+) -> list[str]:
+    """One line for each mistake that pydantic found in the study `data`, or in another schema's."""
     lines = []
     for details in mistakes(error):
-        key, told = dotted(details["loc"]), reason(details)
+        key, told = dotted(details["loc"]), reason(details, schema)
         value = _given(data, details["loc"], details["input"])
         if not key:
             lines.append(told)
         elif not isinstance(value, dict | BaseModel):
             lines.append(f"{key} = {show(value)}: {told}")
-        elif f"{key}.{told.partition(' = ')[0]}" in known_keys():
+        elif f"{key}.{told.partition(' = ')[0]}" in known_keys(schema):
             lines.append(f"{key}.{told}")  # a table's own check names one of its keys
         else:
             lines.append(f"{key}: {told}")
@@ -68,14 +72,14 @@ def _given(data: Any, location: Location, converted: Any) -> Any:
     return data
 
 
-def reason(details: ErrorDetails) -> str:
+def reason(details: ErrorDetails, schema: type[BaseModel] = Study) -> str:
     """What is wrong with a value and what is allowed."""
     kind, location = details["type"], details["loc"]
     context = details.get("ctx", {})
-    field = field_at(location)
+    field = field_at(location, schema)
     subject, unit = _subject(field, location)
     if kind == "extra_forbidden":
-        return unknown(location)
+        return unknown(location, schema)
     if kind == "missing":
         return "must be given"
     if kind in _BOUNDS:
@@ -127,16 +131,17 @@ def known_keys(table: type[BaseModel] = Study, prefix: str = "") -> list[str]:
     keys = []
     for name, field in table.model_fields.items():
         keys.append(prefix + name)
+        below = f"{prefix}{name}.{ANY}." if _names_tables(field) else f"{prefix}{name}."
         for inner in _tables(field):
-            keys += known_keys(inner, f"{prefix}{name}.")
+            keys += known_keys(inner, below)
     return list(dict.fromkeys(keys))
 
 
-def unknown(location: Location) -> str:
+def unknown(location: Location, schema: type[BaseModel] = Study) -> str:
     """Hint for an unknown key: a similar one beside it, else the same elsewhere, else its table."""
     *path, key = [item for item in location if isinstance(item, str)]
-    prefix = "".join(f"{item}." for item in path)
-    every = known_keys()
+    prefix = "".join(f"{item}." for item in _general(path, schema))
+    every = known_keys(schema)
     beside = [k for k in every if k.startswith(prefix) and "." not in k[len(prefix) :]]
     names = {k[len(prefix) :].lower(): k for k in beside}
     elsewhere: dict[str, str] = {}
@@ -154,6 +159,21 @@ def unknown(location: Location) -> str:
     return f"unknown key; nearest known key: {nearest}"
 
 
+def _general(path: list[str], schema: type[BaseModel]) -> list[str]:
+    """A path of keys with the names that a user gives to tables replaced."""
+    found: list[str] = []
+    for i, item in enumerate(path):
+        above = field_at(tuple(path[:i]), schema) if i else None
+        given = above is not None and _names_tables(above) and (not found or found[-1] != ANY)
+        found.append(ANY if given else item)
+    return found
+
+
+def _names_tables(field: FieldInfo) -> bool:
+    """Whether a field holds tables under names that the user gives."""
+    return get_origin(field.annotation) is dict
+
+
 def _tables(field: FieldInfo) -> list[type[BaseModel]]:
     """The tables that a field may hold."""
     found = []
@@ -164,17 +184,20 @@ def _tables(field: FieldInfo) -> list[type[BaseModel]]:
     return found
 
 
-def field_at(location: Location) -> FieldInfo | None:
-    """The schema's field at a location; list entries belong to their list's field."""
-    tables: list[type[BaseModel]] = [Study]
-    field = None
+def field_at(location: Location, schema: type[BaseModel] = Study) -> FieldInfo | None:
+    """The schema's field at a location; list entries and named tables belong to their field."""
+    tables: list[type[BaseModel]] = [schema]
+    field, named = None, False
     for item in location:
         if isinstance(item, int):
+            continue
+        if field is not None and _names_tables(field) and not named:
+            named = True  # a name that the user gives
             continue
         fields = [table.model_fields[item] for table in tables if item in table.model_fields]
         if not fields:
             return None
-        field = fields[0]
+        field, named = fields[0], False
         tables = [table for each in fields for table in _tables(each)]
     return field
 

@@ -23,7 +23,7 @@ def load_study(path: str | os.PathLike[str]) -> Study:
         One line for each mistake: the file, the full key, the value given and what is allowed.
     """
     where = str(path)
-    data = _toml(read_text(Path(path)), where)
+    data = toml_tables(read_text(Path(path)), where)
     study = check_study(_beside(data, Path(path).parent), where)
     try:
         cases(study)
@@ -56,7 +56,7 @@ def read_text(path: Path) -> str:
 
 def parse_study(text: str, where: str = "study") -> Study:
     """Check the text of a study file, sweep values apart; `where` is what errors call it."""
-    return check_study(_toml(text, where), where)
+    return check_study(toml_tables(text, where), where)
 
 
 def check_study(data: dict[str, Any], where: str = "study") -> Study:
@@ -89,7 +89,8 @@ def _placed(table: Any, key: str, folder: Path) -> Any:
     return table
 
 
-def _toml(text: str, where: str) -> dict[str, Any]:
+def toml_tables(text: str, where: str) -> dict[str, Any]:
+    """Nested tables of a TOML text; `where` is what errors call it."""
     try:
         return tomllib.loads(text.replace("\r\n", "\n"))
     except tomllib.TOMLDecodeError as error:

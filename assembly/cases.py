@@ -1,0 +1,129 @@
+"""Cases of a scene: the product of the swept keys' values, each checked as the key itself is."""
+
+import re
+from dataclasses import dataclass
+from itertools import product
+from typing import Any
+
+from pydantic import ValidationError
+
+from vanelock.assembly.model import Scene
+from vanelock.errors import InputError
+from vanelock.study.messages import explain, show
+
+LARGEST = 100_000
+"""Most cases of one scene."""
+APART = ("sweep", "name", "outputs")
+"""Tables that cannot be swept."""
+_STEP = re.compile(r"([A-Za-z0-9_-]+)((?:\[\d+\])*)")
+
+
+@dataclass(frozen=True)
+class SceneCase:
+    """One point of a sweep: its name, the swept keys' values, and the scene with them."""
+
+    name: str
+    values: dict[str, float | str]
+    scene: Scene
+
+
+def scene_cases(scene: Scene) -> tuple[SceneCase, ...]:
+    """Every case, the last key running fastest; one called "nominal" where nothing is swept.
+
+    Raises
+    ------
+    InputError
+        One line for each swept key or value that the scene could not hold.
+    """
+    if not scene.sweep:
+        return (SceneCase("nominal", {}, scene),)
+    count = 1
+    for key, values in scene.sweep.items():
+        _check(scene, key, values)
+        count *= len(values)
+    if count > LARGEST:
+        raise InputError(f"sweep: {count} cases: at most {LARGEST} are allowed")
+    names, found = _short(list(scene.sweep)), []
+    for combination in product(*scene.sweep.values()):
+        chosen = dict(zip(scene.sweep, combination, strict=True))
+        changed = _with(scene, chosen)
+        values = {key: _at(changed, key) for key in chosen}
+        name = ",".join(f"{names[key]}={_shown(value)}" for key, value in values.items())
+        found.append(SceneCase(name, values, changed))
+    return tuple(found)
+
+
+def _check(scene: Scene, key: str, values: tuple[Any, ...]) -> None:
+    where = f'sweep."{key}"'
+    if key.partition(".")[0] in APART or _path(key) is None:
+        raise InputError(f"{where}: this key cannot be swept")
+    if not values:
+        raise InputError(f"{where} = []: needs at least one value")
+    seen: list[Any] = []
+    for i, value in enumerate(values):
+        try:
+            found = _at(_with(scene, {key: value}), key)
+        except InputError as error:
+            raise InputError(f"{where}[{i}] = {show(value)}: {error}") from None
+        if isinstance(found, bool) or not isinstance(found, int | float | str):
+            raise InputError(f"{where}[{i}] = {show(value)}: expected a number or a word")
+        if found in seen:
+            raise InputError(f"{where}[{i}] = {show(value)}: the same as entry {seen.index(found)}")
+        seen.append(found)
+
+
+def _path(key: str) -> list[str | int] | None:
+    """Names and places on the way to a key; None where it is not written as one."""
+    path: list[str | int] = []
+    for word in key.split("."):
+        found = _STEP.fullmatch(word)
+        if found is None:
+            return None
+        path += [found[1], *(int(i) for i in re.findall(r"\d+", found[2]))]
+    return path
+
+
+def _with(scene: Scene, changes: dict[str, Any]) -> Scene:
+    data = scene.model_dump(exclude_unset=True, exclude={"sweep"})
+    data["loads"] = [dict(load) for load in data.get("loads", ())]
+    for key, value in changes.items():
+        *path, last = _path(key) or [key]
+        table: Any = data
+        for item in path:
+            try:
+                table = table.setdefault(item, {}) if isinstance(item, str) else table[item]
+            except (AttributeError, IndexError, TypeError):
+                raise InputError(f"{key}: there is nothing of that name to sweep") from None
+        if not isinstance(table, dict) or isinstance(last, int):
+            raise InputError(f"{key}: there is nothing of that name to sweep")
+        table[last] = value
+    try:
+        return Scene.model_validate(data, strict=True)
+    except ValidationError as error:
+        raise InputError(explain(error, data, Scene)[0]) from None
+
+
+def _at(scene: Scene, key: str) -> Any:
+    value: Any = scene
+    for item in _path(key) or []:
+        if isinstance(item, int) or isinstance(value, dict):
+            value = value[item]  # type: ignore[index]
+        else:
+            value = getattr(value, item, None)
+    return value
+
+
+def _shown(value: float | str) -> str:
+    return value if isinstance(value, str) else f"{value:.9g}"
+
+
+def _short(keys: list[str]) -> dict[str, str]:
+    """Each key's last word, with as many before it as it takes to tell the keys apart."""
+    names = {}
+    for key in keys:
+        words = key.split(".")
+        depth = 1
+        while any(other != key and other.split(".")[-depth:] == words[-depth:] for other in keys):
+            depth += 1
+        names[key] = ".".join(words[-depth:])
+    return names

@@ -1,0 +1,224 @@
+"""What a scene file names, read: node lists, tables of pairs, contact frames, loads."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vanelock.assembly.connect import Pull, Tie, Touching
+from vanelock.assembly.model import GROUND, ContactKeys, Load, Scene, TieKeys
+from vanelock.errors import InputError
+from vanelock.matrices import load_nodes, load_pairs
+
+Integers = NDArray[np.int64]
+Floats = NDArray[np.float64]
+
+COLUMNS = {
+    "node": (),
+    "mate": (),
+    "nx": ("normal",),
+    "ny": ("normal",),
+    "nz": ("normal",),
+    "tx": ("tangent",),
+    "ty": ("tangent",),
+    "tz": ("tangent",),
+    "kn": ("kn",),
+    "kt": ("kt",),
+    "mu": ("mu",),
+    "interference": ("interference",),
+}
+"""Columns of a table of pairs, and the key that each stands in for."""
+PARALLEL = 1e-6
+
+
+def nodes(given: Any, where: str) -> Integers:
+    """Node numbers from a list or a file."""
+    if isinstance(given, str):
+        return np.asarray(load_nodes(Path(given)))
+    found = np.array(given, np.int64)
+    if len(np.unique(found)) < len(found):
+        raise InputError(f"{where}: a node is listed twice")
+    return found
+
+
+def contacts(scene: Scene) -> list[Touching]:
+    """All contact elements."""
+    return [_touching(name, keys, scene) for name, keys in scene.contacts.items()]
+
+
+def ties(scene: Scene) -> list[Tie]:
+    """All ties."""
+    return [_tie(name, keys) for name, keys in scene.ties.items()]
+
+
+def loads(scene: Scene) -> list[Pull]:
+    """All loads."""
+    return [_pull(i, load) for i, load in enumerate(scene.loads)]
+
+
+def outputs(scene: Scene) -> list[tuple[str, Integers]]:
+    """Output nodes by component; the loaded ones where none are named."""
+    named = scene.outputs.nodes
+    if named:
+        return [(name, nodes(given, f"outputs.nodes.{name}")) for name, given in named.items()]
+    found: dict[str, list[int]] = {}
+    for load in loads(scene):
+        own = found.setdefault(load.component, [])
+        own += [n for n in load.nodes.tolist() if n not in own]
+    return [(name, np.array(own, np.int64)) for name, own in found.items()]
+
+
+def touched(scene: Scene) -> dict[str, tuple[Integers, Integers]]:
+    """By component: nodes that must be kept, and those of them whose rotations too."""
+    kept: dict[str, set[int]] = {name: set() for name in scene.components}
+    turned: dict[str, set[int]] = {name: set() for name in scene.components}
+
+    def keep(name: str, wanted: Integers, where: str, rotations: bool = False) -> None:
+        if name not in kept:
+            have = ", ".join(kept)
+            raise InputError(f'{where}: no component "{name}"; there are {have}')
+        kept[name].update(wanted.tolist())
+        if rotations:
+            turned[name].update(wanted.tolist())
+
+    for contact in contacts(scene):
+        where = f"contacts.{contact.name}.between"
+        keep(contact.own, contact.own_nodes, where)
+        if contact.mate:
+            keep(contact.mate, contact.mate_nodes, where)
+    for tie in ties(scene):
+        where = f"ties.{tie.name}.between"
+        keep(tie.own, tie.own_nodes, where, True)
+        keep(tie.mate, tie.mate_nodes, where, True)
+    for load in loads(scene):
+        keep(load.component, load.nodes, f"{load.where}.component")
+    for name, own in outputs(scene):
+        keep(name, own, f"outputs.nodes.{name}")
+    return {
+        name: (np.array(sorted(kept[name]), np.int64), np.array(sorted(turned[name]), np.int64))
+        for name in scene.components
+    }
+
+
+def _touching(name: str, keys: ContactKeys, scene: Scene) -> Touching:
+    where = f"contacts.{name}"
+    own, mate = keys.between
+    if own == GROUND:
+        raise InputError(f'{where}.between: "{GROUND}" goes second')
+    if keys.next_sector and scene.ring.sectors < 2:
+        raise InputError(f"{where}.next_sector: needs ring.sectors of at least 2")
+    if keys.next_sector and mate == GROUND:
+        raise InputError(f"{where}.next_sector: {GROUND} has no sectors")
+    mine, theirs, table = _pairs(keys.pairs, mate == GROUND, f"{where}.pairs")
+    count = len(mine)
+    for column, stands in COLUMNS.items():
+        for key in stands:
+            if column in table and getattr(keys, key) is not None:
+                raise InputError(f"{where}.{key}: {keys.pairs} has it too: give either")
+    numbers = {key: _each(table, keys, key, count, where) for key in ("kn", "kt", "mu")}
+    for key in ("kn", "kt"):
+        if np.any(numbers[key] <= 0):
+            raise InputError(f"{where}.pairs: {key} must be > 0 in every row of {keys.pairs}")
+    if np.any(numbers["mu"] < 0):
+        raise InputError(f"{where}.pairs: mu must be >= 0 in every row of {keys.pairs}")
+    return Touching(
+        name=name,
+        own=own,
+        mate="" if mate == GROUND else mate,
+        own_nodes=mine,
+        mate_nodes=theirs,
+        frames=_frames(table, keys, count, where),
+        kn=numbers["kn"],
+        kt=np.column_stack([numbers["kt"]] * 2),
+        mu=numbers["mu"],
+        interference=_each(table, keys, "interference", count, where, 0.0),
+        next_sector=keys.next_sector,
+    )
+
+
+def _tie(name: str, keys: TieKeys) -> Tie:
+    mine, theirs, _ = _pairs(keys.pairs, False, f"ties.{name}.pairs")
+    return Tie(name, *keys.between, mine, theirs)
+
+
+def _pull(i: int, load: Load) -> Pull:
+    where, direction = f"loads[{i}]", np.array(load.direction, float)
+    length = float(np.linalg.norm(direction))
+    if not length > 0:
+        raise InputError(f"{where}.direction: must not be zero")
+    if load.harmonic == 0 and load.phase:
+        raise InputError(f"{where}.phase: a static load (harmonic = 0) has none")
+    phase = np.exp(1j * np.deg2rad(load.phase))
+    vector = load.amplitude * phase * direction / length
+    return Pull(where, load.component, nodes(load.nodes, f"{where}.nodes"), vector, load.harmonic)
+
+
+def _pairs(given: Any, alone: bool, where: str) -> tuple[Integers, Integers, Mapping[str, Any]]:
+    """Nodes, their mates, and the table's other columns."""
+    if isinstance(given, str):
+        table = dict(load_pairs(Path(given)))
+        if unknown := [column for column in table if column not in COLUMNS]:
+            raise InputError(f"{given}: column {unknown[0]!r}: allowed are {', '.join(COLUMNS)}")
+        needed = ("node",) if alone else ("node", "mate")
+        for column in needed:
+            if column not in table or table[column].dtype.kind != "i":
+                raise InputError(f"{given}: a column {column!r} of node numbers is needed")
+        for column, values in table.items():
+            if values.dtype.kind not in "if":
+                raise InputError(f"{given}: column {column!r} does not hold numbers")
+        mine = np.asarray(table["node"])
+        return mine, mine if alone else np.asarray(table["mate"]), table
+    rows = np.array(given, np.int64)
+    if alone != (rows.ndim == 1):
+        needed = "node numbers, such as [17, 18]" if alone else "pairs, such as [[17, 4], [18, 5]]"
+        raise InputError(f"{where}: expected {needed}")
+    return (rows, rows, {}) if alone else (rows[:, 0], rows[:, 1], {})
+
+
+def _each(
+    table: Mapping[str, Any],
+    keys: ContactKeys,
+    key: str,
+    count: int,
+    where: str,
+    default: float | None = None,
+) -> Floats:
+    """(c,) a property of each pair, from the table or the key."""
+    if key in table:
+        return np.asarray(table[key], float)
+    value = getattr(keys, key)
+    value = default if value is None else value
+    if value is None:
+        raise InputError(f"{where}.{key}: must be given, here or as a column of its pairs")
+    return np.full(count, float(value))
+
+
+def _frames(table: Mapping[str, Any], keys: ContactKeys, count: int, where: str) -> Floats:
+    """(c, 3, 3) unit normal and tangents of each pair; without a tangent, across the normal."""
+    normal = _vectors(table, keys.normal, "n", count)
+    if normal is None:
+        raise InputError(f"{where}.normal: must be given, here or as columns nx, ny, nz")
+    size = np.linalg.norm(normal, axis=1)
+    if np.any(size <= 0):
+        raise InputError(f"{where}.normal: must not be zero")
+    normal = normal / size[:, None]
+    tangent = _vectors(table, keys.tangent, "t", count)
+    if tangent is None:  # the axis furthest from the normal
+        tangent = np.eye(3)[np.abs(normal).argmin(axis=1)]
+    size = np.linalg.norm(tangent, axis=1)
+    across = tangent - np.sum(tangent * normal, axis=1)[:, None] * normal
+    left = np.linalg.norm(across, axis=1)
+    if np.any(left <= PARALLEL * size):
+        raise InputError(f"{where}.tangent: must not be zero, nor along the normal")
+    t1 = across / left[:, None]
+    return np.stack([normal, t1, np.cross(normal, t1)], axis=1)
+
+
+def _vectors(table: Mapping[str, Any], key: Any, letter: str, count: int) -> Floats | None:
+    columns = [f"{letter}{axis}" for axis in "xyz"]
+    if any(column in table for column in columns):
+        none = np.zeros(count)
+        return np.column_stack([np.asarray(table.get(c, none), float) for c in columns])
+    return None if key is None else np.tile(np.array(key, float), (count, 1))

@@ -1,0 +1,111 @@
+"""The linear limits of a scene: its modes with all contacts open and all stuck.
+
+The mode of interest is counted with the contacts stuck, where nothing is loose, and followed to the
+open structure by the modal assurance criterion.
+"""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vanelock.assembly.model import Scene
+from vanelock.errors import InputError
+from vanelock.product import Product
+from vanelock.rom import System, linear_modes, mac
+from vanelock.study.limits import RIGID, fine
+
+SHOWN = 6
+"""Frequencies in the table."""
+LIKE = 0.3
+"""Least modal assurance criterion of a partner whose frequency bounds the default range."""
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Modes(Product):
+    """Natural frequencies at the nodal diameter of the first harmonic.
+
+    Attributes
+    ----------
+    nodal_diameter, sectors : int
+        ND of the first harmonic, and N.
+    free, stuck : (m,) float
+        With all contacts open and closed, Hz.
+    free_mode, stuck_mode : int
+        Place of the mode of interest among them, from 0.
+    mac : float
+        Modal assurance criterion between the two.
+    """
+
+    nodal_diameter: int
+    sectors: int
+    free: Floats = field(metadata={"unit": "Hz"})
+    stuck: Floats = field(metadata={"unit": "Hz"})
+    free_mode: int
+    stuck_mode: int
+    mac: float
+
+
+def modes(system: System, mode: int) -> Modes:
+    """Modes of both limits, and the mode of interest in both.
+
+    Raises
+    ------
+    InputError
+        If the system has not so many modes.
+    """
+    k = system.nodal_diameter(1)
+    size = len(system.at(k).K)
+    if mode > size:
+        raise InputError(f"response.mode = {mode}: the reduced model has {size} modes")
+    count = min(size, max(SHOWN, mode + 6))
+    none = np.zeros(system.contacts.count, bool)
+    free, free_shapes = linear_modes(system, k, count, closed=none)
+    stuck, stuck_shapes = linear_modes(system, k, count)
+    likeness = mac(stuck_shapes[:, [mode - 1]], free_shapes, system.at(k).M)[0]
+    partner = int(likeness.argmax())
+    return Modes(k, system.sectors, free, stuck, partner, mode - 1, float(likeness[partner]))
+
+
+def frequencies(scene: Scene, found: Modes) -> Floats | tuple[float, float]:
+    """Excitation frequencies, Hz; a tuple is a range.
+
+    Where the scene names neither: around the mode of interest, open to stuck.
+
+    Raises
+    ------
+    InputError
+        If the mode of interest is a rigid-body motion.
+    """
+    response = scene.response
+    if response.frequencies is not None:
+        return np.array(response.frequencies)
+    stuck = float(found.stuck[found.stuck_mode])
+    if response.range is not None:
+        low, high = response.range
+    elif stuck <= RIGID * found.stuck.max():
+        raise InputError(
+            f"response.mode = {found.stuck_mode + 1}: a rigid-body motion, 0 Hz, even with all "
+            "contacts stuck: choose another mode, or clamp what moves"
+        )
+    else:
+        free = float(found.free[found.free_mode])
+        free = free if found.mac > LIKE and free > 0.3 * stuck else 0.8 * stuck
+        low, high = sorted([free, stuck])
+        margin = max(0.25 * (high - low), 0.05 * low)
+        low, high = low - margin, high + margin
+    return (low, high) if response.points is None else np.linspace(low, high, response.points)
+
+
+def dense(
+    wanted: Floats | tuple[float, float], own: Floats, damping: float, points: int = 201
+) -> Floats:
+    """Frequencies at which a linear response is a true curve, Hz, fine around its `own` modes."""
+    listed = np.linspace(*wanted, points) if isinstance(wanted, tuple) else np.asarray(wanted)
+    low, high = listed.min(), listed.max()
+    parts = [listed, np.linspace(low, high, points)]
+    parts += [fine(f, damping, 61) for f in own[own > 0]]
+    found = np.unique(np.concatenate(parts))
+    return np.asarray(found[(found >= max(low, 1e-6)) & (found <= high)])

@@ -1,0 +1,253 @@
+"""The stages of a scene: components, system, linear limits, preload, responses."""
+
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vanelock import nonlinear
+from vanelock.assembly import gather, pieces
+from vanelock.assembly.connect import Joined
+from vanelock.assembly.model import DAMPING, ComponentKeys, ContactKeys, Scene
+from vanelock.assembly.modes import Modes, dense, frequencies, modes
+from vanelock.assembly.piece import Piece
+from vanelock.cyclic import folded
+from vanelock.errors import InputError
+from vanelock.matrices import Matrices, load_matrices
+from vanelock.nonlinear import Response
+from vanelock.rom import System
+from vanelock.study.cache import code_version, content_digest
+from vanelock.study.forced import Progress
+from vanelock.study.steps import Step, step
+
+LIMITS: tuple[Literal["free", "stuck"], ...] = ("free", "stuck")
+ND = "{nd}"
+"""Stands for the nodal diameter in a superelement's file names."""
+
+
+def diameters(scene: Scene) -> tuple[int, ...]:
+    """Nodal diameters (h·EO) mod N of all harmonics, k and N-k once."""
+    waves = scene.response.harmonics if scene.response.harmonic_diameters == "wave" else 1
+    order, sectors = scene.excitation.engine_order, scene.ring.sectors
+    return tuple(sorted({folded(h * order, sectors) for h in range(waves + 1)}))
+
+
+def piece_step(scene: Scene, name: str, progress: Any = None) -> Step[Piece]:
+    """A component, reduced or as it is."""
+    keys = scene.components[name]
+    wanted, turned = gather.touched(scene)[name]
+    by_diameter = diameters(scene) if keys.low is not None or ND in keys.stiffness else ()
+    inputs = {
+        "keys": keys.model_dump(exclude=set(_FILES)),
+        "files": {key: _digests(value, by_diameter) for key, value in _named(keys)},
+        "ring": scene.ring.model_dump(),
+        "wanted": wanted.tolist(),
+        "turned": turned.tolist(),
+        "diameters": by_diameter,
+        "code": [code_version(package) for package in ("matrices", "fem", "rom")],
+    }
+
+    def compute() -> Piece:
+        if keys.kind == "superelement":
+            return pieces.superelement(
+                name, scene.ring, lambda k: matrices(name, keys, k), by_diameter
+            )
+        fixed = np.empty(0, np.int64)
+        if keys.fixed is not None:
+            fixed = gather.nodes(keys.fixed, f"components.{name}.fixed")
+        faces = None
+        if keys.low is not None:
+            low, high = (
+                gather.nodes(getattr(keys, side), f"components.{name}.{side}")
+                for side in ("low", "high")
+            )
+            faces = low, high
+        given = matrices(name, keys)
+        return pieces.reduced(
+            name, keys, scene.ring, given, wanted, turned, fixed, faces, by_diameter
+        )
+
+    return step(f"component {name}", "assembly", inputs, Piece, (), compute)
+
+
+def matrices(name: str, keys: ComponentKeys, nodal_diameter: int = 0) -> Matrices:
+    """A component's matrices, read from its files; at a nodal diameter where names say so."""
+
+    def at(given: str | None) -> Path | None:
+        return None if given is None else Path(given.replace(ND, str(nodal_diameter)))
+
+    names = {
+        "stiffness": keys.stiffness_name,
+        "mass": keys.mass_name,
+        "damping": keys.damping_name,
+    }
+    stiffness = at(keys.stiffness)
+    assert stiffness is not None
+    try:
+        return load_matrices(
+            stiffness,
+            at(keys.mass),
+            at(keys.damping),
+            at(keys.dofs),
+            at(keys.nodes),
+            {key: value for key, value in names.items() if value is not None},
+            length=keys.units.length,
+            mass_unit=keys.units.mass,
+            force=keys.units.force,
+        )
+    except InputError as error:
+        raise InputError(f"components.{name}: {error}") from None
+
+
+def system_step(scene: Scene) -> Step[System]:
+    """The system of a case; joining takes no time, so it is not kept."""
+    if scene.system is not None:
+        path = Path(scene.system.file)
+        inputs = {
+            "file": content_digest(path),
+            "contacts": {k: v.model_dump() for k, v in scene.contacts.items()},
+            "damping": scene.damping.ratio,
+        }
+
+        def read() -> System:
+            return _changed(System.load(path), scene)
+
+        return step("system", "assembly", inputs, System, (), read, False, True)
+    needs = tuple(piece_step(scene, name) for name in scene.components)
+    files = sorted(set(_tables(scene)))
+    inputs = {
+        "scene": scene.model_dump(
+            include={"ring", "ties", "contacts", "loads", "excitation", "damping"}
+        ),
+        "outputs": [[name, own.tolist()] for name, own in gather.outputs(scene)],
+        "files": [content_digest(path) for path in files],
+        "diameters": diameters(scene),
+        "code": code_version("rom"),
+    }
+
+    def compute(*found: Piece) -> System:
+        damped = any(block.C is not None for piece in found for block in piece.blocks.values())
+        ratio = scene.damping.ratio
+        if ratio is None and not damped:
+            ratio = DAMPING
+        joined = Joined(
+            sectors=scene.ring.sectors,
+            engine_order=scene.excitation.engine_order,
+            cylindrical=scene.ring.coordinates == "cylindrical",
+            pieces=found,
+            contacts=gather.contacts(scene),
+            ties=gather.ties(scene),
+            loads=gather.loads(scene),
+            outputs=gather.outputs(scene),
+            damping_ratio=ratio,
+        )
+        return joined.system(diameters(scene))
+
+    return step("system", "assembly", inputs, System, needs, compute, False, True)
+
+
+def modes_step(scene: Scene, system: Step[System]) -> Step[Modes]:
+    """Linear limits, which friction and preload do not matter for."""
+    mode = scene.response.mode
+
+    def compute(system: System) -> Modes:
+        return modes(system, mode)
+
+    return step("linear limits", "assembly", {"mode": mode}, Modes, (system,), compute)
+
+
+def linear_step(
+    scene: Scene, which: Literal["free", "stuck"], system: Step[System], limits: Step[Modes]
+) -> Step[Response]:
+    """Linear response with all contacts open or closed, dense enough to be drawn as a curve."""
+
+    def compute(system: System, found: Modes) -> Response:
+        own = found.free if which == "free" else found.stuck
+        ratio = system.damping_ratio or DAMPING
+        grid = dense(frequencies(scene, found), own, ratio)
+        most = max((h for h in system.force), default=1)
+        closed = "none" if which == "free" else "all"
+        return nonlinear.linear_response(system, grid, closed, max(most, 1))
+
+    inputs = {**_range(scene), "closed": which, "code": code_version("nonlinear")}
+    name = f"linear response, {which}"
+    return step(name, "assembly", inputs, Response, (system, limits), compute)
+
+
+def preload_step(scene: Scene, system: Step[System]) -> Step[Response]:
+    """The state at rest."""
+    friction = scene.response.friction
+
+    def compute(system: System) -> Response:
+        return nonlinear.static_response(system, friction)
+
+    return step("preload", "nonlinear", {"friction": friction}, Response, (system,), compute)
+
+
+def response_step(
+    name: str, scene: Scene, system: Step[System], limits: Step[Modes], progress: Progress
+) -> Step[Response]:
+    """Nonlinear response of a case; over a range, where its curve needs points."""
+    keys = ("harmonics", "coupling", "samples", "friction", "harmonic_diameters")
+    options: dict[str, Any] = {key: getattr(scene.response, key) for key in keys}
+
+    def compute(system: System, found: Modes) -> Response:
+        wanted = frequencies(scene, found)
+        return nonlinear.frequency_response(system, wanted, progress=progress, **options)
+
+    inputs = {**_range(scene), **options}
+    needs = (system, limits)
+    return step(f"response {name}", "nonlinear", inputs, Response, needs, compute)
+
+
+def _range(scene: Scene) -> dict[str, Any]:
+    return scene.response.model_dump(include={"mode", "frequencies", "range", "points"})
+
+
+_FILES = ("stiffness", "mass", "damping", "dofs", "nodes", "fixed", "low", "high")
+
+
+def _named(keys: ComponentKeys) -> Iterator[tuple[str, Any]]:
+    for key in _FILES:
+        if (value := getattr(keys, key)) is not None:
+            yield key, value
+
+
+def _digests(value: Any, by_diameter: tuple[int, ...]) -> Any:
+    """What stands for a file's contents in a hash; a list of nodes stands for itself."""
+    if not isinstance(value, str):
+        return list(value)
+    if ND in value:
+        return [content_digest(value.replace(ND, str(k))) for k in by_diameter]
+    return content_digest(value)
+
+
+def _tables(scene: Scene) -> Iterator[str]:
+    """Files of pairs and nodes."""
+    given = [each.pairs for each in (*scene.contacts.values(), *scene.ties.values())]
+    given += [load.nodes for load in scene.loads]
+    yield from (each for each in given if isinstance(each, str))
+
+
+def _changed(system: System, scene: Scene) -> System:
+    """A system from a file with the contact properties that the scene gives."""
+    from dataclasses import replace
+
+    for name, keys in scene.contacts.items():
+        where = f"contacts.{name}"
+        own = np.array([joint == name for joint in system.contacts.joint], bool)
+        if not own.any():
+            have = ", ".join(dict.fromkeys(system.contacts.joint)) or "none with a name"
+            raise InputError(f"{where}: the system has no contacts of that name; it has {have}")
+        system = replace(system, contacts=_with(system.contacts, own, keys))
+    ratio = scene.damping.ratio
+    return system if ratio is None else replace(system, damping_ratio=ratio)
+
+
+def _with(contacts: Any, own: NDArray[np.bool_], keys: ContactKeys) -> Any:
+    from dataclasses import replace
+
+    changes: dict[str, Callable[[], Any]] = {}
+    return replace(contacts, **changes)
