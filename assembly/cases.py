@@ -47,9 +47,9 @@ def scene_cases(scene: Scene) -> tuple[SceneCase, ...]:
     for combination in product(*scene.sweep.values()):
         chosen = dict(zip(scene.sweep, combination, strict=True))
         changed = _with(scene, chosen)
-        values = {key: _at(changed, key) for key in chosen}
-        name = ",".join(f"{names[key]}={_shown(value)}" for key, value in values.items())
-        found.append(SceneCase(name, values, changed))
+        reached = {key: _at(changed, key) for key in chosen}
+        name = ",".join(f"{names[key]}={_shown(value)}" for key, value in reached.items())
+        found.append(SceneCase(name, reached, changed))
     return tuple(found)
 
 
@@ -107,7 +107,7 @@ def _at(scene: Scene, key: str) -> Any:
     value: Any = scene
     for item in _path(key) or []:
         if isinstance(item, int) or isinstance(value, dict):
-            value = value[item]  # type: ignore[index]
+            value = value[item]
         else:
             value = getattr(value, item, None)
     return value

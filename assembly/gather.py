@@ -104,7 +104,7 @@ def touched(scene: Scene) -> dict[str, tuple[Integers, Integers]]:
 
 def _touching(name: str, keys: ContactKeys, scene: Scene) -> Touching:
     where = f"contacts.{name}"
-    own, mate = keys.between
+    own, mate = keys.between or ("", "")
     if own == GROUND:
         raise InputError(f'{where}.between: "{GROUND}" goes second')
     if keys.next_sector and scene.ring.sectors < 2:
@@ -140,7 +140,8 @@ def _touching(name: str, keys: ContactKeys, scene: Scene) -> Touching:
 
 def _tie(name: str, keys: TieKeys) -> Tie:
     mine, theirs, _ = _pairs(keys.pairs, False, f"ties.{name}.pairs")
-    return Tie(name, *keys.between, mine, theirs)
+    own, mate = keys.between
+    return Tie(name, own, mate, mine, theirs)
 
 
 def _pull(i: int, load: Load) -> Pull:
@@ -161,8 +162,8 @@ def _pairs(given: Any, alone: bool, where: str) -> tuple[Integers, Integers, Map
         table = dict(load_pairs(Path(given)))
         if unknown := [column for column in table if column not in COLUMNS]:
             raise InputError(f"{given}: column {unknown[0]!r}: allowed are {', '.join(COLUMNS)}")
-        needed = ("node",) if alone else ("node", "mate")
-        for column in needed:
+        wanted = ("node",) if alone else ("node", "mate")
+        for column in wanted:
             if column not in table or table[column].dtype.kind != "i":
                 raise InputError(f"{given}: a column {column!r} of node numbers is needed")
         for column, values in table.items():

@@ -123,12 +123,15 @@ class ComponentKeys(Table):
 
 
 class ContactKeys(Table):
-    """Contact elements between two components, or of one to ground."""
+    """Contact elements between two components, or of one to ground.
 
-    between: Annotated[tuple[str, ...], BeforeValidator(sequence)] = Field(
-        min_length=2, max_length=2, description="components"
+    Those of a joined system are there already: what is given replaces their properties.
+    """
+
+    between: Annotated[tuple[str, ...], BeforeValidator(sequence)] | None = Field(
+        default=None, min_length=2, max_length=2, description="components"
     )
-    pairs: Pairs = Field(description="node pairs")
+    pairs: Pairs | None = Field(default=None, description="node pairs")
     next_sector: bool = Field(default=False, description="whether the mate is the next sector's")
     normal: Vector | None = Field(default=None, description="normal")
     tangent: Vector | None = Field(default=None, description="tangent")
@@ -218,3 +221,25 @@ class Scene(Table):
     sweep: dict[str, Annotated[tuple[Any, ...], BeforeValidator(sequence)]] = Field(
         default_factory=dict, description="swept keys"
     )
+
+    @model_validator(mode="after")
+    def _has_components(self) -> Self:
+        if self.system is None:
+            if not self.components:
+                raise ValueError("components: at least one must be given, or system.file")
+            for name, contact in self.contacts.items():
+                for key in ("between", "pairs"):
+                    if getattr(contact, key) is None:
+                        raise ValueError(f"contacts.{name}.{key}: must be given")
+            return self
+        held = ("ring", "components", "ties", "loads", "excitation")
+        for name in held:
+            if name in self.model_fields_set:
+                raise ValueError(f"{name}: system.file holds it already")
+        if self.outputs.nodes:
+            raise ValueError("outputs.nodes: system.file holds it already")
+        own = {"kn", "kt", "mu", "interference"}
+        for name, contact in self.contacts.items():
+            if wrong := sorted(contact.model_fields_set - own):
+                raise ValueError(f"contacts.{name}.{wrong[0]}: system.file holds it already")
+        return self

@@ -204,7 +204,9 @@ def _faces(
     around = np.eye(6)
     if ring.coordinates == "cartesian":
         around[:3, :3] = around[3:, 3:] = turn(ring.sectors)
-    lows, highs, entries = [], [], []
+    lows: list[int] = []
+    highs: list[int] = []
+    entries: list[tuple[int, int, float]] = []
     place: dict[tuple[int, int], int] = {}
     for a, b in zip(low.tolist(), high.tolist(), strict=True):
         mine = [d for d in range(6) if (a, d) in at]

@@ -1,16 +1,16 @@
 """The stages of a scene: components, system, linear limits, preload, responses."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
+from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vanelock import nonlinear
 from vanelock.assembly import gather, pieces
 from vanelock.assembly.connect import Joined
-from vanelock.assembly.model import DAMPING, ComponentKeys, ContactKeys, Scene
+from vanelock.assembly.model import DAMPING, ComponentKeys, Scene
 from vanelock.assembly.modes import Modes, dense, frequencies, modes
 from vanelock.assembly.piece import Piece
 from vanelock.cyclic import folded
@@ -34,7 +34,7 @@ def diameters(scene: Scene) -> tuple[int, ...]:
     return tuple(sorted({folded(h * order, sectors) for h in range(waves + 1)}))
 
 
-def piece_step(scene: Scene, name: str, progress: Any = None) -> Step[Piece]:
+def piece_step(scene: Scene, name: str) -> Step[Piece]:
     """A component, reduced or as it is."""
     keys = scene.components[name]
     wanted, turned = gather.touched(scene)[name]
@@ -101,28 +101,31 @@ def matrices(name: str, keys: ComponentKeys, nodal_diameter: int = 0) -> Matrice
         raise InputError(f"components.{name}: {error}") from None
 
 
-def system_step(scene: Scene) -> Step[System]:
-    """The system of a case; joining takes no time, so it is not kept."""
+def system_step(scene: Scene, bare: bool = False) -> Step[System]:
+    """The system of a case; joining takes no time, so it is not kept.
+
+    Parameters
+    ----------
+    scene : Scene
+        A case's.
+    bare : bool
+        Without friction, preload and static load, which linear limits do not depend on.
+    """
     if scene.system is not None:
-        path = Path(scene.system.file)
-        inputs = {
-            "file": content_digest(path),
-            "contacts": {k: v.model_dump() for k, v in scene.contacts.items()},
-            "damping": scene.damping.ratio,
-        }
-
-        def read() -> System:
-            return _changed(System.load(path), scene)
-
-        return step("system", "assembly", inputs, System, (), read, False, True)
+        return _ready_step(scene, Path(scene.system.file), bare)
+    contacts, ties, loads = gather.contacts(scene), gather.ties(scene), gather.loads(scene)
+    if bare:
+        zero = [np.zeros_like(each.mu) for each in contacts]
+        contacts = [replace(c, mu=z, interference=z) for c, z in zip(contacts, zero, strict=True)]
+        loads = [load for load in loads if load.harmonic > 0]
+    outputs = gather.outputs(scene)
     needs = tuple(piece_step(scene, name) for name in scene.components)
-    files = sorted(set(_tables(scene)))
     inputs = {
-        "scene": scene.model_dump(
-            include={"ring", "ties", "contacts", "loads", "excitation", "damping"}
-        ),
-        "outputs": [[name, own.tolist()] for name, own in gather.outputs(scene)],
-        "files": [content_digest(path) for path in files],
+        "ring": scene.ring.model_dump(),
+        "engine_order": scene.excitation.engine_order,
+        "joined": [_plain(each) for each in (*contacts, *ties, *loads)],
+        "outputs": [[name, own.tolist()] for name, own in outputs],
+        "damping": scene.damping.ratio,
         "diameters": diameters(scene),
         "code": code_version("rom"),
     }
@@ -137,10 +140,10 @@ def system_step(scene: Scene) -> Step[System]:
             engine_order=scene.excitation.engine_order,
             cylindrical=scene.ring.coordinates == "cylindrical",
             pieces=found,
-            contacts=gather.contacts(scene),
-            ties=gather.ties(scene),
-            loads=gather.loads(scene),
-            outputs=gather.outputs(scene),
+            contacts=contacts,
+            ties=ties,
+            loads=loads,
+            outputs=outputs,
             damping_ratio=ratio,
         )
         return joined.system(diameters(scene))
@@ -224,30 +227,56 @@ def _digests(value: Any, by_diameter: tuple[int, ...]) -> Any:
     return content_digest(value)
 
 
-def _tables(scene: Scene) -> Iterator[str]:
-    """Files of pairs and nodes."""
-    given = [each.pairs for each in (*scene.contacts.values(), *scene.ties.values())]
-    given += [load.nodes for load in scene.loads]
-    yield from (each for each in given if isinstance(each, str))
+def _plain(each: Any) -> dict[str, Any]:
+    """A dataclass of arrays as what JSON can hold."""
+    found = {}
+    for field in fields(each):
+        value = getattr(each, field.name)
+        if isinstance(value, np.ndarray):
+            value = (
+                [value.real.tolist(), value.imag.tolist()]
+                if value.dtype.kind == "c"
+                else (value.tolist())
+            )
+        found[field.name] = value
+    return {"kind": type(each).__name__, **found}
 
 
-def _changed(system: System, scene: Scene) -> System:
-    """A system from a file with the contact properties that the scene gives."""
-    from dataclasses import replace
+def _ready_step(scene: Scene, path: Path, bare: bool) -> Step[System]:
+    """A system from a file, with the contact properties that the scene gives."""
+    given = {name: keys.model_dump(exclude_unset=True) for name, keys in scene.contacts.items()}
+    if bare:
+        given = {
+            name: {key: v for key, v in each.items() if key in ("kn", "kt")}
+            for name, each in given.items()
+        }
+    inputs = {
+        "file": content_digest(path),
+        "contacts": given,
+        "damping": scene.damping.ratio,
+        "bare": bare,
+    }
 
-    for name, keys in scene.contacts.items():
-        where = f"contacts.{name}"
-        own = np.array([joint == name for joint in system.contacts.joint], bool)
-        if not own.any():
-            have = ", ".join(dict.fromkeys(system.contacts.joint)) or "none with a name"
-            raise InputError(f"{where}: the system has no contacts of that name; it has {have}")
-        system = replace(system, contacts=_with(system.contacts, own, keys))
-    ratio = scene.damping.ratio
-    return system if ratio is None else replace(system, damping_ratio=ratio)
+    def compute() -> System:
+        system: System = System.load(path)
+        for name, values in given.items():
+            own = np.array([joint == name for joint in system.contacts.joint], bool)
+            if not own.any():
+                have = ", ".join(dict.fromkeys(system.contacts.joint)) or "none with a name"
+                raise InputError(f"contacts.{name}: {path} has no such contacts; it has {have}")
+            changes = {}
+            for key, value in values.items():
+                field = "v0" if key == "interference" else key
+                changed = getattr(system.contacts, field).copy()
+                changed[own] = value
+                changes[field] = changed
+            system = replace(system, contacts=replace(system.contacts, **changes))
+        if bare:
+            zero = np.zeros_like(system.contacts.mu)
+            force = {h: each for h, each in system.force.items() if h > 0}
+            contacts = replace(system.contacts, mu=zero, v0=zero)
+            system = replace(system, contacts=contacts, force=force)
+        ratio = scene.damping.ratio
+        return system if ratio is None else replace(system, damping_ratio=ratio)
 
-
-def _with(contacts: Any, own: NDArray[np.bool_], keys: ContactKeys) -> Any:
-    from dataclasses import replace
-
-    changes: dict[str, Callable[[], Any]] = {}
-    return replace(contacts, **changes)
+    return step("system", "assembly", inputs, System, (), compute, False, True)

@@ -14,12 +14,6 @@ from vanelock.study.report_told import Told
 
 def provenance(told: Told) -> Section:
     """Versions, date, command, study file, and the hash of every response."""
-    versions: list[tuple[Cell, ...]] = [
-        ("vanelock", vanelock.__version__),
-        ("python", platform.python_version()),
-        ("system", f"{platform.system()} {platform.machine()}"),
-        *((library, installed(library)) for library in LIBRARIES),
-    ]
     hashes: list[tuple[Cell, ...]] = [
         (words(each.case.name), each.response.key, each.system.key) for each in told.board.planned
     ]
@@ -30,7 +24,7 @@ def provenance(told: Told) -> Section:
             "results of the study below and nothing else; it is written again when any of them "
             "changes."
         ),
-        Table(("program", "version"), versions, "Versions"),
+        Table(("program", "version"), versions(), "Versions"),
         Table(
             ("case", "response", "system"),
             hashes,
@@ -41,6 +35,16 @@ def provenance(told: Told) -> Section:
         lines = [(line,) for line in told.text.rstrip().splitlines()]
         blocks.append(Table(("the study file",), lines, "As it was given"))
     return Section("Provenance", blocks, id="provenance")
+
+
+def versions() -> list[tuple[Cell, ...]]:
+    """Rows of programs and their versions."""
+    return [
+        ("vanelock", vanelock.__version__),
+        ("python", platform.python_version()),
+        ("system", f"{platform.system()} {platform.machine()}"),
+        *((library, installed(library)) for library in LIBRARIES),
+    ]
 
 
 def written() -> str:

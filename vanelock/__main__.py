@@ -76,11 +76,18 @@ AsJson = Annotated[
 def run(
     study: StudyFile, output: Output = None, quiet: Quiet = False, as_json: AsJson = False
 ) -> None:
-    """Run a study or, where it has a [campaign], that; an earlier run's work is used again."""
-    from vanelock.study import choose_listener, load_study, read_text, run_study
+    """Run a study, its [campaign], or a scene of matrices; an earlier run's work is used again."""
+    from vanelock.study import choose_listener, load_study, read_text, run_study, toml_tables
 
-    loaded = load_study(study)
     folder = output or Path("runs") / study.stem
+    if "components" in (tables := toml_tables(read_text(study), str(study))) or "system" in tables:
+        from vanelock.assembly import load_scene, run_scene
+
+        scene = load_scene(study)
+        with _going_on_later(folder), choose_listener(quiet, as_json) as listener:
+            run_scene(scene, folder, listener, read_text(study))
+        return
+    loaded = load_study(study)
     with _going_on_later(folder), choose_listener(quiet, as_json) as listener:
         if loaded.campaign is None:
             run_study(loaded, folder, listener, read_text(study))

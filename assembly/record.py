@@ -1,0 +1,104 @@
+"""What a scene's run writes into results.h5, in the places where a study's run writes it.
+
+/component/<name>      assembly.Piece
+/system                nonlinear.System of the first case
+/limits/<name>         assembly.Modes
+/response/free, stuck  linear responses
+/response/<case>       nonlinear.Response, its preload and, where it is another, its system
+/provenance            the scene's text, date, versions, times of the stages
+"""
+
+import platform
+from collections.abc import Mapping, Sequence
+from datetime import UTC, datetime
+from pathlib import Path
+
+import vanelock
+from vanelock.assembly.model import Scene
+from vanelock.assembly.modes import Modes
+from vanelock.assembly.monitor import Found
+from vanelock.assembly.piece import Piece
+from vanelock.nonlinear import Response
+from vanelock.rom import System
+from vanelock.study import results
+from vanelock.study.cache import installed
+from vanelock.study.progress import Done
+from vanelock.study.record import LIBRARIES
+
+
+class SceneRecord:
+    """The results file of a scene's run, written part by part as they come.
+
+    Parameters
+    ----------
+    folder : Path
+        The run's folder.
+    scene : Scene
+        What is computed.
+    text : str
+        Its file.
+    """
+
+    def __init__(self, folder: Path, scene: Scene, text: str) -> None:
+        self._file = results.Results(folder / results.NAME)
+        self._pieces: dict[str, Piece] = {}
+        self._system = ""
+        self._waiting: tuple[str, System] | None = None
+        with self._file.edit() as file:
+            group = file.require_group("provenance")
+            group.attrs["date"] = datetime.now(UTC).isoformat(timespec="seconds")
+            group.attrs["study"] = text
+            group.attrs["settings"] = scene.model_dump_json()
+            versions = group.require_group("versions")
+            versions.attrs["vanelock"] = vanelock.__version__
+            versions.attrs["python"] = platform.python_version()
+            versions.attrs["platform"] = platform.platform()
+            for library in LIBRARIES:
+                versions.attrs[library] = installed(library)
+
+    def model(self, pieces: Sequence[Piece], key: str, system: System) -> None:
+        """Components and system of a case; those of the first stand at the root."""
+        if self._system:
+            self._waiting = None if key == self._system else (key, system)
+            return
+        self._system = key
+        with self._file.edit() as file:
+            for piece in pieces:
+                results.put(file, f"component/{piece.name}", piece, {})
+            results.put(file, "system", system, {})
+
+    def linear(self, label: str, limits: Modes, responses: Mapping[str, Response]) -> None:
+        """Modes and linear responses of a set of limits."""
+        with self._file.edit() as file:
+            results.put(file, f"limits/{label or 'all'}", limits, {})
+            for which, response in responses.items():
+                name = f"{which},{label}" if label else which
+                results.put(file, f"response/{name}", response, {"linear": which})
+
+    def case(
+        self, found: Found, key: str, response: Response, static: Response, monitor: str
+    ) -> None:
+        """Everything about a case, at once."""
+        where = f"response/{found.case.name}"
+        values = {"monitor": monitor, "key": key}
+        attributes = values | {f"sweep {k}": v for k, v in found.case.values.items()}
+        if found.peak is not None:
+            attributes["peak_frequency"] = found.peak.frequency
+            attributes["peak_amplitude"] = found.peak.amplitude
+        with self._file.edit() as file:
+            results.put(file, where, response, attributes)
+            results.put(file, f"{where}/preload", static, {})
+            if self._waiting is not None:
+                results.put_system(file, f"{where}/system", self._waiting[1])
+            else:
+                file[f"{where}/system"] = file["system"]
+
+    def complete(self, done: Mapping[str, Done]) -> None:
+        """End the file: times and hashes of all stages, nothing is missing."""
+        with self._file.edit() as file:
+            for key, entry in done.items():
+                group = file.require_group(f"provenance/stages/{entry.stage} {key[:8]}")
+                group.attrs["key"] = key
+                group.attrs["seconds"] = entry.seconds
+                group.attrs["cached"] = entry.cached
+            file.attrs["complete"] = True
