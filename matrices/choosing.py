@@ -61,6 +61,18 @@ def chosen(source: str, names: Sequence[str], wanted: Wanted) -> str:
     )
 
 
+def refuse_unless_alone(source: str, wanted: Wanted) -> None:
+    """A format that holds one matrix holds no other besides.
+
+    Raises
+    ------
+    NoMatrixError
+        If another one is looked for.
+    """
+    if not wanted.alone:
+        raise NoMatrixError(f"{source}: holds one matrix, no {wanted.what} besides")
+
+
 def _listed(names: Sequence[str]) -> str:
     if not names:
         return "no matrix"

@@ -40,6 +40,8 @@ class Entries:
         Labels of the rows, directions as in `Matrices`.
     leaves_out : bool
         Whether the format leaves out rows in which all entries are zero.
+    fixed : frozenset of (int, int)
+        Labels that the file marks as held by a boundary condition, and which it is left without.
     """
 
     source: str
@@ -51,6 +53,7 @@ class Entries:
     node: Integers | None = None
     direction: Integers | None = None
     leaves_out: bool = False
+    fixed: frozenset[tuple[int, int]] = frozenset()
 
 
 def dense_entries(source: str, array: NDArray[Any]) -> Entries:

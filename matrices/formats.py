@@ -1,29 +1,46 @@
 """Which reader a file is for, by its ending and its first bytes."""
 
+import re
 from collections.abc import Callable
 from importlib import import_module
 from pathlib import Path
 
 from vanelock.errors import InputError
 from vanelock.matrices.choosing import Wanted
-from vanelock.matrices.contents import size_of
 from vanelock.matrices.entries import Entries
 
 Reader = Callable[[Path, Wanted], Entries]
 
 READERS = {
-    ".mtx": ("market", "read_market"),
+    ".mtx": ("abaqus_mtx", "read_mtx"),
+    ".mm": ("market", "read_market"),
+    ".mmf": ("market", "read_market"),
+    ".hb": ("harwell", "read_harwell"),
+    ".rb": ("harwell", "read_harwell"),
+    ".rsa": ("harwell", "read_harwell"),
+    ".matrix": ("harwell", "read_harwell"),
+    ".pch": ("dmig", "read_dmig"),
+    ".dmig": ("dmig", "read_dmig"),
+    ".bdf": ("dmig", "read_dmig"),
+    ".dat": ("dmig", "read_dmig"),
+    ".mat": ("matlab", "read_mat"),
+    ".h5": ("hdf5", "read_hdf5"),
+    ".hdf5": ("hdf5", "read_hdf5"),
+    ".full": ("ansys_full", "read_full"),
     ".npy": ("numpy_files", "read_npy"),
     ".npz": ("numpy_files", "read_npz"),
 }
 """Module and function by ending, without .gz."""
-SEVERAL = {".npz"}
+SEVERAL = {
+    ".npz", ".mat", ".h5", ".hdf5", ".full", ".pch", ".dmig", ".bdf", ".dat", ".mtx"
+}  # fmt: skip
 """Endings of files that may hold several matrices."""
 
 
 def ending(path: Path) -> str:
     """A file's ending, without .gz and without a path into an HDF5 file."""
-    name = path.name.lower().removesuffix(".gz")
+    name = re.sub(r"(\.h5|\.hdf5|\.mat):.*", r"\1", str(path).lower()).removesuffix(".gz")
+    name = name.rpartition("/")[2]
     return "." + name.rpartition(".")[2] if "." in name else ""
 
 
@@ -40,7 +57,6 @@ def read_entries(path: Path, wanted: Wanted) -> Entries:
     InputError
         One line with the file's name.
     """
-    size_of(path)
     found = READERS.get(ending(path))
     if found is None:
         known = " ".join(sorted(READERS))

@@ -162,6 +162,8 @@ def _aligned(
     A format that lists entries by label leaves out rows of zeros: the mass of massless freedoms,
     the stiffness of a statically determinate interface. Other labels must be the same.
     """
+    fixed = frozenset().union(*(part.entries.fixed for part in parts.values()))
+    parts = {what: _without(part, fixed) for what, part in parts.items()}
     longest = max(parts.values(), key=lambda part: len(part.labels[0]))
     place = {key: k for k, key in enumerate(_keys(longest.labels))}
     if len(place) < len(longest.labels[0]):
@@ -186,6 +188,18 @@ def _aligned(
             (coo.data, (places[coo.row], places[coo.col])), shape=(n, n)
         ).tocsc()
     return *longest.labels, aligned
+
+
+def _without(part: _Part, fixed: frozenset[tuple[int, int]]) -> _Part:
+    """A matrix without the rows of freedoms that any of the files holds fixed."""
+    if not fixed:
+        return part
+    free = np.array([key not in fixed for key in _keys(part.labels)], bool)
+    if free.all():
+        return part
+    kept = np.flatnonzero(free)
+    matrix = part.matrix[:, kept].tocsr()[kept].tocsc()
+    return _Part(part.entries, matrix, (part.labels[0][kept], part.labels[1][kept]))
 
 
 def _keys(labels: Labels) -> list[tuple[int, int]]:

@@ -18,7 +18,6 @@ from vanelock.matrices.choosing import Wanted
 from vanelock.matrices.contents import content
 from vanelock.matrices.entries import FULL, HERMITIAN, SYMMETRIC, Entries, dense_entries, square
 
-BANNER = b"%%MatrixMarket"
 _FORMS = {"general": FULL, "symmetric": SYMMETRIC, "hermitian": HERMITIAN}
 _FIELDS = ("real", "double", "complex", "integer", "unsigned-integer")
 

@@ -16,7 +16,7 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from vanelock.errors import InputError
-from vanelock.matrices.choosing import Wanted, chosen
+from vanelock.matrices.choosing import Wanted, chosen, refuse_unless_alone
 from vanelock.matrices.contents import content, room, size_of
 from vanelock.matrices.entries import Entries, dense_entries, numbers, square
 
@@ -44,6 +44,7 @@ def read_npy(path: Path, wanted: Wanted) -> Entries:
     InputError
         One line with the file's name.
     """
+    refuse_unless_alone(str(path), wanted)
     return dense_entries(str(path), _array(str(path), content(path)))
 
 
@@ -67,6 +68,7 @@ def read_npz(path: Path, wanted: Wanted) -> Entries:
             if claimed > room(size):
                 raise InputError(f"{source}: {size:,} bytes claim to unpack to {claimed:,}")
             if {"format", "shape", "data"} <= set(members):
+                refuse_unless_alone(source, wanted)
                 found = {
                     name: _array(f"{source}: {name}", archive.read(members[name]))
                     for name in _PARTS
@@ -81,6 +83,12 @@ def read_npz(path: Path, wanted: Wanted) -> Entries:
         raise
     except _FAULTS:
         raise InputError(f"{source}: not a whole .npz file") from None
+
+
+def arrays(path: Path) -> dict[str, NDArray[Any]]:
+    """All arrays of a .npz file of one's own."""
+    with np.load(path, allow_pickle=False) as file:
+        return {name: file[name] for name in file.files}
 
 
 def _array(source: str, held: bytes) -> NDArray[Any]:
