@@ -29,7 +29,7 @@ from vanelock.study.summary import Peak
 Floats = NDArray[np.float64]
 
 LOOPS = 4
-"""Cases whose loops are drawn: the first ones."""
+"""Cases whose preloads and loops are drawn: the first ones."""
 
 
 @dataclass(frozen=True)
@@ -118,7 +118,8 @@ def draw(shown: Shown, found: Sequence[Found]) -> list[Exhibit]:
     made = [_curves(shown)]
     preloads: set[bytes] = set()
     for each in shown.top.values():
-        if each.joints and (held := each.static.force.tobytes()) not in preloads:
+        held = each.static.force.tobytes()
+        if each.joints and held not in preloads and len(preloads) < LOOPS:
             preloads.add(held)
             made.append(_preload(shown, each, len(preloads) > 1))
     for each in list(shown.top.values())[:LOOPS]:
@@ -174,7 +175,7 @@ def _preload(shown: Shown, each: ShownCase, several: bool) -> Exhibit:
         f"Contact forces at rest, from interference and static load alone{of_case(name)}. Above: "
         "normal force of each contact. Below: friction over its bound, |t| / (μ n)."
     )
-    return Exhibit(path, "Preload of the contacts", caption, (data,))
+    return Exhibit(path, f"Preload of the contacts{of_case(name)}", caption, (data,))
 
 
 def _loop(shown: Shown, each: ShownCase) -> list[Exhibit]:
@@ -210,7 +211,8 @@ def _loop(shown: Shown, each: ShownCase) -> list[Exhibit]:
         f"{of_case(name)}. Left: friction over sliding; the area inside is the energy lost in a "
         "cycle. Right: normal force and friction over the period."
     )
-    return [Exhibit(path, f"Hysteresis of contact {number} of {joint}", caption, (data,))]
+    title = f"Hysteresis of contact {number} of {joint}{of_case(name)}"
+    return [Exhibit(path, title, caption, (data,))]
 
 
 def _table(

@@ -4,7 +4,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vanelock.assembly.cases import SceneCase
 from vanelock.cyclic import COMPONENTS
@@ -132,8 +131,3 @@ def _over(peak: Peak | None, other: Peak | None) -> float:
     if peak is None or other is None or other.amplitude <= 0:
         return float("nan")
     return peak.amplitude / other.amplitude
-
-
-def speeds(frequencies: NDArray[np.float64], engine_order: int) -> NDArray[np.float64]:
-    """Rotor speeds of excitation frequencies, rpm."""
-    return np.asarray(60 * frequencies / abs(engine_order))

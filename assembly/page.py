@@ -100,7 +100,7 @@ def _answers(shown: Shown, found: Sequence[Found]) -> list[Answer]:
             f"{case}{shown.monitor.name}, half the peak-to-peak{over}",
             "warn" if most.peak.at_edge else "",
         ),
-        Answer("At", f"{most.peak.frequency:.2f} Hz", ""),
+        Answer("At", f"{most.peak.frequency:.2f} Hz", _speed(shown, most.peak.frequency)),
     ]
     total = sum(most.work.values())
     if total > 0:
@@ -114,6 +114,14 @@ def _answers(shown: Shown, found: Sequence[Found]) -> list[Answer]:
             Answer("Smallest peak", f"{1e6 * least.peak.amplitude:.3g} µm", words(least.case.name))
         )
     return answers
+
+
+def _speed(shown: Shown, frequency: float) -> str:
+    """Rotor speed, in a ring."""
+    order = abs(shown.scene.excitation.engine_order)
+    if shown.scene.ring.sectors == 1:
+        return ""
+    return f"{60 * frequency / order:,.0f} rpm at engine order {order}"
 
 
 def _cases(found: Sequence[Found]) -> Table:

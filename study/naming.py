@@ -9,6 +9,10 @@ def slug(name: str) -> str:
     return re.sub(r"[^A-Za-z0-9.+-]+", "_", name.replace("=", "")).strip("_")
 
 
+LENGTHS = ("interference",)
+"""Last words of keys whose values are lengths that people tell in µm."""
+
+
 def words(name: str, without: str = "") -> str:
     """A case's name, such as "mu=0.3,harmonics=1", as people write it; one key left out."""
     symbols = {"mu": "μ", "harmonics": "H", "engine_order": "EO"}
@@ -19,8 +23,16 @@ def words(name: str, without: str = "") -> str:
         if key in clear:
             texts.append(value + clear[key])
         elif key != without:
-            texts.append(f"{symbols.get(key, key)} = {value}" if value else key)
+            texts.append(f"{symbols.get(key, key)} = {_told(key, value)}" if value else key)
     return ", ".join(texts)
+
+
+def _told(key: str, value: str) -> str:
+    """A swept value, a small length in µm."""
+    try:
+        return f"{1e6 * float(value):.6g} µm" if key.endswith(LENGTHS) else value
+    except ValueError:
+        return value
 
 
 def merged(names: Sequence[str]) -> str:
