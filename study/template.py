@@ -1,4 +1,4 @@
-"""The commented study file that `vanelock init` writes."""
+"""The commented files that `vanelock init` writes: a study, or a scene of matrices."""
 
 from importlib.resources import files
 from pathlib import Path
@@ -7,12 +7,12 @@ from vanelock.errors import InputError
 from vanelock.study.cache import writing
 
 
-def template_text() -> str:
-    """Its text."""
-    return files("vanelock.study").joinpath("template.toml").read_text("utf-8")
+def template_text(package: str = "study") -> str:
+    """The text of a package's commented file, "study" or "assembly"."""
+    return files(f"vanelock.{package}").joinpath("template.toml").read_text("utf-8")
 
 
-def write_template(path: Path) -> None:
+def write_template(path: Path, package: str = "study") -> None:
     """Write it to a file that is not there yet.
 
     Raises
@@ -20,7 +20,7 @@ def write_template(path: Path) -> None:
     InputError
         If the file exists or cannot be written.
     """
-    text = template_text()
+    text = template_text(package)
     try:
         with writing(path), path.open("x", encoding="utf-8") as file:
             file.write(text)

@@ -190,11 +190,14 @@ def init(
     path: Annotated[
         Path, typer.Argument(help="File to write.", parser=_path, metavar="PATH")
     ] = Path("study.toml"),
+    scene: Annotated[
+        bool, typer.Option("--scene", help="A scene of your own matrices instead of a study.")
+    ] = False,
 ) -> None:
     """Write a commented study file."""
     from vanelock.study import write_template
 
-    write_template(path)
+    write_template(path, "assembly" if scene else "study")
     print(f"{path} written; run it with: vanelock run {path}")
 
 

@@ -1,10 +1,14 @@
-"""The page on scenes names every key, and its example is one."""
+"""The page on scenes and the commented file name every key, and what they show is a scene."""
 
 import re
 import tomllib
 from pathlib import Path
 
+import pytest
+
+from vanelock.__main__ import main
 from vanelock.assembly import Scene, check_scene
+from vanelock.study import template_text
 from vanelock.study.messages import ANY, known_keys
 
 PAGE = (Path(__file__).resolve().parents[2] / "docs" / "scene_file.md").read_text("utf-8")
@@ -25,3 +29,22 @@ def test_the_example_is_a_scene() -> None:
     scene = check_scene(tomllib.loads(found[1]))
     assert set(scene.components) == {"lower", "upper"}
     assert scene.loads[1].harmonic == 0
+
+
+def test_the_commented_file_is_a_scene_with_every_key() -> None:
+    text = template_text("assembly")
+    scene = check_scene(tomllib.loads(text))
+    for key in known_keys(Scene):
+        last = key.rpartition(".")[2]
+        assert last == ANY or re.search(rf"(?m)(^|[#\[{{, .]){last}( =|\.|\])", text), key
+    bare = Scene.model_validate({"components": {"a": {"stiffness": "a.mtx"}}}, strict=True)
+    for table in ("ring", "response", "damping", "excitation"):
+        assert getattr(scene, table) == getattr(bare, table)
+
+
+def test_init_writes_it(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as status:
+        main(["init", str(tmp_path / "my.toml"), "--scene"])
+    assert not status.value.code
+    assert (tmp_path / "my.toml").read_text() == template_text("assembly")
+    assert "vanelock run" in capsys.readouterr().out
