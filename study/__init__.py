@@ -7,6 +7,7 @@ _modules = {
     "Study": "model",
     "cases": "sweep",
     "Outcome": "converge",
+    "check_file": "checking",
     "choose_listener": "progress",
     "compare_runs": "compare",
     "converge_study": "converge",

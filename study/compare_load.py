@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vanelock.cyclic import COMPONENTS
-from vanelock.errors import InputError
+from vanelock.errors import InputError, printable
 from vanelock.study.results import NAME, open_results
 
 Floats = NDArray[np.float64]
@@ -92,11 +92,38 @@ def load_run(folder: Path, label: str) -> Loaded:
             f"{folder}: holds no {NAME}: not the folder of a run, or of one just begun"
         )
     with open_results(path) as file:
-        try:
-            return _loaded(folder, label, file)
-        except KeyError as error:
-            reason = str(error).strip("\"'")
-            raise InputError(f"{path}: lacks what a run writes ({reason}); run it again") from None
+        return load_file(folder, label, file)
+
+
+def load_file(folder: Path, label: str, file: h5py.File) -> Loaded:
+    """Read an open results file.
+
+    Raises
+    ------
+    InputError
+        If it lacks what a run writes, or holds something else in its place.
+    """
+    try:
+        return _loaded(folder, label, file)
+    except KeyError as error:
+        reason = _line(str(error).strip("\"'"))
+        raise InputError(
+            f"{file.filename}: lacks what a run writes ({reason}); run it again"
+        ) from None
+    except (
+        AttributeError, IndexError, MemoryError, OSError, OverflowError, RecursionError,
+        RuntimeError, TypeError, ValueError,
+    ) as error:  # fmt: skip
+        reason = _line(str(error) or type(error).__name__)
+        raise InputError(
+            f"{file.filename}: holds something else than a run writes ({reason}); run it again"
+        ) from None
+
+
+def _line(text: str) -> str:
+    """The first line of a library's message, which may quote the file."""
+    first = (text.splitlines() or [""])[0]
+    return printable(first)[:160]
 
 
 def _loaded(folder: Path, label: str, file: h5py.File) -> Loaded:
@@ -177,7 +204,7 @@ def _seconds(about: h5py.Group) -> dict[str, float]:
 
 def _add(found: dict[str, float], name: str, group: h5py.Group) -> None:
     if "seconds" not in group.attrs:  # a "/" in a stage's name makes a group of its own
-        for inner, below in group.items():
+        for inner, below in group.items() if name.count("/") < 4 else ():
             _add(found, f"{name}/{inner}", below)
         return
     kind = name.rpartition(" ")[0].partition(",")[0]

@@ -3,7 +3,6 @@
 import json
 import os
 import time
-import tomllib
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -32,6 +31,7 @@ from vanelock.study.steps import Stages
 from vanelock.study.sweep import cases, value_at, with_values
 from vanelock.study.temperature import described
 from vanelock.study.warm import warmed
+from vanelock.toml import toml_tables
 
 Floats = NDArray[np.float64]
 
@@ -242,10 +242,13 @@ def _files(
     record(path / f"{NAME}.json", json.dumps(json_of(found), indent=1))
     files = [picture, table, path / f"{NAME}.json"]
     try:
-        record(path / "fitted.toml", fitted_text(text, after, beside, path))
+        made = fitted_text(text, after, beside, path)
+        record(path / "fitted.toml", made)
     except InputError as error:
         listener(Notice(f"fitted.toml is not written: {error}"))
         return files
+    if any(file.startswith("..") for file in _files_named(made).values()):
+        listener(Notice("fitted.toml names files outside its folder: run it with --allow-outside"))
     return [*files, path / "fitted.toml"]
 
 
@@ -262,7 +265,7 @@ def fitted_text(text: str, values: dict[str, float], beside: Path, folder: Path)
 
 def _files_named(text: str) -> dict[str, str]:
     """Files that a study's text names, by dotted key."""
-    data = tomllib.loads(text.replace("\r\n", "\n"))
+    data = toml_tables(text, "study")
     found = {f"{part}.mesh": data.get(part, {}).get("mesh") for part in ("vane", "casing")}
     measured = data.get("measured", [])
     if isinstance(measured, dict):

@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vanelock.errors import InputError
+from vanelock.files import contents
 from vanelock.quantities import si
 from vanelock.study.comparison import MeasuredCurve
 from vanelock.study.model import Study
@@ -45,6 +46,9 @@ UNITS = {
 }  # fmt: skip
 """In Hz and rpm. Not by a library of units, to which a revolution is 2π."""
 STRAINS = {"ustrain": 1e-6, "microstrain": 1e-6, "µε": 1e-6, "με": 1e-6, "1": 1.0, "-": 1.0}
+
+LARGEST = 10_000_000
+"""Bytes of the largest file of a measured curve."""
 
 
 @dataclass(frozen=True)
@@ -286,14 +290,7 @@ def _converted(unit: str, to: str, where: str) -> float:
 
 
 def _text(path: Path) -> str:
-    try:
-        raw = path.read_bytes()
-    except FileNotFoundError:
-        raise InputError(f"{path}: no such file") from None
-    except IsADirectoryError:
-        raise InputError(f"{path}: is a folder, a CSV file is needed") from None
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read: {error.strerror or error}") from None
+    raw = contents(path, "a CSV file", LARGEST)
     for encoding in ("utf-8-sig", "cp1252"):
         try:
             return raw.decode(encoding)

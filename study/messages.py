@@ -7,6 +7,7 @@ from pydantic import BaseModel, ValidationError
 from pydantic.fields import FieldInfo
 from pydantic_core import ErrorDetails
 
+from vanelock.errors import MOST_TOLD, printable
 from vanelock.study.model import Study
 from vanelock.study.own_mesh import DIMENSIONS, OWN
 
@@ -31,24 +32,37 @@ _TYPES = {
     "finite_number": "a finite number",
 }
 
+LONGEST = 1000
+"""Characters of a line; the longest list of known keys has half of that."""
+
 
 def explain(
     error: ValidationError, data: dict[str, Any], schema: type[BaseModel] = Study
 ) -> list[str]:
     """One line for each mistake that pydantic found in the study `data`, or in another schema's."""
-    lines = []
-    for details in mistakes(error):
-        key, told = dotted(details["loc"]), reason(details, schema)
-        value = _given(data, details["loc"], details["input"])
-        if not key:
-            lines.append(told)
-        elif not isinstance(value, dict | BaseModel):
-            lines.append(f"{key} = {show(value)}: {told}")
-        elif f"{key}.{told.partition(' = ')[0]}" in known_keys(schema):
-            lines.append(f"{key}.{told}")  # a table's own check names one of its keys
-        else:
-            lines.append(f"{key}: {told}")
-    return list(dict.fromkeys(lines))
+    lines: dict[str, None] = {}
+    every = mistakes(error)
+    for i, details in enumerate(every):
+        if len(lines) == MOST_TOLD:  # to find a similar key takes long
+            return [*lines, f"and {len(every) - i:,} more mistakes"]
+        line = _told(details, data, schema)
+        lines[line if len(line) <= LONGEST else f"{line[: LONGEST - 3]}..."] = None
+    return list(lines)
+
+
+def _told(details: ErrorDetails, data: dict[str, Any], schema: type[BaseModel]) -> str:
+    """One mistake."""
+    key, told = dotted(details["loc"]), reason(details, schema)
+    value = _given(data, details["loc"], details["input"])
+    if not key:
+        return told
+    if not isinstance(value, dict | BaseModel):
+        return f"{key} = {show(value)}: {told}"
+    if f"{key}.{told.partition(' = ')[0]}" in known_keys(schema):
+        return f"{key}.{told}"  # a table's own check names one of its keys
+    return f"{key}: {told}"
+
+
 
 
 def mistakes(error: ValidationError) -> list[ErrorDetails]:
@@ -109,7 +123,8 @@ def dotted(location: Location) -> str:
             text += f"[{item}]"
         else:
             bare = item.replace("_", "").replace("-", "").isalnum() and item.isascii()
-            text += ("." if text else "") + (item if bare else f'"{item}"')
+            shown = item if len(item) <= 60 else item[:57] + "..."
+            text += ("." if text else "") + (shown if bare else f'"{printable(shown)}"')
     return text
 
 
@@ -118,11 +133,12 @@ def show(value: object) -> str:
     if isinstance(value, bool):
         text = str(value).lower()
     elif isinstance(value, str):
-        text = '"' + value.replace("\n", " ") + '"'
+        text = '"' + value[:60].replace("\n", " ") + '"'
     elif isinstance(value, list | tuple):
-        text = "[" + ", ".join(show(item) for item in value) + "]"
+        text = "[" + ", ".join(show(item) for item in value[:60]) + "]"
     else:
         text = str(value).replace("\n", " ")
+    text = printable(text)
     return text if len(text) <= 60 else text[:57] + "..."
 
 
@@ -139,7 +155,7 @@ def known_keys(table: type[BaseModel] = Study, prefix: str = "") -> list[str]:
 
 def unknown(location: Location, schema: type[BaseModel] = Study) -> str:
     """Hint for an unknown key: a similar one beside it, else the same elsewhere, else its table."""
-    *path, key = [item for item in location if isinstance(item, str)]
+    *path, key = [item[:60] for item in location if isinstance(item, str)]
     prefix = "".join(f"{item}." for item in _general(path, schema))
     every = known_keys(schema)
     beside = [k for k in every if k.startswith(prefix) and "." not in k[len(prefix) :]]

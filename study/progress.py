@@ -15,6 +15,7 @@ from typing import Any, TypeAlias
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskID, TextColumn
 
+from vanelock.errors import printable
 from vanelock.study.tables import Table
 
 
@@ -90,7 +91,7 @@ class Lines:
                 self._say(_line(event))
 
     def _say(self, text: str) -> None:
-        print(text, file=sys.stderr, flush=True)
+        print(printable(text), file=sys.stderr, flush=True)
         self._spoke = time.monotonic()
 
 
@@ -115,13 +116,13 @@ class Bar:
             self._task = None
         match event:
             case Begun():
-                self._task = self._bar.add_task(event.stage, total=None, said="")
+                self._task = self._bar.add_task(printable(event.stage), total=None, said="")
             case Table():
                 print_table(self._tables, event)
             case Point():
                 pass
             case _:
-                self._bar.console.print(_line(event))
+                self._bar.console.print(printable(_line(event)))
 
 
 def json_lines(event: Event) -> None:
@@ -156,7 +157,8 @@ def print_table(console: Console, table: Table) -> None:
     written = StringIO()
     Console(width=1000, file=written, markup=False, highlight=False).print(table.rich())
     lines = [line.rstrip() for line in written.getvalue().splitlines()]
-    text = "\n".join(["", table.title, *filter(None, lines), *table.notes])
+    lines = ["", table.title, *filter(None, lines), *table.notes]
+    text = "\n".join(map(printable, lines))
     console.print(text, soft_wrap=True)
     console.file.flush()
 

@@ -1,21 +1,28 @@
 """Read a study file: TOML, then the schema, then the sweep; every mistake is one clear line."""
 
 import os
-import re
-import tomllib
 from pathlib import Path
 from typing import Any
 
 from pydantic import ValidationError
 
 from vanelock.errors import InputError
+from vanelock.files import beside, contents
 from vanelock.study.messages import explain
 from vanelock.study.model import Study
 from vanelock.study.sweep import cases
+from vanelock.toml import LARGEST, toml_tables
 
 
-def load_study(path: str | os.PathLike[str]) -> Study:
+def load_study(path: str | os.PathLike[str], outside: bool = False) -> Study:
     """Read and check a study file.
+
+    Parameters
+    ----------
+    path : path
+        The study file.
+    outside : bool
+        Whether the files that it names may lie outside its folder.
 
     Raises
     ------
@@ -24,7 +31,11 @@ def load_study(path: str | os.PathLike[str]) -> Study:
     """
     where = str(path)
     data = toml_tables(read_text(Path(path)), where)
-    study = check_study(_beside(data, Path(path).parent), where)
+    try:
+        data = _beside(data, Path(path).parent, outside)
+    except InputError as error:
+        raise InputError(f"{where}: {error}") from None
+    study = check_study(data, where)
     try:
         cases(study)
     except InputError as error:
@@ -43,13 +54,7 @@ def read_text(path: Path) -> str:
         If it cannot be read or is not text.
     """
     try:
-        return path.read_bytes().decode("utf-8")
-    except FileNotFoundError:
-        raise InputError(f"{path}: no such file") from None
-    except IsADirectoryError:
-        raise InputError(f"{path}: is a folder, a study file is needed") from None
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read: {error.strerror or error}") from None
+        return contents(path, "a study file", LARGEST).decode("utf-8")
     except UnicodeDecodeError:
         raise InputError(f"{path}: not a text file in UTF-8") from None
 
@@ -68,37 +73,26 @@ def check_study(data: dict[str, Any], where: str = "study") -> Study:
         raise InputError("\n".join(f"{where}: {line}" for line in lines)) from None
 
 
-def _beside(data: dict[str, Any], folder: Path) -> dict[str, Any]:
+def _beside(data: dict[str, Any], folder: Path, outside: bool) -> dict[str, Any]:
     """The tables with files where they are: their paths start at the study file's folder."""
     found = dict(data)
     measured = data.get("measured")
     if isinstance(measured, dict):
         measured = [measured]
     if isinstance(measured, list):
-        found["measured"] = [_placed(each, "file", folder) for each in measured]
+        found["measured"] = [
+            _placed(each, "file", folder, f"measured[{i}]", outside)
+            for i, each in enumerate(measured)
+        ]
     for name in ("vane", "casing"):
         if name in data:
-            found[name] = _placed(data[name], "mesh", folder)
+            found[name] = _placed(data[name], "mesh", folder, name, outside)
     return found
 
 
-def _placed(table: Any, key: str, folder: Path) -> Any:
+def _placed(table: Any, key: str, folder: Path, where: str, outside: bool) -> Any:
     """The table with its file's path from the folder on; anything else is for the schema."""
     if isinstance(table, dict) and isinstance(table.get(key), str) and table[key]:
-        return {**table, key: str(folder / table[key])}
+        place = beside(folder, table[key], f"{where}.{key}", outside)
+        return {**table, key: str(place)}
     return table
-
-
-def toml_tables(text: str, where: str) -> dict[str, Any]:
-    """Nested tables of a TOML text; `where` is what errors call it."""
-    try:
-        return tomllib.loads(text.replace("\r\n", "\n"))
-    except tomllib.TOMLDecodeError as error:
-        message = str(error)
-        found = re.fullmatch(r"(.*) \(at (?:line (\d+), column (\d+)|end of document)\)", message)
-        if found is None:
-            raise InputError(f"{where}: not valid TOML: {message}") from None
-        line = found[2] or str(len(text.splitlines()) or 1)
-        raise InputError(f"{where}: line {line}: not valid TOML: {found[1]}") from None
-    except RecursionError:
-        raise InputError(f"{where}: not a study: nested too deeply") from None

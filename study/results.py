@@ -25,14 +25,16 @@ is a whole one and holds every case finished before.
 import os
 import shutil
 from collections.abc import Generator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import h5py
+import numpy as np
 
 from vanelock.errors import InputError
+from vanelock.hdf5 import opened
 from vanelock.nonlinear import OPEN, SLIP, SLIP_OPEN, STUCK, Response
 from vanelock.product import Product
 from vanelock.rom import Component, System
@@ -72,21 +74,20 @@ def open_results(path: str | os.PathLike[str]) -> Generator[h5py.File, None, Non
         If it is missing, damaged or foreign.
     """
     advice = "move it away or name another folder with --output"
-    try:
-        file = h5py.File(path, "r")
-    except FileNotFoundError:
-        raise InputError(f"{path}: no such file") from None
-    except OSError as error:
-        reason = str(error).splitlines()[0]
-        raise InputError(f"{path}: not a readable HDF5 file ({reason}); {advice}") from None
-    with file:
+    with ExitStack() as stack:
+        try:
+            file = stack.enter_context(opened(path))
+        except InputError as error:
+            told = f"{error}; {advice}" if "HDF5" in str(error) else str(error)
+            raise InputError(told) from None
         found = file.attrs.get("format")
         if not isinstance(found, str) or found != FORMAT:
             raise InputError(f"{path}: not a vanelock results file; {advice}")
-        if (version := int(file.attrs.get("version", 0))) != VERSION:
+        version = file.attrs.get("version")
+        if not isinstance(version, np.integer) or version != VERSION:
             raise InputError(
-                f"{path}: results of format version {version}, this program writes {VERSION}; "
-                f"{advice}"
+                f"{path}: results of format version {str(version)[:40]}, this program writes "
+                f"{VERSION}; {advice}"
             )
         yield file
 

@@ -11,7 +11,7 @@ from typing import Any, Literal, get_args, get_origin
 
 from pydantic import ValidationError
 
-from vanelock.errors import InputError
+from vanelock.errors import MOST_TOLD, InputError, first_mistakes
 from vanelock.mesh.fit import check_casing, check_fit, check_sectors, check_vane
 from vanelock.study.messages import explain, field_at, known_keys, mistakes, reason, show, unknown
 from vanelock.study.model import Study
@@ -55,8 +55,10 @@ def cases(study: Study) -> tuple[Case, ...]:
     wrong: list[str] = []
     for key, values in study.sweep.items():
         wrong += _mistakes(study, key, values)
+        if len(wrong) > MOST_TOLD:
+            break
     if wrong:
-        raise InputError("\n".join(wrong))
+        raise InputError("\n".join(first_mistakes(wrong)))
     lists = dict(study.sweep)
     if study.excitation.engine_orders is not None:
         lists = {ORDER: study.excitation.engine_orders, **lists}

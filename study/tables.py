@@ -6,6 +6,8 @@ from typing import Any, TypeAlias
 from rich.box import SIMPLE_HEAD
 from rich.table import Table as RichTable
 
+from vanelock.errors import printable
+
 Cell: TypeAlias = str | float | int | None
 
 
@@ -53,7 +55,9 @@ class Table:
         table = RichTable(box=SIMPLE_HEAD, pad_edge=False)
         for i, column in enumerate(self.columns):
             numbers = any(isinstance(row[i], int | float) for row in self.rows)
-            table.add_column(column.head, justify="right" if numbers else "left", no_wrap=True)
+            table.add_column(
+                printable(column.head), justify="right" if numbers else "left", no_wrap=True
+            )
         for row in self.rows:
             cells = zip(row, self.columns, strict=True)
             table.add_row(*(_text(cell, column.form) for cell, column in cells))
@@ -63,4 +67,4 @@ class Table:
 def _text(cell: Cell, form: str) -> str:
     if cell is None:
         return "-"
-    return cell if isinstance(cell, str) else format(cell, form)
+    return printable(cell) if isinstance(cell, str) else format(cell, form)

@@ -90,7 +90,7 @@ def test_what_is_no_product_is_refused(tmp_path):
         "cut.h5": "not a readable HDF5 file",
         "inner.h5": "expected a Outer, found Inner",
         "hollow.h5": "not a vanelock Outer",
-        "folder.h5": "is a folder, not an HDF5 file",
+        "folder.h5": "is a folder, an HDF5 file is needed",
     }
     for name, message in cases.items():
         with pytest.raises(InputError, match=message) as caught:

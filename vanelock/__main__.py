@@ -1,4 +1,4 @@
-"""Command line: `vanelock run | mesh | converge | compare | fit | init`.
+"""Command line: `vanelock run | mesh | converge | compare | fit | check | init`.
 
 Errors are one plain line on standard error. Exit status: 0; 2 for input that cannot be used;
 130 when stopped by the user.
@@ -17,7 +17,7 @@ from typing import Annotated, NoReturn
 import typer
 
 import vanelock
-from vanelock.errors import InputError
+from vanelock.errors import InputError, printable
 
 app = typer.Typer(
     name="vanelock",
@@ -67,6 +67,10 @@ Output = Annotated[
     ),
 ]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print errors only.")]
+Outside = Annotated[
+    bool,
+    typer.Option("--allow-outside", help="Let the study name files outside of its own folder."),
+]
 AsJson = Annotated[
     bool, typer.Option("--json", help="Print one JSON object a line instead of text.")
 ]
@@ -74,7 +78,11 @@ AsJson = Annotated[
 
 @app.command()
 def run(
-    study: StudyFile, output: Output = None, quiet: Quiet = False, as_json: AsJson = False
+    study: StudyFile,
+    output: Output = None,
+    allow_outside: Outside = False,
+    quiet: Quiet = False,
+    as_json: AsJson = False,
 ) -> None:
     """Run a study, its [campaign], or a scene of matrices; an earlier run's work is used again."""
     from vanelock.study import choose_listener, load_study, read_text, run_study, toml_tables
@@ -87,7 +95,7 @@ def run(
         with _going_on_later(folder), choose_listener(quiet, as_json) as listener:
             run_scene(scene, folder, listener, read_text(study))
         return
-    loaded = load_study(study)
+    loaded = load_study(study, allow_outside)
     with _going_on_later(folder), choose_listener(quiet, as_json) as listener:
         if loaded.campaign is None:
             run_study(loaded, folder, listener, read_text(study))
@@ -99,12 +107,16 @@ def run(
 
 @app.command()
 def mesh(
-    study: StudyFile, output: Output = None, quiet: Quiet = False, as_json: AsJson = False
+    study: StudyFile,
+    output: Output = None,
+    allow_outside: Outside = False,
+    quiet: Quiet = False,
+    as_json: AsJson = False,
 ) -> None:
     """Mesh both parts of a study: files for ParaView and Gmsh, figures, counts, a picture."""
     from vanelock.study import choose_listener, load_study, mesh_study
 
-    loaded = load_study(study)
+    loaded = load_study(study, allow_outside)
     folder = output or Path("runs") / study.stem
     with _going_on_later(folder), choose_listener(quiet, as_json) as listener:
         mesh_study(loaded, folder, listener)
@@ -114,6 +126,7 @@ def mesh(
 def converge(
     study: StudyFile,
     output: Output = None,
+    allow_outside: Outside = False,
     quiet: Quiet = False,
     as_json: AsJson = False,
     knob: Annotated[
@@ -127,7 +140,7 @@ def converge(
     """Measure error against cost: run a study again with each of its knobs raised alone."""
     from vanelock.study import choose_listener, converge_study, load_study
 
-    loaded = load_study(study)
+    loaded = load_study(study, allow_outside)
     folder = output or Path("runs") / study.stem
     with _going_on_later(folder), choose_listener(quiet, as_json) as listener:
         converge_study(
@@ -161,15 +174,38 @@ def compare(
 
 @app.command()
 def fit(
-    study: StudyFile, output: Output = None, quiet: Quiet = False, as_json: AsJson = False
+    study: StudyFile,
+    output: Output = None,
+    allow_outside: Outside = False,
+    quiet: Quiet = False,
+    as_json: AsJson = False,
 ) -> None:
     """Fit friction, stiffness, interference, load or damping to measured curves."""
     from vanelock.study import choose_listener, fit_study, load_study, read_text
 
-    loaded = load_study(study)
+    loaded = load_study(study, allow_outside)
     folder = output or Path("runs") / study.stem
     with _going_on_later(folder), choose_listener(quiet, as_json) as listener:
         fit_study(loaded, folder, listener, read_text(study), study.parent)
+
+
+@app.command()
+def check(
+    file: Annotated[
+        Path,
+        typer.Argument(
+            help="Study file, results.h5 or the folder of a run.", parser=_path, metavar="FILE"
+        ),
+    ],
+    allow_outside: Outside = False,
+    quiet: Quiet = False,
+    as_json: AsJson = False,
+) -> None:
+    """Check a file without computing: what a study would compute, what results hold."""
+    from vanelock.study import check_file, choose_listener
+
+    with choose_listener(quiet, as_json) as listener:
+        listener(check_file(file, allow_outside))
 
 
 @contextmanager
@@ -235,7 +271,7 @@ def _status(arguments: list[str] | None) -> int:
             raise
         lines = [error.format_message()]
     for line in lines:
-        print(f"vanelock: {line}", file=sys.stderr)
+        print(f"vanelock: {printable(line)}", file=sys.stderr)
     return 2
 
 

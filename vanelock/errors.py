@@ -1,4 +1,4 @@
-"""Errors that a user can mend."""
+"""Errors that a user can mend, and how they are told."""
 
 
 class InputError(ValueError):
@@ -7,3 +7,19 @@ class InputError(ValueError):
     The message is one line that names the key or file, what was given and what is allowed. The
     command line prints it and exits with status 2; a library user catches it as a `ValueError`.
     """
+
+
+MOST_TOLD = 20
+"""Mistakes of one file that are told, a line each; of the rest their number."""
+
+
+def printable(text: str) -> str:
+    """Text for one line of a terminal: control characters, which could steer it, become "?"."""
+    return "".join(c if c.isprintable() else "?" for c in text)
+
+
+def first_mistakes(lines: list[str]) -> list[str]:
+    """The first of many lines about mistakes, and how many more there are."""
+    if len(lines) <= MOST_TOLD:
+        return lines
+    return [*lines[:MOST_TOLD], f"and {len(lines) - MOST_TOLD:,} more mistakes"]

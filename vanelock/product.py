@@ -17,6 +17,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from vanelock.errors import InputError
+from vanelock.hdf5 import opened
 
 Target: TypeAlias = str | os.PathLike[str] | h5py.Group
 
@@ -55,16 +56,7 @@ class Product:
         """
         if isinstance(source, h5py.Group):
             return cls._read_checked(source, source.name or "/")
-        if os.path.isdir(source):
-            raise InputError(f"{source}: is a folder, not an HDF5 file")
-        try:
-            file = h5py.File(source, "r")
-        except FileNotFoundError:
-            raise InputError(f"{source}: no such file") from None
-        except OSError as error:
-            reason = os.strerror(error.errno) if error.errno else str(error).splitlines()[0]
-            raise InputError(f"{source}: not a readable HDF5 file ({reason})") from None
-        with file:
+        with opened(source) as file:
             return cls._read_checked(file, str(source))
 
     @classmethod

@@ -10,6 +10,15 @@ from typing import Annotated, Any
 
 from pydantic import BeforeValidator
 
+# One number, first of all since pint reads "mm" as one millimetre, and then units alone: pint
+# evaluates arithmetic, and a power of a power of a number never ends.
+_UNIT = r"(?!(?:squared|cubed)\b)[A-Za-zµμΩÅ_]+(?:\^-?[1-9](?!\d)|⁻?[¹²³⁴])?"
+_QUANTITY = re.compile(
+    r"\s*[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d{1,3})?"
+    rf"(?:\s*/?\s*(?:{_UNIT}|%|°C?|\({_UNIT}(?:[*· ]{_UNIT})*\))(?:(?:\s*[*/·]\s*|\s+)"
+    rf"(?:{_UNIT}|\({_UNIT}(?:[*· ]{_UNIT})*\)))*)?\s*"
+)
+
 
 @lru_cache(maxsize=1)
 def _registry() -> Any:
@@ -32,11 +41,8 @@ def si(value: object, unit: str) -> object:
         return value
     from pint.errors import PintError
 
-    # A number first: pint reads "mm" as one millimetre. Short and without powers of powers, since
-    # pint evaluates arithmetic.
-    allowed = re.match(r"\s*[+-]?\.?\d", value) and len(value) <= 40 and "**" not in value
     try:
-        if not allowed:
+        if len(value) > 40 or not _QUANTITY.fullmatch(value):
             raise ValueError
         quantity = _registry().Quantity(value.strip())
         converted = quantity.m if quantity.dimensionless and not unit else quantity.m_as(unit)

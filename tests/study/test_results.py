@@ -85,6 +85,7 @@ def test_files_that_are_not_ours(tmp_path, ring, content):
     expected = "not a readable HDF5 file"
     if content == "folder":
         path.mkdir()
+        expected = "is a folder, an HDF5 file is needed"
     elif content == "damaged":
         path.write_bytes(b"\x00" * 4000)
     else:

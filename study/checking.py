@@ -1,0 +1,193 @@
+"""Check a file without computing: what a study would compute, what a run's results hold."""
+
+import os
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import h5py
+
+from vanelock.errors import InputError
+from vanelock.hdf5 import opened
+from vanelock.mesh import Part
+from vanelock.nonlinear import Response, System
+from vanelock.product import Product
+from vanelock.rom import Component
+from vanelock.study import results
+from vanelock.study.cache import Cache, Entry
+from vanelock.study.compare_load import load_file
+from vanelock.study.fit_command import fitted_parameters
+from vanelock.study.measured import load_measured
+from vanelock.study.meshes import mesh_step
+from vanelock.study.model import Study
+from vanelock.study.own_mesh import OwnCasing, OwnVane, refuse_without_areas
+from vanelock.study.progress import silent
+from vanelock.study.read import load_study
+from vanelock.study.stages import PARTS
+from vanelock.study.steps import Stages
+from vanelock.study.sweep import Case, cases
+from vanelock.study.tables import Column, Table
+
+Row = tuple[str, str]
+_SIGNATURE = b"\x89HDF\r\n\x1a\n"
+KINDS = {kind.__name__: kind for kind in (Part, Component, System, Response)}
+"""Products of a results file that are read whole."""
+
+
+def check_file(path: str | os.PathLike[str], outside: bool = False) -> Table:
+    """Check a study file, a results file or a run's folder, or a system from elsewhere.
+
+    Parameters
+    ----------
+    path : path
+        The file; a folder stands for the results in it.
+    outside : bool
+        Whether the files that a study names may lie outside its folder.
+
+    Returns
+    -------
+    Table
+        What would be computed, or what is there.
+
+    Raises
+    ------
+    InputError
+        As running the study, or comparing the results, would.
+    """
+    place = Path(path)
+    if place.is_dir():
+        place = place / results.NAME
+        if not place.exists():
+            raise InputError(f"{path}: holds no {results.NAME}: not the folder of a run")
+    if _is_hdf5(place):
+        rows, title = _stored(place)
+    else:
+        rows, title = list(_planned(place, outside)), f"{place}: a study that can be run"
+    return Table("check", title, (Column("what", "what"), Column("found", "found")), tuple(rows))
+
+
+def _is_hdf5(path: Path) -> bool:
+    if path.suffix.lower() in (".h5", ".hdf5"):
+        return True
+    try:
+        with path.open("rb") as file:
+            return path.is_file() and file.read(8) == _SIGNATURE
+    except (OSError, ValueError):
+        return False
+
+
+@dataclass(frozen=True)
+class _Unkept(Cache):
+    """Products that are made for the check alone."""
+
+    def load(self, stage: str, key: str, kind: type[Any]) -> Entry[Any] | None:
+        """None is known."""
+        return None
+
+    def store(
+        self, stage: str, key: str, product: Product, seconds: float, cpu: float = 0.0
+    ) -> None:
+        """Forget it."""
+
+
+def _planned(path: Path, outside: bool) -> Iterator[Row]:
+    study = load_study(path, outside)
+    found = cases(study)
+    yield "name", study.name
+    swept = ", ".join(found[0].values)
+    yield "cases", f"{len(found):,} over {swept}" if swept else "1"
+    yield from _parts(study, found)
+    curves = load_measured(study)
+    for curve in curves:
+        yield "measured", f"{curve.label}: {len(curve.frequency):,} points of {curve.quantity}"
+    if study.fit is not None:
+        names = ", ".join(each.key for each in fitted_parameters(study))
+        yield "fit", f"{names} from {study.fit.starts} starts"
+    yield "outputs", ", ".join(_outputs(study))
+
+
+def _parts(study: Study, found: tuple[Case, ...]) -> Iterator[Row]:
+    """Sizes of the parts; a user's mesh is read and matched, once for each way that is swept."""
+    own = {name for name in PARTS if isinstance(getattr(study, name), OwnVane | OwnCasing)}
+    stages = Stages(_Unkept(Path(), lambda told: None), silent)
+    steps = {}
+    for case in found if own else ():
+        for name in PARTS:
+            step = mesh_step(case.study, name)
+            if step.key not in steps:
+                steps[step.key] = step
+                part = stages.get(step)
+                if name == "vane" and isinstance(study.vane, OwnVane):
+                    refuse_without_areas(case.study, part)
+    for name in PARTS:
+        if name in own:
+            part = stages.get(mesh_step(found[0].study, name))
+            sets = ", ".join(f"{key} {len(nodes)}" for key, nodes in part.node_sets.items())
+            yield (
+                name,
+                f"{len(part.points):,} nodes, {len(part.cells):,} {part.cell_type}; {sets}",
+            )
+        else:
+            yield name, f"from dimensions, elements {study.mesh.size}"
+
+
+def _outputs(study: Study) -> Iterator[str]:
+    yield results.NAME
+    yield "figures"
+    wanted = study.outputs
+    chosen = {
+        "shapes": wanted.shapes,
+        "loops": wanted.loops,
+        "animations": wanted.animations,
+        f"{wanted.steps} instants": wanted.steps > 0,
+        f"{len(wanted.gauges)} gauges": bool(wanted.gauges),
+        "Campbell diagram": study.campbell is not None,
+        "campaign": study.campaign is not None,
+        "report.html": wanted.report,
+    }
+    yield from (name for name, there in chosen.items() if there)
+
+
+def _stored(path: Path) -> tuple[list[Row], str]:
+    """What an HDF5 file holds."""
+    with opened(path) as file:
+        kind = str(file.attrs.get("format", ""))
+    if kind == "vanelock-system":
+        return list(_system(System.load(path))), f"{path}: a system that can be solved"
+    with results.open_results(path) as file:
+        loaded = load_file(path, path.parent.name, file)
+        products = list(_products(file))
+    rows = [
+        ("complete", "yes" if loaded.complete else "NO: the run was stopped or is under way"),
+        ("date", loaded.date),
+        ("cases", f"{len(loaded.cases):,}"),
+        ("monitor", loaded.monitor or "-"),
+        *((what, f"{size:,}") for what, size in loaded.sizes.items()),
+        ("read", ", ".join(f"{products.count(n)} {n}" for n in KINDS if n in products) or "-"),
+    ]
+    return rows, f"{path}: results of a run"
+
+
+def _system(system: System) -> Iterator[Row]:
+    yield "sectors, engine order", f"{system.sectors}, {system.engine_order}"
+    for k, matrices in system.diameters.items():
+        yield f"nodal diameter {k}", f"{len(matrices.K):,} coordinates"
+    yield "contacts", f"{len(system.contacts.kn):,}"
+
+
+def _products(file: h5py.File) -> Iterator[str]:
+    """Names of the products that could be read."""
+    places = ["system"]
+    for group, depth in (("mesh", 1), ("rom", 1), ("response", 1)):
+        below = file.get(group)
+        if isinstance(below, h5py.Group):
+            places += [f"{group}/{name}" for name in below][: 100 * depth]
+    for place in places:
+        item = file.get(place)
+        if not isinstance(item, h5py.Group):
+            continue
+        kind = KINDS.get(str(item.attrs.get("product", "System" if place == "system" else "")))
+        if kind is not None:
+            kind.load(item)
+            yield kind.__name__
