@@ -12,6 +12,7 @@ _modules = {
     "SceneCase": "cases",
     "Tie": "connect",
     "Touching": "connect",
+    "check_file": "checking",
     "check_scene": "load",
     "is_scene": "load",
     "load_scene": "load",

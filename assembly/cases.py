@@ -7,6 +7,7 @@ from typing import Any
 
 from pydantic import ValidationError
 
+from vanelock.assembly.load import FILES
 from vanelock.assembly.model import Scene
 from vanelock.errors import InputError
 from vanelock.study.messages import explain, show
@@ -15,6 +16,8 @@ LARGEST = 100_000
 """Most cases of one scene."""
 APART = ("sweep", "name", "outputs")
 """Tables that cannot be swept."""
+NAMES = {name for names in FILES.values() for name in names}
+"""Keys of files, which cannot be swept either: their places are checked once."""
 _STEP = re.compile(r"([A-Za-z0-9_-]+)((?:\[\d+\])*)")
 
 
@@ -55,7 +58,7 @@ def scene_cases(scene: Scene) -> tuple[SceneCase, ...]:
 
 def _check(scene: Scene, key: str, values: tuple[Any, ...]) -> None:
     where = f'sweep."{key}"'
-    if key.partition(".")[0] in APART or _path(key) is None:
+    if key.partition(".")[0] in APART or key.rpartition(".")[2] in NAMES or _path(key) is None:
         raise InputError(f"{where}: this key cannot be swept")
     if not values:
         raise InputError(f"{where} = []: needs at least one value")

@@ -8,8 +8,11 @@ from pydantic import ValidationError
 
 from vanelock.assembly.model import Scene
 from vanelock.errors import InputError
+from vanelock.files import beside
+from vanelock.matrices.hdf5 import split_path
 from vanelock.study.messages import explain
-from vanelock.study.read import read_text, toml_tables
+from vanelock.study.read import read_text
+from vanelock.toml import toml_tables
 
 FILES = {
     "components": ("stiffness", "mass", "damping", "dofs", "nodes", "fixed", "low", "high"),
@@ -17,6 +20,10 @@ FILES = {
     "ties": ("pairs",),
 }
 """Keys of named tables that may hold a file's name."""
+ND = "{nd}"
+"""Stands for the nodal diameter in the name of a file."""
+MOST_ND = 1000
+"""Nodal diameters below this are looked for."""
 
 
 def is_scene(data: dict[str, Any]) -> bool:
@@ -24,8 +31,15 @@ def is_scene(data: dict[str, Any]) -> bool:
     return "components" in data or "system" in data
 
 
-def load_scene(path: str | os.PathLike[str]) -> Scene:
+def load_scene(path: str | os.PathLike[str], outside: bool = False) -> Scene:
     """Read and check a scene file; its files' paths start at its folder.
+
+    Parameters
+    ----------
+    path : path
+        The scene file.
+    outside : bool
+        Whether the files that it names may lie outside its folder.
 
     Raises
     ------
@@ -34,7 +48,11 @@ def load_scene(path: str | os.PathLike[str]) -> Scene:
     """
     where = str(path)
     data = toml_tables(read_text(Path(path)), where)
-    return check_scene(_beside(data, Path(path).parent), where)
+    try:
+        data = _beside(data, Path(path).parent, outside)
+    except InputError as error:
+        raise InputError(f"{where}: {error}") from None
+    return check_scene(data, where)
 
 
 def check_scene(data: dict[str, Any], where: str = "scene") -> Scene:
@@ -46,27 +64,47 @@ def check_scene(data: dict[str, Any], where: str = "scene") -> Scene:
         raise InputError("\n".join(f"{where}: {line}" for line in lines)) from None
 
 
-def _beside(data: dict[str, Any], folder: Path) -> dict[str, Any]:
+def _beside(data: dict[str, Any], folder: Path, outside: bool) -> dict[str, Any]:
     """The tables with files where they are."""
 
-    def placed(table: Any, keys: tuple[str, ...]) -> Any:
+    def placed(table: Any, keys: tuple[str, ...], where: str) -> Any:
         if not isinstance(table, dict):
             return table
-        files = {k: str(folder / table[k]) for k in keys if _is_name(table.get(k))}
+        files = {
+            k: _place(folder, table[k], f"{where}.{k}", outside)
+            for k in keys
+            if _is_name(table.get(k))
+        }
         return {**table, **files}
 
     found = dict(data)
     for name, keys in FILES.items():
         if isinstance(data.get(name), dict):
-            found[name] = {key: placed(table, keys) for key, table in data[name].items()}
+            found[name] = {k: placed(table, keys, f"{name}.{k}") for k, table in data[name].items()}
     if isinstance(data.get("loads"), list):
-        found["loads"] = [placed(load, ("nodes",)) for load in data["loads"]]
+        found["loads"] = [
+            placed(load, ("nodes",), f"loads[{i}]") for i, load in enumerate(data["loads"])
+        ]
     if isinstance(outputs := data.get("outputs"), dict) and isinstance(outputs.get("nodes"), dict):
         nodes = outputs["nodes"]
-        found["outputs"] = {**outputs, "nodes": placed(nodes, tuple(nodes))}
+        found["outputs"] = {**outputs, "nodes": placed(nodes, tuple(nodes), "outputs.nodes")}
     if isinstance(data.get("system"), dict):
-        found["system"] = placed(data["system"], ("file",))
+        found["system"] = placed(data["system"], ("file",), "system")
     return found
+
+
+def _place(folder: Path, given: str, where: str, outside: bool) -> str:
+    """Where a file is; of one for each nodal diameter, every one that is there must be inside."""
+    _, inside = split_path(folder / given)  # "file.h5:/group/K"
+    if inside is not None:
+        given = given[: -len(inside) - 1]
+    if ND in given:
+        before, _, after = given.partition(ND)
+        for each in range(MOST_ND):
+            if os.path.lexists(folder / f"{before}{each}{after.replace(ND, str(each))}"):
+                beside(folder, f"{before}{each}{after.replace(ND, str(each))}", where, outside)
+    place = beside(folder, given, where, outside)
+    return str(place) if inside is None else f"{place}:{inside}"
 
 
 def _is_name(value: Any) -> bool:

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vanelock.errors import InputError
+from vanelock.hdf5 import opened
 from vanelock.matrices.choosing import NoMatrixError, Wanted, chosen
 from vanelock.matrices.contents import room, size_of
 from vanelock.matrices.entries import Entries, dense_entries, numbers, square
@@ -36,11 +37,11 @@ def read_hdf5(path: Path, wanted: Wanted) -> Entries:
     file, inside = split_path(path)
     size = size_of(file)
     try:
-        with h5py.File(file, "r") as opened:
+        with opened(file) as held:
             place = wanted.name or (inside if wanted.alone else None)
             if place is None:
-                place = chosen(str(file), _tables(opened), wanted)
-            return _matrix(str(file), opened, place, room(size))
+                place = chosen(str(file), _tables(held), wanted)
+            return _matrix(str(file), held, place, room(size))
     except InputError:
         raise
     except _FAULTS:

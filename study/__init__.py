@@ -20,7 +20,6 @@ _modules = {
     "read_text": "read",
     "run_study": "run",
     "template_text": "template",
-    "toml_tables": "read",
     "write_template": "template",
 }
 __all__ = list(_modules)

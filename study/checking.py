@@ -60,14 +60,15 @@ def check_file(path: str | os.PathLike[str], outside: bool = False) -> Table:
         place = place / results.NAME
         if not place.exists():
             raise InputError(f"{path}: holds no {results.NAME}: not the folder of a run")
-    if _is_hdf5(place):
+    if is_hdf5(place):
         rows, title = _stored(place)
     else:
         rows, title = list(_planned(place, outside)), f"{place}: a study that can be run"
     return Table("check", title, (Column("what", "what"), Column("found", "found")), tuple(rows))
 
 
-def _is_hdf5(path: Path) -> bool:
+def is_hdf5(path: Path) -> bool:
+    """Whether a file is, by its first bytes or its ending, one of HDF5."""
     if path.suffix.lower() in (".h5", ".hdf5"):
         return True
     try:

@@ -63,8 +63,6 @@ def _told(details: ErrorDetails, data: dict[str, Any], schema: type[BaseModel]) 
     return f"{key}: {told}"
 
 
-
-
 def mistakes(error: ValidationError) -> list[ErrorDetails]:
     """What pydantic found, in places that name keys only."""
     every = error.errors(include_url=False)

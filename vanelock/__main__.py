@@ -85,13 +85,14 @@ def run(
     as_json: AsJson = False,
 ) -> None:
     """Run a study, its [campaign], or a scene of matrices; an earlier run's work is used again."""
-    from vanelock.study import choose_listener, load_study, read_text, run_study, toml_tables
+    from vanelock.study import choose_listener, load_study, read_text, run_study
+    from vanelock.toml import toml_tables
 
     folder = output or Path("runs") / study.stem
     if "components" in (tables := toml_tables(read_text(study), str(study))) or "system" in tables:
         from vanelock.assembly import load_scene, run_scene
 
-        scene = load_scene(study)
+        scene = load_scene(study, allow_outside)
         with _going_on_later(folder), choose_listener(quiet, as_json) as listener:
             run_scene(scene, folder, listener, read_text(study))
         return
@@ -202,7 +203,8 @@ def check(
     as_json: AsJson = False,
 ) -> None:
     """Check a file without computing: what a study would compute, what results hold."""
-    from vanelock.study import check_file, choose_listener
+    from vanelock.assembly import check_file
+    from vanelock.study import choose_listener
 
     with choose_listener(quiet, as_json) as listener:
         listener(check_file(file, allow_outside))

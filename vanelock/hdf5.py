@@ -158,8 +158,10 @@ class _Walk:
             if self.links > OBJECTS:
                 raise _Refused(f"more than {OBJECTS:,} objects")
             kind = group.get(name, getlink=True)
+            if isinstance(kind, h5py.SoftLink):  # leads to what is looked at in its own place
+                continue
             if not isinstance(kind, h5py.HardLink):
-                raise _Refused(f"{_plain(group.name)}: {_plain(name)} is a link by name")
+                raise _Refused(f"{_plain(name)} is a link to another file")
             value = group[name]
             if isinstance(value, h5py.Group):
                 self.group(value, depth + 1, (*above, place))

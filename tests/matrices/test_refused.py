@@ -163,8 +163,8 @@ FILES = {
     "objects": ("k.npy", pickled, "objects"),
     "a pickle": ("k.npy", bare_pickle, "NumPy"),
     "cells": ("k.mat", cells, "no matrix"),
-    "a link": ("k.h5", outside, "no matrix"),
-    "data never written": ("k.h5", never_written, "cannot stand"),
+    "a link": ("k.h5", outside, "link to another file"),
+    "data never written": ("k.h5", never_written, "packed, and more than"),
 }
 
 
