@@ -2,7 +2,9 @@
 # make test     run every test
 # Each makes the environment in .venv first, once.
 
-PYTEST := .venv/bin/python -m pytest -n 2 --dist loadfile
+# Files with slow tests come first (conftest.py), or one of them would run alone at the end.
+PYTEST := .venv/bin/python -m pytest -n 2 --dist loadfile --no-loadscope-reorder \
+  --durations=30 --durations-min=8
 MADE := .venv/made
 
 .PHONY: study test test-fast verify lint setup lock

@@ -1,4 +1,4 @@
-"""For all tests: one thread each, and `--everything`, which counts a skipped test as failed."""
+"""For all tests: one thread each, slow files first, `--everything`: a skipped test has failed."""
 
 import os
 from collections.abc import Generator
@@ -17,6 +17,12 @@ def pytest_addoption(parser: pytest.Parser) -> None:
         action="store_true",
         help="count skipped tests and expected failures as failed",
     )
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Put files with slow tests first: the last file begun then is a short one."""
+    slow = {item.path for item in items if item.get_closest_marker("slow")}
+    items.sort(key=lambda item: item.path not in slow)
 
 
 @pytest.hookimpl(wrapper=True, tryfirst=True)
