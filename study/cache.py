@@ -20,7 +20,7 @@ from typing import Any, Generic, TypeVar
 import h5py
 
 import vanelock
-from vanelock.errors import InputError
+from vanelock.errors import FolderError, InputError
 from vanelock.product import Product
 
 P = TypeVar("P", bound=Product)
@@ -114,6 +114,35 @@ class Cache:
             finally:
                 temporary.unlink(missing_ok=True)
 
+    def holds(self, stage: str, key: str) -> bool:
+        """Whether there is an entry, intact or not."""
+        return any(self.folder.glob(f"{_flat(stage)}-{key}-*.h5"))
+
+    def image(self, stage: str, key: str) -> bytes | None:
+        """An entry's bytes, for a process that has no access to the folder."""
+        for path in sorted(self.folder.glob(f"{_flat(stage)}-{key}-*.h5")):
+            image = path.read_bytes()
+            if _digest(image) == path.stem.rpartition("-")[2]:
+                return image
+        return None
+
+    def adopt(self, stage: str, key: str, image: bytes) -> None:
+        """Keep an entry that another process made, by its bytes.
+
+        Raises
+        ------
+        InputError
+            If the folder cannot be written.
+        """
+        with writing(self.folder):
+            self.folder.mkdir(parents=True, exist_ok=True)
+            temporary = self.folder / f".{_flat(stage)}.{os.getpid()}.tmp"
+            try:
+                temporary.write_bytes(image)
+                os.replace(temporary, self.folder / f"{_flat(stage)}-{key}-{_digest(image)}.h5")
+            finally:
+                temporary.unlink(missing_ok=True)
+
 
 def key_of(
     stage: str, package: str, inputs: Mapping[str, Any], upstream: tuple[str, ...] = ()
@@ -185,6 +214,10 @@ def file_digest(path: Path) -> str:
         return hashlib.file_digest(file, "sha256").hexdigest()[:20]
 
 
+def _digest(image: bytes) -> str:
+    return hashlib.sha256(image).hexdigest()[:20]
+
+
 def content_digest(path: str | os.PathLike[str]) -> str:
     """Digest of the contents of a user's file, taken anew when its size or time of change differ.
 
@@ -214,7 +247,7 @@ def writing(path: Path) -> Generator[None, None, None]:
         told = str(error).splitlines()[0]
         inner = re.search(r"error message = '([^']+)'", told)  # HDF5's report of the system's error
         reason = getattr(error, "strerror", None) or (inner[1] if inner else told)
-        raise InputError(f"{path}: cannot be written: {reason}") from None
+        raise FolderError(f"{path}: cannot be written: {reason}") from None
 
 
 def _flat(stage: str) -> str:

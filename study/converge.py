@@ -137,6 +137,7 @@ class _Measuring:
 
     @property
     def _costs_file(self) -> Path:
+        assert isinstance(self.stages.cache, Cache)
         return self.stages.cache.folder / "costs.json"
 
     def _known(self) -> dict[str, float]:

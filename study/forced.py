@@ -17,6 +17,10 @@ Limit: TypeAlias = Literal["free", "stuck"]
 Progress: TypeAlias = Callable[[int, int, float, float], None]
 
 
+def silent_progress(done: int, total: int, frequency: float, amplitude: float) -> None:
+    """Tell nobody."""
+
+
 def linear_system_step(
     study: Study, vane: Step[Component], casing: Step[Component]
 ) -> Step[System]:

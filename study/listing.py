@@ -11,6 +11,7 @@ from vanelock.study.progress import Done
 from vanelock.study.strains import Strain
 from vanelock.study.summary import Peak, Summary
 from vanelock.study.tables import Cell, Column, Table
+from vanelock.study.tasks import Failure
 
 TOGETHER = {
     "preload": "preloads",
@@ -185,6 +186,18 @@ def response_table(cases: Sequence[Summary], monitor: str) -> Table:
         if c.peak is not None and c.peak.at_edge:
             notes.append(f"{c.case}: the largest point is at the end of the frequency range")
     return Table("cases", f"Responses of {monitor}", columns, tuple(rows), tuple(notes))
+
+
+def failed_table(failed: Mapping[str, Failure]) -> Table:
+    """Cases of a sweep that could not be computed, and why."""
+    columns = (
+        Column("case", "case"),
+        Column("attempts", "tried", "d"),
+        Column("reason", "why it failed"),
+    )
+    rows = tuple((case, each.attempts, each.reason) for case, each in failed.items())
+    notes = ("the same command tries them again",)
+    return Table("failed", "FAILED cases", columns, rows, notes)
 
 
 def gauge_table(strains: Mapping[str, tuple[Strain, Peak]]) -> Table:

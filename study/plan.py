@@ -3,7 +3,7 @@
 But for what an accuracy settles first, the mesh above all.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
 from vanelock.cyclic import folded
@@ -134,90 +134,73 @@ def plan(
         What the accuracy of each case chose, whose studies replace those of the cases.
     """
     if any(settled):
-        return _adaptive(cases, progress, [each for each in settled if each is not None])
-    wanted = shared_diameters(cases)
-    roms = [
-        {part: rom_step(case.study, part, ks) for part in PARTS}
-        for case, ks in zip(cases, wanted, strict=True)
-    ]
-    systems = [system_step(c.study, **rom) for c, rom in zip(cases, roms, strict=True)]
-    bases = [linear_system_step(c.study, **rom) for c, rom in zip(cases, roms, strict=True)]
-    modes = [
-        limits_step(c.study, base, **rom) for c, base, rom in zip(cases, bases, roms, strict=True)
-    ]
-    linears = [
-        {which: linear_step(c.study, which, base, mode) for which in LIMITS}
-        for c, base, mode in zip(cases, bases, modes, strict=True)
-    ]
-    names = label(cases, _keys(linears))
-    preloads = [preload_step(c.study, system) for c, system in zip(cases, systems, strict=True)]
-    preload_names = label(cases, [preload.key for preload in preloads])
-    planned = []
-    for i, case in enumerate(cases):
-        linear = Linear(names[i], case.study, bases[i], modes[i], linears[i])
-        response = response_step(case.name, case.study, systems[i], modes[i], progress)
-        gauged = bool(case.study.outputs.gauges)
-        gauges = gauges_step(case.study, roms[i]["vane"]) if gauged else None
-        planned.append(
-            Planned(
-                case, roms[i], systems[i], preloads[i], response, linear, preload_names[i], gauges
-            )
-        )
-    return tuple(planned)
+        chosen = [each for each in settled if each is not None]
+        free = free_step(chosen[0])
+        found = [adaptive(c, s, free, progress) for c, s in zip(cases, chosen, strict=True)]
+    else:
+        wanted = shared_diameters(cases)
+        found = [fixed(c, ks, progress) for c, ks in zip(cases, wanted, strict=True)]
+    cases = [each.case for each in found]
+    linear = label(cases, [each.linear.key for each in found])
+    preload = label(cases, [each.preload.key for each in found])
+    return tuple(
+        replace(each, linear=replace(each.linear, name=name), preload_name=other)
+        for each, name, other in zip(found, linear, preload, strict=True)
+    )
+
+
+def fixed(case: Case, wanted: Iterable[int], progress: Progress) -> Planned:
+    """Steps of a case without an accuracy, its casing reduced at the `wanted` diameters."""
+    study = case.study
+    rom = {part: rom_step(study, part, wanted) for part in PARTS}
+    system, base = system_step(study, **rom), linear_system_step(study, **rom)
+    modes = limits_step(study, base, **rom)
+    linear = {which: linear_step(study, which, base, modes) for which in LIMITS}
+    return Planned(
+        case=case,
+        rom=rom,
+        system=system,
+        preload=preload_step(study, system),
+        response=response_step(case.name, study, system, modes, progress),
+        linear=Linear("", study, base, modes, linear),
+        preload_name="",
+        gauges=gauges_step(study, rom["vane"]) if study.outputs.gauges else None,
+    )
 
 
 def shared_diameters(cases: Sequence[Case]) -> list[tuple[int, ...]]:
     """Nodal diameters at which the casing of each case is reduced: all that any other needs."""
     bare = [reference_step(case.study, "casing").key for case in cases]
-    return [
-        diameters(other.study for other, key in zip(cases, bare, strict=True) if key == own)
-        for own in bare
-    ]
+    alike: dict[str, list[Study]] = {}
+    for case, key in zip(cases, bare, strict=True):
+        alike.setdefault(key, []).append(case.study)
+    found = {key: diameters(studies) for key, studies in alike.items()}
+    return [found[key] for key in bare]
 
 
-def _keys(linears: Sequence[dict[Limit, Step[Response]]]) -> list[tuple[str, ...]]:
-    return [tuple(step.key for step in linear.values()) for linear in linears]
+def adaptive(case: Case, settled: Settled, free: Step[Response], progress: Progress) -> Planned:
+    """Steps of a case with an accuracy; the `free` linear response says what is monitored."""
+    case = replace(case, study=settled.study)
+    study, own = case.study, linear_steps(settled.study)
+    linear = {which: linear_step(study, which, own.system, own.limits) for which in LIMITS}
+    system = united_step(study, 1)
+    mesh = mesh_errors_step(study, own.limits)
+    return Planned(
+        case=case,
+        rom=own.rom,
+        system=system,
+        preload=preload_step(study, system),
+        response=adaptive_step(case.name, study, settled.budget, own, free, mesh, progress),
+        linear=Linear("", study, own.system, own.limits, linear),
+        preload_name="",
+        gauges=gauges_step(study, own.vane) if study.outputs.gauges else None,
+        settled=settled,
+        mesh_errors=mesh,
+        diameters=tuple(sorted({0, diameter_of(study, 1)})),
+    )
 
 
-def _adaptive(
-    cases: Sequence[Case], progress: Progress, settled: Sequence[Settled]
-) -> tuple[Planned, ...]:
-    """Steps of cases with an accuracy."""
-    cases = [replace(c, study=each.study) for c, each in zip(cases, settled, strict=True)]
-    steps = [linear_steps(case.study) for case in cases]
-    linears = [
-        {which: linear_step(case.study, which, own.system, own.limits) for which in LIMITS}
-        for case, own in zip(cases, steps, strict=True)
-    ]
-    names = label(cases, _keys(linears))
-    systems = [united_step(case.study, 1) for case in cases]
-    preloads = [preload_step(c.study, system) for c, system in zip(cases, systems, strict=True)]
-    preload_names = label(cases, [preload.key for preload in preloads])
-    planned = []
-    for i, (case, own) in enumerate(zip(cases, steps, strict=True)):
-        mesh = mesh_errors_step(case.study, own.limits)
-        gauged = bool(case.study.outputs.gauges)
-        planned.append(
-            Planned(
-                case=case,
-                rom=own.rom,
-                system=systems[i],
-                preload=preloads[i],
-                response=adaptive_step(
-                    case.name,
-                    case.study,
-                    settled[i].budget,
-                    own,
-                    linears[0]["free"],
-                    mesh,
-                    progress,
-                ),
-                linear=Linear(names[i], case.study, own.system, own.limits, linears[i]),
-                preload_name=preload_names[i],
-                gauges=gauges_step(case.study, own.vane) if gauged else None,
-                settled=settled[i],
-                mesh_errors=mesh,
-                diameters=tuple(sorted({0, diameter_of(case.study, 1)})),
-            )
-        )
-    return tuple(planned)
+def free_step(settled: Settled) -> Step[Response]:
+    """The linear response that says what all cases monitor: the first one's, interlock free."""
+    own = linear_steps(settled.study)
+    return linear_step(settled.study, "free", own.system, own.limits)

@@ -47,6 +47,26 @@ class Point:
 
 
 @dataclass(frozen=True)
+class Tasks:
+    """Tasks of other processes: done, in all, failed, largest peak so far [m], seconds left."""
+
+    done: int
+    total: int
+    failed: int
+    peak: float
+    left: float
+
+
+@dataclass(frozen=True)
+class Failed:
+    """A case that could not be computed, and why."""
+
+    case: str
+    reason: str
+    attempts: int
+
+
+@dataclass(frozen=True)
 class Notice:
     """Something worth a line."""
 
@@ -62,12 +82,25 @@ class Finished:
     summary: dict[str, Any]
 
 
-Event: TypeAlias = Begun | Done | Point | Notice | Table | Finished
+Event: TypeAlias = Begun | Done | Point | Tasks | Failed | Notice | Table | Finished
 Listener: TypeAlias = Callable[[Event], None]
 
 
 def silent(event: Event) -> None:
     """Say nothing."""
+
+
+class Counter:
+    """Passes all on, and counts the cases that failed."""
+
+    def __init__(self, listener: Listener) -> None:
+        self._listener = listener
+        self.failed = 0
+
+    def __call__(self, event: Event) -> None:
+        """Count a failed case."""
+        self.failed += isinstance(event, Failed)
+        self._listener(event)
 
 
 class Lines:
@@ -85,6 +118,9 @@ class Lines:
             case Point():
                 if time.monotonic() - self._spoke >= self.interval:
                     self._say(f"  {event.case}: {_progress(event)}")
+            case Tasks():
+                if time.monotonic() - self._spoke >= self.interval or event.done == event.total:
+                    self._say(f"  {_tasks(event)}")
             case Table():
                 print_table(self._tables, event)
             case _:
@@ -104,12 +140,19 @@ class Bar:
         self._tables = bar.console if here else Console(highlight=False, markup=False)
         self._bar = bar
         self._task: TaskID | None = None
+        self._cases: TaskID | None = None
 
     def __call__(self, event: Event) -> None:
         """Move the bar, or print a line above it."""
         if isinstance(event, Point) and self._task is not None:
             said = _progress(event)
             self._bar.update(self._task, completed=event.done, total=event.total, said=said)
+            return
+        if isinstance(event, Tasks):
+            if self._cases is None:
+                self._cases = self._bar.add_task("cases", total=event.total, said="")
+            said = _tasks(event)
+            self._bar.update(self._cases, completed=event.done, total=event.total, said=said)
             return
         if not isinstance(event, Notice) and self._task is not None:
             self._bar.remove_task(self._task)
@@ -171,17 +214,30 @@ def _line(event: Event) -> str:
             return f"{event.stage}: " + ("unchanged" if event.cached else f"{event.seconds:.1f} s")
         case Notice():
             return f"note: {event.text}"
+        case Failed():
+            tries = f" (tried {event.attempts} times)" if event.attempts > 1 else ""
+            return f"FAILED {event.case}: {event.reason}{tries}"
         case Finished():
             return f"done in {event.seconds:.1f} s: {event.folder}"
     return ""
 
 
 def _progress(point: Point) -> str:
-    minutes, seconds = divmod(round(point.left), 60)
-    return (
-        f"point {point.done}/{point.total}, peak {point.peak * 1e6:.1f} um, "
-        f"{minutes}:{seconds:02d} left"
-    )
+    return f"point {point.done}/{point.total}, peak {point.peak * 1e6:.1f} um, {_clock(point.left)}"
+
+
+def _tasks(tasks: Tasks) -> str:
+    said = [f"{tasks.done} of {tasks.total} cases"]
+    if tasks.failed:
+        said.append(f"{tasks.failed} FAILED")
+    if tasks.peak:
+        said.append(f"largest peak {tasks.peak * 1e6:.1f} um")
+    return ", ".join(said + ([_clock(tasks.left)] if tasks.left == tasks.left else []))
+
+
+def _clock(left: float) -> str:
+    minutes, seconds = divmod(round(left), 60)
+    return f"{minutes}:{seconds:02d} left"
 
 
 def _finite(value: Any) -> Any:

@@ -1,7 +1,7 @@
 """What a run writes into its results file, and when."""
 
 import platform
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from contextlib import AbstractContextManager
 from dataclasses import asdict
 from datetime import UTC, datetime
@@ -11,23 +11,22 @@ from typing import Any
 import h5py
 
 import vanelock
-from vanelock.nonlinear import Response
 from vanelock.product import Product
 from vanelock.rom import Component, System
 from vanelock.study import results
 from vanelock.study.answers import CaseAnswers
+from vanelock.study.attempts import Solved
 from vanelock.study.cache import installed
 from vanelock.study.campbell import Campbell
-from vanelock.study.errors import Errors
-from vanelock.study.left_out import LeftOut
 from vanelock.study.meshes import mesh_step
 from vanelock.study.model import Study
 from vanelock.study.plan import LIMITS, Linear, Planned
 from vanelock.study.progress import Done
 from vanelock.study.stages import PARTS
 from vanelock.study.steps import Stages, Step
-from vanelock.study.strains import Strain
 from vanelock.study.summary import Summary
+from vanelock.study.sweep import Case
+from vanelock.study.tasks import Failure
 
 LIBRARIES = (
     "gmsh",
@@ -134,27 +133,19 @@ class Record:
                 name = f"{which},{linear.name}" if linear.name else which
                 results.put(file, f"response/{name}", response, {"linear": which})
 
-    def case(
-        self,
-        planned: Planned,
-        response: Response,
-        static: Response,
-        summary: Summary,
-        monitor: str,
-        strain: Strain | None,
-        worth: tuple[Errors, Sequence[LeftOut]] | None = None,
-    ) -> None:
+    def case(self, solved: Solved, summary: Summary, monitor: str) -> None:
         """Everything about a case, at once."""
+        planned, response, static = solved.planned, solved.response, solved.static
         where = f"response/{planned.case.name}"
         products = self._products(planned)
         with self._file.edit() as file:
             self._write(file, planned, products, f"/{where}")
             results.put(file, where, response, _attributes(planned, summary, monitor))
             results.put(file, f"{where}/preload", static, {})
-            if strain is not None:
-                results.put_strain(file, where, strain)
-            if worth is not None:
-                results.put_errors(file, where, *worth)
+            if solved.strain is not None:
+                results.put_strain(file, where, solved.strain)
+            if solved.worth is not None:
+                results.put_errors(file, where, *solved.worth)
 
     def answers(self, found: Mapping[str, CaseAnswers]) -> None:
         """Damping, margin and energy at the peak of the cases that are looked into."""
@@ -176,6 +167,26 @@ class Record:
                 group.attrs["seconds"] = entry.seconds
                 group.attrs["cached"] = entry.cached
             file.attrs["complete"] = True
+        self._file.end()
+
+    def failed(self, case: Case, failure: Failure) -> None:
+        """A case that could not be computed."""
+        with self._file.edit() as file:
+            group = file.require_group(f"failed/{case.name}")
+            group.attrs["reason"], group.attrs["attempts"] = failure.reason, failure.attempts
+            for key, value in case.values.items():
+                group.attrs[f"sweep {key}"] = value
+
+    def flush_if_due(self) -> None:
+        """Let additions appear in the file, unless it is too soon after the last ones."""
+        self._file.flush_if_due()
+
+    def abandon(self) -> None:
+        """A run is stopped: let the last additions appear, as far as that can be done."""
+        try:
+            self._file.flush()
+        finally:
+            self._file.abandon()
 
 
 def _attributes(planned: Planned, summary: Summary, monitor: str) -> dict[str, Any]:

@@ -15,15 +15,19 @@
                          answers: damping ratios, energy and fatigue margin at the peak
     /response/free, stuck
                          linear responses, ",<name>" added where cases do not share them
+    /scatter             study.scatter.Scatter: percentiles of the peaks of samples, and what they
+                         go with
+    /failed/<case>       cases that could not be computed: reason, stage and swept keys
     /campbell/<case>     study.campbell.Campbell: lines, crossings and circles of its diagram
     /provenance          study text, date, versions, hashes and times of the stages
 
-Everything is written to a copy which then takes the file's place, so that at any moment the file
-is a whole one and holds every case finished before.
+Everything is written to a copy that takes the file's place from time to time, so that at any moment
+the file is a whole one. Of a sweep it may lack the last cases, whose products are in the cache.
 """
 
 import os
 import shutil
+import time
 from collections.abc import Generator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import replace
@@ -46,6 +50,8 @@ from vanelock.study.strains import Strain
 FORMAT = "vanelock-results"
 VERSION = 1
 NAME = "results.h5"
+SELDOM = 20.0
+"""Additions appear when so many times what that took last has passed since."""
 STATES = f"{STUCK} stuck, {SLIP} slips, {OPEN} open, {SLIP_OPEN} slips and opens"
 """What the numbers in a response's `state` stand for."""
 
@@ -95,6 +101,10 @@ def open_results(path: str | os.PathLike[str]) -> Generator[h5py.File, None, Non
 class Results:
     """The results file of a run in progress.
 
+    Additions go to a copy beside it. The copy is copied over the file when that is due: at the
+    first addition, at the end, and between them so seldom that it takes little of the time, since a
+    sweep's file is large and each of its cases a small part.
+
     Parameters
     ----------
     path : Path
@@ -103,12 +113,14 @@ class Results:
 
     def __init__(self, path: Path) -> None:
         self.path = path
-        self._begun = False
+        self._own = path.with_name(f".{path.name}.{os.getpid()}.tmp")
+        self._begun = self._behind = False
+        self._flushed = self._took = 0.0
         self._file: h5py.File | None = None
 
     @contextmanager
     def together(self) -> Generator[None, None, None]:
-        """Let all edits of this block appear at once: each by itself would copy the whole file."""
+        """Let all edits of this block appear at once."""
         with self.edit() as file:
             self._file = file
             try:
@@ -118,25 +130,58 @@ class Results:
 
     @contextmanager
     def edit(self) -> Generator[h5py.File, None, None]:
-        """The file, open for additions that appear all at once or not at all."""
+        """The file, open for additions that appear all at once or not at all, if not at once."""
         if self._file is not None:
             yield self._file
             return
-        temporary = self.path.with_name(f".{self.path.name}.{os.getpid()}.tmp")
         with writing(self.path):
             try:
-                if self._begun:
-                    shutil.copyfile(self.path, temporary)
-                with h5py.File(temporary, "a") as file:
+                if self._begun and not self._own.exists():
+                    shutil.copyfile(self.path, self._own)
+                with h5py.File(self._own, "a" if self._begun else "w") as file:
                     if not self._begun:
                         file.attrs["format"] = FORMAT
                         file.attrs["version"] = VERSION
                         file.attrs["complete"] = False
                     yield file
-                os.replace(temporary, self.path)
-                self._begun = True
+            except BaseException:
+                self.abandon()
+                raise
+        self._begun = self._behind = True
+        self.flush_if_due()
+
+    def flush_if_due(self) -> None:
+        """Let additions appear, if showing them last took little of the time since then."""
+        if self._behind and time.perf_counter() - self._flushed >= SELDOM * self._took:
+            self.flush()
+
+    def flush(self) -> None:
+        """Let all additions appear."""
+        if not self._behind or self._file is not None:
+            return
+        began = time.perf_counter()
+        shown = self._own.with_name(f"{self._own.name.removesuffix('.tmp')}.shown.tmp")
+        with writing(self.path):
+            try:
+                shutil.copyfile(self._own, shown)
+                os.replace(shown, self.path)
             finally:
-                temporary.unlink(missing_ok=True)
+                shown.unlink(missing_ok=True)
+        self._behind = False
+        self._flushed = time.perf_counter()
+        self._took = self._flushed - began
+
+    def end(self) -> None:
+        """Let all additions appear; there are no more for now."""
+        if self._own.exists():
+            with writing(self.path):
+                os.replace(self._own, self.path)
+        self._behind = False
+
+    def abandon(self) -> None:
+        """Drop what has not appeared."""
+        self._own.unlink(missing_ok=True)
+        self._behind = False
 
 
 def put(file: h5py.File, where: str, product: Product, attributes: Mapping[str, Any]) -> None:

@@ -2,22 +2,29 @@
 
 import os
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Generator, Sequence
+from contextlib import contextmanager
 from dataclasses import asdict
 from pathlib import Path
+from typing import TypeVar
 
+from vanelock.errors import InputError
 from vanelock.nonlinear import Response
 from vanelock.rom import Component
 from vanelock.study import listing, results
+from vanelock.study.attempts import Solved, attempt, last_uses
 from vanelock.study.board import Around
+from vanelock.study.bundles import bundle, steps_of
 from vanelock.study.cache import Cache
-from vanelock.study.campbell import campbell
+from vanelock.study.campbell import Campbell, campbell
 from vanelock.study.campbell_exhibits import crossings_table
 from vanelock.study.clock import Clock
+from vanelock.study.crew import Crew, Hands
 from vanelock.study.easel import Easel
 from vanelock.study.errors import Errors, error_table
 from vanelock.study.exhibit import Exhibit
 from vanelock.study.folder import claimed
+from vanelock.study.hire import hire
 from vanelock.study.judge import judged
 from vanelock.study.left_out import LeftOut, left_out_table
 from vanelock.study.measured import load_measured
@@ -27,7 +34,7 @@ from vanelock.study.monitor import monitor
 from vanelock.study.own_mesh import OwnVane, refuse_without_areas
 from vanelock.study.pictures import Gallery, Shown
 from vanelock.study.plan import LIMITS, Linear, Planned, plan
-from vanelock.study.progress import Finished, Listener, Notice, silent
+from vanelock.study.progress import Failed, Finished, Listener, Notice, silent
 from vanelock.study.record import Record
 from vanelock.study.report_run import write_report
 from vanelock.study.report_told import Told
@@ -38,8 +45,15 @@ from vanelock.study.steps import Stages
 from vanelock.study.strains import Strain
 from vanelock.study.summary import Peak, Summary, peak_of, summarise
 from vanelock.study.sweep import Case, cases
+from vanelock.study.tasks import Failure, TaskFailed
 from vanelock.study.temperature import described
 from vanelock.study.warm import warmed
+
+C = TypeVar("C")
+R = TypeVar("R")
+MOST_TABLES = 8
+"""Tables of a kind that are printed; a sweep of a stiffness has linear limits of its own by case.
+"""
 
 
 def run_study(
@@ -47,8 +61,13 @@ def run_study(
     folder: str | os.PathLike[str],
     listener: Listener = silent,
     text: str = "",
+    workers: int = 1,
+    scheduler: str | None = None,
 ) -> tuple[Summary, ...]:
     """Run a study in a folder; what earlier runs there computed is used again.
+
+    With several `workers`, protect the calling script with `if __name__ == "__main__":`, since each
+    of the processes imports it.
 
     Parameters
     ----------
@@ -60,11 +79,15 @@ def run_study(
         Told about stages, points, notices and tables.
     text : str
         The study file's text, kept in the results.
+    workers : int
+        Processes that compute the cases of a sweep; 1: this one does.
+    scheduler : str, optional
+        Address of a Dask scheduler whose workers do, such as "tcp://host:8786".
 
     Returns
     -------
     tuple of Summary
-        One for each case.
+        One for each case that could be computed; of the others of a sweep the listener is told.
 
     Raises
     ------
@@ -75,9 +98,13 @@ def run_study(
     began = time.perf_counter()
     with claimed(path):
         stages = Stages(Cache(path / "cache", lambda told: listener(Notice(told))), listener)
-        running = Run(study, path, listener, stages)
+        running = Run(study, path, listener, stages, hands=hire(workers, scheduler, listener))
         running.record.provenance(study, text)
-        found = running.all_cases()
+        try:
+            found = running.all_cases()
+        except BaseException:
+            running.record.abandon()
+            raise
         easel = Easel(path, listener)
         gallery = Gallery(study, running.planned, stages, running.shown, easel)
         drawn = gallery.draw()
@@ -88,6 +115,7 @@ def run_study(
         running.record.complete(stages.done)
     told = {
         "cases": [asdict(case) for case in found],
+        "failed": {name: failure.reason for name, failure in running.failed.items()},
         "results": str(path / results.NAME),
         "pictures": [str(file) for shown in drawn for file in (shown.path, *shown.data)],
     }
@@ -110,6 +138,8 @@ class Run:
         What computes or finds each product.
     found : sequence of Case, optional
         The cases, where they are not those of the study's sweep.
+    hands : callable, optional
+        Gets the processes that compute the cases; without, this one does.
     """
 
     def __init__(
@@ -119,8 +149,12 @@ class Run:
         listener: Listener,
         stages: Stages,
         found: Sequence[Case] = (),
+        hands: Callable[[], Hands] | None = None,
     ) -> None:
         self.study, self.listener, self.stages = study, listener, stages
+        self._cache = Cache(folder / "cache", lambda told: listener(Notice(told)))
+        self.failed: dict[str, Failure] = {}
+        self._hands = hands
         self.measured = load_measured(study)  # refused before the long stages
         found = warmed(found or cases(study), stages)
         for text in dict.fromkeys(described(case.study) for case in found):
@@ -134,37 +168,22 @@ class Run:
         self._clock = Clock(self.planned)
         self._peaks: dict[str, dict[str, Peak | None]] = {}
         self._strains: dict[str, tuple[Strain, Peak]] = {}
-        self._worth: dict[str, tuple[Errors, list[LeftOut]]] = {}
+        self._worth: dict[str, tuple[Errors, Sequence[LeftOut]]] = {}
         self._lines: set[str] = set()
+        self._preloads: set[str] = set()
 
     def all_cases(self) -> tuple[Summary, ...]:
         """Everything but the pictures; a line for each case."""
-        first = self.planned[0]
         for each in self.planned:  # refused before the long stages
             study = each.case.study
             if isinstance(study.vane, OwnVane):
                 refuse_without_areas(study, self.stages.get(mesh_step(study, "vane")))
-        self.record.parts(first)
-        limits = {each.linear.key: each.linear for each in self.planned}
-        for linear in limits.values():
-            found = self.stages.get(linear.limits)
-            self.listener(listing.limits_table(linear.name, found))
-            self.record.linear(linear)
-        wanted = self.study.outputs.monitor
-        free = self.stages.get(first.linear.responses["free"])
-        self.shown = Shown(monitor(wanted, self.stages.get(first.system), free))
-        self.shown.measured = self.measured
-        for linear in limits.values():
-            self._linear(linear)
-        for each in self.planned:  # one that has no place is refused before the long stages
-            if each.gauges is not None:
-                self.stages.get(each.gauges)
-        summaries = []
-        for i, each in enumerate(self.planned):
-            summaries.append(self._case(each))
-            if following := self.planned[i + 1 :]:  # pictures need the last one's products again
-                self.stages.retain([later.response for later in following])
+        with self._crew():
+            self._each(self._parts, self._show_parts)
+            summaries = self._each(self._solve, self._case)
         self.listener(listing.response_table(summaries, self.shown.monitor.name))
+        if self.failed:
+            self.listener(listing.failed_table(self.failed))
         if self._strains:
             self.listener(listing.gauge_table(self._strains))
         for name, diagram in self.shown.campbell.items():
@@ -173,6 +192,75 @@ class Run:
             self.listener(error_table(name, errors, self.shown.monitor.name))
             self.listener(left_out_table(name, without))
         return tuple(summaries)
+
+    @contextmanager
+    def _crew(self) -> Generator[None, None, None]:
+        """Have the cases computed by other processes, if there are any and something is to do."""
+        if self._hands is None:
+            yield
+            return
+        shared, tasks = bundle(self.planned, self._cache)
+        if len(tasks) < 2:
+            yield
+            return
+        for step in shared:
+            self.stages.get(step)
+        hands = self._hands()
+        try:
+            crew = Crew(tasks, self._cache, hands, self.listener, self._largest)
+            crew.idle = self.record.flush_if_due
+            self.stages.elsewhere = crew.bring
+            yield
+        finally:
+            self.stages.elsewhere = None
+            hands.close()
+
+    def _each(self, compute: Callable[[Planned], C], show: Callable[[Planned, C], R]) -> list[R]:
+        """Compute something of each case and show it; what cannot be computed is left out."""
+        found, kept = [], []
+        ends = last_uses([steps_of(each) for each in self.planned])
+        alone = len(self.planned) + len(self.failed) == 1
+        for i, each in enumerate(self.planned):
+            try:
+                computed = compute(each) if alone else attempt(compute, each, self.stages)
+            except TaskFailed as error:
+                self._fail(each, error.failure)
+            else:
+                found.append(show(each, computed))
+                kept.append(each)
+            if i + 1 < len(self.planned):  # pictures need the last one's products again
+                self.stages.drop(ends[i])
+        if not kept:
+            name, failure = next(iter(self.failed.items()))
+            raise InputError(f"no case can be computed: {name}: {failure.reason}")
+        self.planned = tuple(kept)
+        return found
+
+    def _fail(self, planned: Planned, failure: Failure) -> None:
+        name = planned.case.name
+        self.failed[name] = failure
+        self.listener(Failed(name, failure.reason, failure.attempts))
+        self.record.failed(planned.case, failure)
+
+    def _largest(self) -> float:
+        return max((peak.amplitude for peak in self.shown.peak.values()), default=0.0)
+
+    def _parts(self, planned: Planned) -> None:
+        """Meshes, reduced parts and linear limits of a case."""
+        for step in steps_of(planned)[:-2]:
+            self.stages.get(step)
+
+    def _show_parts(self, planned: Planned, computed: None) -> None:
+        linear = planned.linear
+        if not self._peaks:
+            self.record.parts(planned)
+            free = self.stages.get(linear.responses["free"])
+            wanted = self.study.outputs.monitor
+            self.shown = Shown(monitor(wanted, self.stages.get(planned.system), free))
+            self.shown.measured = self.measured
+        if linear.key not in self._peaks:
+            self.record.linear(linear)
+            self._linear(linear)
 
     def told(
         self, gallery: Gallery, found: Sequence[Summary], drawn: Sequence[Exhibit], text: str = ""
@@ -192,7 +280,7 @@ class Run:
         )
 
     def _linear(self, linear: Linear) -> None:
-        """Linear peaks of a set of limits."""
+        """Linear modes and peaks of a set of limits."""
         peaks: dict[str, Peak | None] = {}
         for which in LIMITS:
             response = self.stages.get(linear.responses[which])
@@ -200,32 +288,51 @@ class Run:
             peaks[which] = peak_of(response, amplitude)
             self.shown.linear[linear.name, which] = response.frequency, amplitude
         self._peaks[linear.key] = peaks
-        self.listener(listing.linear_table(peaks, self.shown.monitor.name, linear.name))
+        if self._few(len(self._peaks), "linear limits"):
+            self.listener(listing.limits_table(linear.name, self.stages.get(linear.limits)))
+            self.listener(listing.linear_table(peaks, self.shown.monitor.name, linear.name))
 
-    def _case(self, planned: Planned) -> Summary:
-        """Preload and response of a case: computed, written, shown."""
-        case, joints = planned.case, self.stages.get(planned.system).contacts.joint
-        static = self._preload(planned, joints)
+    def _few(self, count: int, what: str) -> bool:
+        """Whether so many tables of a kind are few enough to print."""
+        if count == MOST_TABLES + 1:
+            self.listener(Notice(f"{what} of further cases are in {results.NAME}"))
+        return count <= MOST_TABLES
+
+    def _solve(self, planned: Planned) -> Solved:
+        """Preload and response of a case."""
+        static = self.stages.get(planned.preload)
         self._clock.begin(planned)
         response = self.stages.get(planned.response)
-        done = self.stages.done[planned.response.key]
-        self._clock.end(not done.cached)
+        self._clock.end(not self.stages.done[planned.response.key].cached)
         planned = planned.solved(response)
-        self.shown.harmonics[case.name] = response.harmonics
-        amplitude = self.shown.monitor.amplitude(response)
-        peak = peak_of(response, amplitude)
-        limits, linear = self.stages.get(planned.linear.limits), self._peaks[planned.linear.key]
-        found = summarise(case, joints, response, peak, limits, linear, done.seconds)
         strain = self._strain(planned, response)
         worth = None
         if planned.settled is not None:
             worth = judged(planned, response, self.stages, self.shown.monitor)
-            self._worth[case.name] = worth
-        self.record.case(planned, response, static, found, self.shown.monitor.name, strain, worth)
-        if strain is not None and peak is not None:
-            self._strains[case.name] = strain, peak
-        if case.study.campbell is not None:
-            self._campbell(planned)
+        return Solved(planned, static, response, strain, worth, self._campbell(planned))
+
+    def _case(self, planned: Planned, solved: Solved) -> Summary:
+        """A case that is solved: written, shown."""
+        planned, response, static = solved.planned, solved.response, solved.static
+        case, joints = planned.case, self.stages.get(planned.system).contacts.joint
+        if planned.preload.key not in self._preloads:
+            self._preloads.add(planned.preload.key)
+            if self._few(len(self._preloads), "preloads"):
+                self.listener(listing.preload_table(planned.preload_name, joints, static))
+        self.shown.harmonics[case.name] = response.harmonics
+        amplitude = self.shown.monitor.amplitude(response)
+        peak = peak_of(response, amplitude)
+        limits, linear = self.stages.get(planned.linear.limits), self._peaks[planned.linear.key]
+        seconds = self.stages.done[planned.response.key].seconds
+        found = summarise(case, joints, response, peak, limits, linear, seconds)
+        if solved.worth is not None:
+            self._worth[case.name] = solved.worth
+        self.record.case(solved, found, self.shown.monitor.name)
+        if solved.campbell is not None:
+            self.shown.campbell[case.name] = solved.campbell
+            self.record.campbell(case.name, solved.campbell)
+        if solved.strain is not None and peak is not None:
+            self._strains[case.name] = solved.strain, peak
         self.shown.static[case.name] = static
         curve = response.frequency, amplitude, response.converged
         listed = case.study.response.frequencies is not None
@@ -239,15 +346,16 @@ class Run:
             self.listener(Notice(f"{case.name}: {lost} (largest residual {found.worst:.1e})"))
         return found
 
-    def _campbell(self, planned: Planned) -> None:
+    def _campbell(self, planned: Planned) -> Campbell | None:
         """The Campbell diagram of a case, the first of those that share its lines."""
+        if planned.case.study.campbell is None:
+            return None
         key = lines_step(planned, self.stages).key
         if key in self._lines:
-            return
-        self._lines.add(key)
+            return None
         found = campbell(planned, self.stages, self.shown.monitor)
-        self.shown.campbell[planned.case.name] = found
-        self.record.campbell(planned.case.name, found)
+        self._lines.add(key)
+        return found
 
     def _strain(self, planned: Planned, response: Response) -> Strain | None:
         if planned.gauges is None:
@@ -260,12 +368,6 @@ class Run:
             response, self.stages.get(planned.rom["vane"]), casing
         )
 
-    def _preload(self, planned: Planned, joints: tuple[str, ...]) -> Response:
-        new = planned.preload.key not in self.stages.done
-        static = self.stages.get(planned.preload)
-        if new:
-            self.listener(listing.preload_table(planned.preload_name, joints, static))
-        return static
-
     def _point(self, done: int, total: int, frequency: float, amplitude: float) -> None:
         self.listener(self._clock.point(done, total, amplitude))
+        self.record.flush_if_due()

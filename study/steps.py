@@ -5,14 +5,30 @@ everything upstream of it.
 """
 
 import time
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Container, Iterable, Mapping
 from dataclasses import dataclass, field
-from typing import Any, Generic, TypeVar, cast
+from typing import Any, Generic, Protocol, TypeVar, cast
 
-from vanelock.study.cache import Cache, key_of
+from vanelock.product import Product
+from vanelock.study.cache import Entry, key_of
 from vanelock.study.progress import Begun, Done, Listener
 
 P = TypeVar("P")
+Q = TypeVar("Q", bound=Product)
+
+
+class Store(Protocol):
+    """Where products are kept, see `vanelock.study.cache.Cache`."""
+
+    def load(self, stage: str, key: str, kind: type[Q]) -> Entry[Q] | None:
+        """The stored product, None where there is none."""
+        ...
+
+    def store(
+        self, stage: str, key: str, product: Product, seconds: float, cpu: float = 0.0
+    ) -> None:
+        """Keep a product."""
+        ...
 
 
 @dataclass(frozen=True)
@@ -73,7 +89,7 @@ class Stages:
 
     Attributes
     ----------
-    cache : Cache
+    cache : Store
         Where products are kept between runs.
     listener : callable
         Told about each stage.
@@ -81,12 +97,15 @@ class Stages:
         The steps so far by key, in order.
     cpu : dict of str to float
         What computing each of them took of processor time, now or in an earlier run, s.
+    elsewhere : callable, optional
+        Waits until others have put the product of a key into the cache; False where nobody will.
     """
 
-    cache: Cache
+    cache: Store
     listener: Listener
     done: dict[str, Done] = field(default_factory=dict)
     cpu: dict[str, float] = field(default_factory=dict)
+    elsewhere: Callable[[str], bool] | None = None
     _products: dict[str, Any] = field(default_factory=dict)
     _pulled: tuple[float, float] = (0.0, 0.0)
 
@@ -95,18 +114,24 @@ class Stages:
         if step.key in self._products:
             return cast(P, self._products[step.key])
         kind = cast(Any, step.kind)
+        made = step.kept and self.elsewhere is not None and self.elsewhere(step.key)
         entry = self.cache.load(step.name, step.key, kind) if step.kept else None
         if entry is not None:
             product, seconds, cpu = cast(P, entry.product), entry.seconds, entry.cpu
         else:
             product, seconds, cpu = self._computed(step)
         if step.key not in self.done:
-            self.done[step.key] = Done(step.name, seconds, entry is not None)
+            self.done[step.key] = Done(step.name, seconds, entry is not None and not made)
             self.cpu[step.key] = cpu
             if not step.quick:
                 self.listener(self.done[step.key])
         self._products[step.key] = product
         return product
+
+    def drop(self, keys: Iterable[str]) -> None:
+        """Drop some products from memory."""
+        for key in keys:
+            self._products.pop(key, None)
 
     def retain(self, steps: Iterable[Step[Any]]) -> None:
         """Drop from memory what none of the steps, nor any that they need, produces."""
@@ -117,7 +142,11 @@ class Stages:
             if step.key not in wanted:
                 wanted.add(step.key)
                 waiting += step.needs
-        self._products = {k: v for k, v in self._products.items() if k in wanted}
+        self.keep(wanted)
+
+    def keep(self, keys: Container[str]) -> None:
+        """Drop from memory all products but those of some keys."""
+        self._products = {k: v for k, v in self._products.items() if k in keys}
 
     def _computed(self, step: Step[P]) -> tuple[P, float, float]:
         given = [self._puller(step)] if step.pulls else [self.get(need) for need in step.needs]

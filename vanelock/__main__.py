@@ -1,7 +1,7 @@
 """Command line: `vanelock run | mesh | converge | compare | fit | check | init`.
 
-Errors are one plain line on standard error. Exit status: 0; 2 for input that cannot be used;
-130 when stopped by the user.
+Errors are one plain line on standard error. Exit status: 0; 1 if some cases of a sweep failed; 2
+for input that cannot be used; 130 when stopped by the user.
 """
 
 import os
@@ -76,6 +76,28 @@ AsJson = Annotated[
 ]
 
 
+Workers = Annotated[
+    int | None,
+    typer.Option(
+        "--workers",
+        "-w",
+        min=1,
+        max=1024,
+        help="Processes that compute the cases of a sweep; default: as many as there are cores "
+        "to use; 1: none but this one.",
+        metavar="N",
+    ),
+]
+Scheduler = Annotated[
+    str | None,
+    typer.Option(
+        help="Address of a Dask scheduler whose workers compute the cases instead, such as "
+        "tcp://host:8786 (docs/sweeps.md).",
+        metavar="ADDRESS",
+    ),
+]
+
+
 @app.command()
 def run(
     study: StudyFile,
@@ -83,9 +105,16 @@ def run(
     allow_outside: Outside = False,
     quiet: Quiet = False,
     as_json: AsJson = False,
+    workers: Workers = None,
+    scheduler: Scheduler = None,
 ) -> None:
-    """Run a study, its [campaign], or a scene of matrices; an earlier run's work is used again."""
+    """Run a study, its [campaign], or a scene of matrices; an earlier run's work is used again.
+
+    Exit status 1 if some cases of a sweep could not be computed; they are listed.
+    """
     from vanelock.study import choose_listener, load_study, read_text, run_study
+    from vanelock.study.local import cores
+    from vanelock.study.progress import Counter
     from vanelock.toml import toml_tables
 
     folder = output or Path("runs") / study.stem
@@ -99,7 +128,11 @@ def run(
     loaded = load_study(study, allow_outside)
     with _going_on_later(folder), choose_listener(quiet, as_json) as listener:
         if loaded.campaign is None:
-            run_study(loaded, folder, listener, read_text(study))
+            counter = Counter(listener)
+            text = read_text(study)
+            run_study(loaded, folder, counter, text, workers or cores(), scheduler)
+            if counter.failed:
+                raise typer.Exit(1)
         else:
             from vanelock.campaign import run_campaign
 

@@ -23,3 +23,7 @@ def first_mistakes(lines: list[str]) -> list[str]:
     if len(lines) <= MOST_TOLD:
         return lines
     return [*lines[:MOST_TOLD], f"and {len(lines) - MOST_TOLD:,} more mistakes"]
+
+
+class FolderError(InputError):
+    """A file or folder that cannot be written: nothing can go on."""

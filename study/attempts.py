@@ -1,0 +1,81 @@
+"""A case of a sweep: what is computed of it, and what if that fails."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any, TypeVar
+
+from vanelock.errors import FolderError, InputError
+from vanelock.nonlinear import Response
+from vanelock.study.campbell import Campbell
+from vanelock.study.errors import Errors
+from vanelock.study.left_out import LeftOut
+from vanelock.study.plan import Planned
+from vanelock.study.steps import Stages, Step
+from vanelock.study.strains import Strain
+from vanelock.study.tasks import Failure, TaskFailed, reachable, reason
+
+C = TypeVar("C")
+TRIES = 2
+"""How often this process tries what fails."""
+
+
+@dataclass(frozen=True)
+class Solved:
+    """What is computed of a case.
+
+    Attributes
+    ----------
+    planned : Planned
+        As solved.
+    static, response : Response
+        At rest and vibrating.
+    strain : Strain or None
+        What gauges read.
+    worth : (Errors, list of LeftOut) or None
+        Estimated errors, with an accuracy.
+    campbell : Campbell or None
+        Its Campbell diagram, unless another case has the same.
+    """
+
+    planned: Planned
+    static: Response
+    response: Response
+    strain: Strain | None
+    worth: tuple[Errors, Sequence[LeftOut]] | None
+    campbell: Campbell | None
+
+
+def attempt(compute: Callable[[Planned], C], planned: Planned, stages: Stages) -> C:
+    """Compute something of a case of a sweep, twice if need be.
+
+    Raises
+    ------
+    TaskFailed
+        If it cannot be computed.
+    FolderError
+        If the run's folder cannot be written, which concerns all cases.
+    """
+    failure = Failure(planned.case.name, "")
+    for tries in range(1, TRIES + 1):
+        try:
+            return compute(planned)
+        except (TaskFailed, FolderError):
+            raise
+        except InputError as error:
+            refused = Failure(planned.case.name, reason(error), tries, refused=True)
+            raise TaskFailed(refused) from None
+        except Exception as error:
+            failure = Failure(planned.case.name, reason(error), tries)
+            stages.keep(())  # what is kept is in the cache too, and memory may be short
+    raise TaskFailed(failure)
+
+
+def last_uses(cases: Sequence[Sequence[Step[Any]]]) -> list[set[str]]:
+    """Keys of the products that each case is the last to need, by the steps of the cases."""
+    last: dict[str, int] = {}
+    for i, steps in enumerate(cases):
+        last.update(dict.fromkeys((step.key for step in reachable(steps)), i))
+    found: list[set[str]] = [set() for _ in cases]
+    for key, i in last.items():
+        found[i].add(key)
+    return found

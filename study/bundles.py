@@ -1,0 +1,134 @@
+"""What of a sweep's cases is still to compute, in tasks.
+
+Products that the same cases need go together: those of one case into its task, a mesh and what
+follows from it that some cases share into one of theirs, which these then wait for. What all cases
+need is not a task but computed before them.
+"""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from vanelock.study.cache import Cache
+from vanelock.study.forced import silent_progress
+from vanelock.study.meshes import mesh_step
+from vanelock.study.plan import LIMITS, Planned, adaptive, fixed, free_step, shared_diameters
+from vanelock.study.settle import Settled
+from vanelock.study.stages import PARTS
+from vanelock.study.steps import Step
+from vanelock.study.sweep import Case
+from vanelock.study.tasks import Task
+
+
+@dataclass(frozen=True)
+class CaseWork:
+    """The steps of a case, planned anew wherever it is computed.
+
+    Attributes
+    ----------
+    case : Case
+        With its study as given, not as settled.
+    diameters : tuple of int
+        Nodal diameters at which the cases have their casing reduced, without an accuracy.
+    settled, first : Settled or None
+        With one: what it settled for this case, and for the first.
+    """
+
+    case: Case
+    diameters: tuple[int, ...]
+    settled: Settled | None = None
+    first: Settled | None = None
+
+    def steps(self) -> list[Step[Any]]:
+        """All whose products a run shows."""
+        if self.settled is None or self.first is None:
+            return steps_of(fixed(self.case, self.diameters, silent_progress))
+        free = free_step(self.first)
+        return steps_of(adaptive(self.case, self.settled, free, silent_progress))
+
+
+def steps_of(planned: Planned) -> list[Step[Any]]:
+    """Steps of a case that a run asks for, in its order."""
+    study = planned.case.study
+    found: list[Step[Any]] = [*(mesh_step(study, part) for part in PARTS), *planned.rom.values()]
+    found += [planned.linear.limits, *(planned.linear.responses[which] for which in LIMITS)]
+    if planned.gauges is not None:
+        found.append(planned.gauges)
+    return [*found, planned.preload, planned.response]
+
+
+def works(planned: Sequence[Planned]) -> list[CaseWork]:
+    """What to send of each case."""
+    settled = [each.settled for each in planned]
+    if any(settled):
+        return [CaseWork(each.case, (), each.settled, settled[0]) for each in planned]
+    shared = shared_diameters([each.case for each in planned])
+    return [CaseWork(each.case, ks) for each, ks in zip(planned, shared, strict=True)]
+
+
+def bundle(planned: Sequence[Planned], cache: Cache) -> tuple[list[Step[Any]], list[Task]]:
+    """What all cases need and is not in the cache, in order, and the tasks after it."""
+    known: dict[str, bool] = {}
+    nodes: dict[str, Step[Any]] = {}
+    users: dict[str, list[int]] = {}
+
+    def missing(step: Step[Any]) -> bool:
+        if step.key not in known:
+            known[step.key] = not cache.holds(step.name, step.key)
+        return known[step.key]
+
+    def visit(step: Step[Any], i: int, seen: set[str]) -> None:
+        if step.key in seen:
+            return
+        seen.add(step.key)
+        if step.kept and not missing(step):
+            return
+        if not step.pulls:  # else it is not known what it needs
+            for need in step.needs:
+                visit(need, i, seen)
+        if step.kept:
+            nodes.setdefault(step.key, step)
+            users.setdefault(step.key, []).append(i)
+
+    for i, each in enumerate(planned):
+        seen: set[str] = set()
+        for step in steps_of(each):
+            visit(step, i, seen)
+    groups: dict[tuple[int, ...], list[Step[Any]]] = {}
+    for key, step in nodes.items():
+        groups.setdefault(tuple(users[key]), []).append(step)
+    shared = groups.pop(tuple(range(len(planned))), [])
+    apart = nodes.keys() - {step.key for step in shared}
+    sent, tasks = works(planned), []
+    for cases, steps in groups.items():
+        own = {step.key for step in steps}
+        given = _frontier(steps, own)
+        name = planned[cases[0]].case.name
+        tasks.append(
+            Task(
+                name=name if len(cases) == 1 else f"{name} and {len(cases) - 1} more",
+                work=sent[cases[0]],
+                makes=tuple(step.key for step in steps),
+                after=tuple(key for _, key in given if key in apart),
+                given=tuple(given),
+                counts=planned[cases[0]].response.key in own,
+            )
+        )
+    return shared, tasks
+
+
+def _frontier(steps: Iterable[Step[Any]], own: set[str]) -> list[tuple[str, str]]:
+    """Stage and key of the nearest products upstream of some steps that are kept."""
+    found: dict[str, str] = {}
+    seen: set[str] = set()
+    waiting = [need for step in steps for need in step.needs]
+    while waiting:
+        step = waiting.pop()
+        if step.key in seen or step.key in own:
+            continue
+        seen.add(step.key)
+        if step.kept:
+            found[step.key] = step.name
+        else:
+            waiting += step.needs
+    return [(stage, key) for key, stage in found.items()]

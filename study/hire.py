@@ -1,0 +1,26 @@
+"""Who computes the cases of a sweep: this process, others of this machine, or a cluster."""
+
+from collections.abc import Callable
+
+from vanelock.study.crew import Hands
+from vanelock.study.progress import Listener
+
+
+def hire(workers: int, scheduler: str | None, listener: Listener) -> Callable[[], Hands] | None:
+    """What gets the processes when they are needed; None where this one does all.
+
+    Raises
+    ------
+    InputError
+        If the scheduler cannot be used.
+    """
+    if scheduler is not None:
+        from vanelock.study.cluster import Cluster
+
+        cluster = Cluster(scheduler, listener)  # refused before the long stages
+        return lambda: cluster
+    if workers < 2:
+        return None
+    from vanelock.study.local import Processes
+
+    return lambda: Processes(workers)

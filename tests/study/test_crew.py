@@ -1,0 +1,241 @@
+"""Tasks in processes of their own: what fails is tried again, the others never know."""
+
+import os
+import signal
+import subprocess
+import sys
+import textwrap
+import time
+from multiprocessing import active_children
+
+import numpy as np
+import psutil
+import pytest
+
+from vanelock.study.cache import Cache
+from vanelock.study.crew import Crew
+from vanelock.study.local import Processes
+from vanelock.study.progress import Event, Notice, Tasks
+from vanelock.study.tasks import Task, TaskFailed
+
+TOY = '''
+"""Products of one number, made well or badly."""
+
+import os
+import signal
+import time
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from vanelock.errors import InputError
+from vanelock.product import Product
+from vanelock.study.steps import step
+
+
+@dataclass(frozen=True)
+class Number(Product):
+    value: np.ndarray
+
+
+def base():
+    return step("base", "study", {}, Number, (), lambda: Number(np.array([40.0])))
+
+
+@dataclass(frozen=True)
+class Toy:
+    number: int
+    how: str = "well"
+    folder: str = ""
+
+    @property
+    def own(self):
+        def compute(base):
+            again = Path(self.folder, f"{self.number}.tried")
+            first = not (self.folder and again.exists())
+            if self.folder:
+                again.touch()
+            if self.how == "raises" or (self.how == "raises once" and first):
+                raise RuntimeError("as it is told")
+            if self.how == "no memory":
+                raise MemoryError
+            if self.how == "refuses":
+                raise InputError("toy.number = 3: must not be 3")
+            if self.how == "dies" or (self.how == "dies once" and first):
+                os.kill(os.getpid(), signal.SIGKILL)
+            if self.how == "sleeps":
+                time.sleep(600)
+            return Number(base.value + self.number)
+
+        inputs = {"number": self.number}
+        return step(f"toy {self.number}", "study", inputs, Number, (base(),), compute)
+
+    def steps(self):
+        return [self.own]
+'''
+
+
+@pytest.fixture
+def toy(tmp_path, monkeypatch):
+    """The module of the toys, which other processes find too."""
+    (tmp_path / "toys.py").write_text(TOY)
+    monkeypatch.syspath_prepend(tmp_path)
+    import toys  # type: ignore[import-not-found]
+
+    yield toys
+    del sys.modules["toys"]
+
+
+@pytest.fixture
+def crew_of(toy, tmp_path):
+    """Function that starts toys in two processes; they end with the test."""
+    started = []
+
+    def start(*toys, base=True):
+        cache = Cache(tmp_path / "cache", print)
+        first = toy.base()
+        if base:
+            cache.store(first.name, first.key, first.compute(), 1.0)
+        tasks = []
+        for each in toys:
+            tasks.append(Task(str(each.number), each, (each.own.key,), (), (("base", first.key),)))
+        said: list[Event] = []
+        crew = Crew(tasks, cache, Processes(2), said.append)
+        started.append(crew)
+        return crew, said
+
+    yield start
+    for crew in started:
+        crew.hands.close()
+    assert not active_children()
+
+
+def value(crew, toy):
+    assert crew.bring(toy.own.key)
+    entry = crew.cache.load(toy.own.name, toy.own.key, toy.own.kind)
+    return entry.product.value[0]
+
+
+def test_all_are_made_and_counted(toy, crew_of):
+    toys = [toy.Toy(i) for i in range(5)]
+    crew, said = crew_of(*toys)
+    assert [value(crew, each) for each in toys] == [40, 41, 42, 43, 44]
+    counts = [event for event in said if isinstance(event, Tasks)]
+    assert sorted({each.done for each in counts} - {0}) == [1, 2, 3, 4, 5]
+    assert {each.total for each in counts} == {5}
+    assert counts[-1].left == 0
+    assert not crew.bring("of no task")
+
+
+def test_what_fails_once_is_made_the_second_time(toy, crew_of, tmp_path):
+    folder = str(tmp_path)
+    toys = [toy.Toy(1, "raises once", folder), toy.Toy(2, "dies once", folder), toy.Toy(3)]
+    crew, said = crew_of(*toys)
+    assert [value(crew, each) for each in toys] == [41, 42, 43]
+    told = sorted(event.text for event in said if isinstance(event, Notice))
+    assert told == [
+        "1: RuntimeError: as it is told; trying again",
+        "2: its process was killed by signal 9 (SIGKILL); trying again",
+    ]
+
+
+@pytest.mark.parametrize(
+    ("how", "reason", "attempts"),
+    [
+        ("raises", "RuntimeError: as it is told", 2),
+        ("no memory", "out of memory", 2),
+        ("dies", "its process was killed by signal 9 (SIGKILL)", 2),
+        ("refuses", "toy.number = 3: must not be 3", 1),
+    ],
+)
+def test_what_fails_always_is_told_and_the_others_are_made(toy, crew_of, how, reason, attempts):
+    toys = [toy.Toy(1), toy.Toy(3, how), *(toy.Toy(i) for i in range(5, 9))]
+    crew, said = crew_of(*toys)
+    assert [value(crew, each) for each in toys if each.how == "well"] == [41, 45, 46, 47, 48]
+    with pytest.raises(TaskFailed) as caught:
+        crew.bring(toys[1].own.key)
+    failure = caught.value.failure
+    assert (failure.task, failure.reason, failure.attempts) == ("3", reason, attempts)
+    assert failure.refused == (how == "refuses")
+    last = [event for event in said if isinstance(event, Tasks)][-1]
+    assert (last.done, last.failed) == (6, 1)
+
+
+def test_a_task_waits_for_what_another_makes_or_fails_with_it(toy, crew_of):
+    first, second = toy.Toy(1), toy.Toy(2)
+    crew, _ = crew_of(first, second, base=False)
+    base = toy.base()
+
+    assert value(crew, first) == 41  # made on the way, and taken home too
+    assert crew.cache.load("base", base.key, base.kind).product.value == 40
+
+    bad = toy.Toy(5, "raises")
+    tasks = [
+        Task("bad", bad, (bad.own.key,)),
+        Task("after", second, (second.own.key,), (bad.own.key,)),
+    ]
+    both = Crew(tasks, crew.cache, crew.hands, lambda event: None)
+    with pytest.raises(TaskFailed, match="as it is told"):
+        both.bring(second.own.key)
+
+
+def test_what_is_sent_once_is_not_sent_again(toy, crew_of):
+    toys = [toy.Toy(i) for i in range(8)]
+    crew, _ = crew_of(*toys)
+    for each in toys:
+        crew.bring(each.own.key)
+    size = len(crew.cache.image("base", toy.base().key))
+    made = sum(len(crew.cache.image(each.own.name, each.own.key)) for each in toys)
+    assert crew.moved == made + 2 * size
+
+
+SCRIPT = """
+import sys
+sys.path.insert(0, {folder!r})
+import toys
+from pathlib import Path
+from vanelock.study.cache import Cache
+from vanelock.study.crew import Crew
+from vanelock.study.local import Processes
+from vanelock.study.tasks import Task
+
+if __name__ == "__main__":
+    made = [toys.Toy(i, "sleeps", {folder!r}) for i in range(2)]
+    tasks = [Task(str(t.number), t, (t.own.key,)) for t in made]
+    crew = Crew(tasks, Cache(Path({folder!r}) / "c", print), Processes(2), lambda event: None)
+    try:
+        crew.bring(made[0].own.key)
+    finally:
+        crew.hands.close()
+"""
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGKILL])
+def test_no_process_outlives_the_one_that_started_it(toy, tmp_path, number):
+    path = tmp_path / "script.py"
+    path.write_text(textwrap.dedent(SCRIPT.format(folder=str(tmp_path))))
+    parent = subprocess.Popen([sys.executable, path], start_new_session=True, stderr=-3)
+    try:
+        while not all((tmp_path / f"{i}.tried").exists() for i in range(2)):
+            assert parent.poll() is None
+            time.sleep(0.05)
+        below = psutil.Process(parent.pid).children(recursive=True)
+        assert len(below) >= 2
+        if number == signal.SIGINT:  # a terminal sends it to all of them
+            os.killpg(parent.pid, number)
+        else:
+            parent.send_signal(number)
+        parent.wait(60)
+        assert psutil.wait_procs(below, 60)[1] == []
+    finally:
+        parent.kill()
+
+
+def test_products_come_back_bit_by_bit(toy, crew_of):
+    odd = toy.Toy(1)
+    crew, _ = crew_of(odd)
+    crew.bring(odd.own.key)
+    found = crew.cache.load(odd.own.name, odd.own.key, odd.own.kind).product
+    here = odd.own.compute(toy.base().compute())
+    np.testing.assert_array_equal(found.value, here.value)
