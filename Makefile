@@ -7,7 +7,7 @@ PYTEST := .venv/bin/python -m pytest -n 2 --dist loadfile --no-loadscope-reorder
   --durations=30 --durations-min=8
 MADE := .venv/made
 
-.PHONY: study test test-fast verify lint setup lock
+.PHONY: study test test-fast verify docs wheel lint setup lock
 
 study: $(MADE)
 	.venv/bin/vanelock run examples/vane.toml --output runs/vane
@@ -22,6 +22,15 @@ test-fast: $(MADE)
 # Every verification at full count; rewrites docs/verification.
 verify: $(MADE)
 	VANELOCK_VERIFY=full $(PYTEST) --everything tests/verification
+
+# The manual, into build/docs; a warning is an error.
+docs: $(MADE)
+	.venv/bin/python -m sphinx -q -W --keep-going docs build/docs
+	@echo "build/docs/index.html"
+
+# sdist and wheel into dist/, each tried in empty environments; prints what was found.
+wheel: $(MADE)
+	.venv/bin/python tools/wheel.py
 
 lint: $(MADE)
 	.venv/bin/python -m ruff check
@@ -43,7 +52,7 @@ $(MADE): pyproject.toml requirements.lock tools/setup.sh tools/environment.py to
 lock: $(MADE)
 	.venv/bin/python -m venv --clear build/lock
 	build/lock/bin/python -m pip install --quiet --upgrade pip setuptools Cython numpy
-	build/lock/bin/python -m pip install --quiet --no-build-isolation '.[test,cholmod,pardiso]'
+	build/lock/bin/python -m pip install --quiet --no-build-isolation '.[test,docs,cholmod,pardiso]'
 	{ echo "# Exact versions that the set-up installs; written by 'make lock'."; \
 	  build/lock/bin/python -m pip freeze --all --exclude vanelock; } > requirements.lock.new
 	mv requirements.lock.new requirements.lock

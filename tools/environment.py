@@ -115,7 +115,7 @@ def _dependencies() -> None:
     _say(f"installing the versions of {LOCK}")
     # The build tools first: with them in place nothing unpinned is fetched to build a wheel.
     _pip("pip", "setuptools", "Cython", "numpy")
-    _pip("--no-build-isolation", "--editable", ".[test]")
+    _pip("--no-build-isolation", "--editable", ".[test,docs]")
 
 
 def _sparse_solver(obstacle: str | None) -> None:

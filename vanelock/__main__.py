@@ -1,4 +1,4 @@
-"""Command line: `vanelock run | mesh | converge | compare | fit | check | init`.
+"""Command line: `vanelock run | mesh | converge | compare | fit | check | init | completion`.
 
 Errors are one plain line on standard error. Exit status: 0; 1 if some cases of a sweep failed; 2
 for input that cannot be used; 130 when stopped by the user.
@@ -9,15 +9,19 @@ import signal
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
+from enum import StrEnum
 from io import TextIOWrapper
 from pathlib import Path
 from types import FrameType
 from typing import Annotated, NoReturn
 
 import typer
+from typer._completion_classes import completion_init
+from typer._completion_shared import get_completion_script
 
 import vanelock
 from vanelock.errors import InputError, printable
+from vanelock.guidance import FIRST_STUDY, add_guidance, knob_keys, study_files
 
 app = typer.Typer(
     name="vanelock",
@@ -34,6 +38,14 @@ def _version(asked: bool) -> None:
         raise typer.Exit
 
 
+class Shell(StrEnum):
+    """Shells with completion."""
+
+    bash = "bash"
+    zsh = "zsh"
+    fish = "fish"
+
+
 def _path(text: str) -> Path:
     """A path that was given, not left out: an empty one would be the current folder."""
     if not text.strip():
@@ -41,7 +53,7 @@ def _path(text: str) -> Path:
     return Path(text)
 
 
-@app.callback(invoke_without_command=True)
+@app.callback(invoke_without_command=True, epilog=FIRST_STUDY)
 def _options(
     context: typer.Context,
     version: Annotated[
@@ -54,7 +66,10 @@ def _options(
 
 
 StudyFile = Annotated[
-    Path, typer.Argument(help="Study file (TOML).", parser=_path, metavar="STUDY")
+    Path,
+    typer.Argument(
+        help="Study file (TOML).", parser=_path, metavar="STUDY", autocompletion=study_files
+    ),
 ]
 Output = Annotated[
     Path | None,
@@ -165,7 +180,10 @@ def converge(
     as_json: AsJson = False,
     knob: Annotated[
         list[str] | None,
-        typer.Option(help="Key of a knob, such as mesh.size; may be repeated; default: all."),
+        typer.Option(
+            help="Key of a knob, such as mesh.size; may be repeated; default: all.",
+            autocompletion=knob_keys,
+        ),
     ] = None,
     dofs: Annotated[
         int | None, typer.Option(min=1, help="Largest meshes tried, degrees of freedom.")
@@ -272,6 +290,21 @@ def init(
     print(f"{path} written; run it with: vanelock run {path}")
 
 
+@app.command()
+def completion(
+    shell: Annotated[Shell, typer.Argument(help="The shell that you type in.", metavar="SHELL")],
+) -> None:
+    """Print what makes the Tab key complete vanelock's words in bash, zsh or fish."""
+    print(
+        get_completion_script(
+            prog_name="vanelock", complete_var="_VANELOCK_COMPLETE", shell=shell.value
+        )
+    )
+
+
+add_guidance(app.registered_commands)
+
+
 def _stop(number: int, frame: FrameType | None) -> NoReturn:
     raise KeyboardInterrupt
 
@@ -279,6 +312,7 @@ def _stop(number: int, frame: FrameType | None) -> NoReturn:
 def main(arguments: list[str] | None = None) -> None:
     """Run the command line and exit with its status."""
     signal.signal(signal.SIGTERM, _stop)
+    completion_init()
     # The matrices are small: a second thread gains little on an idle machine, and where other
     # programs run too the threads wait for one another (three times slower, measured).
     for library in ("OMP", "OPENBLAS", "MKL"):

@@ -1,0 +1,131 @@
+"""Reference pages of all stages: every public name, from the lists in the stages' `__init__`.
+
+Before Sphinx looks for pages, reference/<stage>.md is written for every stage that the package
+has, so that a new stage or name needs no page of its own.
+"""
+
+import importlib
+import inspect
+import re
+from pathlib import Path
+from typing import Any
+
+from pydantic import BaseModel
+from typer.testing import CliRunner
+
+import vanelock
+from vanelock.__main__ import app as cli
+
+HEADINGS = {"function": "Functions", "class": "Classes", "data": "Constants"}
+INDEX = """# Python reference
+
+Every public name of every stage. Each stage is a function, or a few, from one product to the next;
+products are frozen, and save and load themselves.
+
+```{{toctree}}
+{}
+```
+"""
+OPTIONS = {"function": "autofunction", "class": "autoclass", "data": "autodata"}
+
+
+def stages() -> list[str]:
+    """Names of the stages' folders, by the links in the package."""
+    folder = Path(vanelock.__file__).parent
+    return sorted(init.parent.name for init in folder.glob("*/__init__.py"))
+
+
+def page(stage: str) -> str:
+    """Markdown of the reference page of a stage."""
+    module = importlib.import_module(f"vanelock.{stage}")
+    names: dict[str, list[str]] = {kind: [] for kind in HEADINGS}
+    elsewhere = []
+    for name in sorted(module.__all__, key=str.lower):
+        value = getattr(module, name)
+        home = getattr(value, "__module__", None) or ""
+        if home.startswith("vanelock.") and home.split(".")[1] != stage:
+            elsewhere.append(f"[`{name}`](#vanelock.{home.split('.')[1]}.{name})")
+        else:
+            names[_kind(value)].append(name)
+    lines = [f"# vanelock.{stage}", "", module.__doc__ or "", ""]
+    lines += [_table(module, stage, [n for kind in HEADINGS for n in names[kind]]), ""]
+    if elsewhere:
+        lines += [f"Also here: {', '.join(elsewhere)}.", ""]
+    for kind, heading in HEADINGS.items():
+        if names[kind]:
+            lines += [f"## {heading}", "", "```{eval-rst}"]
+            for name in names[kind]:
+                value = getattr(module, name)
+                lines += [f".. {OPTIONS[kind]}:: vanelock.{stage}.{name}"]
+                if inspect.isclass(value) and issubclass(value, BaseModel):
+                    lines += ["   :no-members:"]
+                elif kind == "data":
+                    lines += ["   :no-value:"] if not isinstance(value, str | int | float) else []
+                lines += [""]
+            lines += ["```", ""]
+    return "\n".join(lines)
+
+
+def _kind(value: Any) -> str:
+    if inspect.isclass(value):
+        return "class"
+    return "function" if callable(value) else "data"
+
+
+def _table(module: Any, stage: str, names: list[str]) -> str:
+    lines = ["| name | what |", "|---|---|"]
+    for name in names:
+        value = getattr(module, name)
+        documented = _kind(value) != "data"
+        first = (inspect.getdoc(value) or "").partition("\n")[0] if documented else "constant"
+        told = first.replace("|", "\\|").replace("<", "&lt;")
+        lines.append(f"| [`{name}`](#vanelock.{stage}.{name}) | {told} |")
+    return "\n".join(lines)
+
+
+def commands() -> str:
+    """Markdown of the page of commands: the help that each prints."""
+    lines = ["# Commands", "", "What `--help` prints, command by command.", ""]
+    runner = CliRunner()
+    for name in [
+        "",
+        *sorted(each.name or each.callback.__name__ for each in cli.registered_commands),
+    ]:
+        words = [name, "--help"] if name else ["--help"]
+        told = runner.invoke(cli, words, prog_name="vanelock", terminal_width=96).output
+        lines += [f"## {f'vanelock {name}'.strip()}", "", "```text", told.strip(), "```", ""]
+    return "\n".join(lines)
+
+
+def _write(app: Any, config: Any) -> None:
+    folder = Path(app.srcdir) / "reference"
+    folder.mkdir(exist_ok=True)
+    pages = {f"{stage}.md": page(stage) for stage in stages()}
+    pages["index.md"] = INDEX.format("\n".join(stages()))
+    pages["commands.md"] = commands()
+    for old in folder.glob("*.md"):
+        if old.name not in pages:
+            old.unlink()
+    for name, text in pages.items():
+        path = folder / name
+        if not path.exists() or path.read_text("utf-8") != text:
+            path.write_text(text, "utf-8")
+
+
+def _literal_bars(app: Any, what: str, name: str, value: Any, options: Any, lines: Any) -> None:
+    """The docstrings' bars are absolute values, never substitutions."""
+    lines[:] = [re.sub(r"(?<!\\)\|", r"\\|", line) for line in lines]
+
+
+def _short(app: Any, what: str, name: str, value: Any, options: Any, text: str, gives: str) -> Any:
+    """Arrays by their name alone; the docstrings tell shapes and kinds of numbers."""
+    array = re.compile(r"ndarray\[tuple\[(?:Any|int), \.\.\.\], dtype\[\w+\]\]")
+    return tuple(part and array.sub("ndarray", part) for part in (text, gives))
+
+
+def setup(app: Any) -> dict[str, bool]:
+    """Write the pages, and read docstrings as they are meant."""
+    app.connect("config-inited", _write)
+    app.connect("autodoc-process-docstring", _literal_bars)
+    app.connect("autodoc-process-signature", _short)
+    return {"parallel_read_safe": True, "parallel_write_safe": True}

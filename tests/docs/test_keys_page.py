@@ -1,0 +1,77 @@
+"""The page of every key says what the program has, and nothing is left empty."""
+
+import importlib.util
+import re
+from pathlib import Path
+from types import ModuleType
+
+import pytest
+
+from vanelock.study import Study
+from vanelock.study.messages import known_keys
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+@pytest.fixture(scope="module")
+def tool() -> ModuleType:
+    spec = importlib.util.spec_from_file_location("keys_page", ROOT / "tools/keys_page.py")
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def rows(text: str) -> dict[str, list[str]]:
+    """Cells of every row by the key's full name."""
+    found, table = {}, ""
+    for line in text.splitlines():
+        if line.startswith("## "):
+            inside = re.search(r"`\[?([\w.]+)\]?`", line)
+            table = inside[1] if inside else ""
+        elif line.startswith("| `"):
+            cells = [cell.strip() for cell in re.split(r"(?<!\\)\|", line)[1:-1]]
+            found[f"{table}.{cells[0].strip('`')}".lstrip(".")] = cells
+    return found
+
+
+def test_the_page_is_up_to_date(tool: ModuleType) -> None:
+    written = (ROOT / "docs" / "keys.md").read_text("utf-8")
+    assert written == tool.page(), "run python tools/keys_page.py"
+
+
+def test_every_key_is_told_in_full(tool: ModuleType) -> None:
+    told = rows(tool.page())
+    every = known_keys()
+    leaves = {key for key in every if not any(other.startswith(f"{key}.") for other in every)}
+    # lists of tables have a row of their own beside their keys' rows
+    assert {key for key in leaves if key not in told} == {"sweep"}
+    assert {key: cells for key, cells in told.items() if not all(cells)} == {}
+    assert {key for key, cells in told.items() if cells[2] in {"any", "number any"}} == set()
+
+
+@pytest.mark.parametrize(
+    ("key", "default", "allowed", "said"),
+    [
+        ("joints.interlock.mu", "`0.3`", "number 0 to 1,000", "friction coefficient"),
+        ("joints.hook.interference", '`"20 um"`', "number > 0, ≤ 1 mm", "interference"),
+        ("response.samples", "–, such as `512`", "whole number 8 to 1,000,000", "instead of"),
+        ("vane.chord", '`"47 mm"`', "number 0.1 mm to 500 mm", "chord of an aerofoil"),
+        ("excitation.engine_orders", "–, such as `[1, 2, -3]`", "list, whole numbers", "several"),
+    ],
+)
+def test_rows_say_default_limits_and_meaning(
+    tool: ModuleType, key: str, default: str, allowed: str, said: str
+) -> None:
+    cells = rows(tool.page())[key]
+    assert cells[1] == default
+    assert cells[2].startswith(allowed)
+    assert said in cells[3]
+
+
+def test_every_key_of_the_template_is_one_of_the_schema_s(tool: ModuleType) -> None:
+    told, _ = tool.template()
+    in_use = {key for key, each in told.items() if each.active}
+    assert len(in_use) > 60
+    assert in_use <= set(known_keys(Study))

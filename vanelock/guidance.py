@@ -1,0 +1,130 @@
+"""What `--help` says below the options of each command: examples, exit statuses, where to read.
+
+A line with a backspace alone keeps the lines of the paragraph below it as they are.
+"""
+
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+
+from typer.models import CommandInfo
+
+STATUSES = """Exit status: 0 done; 1 done, but some cases of a sweep failed, and they are listed; 2
+input that cannot be used, told in one line for each mistake; 130 stopped by Ctrl-C or a signal."""
+
+FIRST_STUDY = """\b
+A first study:
+  vanelock init my.toml           a commented study file, to cut down to what you change
+  vanelock check my.toml          mistakes in it, a line each, or what it would compute
+  vanelock mesh my.toml           look at the meshes: runs/my/mesh
+  vanelock run my.toml            everything: runs/my/report.html, results.h5, figures
+  vanelock converge my.toml       how far it is off, measured
+  vanelock compare runs/a runs/b  two runs side by side
+
+Stopped? The same command goes on from where it was.
+
+\b
+`vanelock COMMAND --help` has examples. The manual is docs/ in the source, and `make docs` makes
+pages of it: docs/start/first_study.md, docs/keys.md, docs/not_converged.md, docs/trust.md.
+"""
+
+_MORE = {
+    "run": (
+        "Run a study: meshes to report.",
+        """Meshes, reduced models, responses, pictures and a report come into one folder. What an
+earlier run has computed is used again as far as it does not depend on what changed
+since, also where that run was stopped.""",
+        ["vanelock run my.toml", "vanelock run examples/vane.toml --output runs/today --quiet"],
+        "docs/start/first_study.md, docs/keys.md, docs/accuracy.md",
+    ),
+    "mesh": (
+        "Mesh both parts and look at them.",
+        """Nothing is solved: this is the place to find out whether dimensions fit each other, and
+whether the node sets of your own meshes are found and meet.""",
+        ["vanelock mesh my.toml", "vanelock mesh my.toml --output look"],
+        "docs/geometry.md, docs/own_mesh.md",
+    ),
+    "converge": (
+        "Measure error against cost of every setting.",
+        """The study runs once as it is, and again with mesh, modes, harmonics, points and samples
+raised, each alone; the table says how far amplitude and frequency of the peak move and
+what it costs. Takes several times as long as the study.""",
+        [
+            "vanelock converge my.toml",
+            "vanelock converge my.toml --knob mesh.size --knob response.harmonics",
+        ],
+        "docs/accuracy.md, docs/trust.md",
+    ),
+    "compare": (
+        "Put two runs side by side.",
+        """Cases are paired by name, else by the values they share, else by their order, which is
+told. Neither run is changed.""",
+        ["vanelock compare runs/a runs/b"],
+        "README.md",
+    ),
+    "fit": (
+        "Fit friction, stiffness, ... to measured curves.",
+        """The study needs [[measured]], the CSV files with the curves, and may have [fit], which
+keys to vary. Best values come with standard errors, and with a warning where the data
+do not determine them; fitted.toml is the study with the best values.""",
+        ["vanelock fit my.toml"],
+        "docs/measured.md",
+    ),
+    "check": (
+        "Check a file without computing anything.",
+        """Of a study or a scene: every mistake, a line each, and otherwise what would be
+computed. Of a results file or the folder of a run: whether it is whole, and what it holds.""",
+        ["vanelock check my.toml", "vanelock check runs/my"],
+        "docs/keys.md, docs/scene_file.md",
+    ),
+    "init": (
+        "Write a commented study file.",
+        """Every key is in it with its default, so delete what you do not change. A file that is
+there already is left alone.""",
+        ["vanelock init my.toml", "vanelock init my_scene.toml --scene"],
+        "docs/keys.md, docs/scene_file.md",
+    ),
+    "completion": (
+        "Make the Tab key complete words.",
+        "It completes commands, options, study files and, for `converge --knob`, keys.",
+        [
+            "vanelock completion bash >> ~/.bashrc",
+            'vanelock completion zsh > "${fpath[1]}/_vanelock"',
+            "vanelock completion fish > ~/.config/fish/completions/vanelock.fish",
+        ],
+        "docs/start/install.md",
+    ),
+}
+
+
+def add_guidance(commands: Iterable[CommandInfo]) -> None:
+    """Append to every command's help what this module says of it."""
+    for command in commands:
+        name = command.name or getattr(command.callback, "__name__", "")
+        if name in _MORE:
+            command.short_help, about, examples, pages = _MORE[name]
+            command.epilog = _text(about, examples, pages)
+
+
+def _text(about: str, examples: Sequence[str], pages: str) -> str:
+    lines = "\n".join(f"  {each}" for each in examples)
+    return f"{about}\n\n\b\nExamples:\n{lines}\n\n{STATUSES}\n\nMore: {pages}"
+
+
+def study_files(incomplete: str) -> list[str]:
+    """Study files that a word may become; where there are none the shell looks for any file."""
+    folder = Path(incomplete if incomplete.endswith("/") else Path(incomplete).parent)
+    try:
+        found = [str(path) for path in folder.glob("*.toml")]
+    except OSError:
+        return []
+    return sorted(path for path in found if path.startswith(incomplete.removeprefix("./")))
+
+
+def knob_keys(incomplete: str) -> list[str]:
+    """Keys that `converge --knob` knows of some study."""
+    keys = (
+        *("mesh.size", "rom.accuracy", "rom.vane_modes", "rom.casing_modes", "rom.interface_modes"),
+        *("response.harmonics", "response.coupling", "response.points", "response.samples"),
+        "joints.hook.patch",
+    )
+    return [key for key in keys if key.startswith(incomplete)]
