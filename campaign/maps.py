@@ -14,7 +14,7 @@ from vanelock.campaign import optimum, plane
 from vanelock.campaign.optimum import Ridge
 from vanelock.campaign.plane import Method, Plane, Task
 from vanelock.campaign.sheets import COUPLINGS, HARMONICS
-from vanelock.nonlinear import System
+from vanelock.nonlinear import Journal, System
 from vanelock.study.cache import file_digest
 from vanelock.study.forced import limits_step, linear_system_step
 from vanelock.study.limits import Limits, frequencies
@@ -89,11 +89,12 @@ def plane_step(
         "code": file_digest(Path(plane.__file__)),
     }
 
-    def compute(system: System, found: Limits) -> Plane:
+    def compute(system: System, found: Limits, journal: Journal) -> Plane:
         task = Task(system, other, mu, value, chosen, ends(study, found), output)
-        return plane.plane(task, told)
+        return plane.plane(task, told, journal)
 
-    return step(f"map {name}", "nonlinear", inputs, Plane, (system, limits), compute)
+    name, needs = f"map {name}", (system, limits)
+    return step(name, "nonlinear", inputs, Plane, needs, compute, resumes=True)
 
 
 def ridge_step(
@@ -118,11 +119,12 @@ def ridge_step(
         "code": file_digest(Path(optimum.__file__)),
     }
 
-    def compute(system: System, found: Limits) -> Ridge:
-        return optimum.ridge(system, name, reach, ends(study, found), output, harmonics)
+    def compute(system: System, found: Limits, journal: Journal) -> Ridge:
+        near = ends(study, found)
+        return optimum.ridge(system, name, reach, near, output, harmonics, journal=journal)
 
-    told = f"peak along {name}, H = {harmonics}"
-    return step(told, "nonlinear", inputs, Ridge, (system, limits), compute)
+    told, needs = f"peak along {name}, H = {harmonics}", (system, limits)
+    return step(told, "nonlinear", inputs, Ridge, needs, compute, resumes=True)
 
 
 def slanted(study: Study, slant: float, band: float | None) -> tuple[Step[System], Step[Limits]]:

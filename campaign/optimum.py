@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from vanelock import nonlinear
 from vanelock.errors import InputError
-from vanelock.nonlinear import System
+from vanelock.nonlinear import Journal, System
 from vanelock.product import Product
 
 Floats = NDArray[np.float64]
@@ -76,6 +76,7 @@ def ridge(
     output: tuple[str, int],
     harmonics: int,
     points: int = 25,
+    journal: Journal | None = None,
 ) -> Ridge:
     """Follow the peak over a parameter of the interlock, in equal ratios.
 
@@ -92,11 +93,20 @@ def ridge(
     harmonics : int
     points : int
         Values of the parameter.
+    journal : Journal, optional
+        As of `nonlinear.frequency_response`.
     """
     values = np.geomspace(*ends, points)
     try:
         found = nonlinear.peak_response(
-            system, name, values, range, harmonics, output=output, joint="interlock"
+            system,
+            name,
+            values,
+            range,
+            harmonics,
+            output=output,
+            joint="interlock",
+            journal=journal,
         )
     except InputError as error:  # no peak within the range at the first value
         none = np.full(points, np.nan)

@@ -5,18 +5,20 @@ over the range of frequencies; all share the stuck modes, which none of these pa
 Points are dealt out to processes, since each is independent of the others.
 """
 
+import json
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Container, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import dataclass, field, replace
 from multiprocessing import get_context
 from os import sched_getaffinity
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vanelock import nonlinear
-from vanelock.nonlinear import System
+from vanelock.nonlinear import Journal, System
 from vanelock.product import Product
 
 Floats = NDArray[np.float64]
@@ -124,12 +126,24 @@ class Task:
 Row = tuple[float, float, float, float, int, float, int]
 
 
-def plane(task: Task, told: Callable[[int, int, float], None] | None = None) -> Plane:
-    """Solve a plane; `told` hears points done, points in all and the last peak, m."""
+def plane(
+    task: Task,
+    told: Callable[[int, int, float], None] | None = None,
+    journal: Journal | None = None,
+) -> Plane:
+    """Solve a plane; `told` hears points done, points in all and the last peak, m.
+
+    Points are written to the `journal` as they come, in any order, and those in it not solved.
+    """
     m, v, k = len(task.mu), len(task.value), len(task.methods)
     found = np.full((m, v, k, 7), np.nan)
-    for done, (i, j, rows) in enumerate(_solved(task), 1):
+    known = _written(journal, k)
+    for (i, j), rows in known.items():
         found[i, j] = rows
+    for done, (i, j, rows) in enumerate(_solved(task, set(known)), 1 + len(known)):
+        found[i, j] = rows
+        if journal is not None:
+            journal.add(json.dumps([i, j, rows]).encode())
         if told is not None:
             told(done, m * v, float(found[i, j, 0, 0]))
     return Plane(
@@ -147,10 +161,21 @@ def plane(task: Task, told: Callable[[int, int, float], None] | None = None) -> 
     )
 
 
-def _solved(task: Task) -> Iterator[tuple[int, int, list[Row]]]:
-    """Places and rows of all points as they come."""
+def _written(journal: Journal | None, methods: int) -> dict[tuple[int, int], Any]:
+    """Rows of the points that a journal holds, by their places."""
+    found = {}
+    while journal is not None and (record := journal.next()) is not None:
+        i, j, rows = json.loads(record)
+        if len(rows) == methods:
+            found[i, j] = rows
+    return found
+
+
+def _solved(task: Task, known: Container[tuple[int, int]]) -> Iterator[tuple[int, int, list[Row]]]:
+    """Places and rows of all points but those that are known as they come."""
     workers = min(len(sched_getaffinity(0)), len(task.mu))
-    places = [(i, j) for i in range(len(task.mu)) for j in range(len(task.value))]
+    every = [(i, j) for i in range(len(task.mu)) for j in range(len(task.value))]
+    places = [place for place in every if place not in known]
     if workers < 2 or len(places) < 8:
         solver = Solver(task)
         for i, j in places:

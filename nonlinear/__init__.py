@@ -8,6 +8,7 @@ _modules = {
     "Diameter": "system",
     "Force": "system",
     "Hysteresis": "branches",
+    "Journal": "replay",
     "OPEN": "law",
     "ParameterResponse": "parametric",
     "PeakResponse": "backbone",

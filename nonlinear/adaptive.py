@@ -14,10 +14,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vanelock.errors import InputError
+from vanelock.nonlinear.answers import replaying
 from vanelock.nonlinear.coupling import COUPLINGS, with_static_mean
-from vanelock.nonlinear.estimates import SOURCES, Estimator
+from vanelock.nonlinear.estimates import SOURCES, Estimate, Estimator
 from vanelock.nonlinear.exploring import Exploring, settled
-from vanelock.nonlinear.ladder import Ladder
+from vanelock.nonlinear.ladder import Climbed, Ladder
 from vanelock.nonlinear.linear import (
     check_forces,
     check_option,
@@ -27,6 +28,7 @@ from vanelock.nonlinear.linear import (
 )
 from vanelock.nonlinear.newton import TOLERANCE
 from vanelock.nonlinear.pointwise import Point, Pointwise, Shares
+from vanelock.nonlinear.replay import Journal
 from vanelock.nonlinear.response import ErrorEstimates, Response, assemble_response
 from vanelock.nonlinear.sampling import FRICTIONS, checked_samples
 from vanelock.nonlinear.threads import one_thread
@@ -55,6 +57,7 @@ def adaptive_response(
     mesh_error: Callable[[int, Floats], Floats] | None = None,
     tolerance: float = TOLERANCE,
     progress: Progress | None = None,
+    journal: Journal | None = None,
 ) -> Response:
     """Steady vibration with friction, as exact as asked for at one output.
 
@@ -84,7 +87,7 @@ def adaptive_response(
         relative errors (n,) of natural frequencies (n,) in Hz by a nodal diameter and these.
     tolerance : float
         Relative residual at which a point counts as converged.
-    progress : callable, optional
+    progress, journal : optional
         As of `frequency_response`.
 
     Returns
@@ -128,6 +131,7 @@ def adaptive_response(
         first.harmonics,
         chooses_harmonics=harmonics is None,
         chooses_samples=friction == "isotropic" and samples is None,
+        replay=replaying(journal, Point, Estimate, Climbed),
     )
     told = _Told(progress)
     if is_range:

@@ -8,12 +8,14 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vanelock.errors import InputError
+from vanelock.nonlinear.answers import replaying
 from vanelock.nonlinear.balance import structure
 from vanelock.nonlinear.linear import check_forces, checked_range
 from vanelock.nonlinear.newton import TOLERANCE
 from vanelock.nonlinear.parameters import Joint, checked_parameter, checked_values
 from vanelock.nonlinear.parametric import assembled
-from vanelock.nonlinear.peaks import CONDITION
+from vanelock.nonlinear.peaks import CONDITION, Peak
+from vanelock.nonlinear.replay import Journal
 from vanelock.nonlinear.response import Response
 from vanelock.nonlinear.ridge import Mark, Ridge, named_component
 from vanelock.nonlinear.sampling import checked_samples
@@ -109,6 +111,7 @@ def peak_response(
     samples: int | None = None,
     tolerance: float = TOLERANCE,
     progress: Progress | None = None,
+    journal: Journal | None = None,
 ) -> PeakResponse:
     """Frequency and amplitude of a resonance's peak against a parameter.
 
@@ -141,6 +144,8 @@ def peak_response(
     progress : callable, optional
         Called after each peak with (peaks done, peaks in all, estimated for a range; value;
         amplitude, m).
+    journal : Journal, optional
+        As of `frequency_response`.
 
     Returns
     -------
@@ -170,7 +175,8 @@ def peak_response(
     places = [varied.coordinate(value) for value in given]
     span = max(np.ptp(places), 1e-12)
     source = balances(prepared, low, high, 1000)
-    ridge = Ridge(source, varied, (low, high), component, samples, tolerance, span)
+    replay = replaying(journal, Peak)
+    ridge = Ridge(source, varied, (low, high), component, samples, tolerance, span, replay)
     tracks, ridge = traced(ridge, given.tolist(), is_range, progress)
     best, rivals = chosen(tracks)
     return collected(ridge, best, rivals)

@@ -343,9 +343,13 @@ def structure(
     modes = dict(known)
     for k in sorted(set(diameters)):
         mirrored = (system.sectors - k) % system.sectors
-        if k not in modes and mirrored in modes and k not in system.diameters:
-            modes[k] = modes[mirrored].conjugate()
-        elif k not in modes:
+        if k in modes:
+            continue
+        if k not in system.diameters and mirrored in system.diameters:
+            # Whatever is known already: what a diameter has does not depend on what was asked for.
+            there = modes[mirrored] if mirrored in modes else stuck_modes(system, mirrored)
+            modes[k] = there.conjugate()
+        else:
             modes[k] = stuck_modes(system, k)
     for h, k in enumerate(diameters):
         force = system.force.get(h)

@@ -2,19 +2,21 @@
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import replace
-from functools import lru_cache
+from functools import lru_cache, partial
 from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vanelock.errors import InputError
+from vanelock.nonlinear.answers import replaying
 from vanelock.nonlinear.balance import structure
 from vanelock.nonlinear.coupling import COUPLINGS, at_rest, with_static_mean
 from vanelock.nonlinear.families import Frequencies
 from vanelock.nonlinear.law import Law, contact_law
 from vanelock.nonlinear.linear import check_forces, check_option, checked_frequencies, checked_range
 from vanelock.nonlinear.newton import TOLERANCE, Solution
+from vanelock.nonlinear.replay import Journal
 from vanelock.nonlinear.rescue import from_nothing
 from vanelock.nonlinear.response import Response, assemble_response
 from vanelock.nonlinear.sampling import FRICTIONS, checked_samples
@@ -71,6 +73,7 @@ def frequency_response(
     tolerance: float = TOLERANCE,
     progress: Progress | None = None,
     modes: Mapping[int, StuckModes] | None = None,
+    journal: Journal | None = None,
 ) -> Response:
     """Steady vibration with friction: the balance of all harmonics at every frequency.
 
@@ -109,6 +112,9 @@ def frequency_response(
     modes : dict of int to StuckModes, optional
         Stuck modes of the system's nodal diameters that were computed before (`stuck_modes`): they
         do not depend on friction, interference or load, and take half the time of a response.
+    journal : Journal, optional
+        Where solved points are written down; those that it holds already are not solved again. It
+        must be of this very computation.
 
     Returns
     -------
@@ -135,13 +141,13 @@ def frequency_response(
             raise InputError(f"static_beyond: given {static_beyond}: must be > 1")
         prepared = replace(prepared, cutoff=static_beyond * float(omegas.max()))
     points = 100 if is_range else len(omegas)
-    law, rest = _law(system, samples, friction, False), None
+    law, rest, replay = _law(system, samples, friction, False), None, replaying(journal)
     if coupling != "coupled":
-        rest = at_rest(prepared, law, tolerance)
+        rest = replay("rest", (), partial(at_rest, prepared, law, tolerance))
         law = _law(system, samples, friction, coupling == "constant-load")
     source = balances(prepared, omegas.min(), omegas.max(), points)
     mean = None if rest is None else rest.u[:, :, 0]
-    solver = Solver(Frequencies(source, law(harmonics), mean), law, tolerance)
+    solver = Solver(Frequencies(source, law(harmonics), mean), law, tolerance, replay)
     order = np.argsort(omegas, kind="stable")
     if direction == "down":
         order = order[::-1]

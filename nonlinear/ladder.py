@@ -13,16 +13,39 @@ from numpy.typing import NDArray
 
 from vanelock.cyclic import folded
 from vanelock.nonlinear.balance import Structure, structure
+from vanelock.nonlinear.compressed import Basis
 from vanelock.nonlinear.coupling import at_rest
 from vanelock.nonlinear.families import Frequencies
 from vanelock.nonlinear.law import Law, contact_law
-from vanelock.nonlinear.linearised import Kept
+from vanelock.nonlinear.linearised import Kept, to_be_made
 from vanelock.nonlinear.newton import TOLERANCE, Solution
 from vanelock.nonlinear.sampling import least_samples
 from vanelock.nonlinear.stuck import StuckModes
 from vanelock.nonlinear.sweep import Solver
 from vanelock.nonlinear.tables import Deferred
 from vanelock.rom.system import System
+
+
+@dataclass(frozen=True)
+class Climbed:
+    """What a ladder has come to by the points that were solved on it.
+
+    Attributes
+    ----------
+    samples : int or None
+        Of a period.
+    reached : int
+        The largest H that a system was asked for.
+    asked : dict of (int, int or None) to int
+        Balances that each solver asked for, by its harmonics and samples.
+    bases : dict of int to Basis
+        Preconditioners by number of harmonics.
+    """
+
+    samples: int | None
+    reached: int
+    asked: dict[tuple[int, int | None], int]
+    bases: dict[int, Basis]
 
 
 @dataclass
@@ -58,7 +81,23 @@ class Ladder:
     _extended: dict[int, Structure] = field(default_factory=dict)
     _laws: dict[tuple[int, int | None, bool], Law] = field(default_factory=dict)
     _rest: Solution | None = None
-    _kept: dict[int, Kept] = field(default_factory=dict)
+    _sources: dict[tuple[int, int | None], Deferred] = field(default_factory=dict)
+    _asked: dict[tuple[int, int | None], int] = field(default_factory=dict)
+    _bases: dict[int, Basis] = field(default_factory=dict)
+
+    @property
+    def climbed(self) -> Climbed:
+        """What it has come to."""
+        asked = {key: source.asked for key, source in self._sources.items()}
+        return Climbed(self.samples, self._reached, self._asked | asked, dict(self._bases))
+
+    def climb(self, to: Climbed) -> None:
+        """Go on from what it had come to."""
+        if to.reached > self._reached:
+            self.structure(to.reached)
+        self.samples, self._bases, self._asked = to.samples, dict(to.bases), dict(to.asked)
+        for key, source in self._sources.items():
+            source.asked = to.asked.get(key, 0)
 
     def structure(self, harmonics: int) -> Structure:
         """The structure with H harmonics, all at their own nodal diameters."""
@@ -131,6 +170,7 @@ class Ladder:
         key = harmonics, self.samples_of(harmonics)
         if key not in self._solvers:
             source = Deferred(self.structure(harmonics), self.limits)
+            source.asked, self._sources[key] = self._asked.get(key, 0), source
             family = Frequencies(source, self.law(harmonics), self.mean())
             self._solvers[key] = Solver(family, self.law, self.tolerance)
         return self._solvers[key]
@@ -141,13 +181,13 @@ class Ladder:
 
     def kept(self, harmonics: int) -> Kept | None:
         """What preconditions balances of H harmonics, its matrix to be made anew."""
-        last = self._kept.get(harmonics)
-        return None if last is None else replace(last, stale=True)
+        basis = self._bases.get(harmonics)
+        return None if basis is None else to_be_made(basis)
 
     def keep(self, harmonics: int, kept: Kept | None) -> None:
         """Have later balances of H harmonics start from this."""
         if kept is not None:
-            self._kept[harmonics] = kept
+            self._bases[harmonics] = kept.basis
 
 
 def _stood_in(system: System, harmonics: int) -> tuple[System, dict[int, int]]:

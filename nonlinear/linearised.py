@@ -75,6 +75,12 @@ class Kept:
     stale: bool = False
 
 
+def to_be_made(basis: Basis) -> Kept:
+    """A basis whose matrix serves no longer."""
+    none = np.empty((0, 0))
+    return Kept(basis, none, (none, np.empty(0, np.int32)), stale=True)
+
+
 class Linearised(Protocol):
     """A linearised balance that can be solved."""
 

@@ -1,20 +1,24 @@
 """Points of a response, each with as many harmonics and samples as its own error asks for."""
 
 import time
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field, replace
+from functools import partial
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vanelock.nonlinear.estimates import BEYOND, SOURCES, Estimate, Estimator, half
 from vanelock.nonlinear.families import Frequencies, fixed
-from vanelock.nonlinear.ladder import Ladder
+from vanelock.nonlinear.ladder import Climbed, Ladder
 from vanelock.nonlinear.law import STUCK
 from vanelock.nonlinear.newton import Solution, solve
+from vanelock.nonlinear.replay import Replay
 from vanelock.nonlinear.trigonometric import resized
 
 Floats = NDArray[np.float64]
+T = TypeVar("T")
 
 MOST = 31
 """Harmonics beyond which none is tried."""
@@ -100,6 +104,12 @@ class Point:
         return np.nan if self.estimate is None else self.estimate.slope
 
 
+def _told(points: Sequence[Point]) -> Iterator[Any]:
+    """What tells points from others."""
+    for point in points:
+        yield from (point.omega, point.harmonics, point.samples, point.wanted, point.solution.w)
+
+
 @dataclass
 class Pointwise:
     """Solves one point after another.
@@ -112,6 +122,8 @@ class Pointwise:
         Fewest harmonics.
     chooses_harmonics, chooses_samples : bool
         Whether they adapt, or stay as they are.
+    replay : Replay, optional
+        What writes solved points down.
     """
 
     estimator: Estimator
@@ -119,6 +131,7 @@ class Pointwise:
     least: int
     chooses_harmonics: bool
     chooses_samples: bool
+    replay: Replay = field(default_factory=Replay)
     _largest: float = 0.0
 
     @property
@@ -126,12 +139,29 @@ class Pointwise:
         """The solvers."""
         return self.estimator.ladder
 
+    def _written(self, question: str, asked: tuple[Any, ...], solve: Callable[[], T]) -> T:
+        """A solution, and all that solving it changed, from the journal or to be put there."""
+        if not self.replay.writes:
+            return solve()
+
+        def solved() -> tuple[T, float, Climbed]:
+            return solve(), self._largest, self.ladder.climbed
+
+        before = (self.ladder.samples or 0, self._largest)
+        found, self._largest, climbed = self.replay(question, (*asked, *before), solved)
+        self.ladder.climb(climbed)
+        return found
+
     def easily(self, omega: float, neighbours: Sequence[Point]) -> Solution | None:
         """The solution at a frequency if Newton's iteration finds it at once."""
         if not neighbours:
             return None
-        H = neighbours[-1].wanted
-        return self.ladder.solver(H).easily(omega, self._lifted(neighbours, H))
+
+        def solved() -> Solution | None:
+            H = neighbours[-1].wanted
+            return self.ladder.solver(H).easily(omega, self._lifted(neighbours, H))
+
+        return self._written("easily", (omega, *_told(neighbours)), solved)
 
     def point(
         self,
@@ -153,6 +183,12 @@ class Pointwise:
         least : int
             Fewest harmonics, if more than those of all points.
         """
+        asked = (omega, least, found is None, *_told(neighbours))
+        return self._written("point", asked, lambda: self._point(omega, neighbours, found, least))
+
+    def _point(
+        self, omega: float, neighbours: Sequence[Point], found: Solution | None, least: int
+    ) -> Point:
         begin = time.process_time()
         H = max(neighbours[-1].wanted if neighbours else self.least, least)
         fewer = next((point for point in neighbours if point.omega == omega), None)
@@ -188,7 +224,9 @@ class Pointwise:
         reached from it, that is no good sign: it gets more, too.
         """
         while point.estimate is not None and not point.measured:
-            measured = self._measured(point)
+            measured = self._written(
+                "measured", tuple(_told([point])), partial(self._measured, point)
+            )
             if measured is not None:
                 change = point.estimate.change.copy()
                 change[SOURCES.index("harmonics")] = measured

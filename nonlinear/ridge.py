@@ -1,7 +1,7 @@
 """Following the peak of a resonance along a parameter."""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import lru_cache
 
 import numpy as np
@@ -14,6 +14,7 @@ from vanelock.nonlinear.law import Law, contact_law
 from vanelock.nonlinear.newton import Solution
 from vanelock.nonlinear.parameters import Parameter
 from vanelock.nonlinear.peaks import Peak, Resonance
+from vanelock.nonlinear.replay import Replay
 from vanelock.nonlinear.sweep import Solver
 from vanelock.nonlinear.tables import Tabulated
 
@@ -61,6 +62,8 @@ class Ridge:
         Relative residual of the solutions.
     span : float
         Range of the parameter's coordinate.
+    replay : Replay, optional
+        What writes solutions and peaks down.
     """
 
     source: Structure | Tabulated
@@ -70,6 +73,7 @@ class Ridge:
     samples: int | None
     tolerance: float
     span: float
+    replay: Replay = field(default_factory=Replay)
 
     @property
     def prepared(self) -> Structure:
@@ -86,12 +90,19 @@ class Ridge:
             given = contact_law(contacts, harmonics, self.samples)
             return self.varied.law(self.prepared.system, given, value)
 
-        return Solver(Frequencies(source, law(self.prepared.harmonics)), law, self.tolerance)
+        family = Frequencies(source, law(self.prepared.harmonics))
+        return Solver(family, law, self.tolerance, self.replay)
 
     def resonance(self, value: float) -> Resonance:
         """The resonance at a value of the parameter."""
         assert self.component is not None
         return Resonance(self.solver(value).family, self.component, self.tolerance)
+
+    def _peak(self, value: float, omega: float, near: Peak, w: Floats) -> Peak | None:
+        """The peak near a frequency, from a guess of w and of its neighbour's curvature."""
+        find = self.resonance(value).peak
+        asked = value, omega, near.bend, w
+        return self.replay("peak", asked, lambda: find(omega, w, near.bend, near.solution.kept))
 
     def sweep(self, value: float) -> list[Solution]:
         """Solutions over the range of frequencies, if any converged those."""
@@ -113,9 +124,8 @@ class Ridge:
         curvature = 2 * np.polyfit(omega, size[top - 1 : top + 2], 2)[0] / size[top]
         bend = min(curvature, -((self.range[1] - self.range[0]) ** -2.0))
         spent = sum(solution.iterations for solution in swept)
-        found = self.resonance(value).peak(swept[top].omega, swept[top].w, bend, swept[top].kept)
-        if found is None:
-            found = Peak(swept[top], float(size[top]), bend, np.inf, 0, False)
+        here = Peak(swept[top], float(size[top]), bend, np.inf, 0, False)
+        found = self._peak(value, swept[top].omega, here, swept[top].w) or here
         total = replace(found.solution, iterations=spent + found.solution.iterations)
         return replace(found, solution=total, readings=found.readings + len(swept))
 
@@ -172,7 +182,7 @@ class Ridge:
         """The peak at a place, expected from the last marks; None where it is not found there."""
         omega, _, w = expected(marks, place)
         last = marks[-1].peak
-        peak = self.resonance(value).peak(omega, w, last.bend, last.solution.kept)
+        peak = self._peak(value, omega, last, w)
         if peak is None or abs(peak.solution.omega - omega) > NEAR * max(peak.width, last.width):
             return None
         return Mark(place, value, peak)

@@ -2,7 +2,7 @@
 
 import time
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +11,7 @@ from vanelock.nonlinear.arc import follow
 from vanelock.nonlinear.families import Frequencies, fixed
 from vanelock.nonlinear.law import Law
 from vanelock.nonlinear.newton import Solution, sensitivity, solve
+from vanelock.nonlinear.replay import Replay
 from vanelock.nonlinear.rescue import at_once, from_nothing
 from vanelock.nonlinear.response import half_peak_to_peak
 from vanelock.nonlinear.trigonometric import to_complex
@@ -41,11 +42,14 @@ class Solver:
         The contact law for a number of harmonics.
     tolerance : float
         Relative residual that counts as converged.
+    replay : Replay, optional
+        What writes solved points down.
     """
 
     family: Frequencies
     law: Callable[[int], Law]
     tolerance: float
+    replay: Replay = field(default_factory=Replay)
 
     def sweep(self, omegas: Floats) -> Iterator[Solution]:
         """Solve at each frequency, rad/s, from its predecessors."""
@@ -109,16 +113,24 @@ class Solver:
 
     def point(self, omega: float, history: list[Solution]) -> Solution:
         """Solve at one frequency, rad/s, given up to two converged neighbours, the nearest last."""
-        begin = time.process_time()
-        return self._finished(self._point(omega, history), begin)
+
+        def solved() -> Solution:
+            begin = time.process_time()
+            return self._finished(self._point(omega, history), begin)
+
+        return self.replay("point", (omega, *(each.w for each in history)), solved)
 
     def easily(self, omega: float, history: list[Solution]) -> Solution | None:
         """The same if Newton's iteration finds it at once; None if not."""
-        begin = time.process_time()
-        tried = self._newton(omega, history)
-        if not (tried and tried[-1].converged):
-            return None
-        return self._finished(_counted(tried, omega), begin)
+
+        def solved() -> Solution | None:
+            begin = time.process_time()
+            tried = self._newton(omega, history)
+            if not (tried and tried[-1].converged):
+                return None
+            return self._finished(_counted(tried, omega), begin)
+
+        return self.replay("easily", (omega, *(each.w for each in history)), solved)
 
     def _finished(self, found: Solution, begin: float) -> Solution:
         """A solution with the time since `begin` and, if modes are cut off, their error."""

@@ -115,18 +115,20 @@ class Deferred:
         The range, rad/s.
     patience : int
         Balances summed over all modes before tables are made.
+    asked : int
+        Balances asked for so far.
     """
 
     structure: Structure
     limits: tuple[float, float]
     patience: int = 100
-    _asked: int = 0
+    asked: int = 0
     _source: "Structure | Tabulated | None" = None
 
     def balance(self, omega: float) -> Balance:
         """The balance at a circular frequency."""
-        self._asked += 1
-        if self._asked <= self.patience:
+        self.asked += 1
+        if self.asked <= self.patience:
             return self.structure.balance(omega)
         if self._source is None:
             self._source = balances(self.structure, *self.limits, MANY)

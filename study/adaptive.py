@@ -9,7 +9,7 @@ from typing import Any
 
 from vanelock import nonlinear, rom
 from vanelock.cyclic import folded
-from vanelock.nonlinear import Response
+from vanelock.nonlinear import Journal, Response
 from vanelock.rom import System
 from vanelock.study.budget import Budget
 from vanelock.study.chain import LinearSteps
@@ -68,7 +68,7 @@ def adaptive_step(
         "monitor": study.outputs.monitor,
     }
 
-    def compute(get: Callable[[Step[Any]], Any]) -> Response:
+    def compute(get: Callable[[Step[Any]], Any], journal: Journal) -> Response:
         limits, errors, system = get(linear.limits), get(mesh), get(base)
         watched = monitor(study.outputs.monitor, system, get(free))
 
@@ -92,8 +92,10 @@ def adaptive_step(
             neglected=neglected if tells else None,
             mesh_error=errors.at,
             progress=progress,
+            journal=journal,
             **fixed,
         )
 
     needs: tuple[Step[Any], ...] = (linear.limits, mesh, free, base, *casings.values())
-    return step(f"response {name}", "nonlinear", inputs, Response, needs, compute, pulls=True)
+    name = f"response {name}"
+    return step(name, "nonlinear", inputs, Response, needs, compute, pulls=True, resumes=True)

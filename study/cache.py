@@ -7,9 +7,8 @@ a truncated or altered entry is noticed before it is read, and computed again.
 import hashlib
 import json
 import os
-import re
-from collections.abc import Callable, Generator, Mapping
-from contextlib import contextmanager
+from collections.abc import Callable, Mapping
+from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from functools import lru_cache
 from importlib import import_module
@@ -20,8 +19,10 @@ from typing import Any, Generic, TypeVar
 import h5py
 
 import vanelock
-from vanelock.errors import FolderError, InputError
+from vanelock.errors import InputError
+from vanelock.files import writing
 from vanelock.product import Product
+from vanelock.study.journal import JournalFile, journal
 
 P = TypeVar("P", bound=Product)
 STEPS = (
@@ -81,20 +82,23 @@ class Cache:
             try:
                 if file_digest(path) != path.stem.rpartition("-")[2]:
                     raise InputError("its contents have changed since it was written")
-                with h5py.File(path, "r") as file:
-                    product = kind.load(file["product"])
-                    seconds = float(file.attrs["seconds"])
-                    return Entry(product, seconds, float(file.attrs.get("cpu", seconds)))
+                entry = _read(path, kind)
+                self._journal(stage, key).unlink(missing_ok=True)
+                return entry
             except (InputError, KeyError, OSError) as error:
                 reason = str(error).splitlines()[0]
                 self.notice(f"{path}: damaged cache entry, computing {stage} again ({reason})")
                 path.unlink(missing_ok=True)
         return None
 
-    def store(
-        self, stage: str, key: str, product: Product, seconds: float, cpu: float = 0.0
-    ) -> None:
+    def store(self, stage: str, key: str, product: P, seconds: float, cpu: float = 0.0) -> Entry[P]:
         """Keep a product; a kill leaves a whole entry or none.
+
+        Returns
+        -------
+        Entry
+            What loading it gives, with which to go on: arrays may lie in memory in another order
+            than when they were computed, in which sums of their numbers round otherwise.
 
         Raises
         ------
@@ -109,10 +113,21 @@ class Cache:
                     file.attrs["stage"] = stage
                     file.attrs["seconds"], file.attrs["cpu"] = seconds, cpu
                     product.save(file.create_group("product"))
-                digest = file_digest(temporary)
+                digest, entry = file_digest(temporary), _read(temporary, type(product))
                 os.replace(temporary, self.folder / f"{_flat(stage)}-{key}-{digest}.h5")
+                self._journal(stage, key).unlink(missing_ok=True)
             finally:
                 temporary.unlink(missing_ok=True)
+        return entry
+
+    def journal(self, stage: str, key: str) -> AbstractContextManager[JournalFile]:
+        """Where a stage that takes long writes down its points until its product is stored."""
+        with writing(self.folder):
+            self.folder.mkdir(parents=True, exist_ok=True)
+        return journal(self._journal(stage, key), self.notice)
+
+    def _journal(self, stage: str, key: str) -> Path:
+        return self.folder / f"{_flat(stage)}-{key}.journal"
 
     def holds(self, stage: str, key: str) -> bool:
         """Whether there is an entry, intact or not."""
@@ -140,8 +155,16 @@ class Cache:
             try:
                 temporary.write_bytes(image)
                 os.replace(temporary, self.folder / f"{_flat(stage)}-{key}-{_digest(image)}.h5")
+                self._journal(stage, key).unlink(missing_ok=True)
             finally:
                 temporary.unlink(missing_ok=True)
+
+
+def _read(path: Path, kind: type[P]) -> Entry[P]:
+    with h5py.File(path, "r") as file:
+        product = kind.load(file["product"])
+        seconds = float(file.attrs["seconds"])
+        return Entry(product, seconds, float(file.attrs.get("cpu", seconds)))
 
 
 def key_of(
@@ -236,18 +259,6 @@ def content_digest(path: str | os.PathLike[str]) -> str:
 @lru_cache(maxsize=64)
 def _content_digest(path: Path, *state: int) -> str:
     return file_digest(path)
-
-
-@contextmanager
-def writing(path: Path) -> Generator[None, None, None]:
-    """Turn a failure to write (no permission, full disk) into one line about `path`."""
-    try:
-        yield
-    except (OSError, RuntimeError) as error:  # HDF5 raises either when the disk is full
-        told = str(error).splitlines()[0]
-        inner = re.search(r"error message = '([^']+)'", told)  # HDF5's report of the system's error
-        reason = getattr(error, "strerror", None) or (inner[1] if inner else told)
-        raise FolderError(f"{path}: cannot be written: {reason}") from None
 
 
 def _flat(stage: str) -> str:

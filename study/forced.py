@@ -6,7 +6,7 @@ from typing import Any, Literal, TypeAlias
 import numpy as np
 
 from vanelock import nonlinear
-from vanelock.nonlinear import Response
+from vanelock.nonlinear import Journal, Response
 from vanelock.rom import Component, System
 from vanelock.study.limits import Limits, dense, frequencies, hooks, limits
 from vanelock.study.model import Study
@@ -85,12 +85,14 @@ def response_step(
     }
     inputs = {**frequency_keys(study), **options}
 
-    def compute(system: System, found: Limits) -> Response:
+    def compute(system: System, found: Limits, journal: Journal) -> Response:
         wanted = frequencies(study, found)
-        return nonlinear.frequency_response(system, wanted, progress=progress, **options)
+        return nonlinear.frequency_response(
+            system, wanted, progress=progress, journal=journal, **options
+        )
 
-    name = f"response {name}"
-    return step(name, "nonlinear", inputs, Response, (system, limits), compute)
+    name, needs = f"response {name}", (system, limits)
+    return step(name, "nonlinear", inputs, Response, needs, compute, resumes=True)
 
 
 def frequency_keys(study: Study) -> dict[str, Any]:

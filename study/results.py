@@ -39,10 +39,10 @@ import numpy as np
 
 from vanelock.errors import InputError
 from vanelock.hdf5 import opened
+from vanelock.files import writing
 from vanelock.nonlinear import OPEN, SLIP, SLIP_OPEN, STUCK, Response
 from vanelock.product import Product
 from vanelock.rom import Component, System
-from vanelock.study.cache import writing
 from vanelock.study.errors import Errors
 from vanelock.study.left_out import LeftOut
 from vanelock.study.strains import Strain

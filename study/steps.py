@@ -55,6 +55,9 @@ class Step(Generic[P]):
     pulls : bool
         Whether `compute` takes, instead of the products of all that it may need, the function that
         gets the product of one of these steps, and calls it for those that turn out to be needed.
+    resumes : bool
+        Whether `compute` takes a journal as its last argument, where it writes down what it has
+        done so far for a run that goes on after a kill.
     """
 
     name: str
@@ -65,6 +68,7 @@ class Step(Generic[P]):
     kept: bool = True
     quick: bool = False
     pulls: bool = False
+    resumes: bool = False
 
 
 def step(
@@ -77,10 +81,11 @@ def step(
     kept: bool = True,
     quick: bool = False,
     pulls: bool = False,
+    resumes: bool = False,
 ) -> Step[P]:
     """A step whose key follows from its inputs, what it needs and the code of `package`."""
     key = key_of(name, package, inputs, tuple(need.key for need in needs))
-    return Step(name, key, kind, needs, compute, kept, quick, pulls)
+    return Step(name, key, kind, needs, compute, kept, quick, pulls, resumes)
 
 
 @dataclass
@@ -154,12 +159,17 @@ class Stages:
             self.listener(Begun(step.name))
         outside, self._pulled = self._pulled, (0.0, 0.0)
         began = time.perf_counter(), time.process_time()
-        product = step.compute(*given)
+        if step.resumes:
+            with self.cache.journal(step.name, step.key) as journal:
+                product = step.compute(*given, journal)
+        else:
+            product = step.compute(*given)
         taken = time.perf_counter() - began[0], time.process_time() - began[1]
         seconds, cpu = (max(a - b, 0.0) for a, b in zip(taken, self._pulled, strict=True))
         self._pulled = outside[0] + taken[0], outside[1] + taken[1]
         if step.kept:
-            self.cache.store(step.name, step.key, cast(Any, product), seconds, cpu)
+            entry = self.cache.store(step.name, step.key, cast(Any, product), seconds, cpu)
+            product = cast(P, entry.product)  # as a later run will find it, to the last bit
         return product, seconds, cpu
 
     def _puller(self, step: Step[Any]) -> Callable[[Step[Any]], Any]:

@@ -4,7 +4,7 @@ from importlib.resources import files
 from pathlib import Path
 
 from vanelock.errors import InputError
-from vanelock.study.cache import writing
+from vanelock.files import writing
 
 
 def template_text(package: str = "study") -> str:

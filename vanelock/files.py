@@ -6,11 +6,12 @@ whole through `contents`, and every file that is written through `placed`.
 
 import os
 import stat
+import re
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-from vanelock.errors import InputError, printable
+from vanelock.errors import FolderError, InputError, printable
 
 LARGEST = 1 << 30
 """Bytes of the largest file that is read as a whole."""
@@ -109,6 +110,24 @@ def regular(path: str | os.PathLike[str], needed: str) -> int:
 
 
 @contextmanager
+def writing(path: str | os.PathLike[str]) -> Iterator[None]:
+    """Turn a failure to write (no permission, full disk) into one line about `path`.
+
+    Raises
+    ------
+    FolderError
+        Where the system, or HDF5 for it, refuses.
+    """
+    try:
+        yield
+    except (OSError, RuntimeError) as error:  # HDF5 raises either when the disk is full
+        told = str(error).splitlines()[0] if str(error) else type(error).__name__
+        inner = re.search(r"error message = '([^']+)'", told)  # HDF5's report of the system's error
+        reason = getattr(error, "strerror", None) or (inner[1] if inner else told)
+        raise FolderError(f"{path}: cannot be written: {reason}") from None
+
+
+@contextmanager
 def placed(path: str | os.PathLike[str]) -> Iterator[Path]:
     """A path beside `path` to write to, which takes its place in the end; folders are made.
 
@@ -121,7 +140,7 @@ def placed(path: str | os.PathLike[str]) -> Iterator[Path]:
     """
     target = Path(path)
     temporary = target.with_name(f".{target.name}.{os.getpid()}.tmp")
-    try:
+    with writing(target):
         target.parent.mkdir(parents=True, exist_ok=True)
         temporary.unlink(missing_ok=True)  # a link of that name would be followed
         try:
@@ -129,5 +148,3 @@ def placed(path: str | os.PathLike[str]) -> Iterator[Path]:
             os.replace(temporary, target)
         finally:
             temporary.unlink(missing_ok=True)
-    except OSError as error:
-        raise InputError(f"{target}: cannot be written: {error.strerror or error}") from None

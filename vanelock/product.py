@@ -9,7 +9,6 @@ import dataclasses
 import os
 import types
 from collections.abc import Mapping
-from pathlib import Path
 from typing import Any, Self, TypeAlias, Union, get_args, get_origin, get_type_hints
 
 import h5py
@@ -18,6 +17,7 @@ import scipy.sparse as sp
 
 from vanelock.errors import InputError
 from vanelock.hdf5 import opened
+from vanelock.files import placed
 
 Target: TypeAlias = str | os.PathLike[str] | h5py.Group
 
@@ -33,17 +33,8 @@ class Product:
         if isinstance(target, h5py.Group):
             self._write(target)
             return
-        path = Path(target)
-        temporary = path.with_name(f".{path.name}.{os.getpid()}.tmp")
-        try:
-            with h5py.File(temporary, "w") as file:
-                self._write(file)
-            os.replace(temporary, path)
-        except OSError as error:
-            reason = error.strerror or error
-            raise InputError(f"{path}: cannot be written: {reason}") from None
-        finally:
-            temporary.unlink(missing_ok=True)
+        with placed(target) as temporary, h5py.File(temporary, "w") as file:
+            self._write(file)
 
     @classmethod
     def load(cls, source: Target) -> Self:
