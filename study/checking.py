@@ -4,7 +4,7 @@ import os
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import h5py
 
@@ -29,6 +29,7 @@ from vanelock.study.steps import Stages
 from vanelock.study.sweep import Case, cases
 from vanelock.study.tables import Column, Table
 
+P = TypeVar("P", bound=Product)
 Row = tuple[str, str]
 _SIGNATURE = b"\x89HDF\r\n\x1a\n"
 KINDS = {kind.__name__: kind for kind in (Part, Component, System, Response)}
@@ -86,10 +87,9 @@ class _Unkept(Cache):
         """None is known."""
         return None
 
-    def store(
-        self, stage: str, key: str, product: Product, seconds: float, cpu: float = 0.0
-    ) -> None:
-        """Forget it."""
+    def store(self, stage: str, key: str, product: P, seconds: float, cpu: float = 0.0) -> Entry[P]:
+        """Hand it back and forget it."""
+        return Entry(product, seconds, cpu)
 
 
 def _planned(path: Path, outside: bool) -> Iterator[Row]:

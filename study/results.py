@@ -38,8 +38,8 @@ import h5py
 import numpy as np
 
 from vanelock.errors import InputError
-from vanelock.hdf5 import opened
 from vanelock.files import writing
+from vanelock.hdf5 import opened
 from vanelock.nonlinear import OPEN, SLIP, SLIP_OPEN, STUCK, Response
 from vanelock.product import Product
 from vanelock.rom import Component, System

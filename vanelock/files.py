@@ -5,8 +5,8 @@ whole through `contents`, and every file that is written through `placed`.
 """
 
 import os
-import stat
 import re
+import stat
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path

@@ -16,8 +16,8 @@ import numpy as np
 import scipy.sparse as sp
 
 from vanelock.errors import InputError
-from vanelock.hdf5 import opened
 from vanelock.files import placed
+from vanelock.hdf5 import opened
 
 Target: TypeAlias = str | os.PathLike[str] | h5py.Group
 
