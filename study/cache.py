@@ -14,7 +14,7 @@ from functools import lru_cache
 from importlib import import_module
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
-from typing import Any, Generic, TypeVar
+from typing import Any, BinaryIO, Generic, TypeVar
 
 import h5py
 
@@ -22,7 +22,7 @@ import vanelock
 from vanelock.errors import InputError
 from vanelock.files import writing
 from vanelock.product import Product
-from vanelock.study.journal import JournalFile, journal
+from vanelock.study.journal import JournalFile, NoJournal, journal
 
 P = TypeVar("P", bound=Product)
 STEPS = (
@@ -82,8 +82,8 @@ class Cache:
             try:
                 if file_digest(path) != path.stem.rpartition("-")[2]:
                     raise InputError("its contents have changed since it was written")
-                entry = _read(path, kind)
-                self._journal(stage, key).unlink(missing_ok=True)
+                entry = read_entry(path, kind)
+                journal_of(self.folder, stage, key).unlink(missing_ok=True)
                 return entry
             except (InputError, KeyError, OSError) as error:
                 reason = str(error).splitlines()[0]
@@ -113,21 +113,16 @@ class Cache:
                     file.attrs["stage"] = stage
                     file.attrs["seconds"], file.attrs["cpu"] = seconds, cpu
                     product.save(file.create_group("product"))
-                digest, entry = file_digest(temporary), _read(temporary, type(product))
+                digest, entry = file_digest(temporary), read_entry(temporary, type(product))
                 os.replace(temporary, self.folder / f"{_flat(stage)}-{key}-{digest}.h5")
-                self._journal(stage, key).unlink(missing_ok=True)
+                journal_of(self.folder, stage, key).unlink(missing_ok=True)
             finally:
                 temporary.unlink(missing_ok=True)
         return entry
 
-    def journal(self, stage: str, key: str) -> AbstractContextManager[JournalFile]:
+    def journal(self, stage: str, key: str) -> AbstractContextManager[JournalFile | NoJournal]:
         """Where a stage that takes long writes down its points until its product is stored."""
-        with writing(self.folder):
-            self.folder.mkdir(parents=True, exist_ok=True)
-        return journal(self._journal(stage, key), self.notice)
-
-    def _journal(self, stage: str, key: str) -> Path:
-        return self.folder / f"{_flat(stage)}-{key}.journal"
+        return journal(journal_of(self.folder, stage, key), self.notice)
 
     def holds(self, stage: str, key: str) -> bool:
         """Whether there is an entry, intact or not."""
@@ -155,16 +150,22 @@ class Cache:
             try:
                 temporary.write_bytes(image)
                 os.replace(temporary, self.folder / f"{_flat(stage)}-{key}-{_digest(image)}.h5")
-                self._journal(stage, key).unlink(missing_ok=True)
+                journal_of(self.folder, stage, key).unlink(missing_ok=True)
             finally:
                 temporary.unlink(missing_ok=True)
 
 
-def _read(path: Path, kind: type[P]) -> Entry[P]:
-    with h5py.File(path, "r") as file:
-        product = kind.load(file["product"])
-        seconds = float(file.attrs["seconds"])
-        return Entry(product, seconds, float(file.attrs.get("cpu", seconds)))
+def journal_of(folder: Path, stage: str, key: str) -> Path:
+    """The journal of a stage, in the folder of a cache."""
+    return folder / f"{_flat(stage)}-{key}.journal"
+
+
+def read_entry(file: Path | BinaryIO, kind: type[P]) -> Entry[P]:
+    """The product in an entry's file, as loading it gives."""
+    with h5py.File(file, "r") as opened:
+        product = kind.load(opened["product"])
+        seconds = float(opened.attrs["seconds"])
+        return Entry(product, seconds, float(opened.attrs.get("cpu", seconds)))
 
 
 def key_of(

@@ -1,12 +1,15 @@
 """Who computes the cases of a sweep: this process, others of this machine, or a cluster."""
 
 from collections.abc import Callable
+from pathlib import Path
 
 from vanelock.study.crew import Hands
 from vanelock.study.progress import Listener
 
 
-def hire(workers: int, scheduler: str | None, listener: Listener) -> Callable[[], Hands] | None:
+def hire(
+    workers: int, scheduler: str | None, listener: Listener, journals: Path | None = None
+) -> Callable[[], Hands] | None:
     """What gets the processes when they are needed; None where this one does all.
 
     Raises
@@ -23,4 +26,4 @@ def hire(workers: int, scheduler: str | None, listener: Listener) -> Callable[[]
         return None
     from vanelock.study.local import Processes
 
-    return lambda: Processes(workers)
+    return lambda: Processes(workers, journals)

@@ -106,15 +106,35 @@ class JournalFile:
         self._size = self._end
 
 
+class NoJournal:
+    """Where nothing can be written down."""
+
+    def next(self) -> None:
+        """There is no record."""
+
+    def drop(self) -> None:
+        """Nothing is forgotten."""
+
+    def add(self, record: bytes) -> None:
+        """Nothing is kept."""
+
+
 @contextmanager
-def journal(path: Path, notice: Callable[[str], None]) -> Generator[JournalFile, None, None]:
-    """A journal, open while a stage is computed.
+def journal(
+    path: Path | None, notice: Callable[[str], None] = lambda told: None
+) -> Generator[JournalFile | NoJournal, None, None]:
+    """A journal, open while a stage is computed; one that keeps nothing where there is no path.
 
     Raises
     ------
     InputError
         If it cannot be written.
     """
+    if path is None:
+        yield NoJournal()
+        return
+    with writing(path):
+        path.parent.mkdir(parents=True, exist_ok=True)
     opened = JournalFile(path, notice)
     try:
         yield opened

@@ -12,6 +12,7 @@ import threading
 from collections.abc import Callable, Collection
 from multiprocessing import get_context, parent_process
 from multiprocessing.connection import Connection, wait
+from pathlib import Path
 from typing import Any
 
 from vanelock.errors import InputError
@@ -27,10 +28,17 @@ def cores() -> int:
 
 
 class Processes:
-    """So many processes, started when there is something to do."""
+    """So many processes, started when there is something to do.
 
-    def __init__(self, count: int) -> None:
-        self.slots = count
+    Parameters
+    ----------
+    count : int
+    journals : Path, optional
+        Folder of the cache, where they write down the points of what they compute.
+    """
+
+    def __init__(self, count: int, journals: Path | None = None) -> None:
+        self.slots, self._journals = count, journals
         self._hired: list[_Process] = []
         self._fresh: list[Outcome] = []
 
@@ -39,7 +47,7 @@ class Processes:
         wanted = {key for _, key in task.given}
         idle = [each for each in self._hired if each.task is None]
         if not idle:
-            idle = [_Process()]
+            idle = [_Process(self._journals)]
             self._hired += idle
         chosen = max(idle, key=lambda each: len(wanted & each.knows))
         try:
@@ -82,10 +90,12 @@ class Processes:
 class _Process:
     """A process, what it knows, and the task that it is at."""
 
-    def __init__(self) -> None:
+    def __init__(self, journals: Path | None) -> None:
         context = get_context("spawn")
         self.pipe, far = context.Pipe()
-        self._process = context.Process(target=_serve, args=(far, os.getpid()), daemon=True)
+        self._process = context.Process(
+            target=_serve, args=(far, os.getpid(), journals), daemon=True
+        )
         # A child inherits which signals are held back: Ctrl-C reaches every process of a terminal,
         # and is for the one that runs the study to answer.
         before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
@@ -130,10 +140,10 @@ class _Process:
         return f"its process ended with status {code}"
 
 
-def _serve(pipe: Connection, parent: int) -> None:
+def _serve(pipe: Connection, parent: int, journals: Path | None) -> None:
     """Do tasks until the pipe closes."""
     _end_with(parent)
-    workshop = Workshop()
+    workshop = Workshop(journals)
     while True:
         try:
             work, makes, entries, drops = pipe.recv()

@@ -98,7 +98,9 @@ def run_study(
     began = time.perf_counter()
     with claimed(path):
         stages = Stages(Cache(path / "cache", lambda told: listener(Notice(told))), listener)
-        running = Run(study, path, listener, stages, hands=hire(workers, scheduler, listener))
+        running = Run(
+            study, path, listener, stages, hands=hire(workers, scheduler, listener, path / "cache")
+        )
         running.record.provenance(study, text)
         try:
             found = running.all_cases()

@@ -6,9 +6,11 @@ everything upstream of it.
 
 import time
 from collections.abc import Callable, Container, Iterable, Mapping
+from contextlib import AbstractContextManager
 from dataclasses import dataclass, field
 from typing import Any, Generic, Protocol, TypeVar, cast
 
+from vanelock.nonlinear import Journal
 from vanelock.product import Product
 from vanelock.study.cache import Entry, key_of
 from vanelock.study.progress import Begun, Done, Listener
@@ -24,10 +26,12 @@ class Store(Protocol):
         """The stored product, None where there is none."""
         ...
 
-    def store(
-        self, stage: str, key: str, product: Product, seconds: float, cpu: float = 0.0
-    ) -> None:
-        """Keep a product."""
+    def store(self, stage: str, key: str, product: Q, seconds: float, cpu: float = 0.0) -> Entry[Q]:
+        """Keep a product; what loading it will give."""
+        ...
+
+    def journal(self, stage: str, key: str) -> AbstractContextManager[Journal]:
+        """Where a stage writes down what it has done so far."""
         ...
 
 

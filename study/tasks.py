@@ -11,6 +11,7 @@ import hashlib
 import io
 import platform
 from collections.abc import Iterable, Mapping, Sequence
+from contextlib import AbstractContextManager
 from dataclasses import dataclass, field
 from functools import lru_cache
 from pathlib import Path
@@ -20,8 +21,10 @@ import h5py
 
 import vanelock
 from vanelock.errors import InputError
+from vanelock.nonlinear import Journal
 from vanelock.product import Product
-from vanelock.study.cache import Entry
+from vanelock.study.cache import Entry, journal_of, read_entry
+from vanelock.study.journal import journal
 from vanelock.study.progress import silent
 from vanelock.study.steps import Stages, Step
 
@@ -106,31 +109,35 @@ class Memory:
         Entries to start from, by key.
     made : list of (str, str, bytes)
         Stage, key and entry of what was stored.
+    journals : Path or None
+        Folder of the cache, where this process shares it, for the points of stages under way.
     """
 
     given: dict[str, bytes] = field(default_factory=dict)
     made: Made = field(default_factory=list)
+    journals: Path | None = None
 
     def load(self, stage: str, key: str, kind: type[P]) -> Entry[P] | None:
         """The product of an entry that was given."""
         if not self.given.get(key):
             return None
-        with h5py.File(io.BytesIO(self.given[key]), "r") as file:
-            taken = float(file.attrs["seconds"]), float(file.attrs["cpu"])
-            entry = Entry(kind.load(file["product"]), *taken)
+        entry = read_entry(io.BytesIO(self.given[key]), kind)
         self.given[key] = b""  # the stages keep the product
         return entry
 
-    def store(
-        self, stage: str, key: str, product: Product, seconds: float, cpu: float = 0.0
-    ) -> None:
-        """Keep a product until it is returned."""
+    def store(self, stage: str, key: str, product: P, seconds: float, cpu: float = 0.0) -> Entry[P]:
+        """Keep a product until it is returned; what loading it gives."""
         image = io.BytesIO()
         with h5py.File(image, "w") as file:
             file.attrs["stage"] = stage
             file.attrs["seconds"], file.attrs["cpu"] = seconds, cpu
             product.save(file.create_group("product"))
         self.made.append((stage, key, image.getvalue()))
+        return read_entry(image, type(product))
+
+    def journal(self, stage: str, key: str) -> AbstractContextManager[Journal]:
+        """Where a stage writes down what it has done so far."""
+        return journal(None if self.journals is None else journal_of(self.journals, stage, key))
 
     def take(self) -> Made:
         """What was made since the last time."""
@@ -139,10 +146,16 @@ class Memory:
 
 
 class Workshop:
-    """Where tasks are done, one after the other, in a process that has no folder."""
+    """Where tasks are done, one after the other, in a process that has no folder.
 
-    def __init__(self) -> None:
-        self._memory = Memory()
+    Parameters
+    ----------
+    journals : Path, optional
+        Folder of the cache, where this process shares it.
+    """
+
+    def __init__(self, journals: Path | None = None) -> None:
+        self._memory = Memory(journals=journals)
         self._stages = Stages(self._memory, silent)
 
     def learn(self, entries: Mapping[str, bytes], forget: Iterable[str] = ()) -> None:
