@@ -57,6 +57,13 @@ class Shown:
     monitor: Monitor = field(default_factory=lambda: Monitor("", 0, 0))
     top: dict[str, ShownCase] = field(default_factory=dict)
     linear: dict[str, tuple[str, Sequence[Response]]] = field(default_factory=dict)
+    _preloads: set[str] = field(default_factory=set)
+
+    def is_new(self, preload: str) -> bool:
+        """Whether a state at rest, by its key, was not asked about before."""
+        new = preload not in self._preloads
+        self._preloads.add(preload)
+        return new
 
     def limits_of(self, key: str, name: str, linear: Sequence[Response]) -> str | None:
         """What new linear limits are called, "" for the first; None where they are known."""

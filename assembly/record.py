@@ -8,12 +8,9 @@
 /provenance            the scene's text, date, versions, times of the stages
 """
 
-import platform
 from collections.abc import Mapping, Sequence
-from datetime import UTC, datetime
 from pathlib import Path
 
-import vanelock
 from vanelock.assembly.model import Scene
 from vanelock.assembly.modes import Modes
 from vanelock.assembly.monitor import Found
@@ -21,12 +18,10 @@ from vanelock.assembly.piece import Piece
 from vanelock.nonlinear import Response
 from vanelock.rom import System
 from vanelock.study import results
-from vanelock.study.cache import installed
-from vanelock.study.progress import Done
-from vanelock.study.record import LIBRARIES
+from vanelock.study.ledger import Ledger
 
 
-class SceneRecord:
+class SceneRecord(Ledger):
     """The results file of a scene's run, written part by part as they come.
 
     Parameters
@@ -40,21 +35,10 @@ class SceneRecord:
     """
 
     def __init__(self, folder: Path, scene: Scene, text: str) -> None:
-        self._file = results.Results(folder / results.NAME)
-        self._pieces: dict[str, Piece] = {}
+        super().__init__(folder)
         self._system = ""
         self._waiting: tuple[str, System] | None = None
-        with self._file.edit() as file:
-            group = file.require_group("provenance")
-            group.attrs["date"] = datetime.now(UTC).isoformat(timespec="seconds")
-            group.attrs["study"] = text
-            group.attrs["settings"] = scene.model_dump_json()
-            versions = group.require_group("versions")
-            versions.attrs["vanelock"] = vanelock.__version__
-            versions.attrs["python"] = platform.python_version()
-            versions.attrs["platform"] = platform.platform()
-            for library in LIBRARIES:
-                versions.attrs[library] = installed(library)
+        self.begin(scene.model_dump_json(), text)
 
     def model(self, pieces: Sequence[Piece], key: str, system: System) -> None:
         """Components and system of a case; those of the first stand at the root."""
@@ -92,13 +76,3 @@ class SceneRecord:
                 results.put_system(file, f"{where}/system", self._waiting[1])
             else:
                 file[f"{where}/system"] = file["system"]
-
-    def complete(self, done: Mapping[str, Done]) -> None:
-        """End the file: times and hashes of all stages, nothing is missing."""
-        with self._file.edit() as file:
-            for key, entry in done.items():
-                group = file.require_group(f"provenance/stages/{entry.stage} {key[:8]}")
-                group.attrs["key"] = key
-                group.attrs["seconds"] = entry.seconds
-                group.attrs["cached"] = entry.cached
-            file.attrs["complete"] = True

@@ -2,39 +2,45 @@
 
 import os
 import time
+from collections.abc import Callable
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
 from vanelock.assembly import listing
-from vanelock.assembly.cases import SceneCase, scene_cases
+from vanelock.assembly.cases import scene_cases
 from vanelock.assembly.exhibits import Shown, draw
 from vanelock.assembly.model import Scene
 from vanelock.assembly.monitor import Found, found_in, scene_monitor
 from vanelock.assembly.page import write_scene_page
+from vanelock.assembly.plan import PlannedScene, planned
 from vanelock.assembly.record import SceneRecord
-from vanelock.assembly.steps import (
-    LIMITS,
-    linear_step,
-    modes_step,
-    piece_step,
-    preload_step,
-    response_step,
-    system_step,
-)
+from vanelock.assembly.steps import LIMITS
+from vanelock.errors import InputError
 from vanelock.nonlinear import Response
 from vanelock.study import results
+from vanelock.study.attempts import attempt
+from vanelock.study.bundles import divided
 from vanelock.study.cache import Cache
+from vanelock.study.crew import Hands
 from vanelock.study.easel import Easel
 from vanelock.study.folder import claimed
-from vanelock.study.listing import preload_table, stage_times
-from vanelock.study.progress import Finished, Listener, Notice, Point, silent
+from vanelock.study.helped import helped
+from vanelock.study.hire import hire
+from vanelock.study.listing import failed_table, preload_table, stage_times
+from vanelock.study.progress import Failed, Finished, Listener, Notice, Point, silent
 from vanelock.study.steps import Stages
 from vanelock.study.summary import Peak, peak_of
+from vanelock.study.tasks import Failure, TaskFailed
 
 
 def run_scene(
-    scene: Scene, folder: str | os.PathLike[str], listener: Listener = silent, text: str = ""
+    scene: Scene,
+    folder: str | os.PathLike[str],
+    listener: Listener = silent,
+    text: str = "",
+    workers: int = 1,
+    scheduler: str | None = None,
 ) -> tuple[Found, ...]:
     """Run a scene in a folder; what earlier runs there computed is used again.
 
@@ -48,11 +54,16 @@ def run_scene(
         Told about stages, points, notices and tables.
     text : str
         The scene file's text, kept in the results.
+    workers : int
+        Processes that compute the cases of a sweep; 1: this one does.
+    scheduler : str, optional
+        Address of a Dask scheduler whose workers do; they read the scene's files at the same
+        places.
 
     Returns
     -------
     tuple of Found
-        One for each case.
+        One for each case that could be computed; of the others of a sweep the listener is told.
 
     Raises
     ------
@@ -60,22 +71,24 @@ def run_scene(
         If the scene cannot be computed, or the folder not be used.
     """
     path, began = Path(folder), time.perf_counter()
-    cases = scene_cases(scene)
     with claimed(path):
-        stages = Stages(Cache(path / "cache", lambda told: listener(Notice(told))), listener)
-        record = SceneRecord(path, scene, text)
-        shown = Shown(scene, cases, stages, Easel(path, listener))
-        found = tuple(_Case(case, shown, record, listener).run() for case in cases)
-        listener(listing.cases_table(found, shown.monitor.name))
+        running = SceneRun(scene, path, listener, text, hire(workers, scheduler, listener))
+        try:
+            found = running.all_cases()
+        except BaseException:
+            running.record.abandon()
+            raise
+        shown = running.shown
         exhibits = draw(shown, found)
         if scene.outputs.report:
             write_scene_page(shown, found, exhibits, text)
         shown.easel.tidy()
-        listener(stage_times([*stages.done.values(), *shown.easel.done]))
-        record.complete(stages.done)
+        listener(stage_times([*running.stages.done.values(), *shown.easel.done]))
+        running.record.complete(running.stages.done)
     pictures = [str(file) for each in exhibits for file in (each.path, *each.data)]
     told: dict[str, Any] = {
         "cases": [asdict(each) | {"case": each.case.name} for each in found],
+        "failed": {name: failure.reason for name, failure in running.failed.items()},
         "results": str(path / results.NAME),
         "pictures": pictures,
     }
@@ -83,71 +96,129 @@ def run_scene(
     return found
 
 
-class _Case:
-    """A case under way."""
+class SceneRun:
+    """A run under way.
+
+    Parameters
+    ----------
+    scene : Scene
+        What to compute.
+    folder : Path
+        The run's folder, claimed.
+    listener : callable
+        Told about tables, points and notices.
+    text : str
+        The scene's file.
+    hands : callable, optional
+        Gets the processes that compute the cases; without, this one does.
+    """
 
     def __init__(
-        self, case: SceneCase, shown: Shown, record: SceneRecord, listener: Listener
+        self,
+        scene: Scene,
+        folder: Path,
+        listener: Listener,
+        text: str,
+        hands: Callable[[], Hands] | None,
     ) -> None:
-        self.case, self.shown, self.record, self.listener = case, shown, record, listener
-        self.stages = shown.stages
-        self._began, self._peak = time.perf_counter(), 0.0
+        self.listener, self._hands = listener, hands
+        self._cache = Cache(folder / "cache", lambda told: listener(Notice(told)))
+        self.stages = Stages(self._cache, listener)
+        self.planned = [planned(case, self._point) for case in scene_cases(scene)]
+        self.record = SceneRecord(folder, scene, text)
+        cases = [each.case for each in self.planned]
+        self.shown = Shown(scene, cases, self.stages, Easel(folder, listener))
+        self.failed: dict[str, Failure] = {}
+        self._case, self._began, self._peak = "", 0.0, 0.0
 
-    def run(self) -> Found:
-        """Everything but the pictures."""
-        scene, name = self.case.scene, self.case.name
-        system_of = system_step(scene)
+    def all_cases(self) -> tuple[Found, ...]:
+        """Everything but the pictures; a line for each case."""
+        found = []
+        with helped(
+            self._hands,
+            lambda: divided([each.wanted() for each in self.planned], self._cache),
+            self.stages,
+            self._cache,
+            self.listener,
+            self._largest,
+            self.record.flush_if_due,
+        ):
+            for each in self.planned:
+                name = each.case.name
+                try:
+                    if len(self.planned) == 1:
+                        self._compute(each)
+                    else:
+                        attempt(self._compute, each, name, self.stages)
+                except TaskFailed as error:
+                    self.failed[name] = error.failure
+                    self.listener(Failed(name, error.failure.reason, error.failure.attempts))
+                    self.record.failed(name, each.case.values, error.failure)
+                else:
+                    found.append(self._show(each))
+        if not found:
+            name, failure = next(iter(self.failed.items()))
+            raise InputError(f"no case can be computed: {name}: {failure.reason}")
+        self.listener(listing.cases_table(found, self.shown.monitor.name))
+        if self.failed:
+            self.listener(failed_table(self.failed))
+        return tuple(found)
+
+    def _compute(self, each: PlannedScene) -> None:
+        """The products of a case."""
+        self._case, self._began, self._peak = each.case.name, time.perf_counter(), 0.0
+        for step in each.steps:
+            self.stages.get(step)
+
+    def _show(self, each: PlannedScene) -> Found:
+        """A case that is computed: written, told."""
+        pieces = [self.stages.get(step) for step in each.pieces]
+        system, limits = self.stages.get(each.system), self.stages.get(each.modes)
+        linear = [self.stages.get(step) for step in each.linear]
         first = not self.shown.top
-        pieces = [self.stages.get(piece_step(scene, each)) for each in scene.components]
-        system = self.stages.get(system_of)
         if first:
             self.listener(listing.components_table(pieces, system))
-        self.record.model(pieces, system_of.key, system)
-        bare_of = system_step(scene, bare=True)
-        limits_of = modes_step(scene, bare_of)
-        limits = self.stages.get(limits_of)
-        linear = [self.stages.get(linear_step(scene, w, bare_of, limits_of)) for w in LIMITS]
-        if first:
-            self.shown.monitor = scene_monitor(scene.outputs.monitor, system, linear[0])
-        monitor = self.shown.monitor
-        peaks = [peak_of(each, monitor.amplitude(each)) for each in linear]
-        label = self.shown.limits_of(limits_of.key, name, linear)
+            wanted = each.case.scene.outputs.monitor
+            self.shown.monitor = scene_monitor(wanted, system, linear[0])
+        self.record.model(pieces, each.system.key, system)
+        amplitude = self.shown.monitor.amplitude
+        peaks = [peak_of(response, amplitude(response)) for response in linear]
+        label = self.shown.limits_of(each.modes.key, each.case.name, linear)
         if label is not None:
             named: dict[str, Peak | None] = dict(zip(LIMITS, peaks, strict=True))
             self.listener(listing.modes_table(label, limits, named))
             self.record.linear(label, limits, dict(zip(LIMITS, linear, strict=True)))
-        preload_of = preload_step(scene, system_of)
-        new = preload_of.key not in self.stages.done
-        static = self.stages.get(preload_of)
-        joints = system.contacts.joint
-        if new and system.contacts.count:
-            self.listener(preload_table("" if first else name, joints, static))
-        self._began = time.perf_counter()
-        response_of = response_step(name, scene, system_of, limits_of, self._point)
-        response = self.stages.get(response_of)
-        return self._found(response, response_of.key, static, joints, peaks)
+        static, joints = self.stages.get(each.preload), system.contacts.joint
+        if joints and self.shown.is_new(each.preload.key):
+            self.listener(preload_table("" if first else each.case.name, joints, static))
+        return self._found(each, self.stages.get(each.response), static, joints, peaks)
 
     def _found(
         self,
+        each: PlannedScene,
         response: Response,
-        key: str,
         static: Response,
         joints: tuple[str, ...],
         peaks: list[Peak | None],
     ) -> Found:
+        case, key = each.case, each.response.key
         amplitude = self.shown.monitor.amplitude(response)
         peak = peak_of(response, amplitude)
-        found = found_in(self.case, response, joints, peak, peaks, self.stages.done[key].seconds)
-        self.shown.add(self.case, key, response, amplitude, peak, static, joints)
+        found = found_in(case, response, joints, peak, peaks, self.stages.done[key].seconds)
+        self.shown.add(case, key, response, amplitude, peak, static, joints)
         self.record.case(found, key, response, static, self.shown.monitor.name)
         if found.converged < found.points:
             lost = f"{found.points - found.converged} of {found.points} points did not converge"
             worst = f"largest residual {found.worst:.1e}"
-            self.listener(Notice(f"{self.case.name}: {lost} ({worst})"))
+            self.listener(Notice(f"{case.name}: {lost} ({worst})"))
         return found
+
+    def _largest(self) -> float:
+        peaks = [each.peak.amplitude for each in self.shown.top.values() if each.peak is not None]
+        return max(peaks, default=0.0)
 
     def _point(self, done: int, total: int, frequency: float, amplitude: float) -> None:
         self._peak = max(self._peak, amplitude) if amplitude == amplitude else self._peak
         spent = time.perf_counter() - self._began
         left = spent * (total - done) / max(done, 1)
-        self.listener(Point(self.case.name, done, total, self._peak, left))
+        self.listener(Point(self._case, done, total, self._peak, left))

@@ -14,6 +14,7 @@ from vanelock.study.steps import Stages, Step
 from vanelock.study.strains import Strain
 from vanelock.study.tasks import Failure, TaskFailed, reachable, reason
 
+A = TypeVar("A")
 C = TypeVar("C")
 TRIES = 2
 """How often this process tries what fails."""
@@ -45,7 +46,7 @@ class Solved:
     campbell: Campbell | None
 
 
-def attempt(compute: Callable[[Planned], C], planned: Planned, stages: Stages) -> C:
+def attempt(compute: Callable[[A], C], planned: A, name: str, stages: Stages) -> C:
     """Compute something of a case of a sweep, twice if need be.
 
     Raises
@@ -55,17 +56,17 @@ def attempt(compute: Callable[[Planned], C], planned: Planned, stages: Stages) -
     FolderError
         If the run's folder cannot be written, which concerns all cases.
     """
-    failure = Failure(planned.case.name, "")
+    failure = Failure(name, "")
     for tries in range(1, TRIES + 1):
         try:
             return compute(planned)
         except (TaskFailed, FolderError):
             raise
         except InputError as error:
-            refused = Failure(planned.case.name, reason(error), tries, refused=True)
+            refused = Failure(name, reason(error), tries, refused=True)
             raise TaskFailed(refused) from None
         except Exception as error:
-            failure = Failure(planned.case.name, reason(error), tries)
+            failure = Failure(name, reason(error), tries)
             stages.keep(())  # what is kept is in the cache too, and memory may be short
     raise TaskFailed(failure)
 

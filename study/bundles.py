@@ -17,7 +17,7 @@ from vanelock.study.settle import Settled
 from vanelock.study.stages import PARTS
 from vanelock.study.steps import Step
 from vanelock.study.sweep import Case
-from vanelock.study.tasks import Task
+from vanelock.study.tasks import Task, Work
 
 
 @dataclass(frozen=True)
@@ -66,7 +66,23 @@ def works(planned: Sequence[Planned]) -> list[CaseWork]:
     return [CaseWork(each.case, ks) for each, ks in zip(planned, shared, strict=True)]
 
 
+@dataclass(frozen=True)
+class Wanted:
+    """What is wanted of a case: its steps, that of its response, and how others make them."""
+
+    name: str
+    steps: Sequence[Step[Any]]
+    response: Step[Any]
+    work: Work
+
+
 def bundle(planned: Sequence[Planned], cache: Cache) -> tuple[list[Step[Any]], list[Task]]:
+    """What all cases need and is not in the cache, in order, and the tasks after it."""
+    cases = zip(planned, works(planned), strict=True)
+    return divided([Wanted(p.case.name, steps_of(p), p.response, w) for p, w in cases], cache)
+
+
+def divided(cases: Sequence[Wanted], cache: Cache) -> tuple[list[Step[Any]], list[Task]]:
     """What all cases need and is not in the cache, in order, and the tasks after it."""
     known: dict[str, bool] = {}
     nodes: dict[str, Step[Any]] = {}
@@ -90,28 +106,30 @@ def bundle(planned: Sequence[Planned], cache: Cache) -> tuple[list[Step[Any]], l
             nodes.setdefault(step.key, step)
             users.setdefault(step.key, []).append(i)
 
-    for i, each in enumerate(planned):
+    for i, each in enumerate(cases):
         seen: set[str] = set()
-        for step in steps_of(each):
+        for step in each.steps:
             visit(step, i, seen)
     groups: dict[tuple[int, ...], list[Step[Any]]] = {}
     for key, step in nodes.items():
         groups.setdefault(tuple(users[key]), []).append(step)
-    shared = groups.pop(tuple(range(len(planned))), [])
+    shared = groups.pop(tuple(range(len(cases))), [])
     apart = nodes.keys() - {step.key for step in shared}
-    sent, tasks = works(planned), []
-    for cases, steps in groups.items():
+    tasks = []
+    for members, steps in groups.items():
         own = {step.key for step in steps}
         given = _frontier(steps, own)
-        name = planned[cases[0]].case.name
+        first = cases[members[0]]
         tasks.append(
             Task(
-                name=name if len(cases) == 1 else f"{name} and {len(cases) - 1} more",
-                work=sent[cases[0]],
+                name=first.name
+                if len(members) == 1
+                else f"{first.name} and {len(members) - 1} more",
+                work=first.work,
                 makes=tuple(step.key for step in steps),
                 after=tuple(key for _, key in given if key in apart),
                 given=tuple(given),
-                counts=planned[cases[0]].response.key in own,
+                counts=first.response.key in own,
             )
         )
     return shared, tasks

@@ -1,49 +1,28 @@
 """What a run writes into its results file, and when."""
 
-import platform
 from collections.abc import Mapping
-from contextlib import AbstractContextManager
 from dataclasses import asdict
-from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
 import h5py
 
-import vanelock
 from vanelock.product import Product
 from vanelock.rom import Component, System
 from vanelock.study import results
 from vanelock.study.answers import CaseAnswers
 from vanelock.study.attempts import Solved
-from vanelock.study.cache import installed
 from vanelock.study.campbell import Campbell
+from vanelock.study.ledger import Ledger
 from vanelock.study.meshes import mesh_step
 from vanelock.study.model import Study
 from vanelock.study.plan import LIMITS, Linear, Planned
-from vanelock.study.progress import Done
 from vanelock.study.stages import PARTS
 from vanelock.study.steps import Stages, Step
 from vanelock.study.summary import Summary
-from vanelock.study.sweep import Case
-from vanelock.study.tasks import Failure
-
-LIBRARIES = (
-    "gmsh",
-    "h5py",
-    "matplotlib",
-    "numba",
-    "numpy",
-    "pydantic",
-    "pyvista",
-    "scikit-fem",
-    "scikit-sparse",
-    "scipy",
-    "vtk",
-)
 
 
-class Record:
+class Record(Ledger):
     """The results file of a run, written part by part as they come.
 
     Parameters
@@ -55,27 +34,13 @@ class Record:
     """
 
     def __init__(self, folder: Path, stages: Stages) -> None:
-        self._file = results.Results(folder / results.NAME)
+        super().__init__(folder)
         self._stages = stages
         self._places: dict[str, str] = {}
 
     def provenance(self, study: Study, text: str) -> None:
         """Begin the file: what is computed, when and by which versions."""
-        with self._file.edit() as file:
-            group = file.require_group("provenance")
-            group.attrs["date"] = datetime.now(UTC).isoformat(timespec="seconds")
-            group.attrs["study"] = text
-            group.attrs["settings"] = study.model_dump_json()
-            versions = group.require_group("versions")
-            versions.attrs["vanelock"] = vanelock.__version__
-            versions.attrs["python"] = platform.python_version()
-            versions.attrs["platform"] = platform.platform()
-            for library in LIBRARIES:
-                versions.attrs[library] = installed(library)
-
-    def together(self) -> AbstractContextManager[None]:
-        """Let all that a block writes appear at once."""
-        return self._file.together()
+        self.begin(study.model_dump_json(), text)
 
     def product(self, where: str, product: Product) -> None:
         """A product of its own."""
@@ -157,36 +122,6 @@ class Record:
         """The Campbell diagram of a case."""
         with self._file.edit() as file:
             results.put(file, f"campbell/{case}", diagram, {})
-
-    def complete(self, done: Mapping[str, Done]) -> None:
-        """End the file: times and hashes of all stages, nothing is missing."""
-        with self._file.edit() as file:
-            for key, entry in done.items():
-                group = file.require_group(f"provenance/stages/{entry.stage} {key[:8]}")
-                group.attrs["key"] = key
-                group.attrs["seconds"] = entry.seconds
-                group.attrs["cached"] = entry.cached
-            file.attrs["complete"] = True
-        self._file.end()
-
-    def failed(self, case: Case, failure: Failure) -> None:
-        """A case that could not be computed."""
-        with self._file.edit() as file:
-            group = file.require_group(f"failed/{case.name}")
-            group.attrs["reason"], group.attrs["attempts"] = failure.reason, failure.attempts
-            for key, value in case.values.items():
-                group.attrs[f"sweep {key}"] = value
-
-    def flush_if_due(self) -> None:
-        """Let additions appear in the file, unless it is too soon after the last ones."""
-        self._file.flush_if_due()
-
-    def abandon(self) -> None:
-        """A run is stopped: let the last additions appear, as far as that can be done."""
-        try:
-            self._file.flush()
-        finally:
-            self._file.abandon()
 
 
 def _attributes(planned: Planned, summary: Summary, monitor: str) -> dict[str, Any]:

@@ -7,8 +7,8 @@ import vanelock
 from vanelock.report import Section, Table, Text
 from vanelock.report.blocks import Block, Cell
 from vanelock.study.cache import installed
+from vanelock.study.ledger import LIBRARIES
 from vanelock.study.naming import words
-from vanelock.study.record import LIBRARIES
 from vanelock.study.report_told import Told
 
 

@@ -2,8 +2,7 @@
 
 import os
 import time
-from collections.abc import Callable, Generator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import TypeVar
@@ -19,11 +18,12 @@ from vanelock.study.cache import Cache
 from vanelock.study.campbell import Campbell, campbell
 from vanelock.study.campbell_exhibits import crossings_table
 from vanelock.study.clock import Clock
-from vanelock.study.crew import Crew, Hands
+from vanelock.study.crew import Hands
 from vanelock.study.easel import Easel
 from vanelock.study.errors import Errors, error_table
 from vanelock.study.exhibit import Exhibit
 from vanelock.study.folder import claimed
+from vanelock.study.helped import helped
 from vanelock.study.hire import hire
 from vanelock.study.judge import judged
 from vanelock.study.left_out import LeftOut, left_out_table
@@ -180,7 +180,15 @@ class Run:
             study = each.case.study
             if isinstance(study.vane, OwnVane):
                 refuse_without_areas(study, self.stages.get(mesh_step(study, "vane")))
-        with self._crew():
+        with helped(
+            self._hands,
+            lambda: bundle(self.planned, self._cache),
+            self.stages,
+            self._cache,
+            self.listener,
+            self._largest,
+            self.record.flush_if_due,
+        ):
             self._each(self._parts, self._show_parts)
             summaries = self._each(self._solve, self._case)
         self.listener(listing.response_table(summaries, self.shown.monitor.name))
@@ -195,28 +203,6 @@ class Run:
             self.listener(left_out_table(name, without))
         return tuple(summaries)
 
-    @contextmanager
-    def _crew(self) -> Generator[None, None, None]:
-        """Have the cases computed by other processes, if there are any and something is to do."""
-        if self._hands is None:
-            yield
-            return
-        shared, tasks = bundle(self.planned, self._cache)
-        if len(tasks) < 2:
-            yield
-            return
-        for step in shared:
-            self.stages.get(step)
-        hands = self._hands()
-        try:
-            crew = Crew(tasks, self._cache, hands, self.listener, self._largest)
-            crew.idle = self.record.flush_if_due
-            self.stages.elsewhere = crew.bring
-            yield
-        finally:
-            self.stages.elsewhere = None
-            hands.close()
-
     def _each(self, compute: Callable[[Planned], C], show: Callable[[Planned, C], R]) -> list[R]:
         """Compute something of each case and show it; what cannot be computed is left out."""
         found, kept = [], []
@@ -224,7 +210,9 @@ class Run:
         alone = len(self.planned) + len(self.failed) == 1
         for i, each in enumerate(self.planned):
             try:
-                computed = compute(each) if alone else attempt(compute, each, self.stages)
+                computed = (
+                    compute(each) if alone else attempt(compute, each, each.case.name, self.stages)
+                )
             except TaskFailed as error:
                 self._fail(each, error.failure)
             else:
@@ -242,7 +230,7 @@ class Run:
         name = planned.case.name
         self.failed[name] = failure
         self.listener(Failed(name, failure.reason, failure.attempts))
-        self.record.failed(planned.case, failure)
+        self.record.failed(name, planned.case.values, failure)
 
     def _largest(self) -> float:
         return max((peak.amplitude for peak in self.shown.peak.values()), default=0.0)

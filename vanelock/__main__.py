@@ -136,9 +136,12 @@ def run(
     if "components" in (tables := toml_tables(read_text(study), str(study))) or "system" in tables:
         from vanelock.assembly import load_scene, run_scene
 
-        scene = load_scene(study, allow_outside)
+        scene, text = load_scene(study, allow_outside), read_text(study)
         with _going_on_later(folder), choose_listener(quiet, as_json) as listener:
-            run_scene(scene, folder, listener, read_text(study))
+            counter = Counter(listener)
+            run_scene(scene, folder, counter, text, workers or cores(), scheduler)
+            if counter.failed:
+                raise typer.Exit(1)
         return
     loaded = load_study(study, allow_outside)
     with _going_on_later(folder), choose_listener(quiet, as_json) as listener:

@@ -11,7 +11,7 @@ from vanelock import nonlinear
 from vanelock.__main__ import main
 from vanelock.assembly import load_scene, run_scene, scene_cases
 from vanelock.errors import InputError
-from vanelock.study.progress import Done
+from vanelock.study.progress import Done, Failed
 
 SPRINGS = (3e5, 2e5, 1e5)
 PAD = (
@@ -148,3 +148,38 @@ def test_mistakes_are_one_clear_line(
     with pytest.raises(InputError, match=told) as error:
         joined(scene_file(text.replace(*change)))
     assert len(str(error.value).splitlines()) == 1
+
+
+def test_two_processes_leave_the_same_bits(tmp_path: Path, scene_file: Write) -> None:
+    text = arm(tmp_path) + "modes = 2\n" + PAD + '[sweep]\n"contacts.pad.mu" = [0.05, 0.1, 0.2]\n'
+    scene = load_scene(scene_file(text + "[outputs]\nreport = false\n"))
+    held: list[dict[str, bytes]] = []
+    for workers in (1, 2):
+        run_scene(scene, tmp_path / f"run{workers}", workers=workers)
+        arrays: dict[str, bytes] = {}
+
+        def note(name: str, item: object, arrays: dict[str, bytes] = arrays) -> None:
+            if isinstance(item, h5py.Dataset) and not name.endswith("seconds"):
+                arrays[name] = np.asarray(item[()]).tobytes() if item.dtype.kind != "O" else b""
+
+        with h5py.File(tmp_path / f"run{workers}" / "results.h5") as file:
+            file.visititems(note)
+        held.append(arrays)
+    assert held[0] == held[1]
+    assert any("response/mu=0.2" in name for name in held[0])
+
+
+def test_a_case_that_cannot_be_computed_is_told_and_the_rest_goes_on(
+    tmp_path: Path, scene_file: Write
+) -> None:
+    """Mode 9 of six is refused; a sweep over it has one case."""
+    text = arm(tmp_path) + "modes = 0\n" + PAD + '[sweep]\n"response.mode" = [1, 9]\n'
+    heard: list[object] = []
+    scene = load_scene(scene_file(text + "[outputs]\nreport = false\n"))
+    found = run_scene(scene, tmp_path / "run", heard.append)
+    assert [each.case.name for each in found] == ["mode=1"]
+    (failed,) = [event for event in heard if isinstance(event, Failed)]
+    assert failed.case == "mode=9"
+    assert "has 6 modes" in failed.reason
+    with h5py.File(tmp_path / "run" / "results.h5") as file:
+        assert "mode=9" in file["failed"]

@@ -1,0 +1,84 @@
+"""A case of a scene and the steps to its response."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from vanelock.assembly.cases import SceneCase
+from vanelock.assembly.modes import Modes
+from vanelock.assembly.piece import Piece
+from vanelock.assembly.steps import (
+    LIMITS,
+    linear_step,
+    modes_step,
+    piece_step,
+    preload_step,
+    response_step,
+    system_step,
+)
+from vanelock.nonlinear import Response
+from vanelock.rom import System
+from vanelock.study.bundles import Wanted
+from vanelock.study.forced import silent_progress
+from vanelock.study.steps import Step
+
+
+@dataclass(frozen=True)
+class PlannedScene:
+    """Steps of a case.
+
+    Attributes
+    ----------
+    case : SceneCase
+        Which.
+    pieces : tuple of Step
+        Its components.
+    system, modes, preload, response : Step
+        The system, its linear limits, its state at rest and its nonlinear response.
+    linear : tuple of Step
+        Linear responses with all contacts open and all stuck.
+    """
+
+    case: SceneCase
+    pieces: tuple[Step[Piece], ...]
+    system: Step[System]
+    modes: Step[Modes]
+    linear: tuple[Step[Response], ...]
+    preload: Step[Response]
+    response: Step[Response]
+
+    @property
+    def steps(self) -> list[Step[Any]]:
+        """All whose products a run shows, in its order."""
+        return [*self.pieces, self.modes, *self.linear, self.preload, self.response]
+
+    def wanted(self) -> Wanted:
+        """What other processes are asked for."""
+        return Wanted(self.case.name, self.steps, self.response, SceneWork(self.case))
+
+
+@dataclass(frozen=True)
+class SceneWork:
+    """The steps of a case, planned anew where it is computed; its files are read there too."""
+
+    case: SceneCase
+
+    def steps(self) -> Sequence[Step[Any]]:
+        """All whose products a run shows."""
+        return planned(self.case, silent_progress).steps
+
+
+def planned(case: SceneCase, progress: Callable[[int, int, float, float], None]) -> PlannedScene:
+    """The steps of a case; `progress` is told of each point."""
+    scene = case.scene
+    system, bare = system_step(scene), system_step(scene, bare=True)
+    modes = modes_step(scene, bare)
+    return PlannedScene(
+        case=case,
+        pieces=tuple(piece_step(scene, name) for name in scene.components),
+        system=system,
+        modes=modes,
+        linear=tuple(linear_step(scene, which, bare, modes) for which in LIMITS),
+        preload=preload_step(scene, system),
+        response=response_step(case.name, scene, system, modes, progress),
+    )
