@@ -1,8 +1,8 @@
 """Write the matrices and lists of a blade with a platform, as another program would export them.
 
-A steel blade, clamped at its root, has a platform at a third of its height; a damper at rest presses
-on the platform's underside. Twenty-node bricks, in mm, t and N; Matrix Market files with the mapping
-of rows that Ansys's HBMAT writes beside its matrices.
+A steel blade, clamped at its root, has a platform at a third of its height; a damper at rest
+presses on the platform's underside. Twenty-node bricks, in mm, t and N; Matrix Market files with
+the mapping of rows that Ansys's HBMAT writes beside its matrices.
 
     python examples/ground_damper/make.py
 """

@@ -1,9 +1,9 @@
 """Write the matrices of two blocks with a lap joint, as Abaqus would export them.
 
-Two steel blocks, each clamped at its outer end, overlap in the middle, where a bolt presses them together. In
-bending the surfaces that meet move against one another, as far as friction lets them. Twenty-node
-bricks, in m, kg and N; `*MATRIX OUTPUT` of stiffness and mass, which names node and freedom of every
-entry and marks what is clamped by 1e36 on the diagonal.
+Two steel blocks, each clamped at its outer end, overlap in the middle, where a bolt presses them
+together. In bending the surfaces that meet move against one another, as far as friction lets them.
+Twenty-node bricks, in m, kg and N; `*MATRIX OUTPUT` of stiffness and mass, which names node and
+freedom of every entry and marks what is clamped by 1e36 on the diagonal.
 
     python examples/lap_joint/make.py
 """

@@ -1,8 +1,8 @@
 """Write the matrices of one sector of a bladed ring whose shrouds touch, as SciPy saves them.
 
-A sector of twelve: a piece of disk, clamped at its bore, a blade, and at its tip a shroud that meets the
-next blade's. The faces of the disk are cyclic; those of the shrouds are in contact. Twenty-node
-bricks in polar levels, in m, kg and N.
+A sector of twelve: a piece of disk, clamped at its bore, a blade, and at its tip a shroud that
+meets the next blade's. The faces of the disk are cyclic; those of the shrouds are in contact.
+Twenty-node bricks in polar levels, in m, kg and N.
 
     python examples/shrouded_ring/make.py
 """
@@ -81,8 +81,10 @@ def main() -> None:
         "bore": bore,
         "low": low & disk & ~bore,
         "high": high & disk & ~bore,
-        "tip": np.isclose(radius, RADII[-1], atol=1e-5) & np.isclose(np.abs(angle), 0.35 * HALF)
-        & (places[:, 2] > 0) & (angle > 0),
+        "tip": np.isclose(radius, RADII[-1], atol=1e-5)
+        & np.isclose(np.abs(angle), 0.35 * HALF)
+        & (places[:, 2] > 0)
+        & (angle > 0),
     }
     for name, chosen in lists.items():
         (HERE / f"{name}.csv").write_text("\n".join(["node", *map(str, numbers(chosen))]) + "\n")

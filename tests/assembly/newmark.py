@@ -39,8 +39,11 @@ def march(
     ratio: float,
     periods: int,
     steps: int = 240,
+    start: NDArray[np.complex128] | None = None,
 ) -> Floats:
-    """(steps, n) displacement over the last period, from the preloaded state at rest.
+    """(steps, n) displacement over the last period, from the preloaded state.
+
+    At rest, or as it vibrates by Re(start e^{iωt}).
 
     B (c, 3, n) takes displacements to (closing, two tangential) of each contact; k (c, 3) N/m;
     the load is Re(force e^{iωt}) + constant.
@@ -58,6 +61,8 @@ def march(
     closed[:, 0] = k[:, 0] * v0
     x = np.linalg.solve(stuck, constant - flat.T @ closed.ravel())
     v, a = np.zeros(n), np.zeros(n)
+    if start is not None:
+        x, v, a = x + start.real, -omega * start.imag, -(omega**2) * start.real
     slider, last = np.zeros((c, 2)), (k * _with(flat @ x, v0)).ravel()
     kept = np.empty((steps, n))
     for step in range(1, periods * steps + 1):

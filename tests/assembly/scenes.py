@@ -46,5 +46,3 @@ def lists_of(folder: Path) -> dict[str, str]:
 def numbers(path: Path) -> Integers:
     """A list of nodes under a heading."""
     return np.array(path.read_text().split()[1:], np.int64)
-
-
