@@ -6,17 +6,18 @@ fixed-point iteration, on the flexibility that the step leaves them.
 
 import numpy as np
 import scipy.linalg
+import scipy.sparse as sp
 from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
 
 
 def modal_damping(K: Floats, M: Floats, ratio: float, count: int = 12) -> Floats:
-    """Σ 2 ζ ω_j (M V_j)(M V_j)ᵀ of the lowest modes."""
+    """(n, count) F of C = F Fᵀ = Σ 2 ζ ω_j (M V_j)(M V_j)ᵀ of the lowest modes."""
     squared, V = scipy.linalg.eigh(K, M, subset_by_index=[0, count - 1])
     MV = M @ V
-    damping: Floats = (MV * (2 * ratio * np.sqrt(np.abs(squared)))) @ MV.T
-    return damping
+    factor: Floats = MV * np.sqrt(2 * ratio * np.sqrt(np.abs(squared)))
+    return factor
 
 
 def springs(B: Floats, k: Floats) -> Floats:
@@ -33,7 +34,7 @@ def march(
     k: Floats,
     mu: float,
     v0: float,
-    force: NDArray[np.complex128],
+    force: NDArray[np.complex128] | Floats,
     constant: Floats,
     hertz: float,
     ratio: float,
@@ -51,10 +52,11 @@ def march(
     c, _, n = B.shape
     flat = B.reshape(-1, n)
     stuck = K + springs(B, k)
-    C = modal_damping(stuck, M, ratio)
+    F = modal_damping(stuck, M, ratio)
+    mass = sp.csr_array(M)
     omega = 2 * np.pi * hertz
     h = 1 / hertz / steps
-    inverse = np.linalg.inv(K + (2 / h) * C + (4 / h**2) * M)
+    inverse = np.linalg.inv(K + (2 / h) * (F @ F.T) + (4 / h**2) * M)
     across = inverse @ flat.T
     G = flat @ across
     closed = np.zeros((c, 3))
@@ -68,7 +70,7 @@ def march(
     for step in range(1, periods * steps + 1):
         load = constant + (force * np.exp(1j * omega * h * step)).real
         inertia = (4 / h**2) * x + (4 / h) * v + a
-        free = inverse @ (load + M @ inertia + C @ ((2 / h) * x + v))
+        free = inverse @ (load + mass @ inertia + F @ (F.T @ ((2 / h) * x + v)))
         open_, guess = flat @ free, last
         for _ in range(300):
             found, moved = _law(_with(open_ - G @ guess, v0), k, mu, slider)

@@ -4,6 +4,7 @@ import importlib.util
 from pathlib import Path
 from types import ModuleType
 
+import h5py
 import numpy as np
 from numpy.typing import NDArray
 
@@ -23,6 +24,13 @@ def run_one(name: str, key: str, value: float | str, folder: Path) -> Found:
     outputs = scene.outputs.model_copy(update={"report": False})
     one = scene.model_copy(update={"sweep": {key: (value,)}, "outputs": outputs})
     (found,) = run_scene(one, folder)
+    return found
+
+
+def frequencies(file: h5py.File, which: str) -> Floats:
+    """The only limits of a run, "free" or "stuck", Hz."""
+    (limits,) = file["limits"].values()
+    found: Floats = limits[which][()]
     return found
 
 
