@@ -23,8 +23,8 @@ def run_one(name: str, key: str, value: float | str, folder: Path) -> Found:
     assert value in scene.sweep[key]
     outputs = scene.outputs.model_copy(update={"report": False})
     one = scene.model_copy(update={"sweep": {key: (value,)}, "outputs": outputs})
-    (found,) = run_scene(one, folder)
-    return found
+    results: tuple[Found, ...] = run_scene(one, folder)
+    return results[0]
 
 
 def frequencies(file: h5py.File, which: str) -> Floats:
