@@ -16,7 +16,7 @@ from vanelock.assembly.piece import Piece
 from vanelock.cyclic import folded
 from vanelock.errors import InputError
 from vanelock.matrices import Matrices, load_matrices
-from vanelock.nonlinear import Response
+from vanelock.nonlinear import Journal, Response
 from vanelock.rom import System
 from vanelock.study.cache import code_version, content_digest
 from vanelock.study.forced import Progress
@@ -196,13 +196,15 @@ def response_step(
     keys = ("harmonics", "coupling", "samples", "friction", "harmonic_diameters")
     options: dict[str, Any] = {key: getattr(scene.response, key) for key in keys}
 
-    def compute(system: System, found: Modes) -> Response:
+    def compute(system: System, found: Modes, journal: Journal) -> Response:
         wanted = frequencies(scene, found)
-        return nonlinear.frequency_response(system, wanted, progress=progress, **options)
+        return nonlinear.frequency_response(
+            system, wanted, progress=progress, journal=journal, **options
+        )
 
     inputs = {**_range(scene), **options}
-    needs = (system, limits)
-    return step(f"response {name}", "nonlinear", inputs, Response, needs, compute)
+    name, needs = f"response {name}", (system, limits)
+    return step(name, "nonlinear", inputs, Response, needs, compute, resumes=True)
 
 
 def _range(scene: Scene) -> dict[str, Any]:
