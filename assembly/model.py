@@ -231,6 +231,10 @@ class Scene(Table):
                 for key in ("between", "pairs"):
                     if getattr(contact, key) is None:
                         raise ValueError(f"contacts.{name}.{key}: must be given")
+            if not any(load.harmonic > 0 and load.amplitude for load in self.loads):
+                raise ValueError(
+                    "loads: nothing vibrates: give one with an amplitude, harmonic >= 1"
+                )
             return self
         held = ("ring", "components", "ties", "loads", "excitation")
         for name in held:

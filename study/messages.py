@@ -12,6 +12,7 @@ from vanelock.study.model import Study
 from vanelock.study.own_mesh import DIMENSIONS, OWN
 
 Location = tuple[int | str, ...]
+_KEY = "[key]"  # pydantic's place of a name that is itself wrong
 ANY = "<name>"
 """Stands in a schema's keys for a name that the user gives to a table."""
 
@@ -70,7 +71,7 @@ def mistakes(error: ValidationError) -> list[ErrorDetails]:
     # of a list with wrong entries pydantic counts the right ones alone
     found = [each for each in every if not (each["type"] == "too_short" and each["loc"] in within)]
     for details in found:
-        details["loc"] = tuple(i for i in details["loc"] if i not in (DIMENSIONS, OWN))
+        details["loc"] = tuple(i for i in details["loc"] if i not in (DIMENSIONS, OWN, _KEY))
     return found
 
 

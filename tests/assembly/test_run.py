@@ -137,6 +137,11 @@ def test_swept_values_are_checked_as_their_keys(tmp_path: Path, scene_file: Writ
         ),
         (('mass = "arm_M.mtx"\n', ""), "components.arm.mass: must be given"),
         (("[[loads]]", '[system]\nfile = "x.h5"\n[[loads]]'), "system.file holds it already"),
+        (("amplitude = 1", "amplitude = 0"), "loads: nothing vibrates: give one"),
+        (
+            ("[contacts.pad]", '[contacts."a pad"]'),
+            'contacts."a pad": a name must consist',
+        ),
         (("modes = 2", "modes = 2\ncutoff = 3"), "give either this or modes, not both"),
     ],
 )
