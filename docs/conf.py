@@ -17,7 +17,7 @@ extensions = [
     "myst_parser",
     "sphinx.ext.autodoc",
     "sphinx.ext.napoleon",
-    "mathml",
+    "formulas",
     "stages",
 ]
 exclude_patterns = ["extensions"]
@@ -41,7 +41,7 @@ python_maximum_signature_line_length = 80
 
 html_theme = "furo"
 html_title = f"vanelock {version}"
-html_math_renderer = "mathml"
+html_math_renderer = "formulas"
 html_static_path = ["static"]
 html_css_files = ["manual.css"]
 html_show_sphinx = False

@@ -273,7 +273,9 @@ def _sentence(text: str) -> str:
 def _prose(text: str) -> str:
     """Safe in a Markdown table; pages of docs become links."""
     text = text.replace("|", "\\|").replace("<", "&lt;").replace("*", "\\*")
-    return re.sub(r"\bdocs/(\w+\.md)\b", r"[\1](\1)", text)
+    return re.sub(
+        r"\bdocs/(\w+)\.md\b", lambda it: f"[{it[1].replace('_', ' ')}]({it[1]}.md)", text
+    )
 
 
 def main() -> None:
