@@ -21,6 +21,7 @@ import h5py
 import vanelock
 from vanelock.errors import InputError
 from vanelock.files import writing
+from vanelock.hdf5 import written
 from vanelock.product import Product
 from vanelock.study.journal import JournalFile, NoJournal, journal
 
@@ -109,7 +110,7 @@ class Cache:
             self.folder.mkdir(parents=True, exist_ok=True)
             temporary = self.folder / f".{_flat(stage)}.{os.getpid()}.tmp"
             try:
-                with h5py.File(temporary, "w") as file:
+                with written(temporary) as file:
                     file.attrs["stage"] = stage
                     file.attrs["seconds"], file.attrs["cpu"] = seconds, cpu
                     product.save(file.create_group("product"))

@@ -41,6 +41,7 @@ class Ledger:
 
     def begin(self, settings: str, text: str) -> None:
         """Begin the file: what is computed (as JSON, and as it was given), when and by what."""
+        self._file.wait_for_the_end(settings)
         with self._file.edit() as file:
             group = file.require_group("provenance")
             group.attrs["date"] = datetime.now(UTC).isoformat(timespec="seconds")

@@ -29,7 +29,7 @@ import os
 import shutil
 import time
 from collections.abc import Generator, Mapping, Sequence
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -37,9 +37,9 @@ from typing import Any
 import h5py
 import numpy as np
 
-from vanelock.errors import InputError
+from vanelock.errors import FolderError, InputError
 from vanelock.files import writing
-from vanelock.hdf5 import opened
+from vanelock.hdf5 import opened, written
 from vanelock.nonlinear import OPEN, SLIP, SLIP_OPEN, STUCK, Response
 from vanelock.product import Product
 from vanelock.rom import Component, System
@@ -114,9 +114,16 @@ class Results:
     def __init__(self, path: Path) -> None:
         self.path = path
         self._own = path.with_name(f".{path.name}.{os.getpid()}.tmp")
-        self._begun = self._behind = False
+        self._begun = self._behind = self._waits = False
         self._flushed = self._took = 0.0
         self._file: h5py.File | None = None
+
+    def wait_for_the_end(self, settings: str) -> None:
+        """Keep a complete file of the same settings until this one is complete, too."""
+        with suppress(InputError), open_results(self.path) as file:
+            known = file.get("provenance")
+            earlier = None if known is None else known.attrs.get("settings")
+            self._waits = bool(file.attrs.get("complete")) and earlier == settings
 
     @contextmanager
     def together(self) -> Generator[None, None, None]:
@@ -136,9 +143,11 @@ class Results:
             return
         with writing(self.path):
             try:
+                if (self._behind or (self._begun and self._waits)) and not self._own.exists():
+                    raise FolderError(f"{self._own}: was removed while the run was writing it")
                 if self._begun and not self._own.exists():
                     shutil.copyfile(self.path, self._own)
-                with h5py.File(self._own, "a" if self._begun else "w") as file:
+                with written(self._own, "a" if self._begun else "w") as file:
                     if not self._begun:
                         file.attrs["format"] = FORMAT
                         file.attrs["version"] = VERSION
@@ -152,12 +161,14 @@ class Results:
 
     def flush_if_due(self) -> None:
         """Let additions appear, if showing them last took little of the time since then."""
+        if self._waits:
+            return
         if self._behind and time.perf_counter() - self._flushed >= SELDOM * self._took:
             self.flush()
 
     def flush(self) -> None:
         """Let all additions appear."""
-        if not self._behind or self._file is not None:
+        if not self._behind or self._waits or self._file is not None:
             return
         began = time.perf_counter()
         shown = self._own.with_name(f"{self._own.name.removesuffix('.tmp')}.shown.tmp")
@@ -173,6 +184,9 @@ class Results:
 
     def end(self) -> None:
         """Let all additions appear; there are no more for now."""
+        self._waits = False
+        if self._behind and not self._own.exists():
+            raise FolderError(f"{self._own}: was removed while the run was writing it")
         if self._own.exists():
             with writing(self.path):
                 os.replace(self._own, self.path)

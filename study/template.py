@@ -1,10 +1,11 @@
 """The commented files that `vanelock init` writes: a study, or a scene of matrices."""
 
+import os
 from importlib.resources import files
 from pathlib import Path
 
 from vanelock.errors import InputError
-from vanelock.files import writing
+from vanelock.files import placed
 
 
 def template_text(package: str = "study") -> str:
@@ -20,11 +21,9 @@ def write_template(path: Path, package: str = "study") -> None:
     InputError
         If the file exists or cannot be written.
     """
-    text = template_text(package)
-    try:
-        with writing(path), path.open("x", encoding="utf-8") as file:
-            file.write(text)
-    except InputError:
-        if path.exists():
-            raise InputError(f"{path}: exists already; name another file") from None
-        raise
+    if os.path.lexists(path):
+        raise InputError(f"{path}: exists already; name another file")
+    if not path.parent.is_dir():
+        raise InputError(f"{path}: cannot be written: {path.parent} is not a folder")
+    with placed(path) as temporary:
+        temporary.write_text(template_text(package), "utf-8")

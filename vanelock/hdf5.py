@@ -6,6 +6,8 @@ So a forked child opens the file first, under limits of memory and time, and loo
 if it falls, only the child does.
 """
 
+import errno
+import io
 import os
 import resource
 import signal
@@ -52,6 +54,79 @@ def opened(path: str | os.PathLike[str]) -> Generator[h5py.File, None, None]:
         raise InputError(f"{path}: not a readable HDF5 file ({_said(error)})") from None
     with file:
         yield file
+
+
+@contextmanager
+def written(path: str | os.PathLike[str], mode: str = "w") -> Generator[h5py.File, None, None]:
+    """A file, open for writing, "w", or for additions, "a".
+
+    Where the disk is full the HDF5 library cannot be told so: it drops small data sets without a
+    word, and crashes as it closes the file. So it is told that all is well, and what the system
+    said is raised when it is done.
+
+    Raises
+    ------
+    OSError
+        If the system refuses.
+    """
+    with open(path, "w+b" if mode == "w" else "r+b", buffering=0) as place:
+        sink = _Sink(place)
+        with h5py.File(sink, mode) as file:
+            yield file
+        if sink.error is not None:
+            raise sink.error
+
+
+class _Sink:
+    """A file for the HDF5 library whose writes never fail; the first error is kept."""
+
+    def __init__(self, file: io.FileIO) -> None:
+        self._file = file
+        self.error: OSError | None = None
+
+    def seek(self, offset: int, whence: int = 0) -> int:
+        """Go to a place."""
+        return self._file.seek(offset, whence)
+
+    def tell(self) -> int:
+        """The place."""
+        return self._file.tell()
+
+    def read(self, size: int = -1) -> bytes:
+        """Some bytes."""
+        return self._file.read(size) or b""
+
+    def readinto(self, target: Any) -> int:
+        """Read as much as is asked for; zeros where nothing could be written."""
+        view = memoryview(target).cast("B")
+        done = 0
+        while done < len(view) and (more := self._file.readinto(view[done:])):
+            done += more
+        view[done:] = bytes(len(view) - done)
+        return len(view)
+
+    def write(self, data: Any) -> int:
+        """Write all of it."""
+        view = memoryview(data).cast("B")
+        done = 0
+        try:
+            while done < len(view) and self.error is None:
+                done += self._file.write(view[done:]) or 0
+        except OSError as error:
+            self.error = error
+        return len(view)
+
+    def truncate(self, size: int) -> int:
+        """Make it so many bytes long."""
+        try:
+            if self.error is None:
+                self._file.truncate(size)
+        except OSError as error:
+            self.error = error
+        return size
+
+    def flush(self) -> None:
+        """Nothing is held back."""
 
 
 def texts(dataset: h5py.Dataset) -> list[str]:
@@ -123,6 +198,8 @@ def _trouble(path: str | os.PathLike[str], size: int) -> str:
 
 def _said(error: Exception) -> str:
     """An error's text on one line that a terminal can show."""
+    if isinstance(error, OSError) and error.errno == errno.EAGAIN:  # HDF5's lock
+        return "it is open for writing in another program: close it there"
     if isinstance(error, OSError) and error.errno:
         return os.strerror(error.errno)
     first = (str(error.args[0] if error.args else error).splitlines() or [""])[0]

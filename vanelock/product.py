@@ -17,7 +17,7 @@ import scipy.sparse as sp
 
 from vanelock.errors import InputError
 from vanelock.files import placed
-from vanelock.hdf5 import opened
+from vanelock.hdf5 import opened, written
 
 Target: TypeAlias = str | os.PathLike[str] | h5py.Group
 
@@ -33,7 +33,7 @@ class Product:
         if isinstance(target, h5py.Group):
             self._write(target)
             return
-        with placed(target) as temporary, h5py.File(temporary, "w") as file:
+        with placed(target) as temporary, written(temporary) as file:
             self._write(file)
 
     @classmethod

@@ -36,6 +36,7 @@ def test_round_trip(tmp_path, ring):
     with results.edit() as file:
         put(file, "response/mu=0.1", response, {"mu": 0.1})
         put_system(file, "response/mu=0.1/system", slippery, "system")
+    results.flush()
     with open_results(results.path) as file:
         same(System.load(file["system"]), ring)
         # Cases that differ in their contacts share their matrices in the file.
