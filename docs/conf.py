@@ -24,8 +24,6 @@ exclude_patterns = ["extensions"]
 myst_enable_extensions = ["dollarmath", "amsmath", "colon_fence", "deflist"]
 myst_heading_anchors = 3
 highlight_language = "text"
-# docs/scene_file.md points to a page that is still being written
-suppress_warnings = [] if (HERE / "own_matrices.md").exists() else ["myst.xref_missing"]
 
 autodoc_default_options = {"members": True}
 default_role = "code"

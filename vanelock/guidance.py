@@ -59,7 +59,7 @@ what it costs. Takes several times as long as the study.""",
         """Cases are paired by name, else by the values they share, else by their order, which is
 told. Neither run is changed.""",
         ["vanelock compare runs/a runs/b"],
-        "README.md",
+        "docs/outputs.md",
     ),
     "fit": (
         "Fit friction, stiffness, ... to measured curves.",
