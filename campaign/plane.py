@@ -6,6 +6,7 @@ Points are dealt out to processes, since each is independent of the others.
 """
 
 import json
+import os
 import time
 from collections.abc import Callable, Container, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
@@ -20,6 +21,7 @@ from numpy.typing import NDArray
 from vanelock import nonlinear
 from vanelock.nonlinear import Journal, System
 from vanelock.product import Product
+from vanelock.study.local import end_with
 
 Floats = NDArray[np.float64]
 
@@ -181,7 +183,7 @@ def _solved(task: Task, known: Container[tuple[int, int]]) -> Iterator[tuple[int
         for i, j in places:
             yield i, j, solver.point(task.mu[i], task.value[j])
         return
-    with ProcessPoolExecutor(workers, get_context("spawn"), _prepare, (task,)) as pool:
+    with ProcessPoolExecutor(workers, get_context("spawn"), _prepare, (task, os.getpid())) as pool:
         pending = {pool.submit(_point, task.mu[i], task.value[j]): (i, j) for i, j in places}
         try:
             for future in as_completed(pending):
@@ -247,9 +249,10 @@ def _sure(converged: NDArray[np.bool_], top: int) -> bool:
 _solver: Solver | None = None
 
 
-def _prepare(task: Task) -> None:
+def _prepare(task: Task, parent: int) -> None:
     """In each process: the modes, once."""
     global _solver
+    end_with(parent)
     _solver = Solver(task)
 
 

@@ -142,7 +142,7 @@ class _Process:
 
 def _serve(pipe: Connection, parent: int, journals: Path | None) -> None:
     """Do tasks until the pipe closes."""
-    _end_with(parent)
+    end_with(parent)
     workshop = Workshop(journals)
     while True:
         try:
@@ -158,7 +158,7 @@ def _serve(pipe: Connection, parent: int, journals: Path | None) -> None:
         pipe.send(answer)
 
 
-def _end_with(parent: int) -> None:
+def end_with(parent: int) -> None:
     """End this process as soon as its parent does, even if that is killed."""
 
     def watch() -> None:

@@ -9,6 +9,7 @@ from vanelock.campaign import plane as module
 from vanelock.campaign.maps import thinned
 from vanelock.campaign.plane import Method, Task, plane
 from vanelock.nonlinear import frequency_response
+from vanelock.study.journal import journal
 
 METHODS = (Method(1), Method(1, "constant-load"), Method(3))
 RANGE = (100.0, 190.0)
@@ -58,6 +59,29 @@ def test_several_processes_find_the_same(task, monkeypatch):
     np.testing.assert_array_equal(one.amplitude, two.amplitude)
     np.testing.assert_array_equal(one.frequency, two.frequency)
     assert [told[:2] for told in heard] == [(i + 1, 8) for i in range(8)]
+
+
+@pytest.mark.parametrize("cores", [{0}, {0, 1}])
+def test_points_that_were_solved_before_a_kill_are_not_solved_again(
+    task, monkeypatch, tmp_path, cores
+):
+    wide = replace(task, mu=(0.1, 0.2, 0.3, 0.4, 0.5), methods=METHODS[:1])
+    monkeypatch.setattr(module, "sched_getaffinity", lambda _: cores)
+    expected, path = plane(wide), tmp_path / "map.journal"
+
+    def killed(done, total, peak):
+        if done == 3:
+            raise KeyboardInterrupt
+
+    with journal(path) as opened, pytest.raises(KeyboardInterrupt):
+        plane(wide, killed, opened)
+    path.write_bytes(path.read_bytes()[:-5])  # in the middle of writing the third
+    heard = []
+    with journal(path) as opened:
+        found = plane(wide, lambda *told: heard.append(told[0]), opened)
+    assert heard == list(range(3, 11))
+    for name in ("amplitude", "frequency", "opening", "slipping", "lost", "points"):
+        assert getattr(found, name).tobytes() == getattr(expected, name).tobytes()
 
 
 def test_a_peak_beside_a_lost_point_is_not_known(task, monkeypatch):
