@@ -65,9 +65,11 @@ def _check_places(folder: Path) -> None:
 
 def _sweep_up(folder: Path) -> None:
     """Remove unfinished files that a killed run left; nobody else is writing here."""
-    for place in (folder, folder / "cache", folder / "mesh"):
-        for path in place.glob(".*.tmp"):
-            path.unlink(missing_ok=True)
+    left = list(folder.glob(".*.tmp"))
+    for name in ("cache", "mesh", "figures", "shapes"):
+        left += (folder / name).rglob(".*.tmp")
+    for path in left:
+        path.unlink(missing_ok=True)
 
 
 def record(path: Path, text: str) -> None:

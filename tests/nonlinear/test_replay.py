@@ -1,5 +1,6 @@
 """Computations cut off after any point go on to the same bits as those that were not."""
 
+import time
 from collections.abc import Callable
 from dataclasses import dataclass, fields, is_dataclass, replace
 from typing import Any
@@ -170,6 +171,18 @@ def test_wherever_it_is_cut_off_it_ends_at_the_same_bits(
 def test_writing_down_changes_no_bit(case: Case, random_system: Make, rubbing_system: Make) -> None:
     compute = case.make(random_system, rubbing_system)
     assert bits(compute(Paper())) == bits(compute(None))
+
+
+@pytest.mark.parametrize("case", [CASES[0], CASES[3], CASES[4]], ids=lambda case: case.name)
+def test_no_number_depends_on_the_time_that_something_took(
+    case: Case, random_system: Make, rubbing_system: Make, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    compute = case.make(random_system, rubbing_system)
+    expected = bits(compute(None))
+    rng = np.random.default_rng(0)
+    for clock in ("process_time", "perf_counter", "monotonic", "time"):
+        monkeypatch.setattr(time, clock, lambda: float(rng.exponential(1e4)))
+    assert bits(compute(None)) == expected
 
 
 def test_points_of_another_computation_are_not_taken(rubbing_system: Make) -> None:

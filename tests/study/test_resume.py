@@ -280,6 +280,16 @@ def test_a_folder_is_held_by_one_run(tmp_path: Path) -> None:
         pass
 
 
+def test_parts_of_files_that_a_kill_left_are_swept_up(tmp_path: Path) -> None:
+    parts = [".results.h5.1.tmp", "cache/.a.1.tmp", "figures/.a.png.1.tmp", "shapes/a/.b.vtu.1.tmp"]
+    for name in (*parts, "figures/mine.tmp", "elsewhere/.a.1.tmp"):
+        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / name).touch()
+    with claimed(tmp_path):
+        there = {str(p.relative_to(tmp_path)) for p in tmp_path.rglob("*") if p.is_file()}
+    assert there == {".lock", "figures/mine.tmp", "elsewhere/.a.1.tmp"}
+
+
 WRITERS: dict[str, Callable[[Path], object]] = {
     "record": lambda path: record(path, "x" * 5000),
     "table": lambda path: write_columns(path, {"a": np.arange(2000.0)}),
