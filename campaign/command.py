@@ -23,7 +23,7 @@ from vanelock.study.model import Study
 from vanelock.study.pictures import Gallery
 from vanelock.study.progress import Finished, Listener, Notice, silent
 from vanelock.study.report_run import write_report
-from vanelock.study.run import Run
+from vanelock.study.running import Run
 from vanelock.study.steps import Stages
 from vanelock.study.summary import Summary
 

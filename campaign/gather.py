@@ -17,7 +17,7 @@ from vanelock.study.limits import hooks
 from vanelock.study.model import Study
 from vanelock.study.plan import Planned
 from vanelock.study.progress import Point
-from vanelock.study.run import Run
+from vanelock.study.running import Run
 from vanelock.study.stages import diameters, rom_step, system_step
 from vanelock.study.steps import Stages
 from vanelock.study.summary import Peak, Summary, peak_of

@@ -3,6 +3,7 @@
 from vanelock import lazy
 
 _modules = {
+    "Band": "curve",
     "Circles": "campbell",
     "Crossings": "campbell",
     "Curve": "curve",
@@ -16,6 +17,7 @@ _modules = {
     "Peak": "curve",
     "RidgeLine": "ridges",
     "RidgePanel": "ridges",
+    "ScatterPanel": "scatters",
     "Wave": "animation",
     "at_instant": "time_steps",
     "campbell_picture": "campbell",
@@ -36,6 +38,7 @@ _modules = {
     "response_curves": "curves",
     "response_picture": "shapes",
     "ridge_picture": "ridges",
+    "scatter_picture": "scatters",
     "stress_picture": "stresses",
     "trial": "offscreen",
     "utilisation": "preload",

@@ -24,6 +24,25 @@ class Peak:
 
 
 @dataclass(frozen=True)
+class Band:
+    """Percentiles of many curves at the same frequencies.
+
+    Attributes
+    ----------
+    frequency : (p,) float
+        Hz.
+    levels : (5, p) float
+        5, 25, 50, 75 and 95 % of the curves are below these amplitudes, m.
+    label : str
+        Whose they are, such as "200 samples".
+    """
+
+    frequency: NDArray[np.float64]
+    levels: NDArray[np.float64]
+    label: str
+
+
+@dataclass(frozen=True)
 class Curve:
     """Amplitude over frequency of one case.
 

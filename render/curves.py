@@ -15,7 +15,7 @@ from matplotlib.ticker import LogFormatter
 
 from vanelock.errors import InputError
 from vanelock.render import style
-from vanelock.render.curve import Curve, Peak, check, converged, peak
+from vanelock.render.curve import Band, Curve, Peak, check, converged, peak
 
 _DASHES: Final = ("-", "--", ":", "-.")  # the most harmonics get the full line
 _LIMITS: Final = {"free": (0, (6, 2)), "stuck": (0, (1, 1))}
@@ -32,6 +32,7 @@ def response_curves(
     logarithmic: bool = False,
     engine_order: int | None = None,
     reference: Peak | None = None,
+    band: Band | None = None,
 ) -> Path:
     """Draw forced response curves with their peaks, and return the path.
 
@@ -55,6 +56,8 @@ def response_curves(
         With it, a second axis gives the rotor's speed 60 f/EO in rpm.
     reference : Peak, optional
         With it, frequencies and amplitudes are shown over its own.
+    band : Band, optional
+        Percentiles of many curves, of which `curves` are a few.
 
     Raises
     ------
@@ -73,6 +76,7 @@ def response_curves(
         made = style.figure(6.75, title, f"Monitored: {monitor}" if monitor else "")
         axes = style.axes(made, 0.95, 0.75, 7.3, 4.75)
         looks = _looks(curves)
+        shades = [] if band is None else _shade(axes, band, unit)
         handles = [_draw(axes, curve, look, unit) for curve, look in looks]
         axes.set(xlabel=unit.across, ylabel=unit.up)
         ends = [np.asarray(curve.frequency, float) for curve in curves]
@@ -89,7 +93,7 @@ def response_curves(
         else:
             axes.set_ylim(bottom=0)
         lost = sum(_flag(axes, curve, look, unit) for curve, look in looks)
-        handles += [_flag_handle(lost)] if lost else []
+        handles += [*shades, *([_flag_handle(lost)] if lost else [])]
         if engine_order:
             _speed_axis(axes, abs(engine_order))
         _legend(made, handles)
@@ -192,6 +196,19 @@ def _draw(axes: Axes, curve: Curve, look: _Look, unit: _Unit) -> Line2D:
         end = ", end of range" if top.at_edge else ""
         text += unit.place(top) + end
     return Line2D([], [], **drawn, marker=look.marker, ms=8, mfc="white", mew=1.8, label=text)
+
+
+def _shade(axes: Axes, band: Band, unit: _Unit) -> list[Any]:
+    """Percentiles of many curves: two shades and the median."""
+    levels = unit.factor * band.levels
+    look: dict[str, Any] = {"color": style.BLUE, "linewidth": 0, "zorder": 1.5}
+    outer = axes.fill_between(band.frequency, levels[0], levels[4], alpha=0.15, **look)
+    inner = axes.fill_between(band.frequency, levels[1], levels[3], alpha=0.3, **look)
+    (middle,) = axes.plot(band.frequency, levels[2], color=style.BLACK, linewidth=2.2, zorder=3)
+    outer.set_label(f"5 to 95 % of {band.label}")
+    inner.set_label("25 to 75 %")
+    middle.set_label("their median")
+    return [outer, inner, middle]
 
 
 def _draw_measured(axes: Axes, curve: Curve, look: _Look, unit: _Unit) -> Line2D:

@@ -9,8 +9,12 @@ from vanelock import render
 from vanelock.study.board import Board, Floats
 from vanelock.study.exhibit import Exhibit
 from vanelock.study.forced import Limit
+from vanelock.study.many import PERCENT, band, drawn_alone, in_words, named
 from vanelock.study.measured import DISPLACEMENT
 from vanelock.study.naming import merged, words
+
+MOST = 16
+"""Linear limits that are drawn, free and stuck ones together."""
 
 
 def curves(board: Board) -> Exhibit:
@@ -23,7 +27,7 @@ def curves(board: Board) -> Exhibit:
             converged=board.shown.curve[each.case.name][2],
             joined=each.case.study.response.frequencies is None,
         )
-        for each in board.planned
+        for each in drawn_alone(board)
     ]
     made += [
         render.Curve(
@@ -39,16 +43,21 @@ def curves(board: Board) -> Exhibit:
     orders = {abs(each.case.study.excitation.engine_order) for each in board.planned}
     order = orders.pop() if len(orders) == 1 else None  # one speed axis, or none
     title = f"{board.study.name}: forced response"
+    shade = band(board)
     path = board.easel.draw(
         "figures/response.png",
         shows,
-        lambda path: render.response_curves(path, made, title, monitor, engine_order=order),
+        lambda path: render.response_curves(
+            path, made, title, monitor, engine_order=order, band=shade
+        ),
     )
     notes = [
         f"{title}, {monitor}: half the peak-to-peak over the excitation frequency",
         "solved: 1 where the point converged; the others are not to be trusted",
     ]
-    data = board.table("figures/response.csv", shows, lambda: columns(made), notes)
+    data = board.table(
+        "figures/response.csv", shows, lambda: {**columns(made), **shaded(shade)}, notes
+    )
     limits = (
         "The thin lines are the linear limits, with the interlock free and stuck: without "
         "friction's damping the peak would be as high as theirs. "
@@ -62,6 +71,11 @@ def curves(board: Board) -> Exhibit:
         "moves the resonance from the free towards the stuck frequency."
         f"{' Black dots are measured.' if board.shown.measured else ''}"
     )
+    if shade is not None:
+        caption += (
+            f" Shaded: where {shade.label} lie at each frequency, and their median; lines of their "
+            f"own have {in_words(board)}."
+        )
     return Exhibit(path, "Forced response", caption, (data,))
 
 
@@ -76,10 +90,24 @@ def columns(curves: list[render.Curve]) -> Mapping[str, ArrayLike]:
     return found
 
 
+def shaded(band: render.Band | None) -> Mapping[str, ArrayLike]:
+    """Percentiles of many cases as columns."""
+    if band is None:
+        return {}
+    found: dict[str, ArrayLike] = {f"frequency (Hz): {band.label}": band.frequency}
+    for percent, level in zip(PERCENT, band.levels, strict=True):
+        found[f"amplitude (µm): {percent} % of {band.label}"] = 1e6 * level
+    return found
+
+
 def linear(board: Board) -> list[render.Curve]:
     """Linear limits: equal ones once; without an interlock there is no stuck one."""
     found: list[tuple[list[str], Limit, Floats, Floats]] = []
-    for (name, which), (f, a) in board.shown.linear.items():
+    limits = board.shown.linear
+    if len(limits) > MOST:  # a stiffness is swept: those of the cases that are shown
+        own = {each.linear.name for each in named(board)}
+        limits = {key: curve for key, curve in limits.items() if key[0] in own}
+    for (name, which), (f, a) in limits.items():
         if which == "stuck" and not board.study.joints.interlock.enabled:
             continue
         for names, other, *curve in found:
@@ -88,7 +116,7 @@ def linear(board: Board) -> list[render.Curve]:
                 break
         else:
             found.append(([name], which, f, a))
-    groups = {name for name, _ in board.shown.linear}
+    groups = {name for name, _ in limits}
     return [
         render.Curve(f, a, kind=which, group="" if len(names) == len(groups) else merged(names))
         for names, which, f, a in found

@@ -29,7 +29,10 @@ CODE = (
     "csv_table",
     "curve_exhibits",
     "loop_exhibits",
+    "many",
     "preload_exhibits",
+    "scatter",
+    "scatter_exhibits",
     "shape_exhibits",
     "step_files",
 )

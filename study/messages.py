@@ -217,6 +217,11 @@ def field_at(location: Location, schema: type[BaseModel] = Study) -> FieldInfo |
     return field
 
 
+def unit_of(key: str) -> str:
+    """Unit of a key's number, "" where it has none."""
+    return _subject(field_at(tuple(key.split("."))), ())[1].strip()
+
+
 def _subject(field: FieldInfo | None, location: Location) -> tuple[str, str]:
     """What a field's description calls it, and its unit, which stands there in brackets."""
     text = (field.description if field else None) or str(location[-1] if location else "study")

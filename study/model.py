@@ -29,6 +29,7 @@ from vanelock.quantities import (
 )
 from vanelock.study.campaign import Campaign, check_campaign
 from vanelock.study.comparison import CampbellKeys, Fit, MeasuredCurve, check_comparison, curves
+from vanelock.study.distributions import Scatter
 from vanelock.study.own_mesh import Casing, OwnCasing, OwnVane, Vane, refuse_without_dimensions
 from vanelock.study.structure import Joints, Material, Mesh, Ring, Rom, Table, leaves, sequence
 from vanelock.study.temperature import Temperature, check_temperature
@@ -245,6 +246,10 @@ class Study(Table):
     sweep: dict[str, Annotated[tuple[Any, ...], BeforeValidator(sequence)]] = Field(
         default_factory=dict, description="swept keys"
     )
+    rows: dict[str, Annotated[tuple[Any, ...], BeforeValidator(sequence)]] = Field(
+        default_factory=dict, description="keys that vary together"
+    )
+    scatter: Scatter | None = Field(default=None, description="scattering keys")
     outputs: Outputs = Outputs()
     campbell: CampbellKeys | None = Field(default=None, description="Campbell diagram")
     measured: Annotated[tuple[MeasuredCurve, ...], BeforeValidator(curves)] = Field(
@@ -257,8 +262,13 @@ class Study(Table):
     @classmethod
     def _flatten_sweep(cls, data: Any) -> Any:
         """Accept `joints.interlock.mu = [...]` without quotes, which TOML nests."""
-        if isinstance(data, dict) and isinstance(data.get("sweep"), dict):
-            return {**data, "sweep": dict(leaves(data["sweep"]))}
+        if isinstance(data, dict):
+            flat = {
+                name: dict(leaves(data[name]))
+                for name in ("sweep", "rows")
+                if isinstance(data.get(name), dict)
+            }
+            return {**data, **flat}
         return data
 
     @model_validator(mode="after")

@@ -16,11 +16,14 @@ from vanelock.study.easel import REPORT, Easel
 from vanelock.study.energy import Balance
 from vanelock.study.exhibit import Exhibit
 from vanelock.study.loop_exhibits import loops
+from vanelock.study.many import in_words, named
 from vanelock.study.model import Study
 from vanelock.study.plan import Planned
 from vanelock.study.preload_exhibits import preloads
 from vanelock.study.progress import Notice
-from vanelock.study.shape_exhibits import DETAILED, all_modes, mesh, response, stress
+from vanelock.study.scatter import Scattered
+from vanelock.study.scatter_exhibits import scatters
+from vanelock.study.shape_exhibits import all_modes, mesh, response, stress
 from vanelock.study.steps import Stages
 
 __all__ = ["Gallery", "Shown"]
@@ -35,6 +38,7 @@ class Gallery:
     stages: Stages
     shown: Shown
     easel: Easel
+    scattered: Scattered | None = None
     wear: dict[str, Path] = field(default_factory=dict)
 
     @cached_property
@@ -48,6 +52,8 @@ class Gallery:
         if self.study.outputs.shapes:
             render.trial()  # whether this machine draws is known when the first shape is recovered
         made = [curves(board), *campbells(board), *preloads(board)]
+        if self.scattered is not None:
+            made.insert(1, scatters(board, self.scattered))
         detailed = self._detailed()
         moving = {each.case.name for each in (*detailed[:1], *detailed[-1:])}
         moving = moving if self.study.outputs.animations else set()
@@ -80,9 +86,8 @@ class Gallery:
 
     def _detailed(self) -> list[Planned]:
         """Cases with pictures of their own."""
-        cases = [each for each in self.planned if each.case.name in self.shown.top]
-        if len(cases) <= DETAILED:
-            return cases
-        told = f"pictures of loops and shapes for the first and the last of {len(cases)} cases"
-        self.easel.listener(Notice(told))
-        return [cases[0], cases[-1]]
+        cases, count = named(self.board), len(self.shown.top)
+        if len(cases) < count:
+            told = f"pictures of loops and shapes for {in_words(self.board)} of {count}"
+            self.easel.listener(Notice(told))
+        return cases

@@ -9,6 +9,7 @@ from vanelock import nonlinear, render
 from vanelock.nonlinear import Response
 from vanelock.study.board import Board
 from vanelock.study.exhibit import Exhibit
+from vanelock.study.many import DETAILED, named
 from vanelock.study.naming import of_case, slug, words
 from vanelock.study.plan import Planned
 
@@ -16,7 +17,8 @@ from vanelock.study.plan import Planned
 def preloads(board: Board) -> list[Exhibit]:
     """One for each distinct preload."""
     found: dict[str, Exhibit] = {}
-    for each in board.planned:
+    distinct = {each.preload.key for each in board.planned}
+    for each in board.planned if len(distinct) <= DETAILED else named(board):
         if each.preload.key not in found:
             found[each.preload.key] = _preload(board, each)
     return list(found.values())

@@ -88,13 +88,13 @@ class Record(Ledger):
         results.put_system(file, f"{under}/system", system, self._places.get(matrices))
         self._places.setdefault(matrices, f"{under}/system")
 
-    def linear(self, linear: Linear) -> None:
-        """Modes and linear responses of a set of limits."""
+    def linear(self, linear: Linear, whole: bool = True) -> None:
+        """Modes of a set of limits, and their responses, unless there are many sets."""
         limits = self._stages.get(linear.limits)
         responses = {which: self._stages.get(linear.responses[which]) for which in LIMITS}
         with self._file.edit() as file:
             results.put(file, f"limits/{linear.name or 'all'}", limits, {})
-            for which, response in responses.items():
+            for which, response in responses.items() if whole else ():
                 name = f"{which},{linear.name}" if linear.name else which
                 results.put(file, f"response/{name}", response, {"linear": which})
 

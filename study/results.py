@@ -14,7 +14,8 @@
                          estimates: errors of the monitored amplitude by point and source
                          answers: damping ratios, energy and fatigue margin at the peak
     /response/free, stuck
-                         linear responses, ",<name>" added where cases do not share them
+                         linear responses, ",<name>" added where cases do not share them; of the
+                         first 8 alone where there are more
     /scatter             study.scatter.Scatter: percentiles of the peaks of samples, and what they
                          go with
     /failed/<case>       cases that could not be computed: reason, stage and swept keys

@@ -2,58 +2,21 @@
 
 import os
 import time
-from collections.abc import Callable, Sequence
 from dataclasses import asdict
 from pathlib import Path
-from typing import TypeVar
 
-from vanelock.errors import InputError
-from vanelock.nonlinear import Response
-from vanelock.rom import Component
 from vanelock.study import listing, results
-from vanelock.study.attempts import Solved, attempt, last_uses
-from vanelock.study.board import Around
-from vanelock.study.bundles import bundle, steps_of
 from vanelock.study.cache import Cache
-from vanelock.study.campbell import Campbell, campbell
-from vanelock.study.campbell_exhibits import crossings_table
-from vanelock.study.clock import Clock
-from vanelock.study.crew import Hands
 from vanelock.study.easel import Easel
-from vanelock.study.errors import Errors, error_table
-from vanelock.study.exhibit import Exhibit
 from vanelock.study.folder import claimed
-from vanelock.study.helped import helped
 from vanelock.study.hire import hire
-from vanelock.study.judge import judged
-from vanelock.study.left_out import LeftOut, left_out_table
-from vanelock.study.measured import load_measured
-from vanelock.study.meshes import mesh_step
 from vanelock.study.model import Study
-from vanelock.study.monitor import monitor
-from vanelock.study.own_mesh import OwnVane, refuse_without_areas
-from vanelock.study.pictures import Gallery, Shown
-from vanelock.study.plan import LIMITS, Linear, Planned, plan
-from vanelock.study.progress import Failed, Finished, Listener, Notice, silent
-from vanelock.study.record import Record
+from vanelock.study.pictures import Gallery
+from vanelock.study.progress import Finished, Listener, Notice, silent
 from vanelock.study.report_run import write_report
-from vanelock.study.report_told import Told
-from vanelock.study.settle import settle
-from vanelock.study.solved import as_solved, drawn
-from vanelock.study.speed_lines import lines_step
+from vanelock.study.running import Run
 from vanelock.study.steps import Stages
-from vanelock.study.strains import Strain
-from vanelock.study.summary import Peak, Summary, peak_of, summarise
-from vanelock.study.sweep import Case, cases
-from vanelock.study.tasks import Failure, TaskFailed
-from vanelock.study.temperature import described
-from vanelock.study.warm import warmed
-
-C = TypeVar("C")
-R = TypeVar("R")
-MOST_TABLES = 8
-"""Tables of a kind that are printed; a sweep of a stiffness has linear limits of its own by case.
-"""
+from vanelock.study.summary import Summary
 
 
 def run_study(
@@ -108,7 +71,9 @@ def run_study(
             running.record.abandon()
             raise
         easel = Easel(path, listener)
-        gallery = Gallery(study, running.planned, stages, running.shown, easel)
+        gallery = Gallery(
+            study, running.planned, stages, running.shown, easel, running.scattered(found)
+        )
         drawn = gallery.draw()
         if study.outputs.report:
             running.record.answers(gallery.answers)
@@ -123,241 +88,3 @@ def run_study(
     }
     listener(Finished(str(path), time.perf_counter() - began, told))
     return found
-
-
-class Run:
-    """A run under way.
-
-    Parameters
-    ----------
-    study : Study
-        What to compute.
-    folder : Path
-        The run's folder, claimed.
-    listener : callable
-        Told about tables, points and notices.
-    stages : Stages
-        What computes or finds each product.
-    found : sequence of Case, optional
-        The cases, where they are not those of the study's sweep.
-    hands : callable, optional
-        Gets the processes that compute the cases; without, this one does.
-    """
-
-    def __init__(
-        self,
-        study: Study,
-        folder: Path,
-        listener: Listener,
-        stages: Stages,
-        found: Sequence[Case] = (),
-        hands: Callable[[], Hands] | None = None,
-    ) -> None:
-        self.study, self.listener, self.stages = study, listener, stages
-        self._cache = Cache(folder / "cache", lambda told: listener(Notice(told)))
-        self.failed: dict[str, Failure] = {}
-        self._hands = hands
-        self.measured = load_measured(study)  # refused before the long stages
-        found = warmed(found or cases(study), stages)
-        for text in dict.fromkeys(described(case.study) for case in found):
-            if text:
-                listener(Notice(text))
-        settled = [
-            None if case.study.accuracy is None else settle(case.study, stages) for case in found
-        ]
-        self.planned = plan(found, self._point, settled)
-        self.record = Record(folder, stages)
-        self._clock = Clock(self.planned)
-        self._peaks: dict[str, dict[str, Peak | None]] = {}
-        self._strains: dict[str, tuple[Strain, Peak]] = {}
-        self._worth: dict[str, tuple[Errors, Sequence[LeftOut]]] = {}
-        self._lines: set[str] = set()
-        self._preloads: set[str] = set()
-
-    def all_cases(self) -> tuple[Summary, ...]:
-        """Everything but the pictures; a line for each case."""
-        for each in self.planned:  # refused before the long stages
-            study = each.case.study
-            if isinstance(study.vane, OwnVane):
-                refuse_without_areas(study, self.stages.get(mesh_step(study, "vane")))
-        with helped(
-            self._hands,
-            lambda: bundle(self.planned, self._cache),
-            self.stages,
-            self._cache,
-            self.listener,
-            self._largest,
-            self.record.flush_if_due,
-        ):
-            self._each(self._parts, self._show_parts)
-            summaries = self._each(self._solve, self._case)
-        self.listener(listing.response_table(summaries, self.shown.monitor.name))
-        if self.failed:
-            self.listener(listing.failed_table(self.failed))
-        if self._strains:
-            self.listener(listing.gauge_table(self._strains))
-        for name, diagram in self.shown.campbell.items():
-            self.listener(crossings_table("" if len(self.planned) == 1 else name, diagram))
-        for name, (errors, without) in self._worth.items():
-            self.listener(error_table(name, errors, self.shown.monitor.name))
-            self.listener(left_out_table(name, without))
-        return tuple(summaries)
-
-    def _each(self, compute: Callable[[Planned], C], show: Callable[[Planned, C], R]) -> list[R]:
-        """Compute something of each case and show it; what cannot be computed is left out."""
-        found, kept = [], []
-        ends = last_uses([steps_of(each) for each in self.planned])
-        alone = len(self.planned) + len(self.failed) == 1
-        for i, each in enumerate(self.planned):
-            try:
-                computed = (
-                    compute(each) if alone else attempt(compute, each, each.case.name, self.stages)
-                )
-            except TaskFailed as error:
-                self._fail(each, error.failure)
-            else:
-                found.append(show(each, computed))
-                kept.append(each)
-            if i + 1 < len(self.planned):  # pictures need the last one's products again
-                self.stages.drop(ends[i])
-        if not kept:
-            name, failure = next(iter(self.failed.items()))
-            raise InputError(f"no case can be computed: {name}: {failure.reason}")
-        self.planned = tuple(kept)
-        return found
-
-    def _fail(self, planned: Planned, failure: Failure) -> None:
-        name = planned.case.name
-        self.failed[name] = failure
-        self.listener(Failed(name, failure.reason, failure.attempts))
-        self.record.failed(name, planned.case.values, failure)
-
-    def _largest(self) -> float:
-        return max((peak.amplitude for peak in self.shown.peak.values()), default=0.0)
-
-    def _parts(self, planned: Planned) -> None:
-        """Meshes, reduced parts and linear limits of a case."""
-        for step in steps_of(planned)[:-2]:
-            self.stages.get(step)
-
-    def _show_parts(self, planned: Planned, computed: None) -> None:
-        linear = planned.linear
-        if not self._peaks:
-            self.record.parts(planned)
-            free = self.stages.get(linear.responses["free"])
-            wanted = self.study.outputs.monitor
-            self.shown = Shown(monitor(wanted, self.stages.get(planned.system), free))
-            self.shown.measured = self.measured
-        if linear.key not in self._peaks:
-            self.record.linear(linear)
-            self._linear(linear)
-
-    def told(
-        self, gallery: Gallery, found: Sequence[Summary], drawn: Sequence[Exhibit], text: str = ""
-    ) -> Told:
-        """What the run's page is told from."""
-        return Told(
-            board=gallery.board,
-            summaries=found,
-            exhibits=drawn,
-            answers=gallery.answers,
-            wear=gallery.wear,
-            strains=self._strains,
-            worth=self._worth,
-            linear=self._peaks,
-            text=text,
-            balances=gallery.balances,
-        )
-
-    def _linear(self, linear: Linear) -> None:
-        """Linear modes and peaks of a set of limits."""
-        peaks: dict[str, Peak | None] = {}
-        for which in LIMITS:
-            response = self.stages.get(linear.responses[which])
-            amplitude = self.shown.monitor.amplitude(response)
-            peaks[which] = peak_of(response, amplitude)
-            self.shown.linear[linear.name, which] = response.frequency, amplitude
-        self._peaks[linear.key] = peaks
-        if self._few(len(self._peaks), "linear limits"):
-            self.listener(listing.limits_table(linear.name, self.stages.get(linear.limits)))
-            self.listener(listing.linear_table(peaks, self.shown.monitor.name, linear.name))
-
-    def _few(self, count: int, what: str) -> bool:
-        """Whether so many tables of a kind are few enough to print."""
-        if count == MOST_TABLES + 1:
-            self.listener(Notice(f"{what} of further cases are in {results.NAME}"))
-        return count <= MOST_TABLES
-
-    def _solve(self, planned: Planned) -> Solved:
-        """Preload and response of a case."""
-        static = self.stages.get(planned.preload)
-        self._clock.begin(planned)
-        response = self.stages.get(planned.response)
-        self._clock.end(not self.stages.done[planned.response.key].cached)
-        planned = planned.solved(response)
-        strain = self._strain(planned, response)
-        worth = None
-        if planned.settled is not None:
-            worth = judged(planned, response, self.stages, self.shown.monitor)
-        return Solved(planned, static, response, strain, worth, self._campbell(planned))
-
-    def _case(self, planned: Planned, solved: Solved) -> Summary:
-        """A case that is solved: written, shown."""
-        planned, response, static = solved.planned, solved.response, solved.static
-        case, joints = planned.case, self.stages.get(planned.system).contacts.joint
-        if planned.preload.key not in self._preloads:
-            self._preloads.add(planned.preload.key)
-            if self._few(len(self._preloads), "preloads"):
-                self.listener(listing.preload_table(planned.preload_name, joints, static))
-        self.shown.harmonics[case.name] = response.harmonics
-        amplitude = self.shown.monitor.amplitude(response)
-        peak = peak_of(response, amplitude)
-        limits, linear = self.stages.get(planned.linear.limits), self._peaks[planned.linear.key]
-        seconds = self.stages.done[planned.response.key].seconds
-        found = summarise(case, joints, response, peak, limits, linear, seconds)
-        if solved.worth is not None:
-            self._worth[case.name] = solved.worth
-        self.record.case(solved, found, self.shown.monitor.name)
-        if solved.campbell is not None:
-            self.shown.campbell[case.name] = solved.campbell
-            self.record.campbell(case.name, solved.campbell)
-        if solved.strain is not None and peak is not None:
-            self._strains[case.name] = solved.strain, peak
-        self.shown.static[case.name] = static
-        curve = response.frequency, amplitude, response.converged
-        listed = case.study.response.frequencies is not None
-        self.shown.curve[case.name] = curve if listed else drawn(response, amplitude)
-        if peak is not None:
-            self.shown.peak[case.name] = peak
-            self.shown.top[case.name] = as_solved(response, peak.point)
-            self.shown.around[case.name] = Around.of(response, amplitude, peak.point)
-        if found.converged < found.points:
-            lost = f"{found.points - found.converged} of {found.points} points did not converge"
-            self.listener(Notice(f"{case.name}: {lost} (largest residual {found.worst:.1e})"))
-        return found
-
-    def _campbell(self, planned: Planned) -> Campbell | None:
-        """The Campbell diagram of a case, the first of those that share its lines."""
-        if planned.case.study.campbell is None:
-            return None
-        key = lines_step(planned, self.stages).key
-        if key in self._lines:
-            return None
-        found = campbell(planned, self.stages, self.shown.monitor)
-        self._lines.add(key)
-        return found
-
-    def _strain(self, planned: Planned, response: Response) -> Strain | None:
-        if planned.gauges is None:
-            return None
-
-        def casing(nodal_diameter: int) -> Component:
-            return self.stages.get(planned.part("casing", nodal_diameter))
-
-        return self.stages.get(planned.gauges).read(
-            response, self.stages.get(planned.rom["vane"]), casing
-        )
-
-    def _point(self, done: int, total: int, frequency: float, amplitude: float) -> None:
-        self.listener(self._clock.point(done, total, amplitude))
-        self.record.flush_if_due()

@@ -1,17 +1,18 @@
 """Cases of a study: the product of the swept keys' values, each checked as the key itself is.
 
-Several engine orders are swept values of `excitation.engine_order`, the slowest.
+Several engine orders are swept values of `excitation.engine_order`, the slowest of them. Rows of
+keys that vary together are slower still. Keys that scatter have their samples instead.
 """
 
 from collections.abc import Hashable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import product
 from pathlib import Path
 from typing import Any, Literal, get_args, get_origin
 
 from pydantic import ValidationError
 
-from vanelock.errors import MOST_TOLD, InputError, first_mistakes
+from vanelock.errors import InputError
 from vanelock.mesh.fit import check_casing, check_fit, check_sectors, check_vane
 from vanelock.study.messages import explain, field_at, known_keys, mistakes, reason, show, unknown
 from vanelock.study.model import Study
@@ -21,6 +22,8 @@ LARGEST = 100_000
 """Most cases of one study."""
 
 ORDER = "excitation.engine_order"
+SAMPLE = "sample"
+"""What the cases of keys that scatter are called, with their number."""
 NUMBERS = ("mesh.size", "temperature.vane", "temperature.casing")
 """Keys that hold a number, or something else that can be swept no more than a table."""
 
@@ -52,36 +55,87 @@ def cases(study: Study) -> tuple[Case, ...]:
     InputError
         One line for each swept key or value that the study could not hold.
     """
+    if study.scatter is not None:
+        return _samples(study)
     wrong: list[str] = []
     for key, values in study.sweep.items():
         wrong += _mistakes(study, key, values)
-        if len(wrong) > MOST_TOLD:
-            break
+    wrong += _of_rows(study)
     if wrong:
-        raise InputError("\n".join(first_mistakes(wrong)))
+        raise InputError("\n".join(wrong))
     lists = dict(study.sweep)
     if study.excitation.engine_orders is not None:
         lists = {ORDER: study.excitation.engine_orders, **lists}
-    if not lists:
+    if not lists and not study.rows:
         fits(study)
         return (Case("nominal", {}, study),)
-    count = 1
+    together = zip(*study.rows.values(), strict=True)
+    rows = [dict(zip(study.rows, row, strict=True)) for row in together] or [{}]
+    count = len(rows)
     for values in lists.values():
         count *= len(values)
     if count > LARGEST:
         raise InputError(f"sweep: {count} cases: at most {LARGEST} are allowed")
-    names = _short(list(lists))
+    names = _short([*study.rows, *lists])
     found: dict[str, Case] = {}
-    fitting = set()
-    for combination in product(*lists.values()):
-        chosen = dict(zip(lists, combination, strict=True))
+    fitting: set[Hashable] = set()
+    for row, combination in product(rows, product(*lists.values())):
+        chosen = {**row, **dict(zip(lists, combination, strict=True))}
         case = _case(study, chosen, names)
-        geometry = case.study.vane, case.study.casing, case.study.ring.sectors
-        if geometry not in fitting:
-            _check_fit(case, chosen)
-            fitting.add(geometry)
+        _check_fit(case, chosen, fitting)
+        if case.name in found:
+            raise InputError(f"rows: {case.name} is there twice")
         found[case.name] = case
     return tuple(found.values())
+
+
+def _samples(study: Study) -> tuple[Case, ...]:
+    """A case for each sample of the keys that scatter."""
+    from vanelock.study.sampling import samples
+
+    columns = samples(study)
+    count = len(next(iter(columns.values())))
+    found = []
+    fitting: set[Hashable] = set()
+    for i in range(count):
+        chosen = {key: values[i] for key, values in columns.items()}
+        try:
+            case = _case(study, chosen, _short(list(chosen)))
+            _check_fit(case, chosen, fitting)
+        except InputError as error:
+            told = str(error).removeprefix("sweep: ")
+            raise InputError(
+                f"scatter, sample {i + 1}: {told}; low, high or truncate = true cut distributions"
+            ) from None
+        found.append(replace(case, name=f"{SAMPLE}={i + 1:0{len(str(count))}d}"))
+    return tuple(found)
+
+
+def _of_rows(study: Study) -> list[str]:
+    """What is wrong with the lists of keys that vary together."""
+    found = []
+    lengths = {len(values) for values in study.rows.values()}
+    for key, values in study.rows.items():
+        where = f'rows."{key}"'
+        if key in study.sweep:
+            found.append(f"{where}: is in sweep too")
+        elif not values:
+            found.append(f"{where} = []: needs at least one value")
+        else:
+            found += [
+                line.replace("sweep.", "rows.", 1)
+                for value in dict.fromkeys(map(_hashable, values))
+                for line in _mistakes(study, key, (value,))
+                if "must" not in line  # may hold for the other values of its row
+            ][:1]
+    if not found and len(lengths) > 1:
+        told = ", ".join(f'"{key}" {len(values)}' for key, values in study.rows.items())
+        found.append(f"rows: lists must be equally long, not {told}")
+    return found
+
+
+def _hashable(value: object) -> Any:
+    return value if isinstance(value, Hashable) else str(value)
 
 
 def _case(study: Study, chosen: dict[str, Any], names: dict[str, str]) -> Case:
@@ -90,7 +144,8 @@ def _case(study: Study, chosen: dict[str, Any], names: dict[str, str]) -> Case:
         changed = with_values(study, chosen)
     except ValidationError as error:
         shown = ", ".join(f"{key} = {show(value)}" for key, value in chosen.items())
-        raise InputError(f"sweep: {shown}: {explain(error, {})[0]}") from None
+        told = f"{shown}: " if len(chosen) > 1 else ""
+        raise InputError(f"sweep: {told}{explain(error, {})[0]}") from None
     values = {key: value_at(changed, key) for key in chosen}
     name = ",".join(f"{names[key]}={_shown(value)}" for key, value in values.items())
     return Case(name, values, changed)
@@ -112,13 +167,17 @@ def fits(study: Study) -> None:
         check_fit(vane, casing, sectors)
 
 
-def _check_fit(case: Case, chosen: dict[str, Any]) -> None:
-    """Refuse a vane and a casing that cannot be assembled."""
+def _check_fit(case: Case, chosen: dict[str, Any], known: set[Hashable]) -> None:
+    """Refuse a vane and a casing that cannot be assembled, unless it is known that they can."""
+    geometry = case.study.vane, case.study.casing, case.study.ring.sectors
+    if geometry in known:
+        return
     try:
         fits(case.study)
     except InputError as error:
         shown = ", ".join(f"{key} = {show(value)}" for key, value in chosen.items())
         raise InputError(f"sweep: {shown}: {error}") from None
+    known.add(geometry)
 
 
 def _mistakes(study: Study, key: str, values: tuple[Any, ...]) -> list[str]:
@@ -178,7 +237,7 @@ def value_at(study: Study, key: str) -> Any:
 
 def with_values(study: Study, changes: dict[str, Any]) -> Study:
     """The study with some keys changed and no sweep; raises pydantic's ValidationError."""
-    data = study.model_dump(exclude_unset=True, exclude={"sweep"})
+    data = study.model_dump(exclude_unset=True, exclude={"sweep", "rows", "scatter"})
     data.get("excitation", {}).pop("engine_orders", None)
     for key, value in changes.items():
         *path, last = key.split(".")
@@ -213,6 +272,8 @@ def label(cases: Sequence[Case], groups: Sequence[Hashable]) -> list[str]:
     """
     if len(set(groups)) < 2:
         return [""] * len(cases)
+    if len(set(groups)) == len(cases):
+        return [case.name for case in cases]
     keys = list(cases[0].values)
     fixed = []
     for key in keys:

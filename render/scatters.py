@@ -1,0 +1,107 @@
+"""Peaks of keys that scatter: their distribution, and against each key."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+from matplotlib.axes import Axes
+from numpy.typing import NDArray
+
+from vanelock.render import style
+
+Floats = NDArray[np.float64]
+_SHOWN: Final = 6  # keys that a figure has room for
+_ROW: Final = 2.2  # inches
+_GAP: Final = 0.95
+
+
+@dataclass(frozen=True)
+class ScatterPanel:
+    """What scatters, or responds.
+
+    Attributes
+    ----------
+    label : str
+        With its unit.
+    value : (n,) float
+        By sample.
+    percentile : (p, 3) float
+        Of a response: percentiles with their limits.
+    correlation : (k,) float
+        Of a response: rank correlation with each key.
+    """
+
+    label: str
+    value: Floats
+    percentile: Floats
+    correlation: Floats
+
+
+def scatter_picture(
+    path: style.PathLike,
+    keys: Sequence[tuple[str, Floats]],
+    responses: Sequence[ScatterPanel],
+    percent: Sequence[float],
+    title: str,
+    subtitle: str = "",
+) -> Path:
+    """Draw responses' distributions, and each against each key, and return the path.
+
+    Parameters
+    ----------
+    path : path
+        PNG file to write.
+    keys : sequence of (str, (n,) float)
+        What scatters, with its unit.
+    responses : sequence of ScatterPanel
+        Two of them: columns of the figure.
+    percent : sequence of p float
+        Which percentiles.
+    title, subtitle : str
+        Heading.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be written.
+    """
+    shown = _most(keys, responses)
+    rows = 1 + len(shown)
+    height = 1.1 + (_ROW + _GAP) * rows
+    with style.applied():
+        made = style.figure(height, title, subtitle)
+        for column, each in enumerate(responses):
+            left = 1.0 + 5.7 * column
+            bottom = 0.75 + (_ROW + _GAP) * (rows - 1)
+            _distribution(style.axes(made, left, bottom, 4.6, _ROW), each, percent)
+            for row, i in enumerate(shown):
+                bottom = 0.75 + (_ROW + _GAP) * (rows - 2 - row)
+                axes = style.axes(made, left, bottom, 4.6, _ROW)
+                name, value = keys[i]
+                axes.plot(value, each.value, "o", color=style.BLUE, markersize=3.5, alpha=0.6)
+                axes.set(xlabel=name, ylabel=each.label)
+                axes.margins(0.04)
+                told = f"rank correlation {each.correlation[i]:+.2f}"
+                axes.set_title(told, fontsize=11, color=style.GREY, loc="right")
+        return style.write(made, path)
+
+
+def _most(keys: Sequence[tuple[str, Floats]], responses: Sequence[ScatterPanel]) -> list[int]:
+    """The keys that tell most, in their order."""
+    tells = np.max([np.abs(np.nan_to_num(each.correlation)) for each in responses], axis=0)
+    return sorted(np.argsort(-tells, kind="stable")[:_SHOWN].tolist())
+
+
+def _distribution(axes: Axes, each: ScatterPanel, percent: Sequence[float]) -> None:
+    """Share of the samples below each value, and the percentiles with their limits."""
+    value = np.sort(each.value)
+    share = 100 * (np.arange(len(value)) + 0.5) / len(value)
+    axes.plot(value, share, color=style.BLUE, linewidth=1.8)
+    for p, (middle, low, high) in zip(percent, each.percentile, strict=True):
+        axes.plot([low, high], [p, p], color=style.VERMILION, linewidth=1.6)
+        axes.plot([middle], [p], "o", color=style.VERMILION, markersize=5)
+    axes.set(xlabel=each.label, ylabel="samples below (%)", ylim=(0, 100))
+    axes.set_yticks(percent)
+    axes.margins(x=0.04)
