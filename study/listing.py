@@ -13,6 +13,8 @@ from vanelock.study.summary import Peak, Summary
 from vanelock.study.tables import Cell, Column, Table
 from vanelock.study.tasks import Failure
 
+MOST_ROWS = 40
+"""Cases that a table prints."""
 TOGETHER = {
     "preload": "preloads",
     "response": "responses",
@@ -150,6 +152,13 @@ def linear_table(peaks: Mapping[str, Peak | None], monitor: str, name: str) -> T
     return Table("linear", title, columns, rows)
 
 
+def _extremes(cases: Sequence[Summary]) -> list[Summary]:
+    """Cases of the lowest and of the largest peaks, by height."""
+    known = [(c.peak.amplitude, i) for i, c in enumerate(cases) if c.peak is not None]
+    order = [cases[i] for _, i in sorted(known)]
+    return [*order[: MOST_ROWS // 2], *order[-MOST_ROWS // 2 :]]
+
+
 def response_table(cases: Sequence[Summary], monitor: str) -> Table:
     """One line for each case."""
     columns = (
@@ -167,7 +176,8 @@ def response_table(cases: Sequence[Summary], monitor: str) -> Table:
         Column("seconds", "s", ".1f"),
     )
     rows = []
-    for c in cases:
+    shown = cases if len(cases) <= MOST_ROWS else _extremes(cases)
+    for c in shown:
         found = (None, None) if c.peak is None else (1e6 * c.peak.amplitude, c.peak.frequency)
         rest = (c.of_free, c.of_stuck, c.position, 100 * c.slipping, 100 * c.opening)
         known = map(_known, rest)
@@ -177,7 +187,12 @@ def response_table(cases: Sequence[Summary], monitor: str) -> Table:
         "/ free, / stuck: peak over the linear peaks; x: 0 at the free, 1 at the stuck frequency; "
         "slip, open: interlock pairs that rub, that lift off in a period at the peak (or both)."
     ]
-    for c in cases:
+    if len(shown) < len(cases):
+        notes.append(
+            f"{len(shown)} of {len(cases)} cases: those of the lowest and the largest peaks; "
+            "results.h5 and --json tell of all"
+        )
+    for c in shown:
         if c.converged < c.points:
             notes.append(
                 f"{c.case}: {c.points - c.converged} of {c.points} points DID NOT CONVERGE "

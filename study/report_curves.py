@@ -1,6 +1,7 @@
 """Curves and loops on a run's page, to zoom into."""
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
@@ -9,6 +10,7 @@ from vanelock.report import Plot, Section, Trace
 from vanelock.report.blocks import Block
 from vanelock.study.answers import CaseAnswers
 from vanelock.study.curve_exhibits import linear
+from vanelock.study.many import PERCENT, band, drawn_alone
 from vanelock.study.measured import DISPLACEMENT
 from vanelock.study.naming import words
 from vanelock.study.report_told import Told
@@ -50,7 +52,15 @@ def response_plot(told: Told, further: Sequence[Trace] = ()) -> Plot:
         )
         for each in linear(board)
     ]
-    for each in board.planned:
+    shade = band(board)
+    for percent, level in zip(PERCENT, () if shade is None else shade.levels, strict=False):
+        assert shade is not None
+        which = f"{percent} %" if percent != 50 else "median"
+        look: dict[str, Any] = {"width": 3.0} if percent == 50 else {"dash": "dash", "width": 1.5}
+        height = 1e6 * level
+        name = f"{which} of {shade.label}"
+        traces.append(Trace(shade.frequency, height, name, colour="#1a1a1a", **look))
+    for each in drawn_alone(board):
         name = each.case.name
         frequency, amplitude, converged = board.shown.curve[name]
         order = np.argsort(frequency, kind="stable")

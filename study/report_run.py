@@ -17,6 +17,7 @@ from vanelock.study.report_fatigue import fatigue
 from vanelock.study.report_inputs import all_inputs, inputs
 from vanelock.study.report_models import models
 from vanelock.study.report_provenance import provenance, written
+from vanelock.study.report_scatter import scatter
 from vanelock.study.report_summary import summary
 from vanelock.study.report_told import Told
 from vanelock.study.report_view import shapes
@@ -63,6 +64,7 @@ def sections(told: Told) -> list[Section]:
     """All sections of an ordinary run."""
     made = [
         summary(told),
+        scatter(told),
         inputs(told.board.study, [each.case.study for each in told.board.planned]),
         curves(told),
         shapes(told),
@@ -100,6 +102,7 @@ def shown(told: Told) -> Any:
         "study": board.study.model_dump(mode="json"),
         "text": told.text,
         "cases": [[e.case.name, e.response.key, e.linear.key, e.system.key] for e in board.planned],
+        "failed": {name: each.reason for name, each in told.failed.items()},
         "answers": [found.key for found in told.answers.values()],
         "exhibits": [
             [str(e.path.name), e.title, e.caption, file_digest(e.path)] for e in told.exhibits

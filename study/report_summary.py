@@ -14,6 +14,8 @@ from vanelock.study.report_wear import shares
 from vanelock.study.summary import Summary
 
 MU = "joints.interlock.mu"
+MOST_FAILED = 5
+"""Failed cases that the summary names."""
 HEADER = ("case", "peak", "at", "of linear", "damping", "slip", "open", "stress", "HCF reserve")
 UNITS = ("", "µm", "Hz", "free", "%", "%", "%", "MPa", "n")
 COLUMNS = (
@@ -146,7 +148,7 @@ def _best_friction(told: Told) -> list[Answer]:
 
 def warnings(told: Told) -> list[str]:
     """What keeps the answers from being taken as they are, a line each."""
-    lines = [*_lost(told), *_edges(told)]
+    lines = [*_failed(told), *_lost(told), *_edges(told)]
     for name, (errors, _) in told.worth.items():
         case = "" if name == "nominal" else f"{words(name)}: "
         lines += [f"{case}{line.removeprefix('WARNING: ')}." for line in errors.warnings]
@@ -160,6 +162,17 @@ def warnings(told: Told) -> list[str]:
     if isinstance(study.mesh.size, str) and study.mesh.size == "coarse" and not told.worth:
         lines.append("The mesh is coarse: frequencies are several per cent too high.")
     return lines
+
+
+def _failed(told: Told) -> list[str]:
+    """Cases that could not be computed."""
+    names = list(told.failed)
+    if not names:
+        return []
+    shown = "; ".join(f"{words(name)} ({told.failed[name].reason})" for name in names[:MOST_FAILED])
+    more = f"; and {len(names) - MOST_FAILED} more" if len(names) > MOST_FAILED else ""
+    every = len(names) + len(told.summaries)
+    return [f"{len(names)} of {every} cases FAILED and are left out: {shown}{more}."]
 
 
 def _lost(told: Told) -> list[str]:

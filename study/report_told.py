@@ -10,8 +10,10 @@ from vanelock.study.energy import Balance
 from vanelock.study.errors import Errors
 from vanelock.study.exhibit import Exhibit
 from vanelock.study.left_out import LeftOut
+from vanelock.study.scatter import Scattered
 from vanelock.study.strains import Strain
 from vanelock.study.summary import Peak, Summary
+from vanelock.study.tasks import Failure
 
 
 @dataclass(frozen=True)
@@ -40,6 +42,10 @@ class Told:
         The study file.
     balances : dict of str to Balance
         Energies at the peak, of all cases unless there are many.
+    failed : dict of str to Failure
+        Cases that could not be computed.
+    scattered : Scattered or None
+        Percentiles of the peaks, where keys scatter.
     """
 
     board: Board
@@ -52,6 +58,8 @@ class Told:
     linear: Mapping[str, Mapping[str, Peak | None]] = field(default_factory=dict)
     text: str = ""
     balances: Mapping[str, Balance] = field(default_factory=dict)
+    failed: Mapping[str, Failure] = field(default_factory=dict)
+    scattered: Scattered | None = None
 
     @property
     def monitor(self) -> str:

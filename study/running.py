@@ -18,6 +18,7 @@ from vanelock.study.clock import Clock
 from vanelock.study.crew import Hands
 from vanelock.study.errors import Errors, error_table
 from vanelock.study.exhibit import Exhibit
+from vanelock.study.helped import helped
 from vanelock.study.judge import judged
 from vanelock.study.left_out import LeftOut, left_out_table
 from vanelock.study.measured import load_measured
@@ -213,6 +214,8 @@ class Run:
             linear=self._peaks,
             text=text,
             balances=gallery.balances,
+            failed=self.failed,
+            scattered=gallery.scattered,
         )
 
     def _linear(self, linear: Linear) -> None:

@@ -185,7 +185,7 @@ def _mistakes(study: Study, key: str, values: tuple[Any, ...]) -> list[str]:
     where = f'sweep."{key}"'
     if key not in known_keys():
         return [f"{where}: {unknown(tuple(key.split('.')))}"]
-    if key.startswith("outputs.") or not (_holds_number(key) or _holds_choice(key)):
+    if key.startswith(("outputs.", "scatter.")) or not (_holds_number(key) or _holds_choice(key)):
         return [f"{where}: only keys that hold a number or a choice of words can be swept"]
     if not values:
         return [f"{where} = []: needs at least one value"]

@@ -44,7 +44,10 @@ WORDS: dict[str, str] = {
 }
 """What is allowed where the schema checks by a function of its own."""
 SWEEP = """A swept key takes the place of the one value: any key that holds a number or a choice of
-words, in quotes, with the list of its values. The cases are the product of all lists."""
+words, in quotes, with the list of its values. The cases are the product of all lists. Those of
+`[rows]` have equal lengths and vary together: a case for each place in them, times those of
+`[sweep]`. See [sweeps.md](sweeps.md)."""
+SWEPT = ("sweep", "rows")
 OWN_MESH = "Instead of dimensions, a mesh of yours ([its page](own_mesh.md)):"
 UNITS = re.compile(r"^(?:deg|N/m\^3|N/m|N|Hz|rpm|degC)[,;] (?=\w)")
 
@@ -110,7 +113,7 @@ def page() -> str:
         parts += [f"{_prose(_sentence(intro))}\n"] if intro else []
         parts.append(f"\n{OWN_MESH}\n\n".join(body for body in bodies if body))
         if not name:
-            parts += ["## `[sweep]`", "", SWEEP, ""]
+            parts += ["## `[sweep]` and `[rows]`", "", SWEEP, ""]
     return "\n".join(parts)
 
 
@@ -134,7 +137,7 @@ def _tables(model: type[BaseModel], prefix: str) -> Iterator[tuple[str, list[typ
 def _parts(annotation: Any) -> Iterator[Any]:
     """An annotation and all that it is made of, unions and marks apart."""
     yield annotation
-    if get_origin(annotation) in (Annotated, Union, types.UnionType, tuple):
+    if get_origin(annotation) in (Annotated, Union, types.UnionType, tuple, dict):
         for each in get_args(annotation):
             yield from _parts(each)
 
@@ -157,7 +160,7 @@ def _rows(
 ) -> Iterator[tuple[str, str, str, str]]:
     for name, field in model.model_fields.items():
         many = any(get_origin(each) is tuple for each in _parts(field.annotation))
-        if (list(_models(field.annotation)) and not many) or (not table and name == "sweep"):
+        if (list(_models(field.annotation)) and not many) or (not table and name in SWEPT):
             continue
         key = f"{table}.{name}".lstrip(".")
         said = told.get(key.replace("[]", ""), Told("", False, ""))

@@ -7,6 +7,7 @@ from vanelock.errors import InputError
 from vanelock.study import Study, load_study, parse_study, template_text
 from vanelock.study.campaign import Campaign
 from vanelock.study.comparison import CampbellKeys, Fit, MeasuredCurve
+from vanelock.study.distributions import Distribution, Scatter
 
 
 def complaint(text):
@@ -50,6 +51,8 @@ def test_template_mentions_every_key():
         "campbell": CampbellKeys,
         "measured": MeasuredCurve,
         "fit": Fit,
+        "scatter": Scatter,
+        "scatter.keys": Distribution,
     }
     for key, _ in leaves(Study().model_dump()):
         if key not in tables:
@@ -59,8 +62,9 @@ def test_template_mentions_every_key():
     for name, table in tables.items():
         _, _, after = text.partition(f"# [{name}]" if f"# [{name}]" in text else f"# [[{name}]]")
         own = after.partition("\n# [")[0]
-        for key in table.model_fields:
-            assert f"\n# {key} = " in own, f"{name}.{key}"
+        for key in table.model_fields.keys() - {"keys"}:
+            inside = f" {key} = " if name == "scatter.keys" else f"\n# {key} = "
+            assert inside in own, f"{name}.{key}"
 
 
 def test_what_the_template_shows_of_measurements_is_valid():

@@ -1,0 +1,99 @@
+"""A sweep by one and by two processes in turn, in one run: times, ratios, bytes moved.
+
+python benchmarks/sweep_scaling.py [cases] [study.toml]
+"""
+
+import shutil
+import sys
+import tempfile
+import time
+from os import sched_getaffinity, times
+from pathlib import Path
+
+from vanelock.errors import InputError
+from vanelock.study import load_study, parse_study, run_study
+from vanelock.study.bundles import bundle
+from vanelock.study.cache import Cache
+from vanelock.study.crew import Crew
+from vanelock.study.local import Processes
+from vanelock.study.plan import plan
+from vanelock.study.progress import silent
+from vanelock.study.steps import Stages
+from vanelock.study.sweep import cases
+
+STUDY = """
+[mesh]
+size = "coarse"
+[response]
+harmonics = 3
+[rows]
+"joints.interlock.mu" = {values}
+[outputs]
+shapes = false
+loops = false
+animations = false
+report = false
+"""
+
+
+def main() -> None:
+    """Print seconds and processor seconds of each number of processes, and what moved."""
+    count = int(sys.argv[1]) if len(sys.argv) > 1 else 16
+    values = [round(0.1 + 0.4 * i / max(count - 1, 1), 6) for i in range(count)]
+    study = (
+        load_study(sys.argv[2]) if len(sys.argv) > 2 else parse_study(STUDY.format(values=values))
+    )
+    with tempfile.TemporaryDirectory() as place:
+        shared = Path(place) / "shared"
+        planned = plan(cases(study), lambda *_: None)
+        cache = Cache(shared, print)
+        stages = Stages(cache, silent)
+        for step in bundle(planned, cache)[0]:
+            stages.get(step)
+        print(f"{len(planned)} cases, {len(sched_getaffinity(0))} cores")
+        took: dict[int, list[float]] = {}
+        moved = 0
+        for turn, workers in enumerate((1, 2, 2, 1)):
+            own = Path(place) / str(turn)
+            shutil.copytree(shared, own)
+            cache = Cache(own, print)
+            tasks = bundle(planned, cache)[1]
+            if not tasks:
+                raise InputError("nothing differs between the cases")
+            hands = Processes(workers)
+            crew = Crew(tasks, cache, hands, silent)
+            try:
+                crew.bring(tasks[0].makes[-1])  # processes have started and know what all share
+                before, began = times(), time.perf_counter()
+                for task in tasks[1:]:
+                    crew.bring(task.makes[-1])
+            finally:
+                seconds = time.perf_counter() - began
+                after = times()
+                hands.close()
+            took.setdefault(workers, []).append(seconds / (len(tasks) - 1))
+            moved = crew.moved
+            own_cpu = sum(after[:2]) - sum(before[:2])
+            print(
+                f"{workers} processes: {seconds:.2f} s after the first case, of which the one that "
+                f"writes spent {own_cpu:.2f} s; {crew.moved / 1e6:.1f} MB moved"
+            )
+        one, two = (min(took[workers]) for workers in (1, 2))
+        sent = sum(len(cache.image(s, k) or b"") for s, k in tasks[0].given)
+        back = (moved - 2 * sent if workers == 2 else moved - sent) / len(tasks)
+        print(f"a case takes {one:.3f} s by one process, {two:.3f} s by two: {one / two:.2f} times")
+        print(f"to each process, once {sent / 1e6:.1f} MB; back, a case {back / 1e3:.0f} kB")
+        folder = Path(place) / "run"
+        shutil.copytree(own, folder / "cache")
+        began, cpu = time.perf_counter(), time.process_time()
+        run_study(study, folder, silent)
+        spent, cpu = time.perf_counter() - began, time.process_time() - cpu
+        size = (folder / "results.h5").stat().st_size
+        print(
+            f"reading, summing up, writing and drawing all: {cpu / len(planned):.3f} s CPU a case "
+            f"({spent:.1f} s in all); results.h5 {size / 1e6:.0f} MB"
+        )
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,29 @@
+"""Percentiles of the peaks on a run's page, where keys scatter."""
+
+from vanelock.report import Section, Table, Text
+from vanelock.report.blocks import Block
+from vanelock.study.report_told import Told
+from vanelock.study.scatter import percentile_table, sensitivity_table
+from vanelock.study.tables import Table as Listed
+
+
+def scatter(told: Told) -> Section:
+    """How far the peaks scatter, and what with."""
+    found = told.scattered
+    blocks: list[Block] = []
+    if found is not None:
+        for each in (percentile_table(found, told.monitor), sensitivity_table(found)):
+            blocks += [_table(each), Text(" ".join(f"{note}." for note in each.notes))]
+    return Section("Scatter", blocks, id="scatter")
+
+
+def _table(listed: Listed) -> Table:
+    """A terminal's table for the page."""
+    rows = [
+        tuple(
+            format(cell, column.form) if isinstance(cell, int | float) else cell
+            for cell, column in zip(row, listed.columns, strict=True)
+        )
+        for row in listed.rows
+    ]
+    return Table(tuple(column.head for column in listed.columns), rows, listed.title)

@@ -1,0 +1,128 @@
+"""Percentiles of peaks, where the distribution of the peaks is known in closed form."""
+
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy import stats
+
+from vanelock.nonlinear import linear_response
+from vanelock.rom import Contacts, Diameter, Force, System
+from vanelock.study import cases, parse_study
+from vanelock.study.scatter import (
+    PERCENT,
+    correlations,
+    percentile_table,
+    percentiles,
+    scattered,
+    sensitivity_table,
+)
+from vanelock.study.summary import Peak, peak_of
+
+ZETA = 0.01
+FORCE = stats.lognorm(np.sqrt(np.log(1 + 0.3**2)), scale=30 / np.sqrt(1 + 0.3**2))
+STIFFNESS = stats.norm(1e6, 1e5)
+STUDY = """
+[scatter]
+samples = {count}
+[scatter.keys]
+"excitation.force" = {{ distribution = "lognormal", mean = 30, deviation = 9 }}
+"joints.interlock.kt" = {{ distribution = "normal", mean = 1e6, deviation = 1e5 }}
+"""
+
+
+def oscillator(force, stiffness):
+    """A mass of 1 kg on a contact that sticks, and nothing else."""
+    matrices = Diameter(
+        K=np.zeros((1, 1)),
+        M=np.eye(1),
+        own=np.array([[[0.0], [1.0], [0.0]]]),
+        next=None,
+        output=np.array([[[1.0], [0.0], [0.0]]]),
+    )
+    contacts = Contacts(
+        np.array([1e6]), np.array([[stiffness, 1.0]]), np.array([0.3]), np.array([1e-5]), ("c",)
+    )
+    return System(1, 1, {0: matrices}, contacts, {1: Force(np.array([force + 0j]))}, ("o",), ZETA)
+
+
+def peak(force, stiffness):
+    """Of the oscillator, solved over frequencies about its own."""
+    near = np.sqrt(stiffness) / (2 * np.pi) * np.linspace(0.999, 1.001, 41)
+    found = linear_response(oscillator(force, stiffness), near, np.array([True]))
+    return peak_of(found, found.amplitude[:, 0, 0])
+
+
+@pytest.fixture(scope="module")
+def oscillators():
+    """Samples of the oscillator's force and stiffness, and their peaks."""
+    every = cases(parse_study(STUDY.format(count=300)))
+    found = [SimpleNamespace(case=case.name, peak=peak(*case.values.values())) for case in every]
+    return every, scattered(every, found)  # type: ignore[arg-type]
+
+
+def test_percentiles_are_those_of_the_closed_form(oscillators):
+    """The frequency is sqrt(k) / 2π times sqrt(1 - 2ζ²), so its percentiles are those of k."""
+    _, found = oscillators
+    k = STIFFNESS.ppf(np.array(PERCENT) / 100)
+    expected = np.sqrt(k) / (2 * np.pi) * np.sqrt(1 - 2 * ZETA**2)
+    np.testing.assert_allclose(found.frequency_percentile[:, 0], expected, rtol=1e-3)
+    assert np.all(found.frequency_percentile[:, 1] < expected)
+    assert np.all(expected < found.frequency_percentile[:, 2])
+
+
+def test_amplitudes_follow_their_distribution(oscillators):
+    """The peak is F / (2ζk sqrt(1-ζ²)), whose percentiles a million draws of F and k tell."""
+    _, found = oscillators
+    random = np.random.default_rng(5)
+    force, k = FORCE.rvs(1_000_000, random), STIFFNESS.rvs(1_000_000, random)
+    expected = np.percentile(force / (2 * ZETA * k * np.sqrt(1 - ZETA**2)), PERCENT)
+    middle, low, high = found.amplitude_percentile.T
+    assert np.all((low < expected) & (expected < high))
+    np.testing.assert_allclose(middle, expected, rtol=0.05)
+
+
+def test_what_the_scatter_comes_from(oscillators):
+    """Of the amplitude's logarithm, var(ln F) = 0.0862 of 0.0862 + 0.01 is the force's."""
+    _, found = oscillators
+    of_force, of_stiffness = found.amplitude_correlation
+    assert of_force[0] == pytest.approx(np.sqrt(0.0862 / 0.0962), abs=0.03)
+    assert of_stiffness[1] < -np.sqrt(0.01 / 0.0962) < of_stiffness[2]
+    assert found.frequency_correlation[1, 0] == pytest.approx(1)
+    assert found.frequency_correlation[0, 1] < 0 < found.frequency_correlation[0, 2]
+
+
+def test_limits_hold_as_often_as_they_say():
+    random = np.random.default_rng(2)
+    law = stats.gumbel_r(3, 2)
+    expected = law.ppf(np.array(PERCENT) / 100)
+    hits = np.zeros(5)
+    for _ in range(300):
+        _, low, high = percentiles(law.rvs(100, random_state=random)).T
+        hits += (low <= expected) & (expected <= high)
+    assert np.all(hits / 300 >= 0.92)
+    random = np.random.default_rng(3)
+    inside = 0
+    for _ in range(300):
+        x, y = random.multivariate_normal([0, 0], [[1, 0.6], [0.6, 1]], 60).T
+        ((_, low, high),) = correlations(x[:, None], y)
+        inside += low <= 6 / np.pi * np.arcsin(0.3) <= high  # Spearman's of a normal pair
+    assert 0.91 <= inside / 300 <= 0.99
+
+
+def test_few_samples_tell_no_limits_and_fewer_nothing():
+    every = cases(parse_study(STUDY.format(count=12)))
+    found: list[Any] = [
+        SimpleNamespace(case=case.name, peak=Peak(0, 250.0 + i, 1e-5 * (i + 1), False))
+        for i, case in enumerate(every)
+    ]
+    told = scattered(every, found[:11])
+    assert told is not None
+    assert np.isnan(told.amplitude[11])
+    table = percentile_table(told, "o")
+    assert table.rows[0][2] is None  # nothing lies below the 5th percentile for sure
+    assert table.rows[2][1] == pytest.approx(60)
+    assert "1 samples without a peak are left out" in table.notes
+    assert [row[0] for row in sensitivity_table(told).rows] == list(every[0].values)
+    assert scattered(every, found[:9]) is None
