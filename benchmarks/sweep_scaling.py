@@ -10,22 +10,26 @@ import time
 from os import sched_getaffinity, times
 from pathlib import Path
 
+import h5py
+
 from vanelock.errors import InputError
-from vanelock.study import load_study, parse_study, run_study
+from vanelock.study import load_study, parse_study
 from vanelock.study.bundles import bundle
 from vanelock.study.cache import Cache
 from vanelock.study.crew import Crew
 from vanelock.study.local import Processes
 from vanelock.study.plan import plan
 from vanelock.study.progress import silent
+from vanelock.study.running import Run
 from vanelock.study.steps import Stages
 from vanelock.study.sweep import cases
+from vanelock.study.tasks import Task
 
 STUDY = """
 [mesh]
 size = "coarse"
 [response]
-harmonics = 3
+harmonics = 1
 [rows]
 "joints.interlock.mu" = {values}
 [outputs]
@@ -52,7 +56,8 @@ def main() -> None:
             stages.get(step)
         print(f"{len(planned)} cases, {len(sched_getaffinity(0))} cores")
         took: dict[int, list[float]] = {}
-        moved = 0
+        work: dict[int, list[float]] = {}
+        moved, taken = 0, 0.0
         for turn, workers in enumerate((1, 2, 2, 1)):
             own = Path(place) / str(turn)
             shutil.copytree(shared, own)
@@ -74,25 +79,46 @@ def main() -> None:
             took.setdefault(workers, []).append(seconds / (len(tasks) - 1))
             moved = crew.moved
             own_cpu = sum(after[:2]) - sum(before[:2])
+            taken = own_cpu / (len(tasks) - 1)
+            spent = sum(processor(cache, task) for task in tasks[1:]) / (len(tasks) - 1)
+            work.setdefault(workers, []).append(spent)
             print(
-                f"{workers} processes: {seconds:.2f} s after the first case, of which the one that "
-                f"writes spent {own_cpu:.2f} s; {crew.moved / 1e6:.1f} MB moved"
+                f"{workers} processes: {seconds:.2f} s after the first case, {spent:.3f} s CPU a "
+                f"case; {crew.moved / 1e6:.1f} MB moved"
             )
         one, two = (min(took[workers]) for workers in (1, 2))
         sent = sum(len(cache.image(s, k) or b"") for s, k in tasks[0].given)
         back = (moved - 2 * sent if workers == 2 else moved - sent) / len(tasks)
         print(f"a case takes {one:.3f} s by one process, {two:.3f} s by two: {one / two:.2f} times")
+        print(
+            f"in CPU s {min(work[1]):.3f} and {min(work[2]):.3f}: {min(work[2]) / min(work[1]):.2f}"
+        )
         print(f"to each process, once {sent / 1e6:.1f} MB; back, a case {back / 1e3:.0f} kB")
         folder = Path(place) / "run"
         shutil.copytree(own, folder / "cache")
-        began, cpu = time.perf_counter(), time.process_time()
-        run_study(study, folder, silent)
-        spent, cpu = time.perf_counter() - began, time.process_time() - cpu
+        stages = Stages(Cache(folder / "cache", print), silent)
+        began = time.process_time()
+        run = Run(study, folder, silent, stages)
+        run.record.provenance(study, "")
+        run.all_cases()
+        run.record.complete(stages.done)
+        cpu = time.process_time() - began
         size = (folder / "results.h5").stat().st_size
         print(
-            f"reading, summing up, writing and drawing all: {cpu / len(planned):.3f} s CPU a case "
-            f"({spent:.1f} s in all); results.h5 {size / 1e6:.0f} MB"
+            f"the one that writes spends {1e3 * taken:.0f} ms CPU a case on taking in and "
+            f"{1e3 * cpu / len(planned):.0f} ms on planning, reading, summing up and writing; "
+            f"results.h5 {size / 1e6:.0f} MB"
         )
+
+
+def processor(cache: Cache, task: Task) -> float:
+    """Processor seconds of a task's products."""
+    spent = 0.0
+    for key in task.makes:
+        (path,) = cache.folder.glob(f"*-{key}-*.h5")
+        with h5py.File(path) as file:
+            spent += float(file.attrs["cpu"])
+    return spent
 
 
 if __name__ == "__main__":

@@ -15,7 +15,7 @@ import pytest
 from vanelock.study.cache import Cache
 from vanelock.study.crew import Crew
 from vanelock.study.local import Processes
-from vanelock.study.progress import Event, Notice, Tasks
+from vanelock.study.progress import Event, Failed, Notice, Tasks
 from vanelock.study.tasks import Task, TaskFailed
 
 TOY = '''
@@ -239,3 +239,25 @@ def test_products_come_back_bit_by_bit(toy, crew_of):
     found = crew.cache.load(odd.own.name, odd.own.key, odd.own.kind).product
     here = odd.own.compute(toy.base().compute())
     np.testing.assert_array_equal(found.value, here.value)
+
+
+@pytest.mark.parametrize(("failed", "status"), [(True, 1), (False, 0)])
+def test_the_exit_status_tells_of_failed_cases(tmp_path, monkeypatch, capsys, failed, status):
+    from vanelock import __main__ as command
+    from vanelock.study import run
+
+    given = {}
+
+    def run_study(study, folder, listener, text, workers, scheduler, *rest, **more):
+        given.update(workers=workers, scheduler=scheduler)
+        if failed:
+            listener(Failed("mu=0.2", "out of memory", 2))
+
+    monkeypatch.setattr(run, "run_study", run_study)
+    (tmp_path / "a.toml").write_text("")
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(SystemExit) as caught:
+        command.main(["run", "a.toml", "--workers", "3", "--scheduler", "tcp://a:1"])
+    assert caught.value.code == status
+    assert given == {"workers": 3, "scheduler": "tcp://a:1"}
+    assert ("FAILED mu=0.2: out of memory (tried 2 times)" in capsys.readouterr().err) == failed

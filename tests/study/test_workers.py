@@ -127,15 +127,7 @@ def cluster(tmp_path):
             each.wait()
 
 
-def test_two_processes_find_the_same_bits(alone, begun):
-    found, heard = run(begun, workers=2)
-    assert [each.case for each in found] == [each.case for each in alone[1]]
-    assert contents(begun / "results.h5") == contents(alone[0] / "results.h5")
-    assert max(event.done for event in heard if isinstance(event, Tasks)) == 6
-    assert not active_children()
-
-
-def test_a_killed_process_costs_no_case(alone, begun):
+def test_two_processes_one_of_them_killed_find_the_same_bits(alone, begun):
     killed: list[int] = []
 
     def kill(event):
@@ -145,9 +137,11 @@ def test_a_killed_process_costs_no_case(alone, begun):
 
     found, heard = run(begun, workers=2, hook=kill)
     assert killed
-    assert len(found) == 6
+    assert [each.case for each in found] == [each.case for each in alone[1]]
     assert contents(begun / "results.h5") == contents(alone[0] / "results.h5")
     assert not [event for event in heard if isinstance(event, Failed)]
+    assert max(event.done for event in heard if isinstance(event, Tasks)) == 6
+    assert not active_children()
 
 
 def test_a_cluster_that_loses_a_worker_finds_the_same_bits(alone, begun, cluster):
@@ -172,15 +166,15 @@ def test_a_cluster_that_loses_a_worker_finds_the_same_bits(alone, begun, cluster
 
 def test_meshes_that_differ_are_made_by_the_processes_too(alone, begun):
     text = STUDY[: STUDY.index("[sweep]")] + (
-        '[sweep]\n"casing.outer_radius" = ["604 mm", "604.5 mm", "605 mm"]\n'
+        '[sweep]\n"casing.outer_radius" = ["604 mm", "605 mm"]\n'
         '"joints.interlock.mu" = [0.1, 0.3]\n'
     )
     found, heard = run(begun, text, workers=2)
-    assert len(found) == 6
+    assert len(found) == 4
     same = {each.case: each.peak for each in alone[1]}
     assert found[0].peak == same["mu=0.1"]
     assert found[1].peak == same["mu=0.3"]
-    assert len({each.peak.amplitude for each in found}) == 6
+    assert len({each.peak.amplitude for each in found}) == 4
     assert not [event for event in heard if isinstance(event, Notice) and "again" in event.text]
 
 
