@@ -246,7 +246,7 @@ def test_the_exit_status_tells_of_failed_cases(tmp_path, monkeypatch, capsys, fa
     from vanelock import __main__ as command
     from vanelock.study import run
 
-    given = {}
+    given: dict[str, object] = {}
 
     def run_study(study, folder, listener, text, workers, scheduler, *rest, **more):
         given.update(workers=workers, scheduler=scheduler)
