@@ -20,10 +20,17 @@ HEADINGS = {"function": "Functions", "class": "Classes", "data": "Constants"}
 INDEX = """# Python reference
 
 Every public name of every stage. Each stage is a function, or a few, from one product to the next;
-products are frozen, and save and load themselves.
+products are frozen, and save and load themselves. Examples: [From Python](../python.md).
+
+| stage | what |
+|---|---|
+{table}
 
 ```{{toctree}}
-{}
+:hidden:
+:titlesonly:
+
+{names}
 ```
 """
 OPTIONS = {"function": "autofunction", "class": "autoclass", "data": "autodata"}
@@ -66,6 +73,10 @@ def page(stage: str) -> str:
     return "\n".join(lines)
 
 
+def _purpose(stage: str) -> str:
+    return (importlib.import_module(f"vanelock.{stage}").__doc__ or "").partition("\n")[0]
+
+
 def _kind(value: Any) -> str:
     if inspect.isclass(value):
         return "class"
@@ -101,7 +112,8 @@ def _write(app: Any, config: Any) -> None:
     folder = Path(app.srcdir) / "reference"
     folder.mkdir(exist_ok=True)
     pages = {f"{stage}.md": page(stage) for stage in stages()}
-    pages["index.md"] = INDEX.format("\n".join(stages()))
+    table = "\n".join(f"| [vanelock.{name}]({name}.md) | {_purpose(name)} |" for name in stages())
+    pages["index.md"] = INDEX.format(table=table, names="\n".join(stages()))
     pages["commands.md"] = commands()
     for old in folder.glob("*.md"):
         if old.name not in pages:
