@@ -145,7 +145,8 @@ def _environment(place: Path, python: str, *packages: str) -> Path:
     else:
         subprocess.run([python, "-m", "venv", place], check=True)
     own = place / "bin" / "python"
-    run(own, "-m", "pip", "install", "--quiet", "--disable-pip-version-check", *packages)
+    options = ("--quiet", "--disable-pip-version-check", "--no-compile")  # bytecode comes by use
+    run(own, "-m", "pip", "install", *options, *packages)
     return own
 
 

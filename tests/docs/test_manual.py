@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
+pytestmark = pytest.mark.slow
 STAGES = sorted(init.parent.name for init in (ROOT / "vanelock").glob("*/__init__.py"))
 
 
