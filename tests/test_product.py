@@ -99,6 +99,10 @@ def test_what_is_no_product_is_refused(tmp_path):
         assert name in str(caught.value)
 
 
-def test_a_folder_that_does_not_exist_is_refused(tmp_path):
-    with pytest.raises(InputError, match="cannot be written"):
-        example().save(tmp_path / "no" / "where.h5")
+def test_folders_are_made_but_not_where_a_file_stands(tmp_path):
+    example().save(tmp_path / "new" / "there.h5")
+    assert (tmp_path / "new" / "there.h5").is_file()
+    (tmp_path / "taken").write_text("mine")
+    with pytest.raises(InputError, match=r"taken.*cannot be written"):
+        example().save(tmp_path / "taken" / "where.h5")
+    assert (tmp_path / "taken").read_text() == "mine"
