@@ -18,8 +18,8 @@ from vanelock.matrices.contents import size_of
 from vanelock.matrices.entries import SYMMETRIC, Entries
 from vanelock.matrices.numpy_files import arrays
 
-SECONDS = 600
-"""For a file that a solver of the 2020s wrote, minutes; a damaged one may not end."""
+SECONDS, A_SECOND = 4, 2 << 20
+"""Processor time for a file, and bytes for each second more: a damaged one may not end."""
 
 _CHILD = """
 import resource, sys
@@ -28,6 +28,10 @@ try:
     from ansys.mapdl.reader import read_binary
 except ImportError:
     sys.exit(3)
+with open("/proc/self/statm") as file:
+    most += int(file.read().split()[0]) * resource.getpagesize()
+used = resource.getrusage(resource.RUSAGE_SELF)
+seconds += int(used.ru_utime + used.ru_stime) + 1
 for what, limit in ((resource.RLIMIT_AS, most), (resource.RLIMIT_CPU, seconds)):
     soft, hard = resource.getrlimit(what)
     at_most = limit if hard == resource.RLIM_INFINITY else min(limit, hard)
@@ -63,7 +67,7 @@ def read_full(path: Path, wanted: Wanted) -> Entries:
         raise NoMatrixError(f"{source}: holds the stiffness K and the mass M")
     with tempfile.TemporaryDirectory() as folder:
         target = Path(folder) / "full.npz"
-        _in_a_process(source, target, (6 << 30) + 60 * size)
+        _in_a_process(source, target, size)
         if not target.is_file():
             raise InputError(f"{source}: not a readable .full file")
         found = arrays(target)
@@ -92,22 +96,23 @@ def read_full(path: Path, wanted: Wanted) -> Entries:
     )
 
 
-def _in_a_process(source: str, target: Path, most: int) -> None:
+def _in_a_process(source: str, target: Path, size: int) -> None:
     """Read there, so that a fault in the library ends it and not the program."""
+    most, seconds = (500 << 20) + 60 * size, SECONDS + size // A_SECOND
     command = [sys.executable, "-c", _CHILD, os.path.abspath(source), str(target)]
     try:
         run = subprocess.run(
-            [*command, str(most), str(SECONDS)],
+            [*command, str(most), str(seconds)],
             stdout=subprocess.PIPE,
             stderr=subprocess.DEVNULL,
             stdin=subprocess.DEVNULL,
             text=True,
             errors="replace",
-            timeout=2 * SECONDS,
+            timeout=60 + 10 * seconds,
             check=False,
         )
     except (OSError, subprocess.TimeoutExpired):
-        raise InputError(f"{source}: could not be read in {2 * SECONDS} s") from None
+        raise InputError(f"{source}: could not be read") from None
     if run.returncode == 3:
         raise InputError(
             f"{source}: Ansys's .full files need the library ansys-mapdl-reader: "

@@ -6,6 +6,7 @@ follow before memory is taken (the formats: numpy.lib.format, scipy.sparse.save_
 
 import io
 import math
+import tokenize
 import zipfile
 import zlib
 from pathlib import Path
@@ -22,7 +23,8 @@ from vanelock.matrices.entries import Entries, dense_entries, numbers, square
 
 _FAULTS = (
     ValueError, TypeError, KeyError, OSError, EOFError, RuntimeError, NotImplementedError,
-    SyntaxError, MemoryError, RecursionError, OverflowError, zlib.error, zipfile.BadZipFile,
+    SyntaxError, MemoryError, RecursionError, OverflowError, zlib.error,
+    tokenize.TokenError, zipfile.BadZipFile,
 )  # fmt: skip
 _PARTS: tuple[str, ...] = (
     "format", "shape", "data", "row", "col", "indices", "indptr", "offsets"

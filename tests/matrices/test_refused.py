@@ -79,6 +79,12 @@ TEXTS = {
     "dmig, text": ("k.pch", ONE_COLUMN.format("1       two"), "two"),
     "dmig, none": ("k.bdf", "GRID,1,,0.,0.,0.\n", "no matrix"),
     "no reader": ("k.xls", "1", "end in"),
+    "more numbers than announced": ("k.mtx", GOOD + "1 2 1\n", "4 lines of 3"),
+    "a number too many": ("k.mtx", GOOD.replace("2 2 2", "2 2 2 2"), ""),
+    "half a row": ("k.mtx", GOOD.replace("2 2 2", "2.5 2 2"), "2.5"),
+    "array of too few": (
+        "k.mtx", "%%MatrixMarket matrix array real symmetric\n3 3\n" + "1.0\n" * 5, "5 lines"
+    ),
     "not npz": ("k.npz", "PK nothing", "npz"),
     "not npy": ("k.npy", "nothing", "NumPy"),
     "not mat": ("k.mat", "nothing" * 40, "mat"),
