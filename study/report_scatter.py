@@ -21,7 +21,7 @@ def _table(listed: Listed) -> Table:
     """A terminal's table for the page."""
     rows = [
         tuple(
-            format(cell, column.form) if isinstance(cell, int | float) else cell
+            format(cell, column.form) if isinstance(cell, int | float) else cell or "-"
             for cell, column in zip(row, listed.columns, strict=True)
         )
         for row in listed.rows
