@@ -1,0 +1,267 @@
+"""Runs that are killed at chosen moments, and what they leave."""
+
+import hashlib
+import json
+import os
+import selectors
+import signal
+import subprocess
+import sys
+import time
+from contextlib import suppress
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+
+ROOT = Path(__file__).resolve().parents[2]
+TIMES = {"seconds", "cost", "cpu", "cached", "date", "stages"}
+"""What tells how a run went: times, the date, and the stages that it computed or looked up."""
+PATIENCE = 600.0
+"""Seconds after which a run that neither ends nor comes to the moment of its kill is given up."""
+
+
+@dataclass
+class Moment:
+    """When to kill.
+
+    Attributes
+    ----------
+    name : str
+        What is hit there.
+    stage : str
+        Beginning of the names of the stages in which, "" for any.
+    after : float
+        Seconds after the stage began; after the start, where there is no stage.
+    file : str
+        Pattern of a file whose appearance, or growth, is the moment, if any.
+    alone : bool
+        Whether stages that the stage begins on its way, and comes back from, are waited for.
+    """
+
+    name: str
+    stage: str = ""
+    after: float = 0.0
+    file: str = ""
+    alone: bool = False
+
+
+@dataclass
+class Outcome:
+    """How a run ended.
+
+    Attributes
+    ----------
+    status : int
+        Of the process; -9 where it was killed.
+    within : str or None
+        The stage that was in hand.
+    hit : bool
+        Whether the kill came at the moment that was meant.
+    done : list of (str, bool)
+        Stages that it told the end of, and whether they came from the cache.
+    errors : str
+        What it said on standard error.
+    left : bool
+        Whether processes of it were still there a while after the kill.
+    """
+
+    status: int
+    within: str | None
+    hit: bool
+    done: list[tuple[str, bool]]
+    errors: str
+    left: bool = False
+    lines: list[dict[str, Any]] = field(default_factory=list)
+
+
+def started(study: Path, folder: Path, *more: str) -> subprocess.Popen[bytes]:
+    """The command, in a session of its own."""
+    command = [sys.executable, "-m", "vanelock", "run", str(study), "-o", str(folder), "--json"]
+    return subprocess.Popen(
+        [*command, *more],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        cwd=ROOT,
+        start_new_session=True,
+        env=os.environ | {"PYTHONPATH": str(ROOT)},
+    )
+
+
+def run(study: Path, folder: Path, moment: Moment | None = None, *more: str) -> Outcome:
+    """Run a study, to its end or to the moment of its kill."""
+    process = started(study, folder, *more)
+    try:
+        return _watched(process, folder, moment)
+    finally:
+        if process.poll() is None:
+            process.kill()
+            process.wait()
+
+
+def _watched(process: subprocess.Popen[bytes], folder: Path, moment: Moment | None) -> Outcome:
+    assert process.stdout is not None
+    assert process.stderr is not None
+    lines: list[dict[str, Any]] = []
+    began, due, killed, aimed = time.monotonic(), np.inf, False, False
+    if moment is not None and not moment.stage and not moment.file:
+        due, aimed = began + moment.after, True
+    known = _sizes(folder, moment)
+    buffers = {process.stdout: b"", process.stderr: b""}
+    with selectors.DefaultSelector() as selector:
+        for stream in buffers:
+            os.set_blocking(stream.fileno(), False)
+            selector.register(stream, selectors.EVENT_READ)
+        while selector.get_map():
+            quick = moment is not None and moment.file and not killed
+            wait = 0.0 if quick else max(0.0, min(due - time.monotonic(), 0.2))
+            for key, _ in selector.select(wait):
+                chunk = key.fileobj.read()  # type: ignore[union-attr]
+                if not chunk:
+                    selector.unregister(key.fileobj)
+                buffers[key.fileobj] += chunk or b""  # type: ignore[index]
+            *whole, buffers[process.stdout] = buffers[process.stdout].split(b"\n")
+            for line in whole:
+                lines.append(json.loads(line))
+                event = lines[-1]
+                if moment is not None and moment.stage and event["event"] == "begun":
+                    if event["stage"].startswith(moment.stage):
+                        due = time.monotonic() + moment.after
+                    elif moment.alone:
+                        due = np.inf
+            if killed or moment is None:
+                continue
+            if quick:
+                if moment.stage and time.monotonic() < due:
+                    continue
+                now = _sizes(folder, moment)
+                killed = any(size > known.get(name, 0) for name, size in now.items())
+                if killed:
+                    process.kill()
+                known = now
+                time.sleep(1e-4)
+            elif time.monotonic() >= due:
+                process.kill()
+                killed = True
+            if time.monotonic() - began > PATIENCE:
+                break
+    status = process.wait()
+    within = None
+    for event in lines:
+        if event["event"] == "begun":
+            within = event["stage"]
+        elif event["event"] == "done" and event["stage"] == within:
+            within = None
+    done = [(each["stage"], each["cached"]) for each in lines if each["event"] == "done"]
+    if moment is not None and moment.file:
+        aimed = bool(_sizes(folder, moment))  # it was not renamed before the kill
+    elif moment is not None and moment.stage:
+        aimed = within is not None and within.startswith(moment.stage)
+    errors = buffers[process.stderr].decode()
+    return Outcome(status, within, status == -9 and aimed, done, errors, _remains(process), lines)
+
+
+def _sizes(folder: Path, moment: Moment | None) -> dict[str, int]:
+    """Files of a moment and their sizes."""
+    found: dict[str, int] = {}
+    if moment is not None and moment.file:
+        for path in folder.glob(moment.file):
+            try:
+                found[str(path)] = path.stat().st_size
+            except FileNotFoundError:
+                continue
+    return found
+
+
+def _remains(process: subprocess.Popen[bytes]) -> bool:
+    """Whether anything of a run's session lives on, 10 s after its end."""
+    for _ in range(100):
+        if not _alive(process.pid):
+            return False
+        time.sleep(0.1)
+    with suppress(ProcessLookupError):
+        os.killpg(process.pid, signal.SIGKILL)
+    return True
+
+
+def _alive(group: int) -> list[int]:
+    """Processes of a group that are more than an entry in the table."""
+    found = []
+    for place in Path("/proc").glob("[0-9]*/stat"):
+        with suppress(OSError):
+            state, _, own, *_ = place.read_text().rpartition(")")[2].split()
+            if int(own) == group and state != "Z":
+                found.append(int(place.parent.name))
+    return found
+
+
+def numbers(path: Path) -> dict[str, Any]:
+    """All datasets and attributes of a results file by their places, times and dates aside."""
+    found: dict[str, Any] = {}
+
+    def take(place: str, node: h5py.Group | h5py.Dataset) -> None:
+        for name, value in node.attrs.items():
+            if name not in TIMES:
+                array = np.asarray(value)
+                found[f"{place}@{name}"] = array.tolist() if array.dtype == object else bits(array)
+        if isinstance(node, h5py.Group):
+            for name, each in node.items():
+                if name not in TIMES:
+                    take(f"{place}/{name}", each)
+        else:
+            array = np.asarray(node[()])
+            found[place] = array.tolist() if array.dtype == object else bits(array)
+
+    with h5py.File(path) as file:
+        take("", file)
+    return found
+
+
+def bits(array: Any) -> tuple[Any, ...]:
+    """What tells two arrays apart to the last bit."""
+    return array.dtype.str, array.shape, hashlib.sha256(array.tobytes()).hexdigest()
+
+
+def entries(folder: Path) -> set[str]:
+    """Names of the cache entries of a run; each must hold what its name says."""
+    found = set()
+    for path in (folder / "cache").glob("*.h5"):
+        digest = hashlib.sha256(path.read_bytes()).hexdigest()[:20]
+        assert path.stem.rpartition("-")[2] == digest, f"{path} is not whole"
+        found.add(path.name)
+    return found
+
+
+def records(folder: Path) -> dict[str, int]:
+    """Whole records in each journal of a run."""
+    found = {}
+    for path in (folder / "cache").glob("*.journal"):
+        content, place, count = path.read_bytes(), len(b"vanelock-journal 1\n"), 0
+        while place + 12 <= len(content):
+            length = int.from_bytes(content[place : place + 8], "little")
+            place += 12 + length
+            count += place <= len(content)
+        found[path.name] = count
+    return found
+
+
+def readable(folder: Path) -> bool:
+    """Whether the results file, if it is there, is a whole one."""
+    path = folder / "results.h5"
+    if not path.exists():
+        return True
+    with h5py.File(path) as file:
+        file.visititems(lambda name, node: node[()] if isinstance(node, h5py.Dataset) else None)
+        return str(file.attrs["format"]) == "vanelock-results"
+
+
+def seconds(folder: Path) -> dict[str, float]:
+    """What each stage took, as the results tell it, and each picture."""
+    found = {}
+    with h5py.File(folder / "results.h5") as file:
+        for name, group in file["provenance/stages"].items():
+            found[name.rpartition(" ")[0]] = float(group.attrs["seconds"])
+    drawn = json.loads((folder / "cache" / "pictures.json").read_text())
+    return found | {name: float(known[2]) for name, known in drawn.items()}

@@ -1,0 +1,95 @@
+"""A run that is killed and begun again, and what must hold every time."""
+
+import shutil
+from collections import Counter
+from pathlib import Path
+
+import numpy as np
+
+from tests.verification import killing
+from tests.verification.killing import Moment
+
+
+class Victim:
+    """A run that is killed and begun again, in one folder."""
+
+    def __init__(self, study: Path, folder: Path, *more: str) -> None:
+        self.study, self.folder, self.more = study, folder, more
+        self.several: set[str] = set()
+        """Stages that cases have in common by name alone."""
+        self.hits: Counter[str] = Counter()
+        self.kills = 0
+        self._entries: set[str] = set()
+        self._points: dict[str, int] = {}
+
+    def kill(self, moment: Moment) -> killing.Outcome:
+        """Kill once, and look at what is left."""
+        found = killing.run(self.study, self.folder, moment, *self.more)
+        self.look(found)
+        self.kills += found.status == -9
+        self.hits[moment.name] += found.hit
+        return found
+
+    def look(self, found: killing.Outcome) -> None:
+        """Nothing that was finished is lost or computed again, no file is half written."""
+        assert "Traceback" not in found.errors, found.errors
+        assert found.status in (0, -9), found.errors
+        assert not found.left
+        assert killing.readable(self.folder)
+        there = killing.entries(self.folder) if self.folder.exists() else set()
+        assert self._entries <= there
+        kept = {stage_of(name) for name in self._entries} - self.several
+        again = [stage for stage, cached in found.done if flat(stage) in kept and not cached]
+        assert not again
+        points = killing.records(self.folder)
+        for name, count in self._points.items():
+            assert points.get(name, count) >= count, f"{name} lost points"
+        self._entries, self._points = there, points
+
+    def forget(self, prefix: str) -> None:
+        """Remove what a stage has left that ended before its kill, so that it comes once more."""
+        for path in (self.folder / "cache").glob("*.h5"):
+            if stage_of(path.name).startswith(flat(prefix)):
+                path.unlink()
+        for path in self.folder.glob(f"{prefix}*"):
+            shutil.rmtree(path) if path.is_dir() else path.unlink()
+        self._entries = killing.entries(self.folder)
+
+    def tear(self, rng: np.random.Generator) -> None:
+        """Cut the end of a journal off, as a kill does in the middle of a write."""
+        for path in (self.folder / "cache").glob("*.journal"):
+            content = path.read_bytes()
+            path.write_bytes(content[: -int(rng.integers(1, 2000))])
+        self._points = {}
+
+
+def stage_of(entry: str) -> str:
+    """Stage of a cache entry by its name, <stage>-<key>-<digest>.h5."""
+    return entry.rsplit("-", 2)[0]
+
+
+def flat(stage: str) -> str:
+    """A stage's name as its cache entries have it."""
+    return "".join(c if c.isalnum() else "-" for c in stage)
+
+
+def finish(victim: Victim, whole: Path) -> None:
+    """Run to the end, which must be that of the run that was not killed."""
+    found = killing.run(victim.study, victim.folder, None, *victim.more)
+    victim.look(found)
+    assert found.status == 0, found.errors
+    compare(victim.folder, whole)
+    left = [*victim.folder.rglob(".*.tmp"), *victim.folder.rglob("*.journal")]
+    assert left == []
+
+
+def compare(folder: Path, whole: Path) -> None:
+    """All numbers of two runs, to the last bit."""
+    one, other = (killing.numbers(each / "results.h5") for each in (folder, whole))
+    assert one.keys() == other.keys()
+    assert [name for name in one if one[name] != other[name]] == []
+    assert one["@complete"]
+    tables = [
+        {p.name: p.read_bytes() for p in each.glob("figures/*.csv")} for each in (folder, whole)
+    ]
+    assert tables[0] == tables[1]
