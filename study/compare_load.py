@@ -15,6 +15,7 @@ from vanelock.errors import InputError, printable
 from vanelock.study.results import NAME, open_results
 
 Floats = NDArray[np.float64]
+CARTESIAN = ("x", "y", "z")
 
 
 @dataclass(frozen=True)
@@ -177,7 +178,8 @@ def _monitored(group: h5py.Group) -> Floats:
     """(p,) amplitude of the monitored displacement, m."""
     node, _, component = str(group.attrs["monitor"]).rpartition(", ")
     names = group["system/output/name"].asstr()[()].tolist()
-    found: Floats = group["amplitude"][:, names.index(node), COMPONENTS.index(component)]
+    components = COMPONENTS if component in COMPONENTS else CARTESIAN  # of a scene's plain frame
+    found: Floats = group["amplitude"][:, names.index(node), components.index(component)]
     return found
 
 

@@ -43,7 +43,7 @@ def write_columns(
     for note in notes:
         text.write("".join(f"# {line}\n" for line in note.splitlines()))
     writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(columns)
+    writer.writerow(map(_harmless, columns))
     writer.writerows(zip_longest(*cells, fillvalue=""))
     target = Path(path)
     with placed(target) as temporary:
@@ -59,4 +59,21 @@ def _cells(name: str, values: ArrayLike) -> list[str]:
         raise InputError(f"column {name}: given {given}: one list of real numbers or text needed")
     if array.dtype.kind == "b":
         array = array.astype(int)
-    return ["" if value is None or value != value else str(value) for value in array.tolist()]
+    return [_cell(value) for value in array.tolist()]
+
+
+def _cell(value: object) -> str:
+    if value is None or value != value:
+        return ""
+    return _harmless(value) if isinstance(value, str) else str(value)
+
+
+def _harmless(text: str) -> str:
+    """Text that a spreadsheet would take for a formula, behind the mark that makes it text."""
+    if not text.startswith(("=", "+", "-", "@", "\t", "\r")):
+        return text
+    try:
+        float(text)
+    except ValueError:
+        return text if text == "-" else f"'{text}"
+    return text

@@ -22,6 +22,7 @@ from vanelock.errors import InputError
 from vanelock.files import contents
 from vanelock.quantities import si
 from vanelock.study.comparison import MeasuredCurve
+from vanelock.study.messages import show
 from vanelock.study.model import Study
 
 Floats = NDArray[np.float64]
@@ -253,7 +254,9 @@ class _Columns:
             low = number <= 0 if positive else number < 0
             if low or number == float("inf"):
                 what = "a number > 0" if positive else "a number >= 0"
-                raise InputError(f'{self.path}: line {i}, column {name}: "{text}": expected {what}')
+                raise InputError(
+                    f"{self.path}: line {i}, column {name}: {show(text)}: expected {what}"
+                )
             found.append(factor * number)
         return np.array(found, float)
 

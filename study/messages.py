@@ -7,7 +7,7 @@ from pydantic import BaseModel, ValidationError
 from pydantic.fields import FieldInfo
 from pydantic_core import ErrorDetails
 
-from vanelock.errors import MOST_TOLD, printable
+from vanelock.errors import MOST_TOLD, cut_short, printable
 from vanelock.study.model import Study
 from vanelock.study.own_mesh import DIMENSIONS, OWN
 
@@ -33,9 +33,6 @@ _TYPES = {
     "finite_number": "a finite number",
 }
 
-LONGEST = 1000
-"""Characters of a line; the longest list of known keys has half of that."""
-
 
 def explain(
     error: ValidationError, data: dict[str, Any], schema: type[BaseModel] = Study
@@ -46,8 +43,7 @@ def explain(
     for i, details in enumerate(every):
         if len(lines) == MOST_TOLD:  # to find a similar key takes long
             return [*lines, f"and {len(every) - i:,} more mistakes"]
-        line = _told(details, data, schema)
-        lines[line if len(line) <= LONGEST else f"{line[: LONGEST - 3]}..."] = None
+        lines[cut_short(_told(details, data, schema))] = None
     return list(lines)
 
 

@@ -20,7 +20,7 @@ from typer._completion_classes import completion_init
 from typer._completion_shared import get_completion_script
 
 import vanelock
-from vanelock.errors import InputError, printable
+from vanelock.errors import InputError, cut_short, first_mistakes, printable
 from vanelock.guidance import FIRST_STUDY, add_guidance, knob_keys, study_files
 
 app = typer.Typer(
@@ -342,8 +342,8 @@ def _status(arguments: list[str] | None) -> int:
         if not hasattr(error, "format_message"):
             raise
         lines = [error.format_message()]
-    for line in lines:
-        print(f"vanelock: {printable(line)}", file=sys.stderr)
+    for line in first_mistakes(lines):
+        print(f"vanelock: {cut_short(printable(line))}", file=sys.stderr)
     return 2
 
 

@@ -18,6 +18,15 @@ def printable(text: str) -> str:
     return "".join(c if c.isprintable() else "?" for c in text)
 
 
+LONGEST = 1000
+"""Characters of a line that is told; the longest list of known keys has half of that."""
+
+
+def cut_short(line: str) -> str:
+    """A line that quotes a file, cut where it quotes too much."""
+    return line if len(line) <= LONGEST else f"{line[: LONGEST - 3]}..."
+
+
 def first_mistakes(lines: list[str]) -> list[str]:
     """The first of many lines about mistakes, and how many more there are."""
     if len(lines) <= MOST_TOLD:

@@ -279,6 +279,9 @@ def test_results(server, ran, record_property):
     shutil.copytree(ran / "ran", work / "b")
     (work / "a").mkdir()
     whole, system = (ran / "ran" / "results.h5").read_bytes(), (ran / "system.h5").read_bytes()
+    shutil.copy(ran / "ran" / "results.h5", work / "a")
+    assert server.run(["compare", "a", "b", "-o", "out"], work).faults((0,)) == []
+    shutil.rmtree(work / "out")
     for i, random in numbered("results"):
         path = work / ("system.h5" if i % 5 == 4 else "a/results.h5")
         path.write_bytes(system if i % 5 == 4 else whole)
