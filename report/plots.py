@@ -110,14 +110,19 @@ def packed(values: np.ndarray[Any, Any]) -> dict[str, str]:
 
 
 def _hover(plot: Plot, trace: Trace) -> str:
-    lines = [f"<b>{escape(trace.name)}</b>"]
+    lines = [f"<b>{_literal(trace.name)}</b>"]
     for letter, label, digits in (("x", plot.xlabel, 6), ("y", plot.ylabel, 5)):
         name, unit = quantity(label)
         value = f"%{{{letter}:.{digits}~g}}"
-        lines.append(f"{escape(name)}: {value} {escape(unit)}".rstrip())
+        lines.append(f"{_literal(name)}: {value} {_literal(unit)}".rstrip())
     if trace.hover:
-        lines.append(str(escape(trace.hover)))
+        lines.append(_literal(trace.hover))
     return "<br>".join(lines) + "<extra></extra>"
+
+
+def _literal(text: str) -> str:
+    """Text for a template, in which plotly.js fills in what it names as %{...}."""
+    return str(escape(text)).replace("%{", "&#37;{")
 
 
 def _layout(plot: Plot) -> dict[str, Any]:

@@ -41,6 +41,8 @@ def dangers(source: str) -> list[str]:
     """What a source does that a hostile file could use, with its line."""
     found = []
     for node in ast.walk(ast.parse(source)):
+        if not isinstance(node, ast.Import | ast.ImportFrom | ast.Call):
+            continue
         names: list[str] = []
         if isinstance(node, ast.Import):
             names = [alias.name.partition(".")[0] for alias in node.names]

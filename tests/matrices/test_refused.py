@@ -184,6 +184,26 @@ def test_broken_file(case: str, tmp_path: Path) -> None:
     assert name in str(refused.value)
 
 
+def test_an_unfinished_header_of_numpy_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "k.npy"
+    header = b"{'descr': '<f8', 'fortran_order': False, 'shape': (3L, (3), }"
+    path.write_bytes(b"\x93NUMPY\x01\x00" + len(header).to_bytes(2, "little") + header)
+    with pytest.raises(InputError, match="not NumPy's format"):
+        load_matrices(path)
+
+
+@pytest.mark.parametrize("symmetry", ["general", "symmetric"])
+def test_an_array_with_a_number_too_many_is_refused(symmetry: str, tmp_path: Path) -> None:
+    """SciPy's reader crashes on it."""
+    path, count = tmp_path / "k.mtx", {"general": 9, "symmetric": 6}[symmetry]
+    head = f"%%MatrixMarket matrix array real {symmetry}\n3 3\n"
+    (tmp_path / "dofs.csv").write_text("node,direction\n1,x\n1,y\n1,z\n")
+    for given, told in ((count + 40, f"{count} are needed"), (count - 1, "needed|announced")):
+        path.write_text(head + "1.0\n" * given)
+        with pytest.raises(InputError, match=told):
+            load_matrices(path, dofs=tmp_path / "dofs.csv")
+
+
 def test_link_to_another_file_is_refused_by_name(tmp_path: Path) -> None:
     outside(tmp_path / "k.h5")
     (tmp_path / "dofs.csv").write_text(LABELS)

@@ -40,8 +40,8 @@ class Outcome:
     out: str
     err: str
 
-    def faults(self, statuses: tuple[int, ...] = (0, 2)) -> list[str]:
-        """What is wrong with it, nothing where it did as it should."""
+    def faults(self, statuses: tuple[int, ...] = (0, 2), most: float = SECONDS) -> list[str]:
+        """What is wrong with it, nothing where it did as it should in so many seconds."""
         found = []
         lines = self.err.splitlines()
         if self.status not in statuses:
@@ -54,7 +54,7 @@ class Outcome:
             found.append(f"{len(lines)} lines, {len(self.err)} characters on standard error")
         if not all(line.isprintable() for line in lines + self.out.splitlines()):
             found.append("control characters on the terminal")
-        if self.seconds > SECONDS:
+        if self.seconds > most:
             found.append(f"{self.seconds:.0f} s")
         if self.memory > MEMORY:
             found.append(f"{self.memory / 1e6:.0f} MB")
@@ -97,7 +97,7 @@ def _child(arguments: list[str], folder: str, files: tuple[int, int]) -> NoRetur
         os.chdir(folder)
         taken = int(Path("/proc/self/statm").read_text().split()[5]) * os.sysconf("SC_PAGE_SIZE")
         resource.setrlimit(resource.RLIMIT_DATA, (taken + MEMORY, resource.RLIM_INFINITY))
-        resource.setrlimit(resource.RLIMIT_CPU, (SECONDS + 1, SECONDS + 1))
+        resource.setrlimit(resource.RLIMIT_CPU, (6 * SECONDS, 6 * SECONDS))
         resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
         sys.stdout = open(1, "w", encoding="utf-8", closefd=False)
         sys.stderr = open(2, "w", encoding="utf-8", closefd=False)
