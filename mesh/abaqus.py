@@ -10,7 +10,7 @@ import numpy as np
 
 from vanelock.errors import InputError
 from vanelock.mesh.deck import Deck, nodes_of_type, resolved
-from vanelock.mesh.raw import RawMesh, shortened, span, whole
+from vanelock.mesh.raw import RawMesh, counted, shortened, span, whole
 
 _REFUSED = ("INCLUDE", "SYSTEM", "NGEN", "NFILL", "NCOPY", "NMAP", "ELGEN", "ELCOPY")
 
@@ -140,7 +140,9 @@ def _set(deck: Deck, where: str, keyword: str, options: dict[str, str], lines: l
             ends = [whole(word, at) for word in given]
             if len(ends) not in (2, 3):
                 raise InputError(f"{at}: expected first, last and step of a range")
-            entries.append(span(ends[0], ends[1], ends[2] if len(ends) == 3 else 1, at))
+            members = span(ends[0], ends[1], ends[2] if len(ends) == 3 else 1, at)
+            deck.listed = counted(deck.listed, members, at)
+            entries.append(members)
             continue
         for word in given:
             last = word.rpartition(".")[2]  # "instance.12" is node 12

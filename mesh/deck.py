@@ -46,6 +46,8 @@ class Deck:
         Element or set of elements, and its face.
     instances : int
         How many parts the assembly has.
+    listed : int
+        Members of all ranges of the sets.
     """
 
     source: str
@@ -56,6 +58,7 @@ class Deck:
     element_sets: dict[str, list[str | Integers]] = field(default_factory=dict)
     surfaces: dict[str, list[tuple[str, str]]] = field(default_factory=dict)
     instances: int = 0
+    listed: int = 0
 
 
 def nodes_of_type(name: str) -> int | None:

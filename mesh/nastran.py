@@ -10,7 +10,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from vanelock.errors import InputError
-from vanelock.mesh.raw import Block, Integers, RawMesh, distinct, shortened, span, whole
+from vanelock.mesh.raw import Block, Integers, RawMesh, counted, distinct, shortened, span, whole
 
 _SOLIDS = {  # name, nodes of the linear and of the quadratic element
     "CTETRA": {4: "tetra", 10: "tetra10"},
@@ -44,7 +44,7 @@ def read_nastran(source: str, text: str) -> RawMesh:
     lines = [line.partition("$")[0].rstrip().expandtabs(8) for line in text.splitlines()]
     begin = next((i for i, line in enumerate(lines) if _begins(line)), -1)
     sets = _case_sets(source, lines)
-    numbers, places = [], []
+    numbers, places, listed = [], [], 0
     elements: dict[str, tuple[list[int], list[list[int]]]] = {}
     for at, name, fields in _cards(source, lines, begin + 1):
         if name == "INCLUDE":
@@ -68,7 +68,9 @@ def read_nastran(source: str, text: str) -> RawMesh:
             if name == "SET3" and _field(fields, 1).upper() != "GRID":
                 continue
             own = [word for word in fields[1 if name == "SET1" else 2 :] if word]
-            sets.setdefault(_field(fields, 0), []).append(_listed(own, at))
+            members = _listed(own, at)
+            listed = counted(listed, members, at)
+            sets.setdefault(_field(fields, 0), []).append(members)
     raw = RawMesh(source, np.array(numbers, np.int64), np.array(places, float).reshape(-1, 3))
     for kind, (own_numbers, lists) in elements.items():
         table = np.array(lists, np.int64)
@@ -147,7 +149,7 @@ def _element(name: str, fields: list[str], at: str) -> tuple[str, list[int]]:
 def _case_sets(source: str, lines: list[str]) -> dict[str, list[Integers]]:
     """Sets of the case control, `SET 12 = 1, 2, 5 THRU 9`; a line that ends in a comma goes on."""
     found: dict[str, list[Integers]] = {}
-    joined, started = "", 0
+    joined, started, listed = "", 0, 0
     for number, line in enumerate(lines, start=1):
         if not joined:
             started = number
@@ -159,14 +161,17 @@ def _case_sets(source: str, lines: list[str]) -> dict[str, list[Integers]]:
         joined = ""
         if match and match[2].strip().upper() != "ALL":
             words = re.split(r"[,\s]+", match[2].strip().strip(","))
-            found[match[1]] = [_listed(words, f"{source}: line {started}")]
+            members = _listed(words, f"{source}: line {started}")
+            listed = counted(listed, members, f"{source}: line {started}")
+            found[match[1]] = [members]
     return found
 
 
 def _listed(words: list[str], at: str) -> Integers:
     """Numbers of a list with THRU, BY and EXCEPT."""
     found: list[Integers] = [np.empty(0, np.int64)]
-    i, end, excepting = 0, 0, False  # what follows EXCEPT is left out, up to the range's end
+    i, end, total = 0, 0, 0
+    excepting = False  # what follows EXCEPT is left out, up to the range's end
     while i < len(words):
         if words[i].upper() == "EXCEPT":
             excepting, i = True, i + 1
@@ -184,8 +189,9 @@ def _listed(words: list[str], at: str) -> Integers:
                 step = whole(words[i + 2], at)
                 i += 2
             numbers, end, excepting = span(low, high, step, at), high, False
+            total = counted(total, numbers, at)
         if excepting:
-            found[-1] = np.setdiff1d(found[-1], numbers)
+            found[-1] = found[-1][~np.isin(found[-1], numbers)]
         else:
             found.append(numbers)
         i += 1

@@ -12,6 +12,10 @@ Array = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
 
+MOST_LISTED = 10_000_000
+"""Members of all sets of a file; a mesh at the limit of its nodes has a third of a million."""
+
+
 @dataclass(frozen=True)
 class Block:
     """Elements of one type.
@@ -92,9 +96,17 @@ def span(low: int, high: int, step: int, where: str) -> Integers:
     """Numbers of a range with both ends."""
     if step < 1 or high < low:
         raise InputError(f"{where}: {low} to {high} by {step} is no range")
-    if (high - low) // step > 10_000_000:
+    if (high - low) // step > 5_000_000:
         raise InputError(f"{where}: the range {low} to {high} is too long")
     return np.arange(low, high + 1, step, dtype=np.int64)
+
+
+def counted(total: int, more: Integers, where: str) -> int:
+    """How many members all sets of a file have so far: short lines list very many."""
+    total += len(more)
+    if total > MOST_LISTED:
+        raise InputError(f"{where}: the sets have more than {MOST_LISTED:,} members so far")
+    return total
 
 
 def distinct(numbers: Iterable[int] | Integers) -> Integers:

@@ -46,7 +46,7 @@ def write_page(path: str | os.PathLike[str], page: Page) -> Path:
     target = Path(path)
     text = _html(page, target.parent)
     with placed(target) as temporary:
-        temporary.write_text(text, "utf-8")
+        temporary.write_bytes(text.encode("utf-8", "replace"))
     return target
 
 

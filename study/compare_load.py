@@ -131,7 +131,7 @@ def _loaded(folder: Path, label: str, file: h5py.File) -> Loaded:
     """What a results file holds; KeyError where something is missing."""
     about = file["provenance"]
     cases = {
-        name: _case(name, group)
+        name: _case(_text(name), group)
         for name, group in file.get("response", {}).items()
         if "linear" not in group.attrs
     }
@@ -140,10 +140,10 @@ def _loaded(folder: Path, label: str, file: h5py.File) -> Loaded:
         folder=folder,
         label=label,
         complete=bool(file.attrs.get("complete", False)),
-        date=str(about.attrs["date"]),
+        date=_text(about.attrs["date"]),
         settings=json.loads(about.attrs["settings"]),
-        versions={name: str(value) for name, value in about["versions"].attrs.items()},
-        monitor="" if first is None else str(first.attrs["monitor"]),
+        versions={_text(k): _text(value) for k, value in about["versions"].attrs.items()},
+        monitor="" if first is None else _text(first.attrs["monitor"]),
         sizes=_sizes(file),
         seconds=_seconds(about),
         cases=_in_order(cases, json.loads(about.attrs["settings"])),
@@ -171,7 +171,14 @@ def _case(name: str, group: h5py.Group) -> CaseFound:
 
 
 def _plain(value: Any) -> Any:
-    return value.item() if isinstance(value, np.generic) else value
+    value = value.item() if isinstance(value, np.generic) else value
+    return value if isinstance(value, int | float) else _text(value)
+
+
+def _text(value: Any) -> str:
+    """Text of a file, with "?" for what is no text in UTF-8."""
+    text = value.decode("utf-8", "replace") if isinstance(value, bytes) else str(value)
+    return text[:1000].encode("utf-8", "replace").decode("utf-8")
 
 
 def _monitored(group: h5py.Group) -> Floats:

@@ -47,7 +47,7 @@ def write_columns(
     writer.writerows(zip_longest(*cells, fillvalue=""))
     target = Path(path)
     with placed(target) as temporary:
-        temporary.write_text(text.getvalue(), "utf-8")
+        temporary.write_bytes(text.getvalue().encode("utf-8", "replace"))
     return target
 
 

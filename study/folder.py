@@ -10,6 +10,8 @@ from vanelock.errors import InputError
 from vanelock.files import placed
 from vanelock.study import results
 
+PLACES = ("cache", "figures", "shapes", "mesh")
+"""Folders in it."""
 _ADVICE = "move it away or name another folder with --output"
 
 
@@ -25,7 +27,7 @@ def claimed(folder: Path) -> Generator[None, None, None]:
     fresh = not folder.exists()
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        lock = (folder / ".lock").open("a")
+        lock = open(os.open(folder / ".lock", os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW, 0o666), "a")
     except OSError as error:
         reason = error.strerror or str(error)
         raise InputError(f"{folder}: cannot be used as a folder to write to: {reason}") from None
@@ -53,9 +55,14 @@ def _abandon(folder: Path) -> None:
 
 
 def _check_places(folder: Path) -> None:
-    """Refuse files where folders go and a folder where the results file goes."""
-    for name in ("cache", "figures", "shapes", "mesh"):
+    """Refuse files and links where folders go, and a folder where the results file goes.
+
+    What is written stays in the run's folder: a link in it could lead anywhere.
+    """
+    for name in PLACES:
         place = folder / name
+        if place.is_symlink():
+            raise InputError(f"{place}: is a link, which is not followed; {_ADVICE}")
         if os.path.lexists(place) and not place.is_dir():
             raise InputError(f"{place}: is not a folder; {_ADVICE}")
     place = folder / results.NAME
@@ -66,7 +73,7 @@ def _check_places(folder: Path) -> None:
 def _sweep_up(folder: Path) -> None:
     """Remove unfinished files that a killed run left; nobody else is writing here."""
     left = list(folder.glob(".*.tmp"))
-    for name in ("cache", "mesh", "figures", "shapes"):
+    for name in PLACES:
         left += (folder / name).rglob(".*.tmp")
     for path in left:
         path.unlink(missing_ok=True)

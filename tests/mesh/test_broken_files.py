@@ -92,6 +92,8 @@ def test_broken_decks(tmp_path, name):
         (GRIDS + "CPENTA,1,1,1,2,3,4,1,2\n", "1 wedge elements: allowed are"),
         (GRIDS + "CTETRA,1,1,1,2,3,4\nSET1,3,1,THRU\n", "line 6: THRU without an end"),
         (GRIDS + "CTETRA,1,1,1,2,3,4\nSET1,3,9,THRU,1\n", "9 to 1 by 1 is no range"),
+        (GRIDS + "SET1,1,1,THRU,4999999\n" * 40, "more than 10,000,000 members"),
+        ("SET 1 = 1 THRU 4999999, EXCEPT 5\nCEND\n", "no solid elements"),
         ("INCLUDE 'other.bdf'\n", "line 1: INCLUDE is not read"),
         ("SOL 103\nCEND\n", "no solid elements (none)"),
     ],

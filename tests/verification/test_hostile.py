@@ -30,7 +30,7 @@ from vanelock.study.results import put
 
 FULL = os.environ.get("VANELOCK_VERIFY") == "full"
 ROOT = Path(__file__).resolve().parents[2]
-COUNT = 2510 if FULL else 100
+COUNT = int(os.environ.get("VANELOCK_HOSTILE", 2510 if FULL else 80))
 """Mutations of each kind of files."""
 RUNS = 4
 """One in so many scenes that pass the check is run as a whole."""
