@@ -158,6 +158,8 @@ def _pull(i: int, load: Load) -> Pull:
 
 def _pairs(given: Any, alone: bool, where: str) -> tuple[Integers, Integers, Mapping[str, Any]]:
     """Nodes, their mates, and the table's other columns."""
+    if isinstance(given, str) and alone and given.lower().endswith(".txt"):
+        given = load_nodes(Path(given)).tolist()
     if isinstance(given, str):
         table = dict(load_pairs(Path(given)))
         if unknown := [column for column in table if column not in COLUMNS]:

@@ -53,9 +53,11 @@ def modes_table(name: str, found: Modes, peaks: Mapping[str, Peak | None]) -> Ta
         peak = peaks[which]
         height = (None, None) if peak is None else (1e6 * peak.amplitude, peak.frequency)
         rows.append((word, *own[:count].tolist(), mode + 1, *height))
-    notes = (f"the two modes of interest are alike by MAC {found.mac:.3f}",)
+    notes = [f"the two modes of interest are alike by MAC {found.mac:.3f}"]
+    if any(peaks[which] is None for which in ("free", "stuck")):
+        notes.append("no linear peak where the mode of interest is out of the frequency range")
     title = f"Linear limits{name and f', {name}'}"
-    return Table("limits", title, columns, tuple(rows), notes)
+    return Table("limits", title, columns, tuple(rows), tuple(notes))
 
 
 def cases_table(cases: Sequence[Found], monitor: str) -> Table:

@@ -47,6 +47,12 @@ class Modes(Product):
     stuck_mode: int
     mac: float
 
+    def held(self, which: str, frequencies: Floats) -> bool:
+        """Whether the mode of interest, "free" or "stuck", lies among frequencies, Hz."""
+        free = which == "free"
+        own = self.free[self.free_mode] if free else self.stuck[self.stuck_mode]
+        return bool(frequencies.min() <= own <= frequencies.max())
+
 
 def modes(system: System, mode: int) -> Modes:
     """Modes of both limits, and the mode of interest in both.

@@ -92,7 +92,11 @@ def _answers(shown: Shown, found: Sequence[Found]) -> list[Answer]:
     most = max(known, key=lambda each: each.peak.amplitude if each.peak else 0.0)
     assert most.peak is not None
     case = f"{words(most.case.name)}, " if len(found) > 1 else ""
-    over = f"; {most.of_free:.2f} of the linear peak with open contacts, {most.of_stuck:.2f} stuck"
+    over = "".join(
+        f"; {value:.2f} of the linear peak with {word} contacts"
+        for value, word in ((most.of_free, "open"), (most.of_stuck, "stuck"))
+        if not np.isnan(value)
+    )
     answers = [
         Answer(
             "Largest peak" if len(known) > 1 else "Peak",

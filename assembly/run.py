@@ -182,7 +182,12 @@ class SceneRun:
             self.shown.monitor = scene_monitor(wanted, system, linear[0])
         self.record.model(pieces, each.system.key, system)
         amplitude = self.shown.monitor.amplitude
-        peaks = [peak_of(response, amplitude(response)) for response in linear]
+        peaks = [
+            peak_of(response, amplitude(response))
+            if limits.held(which, response.frequency)
+            else None
+            for which, response in zip(LIMITS, linear, strict=True)
+        ]
         label = self.shown.limits_of(each.modes.key, each.case.name, linear)
         if label is not None:
             named: dict[str, Peak | None] = dict(zip(LIMITS, peaks, strict=True))
