@@ -1,0 +1,305 @@
+"""Study, mesh, matrix and results files of every kind of damage, each through the command line.
+
+Every mutation ends with exit status 0 or 2 within 10 s of processor time and 1 GB, with a few plain
+lines on standard error, no traceback, and nothing half-written.
+"""
+
+import os
+import shutil
+from collections import Counter
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+
+from tests.matrices import test_formats
+from tests.matrices.conftest import Model
+from tests.mesh.conftest import ring_sectors
+from tests.verification import hostile
+from tests.verification.hostile_hdf5 import mutated_hdf5
+from tests.verification.hostile_server import SECONDS, Outcome, Server
+from vanelock.mesh import read_mesh
+from vanelock.mesh.own_part import own_part
+from vanelock.mesh.pairing import pair
+from vanelock.nonlinear import System
+from vanelock.study import template_text
+from vanelock.study.results import put
+
+FULL = os.environ.get("VANELOCK_VERIFY") == "full"
+ROOT = Path(__file__).resolve().parents[2]
+COUNT = int(os.environ.get("VANELOCK_HOSTILE", 2510 if FULL else 80))
+"""Mutations of each kind of files."""
+RUNS = 4
+"""One in so many scenes that pass the check is run as a whole."""
+KEPT = os.environ.get("VANELOCK_HOSTILE_KEEP")
+"""Folder where files that failed are kept, to make a test of each."""
+
+pytestmark = pytest.mark.slow
+
+
+@pytest.fixture(scope="module")
+def server() -> Iterator[Server]:
+    with Server() as found:
+        yield found
+
+
+@dataclass
+class Tally:
+    """What became of mutations."""
+
+    outcomes: list[Outcome] = field(default_factory=list)
+    bad: list[str] = field(default_factory=list)
+
+    def add(
+        self, what: str, outcome: Outcome, folder: Path, *more: str, most: float = SECONDS
+    ) -> None:
+        """Judge one, and keep its files where a folder for them is named."""
+        self.outcomes.append(outcome)
+        faults = [*outcome.faults(most=most), *more]
+        if faults:
+            last = (outcome.err.splitlines() or [""])[-1][:200]
+            self.bad.append(f"{what}: {', '.join(faults)}: {last}")
+            if KEPT:
+                name = "".join(c if c.isalnum() else "_" for c in what)
+                shutil.copytree(folder, Path(KEPT) / name, symlinks=True, dirs_exist_ok=True)
+
+    def tell(self, record: Callable[[str, object], None]) -> None:
+        """Record the figures, and fail where any of the mutations did."""
+        status = Counter(each.status for each in self.outcomes)
+        record("mutations", str(len(self.outcomes)))
+        record("exit status", ", ".join(f"{k}: {n}" for k, n in sorted(status.items())))
+        record("most processor time", f"{max(each.seconds for each in self.outcomes):.1f} s")
+        record("most memory", f"{max(each.memory for each in self.outcomes) / 1e6:.0f} MB")
+        assert not self.bad, "\n".join(self.bad[:40])
+        assert len(self.outcomes) >= COUNT
+        assert status[0]
+        assert status[2] > COUNT // 50
+
+
+def numbered(kind: str) -> Iterator[tuple[int, np.random.Generator]]:
+    """Mutations by number, each with a generator of its own."""
+    for i in range(COUNT):
+        yield i, np.random.default_rng([i, *kind.encode()])
+
+
+def listing(folder: Path) -> list[str]:
+    return sorted(str(path.relative_to(folder)) for path in folder.rglob("*"))
+
+
+def checked(server: Server, tally: Tally, what: str, folder: Path, file: str) -> Outcome:
+    """Check a file: nothing may be written."""
+    before = listing(folder)
+    outcome = server.run(["check", file], folder)
+    left = sorted(set(listing(folder)) - set(before))
+    tally.add(what, outcome, folder, *([f"left {left}"] if left else []))
+    return outcome
+
+
+def studies() -> list[bytes]:
+    """Studies with every table of the schema."""
+    texts = [template_text(), (ROOT / "examples" / "paper.toml").read_text()]
+    texts.append(
+        'name = "all"\naccuracy = 0.01\n[mesh]\nsize = "coarse"\n[[measured]]\nfile = "rig.csv"\n'
+        '[fit]\nparameters = ["joints.interlock.mu"]\nbounds = { joints.interlock.mu = [0.1, 1] }\n'
+        '[sweep]\n"joints.interlock.mu" = [0.1, 0.2, 0.3]\njoints.hook.interference = ["10 um"]\n'
+        "[material.vane]\nE_at = [[20, 170e9], [600, 140e9]]\n[campbell]\nengine_orders = [1, 2]\n"
+        "[outputs]\ngauges = [{ aerofoil = 1, span = 0.1, chord = 0.5 }]\n"
+    )
+    texts.append(
+        '[vane]\nchord = "45 mm"\nthickness = "4 mm"\n[casing]\nbosses = 2\n[ring]\nsectors = 16\n'
+        '[excitation]\nengine_orders = [1, -1]\n[response]\nrange = [230, "300 Hz"]\npoints = 20\n'
+        '[joints.interlock]\nkn_area = "1 N/mm^3"\npatch = "area"\n[rom]\nroute = "paper"\n'
+    )
+    return [text.encode() for text in texts]
+
+
+CSV = b"# rig\nfrequency (Hz), amplitude (um), sigma (um)\n250,1,0.1\n260,5,0.1\n270,2.5,0.1\n"
+
+
+def test_studies(server, tmp_path, record_property):
+    """Study files, and the files of measured curves that they name."""
+    tally, seeds = Tally(), studies()
+    (tmp_path / "link").symlink_to("/etc")
+    for i, random in numbered("study"):
+        text, csv = seeds[i % len(seeds)], CSV
+        if i % 8 == 7:
+            text, csv = seeds[2], hostile.mutated(random, csv, hostile.MATRIX)
+        else:
+            text = hostile.mutated(random, text, hostile.TOML)
+        (tmp_path / "study.toml").write_bytes(text)
+        (tmp_path / "rig.csv").write_bytes(csv)
+        checked(server, tally, f"study {i}", tmp_path, "study.toml")
+    tally.tell(record_property)
+
+
+@pytest.fixture
+def meshes(tmp_path, lattice, write_mesh):
+    """Function that writes both parts of a small ring in a format, and a study that names them."""
+    build = ring_sectors(lattice)
+
+    def write(ending, cell_type="tetra10"):
+        folder = tmp_path / f"{ending.strip('.')}_{cell_type}"
+        folder.mkdir()
+        text = "[ring]\nsectors = 12\n"
+        for name in ("vane", "casing"):
+            called = write_mesh(folder / f"{name}{ending}", build(name, cell_type))
+            text += f'[{name}]\nmesh = "{name}{ending}"\nunit = "mm"\n[{name}.sets]\n'
+            text += "".join(f'{key} = "{value}"\n' for key, value in called.items())
+        (folder / "study.toml").write_text(text)
+        return folder
+
+    return write
+
+
+ENDINGS = [".inp", ".bdf", ".msh", ".gmsh.msh", ".vtu", ".vtk", ".hexa.inp", ".hexa.bdf"]
+
+
+def test_meshes(server, tmp_path, meshes, record_property):
+    """Meshes of both parts, read and matched."""
+    import meshio
+
+    tally, folders = Tally(), []
+    for ending in ENDINGS:
+        if ending == ".vtk":
+            folder = meshes(".vtu", "tetra")
+            for name in ("vane", "casing"):
+                mesh = meshio.read(folder / f"{name}.vtu")
+                mesh.write(folder / f"{name}.vtk", file_format="vtk42", binary=name == "vane")
+            text = (folder / "study.toml").read_text().replace(".vtu", ".vtk")
+            (folder / "study.toml").write_text(text)
+        elif ending.startswith(".hexa"):
+            folder = meshes(ending.removeprefix(".hexa"), "hexahedron20")
+        else:
+            folder = meshes(ending)
+        assert server.run(["check", "study.toml"], folder).faults((0,)) == []
+        own = ending.removeprefix(".hexa")
+        folders.append((folder, {n: folder / f"{n}{own}" for n in ("vane", "casing")}))
+    wholes = [{n: p.read_bytes() for n, p in files.items()} for _, files in folders]
+    for i, random in numbered("mesh"):
+        folder, files = folders[i % len(folders)]
+        name = ("vane", "casing")[int(random.integers(2))]
+        whole = wholes[i % len(folders)][name]
+        files[name].write_bytes(hostile.mutated(random, whole, hostile.MESH))
+        checked(server, tally, f"mesh {i}", folder, "study.toml")
+        files[name].write_bytes(whole)
+    tally.tell(record_property)
+
+
+def scenes(folder: Path, monkeypatch: pytest.MonkeyPatch) -> list[Path]:
+    """A scene in each format of matrices; folders."""
+    given: list[tuple[tuple[Path, ...], dict[str, Path]]] = []
+    monkeypatch.setattr(test_formats, "load_matrices", lambda *a, **k: given.append((a, k)))
+    found = []
+    for i, (name, write) in enumerate(test_formats.WRITERS.items()):
+        place = folder / f"{i:02d}"
+        place.mkdir()
+        write(place, Model())
+        paths, named = given.pop()
+        keys = dict(zip(("stiffness", "mass", "damping"), paths, strict=False)) | named
+        text = f'name = "{name}"\n[components.a]\n'
+        for key, value in keys.items():
+            if isinstance(value, dict):
+                text += "".join(f'{k}_name = "{v}"\n' for k, v in value.items())
+                continue
+            file, colon, inside = str(value).partition(":")
+            if Path(file).parent != place:
+                shutil.copy(file, place)
+            text += f'{key} = "{Path(file).name}{colon}{inside}"\n'
+        text += (
+            'fixed = [11]\n[contacts.pad]\nbetween = ["a", "ground"]\npairs = "pairs.csv"\n'
+            'normal = [0, 0, 1]\nkn = 1e4\nkt = 1e4\nmu = 0.2\ninterference = "1 um"\n[[loads]]\n'
+            'component = "a"\nnodes = [4]\ndirection = [0, 1, 0]\namplitude = 1\n[response]\n'
+            "harmonics = 1\nmode = 1\npoints = 5\n[outputs]\nreport = false\n"
+        )
+        (place / "pairs.csv").write_text("node\n7\n")
+        (place / "scene.toml").write_text(text)
+        found.append(place)
+    monkeypatch.undo()
+    return found
+
+
+def test_matrices(server, tmp_path, monkeypatch, record_property):
+    """Scenes and their matrices, labels and node lists; some that pass are run as a whole."""
+    tally, folders, passed = Tally(), scenes(tmp_path, monkeypatch), 0
+    usable = [f for f in folders if server.run(["check", "scene.toml"], f).faults((0,)) == []]
+    assert len(usable) >= len(folders) - 3
+    for i, random in numbered("matrix"):
+        folder = usable[i % len(usable)]
+        files = sorted(path for path in folder.iterdir() if path.is_file())
+        path = files[int(random.integers(len(files)))]
+        whole = path.read_bytes()
+        choice = hostile.TOML if path.suffix == ".toml" else hostile.MATRIX
+        if path.suffix in (".h5", ".hdf5") and random.random() < 0.6:
+            mutated_hdf5(random, path)
+        else:
+            path.write_bytes(hostile.mutated(random, whole, choice))
+        outcome = checked(server, tally, f"matrix {i}", folder, "scene.toml")
+        passed += outcome.status == 0
+        if outcome.status == 0 and passed % RUNS == 0:
+            ran = server.run(["run", "scene.toml", "-o", "out", "-q"], folder)
+            wrong = half_written(folder / "out", ran)
+            tally.add(f"matrix {i} run", ran, folder, *wrong, most=60)  # it computes
+            shutil.rmtree(folder / "out", ignore_errors=True)
+        path.write_bytes(whole)
+    record_property("formats", str(len(usable)))
+    tally.tell(record_property)
+
+
+def half_written(folder: Path, outcome: Outcome) -> list[str]:
+    """What is not whole in a folder that a command wrote to."""
+    left = [path.name for path in folder.rglob("*") if path.name.endswith(".tmp")]
+    return [f"left {left}"] if left else []
+
+
+@pytest.fixture
+def ran(server, tmp_path, monkeypatch, lattice, write_mesh):
+    """The folder of a scene's run, with a mesh in its results too, and a system of its own."""
+    folder = scenes(tmp_path, monkeypatch)[0]
+    text = (folder / "scene.toml").read_text()
+    (folder / "scene.toml").write_text(text + '[sweep]\n"contacts.pad.mu" = [0.1, 0.2]\n')
+    outcome = server.run(["run", "scene.toml", "-q", "-o", str(tmp_path / "ran")], folder)
+    assert outcome.faults((0,)) == []
+    parts = {}
+    for name in ("vane", "casing"):
+        part = ring_sectors(lattice)(name, "tetra")
+        called = write_mesh(tmp_path / f"{name}.vtu", part)
+        parts[name] = own_part(read_mesh(tmp_path / f"{name}.vtu", "mm"), name, called)
+    mates = pair(parts["vane"], parts["casing"], 12)
+    with h5py.File(tmp_path / "ran" / "results.h5", "a") as file:
+        put(file, "mesh/vane", mates.vane, {})
+        put(file, "mesh/casing", mates.casing, {})
+        System.load(file["system"]).save(tmp_path / "system.h5")
+    return tmp_path
+
+
+def test_results(server, ran, record_property):
+    """Results of a run, checked and compared, and systems from elsewhere."""
+    tally, work = Tally(), ran / "work"
+    work.mkdir()
+    shutil.copytree(ran / "ran", work / "b")
+    (work / "a").mkdir()
+    whole, system = (ran / "ran" / "results.h5").read_bytes(), (ran / "system.h5").read_bytes()
+    shutil.copy(ran / "ran" / "results.h5", work / "a")
+    assert server.run(["compare", "a", "b", "-o", "out"], work).faults((0,)) == []
+    shutil.rmtree(work / "out")
+    for i, random in numbered("results"):
+        path = work / ("system.h5" if i % 5 == 4 else "a/results.h5")
+        path.write_bytes(system if i % 5 == 4 else whole)
+        mutated_hdf5(random, path)
+        if i % 2 or i % 5 == 4:
+            checked(server, tally, f"results {i}", work, str(path.relative_to(work)))
+            continue
+        out = work / "out"
+        found = server.run(["compare", "a", "b", "-o", "out"], work)
+        wrong = half_written(work, found)
+        pages = {each.name for each in out.iterdir()} if out.exists() else set()
+        if pages and pages != {"compare.html", "compare.csv"}:
+            wrong.append(f"left {pages}")
+        if found.status == 0 and "<script>alert" in (out / "compare.html").read_text("utf-8"):
+            wrong.append("a script in the page")
+        tally.add(f"results {i}", found, work, *wrong)
+        shutil.rmtree(out, ignore_errors=True)
+    tally.tell(record_property)
