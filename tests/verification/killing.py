@@ -148,19 +148,27 @@ def _watched(process: subprocess.Popen[bytes], folder: Path, moment: Moment | No
             if time.monotonic() - began > PATIENCE:
                 break
     status = process.wait()
-    within = None
+    begun: list[str] = []  # a stage may begin others, and go on when they are done
     for event in lines:
+        if event["event"] in ("begun", "done") and event["stage"] in begun:
+            begun = begun[: begun.index(event["stage"])]
         if event["event"] == "begun":
-            within = event["stage"]
-        elif event["event"] == "done" and event["stage"] == within:
-            within = None
+            begun.append(event["stage"])
     done = [(each["stage"], each["cached"]) for each in lines if each["event"] == "done"]
     if moment is not None and moment.file:
         aimed = bool(_sizes(folder, moment))  # it was not renamed before the kill
     elif moment is not None and moment.stage:
-        aimed = within is not None and within.startswith(moment.stage)
+        aimed = any(stage.startswith(moment.stage) for stage in begun)
     errors = buffers[process.stderr].decode()
-    return Outcome(status, within, status == -9 and aimed, done, errors, _remains(process), lines)
+    return Outcome(
+        status,
+        begun[-1] if begun else None,
+        status == -9 and aimed,
+        done,
+        errors,
+        _remains(process),
+        lines,
+    )
 
 
 def _sizes(folder: Path, moment: Moment | None) -> dict[str, int]:

@@ -1,0 +1,132 @@
+"""A run that is killed again and again ends at the bits of one that was not.
+
+`kill -9` at moments of a fixed seed, in every stage, and while files are written; then the same
+command, until it is done. Finished stages must not be computed again, files be whole at any moment,
+and all datasets of results.h5 in the end be those of an uninterrupted run, times aside.
+"""
+
+import os
+import shutil
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.verification import killing
+from tests.verification.killing import Moment
+from tests.verification.victim import Victim, finish
+
+FULL = os.environ.get("VANELOCK_VERIFY") == "full"
+SEED = 20
+EACH = 5 if FULL else 1
+"""Kills in each stage."""
+
+SCENE = """
+name = "kills"
+mesh.size = "coarse"
+excitation.force = 30
+joints.interlock.mu = 0.15
+response.harmonics = 1
+[campbell]
+engine_orders = [1]
+[outputs]
+gauges = [{ aerofoil = 2, span = 0.1, chord = 0.5, side = "suction", direction = "span" }]
+animations = false
+"""
+PLAIN = "shapes = false\nloops = false\nreport = false\n"
+"""What the sample leaves out: pictures of shapes take half a run's time."""
+
+STAGES = {
+    "meshes": "mesh ",
+    "fem": "fem ",
+    "rom vane": "rom vane",
+    "rom casing": "rom casing",
+    "limits": "linear limits",
+    "linear responses": "linear response",
+    "gauges": "gauges",
+    "preload": "preload",
+    "responses": "response ",
+    "campbell": "Campbell",
+    "curves": "figures/",
+    "shapes": "shapes/",
+    "fatigue": "stress ",
+    "report": "report",
+}
+"""Beginnings of the names of the stages that are hit, in the order in which they come."""
+
+SAMPLE = ("meshes", "rom casing", "responses", "curves")
+"""Those of the sample."""
+
+WRITES = {
+    "mesh entry": ("mesh ", "cache/.mesh*.tmp"),
+    "rom entry": ("rom ", "cache/.rom*.tmp"),
+    "journal": ("response ", "cache/response*.journal"),
+    "response entry": ("response ", "cache/.response*.tmp"),
+    "results.h5": ("", ".results.h5.*.tmp"),
+}
+
+
+@pytest.fixture(scope="module")
+def study(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The scene's file."""
+    path = tmp_path_factory.mktemp("kills") / "scene.toml"
+    path.write_text(SCENE + ("" if FULL else PLAIN))
+    return path
+
+
+@pytest.fixture(scope="module")
+def whole(study: Path) -> Path:
+    """Folder of a run that was not killed."""
+    folder = study.parent / "whole"
+    found = killing.run(study, folder)
+    assert found.status == 0, found.errors
+    return folder
+
+
+def test_killed_runs_end_at_the_bits_of_one_that_was_not(
+    study: Path, whole: Path, record_property: Callable[[str, object], None]
+) -> None:
+    rng = np.random.default_rng(SEED)
+    victim = Victim(study, study.parent / "killed")
+    took = killing.seconds(whole)
+    for name, prefix in STAGES.items():
+        if not FULL and name not in SAMPLE:
+            continue
+        spans = [s for stage, s in took.items() if stage.startswith(prefix)]
+        wanted, tries = EACH, 0
+        while victim.hits[name] < wanted:
+            after = float(rng.uniform(0, 0.8)) * max(spans)
+            if not victim.kill(Moment(name, prefix, after)).hit:
+                victim.forget(prefix)
+            tries += 1
+            assert tries < 12 + 4 * wanted, f"{name}: {tries} kills did not hit it"
+        record_property(name, victim.hits[name])
+    finish(victim, whole)
+    record_property("kills in all", victim.kills)
+    record_property("seed", SEED)
+    record_property("datasets and attributes compared", len(killing.numbers(whole / "results.h5")))
+
+
+def test_killed_while_a_file_is_written(
+    study: Path, whole: Path, record_property: Callable[[str, object], None]
+) -> None:
+    rng = np.random.default_rng(SEED + 1)
+    victim = Victim(study, study.parent / "cut")
+    if not FULL:  # the sample begins with the reduced parts
+        kept = shutil.ignore_patterns("response*", "Campbell*", "pictures.json", "rom-vane*")
+        shutil.copytree(whole / "cache", victim.folder / "cache", ignore=kept)
+    wanted = WRITES if FULL else {name: WRITES[name] for name in ("rom entry", "journal")}
+    for name, (stage, file) in wanted.items():
+        tries = 0
+        while victim.hits[name] < EACH and tries < 4 * EACH:
+            if not victim.kill(Moment(name, stage, 0.0, file)).hit and stage:
+                victim.forget(stage)
+            tries += 1
+            if name == "journal" and tries % 2:
+                victim.tear(rng)
+        record_property(name, victim.hits[name])
+        assert victim.hits[name] >= EACH
+    finish(victim, whole)
+    record_property("kills in all", victim.kills)
+    record_property("seed", SEED + 1)
