@@ -9,7 +9,8 @@ import os
 import signal
 import sys
 import threading
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Generator
+from contextlib import contextmanager
 from multiprocessing import get_context, parent_process
 from multiprocessing.connection import Connection, wait
 from pathlib import Path
@@ -116,7 +117,8 @@ class _Process:
                 entries[key] = found
         drops, self.drops = tuple(self.drops), set()
         self.knows = self.knows.difference(drops) | entries.keys()
-        self.pipe.send((task.work, task.makes, entries, drops))
+        with _unbroken():
+            self.pipe.send((task.work, task.makes, entries, drops))
 
     def receive(self) -> Outcome:
         task, answer = self.task, self.pipe.recv()
@@ -138,6 +140,20 @@ class _Process:
         if code < 0:
             return f"its process was killed by signal {-code} ({signal.Signals(-code).name})"
         return f"its process ended with status {code}"
+
+
+@contextmanager
+def _unbroken() -> Generator[None, None, None]:
+    """Let writing to a process that has died fail rather than end this one.
+
+    Python ignores the signal of a broken pipe, but libraries that were loaded since may not.
+    """
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGPIPE})
+    try:
+        yield
+    finally:
+        signal.sigtimedwait({signal.SIGPIPE}, 0)
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 def _serve(pipe: Connection, parent: int, journals: Path | None) -> None:
