@@ -49,7 +49,7 @@ def test_wheel_holds_the_package_and_nothing_else(wheel: Path) -> None:
     modules = {f"vanelock/{path.name}" for path in (ROOT / "vanelock").glob("*.py")}
     for stage in STAGES:
         modules |= {f"vanelock/{path.relative_to(ROOT)}" for path in (ROOT / stage).rglob("*.py")}
-    data = {"vanelock/py.typed", "vanelock/study/template.toml"}
+    data = {"vanelock/py.typed", "vanelock/assembly/template.toml", "vanelock/study/template.toml"}
     data |= {
         f"vanelock/report/{path.name}"
         for path in (ROOT / "report").iterdir()
