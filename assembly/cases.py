@@ -11,9 +11,8 @@ from vanelock.assembly.load import FILES
 from vanelock.assembly.model import Scene
 from vanelock.errors import InputError
 from vanelock.study.messages import explain, show
+from vanelock.study.sweep import LARGEST, short_names, shown_value
 
-LARGEST = 100_000
-"""Most cases of one scene."""
 APART = ("sweep", "name", "outputs")
 """Tables that cannot be swept."""
 NAMES = {name for names in FILES.values() for name in names}
@@ -46,12 +45,12 @@ def scene_cases(scene: Scene) -> tuple[SceneCase, ...]:
         count *= len(values)
     if count > LARGEST:
         raise InputError(f"sweep: {count} cases: at most {LARGEST} are allowed")
-    names, found = _short(list(scene.sweep)), []
+    names, found = short_names(list(scene.sweep)), []
     for combination in product(*scene.sweep.values()):
         chosen = dict(zip(scene.sweep, combination, strict=True))
         changed = _with(scene, chosen)
         reached = {key: _at(changed, key) for key in chosen}
-        name = ",".join(f"{names[key]}={_shown(value)}" for key, value in reached.items())
+        name = ",".join(f"{names[key]}={shown_value(value)}" for key, value in reached.items())
         found.append(SceneCase(name, reached, changed))
     return tuple(found)
 
@@ -114,19 +113,3 @@ def _at(scene: Scene, key: str) -> Any:
         else:
             value = getattr(value, item, None)
     return value
-
-
-def _shown(value: float | str) -> str:
-    return value if isinstance(value, str) else f"{value:.9g}"
-
-
-def _short(keys: list[str]) -> dict[str, str]:
-    """Each key's last word, with as many before it as it takes to tell the keys apart."""
-    names = {}
-    for key in keys:
-        words = key.split(".")
-        depth = 1
-        while any(other != key and other.split(".")[-depth:] == words[-depth:] for other in keys):
-            depth += 1
-        names[key] = ".".join(words[-depth:])
-    return names

@@ -6,11 +6,11 @@ from pathlib import Path
 
 import numpy as np
 
-from vanelock.assembly import gather
 from vanelock.assembly.cases import scene_cases
-from vanelock.assembly.load import is_scene, load_scene
+from vanelock.assembly.gather import gathered, nodes
+from vanelock.assembly.load import ND, is_scene, load_scene
 from vanelock.assembly.model import Scene
-from vanelock.assembly.steps import ND, diameters, matrices
+from vanelock.assembly.steps import diameters, matrices
 from vanelock.errors import InputError
 from vanelock.study import checking
 from vanelock.study.read import read_text
@@ -59,20 +59,19 @@ def _planned(scene: Scene) -> Iterator[Row]:
         found = checking.check_file(scene.system.file)
         yield from ((f"system, {what}", str(told)) for what, told in found.rows)
         return
-    wanted = gather.touched(scene)
+    given = gathered(scene)
     for name, keys in scene.components.items():
         all_of = diameters(scene) if ND in keys.stiffness else (0,)
-        given = [matrices(name, keys, k) for k in all_of]
-        kept = wanted[name][0]
-        if len(missing := np.setdiff1d(kept, given[0].node)):
+        read = [matrices(name, keys, k) for k in all_of]
+        kept = given.kept[name][0]
+        if len(missing := np.setdiff1d(kept, read[0].node)):
             raise InputError(f"components.{name}: node {missing[0]} is not among its nodes")
         for side in ("fixed", "low", "high"):
             if (value := getattr(keys, side)) is not None:
-                gather.nodes(value, f"components.{name}.{side}")
-        entries = ", ".join(f"{each.K.nnz:,}" for each in given)
-        told = f"{given[0].size:,} rows, {entries} entries, {len(kept)} nodes kept"
+                nodes(value, f"components.{name}.{side}")
+        entries = ", ".join(f"{each.K.nnz:,}" for each in read)
+        told = f"{read[0].size:,} rows, {entries} entries, {len(kept)} nodes kept"
         yield f"component {name}", told
-    contacts, ties, loads = gather.contacts(scene), gather.ties(scene), gather.loads(scene)
-    yield "contacts", f"{sum(len(each.mu) for each in contacts):,}"
-    yield "ties, loads", f"{len(ties)}, {len(loads)}"
-    yield "output nodes", f"{len(gather.outputs(scene))}"
+    yield "contacts", f"{sum(len(each.mu) for each in given.contacts):,}"
+    yield "ties, loads", f"{len(given.ties)}, {len(given.loads)}"
+    yield "output nodes", f"{sum(len(own) for _, own in given.outputs)}"

@@ -161,14 +161,14 @@ class Joined:
             raise InputError(f'{where}: no component "{name}"; there are {have}')
         return self._by_name[name]
 
-    def _coordinates(self, name: str, nodes: Integers, where: str) -> Integers:
-        """(k, 3) places of nodes among the coordinates of all components in turn, -1 for none."""
+    def _coordinates(self, name: str, nodes: Integers, where: str, directions: int = 3) -> Integers:
+        """(k, 3 or 6) places of nodes among all components' coordinates in turn, -1 for none."""
         piece, start = self.component(name, where), 0
         for each in self.pieces:
             if each is piece:
                 break
             start += each.size
-        at = piece.coordinates(nodes, where)
+        at = piece.coordinates(nodes, where, directions)
         return np.where(at < 0, -1, at + start)
 
     def _merging(self) -> sp.csr_array:
@@ -177,8 +177,8 @@ class Joined:
         links = [np.empty((0, 2), np.int64)]
         for tie in self.ties:
             where = f"ties.{tie.name}"
-            a = self._coordinates(tie.own, tie.own_nodes, where).ravel()
-            b = self._coordinates(tie.mate, tie.mate_nodes, where).ravel()
+            a = self._coordinates(tie.own, tie.own_nodes, where, 6).ravel()
+            b = self._coordinates(tie.mate, tie.mate_nodes, where, 6).ravel()
             links.append(np.column_stack([a, b])[(a >= 0) & (b >= 0)])
         i, j = np.concatenate(links).T
         graph = sp.csr_array((np.ones(len(i)), (i, j)), shape=(total, total))

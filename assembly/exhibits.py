@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from vanelock import nonlinear, render
+from vanelock import render
 from vanelock.assembly.cases import SceneCase
 from vanelock.assembly.model import Scene
 from vanelock.assembly.monitor import Found
@@ -22,6 +22,7 @@ from vanelock.study.loop_exhibits import Loop
 from vanelock.study.monitor import Monitor
 from vanelock.study.naming import of_case, slug, words
 from vanelock.study.preload_exhibits import columns as preload_columns
+from vanelock.study.preload_exhibits import picture
 from vanelock.study.solved import as_solved
 from vanelock.study.steps import Stages
 from vanelock.study.summary import Peak
@@ -165,15 +166,7 @@ def _preload(shown: Shown, each: ShownCase, several: bool) -> Exhibit:
     path = shown.easel.draw(
         f"figures/preload{suffix}.png",
         shows,
-        lambda path: render.preload_picture(
-            path,
-            static.force[0, 0].real,
-            static.mu,
-            each.joints,
-            subtitle=words(name) if several else "",
-            opened=static.state[0] == nonlinear.OPEN,
-            isotropic=static.friction == "isotropic",
-        ),
+        lambda path: picture(path, static, each.joints, words(name) if several else ""),
     )
     data = _table(
         shown, f"figures/preload{suffix}.csv", shows, lambda: preload_columns(static, each.joints)

@@ -1,6 +1,7 @@
 """What a scene file names, read: node lists, tables of pairs, contact frames, loads."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -43,37 +44,70 @@ def nodes(given: Any, where: str) -> Integers:
     return found
 
 
-def contacts(scene: Scene) -> list[Touching]:
-    """All contact elements."""
-    return [_touching(name, keys, scene) for name, keys in scene.contacts.items()]
+@dataclass(frozen=True)
+class Gathered:
+    """What a scene's lists and tables of nodes say.
+
+    Attributes
+    ----------
+    contacts, ties, loads : tuples of Touching, Tie, Pull
+        What acts on the components.
+    outputs : tuple of (component, nodes)
+        Output nodes; the loaded ones where none are named.
+    kept : dict of str to pair of (k,) int
+        By component: nodes that must be kept, and those of them whose rotations too.
+    """
+
+    contacts: tuple[Touching, ...]
+    ties: tuple[Tie, ...]
+    loads: tuple[Pull, ...]
+    outputs: tuple[tuple[str, Integers], ...]
+    kept: Mapping[str, tuple[Integers, Integers]]
 
 
-def ties(scene: Scene) -> list[Tie]:
-    """All ties."""
-    return [_tie(name, keys) for name, keys in scene.ties.items()]
+def gathered(scene: Scene) -> Gathered:
+    """Read what the scene names; a scene of a joined system names nothing.
+
+    Raises
+    ------
+    InputError
+        If a file cannot be read, or a component or property is missing.
+    """
+    if scene.system is not None:
+        return Gathered((), (), (), (), {})
+    contacts = tuple(_touching(name, keys, scene) for name, keys in scene.contacts.items())
+    ties = tuple(_tie(name, keys) for name, keys in scene.ties.items())
+    loads = tuple(_pull(i, load) for i, load in enumerate(scene.loads))
+    outputs = tuple(_outputs(scene, loads))
+    return Gathered(
+        contacts,
+        ties,
+        loads,
+        outputs,
+        _kept(tuple(scene.components), contacts, ties, loads, outputs),
+    )
 
 
-def loads(scene: Scene) -> list[Pull]:
-    """All loads."""
-    return [_pull(i, load) for i, load in enumerate(scene.loads)]
-
-
-def outputs(scene: Scene) -> list[tuple[str, Integers]]:
-    """Output nodes by component; the loaded ones where none are named."""
+def _outputs(scene: Scene, loads: Sequence[Pull]) -> list[tuple[str, Integers]]:
     named = scene.outputs.nodes
     if named:
         return [(name, nodes(given, f"outputs.nodes.{name}")) for name, given in named.items()]
     found: dict[str, list[int]] = {}
-    for load in loads(scene):
+    for load in loads:
         own = found.setdefault(load.component, [])
         own += [n for n in load.nodes.tolist() if n not in own]
     return [(name, np.array(own, np.int64)) for name, own in found.items()]
 
 
-def touched(scene: Scene) -> dict[str, tuple[Integers, Integers]]:
-    """By component: nodes that must be kept, and those of them whose rotations too."""
-    kept: dict[str, set[int]] = {name: set() for name in scene.components}
-    turned: dict[str, set[int]] = {name: set() for name in scene.components}
+def _kept(
+    components: Sequence[str],
+    contacts: Sequence[Touching],
+    ties: Sequence[Tie],
+    loads: Sequence[Pull],
+    outputs: Sequence[tuple[str, Integers]],
+) -> dict[str, tuple[Integers, Integers]]:
+    kept: dict[str, set[int]] = {name: set() for name in components}
+    turned: dict[str, set[int]] = {name: set() for name in components}
 
     def keep(name: str, wanted: Integers, where: str, rotations: bool = False) -> None:
         if name not in kept:
@@ -83,22 +117,22 @@ def touched(scene: Scene) -> dict[str, tuple[Integers, Integers]]:
         if rotations:
             turned[name].update(wanted.tolist())
 
-    for contact in contacts(scene):
+    for contact in contacts:
         where = f"contacts.{contact.name}.between"
         keep(contact.own, contact.own_nodes, where)
         if contact.mate:
             keep(contact.mate, contact.mate_nodes, where)
-    for tie in ties(scene):
+    for tie in ties:
         where = f"ties.{tie.name}.between"
         keep(tie.own, tie.own_nodes, where, True)
         keep(tie.mate, tie.mate_nodes, where, True)
-    for load in loads(scene):
+    for load in loads:
         keep(load.component, load.nodes, f"{load.where}.component")
-    for name, own in outputs(scene):
+    for name, own in outputs:
         keep(name, own, f"outputs.nodes.{name}")
     return {
         name: (np.array(sorted(kept[name]), np.int64), np.array(sorted(turned[name]), np.int64))
-        for name in scene.components
+        for name in components
     }
 
 

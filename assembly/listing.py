@@ -6,8 +6,10 @@ import numpy as np
 
 from vanelock.assembly.modes import SHOWN, Modes
 from vanelock.assembly.monitor import Found
-from vanelock.assembly.piece import MODAL, Piece
+from vanelock.assembly.piece import Piece
+from vanelock.matrices.model import GENERALISED
 from vanelock.rom import System
+from vanelock.study.listing import cautions
 from vanelock.study.summary import Peak
 from vanelock.study.tables import Cell, Column, Table
 
@@ -22,7 +24,7 @@ def components_table(pieces: Sequence[Piece], system: System) -> Table:
     )
     rows: list[tuple[Cell, ...]] = []
     for piece in pieces:
-        physical = piece.direction < MODAL
+        physical = piece.direction < GENERALISED
         nodes, modal = len(np.unique(piece.node[physical])), int(np.sum(~physical))
         rows.append((piece.name, nodes, modal, piece.size))
     size = len(next(iter(system.diameters.values())).K)
@@ -85,13 +87,7 @@ def cases_table(cases: Sequence[Found], monitor: str) -> Table:
         work = 1e6 * sum(c.work.values()) if c.peak is not None else None
         done = f"{c.converged}/{c.points}"
         rows.append((c.case.name, *top, *shares, work, done, c.seconds))
-        if c.converged < c.points:
-            notes.append(
-                f"{c.case.name}: {c.points - c.converged} of {c.points} points DID NOT CONVERGE "
-                f"(largest residual {c.worst:.1e}); they are left out of the numbers above"
-            )
-        if c.peak is not None and c.peak.at_edge:
-            notes.append(f"{c.case.name}: the largest point is at the end of the frequency range")
+        notes += cautions(c.case.name, c.converged, c.points, c.worst, c.peak)
     return Table("cases", f"Responses of {monitor}", columns, tuple(rows), tuple(notes))
 
 

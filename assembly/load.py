@@ -4,14 +4,11 @@ import os
 from pathlib import Path
 from typing import Any
 
-from pydantic import ValidationError
-
 from vanelock.assembly.model import Scene
 from vanelock.errors import InputError
 from vanelock.files import beside
 from vanelock.matrices.hdf5 import split_path
-from vanelock.study.messages import explain
-from vanelock.study.read import read_text
+from vanelock.study.read import checked, read_text
 from vanelock.toml import toml_tables
 
 FILES = {
@@ -57,11 +54,7 @@ def load_scene(path: str | os.PathLike[str], outside: bool = False) -> Scene:
 
 def check_scene(data: dict[str, Any], where: str = "scene") -> Scene:
     """Check the nested tables of a scene."""
-    try:
-        return Scene.model_validate(data, strict=True)
-    except ValidationError as error:
-        lines = explain(error, data, Scene)
-        raise InputError("\n".join(f"{where}: {line}" for line in lines)) from None
+    return checked(Scene, data, where)
 
 
 def _beside(data: dict[str, Any], folder: Path, outside: bool) -> dict[str, Any]:

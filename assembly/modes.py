@@ -70,6 +70,8 @@ def modes(system: System, mode: int) -> Modes:
     none = np.zeros(system.contacts.count, bool)
     free, free_shapes = linear_modes(system, k, count, closed=none)
     stuck, stuck_shapes = linear_modes(system, k, count)
+    if mode > len(stuck):
+        raise InputError(f"response.mode = {mode}: only {len(stuck)} modes have a mass")
     likeness = mac(stuck_shapes[:, [mode - 1]], free_shapes, system.at(k).M)[0]
     partner = int(likeness.argmax())
     return Modes(k, system.sectors, free, stuck, partner, mode - 1, float(likeness[partner]))

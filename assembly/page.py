@@ -7,6 +7,7 @@ import numpy as np
 
 import vanelock
 from vanelock.assembly.exhibits import Shown
+from vanelock.assembly.gather import gathered
 from vanelock.assembly.model import Scene
 from vanelock.assembly.monitor import Found
 from vanelock.assembly.steps import piece_step, system_step
@@ -175,8 +176,9 @@ def _plot(shown: Shown) -> Plot:
 
 def _models(shown: Shown) -> Section:
     scene: Scene = shown.cases[0].scene
-    pieces = [shown.stages.get(piece_step(scene, name)) for name in scene.components]
-    system = shown.stages.get(system_step(scene))
+    given = gathered(scene)
+    pieces = [shown.stages.get(piece_step(scene, name, given)) for name in scene.components]
+    system = shown.stages.get(system_step(scene, given=given))
     rows: list[tuple[Cell, ...]] = [
         (
             piece.name,

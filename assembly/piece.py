@@ -12,8 +12,6 @@ from vanelock.product import Product
 
 Matrix = NDArray[Any]
 Integers = NDArray[np.int64]
-MODAL = 6
-"""Direction of a coordinate that is no node's displacement or rotation."""
 
 
 @dataclass(frozen=True)
@@ -23,13 +21,11 @@ class Block(Product):
     K: Matrix = field(metadata={"unit": "N/m"})
     M: Matrix = field(metadata={"unit": "kg"})
     C: Matrix | None = field(default=None, metadata={"unit": "N s/m"})
-    neglected: Matrix | None = None
 
     def conjugate(self) -> "Block":
         """The same component at the nodal diameter N - k."""
         C = None if self.C is None else self.C.conj()
-        left = None if self.neglected is None else self.neglected.conj()
-        return Block(self.K.conj(), self.M.conj(), C, left)
+        return Block(self.K.conj(), self.M.conj(), C)
 
 
 @dataclass(frozen=True)
@@ -82,23 +78,25 @@ class Piece(Product):
             f"components.{self.name}: no matrices of nodal diameter {k}; it has {have}"
         )
 
-    def coordinates(self, nodes: Integers, where: str) -> Integers:
+    def coordinates(self, nodes: Integers, where: str, directions: int = 3) -> Integers:
         """(k, 3) coordinates of the x, y, z displacements of nodes; -1 where one does not move.
+
+        With six `directions`, (k, 6): the rotations behind them.
 
         Raises
         ------
         InputError
             If a node has no displacement among the coordinates; `where` is who asks.
         """
-        found = np.full((len(nodes), 3), -1)
-        for d in range(3):
+        found = np.full((len(nodes), directions), -1)
+        for d in range(directions):
             own = np.flatnonzero(self.direction == d)
             order = own[np.argsort(self.node[own], kind="stable")]
             at = np.searchsorted(self.node[order], nodes).clip(max=max(len(order) - 1, 0))
             if len(order):
                 match = self.node[order[at]] == nodes
                 found[match, d] = order[at[match]]
-        if np.any(missing := np.all(found < 0, axis=1)):
+        if np.any(missing := np.all(found[:, :3] < 0, axis=1)):
             raise InputError(
                 f"{where}: node {nodes[missing][0]} of components.{self.name} has no displacement "
                 "among its rows"

@@ -7,12 +7,20 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from vanelock.assembly.model import ComponentKeys, Ring
-from vanelock.assembly.piece import MODAL, Block, Piece
+from vanelock.assembly.piece import Block, Piece
 from vanelock.cyclic import turn
 from vanelock.errors import InputError
 from vanelock.fem import SingularError
 from vanelock.matrices import Matrices
-from vanelock.rom import Faces, ReducedRows, Selection, reduce_rows, reduce_sector
+from vanelock.matrices.model import GENERALISED
+from vanelock.rom import (
+    Faces,
+    ReducedRows,
+    Selection,
+    reduce_rows,
+    reduce_sector,
+    refuse_negative_mass,
+)
 
 Integers = NDArray[np.int64]
 
@@ -138,13 +146,13 @@ def reduced(
         ring,
         given,
         np.concatenate([node[rows], none]),
-        np.concatenate([direction[rows], none + MODAL]),
+        np.concatenate([direction[rows], none + GENERALISED]),
         {k: _block(each) for k, each in found.items()},
     )
 
 
 def _block(found: ReducedRows) -> Block:
-    return Block(found.matrices.K, found.matrices.M, found.C, found.matrices.neglected)
+    return Block(found.matrices.K, found.matrices.M, found.C)
 
 
 def _piece(
@@ -155,6 +163,11 @@ def _piece(
     direction: Integers,
     blocks: dict[int, Block],
 ) -> Piece:
+    for block in blocks.values():
+        try:
+            refuse_negative_mass(block.M)
+        except InputError as error:
+            raise InputError(f"components.{name}: {error}") from None
     positions = np.empty((0, 3)) if given.position is None else given.position
     return Piece(name, node, direction, ring.sectors, blocks, given.position_node, positions)
 

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from vanelock.assembly.cases import SceneCase
+from vanelock.assembly.gather import gathered
 from vanelock.assembly.modes import Modes
 from vanelock.assembly.piece import Piece
 from vanelock.assembly.steps import (
@@ -71,11 +72,12 @@ class SceneWork:
 def planned(case: SceneCase, progress: Callable[[int, int, float, float], None]) -> PlannedScene:
     """The steps of a case; `progress` is told of each point."""
     scene = case.scene
-    system, bare = system_step(scene), system_step(scene, bare=True)
+    given = gathered(scene)
+    system, bare = (system_step(scene, each, given) for each in (False, True))
     modes = modes_step(scene, bare)
     return PlannedScene(
         case=case,
-        pieces=tuple(piece_step(scene, name) for name in scene.components),
+        pieces=tuple(piece_step(scene, name, given) for name in scene.components),
         system=system,
         modes=modes,
         linear=tuple(linear_step(scene, which, bare, modes) for which in LIMITS),

@@ -8,8 +8,10 @@ from typing import Any, Literal
 import numpy as np
 
 from vanelock import nonlinear
-from vanelock.assembly import gather, pieces
+from vanelock.assembly import pieces
 from vanelock.assembly.connect import Joined
+from vanelock.assembly.gather import Gathered, gathered, nodes
+from vanelock.assembly.load import FILES, ND
 from vanelock.assembly.model import DAMPING, ComponentKeys, Scene
 from vanelock.assembly.modes import Modes, dense, frequencies, modes
 from vanelock.assembly.piece import Piece
@@ -23,8 +25,6 @@ from vanelock.study.forced import Progress
 from vanelock.study.steps import Step, step
 
 LIMITS: tuple[Literal["free", "stuck"], ...] = ("free", "stuck")
-ND = "{nd}"
-"""Stands for the nodal diameter in a superelement's file names."""
 
 
 def diameters(scene: Scene) -> tuple[int, ...]:
@@ -34,13 +34,13 @@ def diameters(scene: Scene) -> tuple[int, ...]:
     return tuple(sorted({folded(h * order, sectors) for h in range(waves + 1)}))
 
 
-def piece_step(scene: Scene, name: str) -> Step[Piece]:
+def piece_step(scene: Scene, name: str, given: Gathered) -> Step[Piece]:
     """A component, reduced or as it is."""
     keys = scene.components[name]
-    wanted, turned = gather.touched(scene)[name]
+    wanted, turned = given.kept[name]
     by_diameter = diameters(scene) if keys.low is not None or ND in keys.stiffness else ()
     inputs = {
-        "keys": keys.model_dump(exclude=set(_FILES)),
+        "keys": keys.model_dump(exclude=set(FILES["components"])),
         "files": {key: _digests(value, by_diameter) for key, value in _named(keys)},
         "ring": scene.ring.model_dump(),
         "wanted": wanted.tolist(),
@@ -56,17 +56,16 @@ def piece_step(scene: Scene, name: str) -> Step[Piece]:
             )
         fixed = np.empty(0, np.int64)
         if keys.fixed is not None:
-            fixed = gather.nodes(keys.fixed, f"components.{name}.fixed")
+            fixed = nodes(keys.fixed, f"components.{name}.fixed")
         faces = None
         if keys.low is not None:
             low, high = (
-                gather.nodes(getattr(keys, side), f"components.{name}.{side}")
-                for side in ("low", "high")
+                nodes(getattr(keys, side), f"components.{name}.{side}") for side in ("low", "high")
             )
             faces = low, high
-        given = matrices(name, keys)
+        read = matrices(name, keys)
         return pieces.reduced(
-            name, keys, scene.ring, given, wanted, turned, fixed, faces, by_diameter
+            name, keys, scene.ring, read, wanted, turned, fixed, faces, by_diameter
         )
 
     return step(f"component {name}", "assembly", inputs, Piece, (), compute)
@@ -101,7 +100,7 @@ def matrices(name: str, keys: ComponentKeys, nodal_diameter: int = 0) -> Matrice
         raise InputError(f"components.{name}: {error}") from None
 
 
-def system_step(scene: Scene, bare: bool = False) -> Step[System]:
+def system_step(scene: Scene, bare: bool = False, given: Gathered | None = None) -> Step[System]:
     """The system of a case; joining takes no time, so it is not kept.
 
     Parameters
@@ -110,16 +109,20 @@ def system_step(scene: Scene, bare: bool = False) -> Step[System]:
         A case's.
     bare : bool
         Without friction, preload and static load, which linear limits do not depend on.
+    given : Gathered, optional
+        What the scene's lists say, where they were read already.
     """
     if scene.system is not None:
         return _ready_step(scene, Path(scene.system.file), bare)
-    contacts, ties, loads = gather.contacts(scene), gather.ties(scene), gather.loads(scene)
+    given = given or gathered(scene)
+    contacts, ties, loads, outputs = given.contacts, given.ties, given.loads, given.outputs
     if bare:
         zero = [np.zeros_like(each.mu) for each in contacts]
-        contacts = [replace(c, mu=z, interference=z) for c, z in zip(contacts, zero, strict=True)]
-        loads = [load for load in loads if load.harmonic > 0]
-    outputs = gather.outputs(scene)
-    needs = tuple(piece_step(scene, name) for name in scene.components)
+        contacts = tuple(
+            replace(c, mu=z, interference=z) for c, z in zip(contacts, zero, strict=True)
+        )
+        loads = tuple(load for load in loads if load.harmonic > 0)
+    needs = tuple(piece_step(scene, name, given) for name in scene.components)
     inputs = {
         "ring": scene.ring.model_dump(),
         "engine_order": scene.excitation.engine_order,
@@ -211,11 +214,8 @@ def _range(scene: Scene) -> dict[str, Any]:
     return scene.response.model_dump(include={"mode", "frequencies", "range", "points"})
 
 
-_FILES = ("stiffness", "mass", "damping", "dofs", "nodes", "fixed", "low", "high")
-
-
 def _named(keys: ComponentKeys) -> Iterator[tuple[str, Any]]:
-    for key in _FILES:
+    for key in FILES["components"]:
         if (value := getattr(keys, key)) is not None:
             yield key, value
 

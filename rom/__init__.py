@@ -25,6 +25,7 @@ _modules = {
     "ReducedRows": "rows",
     "Selection": "selection",
     "reduce_rows": "rows",
+    "refuse_negative_mass": "massless",
     "reduce_sector": "rows",
     "FrequencyErrors": "accuracy",
     "Neglected": "neglected",

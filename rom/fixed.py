@@ -81,19 +81,27 @@ def fixed_modes(
     InputError
         If there are fewer than that.
     """
-    s = M_ss.shape[0]
-    if count is not None and not 0 <= count <= s:
-        raise InputError(f"{count} fixed-interface modes of {s} slave dofs: allowed are 0 to {s}")
+    s, most = M_ss.shape[0], heavy(M_ss)
+    if count is not None and not 0 <= count <= most:
+        raise InputError(
+            f"{count} fixed-interface modes of {s} slave dofs: allowed are 0 to {most}"
+        )
     if count == 0:
         return Fixed(np.empty((s, 0), M_ss.dtype), np.empty(0), 0.0)
 
     rng = np.random.default_rng(0)
     start = rng.standard_normal((s, min(s, BLOCK))).astype(M_ss.dtype)
+    start[M_ss.diagonal() == 0] = 0
     highest = np.inf if below is None else below**2
     found = lowest_modes(solve, lambda x: M_ss @ x, start, count, highest, tolerance)
-    all_of_them = len(found.omega_squared) == s
+    all_of_them = len(found.omega_squared) == most
     complete = np.inf if all_of_them else float(np.sqrt(found.beyond))
     return Fixed(found.vectors, found.omega_squared, complete)
+
+
+def heavy(M_ss: sp.csc_array) -> int:
+    """Number of dofs that have a mass."""
+    return int(np.count_nonzero(M_ss.diagonal()))
 
 
 @dataclass(frozen=True)
@@ -157,11 +165,11 @@ class Candidates:
             overlap = W.conj().T @ MPhi
             c = sl.solve(self.stiffness, overlap, assume_a="pos")
             new, V = sl.eigh(np.eye(more) - hermitian(overlap.conj().T @ c))
-            if np.sum(new > _NEW) >= lacking or exact + more == M_ss.shape[0]:
+            if np.sum(new > _NEW) >= lacking or exact + more == heavy(M_ss):
                 break
-            more = min(more + lacking, M_ss.shape[0] - exact)
+            more = min(more + lacking, heavy(M_ss) - exact)
         if np.sum(new > _NEW) < lacking:
-            raise InputError(f"{count} fixed-interface vectors of {M_ss.shape[0]} slave dofs")
+            raise InputError(f"{count} fixed-interface vectors of {heavy(M_ss)} slave dofs")
         V = V[:, -lacking:] / np.sqrt(new[-lacking:])
         W = np.hstack([W, Phi @ V - W @ (c @ V)])
         stiffness = sl.block_diag(self.stiffness, np.eye(lacking))
@@ -223,9 +231,10 @@ def accurate(part: HeldPart, accuracy: float, highest: float) -> Candidates:
         treated = treated @ worst
         W, KW = np.hstack([W, more]), np.hstack([KW, of_more])
     needed = W.shape[1]
-    if len(squared) + needed >= len(W):  # a small part in a wide band
-        return Candidates.exactly(fixed_modes(part.held.solve, part.M_ss, len(W)))
-    most = min(most, first + len(W) - len(squared) - needed)
+    every = heavy(part.M_ss)
+    if len(squared) + needed >= every:  # a small part in a wide band
+        return Candidates.exactly(fixed_modes(part.held.solve, part.M_ss, every))
+    most = min(most, first + every - len(squared) - needed)
     answers, loads = answers[:, :most], loads[:, :most]
     W, KW = np.hstack([W, answers[:, first:]]), np.hstack([KW, loads[:, first:]])
     scale = 1 / np.sqrt(np.einsum("ij,ij->j", W.conj(), KW).real)

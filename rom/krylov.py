@@ -71,7 +71,8 @@ def lowest_modes(
     solve, mass : callable
         K⁻¹ b and M x of blocks of columns.
     start : (n, p)
-        Any block that no wanted mode is orthogonal to.
+        Any block that no wanted mode is orthogonal to; zero in rows without mass. The M-norm does
+        not see those, so they are kept out of the space: M x is the same, and K⁻¹M x has them.
     count : int, optional
         How many.
     below : float
@@ -82,10 +83,11 @@ def lowest_modes(
     Raises
     ------
     InputError
-        If the iteration does not converge.
+        If the iteration does not converge, or the mass is not positive.
     """
-    n = len(start)
-    space = image = np.empty((n, 0), start.dtype)
+    heavy = np.any(start != 0, axis=1)[:, None]
+    n = int(heavy.sum())
+    space = image = np.empty((len(start), 0), start.dtype)
     Q, MQ = space, image
     H = np.empty((0, 0), start.dtype)
     block, of_block = _orthonormal(start, mass, Q, Q)
@@ -100,7 +102,7 @@ def lowest_modes(
         H = _bordered(H, overlap, block.shape[1])
         theta, S = sl.eigh(H)
         theta, S = theta[::-1], S[:, ::-1]
-        rest = grown - Q @ overlap
+        rest = heavy * (grown - Q @ overlap)
         block, of_block = _orthonormal(rest, mass, Q, MQ)
         coupling = of_block.conj().T @ rest
         residual = np.linalg.norm(coupling @ S[-rest.shape[1] :], axis=0)
@@ -122,7 +124,7 @@ def lowest_modes(
         none_left = count is not None or (settled and highest < least)
         converged = none_left and bool(np.all(residual[:wanted] < tolerance * theta[:wanted]))
         if converged and step >= due and not whole and _copies(theta[:wanted]) >= width:
-            fresh = rng.standard_normal((n, BLOCK)).astype(start.dtype)
+            fresh = heavy * rng.standard_normal((len(start), BLOCK)).astype(start.dtype)
             block, of_block = _orthonormal(np.hstack([block, fresh]), mass, Q, MQ)
             width += BLOCK
             first = first or step
@@ -191,7 +193,12 @@ def _refined(
     """One step of subspace iteration, which squares the error that is left."""
     load = mass(X / theta)
     X = solve(load)
-    values, V = sl.eigh(_hermitian(X.conj().T @ load), _hermitian(X.conj().T @ mass(X)))
+    try:
+        values, V = sl.eigh(_hermitian(X.conj().T @ load), _hermitian(X.conj().T @ mass(X)))
+    except sl.LinAlgError:
+        raise InputError(
+            "the mass of its fixed-interface modes is not positive: is this a mass matrix?"
+        ) from None
     return values, X @ V
 
 

@@ -1,10 +1,10 @@
 """Linear modes of a joined system, its contacts linear springs or open."""
 
 import numpy as np
-import scipy.linalg as sl
 from numpy.typing import NDArray
 
 from vanelock.errors import InputError
+from vanelock.rom.massless import lowest
 from vanelock.rom.system import Matrix, System
 
 
@@ -33,12 +33,20 @@ def linear_modes(
         Hz, ascending.
     shapes : (n, count)
         Mass-normalised.
+
+    Where fewer coordinates have a mass, there are fewer modes.
+
+    Raises
+    ------
+    InputError
+        If the system has not so many coordinates, the mass is negative in some direction, or
+        nothing holds a massless coordinate.
     """
     matrices = system.at(nodal_diameter)
     if not 1 <= count <= len(matrices.K):
         raise InputError(f"{count} modes of a system of {len(matrices.K)} coordinates")
     K = linear_stiffness(system, nodal_diameter, closed)
-    omega2, shapes = sl.eigh(K, matrices.M, subset_by_index=[0, count - 1])
+    omega2, shapes = lowest(K, matrices.M, count)
     return np.sqrt(omega2.clip(0)) / (2 * np.pi), shapes
 
 

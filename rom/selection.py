@@ -9,8 +9,9 @@ import scipy.linalg as sl
 import scipy.sparse as sp
 
 from vanelock.errors import InputError
-from vanelock.rom.fixed import Candidates, Fixed, accurate, fixed_modes
+from vanelock.rom.fixed import Candidates, Fixed, accurate, fixed_modes, heavy
 from vanelock.rom.held import HeldPart, Solve
+from vanelock.rom.massless import lowest
 
 ELASTIC = 10
 """The band reaches to the tenth elastic mode of the part, its masters free, unless it is given."""
@@ -89,12 +90,12 @@ def _one(given: dict[str, float | None]) -> str:
 
 def own_band(part: HeldPart) -> float:
     """Frequency of the tenth elastic mode of a part whose masters are free, Hz, by ten modes."""
-    count = min(ELASTIC, part.M_ss.shape[0] - 1)
+    count = min(ELASTIC, heavy(part.M_ss) - 1)
     modes = fixed_modes(part.held.solve, part.M_ss, count, tolerance=ROUGH)
     LB = part.inertia.conj().T @ modes.vectors
     K = sl.block_diag(part.K_mm, np.diag(modes.omega_squared))
     M = np.block([[part.M_mm, LB], [LB.conj().T, np.eye(LB.shape[1])]])
     last = min(len(K), ELASTIC + 6) - 1
-    squared = sl.eigh(K, M, eigvals_only=True, subset_by_index=[0, last])
+    squared = lowest(K, M, last + 1)[0]
     elastic = squared[squared > 1e-6 * squared[-1]][:ELASTIC]
     return float(np.sqrt(elastic[-1]) / (2 * np.pi))

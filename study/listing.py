@@ -1,6 +1,6 @@
 """Tables of what a run found."""
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 
 import numpy as np
 
@@ -193,14 +193,21 @@ def response_table(cases: Sequence[Summary], monitor: str) -> Table:
             "results.h5 and --json tell of all"
         )
     for c in shown:
-        if c.converged < c.points:
-            notes.append(
-                f"{c.case}: {c.points - c.converged} of {c.points} points DID NOT CONVERGE "
-                f"(largest residual {c.worst:.1e}); they are left out of the numbers above"
-            )
-        if c.peak is not None and c.peak.at_edge:
-            notes.append(f"{c.case}: the largest point is at the end of the frequency range")
+        notes += cautions(c.case, c.converged, c.points, c.worst, c.peak)
     return Table("cases", f"Responses of {monitor}", columns, tuple(rows), tuple(notes))
+
+
+def cautions(
+    name: str, converged: int, points: int, worst: float, peak: Peak | None
+) -> Iterator[str]:
+    """What to know of a case before its numbers are used; `worst` is the largest residual."""
+    if converged < points:
+        yield (
+            f"{name}: {points - converged} of {points} points DID NOT CONVERGE "
+            f"(largest residual {worst:.1e}); they are left out of the numbers above"
+        )
+    if peak is not None and peak.at_edge:
+        yield f"{name}: the largest point is at the end of the frequency range"
 
 
 def failed_table(failed: Mapping[str, Failure]) -> Table:

@@ -1,6 +1,7 @@
 """What interference alone does to the contacts, before anything vibrates."""
 
 from collections.abc import Mapping
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -33,15 +34,7 @@ def _preload(board: Board, each: Planned) -> Exhibit:
     path = board.easel.draw(
         f"figures/preload{suffix}.png",
         shows,
-        lambda path: render.preload_picture(
-            path,
-            static.force[0, 0].real,
-            static.mu,
-            joints,
-            subtitle=words(name),
-            opened=static.state[0] == nonlinear.OPEN,
-            isotropic=static.friction == "isotropic",
-        ),
+        lambda path: picture(path, static, joints, words(name)),
     )
     data = board.table(f"figures/preload{suffix}.csv", shows, lambda: columns(static, joints))
     caption = (
@@ -51,6 +44,19 @@ def _preload(board: Board, each: Planned) -> Exhibit:
         "damp; the spread of the normal forces tells how unevenly a joint will slip."
     )
     return Exhibit(path, "Preload of the contacts", caption, (data,))
+
+
+def picture(path: Path, static: Response, joints: tuple[str, ...], subtitle: str) -> None:
+    """Draw the forces of a state at rest."""
+    render.preload_picture(
+        path,
+        static.force[0, 0].real,
+        static.mu,
+        joints,
+        subtitle=subtitle,
+        opened=static.state[0] == nonlinear.OPEN,
+        isotropic=static.friction == "isotropic",
+    )
 
 
 def columns(static: Response, joints: tuple[str, ...]) -> Mapping[str, ArrayLike]:

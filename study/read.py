@@ -2,9 +2,9 @@
 
 import os
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
-from pydantic import ValidationError
+from pydantic import BaseModel, ValidationError
 
 from vanelock.errors import InputError
 from vanelock.files import beside, contents
@@ -12,6 +12,8 @@ from vanelock.study.messages import explain
 from vanelock.study.model import Study
 from vanelock.study.sweep import cases
 from vanelock.toml import LARGEST, toml_tables
+
+S = TypeVar("S", bound=BaseModel)
 
 
 def load_study(path: str | os.PathLike[str], outside: bool = False) -> Study:
@@ -66,10 +68,21 @@ def parse_study(text: str, where: str = "study") -> Study:
 
 def check_study(data: dict[str, Any], where: str = "study") -> Study:
     """Check the nested tables of a study."""
+    return checked(Study, data, where)
+
+
+def checked(schema: type[S], data: dict[str, Any], where: str) -> S:
+    """Nested tables as what a schema makes of them; `where` is what errors call them.
+
+    Raises
+    ------
+    InputError
+        One line for each mistake.
+    """
     try:
-        return Study.model_validate(data, strict=True)
+        return schema.model_validate(data, strict=True)
     except ValidationError as error:
-        lines = explain(error, data)
+        lines = explain(error, data, schema)
         raise InputError("\n".join(f"{where}: {line}" for line in lines)) from None
 
 

@@ -76,7 +76,7 @@ def cases(study: Study) -> tuple[Case, ...]:
         count *= len(values)
     if count > LARGEST:
         raise InputError(f"sweep: {count} cases: at most {LARGEST} are allowed")
-    names = _short([*study.rows, *lists])
+    names = short_names([*study.rows, *lists])
     found: dict[str, Case] = {}
     fitting: set[Hashable] = set()
     for row, combination in product(rows, product(*lists.values())):
@@ -100,7 +100,7 @@ def _samples(study: Study) -> tuple[Case, ...]:
     for i in range(count):
         chosen = {key: values[i] for key, values in columns.items()}
         try:
-            case = _case(study, chosen, _short(list(chosen)))
+            case = _case(study, chosen, short_names(list(chosen)))
             _check_fit(case, chosen, fitting)
         except InputError as error:
             told = str(error).removeprefix("sweep: ")
@@ -147,7 +147,7 @@ def _case(study: Study, chosen: dict[str, Any], names: dict[str, str]) -> Case:
         told = f"{shown}: " if len(chosen) > 1 else ""
         raise InputError(f"sweep: {told}{explain(error, {})[0]}") from None
     values = {key: value_at(changed, key) for key in chosen}
-    name = ",".join(f"{names[key]}={_shown(value)}" for key, value in values.items())
+    name = ",".join(f"{names[key]}={shown_value(value)}" for key, value in values.items())
     return Case(name, values, changed)
 
 
@@ -223,7 +223,8 @@ def _holds_choice(key: str) -> bool:
     return field is not None and get_origin(field.annotation) is Literal
 
 
-def _shown(value: float | str) -> str:
+def shown_value(value: float | str) -> str:
+    """A value as case names have it."""
     return value if isinstance(value, str) else f"{value:.9g}"
 
 
@@ -248,7 +249,7 @@ def with_values(study: Study, changes: dict[str, Any]) -> Study:
     return Study.model_validate(data, strict=True)
 
 
-def _short(keys: list[str]) -> dict[str, str]:
+def short_names(keys: list[str]) -> dict[str, str]:
     """Each key's last word, with as many before it as it takes to tell the keys apart."""
     names = {}
     for key in keys:
@@ -281,8 +282,8 @@ def label(cases: Sequence[Case], groups: Sequence[Hashable]) -> list[str]:
         values = [case.values[key] for case in cases]
         if all(seen.setdefault(g, v) == v for g, v in zip(groups, values, strict=True)):
             fixed.append(key)
-    names = _short(keys)
+    names = short_names(keys)
     return [
-        ",".join(f"{names[key]}={_shown(case.values[key])}" for key in fixed) or case.name
+        ",".join(f"{names[key]}={shown_value(case.values[key])}" for key in fixed) or case.name
         for case in cases
     ]

@@ -127,16 +127,17 @@ def run(
 
     Exit status 1 if some cases of a sweep could not be computed; they are listed.
     """
+    from vanelock.assembly import is_scene
     from vanelock.study import choose_listener, load_study, read_text, run_study
     from vanelock.study.local import cores
     from vanelock.study.progress import Counter
     from vanelock.toml import toml_tables
 
-    folder = output or Path("runs") / study.stem
-    if "components" in (tables := toml_tables(read_text(study), str(study))) or "system" in tables:
+    folder, text = output or Path("runs") / study.stem, read_text(study)
+    if is_scene(toml_tables(text, str(study))):
         from vanelock.assembly import load_scene, run_scene
 
-        scene, text = load_scene(study, allow_outside), read_text(study)
+        scene = load_scene(study, allow_outside)
         with _going_on_later(folder), choose_listener(quiet, as_json) as listener:
             counter = Counter(listener)
             run_scene(scene, folder, counter, text, workers or cores(), scheduler)
@@ -147,14 +148,13 @@ def run(
     with _going_on_later(folder), choose_listener(quiet, as_json) as listener:
         if loaded.campaign is None:
             counter = Counter(listener)
-            text = read_text(study)
             run_study(loaded, folder, counter, text, workers or cores(), scheduler)
             if counter.failed:
                 raise typer.Exit(1)
         else:
             from vanelock.campaign import run_campaign
 
-            run_campaign(loaded, folder, listener, read_text(study))
+            run_campaign(loaded, folder, listener, text)
 
 
 @app.command()
@@ -337,6 +337,9 @@ def _status(arguments: list[str] | None) -> int:
     except BrokenPipeError:
         sys.stderr.close()
         return 141
+    except MemoryError as error:
+        told = f" ({error})" if str(error) else ""
+        lines = [f"not enough memory{told}: a coarser mesh, fewer harmonics or points take less"]
     except Exception as error:
         # typer's own errors (unknown option, missing argument); it does not export their class.
         if not hasattr(error, "format_message"):

@@ -4,7 +4,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import scipy.io
 import scipy.linalg as sl
+import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from tests.assembly.conftest import Chain, Write, chain, joined
@@ -78,6 +80,44 @@ def test_ties_merge_nodes(tmp_path: Path, scene_file: Write) -> None:
     M[6:9, 6:9] *= 2
     frequency, _ = linear_modes(joined(scene_file(text)), 0, 6)
     expected = np.sqrt(sl.eigh(whole.K, M, eigvals_only=True)[:6]) / (2 * np.pi)
+    np.testing.assert_allclose(frequency, expected, rtol=1e-9)
+
+
+def beam(lengths: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Euler-Bernoulli elements in a row, each node's deflection and rotation; consistent mass."""
+    size, h = 2 * lengths + 2, 0.1
+    K, M = np.zeros((size, size)), np.zeros((size, size))
+    stiff = [[12, 6 * h, -12, 6 * h], [6 * h, 4 * h**2, -6 * h, 2 * h**2]]
+    stiff += [[-12, -6 * h, 12, -6 * h], [6 * h, 2 * h**2, -6 * h, 4 * h**2]]
+    mass = [[156, 22 * h, 54, -13 * h], [22 * h, 4 * h**2, 13 * h, -3 * h**2]]
+    mass += [[54, 13 * h, 156, -22 * h], [-13 * h, -3 * h**2, -22 * h, 4 * h**2]]
+    for i in range(lengths):
+        at = np.ix_(range(2 * i, 2 * i + 4), range(2 * i, 2 * i + 4))
+        K[at] += 50.0 / h**3 * np.array(stiff)
+        M[at] += 0.8 * h / 420 * np.array(mass)
+    return K, M
+
+
+def test_ties_merge_rotations(tmp_path: Path, scene_file: Write) -> None:
+    """Two beams tied end to end bend as one: a hinge between them would not carry the moment."""
+    text = ""
+    for name, first in (("one", 1), ("two", 11)):
+        K, M = beam(3)
+        scipy.io.mmwrite(tmp_path / f"{name}_K.mtx", sp.coo_array(K))
+        scipy.io.mmwrite(tmp_path / f"{name}_M.mtx", sp.coo_array(M))
+        rows = [f"{n},{d}" for n in range(first, first + 4) for d in ("uy", "rotz")]
+        (tmp_path / f"{name}_dofs.csv").write_text("\n".join(["node,direction", *rows]) + "\n")
+        text += (
+            f'[components.{name}]\nstiffness = "{name}_K.mtx"\nmass = "{name}_M.mtx"\n'
+            f'dofs = "{name}_dofs.csv"\n' + ("fixed = [1]\n" if first == 1 else "")
+        )
+    text += (
+        '[ties.end]\nbetween = ["one", "two"]\npairs = [[4, 11]]\n'
+        '[[loads]]\ncomponent = "two"\nnodes = [14]\ndirection = [0, 1, 0]\namplitude = 1\n'
+    )
+    K, M = (A[2:, 2:] for A in beam(6))
+    frequency, _ = linear_modes(joined(scene_file(text)), 0, 4)
+    expected = np.sqrt(sl.eigh(K, M, eigvals_only=True)[:4]) / (2 * np.pi)
     np.testing.assert_allclose(frequency, expected, rtol=1e-9)
 
 

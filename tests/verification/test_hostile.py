@@ -238,7 +238,9 @@ def test_matrices(server, tmp_path, monkeypatch, record_property):
             path.write_bytes(hostile.mutated(random, whole, choice))
         outcome = checked(server, tally, f"matrix {i}", folder, "scene.toml")
         passed += outcome.status == 0
-        if outcome.status == 0 and passed % RUNS == 0:
+        # A file that lost its matrices is a study: its run is a large one, and tested elsewhere.
+        scene = b"components" in (folder / "scene.toml").read_bytes()
+        if outcome.status == 0 and scene and passed % RUNS == 0:
             ran = server.run(["run", "scene.toml", "-o", "out", "-q"], folder)
             wrong = half_written(folder / "out", ran)
             tally.add(f"matrix {i} run", ran, folder, *wrong, most=60)  # it computes
