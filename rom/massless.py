@@ -39,7 +39,8 @@ def lowest(K: Matrix, M: Matrix, count: int) -> tuple[NDArray[np.float64], Matri
         If the mass is negative in some direction, or nothing holds a massless coordinate.
     """
     if _definite(M):
-        return sl.eigh(K, M, subset_by_index=[0, count - 1])
+        omega2, shapes = sl.eigh(K, M, subset_by_index=[0, count - 1])
+        return omega2, shapes
     refuse_negative_mass(M)
     d = _scale(M)
     mass, U = sl.eigh(d[:, None] * M * d)
