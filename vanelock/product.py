@@ -56,7 +56,12 @@ class Product:
             return cls._read(group)
         except InputError:
             raise
-        except (KeyError, OSError, RuntimeError, TypeError, ValueError) as error:
+        except AttributeError:  # h5py's two kinds of object share few methods
+            raise InputError(
+                f"{where}: not a vanelock {cls.__name__} (numbers where a group is needed, or a "
+                "group where numbers are)"
+            ) from None
+        except (KeyError, IndexError, OSError, RuntimeError, TypeError, ValueError) as error:
             reason = str(error.args[0] if error.args else error).splitlines()[0]
             raise InputError(f"{where}: not a vanelock {cls.__name__} ({reason})") from None
 

@@ -62,6 +62,16 @@ def test_system_file_round_trip(scene, tmp_path):
     assert (back.sectors, back.engine_order, back.damping_ratio) == (16, 1, 0.003)
 
 
+@pytest.mark.parametrize("name", ["nd", "force", "nd/1", "contact"])
+def test_numbers_where_a_system_file_has_a_group_are_refused(scene, tmp_path, name):
+    scene.system.save(tmp_path / "system.h5")
+    with h5py.File(tmp_path / "system.h5", "a") as file:
+        del file[name]
+        file[name] = np.ones(3)
+    with pytest.raises(InputError, match=r"system\.h5: not a vanelock System"):
+        rom.System.load(tmp_path / "system.h5")
+
+
 def test_component_file_round_trip(scene, tmp_path):
     scene.casing.save(tmp_path / "casing.h5")
     back = rom.Component.load(tmp_path / "casing.h5")
