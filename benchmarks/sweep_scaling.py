@@ -115,7 +115,7 @@ def processor(cache: Cache, task: Task) -> float:
     """Processor seconds of a task's products."""
     spent = 0.0
     for key in task.makes:
-        (path,) = cache.folder.glob(f"*-{key}-*.h5")
+        (path,) = cache.folder.rglob(f"*-{key}-*.h5")
         with h5py.File(path) as file:
             spent += float(file.attrs["cpu"])
     return spent

@@ -1,7 +1,8 @@
 """Products kept in a run's folder under a hash of exactly the inputs that they depend on.
 
-An entry is one HDF5 file whose name holds the stage, the key and the digest of the file's bytes:
-a truncated or altered entry is noticed before it is read, and computed again.
+An entry is one HDF5 file whose name holds the stage, the key and the digest of the file's bytes: a
+truncated or altered entry is noticed before it is read, and computed again. It lies in a folder
+named by the first letters of its key.
 """
 
 import hashlib
@@ -26,6 +27,8 @@ from vanelock.product import Product
 from vanelock.study.journal import JournalFile, NoJournal, journal
 
 P = TypeVar("P", bound=Product)
+SHARD = 2
+"""Letters of a key that name its entry's folder: among 256 folders a name is found fast."""
 STEPS = (
     "stages",
     "diameters",
@@ -79,7 +82,7 @@ class Cache:
 
     def load(self, stage: str, key: str, kind: type[P]) -> Entry[P] | None:
         """The stored product, or None where there is none that is intact."""
-        for path in sorted(self.folder.glob(f"{_flat(stage)}-{key}-*.h5")):
+        for path in self._entries(stage, key):
             try:
                 if file_digest(path) != path.stem.rpartition("-")[2]:
                     raise InputError("its contents have changed since it was written")
@@ -115,7 +118,7 @@ class Cache:
                     file.attrs["seconds"], file.attrs["cpu"] = seconds, cpu
                     product.save(file.create_group("product"))
                 digest, entry = file_digest(temporary), read_entry(temporary, type(product))
-                os.replace(temporary, self.folder / f"{_flat(stage)}-{key}-{digest}.h5")
+                os.replace(temporary, self._place(stage, key, digest))
                 journal_of(self.folder, stage, key).unlink(missing_ok=True)
             finally:
                 temporary.unlink(missing_ok=True)
@@ -127,11 +130,11 @@ class Cache:
 
     def holds(self, stage: str, key: str) -> bool:
         """Whether there is an entry, intact or not."""
-        return any(self.folder.glob(f"{_flat(stage)}-{key}-*.h5"))
+        return bool(self._entries(stage, key))
 
     def image(self, stage: str, key: str) -> bytes | None:
         """An entry's bytes, for a process that has no access to the folder."""
-        for path in sorted(self.folder.glob(f"{_flat(stage)}-{key}-*.h5")):
+        for path in self._entries(stage, key):
             image = path.read_bytes()
             if _digest(image) == path.stem.rpartition("-")[2]:
                 return image
@@ -150,10 +153,18 @@ class Cache:
             temporary = self.folder / f".{_flat(stage)}.{os.getpid()}.tmp"
             try:
                 temporary.write_bytes(image)
-                os.replace(temporary, self.folder / f"{_flat(stage)}-{key}-{_digest(image)}.h5")
+                os.replace(temporary, self._place(stage, key, _digest(image)))
                 journal_of(self.folder, stage, key).unlink(missing_ok=True)
             finally:
                 temporary.unlink(missing_ok=True)
+
+    def _entries(self, stage: str, key: str) -> list[Path]:
+        return sorted((self.folder / key[:SHARD]).glob(f"{_flat(stage)}-{key}-*.h5"))
+
+    def _place(self, stage: str, key: str, digest: str) -> Path:
+        shard = self.folder / key[:SHARD]
+        shard.mkdir(exist_ok=True)
+        return shard / f"{_flat(stage)}-{key}-{digest}.h5"
 
 
 def journal_of(folder: Path, stage: str, key: str) -> Path:

@@ -35,7 +35,7 @@ def cache(tmp_path, noticed):
 
 
 def entry(cache):
-    (path,) = cache.folder.glob("*.h5")
+    (path,) = cache.folder.rglob("*.h5")
     return path
 
 
@@ -121,7 +121,7 @@ def test_steps_run_once_and_only_when_needed(cache):
         ("low", True),
         ("high", False),
     ]
-    entry_of_middle = next(cache.folder.glob("middle-*.h5"))
+    entry_of_middle = next(cache.folder.rglob("middle-*.h5"))
     entry_of_middle.write_bytes(entry_of_middle.read_bytes()[:-1])
     assert Stages(cache, silent).get(chain(300.0)).values[0] == 312
     assert calls[4:] == ["middle", "high"]

@@ -176,7 +176,7 @@ def test_a_stage_goes_on_where_it_was_killed(tmp_path: Path) -> None:
     found = Stages(Cache(tmp_path, said.append), silent).get(long)
     assert found.values.tolist() == [i * i for i in range(10)]
     assert solved == list(range(10))
-    assert [path.suffix for path in tmp_path.iterdir()] == [".h5"]  # it has served
+    assert [path.suffix for path in tmp_path.rglob("*.*")] == [".h5"]  # it has served
     assert said == []
 
 
@@ -192,7 +192,7 @@ def test_a_product_is_handed_on_as_the_cache_gives_it_back(tmp_path: Path) -> No
     second = step("second", "rom", {}, Numbers, (first,), compute)
     cache = Cache(tmp_path, print)
     Stages(cache, silent).get(second)
-    for path in tmp_path.glob("second*"):
+    for path in tmp_path.rglob("second*"):
         path.unlink()
     Stages(cache, silent).get(second)
     new, again = seen
@@ -204,11 +204,11 @@ def test_a_product_is_handed_on_as_the_cache_gives_it_back(tmp_path: Path) -> No
 def test_a_full_disk_leaves_the_cache_as_it_was(tmp_path: Path) -> None:
     cache = Cache(tmp_path / "cache", print)
     cache.store("small", "key", Numbers(np.arange(10.0)), 1.0)
-    before = sorted(cache.folder.iterdir())
+    before = sorted(cache.folder.rglob("*"))
     with disk_of(100_000), pytest.raises(InputError) as caught:
         cache.store("large", "key", Numbers(np.arange(1e5)), 1.0)
     assert told(caught, cache.folder) == "File too large"
-    assert sorted(cache.folder.iterdir()) == before
+    assert sorted(cache.folder.rglob("*")) == before
     assert cache.load("small", "key", Numbers) is not None
     cache.store("large", "key", Numbers(np.arange(1e5)), 1.0)
 

@@ -229,7 +229,7 @@ def test_a_dimension_reaches_the_part_it_belongs_to(first):
 def test_a_damaged_cache_entry_is_computed_again(first):
     folder, summaries, _ = first
     key = mesh_step(parse_study(STUDY), "casing").key
-    (entry,) = (folder / "cache").glob(f"mesh-casing-{key}-*.h5")
+    (entry,) = (folder / "cache").rglob(f"mesh-casing-{key}-*.h5")
     content = bytearray(entry.read_bytes())
     content[len(content) // 3] ^= 255
     entry.write_bytes(content)

@@ -88,7 +88,7 @@ def alone(tmp_path_factory):
 def begun(alone, tmp_path):
     """A folder with the meshes and reduced parts of that run, but no response."""
     shutil.copytree(alone[0] / "cache", tmp_path / "run" / "cache")
-    for path in (tmp_path / "run" / "cache").glob("*.h5"):
+    for path in (tmp_path / "run" / "cache").rglob("*.h5"):
         if path.name.startswith(("preload", "response")):
             path.unlink()
     return tmp_path / "run"

@@ -235,7 +235,7 @@ def bits(array: Any) -> tuple[Any, ...]:
 def entries(folder: Path) -> set[str]:
     """Names of the cache entries of a run; each must hold what its name says."""
     found = set()
-    for path in (folder / "cache").glob("*.h5"):
+    for path in (folder / "cache").rglob("*.h5"):
         digest = hashlib.sha256(path.read_bytes()).hexdigest()[:20]
         assert path.stem.rpartition("-")[2] == digest, f"{path} is not whole"
         found.add(path.name)

@@ -48,7 +48,7 @@ class Victim:
 
     def forget(self, prefix: str) -> None:
         """Remove what a stage has left that ended before its kill, so that it comes once more."""
-        for path in (self.folder / "cache").glob("*.h5"):
+        for path in (self.folder / "cache").rglob("*.h5"):
             if stage_of(path.name).startswith(flat(prefix)):
                 path.unlink()
         for path in self.folder.glob(f"{prefix}*"):
