@@ -12,6 +12,7 @@ from vanelock.campaign.evidence import Evidence
 from vanelock.campaign.gather import evidence, ordered, plan_of
 from vanelock.campaign.sheets import Plan, case_of
 from vanelock.campaign.statements import Statement, statement_table, statements
+from vanelock.errors import InputError
 from vanelock.study import listing, results
 from vanelock.study.board import Board
 from vanelock.study.cache import Cache, file_digest
@@ -19,6 +20,7 @@ from vanelock.study.comparison import CampbellKeys
 from vanelock.study.easel import Easel
 from vanelock.study.exhibit import Exhibit
 from vanelock.study.folder import claimed
+from vanelock.study.hire import hire
 from vanelock.study.model import Study
 from vanelock.study.pictures import Gallery
 from vanelock.study.progress import Finished, Listener, Notice, silent
@@ -33,6 +35,8 @@ def run_campaign(
     folder: str | os.PathLike[str],
     listener: Listener = silent,
     text: str = "",
+    workers: int = 1,
+    scheduler: str | None = None,
 ) -> tuple[Statement, ...]:
     """Run the campaign of a study in a folder; what earlier runs there computed is used again.
 
@@ -46,6 +50,10 @@ def run_campaign(
         Told about stages, points, notices and tables.
     text : str
         The study file's text, kept in the results.
+    workers : int
+        Processes that compute the cases, maps and ridges; 1: this one does.
+    scheduler : str, optional
+        Address of a Dask scheduler whose workers do.
 
     Returns
     -------
@@ -63,11 +71,14 @@ def run_campaign(
         study = study.model_copy(update={"campbell": CampbellKeys()})
     with claimed(path):
         stages = Stages(Cache(path / "cache", lambda told: listener(Notice(told))), listener)
+        hands = hire(workers, scheduler, listener, path / "cache")  # refused before the long stages
         plan = plan_of(study, stages)
-        run = Run(study, path, listener, stages, ordered(plan))
+        run = Run(study, path, listener, stages, ordered(plan), hands)
         run.record.provenance(study, text)
         with run.record.together():
             summaries = run.all_cases()
+        for name, failure in run.failed.items():  # every case counts for a statement
+            raise InputError(f"campaign: {name}: {failure.reason}")
         found = evidence(run, plan, summaries)
         stated = statements(found)
         _record(run, found)

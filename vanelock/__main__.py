@@ -98,8 +98,8 @@ Workers = Annotated[
         "-w",
         min=1,
         max=1024,
-        help="Processes that compute the cases of a sweep; default: as many as there are cores "
-        "to use; 1: none but this one.",
+        help="Processes that compute the cases of a sweep or the maps of a campaign; default: as many "
+        "as there are cores to use; 1: none but this one.",
         metavar="N",
     ),
 ]
@@ -154,7 +154,7 @@ def run(
         else:
             from vanelock.campaign import run_campaign
 
-            run_campaign(loaded, folder, listener, text)
+            run_campaign(loaded, folder, listener, text, workers or cores(), scheduler)
 
 
 @app.command()

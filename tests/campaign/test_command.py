@@ -1,12 +1,14 @@
 """A small campaign from end to end: what it leaves, and that a second run finds it all."""
 
 import csv
+import shutil
 
 import pytest
 
+from tests.verification.killing import numbers
 from vanelock.campaign import Plane, run_campaign
 from vanelock.study import open_results, parse_study
-from vanelock.study.progress import Done, Event
+from vanelock.study.progress import Done, Event, Tasks
 from vanelock.study.tables import Table
 
 pytestmark = pytest.mark.slow
@@ -89,3 +91,15 @@ def test_a_second_run_computes_nothing(ran):
     assert [stage for stage in computed if not stage.startswith(kept)] == []
     same = [(each.says, each.agrees) for each in stated]
     assert [(each.says, each.agrees) for each in again] == same
+
+
+def test_maps_by_two_processes_are_the_same(ran, tmp_path):
+    """All maps and ridges are shared out; every number is that of one process."""
+    folder, _, _ = ran
+    kept = shutil.ignore_patterns("map-*", "peak-*", "results.h5")
+    shutil.copytree(folder, tmp_path / "two", ignore=kept)
+    heard: list[Event] = []
+    run_campaign(parse_study(TEXT), tmp_path / "two", heard.append, TEXT, workers=2)
+    assert [event.done for event in heard if isinstance(event, Tasks)][-1] == 7
+    found, expected = (numbers(path / "results.h5") for path in (tmp_path / "two", folder))
+    assert found == expected
