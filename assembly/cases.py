@@ -90,6 +90,7 @@ def _with(scene: Scene, changes: dict[str, Any]) -> Scene:
     data["loads"] = [dict(load) for load in data.get("loads", ())]
     for key, value in changes.items():
         *path, last = _path(key) or [key]
+        _refuse_unknown(data, path)
         table: Any = data
         for item in path:
             try:
@@ -103,6 +104,14 @@ def _with(scene: Scene, changes: dict[str, Any]) -> Scene:
         return Scene.model_validate(data, strict=True)
     except ValidationError as error:
         raise InputError(explain(error, data, Scene)[0]) from None
+
+
+def _refuse_unknown(data: dict[str, Any], path: list[str | int]) -> None:
+    """A named table that is not there cannot be swept; others come with their defaults."""
+    if len(path) > 1 and path[0] in ("components", "contacts", "ties"):
+        have = data.get(path[0], {})
+        if path[1] not in have:
+            raise InputError(f"no {path[0]}.{path[1]}; there are {', '.join(have) or 'none'}")
 
 
 def _at(scene: Scene, key: str) -> Any:

@@ -74,4 +74,5 @@ def _planned(scene: Scene) -> Iterator[Row]:
         yield f"component {name}", told
     yield "contacts", f"{sum(len(each.mu) for each in given.contacts):,}"
     yield "ties, loads", f"{len(given.ties)}, {len(given.loads)}"
+    yield from (("careful", text) for text in given.apart())
     yield "output nodes", f"{sum(len(own) for _, own in given.outputs)}"

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from scipy.sparse.csgraph import connected_components
 
 from vanelock.assembly.piece import Matrix, Piece
-from vanelock.cyclic import turn
+from vanelock.cyclic import COMPONENTS, turn
 from vanelock.errors import InputError
 from vanelock.rom import Contacts, Diameter, Force, System
 
@@ -126,6 +126,7 @@ class Joined:
         """
         T = self._merging()
         own, following = self._contact_rows(T)
+        self._refuse_still(own, following)
         names, output = self._outputs(T)
         beyond = np.any(following)
         return System(
@@ -216,6 +217,21 @@ class Joined:
             following.append(there)
         return _merged(np.concatenate(own), T), _merged(np.concatenate(following), T)
 
+    def _refuse_still(self, own: Floats, following: Floats) -> None:
+        """A contact between nodes that cannot move against each other is none."""
+        moves = np.any(own != 0, axis=(1, 2)) | np.any(following != 0, axis=(1, 2))
+        start = 0
+        for each in self.contacts:
+            still = ~moves[start : start + len(each.own_nodes)]
+            start += len(still)
+            if still.any():
+                a, b = each.own_nodes[still][0], each.mate_nodes[still][0]
+                told = f"nodes {a} and {b} are one" if each.mate else f"node {a} is held"
+                raise InputError(
+                    f"contacts.{each.name}: {told}: nothing moves there (a pair of itself, or of "
+                    "nodes that a tie merges?)"
+                )
+
     def _properties(self) -> Contacts:
         each = self.contacts
         none = np.empty(0)
@@ -231,9 +247,18 @@ class Joined:
         found: dict[int, NDArray[np.complex128]] = {}
         for load in self.loads:
             vector = found.setdefault(load.harmonic, np.zeros(T.shape[0], complex))
-            for at in self._coordinates(load.component, load.nodes, load.where):
+            places = self._coordinates(load.component, load.nodes, load.where)
+            for node, at in zip(load.nodes, places, strict=True):
+                if np.any(lost := (at < 0) & (np.abs(load.vector) > 0)):
+                    raise InputError(
+                        f"{load.where}.direction: node {node} of components.{load.component} has "
+                        f"no {self._word(int(lost.argmax()))} displacement among its rows"
+                    )
                 vector[at[at >= 0]] += load.vector[at >= 0]
         return {harmonic: Force(T.T @ vector) for harmonic, vector in sorted(found.items())}
+
+    def _word(self, direction: int) -> str:
+        return (COMPONENTS if self.cylindrical else "xyz")[direction]
 
     def _outputs(self, T: sp.csr_array) -> tuple[tuple[str, ...], Floats]:
         names, rows = [], [np.empty((0, 3, T.shape[0]))]

@@ -1,6 +1,6 @@
 """What a scene file names, read: node lists, tables of pairs, contact frames, loads."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -31,6 +31,13 @@ COLUMNS = {
     "interference": ("interference",),
 }
 """Columns of a table of pairs, and the key that each stands in for."""
+ALLOWED = {
+    "kn": (np.finfo(float).tiny, 1e15, "> 0 and <= 1e15 N/m"),
+    "kt": (np.finfo(float).tiny, 1e15, "> 0 and <= 1e15 N/m"),
+    "mu": (0.0, 1e6, ">= 0 and <= 1e6"),
+    "interference": (-1.0, 1.0, ">= -1 and <= 1 m"),
+}
+"""Least and largest value in a column, SI, as of the key."""
 PARALLEL = 1e-6
 
 
@@ -63,6 +70,15 @@ class Gathered:
     loads: tuple[Pull, ...]
     outputs: tuple[tuple[str, Integers], ...]
     kept: Mapping[str, tuple[Integers, Integers]]
+
+    def apart(self) -> Iterator[str]:
+        """A line for each component that nothing joins to another, where there are several."""
+        links = [(each.own, each.mate) for each in self.contacts]
+        links += [(each.own, each.mate) for each in self.ties]
+        joined = {name for own, mate in links for name in (own, mate) if mate and own != mate}
+        for name in self.kept if len(self.kept) > 1 else ():
+            if name not in joined:
+                yield f"components.{name}: no contact or tie joins it to another component"
 
 
 def gathered(scene: Scene) -> Gathered:
@@ -152,28 +168,43 @@ def _touching(name: str, keys: ContactKeys, scene: Scene) -> Touching:
             if column in table and getattr(keys, key) is not None:
                 raise InputError(f"{where}.{key}: {keys.pairs} has it too: give either")
     numbers = {key: _each(table, keys, key, count, where) for key in ("kn", "kt", "mu")}
-    for key in ("kn", "kt"):
-        if np.any(numbers[key] <= 0):
-            raise InputError(f"{where}.pairs: {key} must be > 0 in every row of {keys.pairs}")
-    if np.any(numbers["mu"] < 0):
-        raise InputError(f"{where}.pairs: mu must be >= 0 in every row of {keys.pairs}")
+    numbers["interference"] = _each(table, keys, "interference", count, where, 0.0)
+    for key, (least, most, told) in ALLOWED.items():
+        if np.any(wrong := ~((numbers[key] >= least) & (numbers[key] <= most))):
+            raise InputError(
+                f"{where}.pairs: {key} = {numbers[key][wrong][0]:g} in {keys.pairs}: must be {told}"
+            )
+    frames = _frames(table, keys, count, where)
+    _refuse_twice(where, mine, theirs, frames[:, 0])
     return Touching(
         name=name,
         own=own,
         mate="" if mate == GROUND else mate,
         own_nodes=mine,
         mate_nodes=theirs,
-        frames=_frames(table, keys, count, where),
+        frames=frames,
         kn=numbers["kn"],
         kt=np.column_stack([numbers["kt"]] * 2),
         mu=numbers["mu"],
-        interference=_each(table, keys, "interference", count, where, 0.0),
+        interference=numbers["interference"],
         next_sector=keys.next_sector,
     )
 
 
+def _refuse_twice(where: str, mine: Integers, theirs: Integers, normal: Floats) -> None:
+    """Two elements between the same nodes along the same normal are a slip of the pen."""
+    seen = set()
+    for a, b, n in zip(mine.tolist(), theirs.tolist(), normal.round(6).tolist(), strict=True):
+        if (a, b, *n) in seen:
+            told = f"node {a}" if a == b else f"pair {a}, {b}"
+            raise InputError(f"{where}.pairs: {told} is listed twice with the same normal")
+        seen.add((a, b, *n))
+
+
 def _tie(name: str, keys: TieKeys) -> Tie:
-    mine, theirs, _ = _pairs(keys.pairs, False, f"ties.{name}.pairs")
+    mine, theirs, table = _pairs(keys.pairs, False, f"ties.{name}.pairs")
+    if more := [column for column in table if column not in ("node", "mate")]:
+        raise InputError(f"{keys.pairs}: column {more[0]!r}: a tie has node and mate only")
     own, mate = keys.between
     return Tie(name, own, mate, mine, theirs)
 

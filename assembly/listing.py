@@ -13,6 +13,12 @@ from vanelock.study.listing import cautions
 from vanelock.study.summary import Peak
 from vanelock.study.tables import Cell, Column, Table
 
+LOOSE = (
+    "at rest a part is held by no closed contact: where it lies, and so its response, is NOT "
+    "DETERMINED"
+)
+"""What is to be known where nothing presses a loose part."""
+
 
 def components_table(pieces: Sequence[Piece], system: System) -> Table:
     """Coordinates of each component, and of the system."""
@@ -57,7 +63,7 @@ def modes_table(name: str, found: Modes, peaks: Mapping[str, Peak | None]) -> Ta
         rows.append((word, *own[:count].tolist(), mode + 1, *height))
     notes = [f"the two modes of interest are alike by MAC {found.mac:.3f}"]
     if any(peaks[which] is None for which in ("free", "stuck")):
-        notes.append("no linear peak where the mode of interest is out of the frequency range")
+        notes.append("no linear peak where its frequency is out of the range")
     title = f"Linear limits{name and f', {name}'}"
     return Table("limits", title, columns, tuple(rows), tuple(notes))
 
@@ -87,6 +93,8 @@ def cases_table(cases: Sequence[Found], monitor: str) -> Table:
         work = 1e6 * sum(c.work.values()) if c.peak is not None else None
         done = f"{c.converged}/{c.points}"
         rows.append((c.case.name, *top, *shares, work, done, c.seconds))
+        if c.loose:
+            notes.append(f"{c.case.name}: {LOOSE}")
         notes += cautions(c.case.name, c.converged, c.points, c.worst, c.peak)
     return Table("cases", f"Responses of {monitor}", columns, tuple(rows), tuple(notes))
 

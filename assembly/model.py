@@ -42,7 +42,11 @@ def _nodes(value: object) -> object:
 
 def _pairs(value: object) -> object:
     """A file's name, a list of node numbers, or a list of pairs of them."""
-    if isinstance(value, list | tuple) and value and all(isinstance(n, list) for n in value):
+    if (
+        isinstance(value, list | tuple)
+        and value
+        and all(isinstance(n, list | tuple) for n in value)
+    ):
         rows = [tuple(row) for row in value]
         if all(
             len(row) == 2
@@ -221,6 +225,18 @@ class Scene(Table):
     sweep: dict[str, Annotated[tuple[Any, ...], BeforeValidator(sequence)]] = Field(
         default_factory=dict, description="swept keys"
     )
+
+    @model_validator(mode="after")
+    def _harmonics_are_computed(self) -> Self:
+        for i, load in enumerate(self.loads):
+            if load.harmonic > self.response.harmonics:
+                raise ValueError(
+                    f"loads[{i}].harmonic: given {load.harmonic}: must be <= response.harmonics, "
+                    f"{self.response.harmonics}"
+                )
+        if self.ring.sectors == 1 and self.excitation.engine_order != 1:
+            raise ValueError("excitation.engine_order: needs ring.sectors of at least 2")
+        return self
 
     @model_validator(mode="after")
     def _has_components(self) -> Self:

@@ -63,6 +63,8 @@ class Found:
         None where no point converged.
     of_free, of_stuck : float
         Peak over the linear peaks with contacts open and stuck; NaN where unknown.
+    loose : bool
+        Whether a part is held by no contact that is closed at rest.
     slipping, opening : float
         Share of the contacts that slip and that open in every period at the peak.
     work : dict of str to float
@@ -79,6 +81,7 @@ class Found:
     peak: Peak | None
     of_free: float
     of_stuck: float
+    loose: bool
     slipping: float
     opening: float
     work: dict[str, float]
@@ -94,6 +97,7 @@ def found_in(
     joints: Sequence[str],
     peak: Peak | None,
     linear: Sequence[Peak | None],
+    loose: bool,
     seconds: float,
 ) -> Found:
     """The numbers of a case; `linear` are the peaks with contacts open and stuck."""
@@ -117,6 +121,7 @@ def found_in(
         peak,
         over[0],
         over[1],
+        loose,
         slipping,
         opening,
         work,

@@ -8,6 +8,7 @@ import numpy as np
 import vanelock
 from vanelock.assembly.exhibits import Shown
 from vanelock.assembly.gather import gathered
+from vanelock.assembly.listing import LOOSE
 from vanelock.assembly.model import Scene
 from vanelock.assembly.monitor import Found
 from vanelock.assembly.steps import piece_step, system_step
@@ -73,6 +74,8 @@ def _summary(shown: Shown, found: Sequence[Found]) -> Section:
     warned = []
     for each in found:
         name = words(each.case.name)
+        if each.loose:
+            warned.append(f"{name}: {LOOSE}.")
         if each.converged < each.points:
             warned.append(
                 f"{name}: {each.points - each.converged} of {each.points} points did not converge "

@@ -132,6 +132,9 @@ def reduced(
                     "a cyclic face"
                 )
             found = reduce_sector(K, M, rows, joined, nodal_diameters, selection, C)
+    except InputError as error:
+        told = str(error)
+        raise InputError(told if told.startswith(where) else f"{where}: {told}") from None
     except SingularError as error:
         at = int(error.rows[0])
         moving = f"node {node[at]}, {WORDS[direction[at]]}" if direction[at] < 6 else f"row {at}"

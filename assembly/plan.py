@@ -38,6 +38,8 @@ class PlannedScene:
         The system, its linear limits, its state at rest and its nonlinear response.
     linear : tuple of Step
         Linear responses with all contacts open and all stuck.
+    apart : tuple of str
+        A line for each component that nothing joins to another.
     """
 
     case: SceneCase
@@ -47,6 +49,7 @@ class PlannedScene:
     linear: tuple[Step[Response], ...]
     preload: Step[Response]
     response: Step[Response]
+    apart: tuple[str, ...] = ()
 
     @property
     def steps(self) -> list[Step[Any]]:
@@ -83,4 +86,5 @@ def planned(case: SceneCase, progress: Callable[[int, int, float, float], None])
         linear=tuple(linear_step(scene, which, bare, modes) for which in LIMITS),
         preload=preload_step(scene, system),
         response=response_step(case.name, scene, system, modes, progress),
+        apart=tuple(given.apart()),
     )

@@ -15,6 +15,7 @@ from vanelock.assembly.monitor import Found, found_in, scene_monitor
 from vanelock.assembly.page import write_scene_page
 from vanelock.assembly.plan import PlannedScene, planned
 from vanelock.assembly.record import SceneRecord
+from vanelock.assembly.rest import constant_loads, undetermined
 from vanelock.assembly.steps import LIMITS
 from vanelock.errors import InputError
 from vanelock.nonlinear import Response
@@ -125,6 +126,8 @@ class SceneRun:
         self._cache = Cache(folder / "cache", lambda told: listener(Notice(told)))
         self.stages = Stages(self._cache, listener)
         self.planned = [planned(case, self._point) for case in scene_cases(scene)]
+        for text in dict.fromkeys(text for each in self.planned for text in each.apart):
+            listener(Notice(text))
         self.record = SceneRecord(folder, scene, text)
         cases = [each.case for each in self.planned]
         self.shown = Shown(scene, cases, self.stages, Easel(folder, listener))
@@ -178,15 +181,19 @@ class SceneRun:
         first = not self.shown.top
         if first:
             self.listener(listing.components_table(pieces, system))
+            for name, count in constant_loads(system).items():
+                told = f"nothing moves along the normal of {count} of its contacts"
+                self.listener(Notice(f"{name}: {told}: their load stays kn times interference"))
             wanted = each.case.scene.outputs.monitor
             self.shown.monitor = scene_monitor(wanted, system, linear[0])
         self.record.model(pieces, each.system.key, system)
         amplitude = self.shown.monitor.amplitude
+        tops = [peak_of(response, amplitude(response)) for response in linear]
         peaks = [
-            peak_of(response, amplitude(response))
-            if limits.held(which, response.frequency)
+            top
+            if top is not None and not top.at_edge and limits.held(which, response.frequency)
             else None
-            for which, response in zip(LIMITS, linear, strict=True)
+            for which, response, top in zip(LIMITS, linear, tops, strict=True)
         ]
         label = self.shown.limits_of(each.modes.key, each.case.name, linear)
         if label is not None:
@@ -209,7 +216,9 @@ class SceneRun:
         case, key = each.case, each.response.key
         amplitude = self.shown.monitor.amplitude(response)
         peak = peak_of(response, amplitude)
-        found = found_in(case, response, joints, peak, peaks, self.stages.done[key].seconds)
+        loose = undetermined(self.stages.get(each.system), static)
+        seconds = self.stages.done[key].seconds
+        found = found_in(case, response, joints, peak, peaks, loose, seconds)
         self.shown.add(case, key, response, amplitude, peak, static, joints)
         self.record.case(found, key, response, static, self.shown.monitor.name)
         if found.converged < found.points:

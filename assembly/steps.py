@@ -41,7 +41,10 @@ def piece_step(scene: Scene, name: str, given: Gathered) -> Step[Piece]:
     by_diameter = diameters(scene) if keys.low is not None or ND in keys.stiffness else ()
     inputs = {
         "keys": keys.model_dump(exclude=set(FILES["components"])),
-        "files": {key: _digests(value, by_diameter) for key, value in _named(keys)},
+        "files": {
+            key: _digests(f"components.{name}.{key}", value, by_diameter)
+            for key, value in _named(keys)
+        },
         "ring": scene.ring.model_dump(),
         "wanted": wanted.tolist(),
         "turned": turned.tolist(),
@@ -220,13 +223,16 @@ def _named(keys: ComponentKeys) -> Iterator[tuple[str, Any]]:
             yield key, value
 
 
-def _digests(value: Any, by_diameter: tuple[int, ...]) -> Any:
+def _digests(where: str, value: Any, by_diameter: tuple[int, ...]) -> Any:
     """What stands for a file's contents in a hash; a list of nodes stands for itself."""
     if not isinstance(value, str):
         return list(value)
-    if ND in value:
-        return [content_digest(value.replace(ND, str(k))) for k in by_diameter]
-    return content_digest(value)
+    try:
+        if ND in value:
+            return [content_digest(value.replace(ND, str(k))) for k in by_diameter]
+        return content_digest(value)
+    except InputError as error:
+        raise InputError(f"{where}: {error}") from None
 
 
 def _plain(each: Any) -> dict[str, Any]:

@@ -203,7 +203,11 @@ def _without(part: _Part, fixed: frozenset[tuple[int, int]]) -> _Part:
 
 
 def _keys(labels: Labels) -> list[tuple[int, int]]:
-    return list(zip(labels[0].tolist(), labels[1].tolist(), strict=True))
+    """Labels that are unique: generalised coordinates without a number count 0, -1, -2, ..."""
+    node, direction = labels
+    unnumbered = (direction == GENERALISED) & (node == 0)
+    numbers = np.where(unnumbered, 1 - np.cumsum(unnumbered), node)
+    return list(zip(numbers.tolist(), direction.tolist(), strict=True))
 
 
 def _told(key: tuple[int, int]) -> str:

@@ -25,6 +25,7 @@ Rows = NDArray[np.int64]
 
 TOLERANCE = 1e-10
 ROUNDING = 1e-5  # of w; times the tolerance a few times the spacing of numbers
+CARRIED = 1e8  # w over the largest scale beyond which rounding counts as what is left
 LENGTHS = (1.0, 0.5, 0.25, 0.125)
 
 
@@ -208,9 +209,12 @@ def solve(
     iteration = 0
     while True:
         # Where sliders were carried a million times further than they vibrate, rounding is left.
-        reach = np.maximum(scale, ROUNDING * np.abs(state.w).max(initial=0.0))
+        carried = np.abs(state.w).max(initial=0.0)
+        reach = np.maximum(scale, ROUNDING * carried)
         gap = state.gap[: start.size].reshape(start.shape)
         residual = float(np.abs(gap / reach).max(initial=0.0))
+        if carried > CARRIED * scale.max():  # nothing holds what flies so far
+            residual = max(residual, float(np.finfo(float).eps * carried / scale.max()))
         if residual < tolerance or iteration == limit or not np.isfinite(residual):
             break
         active[active_rows(state.w, state.deviation)] = True

@@ -10,6 +10,7 @@ _modules = {
     "Reduced": "component",
     "join": "joining",
     "linear_modes": "limits",
+    "linear_stiffness": "limits",
     "mac": "limits",
     "recovery": "recover",
     "prepare": "reduction",

@@ -271,8 +271,18 @@ def _missing(
 
 
 def _pencil(A: Matrix, B: Matrix) -> tuple[NDArray[np.float64], Matrix]:
-    """Eigenvalues of (A, B), descending, with XᴴBX = 1; B scaled to a unit diagonal first."""
-    scale = 1 / np.sqrt(np.diagonal(B).real)
+    """Eigenvalues of (A, B), descending, with XᴴBX = 1; B scaled to a unit diagonal first.
+
+    What has neither stiffness nor mass in B, as a rotation that the part does not resist, is left
+    out.
+    """
+    own = np.diagonal(B).real
+    if not np.all(kept := own > 1e-13 * own.max()):
+        values, some = _pencil(A[np.ix_(kept, kept)], B[np.ix_(kept, kept)])
+        X = np.zeros((len(B), len(values)), some.dtype)
+        X[kept] = some
+        return values, X
+    scale = 1 / np.sqrt(own)
     values, V = sl.eigh(
         hermitian(scale[:, None] * A * scale), hermitian(scale[:, None] * B * scale)
     )

@@ -250,11 +250,14 @@ def with_values(study: Study, changes: dict[str, Any]) -> Study:
 
 
 def short_names(keys: list[str]) -> dict[str, str]:
-    """Each key's last word, with as many before it as it takes to tell the keys apart."""
+    """Each key's last word, with as many before it as it takes to tell the keys apart.
+
+    Of an entry of a list, such as "loads[0].amplitude", the list goes with it.
+    """
     names = {}
     for key in keys:
         words = key.split(".")
-        depth = 1
+        depth = next((len(words) - i for i, word in enumerate(words) if "[" in word), 1)
         while any(other != key and other.split(".")[-depth:] == words[-depth:] for other in keys):
             depth += 1
         names[key] = ".".join(words[-depth:])

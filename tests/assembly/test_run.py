@@ -107,10 +107,13 @@ def test_swept_values_are_checked_as_their_keys(tmp_path: Path, scene_file: Writ
             )
         )
     )
-    assert [each.name for each in found] == ["amplitude=1,mu=0.1", "amplitude=2,mu=0.1"]
+    assert [each.name for each in found] == [
+        "loads[0].amplitude=1,mu=0.1",
+        "loads[0].amplitude=2,mu=0.1",
+    ]
     for sweep, told in (
         ('"contacts.pad.mu" = [-1]', r'sweep."contacts.pad.mu"\[0\] = -1: .* must be >= 0'),
-        ('"contacts.bad.mu" = [1]', "contacts.bad.between: must be given"),
+        ('"contacts.bad.mu" = [1]', "no contacts.bad; there are pad"),
         ('"loads[3].amplitude" = [1]', "nothing of that name"),
         ('"name" = ["a"]', "cannot be swept"),
         ('"contacts.pad.mu" = []', "needs at least one value"),
