@@ -51,9 +51,9 @@ def run_campaign(
     text : str
         The study file's text, kept in the results.
     workers : int
-        Processes that compute the cases, maps and ridges; 1: this one does.
+        Processes that compute the cases, and points of maps; 1: this one does.
     scheduler : str, optional
-        Address of a Dask scheduler whose workers do.
+        Address of a Dask scheduler whose workers compute the cases.
 
     Returns
     -------
@@ -79,7 +79,7 @@ def run_campaign(
             summaries = run.all_cases()
         for name, failure in run.failed.items():  # every case counts for a statement
             raise InputError(f"campaign: {name}: {failure.reason}")
-        found = evidence(run, plan, summaries)
+        found = evidence(run, plan, summaries, workers)
         stated = statements(found)
         _record(run, found)
         listener(statement_table(stated))

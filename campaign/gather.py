@@ -6,15 +6,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vanelock.campaign import maps
-from vanelock.campaign.chart import Chart
 from vanelock.campaign.checks import Difference, at_mean_load, between, from_linear, sticking_load
 from vanelock.campaign.conditions import Loop, conditions
 from vanelock.campaign.evidence import Evidence
 from vanelock.campaign.optimum import Ridge
 from vanelock.campaign.plane import Plane
 from vanelock.campaign.sheets import COUPLINGS, Plan, case_of, load_of, planned_sheets
-from vanelock.errors import InputError
-from vanelock.study.bundles import Wanted, divided, works
 from vanelock.study.forced import limits_step, linear_step, linear_system_step, preload_step
 from vanelock.study.limits import hooks
 from vanelock.study.model import Study
@@ -25,8 +22,10 @@ from vanelock.study.stages import diameters, rom_step, system_step
 from vanelock.study.steps import Stages
 from vanelock.study.summary import Peak, Summary, peak_of
 from vanelock.study.sweep import Case, with_values
-from vanelock.study.tasks import TaskFailed
 from vanelock.study.warm import warmed
+
+RIDGES = (1, 3)
+"""Harmonics of the ridges, as far as the campaign has them."""
 
 
 def plan_of(study: Study, stages: Stages) -> Plan:
@@ -53,8 +52,11 @@ def ordered(plan: Plan) -> list[Case]:
     return [plan.cases[first], *(case for name, case in plan.cases.items() if name != first)]
 
 
-def evidence(run: Run, plan: Plan, summaries: Sequence[Summary]) -> Evidence:
-    """Everything that the statements are judged by; `run` has all cases."""
+def evidence(run: Run, plan: Plan, summaries: Sequence[Summary], workers: int = 1) -> Evidence:
+    """Everything that the statements are judged by; `run` has all cases.
+
+    Points of maps are computed by so many processes.
+    """
     by_name = {each.case.name: each for each in run.planned}
     reference = by_name[case_of(plan)]
     stages, shown = run.stages, run.shown
@@ -68,7 +70,8 @@ def evidence(run: Run, plan: Plan, summaries: Sequence[Summary]) -> Evidence:
         assert peak is not None
         linear[which] = peak
     small = plan.sheets["stuck"].cases[0]
-    planes, slants, ridges = _maps(run, plan, reference, output, system.output_names[output[0]])
+    node = system.output_names[output[0]]
+    planes, slants, ridges = _maps(run, plan, reference, output, node, workers)
     return Evidence(
         plan=plan,
         summaries={each.case: each for each in summaries},
@@ -122,24 +125,64 @@ def _conditions(base: Study) -> tuple[Loop, ...]:
 
 
 def _maps(
-    run: Run, plan: Plan, reference: Planned, output: tuple[int, int], node: str
+    run: Run, plan: Plan, reference: Planned, output: tuple[int, int], node: str, workers: int
 ) -> tuple[dict[str, Plane], dict[float, Plane], tuple[Ridge, ...]]:
-    """Planes and ridges; computed by other processes, if there are any."""
-    work = works(run.planned)[run.planned.index(reference)]
-    band = run.stages.get(reference.rom["vane"]).band
-    chart = Chart(plan.base, work, output, node, band)
+    study, stages = plan.base, run.stages
+    assert study.campaign is not None
 
-    def told(done: int, total: int, peak: float) -> None:
-        run.listener(Point("map", done, total, peak, 0.0))
+    def told(name: str) -> maps.Told:
+        def say(done: int, total: int, peak: float) -> None:
+            run.listener(Point(name, done, total, peak, 0.0))
 
-    charted = chart.charted(told)
-    wanted = [Wanted(step.name, [step], step, chart) for step in charted.steps()]
-    with run.helped(lambda: divided(wanted, run.cache)):
-        try:
-            return (
-                {name: run.stages.get(step) for name, step in charted.planes.items()},
-                {slant: run.stages.get(step) for slant, step in charted.slants.items()},
-                tuple(run.stages.get(step) for step in charted.ridges),
-            )
-        except TaskFailed as error:
-            raise InputError(f"campaign: {error.failure.task}: {error.failure.reason}") from None
+        return say
+
+    own = reference.system, reference.linear.limits
+    planes = {
+        "interference": maps.plane_step(
+            "friction, interference",
+            study,
+            *own,
+            "interference",
+            maps.methods(study),
+            output,
+            told("map"),
+            workers,
+        ),
+        "load": maps.plane_step(
+            "friction, load",
+            study,
+            *own,
+            "load",
+            maps.methods(study)[:3],
+            output,
+            told("map"),
+            workers,
+        ),
+    }
+    ridges = [
+        maps.ridge_step(study, *own, name, h, (node, output[1]))
+        for h in RIDGES
+        if h in study.campaign.harmonics
+        for name in ("mu", "interference")
+    ]
+    band = stages.get(reference.rom["vane"]).band
+    slants = {}
+    for slant in study.campaign.slants:
+        if slant == getattr(study.vane, "interlock_slant", None):
+            continue
+        slants[slant] = maps.plane_step(
+            f"slant {slant:g}",
+            study,
+            *maps.slanted(study, slant, band),
+            "interference",
+            maps.few_methods(study),
+            output,
+            told("map"),
+            workers,
+            every=2,
+        )
+    return (
+        {name: stages.get(step) for name, step in planes.items()},
+        {slant: stages.get(step) for slant, step in slants.items()},
+        tuple(stages.get(step) for step in ridges),
+    )

@@ -54,6 +54,7 @@ def plane_step(
     chosen: Sequence[Method],
     output: Output,
     told: Told,
+    workers: int = 1,
     every: int = 1,
 ) -> Step[Plane]:
     """A plane of peaks over friction and interference, or friction and load.
@@ -72,6 +73,8 @@ def plane_step(
         Output node and direction.
     told : callable
         Hears points done, points in all and the last peak, m.
+    workers : int
+        Processes that compute its points.
     every : int
         Take every so many lines of the plane, the last one always.
     """
@@ -91,7 +94,7 @@ def plane_step(
 
     def compute(system: System, found: Limits, journal: Journal) -> Plane:
         task = Task(system, other, mu, value, chosen, ends(study, found), output)
-        return plane.plane(task, told, journal)
+        return plane.plane(task, told, journal, workers)
 
     name, needs = f"map {name}", (system, limits)
     return step(name, "nonlinear", inputs, Plane, needs, compute, resumes=True)

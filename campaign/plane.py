@@ -12,7 +12,6 @@ from collections.abc import Callable, Container, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import dataclass, field, replace
 from multiprocessing import get_context
-from os import sched_getaffinity
 from typing import Any
 
 import numpy as np
@@ -132,17 +131,19 @@ def plane(
     task: Task,
     told: Callable[[int, int, float], None] | None = None,
     journal: Journal | None = None,
+    workers: int = 1,
 ) -> Plane:
     """Solve a plane; `told` hears points done, points in all and the last peak, m.
 
-    Points are written to the `journal` as they come, in any order, and those in it not solved.
+    So many processes solve its points, none but this one where that is 1. Points are written to the
+    `journal` as they come, in any order, and those in it not solved.
     """
     m, v, k = len(task.mu), len(task.value), len(task.methods)
     found = np.full((m, v, k, 7), np.nan)
     known = _written(journal, k)
     for (i, j), rows in known.items():
         found[i, j] = rows
-    for done, (i, j, rows) in enumerate(_solved(task, set(known)), 1 + len(known)):
+    for done, (i, j, rows) in enumerate(_solved(task, set(known), workers), 1 + len(known)):
         found[i, j] = rows
         if journal is not None:
             journal.add(json.dumps([i, j, rows]).encode())
@@ -173,9 +174,11 @@ def _written(journal: Journal | None, methods: int) -> dict[tuple[int, int], Any
     return found
 
 
-def _solved(task: Task, known: Container[tuple[int, int]]) -> Iterator[tuple[int, int, list[Row]]]:
+def _solved(
+    task: Task, known: Container[tuple[int, int]], workers: int
+) -> Iterator[tuple[int, int, list[Row]]]:
     """Places and rows of all points but those that are known as they come."""
-    workers = min(len(sched_getaffinity(0)), len(task.mu))
+    workers = min(workers, len(task.mu))
     every = [(i, j) for i in range(len(task.mu)) for j in range(len(task.value))]
     places = [place for place in every if place not in known]
     if workers < 2 or len(places) < 8:

@@ -1,9 +1,8 @@
 """A run under way: case after case computed, written and shown."""
 
 from collections.abc import Callable, Sequence
-from contextlib import AbstractContextManager
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import TypeVar
 
 from vanelock.errors import InputError
 from vanelock.nonlinear import Response
@@ -42,11 +41,11 @@ from vanelock.study.scatter import (
 from vanelock.study.settle import settle
 from vanelock.study.solved import as_solved, drawn
 from vanelock.study.speed_lines import lines_step
-from vanelock.study.steps import Stages, Step
+from vanelock.study.steps import Stages
 from vanelock.study.strains import Strain
 from vanelock.study.summary import Peak, Summary, peak_of, summarise
 from vanelock.study.sweep import Case, cases
-from vanelock.study.tasks import Failure, Task, TaskFailed
+from vanelock.study.tasks import Failure, TaskFailed
 from vanelock.study.temperature import described
 from vanelock.study.warm import warmed
 
@@ -86,7 +85,7 @@ class Run:
         hands: Callable[[], Hands] | None = None,
     ) -> None:
         self.study, self.listener, self.stages = study, listener, stages
-        self.cache = Cache(folder / "cache", lambda told: listener(Notice(told)))
+        self._cache = Cache(folder / "cache", lambda told: listener(Notice(told)))
         self.failed: dict[str, Failure] = {}
         self._hands = hands
         self.measured = load_measured(study)  # refused before the long stages
@@ -113,7 +112,15 @@ class Run:
             study = each.case.study
             if isinstance(study.vane, OwnVane):
                 refuse_without_areas(study, self.stages.get(mesh_step(study, "vane")))
-        with self.helped(lambda: bundle(self.planned, self.cache)):
+        with helped(
+            self._hands,
+            lambda: bundle(self.planned, self._cache),
+            self.stages,
+            self._cache,
+            self.listener,
+            self._largest,
+            self.record.flush_if_due,
+        ):
             self._each(self._parts, self._show_parts)
             summaries = self._each(self._solve, self._case)
         self.listener(listing.response_table(summaries, self.shown.monitor.name))
@@ -127,20 +134,6 @@ class Run:
             self.listener(error_table(name, errors, self.shown.monitor.name))
             self.listener(left_out_table(name, without))
         return tuple(summaries)
-
-    def helped(
-        self, divide: Callable[[], tuple[list[Step[Any]], list[Task]]]
-    ) -> AbstractContextManager[None]:
-        """Have what `divide` says computed by other processes, if there are any."""
-        return helped(
-            self._hands,
-            divide,
-            self.stages,
-            self.cache,
-            self.listener,
-            self._largest,
-            self.record.flush_if_due,
-        )
 
     def _each(self, compute: Callable[[Planned], C], show: Callable[[Planned, C], R]) -> list[R]:
         """Compute something of each case and show it; what cannot be computed is left out."""

@@ -93,13 +93,14 @@ def test_a_second_run_computes_nothing(ran):
     assert [(each.says, each.agrees) for each in again] == same
 
 
-def test_maps_by_two_processes_are_the_same(ran, tmp_path):
-    """All maps and ridges are shared out; every number is that of one process."""
+def test_two_processes_compute_the_same(ran, tmp_path):
+    """Three cases by two processes, and maps by two more: every number is that of one process."""
     folder, _, _ = ran
-    kept = shutil.ignore_patterns("map-*", "peak-*", "results.h5")
+    gone = ("response-mu-0-1-*", "response-mu-0-3-*", "response-harmonics-*", "map-friction*")
+    kept = shutil.ignore_patterns(*gone, "results.h5")
     shutil.copytree(folder, tmp_path / "two", ignore=kept)
     heard: list[Event] = []
     run_campaign(parse_study(TEXT), tmp_path / "two", heard.append, TEXT, workers=2)
-    assert [event.done for event in heard if isinstance(event, Tasks)][-1] == 7
+    assert [event.done for event in heard if isinstance(event, Tasks)][-1] >= 2
     found, expected = (numbers(path / "results.h5") for path in (tmp_path / "two", folder))
     assert found == expected

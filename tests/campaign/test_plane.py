@@ -5,7 +5,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from vanelock.campaign import plane as module
 from vanelock.campaign.maps import thinned
 from vanelock.campaign.plane import Method, Task, plane
 from vanelock.nonlinear import frequency_response
@@ -49,24 +48,19 @@ def test_load_scales_the_excitation(task):
     assert (found.amplitude[1, 1, 2], found.frequency[1, 1, 2]) == pytest.approx(expected, rel=1e-9)
 
 
-def test_several_processes_find_the_same(task, monkeypatch):
+def test_several_processes_find_the_same(task):
     wide = replace(task, mu=(0.1, 0.2, 0.3, 0.4), methods=METHODS[:1])
-    monkeypatch.setattr(module, "sched_getaffinity", lambda _: {0})
     one = plane(wide)
-    monkeypatch.setattr(module, "sched_getaffinity", lambda _: {0, 1})
     heard = []
-    two = plane(wide, lambda *told: heard.append(told))
+    two = plane(wide, lambda *told: heard.append(told), workers=2)
     np.testing.assert_array_equal(one.amplitude, two.amplitude)
     np.testing.assert_array_equal(one.frequency, two.frequency)
     assert [told[:2] for told in heard] == [(i + 1, 8) for i in range(8)]
 
 
-@pytest.mark.parametrize("cores", [{0}, {0, 1}])
-def test_points_that_were_solved_before_a_kill_are_not_solved_again(
-    task, monkeypatch, tmp_path, cores
-):
+@pytest.mark.parametrize("workers", [1, 2])
+def test_points_that_were_solved_before_a_kill_are_not_solved_again(task, tmp_path, workers):
     wide = replace(task, mu=(0.1, 0.2, 0.3, 0.4, 0.5), methods=METHODS[:1])
-    monkeypatch.setattr(module, "sched_getaffinity", lambda _: cores)
     expected, path = plane(wide), tmp_path / "map.journal"
 
     def killed(done, total, peak):
@@ -74,11 +68,11 @@ def test_points_that_were_solved_before_a_kill_are_not_solved_again(
             raise KeyboardInterrupt
 
     with journal(path) as opened, pytest.raises(KeyboardInterrupt):
-        plane(wide, killed, opened)
+        plane(wide, killed, opened, workers)
     path.write_bytes(path.read_bytes()[:-5])  # in the middle of writing the third
     heard = []
     with journal(path) as opened:
-        found = plane(wide, lambda *told: heard.append(told[0]), opened)
+        found = plane(wide, lambda *told: heard.append(told[0]), opened, workers)
     assert heard == list(range(3, 11))
     for name in ("amplitude", "frequency", "opening", "slipping", "lost", "points"):
         assert getattr(found, name).tobytes() == getattr(expected, name).tobytes()
