@@ -2,7 +2,16 @@
 
 import ast
 import re
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from vanelock import rom
+from vanelock.nonlinear import Response, frequency_response
+from vanelock.study.results import Results, put, put_system
 
 ROOT = Path(__file__).resolve().parents[2]
 PAGE = (ROOT / "docs" / "not_converged.md").read_text("utf-8")
@@ -57,3 +66,43 @@ def test_every_message_on_the_page_has_an_advice() -> None:
     cells = [[cell.strip() for cell in row.strip("|").split(" | ")] for row in rows]
     assert len(cells) > 20
     assert [row[0] for row in cells if len(row) != 3 or not row[2]] == []
+
+
+def spring(stiffness: float) -> rom.System:
+    """A mass of 1 kg on a contact that is pressed."""
+    matrices = rom.Diameter(
+        K=np.zeros((1, 1)),
+        M=np.eye(1),
+        own=np.array([[[1.0], [0.0], [0.0]]]),
+        next=None,
+        output=np.array([[[1.0], [0.0], [0.0]]]),
+    )
+    kn, kt, mu, v0 = np.array([stiffness]), np.ones((1, 2)), np.array([0.3]), np.array([1e-3])
+    force = {1: rom.Force(np.array([1.0 + 0j]))}
+    contacts = rom.Contacts(kn, kt, mu, v0, ("interlock",))
+    return rom.System(1, 1, {0: matrices}, contacts, force, ("vane accessory 1",), 0.01)
+
+
+@pytest.mark.parametrize("lost", [(), (0, 2)])
+def test_what_the_page_looks_closer_with_takes_the_system_of_the_case(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, lost: tuple[int, ...]
+) -> None:
+    """As written, on a sweep whose first case is stiffer, with points lost and without."""
+    snippet = next(s for s in re.findall(r"^```python\n(.*?)^```$", PAGE, re.M | re.S))
+    first, second = spring(4e6), spring(1e6)
+    found: Response = frequency_response(second, [100.0, 120.0, 140.0], harmonics=1)
+    converged = ~np.isin(np.arange(3), lost)
+    results = Results(tmp_path / "runs" / "my" / "results.h5")
+    results.path.parent.mkdir(parents=True)
+    with results.edit() as file:
+        put_system(file, "system", first)
+        put(file, "response/mu=0.15", replace(found, converged=converged), {})
+        put_system(file, "response/mu=0.15/system", second, "system")
+    results.flush()
+    monkeypatch.chdir(tmp_path)
+    names: dict[str, Any] = {}
+    exec(snippet, names)
+    assert ("again" in names) == bool(lost)
+    if lost:
+        expected = found.amplitude[list(lost)]
+        np.testing.assert_allclose(names["again"].amplitude, expected, rtol=1e-8)
