@@ -15,6 +15,7 @@ from vanelock.nonlinear import Response, System
 from vanelock.product import Product
 from vanelock.rom import Component
 from vanelock.study import results
+from vanelock.study.budget import SOURCES, pins
 from vanelock.study.cache import Cache, Entry
 from vanelock.study.compare_load import load_file
 from vanelock.study.fit_command import fitted_parameters
@@ -34,6 +35,8 @@ Row = tuple[str, str]
 _SIGNATURE = b"\x89HDF\r\n\x1a\n"
 KINDS = {kind.__name__: kind for kind in (Part, Component, System, Response)}
 """Products of a results file that are read whole."""
+LISTED = 5
+"""Failed cases that are named."""
 
 
 def check_file(path: str | os.PathLike[str], outside: bool = False) -> Table:
@@ -98,6 +101,8 @@ def _planned(path: Path, outside: bool) -> Iterator[Row]:
     yield "name", study.name
     swept = ", ".join(found[0].values)
     yield "cases", f"{len(found):,} over {swept}" if swept else "1"
+    if any(case.study.accuracy is not None for case in found):
+        yield "accuracy", "; ".join(dict.fromkeys(_accuracy(case.study) for case in found))
     yield from _parts(study, found)
     curves = load_measured(study)
     for curve in curves:
@@ -130,7 +135,27 @@ def _parts(study: Study, found: tuple[Case, ...]) -> Iterator[Row]:
                 f"{len(part.points):,} nodes, {len(part.cells):,} {part.cell_type}; {sets}",
             )
         else:
-            yield name, f"from dimensions, elements {study.mesh.size}"
+            sizes = dict.fromkeys(_elements(case.study) for case in found)
+            yield name, f"from dimensions, elements {', '.join(sizes)}"
+
+
+def _accuracy(study: Study) -> str:
+    """The error that is asked for, and what is chosen for it."""
+    if study.accuracy is None:
+        return "as given"
+    chosen = [source for source in SOURCES if source not in pins(study)]
+    if study.joints.friction == "orthogonal" and "samples" in chosen:
+        chosen.remove("samples")  # its events are located
+    told = f"an error of {100 * study.accuracy:g} %"
+    return f"{told}: the run chooses {', '.join(chosen)}" if chosen else f"{told} is estimated"
+
+
+def _elements(study: Study) -> str:
+    """The size of the elements, or what it is chosen for."""
+    if study.accuracy is not None and "mesh" not in pins(study):
+        return f"chosen for an error of {100 * study.accuracy:g} %"
+    size = study.mesh.size
+    return size if isinstance(size, str) else f"{1e3 * size:g} mm"
 
 
 def _outputs(study: Study) -> Iterator[str]:
@@ -159,15 +184,27 @@ def _stored(path: Path) -> tuple[list[Row], str]:
     with results.open_results(path) as file:
         loaded = load_file(path, path.parent.name, file)
         products = list(_products(file))
+        failed = _failed(file)
     rows = [
         ("complete", "yes" if loaded.complete else "NO: the run was stopped or is under way"),
         ("date", loaded.date),
         ("cases", f"{len(loaded.cases):,}"),
+        ("failed", failed),
         ("monitor", loaded.monitor or "-"),
         *((what, f"{size:,}") for what, size in loaded.sizes.items()),
         ("read", ", ".join(f"{products.count(n)} {n}" for n in KINDS if n in products) or "-"),
     ]
     return rows, f"{path}: results of a run"
+
+
+def _failed(file: h5py.File) -> str:
+    """How many cases could not be computed, and the first of them."""
+    group = file.get("failed")
+    names = list(group) if isinstance(group, h5py.Group) else []
+    if not names:
+        return "0"
+    listed = ", ".join(name[:60] for name in names[:LISTED])
+    return f"{len(names):,}: {listed}{', ...' if len(names) > LISTED else ''}"
 
 
 def _system(system: System) -> Iterator[Row]:
