@@ -1,10 +1,11 @@
 """The inputs of a run on its page: what differs from the defaults first, then everything."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 from vanelock.report import Section, Table, Text
+from vanelock.study.distributions import Distribution
 from vanelock.study.model import Study
-from vanelock.study.settings import Setting, settings, told
+from vanelock.study.settings import SCATTERING, Setting, settings, told
 from vanelock.study.temperature import described
 
 MAIN = (
@@ -37,21 +38,16 @@ MAIN = (
 """Keys that a reader wants to know whether or not they are the defaults."""
 APART = ("name", "outputs.")
 """Keys that change nothing that is computed."""
+VARIED = ("sweep.", "rows.", SCATTERING)
+"""What cases differ in, which has tables of its own."""
 
 
 def inputs(study: Study, cases: Sequence[Study] = ()) -> Section:
     """What the study sets; its `cases` know the temperatures of their responses."""
-    found = [each for each in settings(study) if not each.key.startswith("sweep.")]
+    found = [each for each in settings(study) if not each.key.startswith(VARIED)]
     changed = [each for each in found if each.changed and not each.key.startswith(APART)]
-    swept = [
-        (key, Setting(key, list(values), None).meaning, told(f"sweep.{key}", list(values)))
-        for key, values in study.sweep.items()
-    ]
-    blocks: list[Text | Table] = []
-    if swept:
-        blocks.append(
-            Table(("key", "what it is", "values"), swept, "Swept: each case has one of the values")
-        )
+    blocks: list[Text | Table] = list(_varied(study))
+    varied = {*study.sweep, *study.rows, *(study.scatter.keys if study.scatter else ())}
     if changed:
         blocks.append(
             Table(
@@ -63,11 +59,11 @@ def inputs(study: Study, cases: Sequence[Study] = ()) -> Section:
     else:
         blocks.append(Text("Nothing else differs from the defaults."))
     plain = study.model_dump(mode="json")
-    main = [e for e in found if e.key in MAIN and e.value is not None and e.key not in study.sweep]
+    main = [e for e in found if e.key in MAIN and e.value is not None and e.key not in varied]
     if plain["excitation"]["unbalance"] is None:
         force = Setting("excitation.force", study.excitation.force_per_node, None)
         main = [force if e.key == force.key else e for e in main]
-        if force.key not in (e.key for e in main) and force.key not in study.sweep:
+        if force.key not in (e.key for e in main) and force.key not in varied:
             main.append(force)
     if study.excitation.engine_orders is not None:
         main = [e for e in main if e.key != "excitation.engine_order"]
@@ -87,6 +83,39 @@ def inputs(study: Study, cases: Sequence[Study] = ()) -> Section:
             )
         )
     return Section("Inputs", blocks)
+
+
+def _varied(study: Study) -> Iterator[Table]:
+    """What cases differ in."""
+    kinds = (
+        ("sweep", study.sweep, "Swept: each case has one of the values"),
+        ("rows", study.rows, "Varied together: a case has the values of one place in all lists"),
+    )
+    for name, lists, caption in kinds:
+        rows = [
+            (key, Setting(key, None, None).meaning, told(f"{name}.{key}", list(values)))
+            for key, values in lists.items()
+        ]
+        if rows:
+            yield Table(("key", "what it is", "values"), rows, caption)
+    if study.scatter is not None:
+        caption = f"Scattering: {study.scatter.samples:,} samples of a Latin hypercube"
+        rows = [
+            (key, Setting(key, None, None).meaning, _distribution(key, each))
+            for key, each in study.scatter.keys.items()
+        ]
+        yield Table(("key", "what it is", "distribution"), rows, caption)
+
+
+def _distribution(key: str, given: Distribution) -> str:
+    """How a key scatters, in words."""
+    words = [
+        f"{name} {value if isinstance(value, str) else told(key, value)}"
+        for name in ("mean", "deviation", "low", "high")
+        if (value := getattr(given, name)) is not None
+    ]
+    cut = ["cut to what the key allows"] if given.truncate else []
+    return ", ".join([given.distribution, *words, *cut])
 
 
 def all_inputs(study: Study) -> Section:

@@ -4,10 +4,13 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from pydantic.fields import FieldInfo
+
 from vanelock.study.messages import field_at, show
 from vanelock.study.model import Study
 
 Flat = dict[str, Any]
+SCATTERING = "scatter.keys."
 
 SCALES = {
     "m": ((1e-3, 1e3, "mm"), (0.0, 1e6, "µm")),
@@ -77,13 +80,34 @@ def settings_of(dumped: Mapping[str, Any]) -> list[Setting]:
     plain = Study()
     defaults = flattened(plain.model_dump(mode="json"))
     defaults["excitation.force"] = plain.excitation.force_per_node  # what "not set" stands for
-    return [Setting(key, value, defaults.get(key)) for key, value in flattened(dumped).items()]
+    return [
+        Setting(key, value, defaults[key] if key in defaults else _default(key))
+        for key, value in flattened(dumped).items()
+    ]
+
+
+def _default(key: str) -> Any:
+    """Of a key in a table that is there only where a study has it."""
+    field = _field(key)
+    value = None if field is None or field.is_required() else field.get_default()
+    return list(value) if isinstance(value, tuple) else value
+
+
+def _field(key: str) -> FieldInfo | None:
+    """The schema's field of a dotted key, be it swept, in rows, or part of a distribution."""
+    if key.startswith(SCATTERING):
+        return field_at(("scatter", "keys", "key", key.rpartition(".")[2]))
+    return field_at(tuple(_listed_key(key).split(".")))
+
+
+def _listed_key(key: str) -> str:
+    """The key that a list of values in `sweep` or `rows` is of."""
+    return key.removeprefix("sweep.").removeprefix("rows.")
 
 
 def described(key: str) -> tuple[str, str]:
     """What a key is, and its unit in SI, "" where it has none."""
-    swept = key.removeprefix("sweep.")
-    field = field_at(tuple(swept.split(".")))
+    swept, field = _listed_key(key), _field(key)
     text = (field.description if field else None) or swept.rpartition(".")[2].replace("_", " ")
     meaning, _, unit = text.partition(" [")
     return (f"swept: {meaning}" if swept != key else meaning), unit.rstrip("]")

@@ -8,8 +8,10 @@ import pytest
 from scipy import stats
 
 from vanelock.nonlinear import linear_response
+from vanelock.report import Table
 from vanelock.rom import Contacts, Diameter, Force, System
 from vanelock.study import cases, parse_study
+from vanelock.study.report_inputs import inputs
 from vanelock.study.scatter import (
     PERCENT,
     correlations,
@@ -18,6 +20,7 @@ from vanelock.study.scatter import (
     scattered,
     sensitivity_table,
 )
+from vanelock.study.settings import settings
 from vanelock.study.summary import Peak, peak_of
 
 ZETA = 0.01
@@ -126,3 +129,49 @@ def test_few_samples_tell_no_limits_and_fewer_nothing():
     assert "1 samples without a peak are left out" in table.notes
     assert [row[0] for row in sensitivity_table(told).rows] == list(every[0].values)
     assert scattered(every, found[:9]) is None
+
+
+def tables(text):
+    """Tables of the inputs on the page, by the first word of their captions."""
+    blocks = inputs(parse_study(text)).blocks
+    return {block.caption.split()[0]: block for block in blocks if isinstance(block, Table)}
+
+
+def test_the_page_tells_what_scatters_and_not_as_fixed():
+    shown = tables(STUDY.format(count=100) + 'vane.thickness = { low = "4 mm", high = 0.005 }')
+    assert shown["Scattering:"].rows == [
+        ("excitation.force", "radial force per node", "lognormal, mean 30 N, deviation 9 N"),
+        (
+            "joints.interlock.kt",
+            "tangential stiffness",
+            "normal, mean 1 N/µm, deviation 0.1 N/µm",
+        ),
+        ("vane.thickness", "thickness of an aerofoil at mid-chord", "uniform, low 4 mm, high 5 mm"),
+    ]
+    fixed = [row[0] for row in shown["Main"].rows]
+    assert "joints.interlock.mu" in fixed
+    assert not {"excitation.force", "joints.interlock.kt"} & set(fixed)
+    assert "Set" not in shown  # the number of samples is the default
+
+
+def test_the_page_tells_what_varies_together_and_not_as_fixed():
+    shown = tables('[rows]\n"joints.interlock.mu" = [0.1, 0.2]\n"excitation.force" = [10, 20]')
+    assert [row[2] for row in shown["Varied"].rows] == ["0.1, 0.2", "10, 20 N"]
+    fixed = {row[0] for row in shown["Main"].rows}
+    assert not {"joints.interlock.mu", "excitation.force"} & fixed
+
+
+def test_keys_of_optional_tables_know_their_defaults():
+    text = STUDY.format(count=50) + "[campbell]\nmodes = 5"
+    found = {each.key: each for each in settings(parse_study(text))}
+    assert (found["scatter.samples"].default, found["scatter.seed"].default) == (100, 1)
+    assert found["scatter.samples"].changed
+    assert not found["scatter.seed"].changed
+    law = "scatter.keys.joints.interlock.kt."
+    assert (found[f"{law}distribution"].default, found[f"{law}truncate"].default) == (
+        "uniform",
+        False,
+    )
+    assert not found[f"{law}truncate"].changed
+    assert found["campbell.modes"].default == 4
+    assert not found["campbell.engine_orders"].changed
