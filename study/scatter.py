@@ -1,10 +1,11 @@
 """Percentiles of the peaks of keys that scatter, and which key the scatter comes from.
 
-Percentiles are median-unbiased order statistics (Hyndman and Fan, Am. Stat. 50 (1996) 361, type 8).
-Their confidence limits are order statistics too, by the binomial distribution of how many samples
-lie below (Conover, Practical Nonparametric Statistics, 3.2): of any distribution of the peaks, and
-for samples drawn independently; those of a Latin hypercube scatter less. A key's part is told by
-Spearman's rank correlation, whose limits are Fisher's with Bonett and Wright's variance.
+Percentiles are interpolated between the samples, median-unbiased (Hyndman and Fan, Am. Stat. 50
+(1996) 361, type 8). Their confidence limits are order statistics, by the binomial distribution of
+how many samples lie below (Conover, Practical Nonparametric Statistics, 3.2): of any distribution
+of the peaks, and for samples drawn independently; those of a Latin hypercube scatter less. A key's
+part is told by Spearman's rank correlation, whose limits are Fisher's with Bonett and Wright's
+variance.
 """
 
 from collections.abc import Mapping, Sequence
