@@ -20,7 +20,6 @@ from vanelock.render.curve import Band, Curve, Peak, check, converged, peak
 _DASHES: Final = ("-", "--", ":", "-.")  # the most harmonics get the full line
 _LIMITS: Final = {"free": (0, (6, 2)), "stuck": (0, (1, 1))}
 _WIDE: Final = 100  # frequencies further apart, highest over lowest, get a logarithmic axis
-_GREYS: Final = (style.GREY, "#1a1a1a", "#a3a3a3", "#454545", "#8a8a8a")
 _LISTED: Final = 28  # more lines than that do not fit beside the curves
 
 
@@ -137,7 +136,7 @@ def _looks(curves: Sequence[Curve]) -> list[tuple[Curve, _Look]]:
     styles = _styles(curves)
     limits = dict.fromkeys(c.group for c in curves if c.kind in _LIMITS)
     measured = [c for c in curves if c.kind == "measured"]
-    greys = {group: _GREYS[i % len(_GREYS)] for i, group in enumerate(limits)}
+    greys = {group: style.GREYS[i % len(style.GREYS)] for i, group in enumerate(limits)}
     made = []
     for curve in curves:
         if curve.kind == "nonlinear":

@@ -27,6 +27,8 @@ _PRESSED: Final = 4  # of a PNG: 5 % larger than at 6, in two thirds of the time
 WIDTH: Final = 12.0  # inches: 1800 pixels
 BLACK: Final = "#1a1a1a"
 GREY: Final = "#6b6b6b"
+GREYS: Final = (GREY, "#1a1a1a", "#a3a3a3", "#454545", "#8a8a8a")
+"""Of linear limits that no response shares its colour with."""
 LIGHT: Final = "#d9d9d9"
 BLUE: Final = "#0072b2"
 ORANGE: Final = "#e69f00"

@@ -125,6 +125,8 @@ class Trace:
         More to be told under the pointer, the same for all points.
     size : float or (n,) float, optional
         Of the markers, pixels.
+    fill : float
+        Opacity, 0 to 1, of what the line goes round, which then is shaded and not outlined.
     """
 
     x: Real
@@ -137,6 +139,7 @@ class Trace:
     colour: str = ""
     hover: str = ""
     size: float | Real | None = None
+    fill: float = 0.0
 
 
 @dataclass(frozen=True)

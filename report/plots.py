@@ -28,6 +28,7 @@ class Entry:
     dash: str
     lines: bool
     markers: bool
+    fill: float
     traces: tuple[int, ...]
 
 
@@ -62,6 +63,7 @@ def legend(plot: Plot) -> list[Entry]:
                 dash=first.dash,
                 lines="lines" in first.mode,
                 markers="markers" in first.mode,
+                fill=first.fill,
                 traces=tuple(traces),
             )
         )
@@ -93,6 +95,10 @@ def _trace(plot: Plot, trace: Trace, colour: str) -> dict[str, Any]:
     }
     if "lines" in trace.mode:
         drawn["line"] = {"color": colour, "width": trace.width, "dash": trace.dash}
+    if trace.fill:
+        drawn["line"]["width"] = 0
+        drawn |= {"fill": "toself", "fillcolor": _sheer(colour, trace.fill), "hoverinfo": "skip"}
+        del drawn["hovertemplate"]
     if "markers" in trace.mode:
         size: Any = _MARKER if trace.size is None else trace.size
         if not np.isscalar(size):
@@ -102,6 +108,12 @@ def _trace(plot: Plot, trace: Trace, colour: str) -> dict[str, Any]:
             size = packed(np.nan_to_num(size))
         drawn["marker"] = {"color": colour, "size": size}
     return drawn
+
+
+def _sheer(colour: str, opacity: float) -> str:
+    """A colour "#rrggbb" that lets others through."""
+    parts = (int(colour[i : i + 2], 16) for i in (1, 3, 5))
+    return f"rgba({','.join(map(str, parts))},{opacity:g})"
 
 
 def packed(values: np.ndarray[Any, Any]) -> dict[str, str]:

@@ -1,6 +1,5 @@
 """What an engineer asks of a run, case by case: margins, wear, damping, and a check of the peak."""
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,6 +12,7 @@ from vanelock.study.cache import key_of
 from vanelock.study.contacts import Places, places
 from vanelock.study.energy import Balance, balance, bandwidth_ratio
 from vanelock.study.fatigue import Cycle, Strength
+from vanelock.study.many import named, sampled
 from vanelock.study.meshes import mesh_step
 from vanelock.study.model import Study
 from vanelock.study.plan import Planned
@@ -25,7 +25,7 @@ from vanelock.study.summary import Peak
 from vanelock.study.wear import Wear, wear
 
 MOST = 8
-"""Cases that are looked into; of more, the first, the last and those of the extreme peaks."""
+"""Cases that are looked into; of more, some."""
 FEW = 60
 """Cases that are all told how much they are damped: each takes its system anew."""
 AUDITED = 2**14
@@ -153,11 +153,18 @@ class CaseAnswers:
         return min(clear or self.margins["vane"], key=lambda m: m.reserve)
 
 
-def looked_into(peaks: Mapping[str, Peak]) -> list[str]:
-    """Names of the cases that get answers of their own, in order."""
+def looked_into(board: Board) -> list[str]:
+    """Names of the cases that get answers of their own, in order.
+
+    All if they are few; of samples those that have pictures, of other sweeps the first, the last
+    and those of the extreme peaks.
+    """
+    peaks = board.shown.peak
     names = list(peaks)
     if len(names) <= MOST:
         return names
+    if sampled(board):
+        return [each.case.name for each in named(board)]
     height = {name: peaks[name].amplitude for name in names}
     chosen = {names[0], names[-1], max(names, key=height.__getitem__)}
     chosen.add(min(names, key=height.__getitem__))
@@ -167,7 +174,7 @@ def looked_into(peaks: Mapping[str, Peak]) -> list[str]:
 def answers(board: Board) -> dict[str, CaseAnswers]:
     """Answers of the cases of a run that are looked into."""
     known: dict[str, Spots] = {}
-    chosen = looked_into(board.shown.peak)
+    chosen = looked_into(board)
     return {
         each.case.name: _answers(board, each, known)
         for each in board.planned

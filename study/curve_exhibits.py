@@ -59,10 +59,11 @@ def curves(board: Board) -> Exhibit:
         "figures/response.csv", shows, lambda: {**columns(made), **shaded(shade)}, notes
     )
     limits = (
-        "The thin lines are the linear limits, with the interlock free and stuck: without "
-        "friction's damping the peak would be as high as theirs. "
+        "The thin lines are the linear limits, with the interlock free (dashed) and stuck "
+        "(dotted): without friction's damping the peak would be as high as theirs. "
         if board.study.joints.interlock.enabled
-        else "The thin line is the linear limit: the same structure without friction's damping. "
+        else "The thin dashed line is the linear limit: the same structure without friction's "
+        "damping. "
     )
     caption = (
         f"Amplitude of {monitor} (half the peak-to-peak) over the excitation frequency. {limits}"

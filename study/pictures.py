@@ -85,9 +85,11 @@ class Gallery:
         return balances(self.board)
 
     def _detailed(self) -> list[Planned]:
-        """Cases with pictures of their own."""
+        """Cases with pictures of their own; says which, if any are drawn."""
         cases, count = named(self.board), len(self.shown.top)
-        if len(cases) < count:
-            told = f"pictures of loops and shapes for {in_words(self.board)} of {count}"
+        wanted = self.study.outputs
+        drawn = [name for name in ("loops", "shapes") if getattr(wanted, name)]
+        if drawn and len(cases) < count:
+            told = f"pictures of {' and '.join(drawn)} for {in_words(self.board)} of {count}"
             self.easel.listener(Notice(told))
         return cases

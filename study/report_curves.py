@@ -1,7 +1,7 @@
 """Curves and loops on a run's page, to zoom into."""
 
 from collections.abc import Sequence
-from typing import Any
+from itertools import cycle
 
 import numpy as np
 
@@ -13,6 +13,7 @@ from vanelock.study.curve_exhibits import linear
 from vanelock.study.many import PERCENT, band, drawn_alone
 from vanelock.study.measured import DISPLACEMENT
 from vanelock.study.naming import words
+from vanelock.study.plan import Planned
 from vanelock.study.report_told import Told
 from vanelock.study.wear import exact
 
@@ -41,26 +42,25 @@ def curves(told: Told, further: Sequence[Trace] = ()) -> Section:
 def response_plot(told: Told, further: Sequence[Trace] = ()) -> Plot:
     """Amplitude over frequency of every case."""
     board = told.board
-    traces = [
+    shade, alone = band(board), drawn_alone(board)
+    colours = _colours(alone)
+    limits = linear(board)
+    greys = dict(
+        zip(dict.fromkeys(c.group for c in limits), cycle(render.style.GREYS), strict=False)
+    )
+    traces = [] if shade is None else _shaded(shade)
+    traces += [
         Trace(
             np.asarray(each.frequency, float),
             1e6 * np.asarray(each.amplitude, float),
             each.label,
-            dash="dot" if each.kind == "free" else "dash",
+            dash="dash" if each.kind == "free" else "dot",
             width=1.5,
-            colour=render_grey() if not each.group else "",
+            colour=colours.get(each.group, greys[each.group]),
         )
-        for each in linear(board)
+        for each in limits
     ]
-    shade = band(board)
-    for percent, level in zip(PERCENT, () if shade is None else shade.levels, strict=False):
-        assert shade is not None
-        which = f"{percent} %" if percent != 50 else "median"
-        look: dict[str, Any] = {"width": 3.0} if percent == 50 else {"dash": "dash", "width": 1.5}
-        height = 1e6 * level
-        name = f"{which} of {shade.label}"
-        traces.append(Trace(shade.frequency, height, name, colour="#1a1a1a", **look))
-    for each in drawn_alone(board):
+    for each in alone:
         name = each.case.name
         frequency, amplitude, converged = board.shown.curve[name]
         order = np.argsort(frequency, kind="stable")
@@ -68,7 +68,8 @@ def response_plot(told: Told, further: Sequence[Trace] = ()) -> Plot:
         listed = each.case.study.response.frequencies is not None
         told_of = words(name) if name != "nominal" else "with friction"
         mode = "lines+markers" if listed else "lines"
-        traces.append(Trace(frequency[order], height, told_of, mode=mode))
+        colour = colours[words(name)]
+        traces.append(Trace(frequency[order], height, told_of, mode=mode, colour=colour))
         lost = ~converged
         if lost.any():
             traces.append(
@@ -86,15 +87,46 @@ def response_plot(told: Told, further: Sequence[Trace] = ()) -> Plot:
         if each.quantity == DISPLACEMENT
     ]
     data = (board.easel.folder / "figures" / "response.csv",)
+    lines = (
+        "Dashed and dotted: linear, interlock free and stuck."
+        if board.study.joints.interlock.enabled
+        else "Dashed: linear."
+    )
     return Plot(
         [*traces, *further],
         "frequency (Hz)",
         "amplitude (µm)",
         "Forced response",
-        f"Half the peak-to-peak of {told.monitor}. Dotted and dashed: linear, interlock free and "
-        "stuck. Click a name in the legend to hide its curve, twice to see it alone.",
+        f"Half the peak-to-peak of {told.monitor}. {lines} Click a name in the legend to hide its "
+        "curve, twice to see it alone.",
         data=[path for path in data if path.exists()],
     )
+
+
+def _colours(alone: Sequence[Planned]) -> dict[str, str]:
+    """Colours of the responses by case, in words; linear curves of one case share its colour."""
+    series = render.style.series(len(alone))
+    return {words(each.case.name): str(colour) for each, colour in zip(alone, series, strict=True)}
+
+
+def _shaded(shade: render.Band) -> list[Trace]:
+    """Percentiles of many curves: two bands, the wider one below, and the median."""
+    levels = dict(zip(PERCENT, 1e6 * shade.levels, strict=True))
+    around = np.concatenate([shade.frequency, shade.frequency[::-1]])
+    made = [
+        Trace(
+            around,
+            np.concatenate([levels[low], levels[high][::-1]]),
+            f"{low} to {high} % of {shade.label}",
+            colour=str(render.style.BLUE),
+            fill=opacity,
+        )
+        for low, high, opacity in ((5, 95, 0.15), (25, 75, 0.3))
+    ]
+    middle = Trace(
+        shade.frequency, levels[50], f"median of {shade.label}", width=3.0, colour="#1a1a1a"
+    )
+    return [*made, middle]
 
 
 def gauges(told: Told) -> list[Plot]:
