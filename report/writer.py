@@ -160,10 +160,17 @@ def _columns(table: Table) -> list[str]:
 
 
 def _kind(cells: Sequence[Cell]) -> str:
-    longest = max((len(cell) for cell in cells if isinstance(cell, str)), default=0)
+    texts = [cell for cell in cells if isinstance(cell, str)]
+    longest = max((len(text) for text in texts), default=0)
+    if any(map(_is_number, texts)) and all(_is_number(text) or text == "-" for text in texts):
+        return "n"
     if longest <= 12 and any(isinstance(cell, int | float) for cell in cells):
         return "n"
     return "s" if longest <= 22 else "t"
+
+
+def _is_number(text: str) -> bool:
+    return re.fullmatch(r"[-+]?\d+(\.\d+)?(e[-+]?\d+)?", text) is not None
 
 
 def _json(value: Any) -> Markup:

@@ -18,7 +18,8 @@ def scatter(told: Told) -> Section:
 
 
 def _table(listed: Listed) -> Table:
-    """A terminal's table for the page."""
+    """A terminal's table for the page: units under the heads, with its digits."""
+    heads = [column.head.rstrip("]").partition(" [") for column in listed.columns]
     rows = [
         tuple(
             format(cell, column.form) if isinstance(cell, int | float) else cell or "-"
@@ -26,4 +27,5 @@ def _table(listed: Listed) -> Table:
         )
         for row in listed.rows
     ]
-    return Table(tuple(column.head for column in listed.columns), rows, listed.title)
+    units = tuple(unit.replace("um", "µm") for _, _, unit in heads)
+    return Table(tuple(head for head, _, _ in heads), rows, listed.title, units)

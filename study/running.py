@@ -37,6 +37,7 @@ from vanelock.study.scatter import (
     percentile_table,
     scattered,
     sensitivity_table,
+    spacing,
 )
 from vanelock.study.settle import settle
 from vanelock.study.solved import as_solved, drawn
@@ -103,6 +104,7 @@ class Run:
         self._peaks: dict[str, dict[str, Peak | None]] = {}
         self._strains: dict[str, tuple[Strain, Peak]] = {}
         self._worth: dict[str, tuple[Errors, Sequence[LeftOut]]] = {}
+        self._spacings: list[float] = []
         self._lines: set[str] = set()
         self._preloads: set[str] = set()
 
@@ -190,7 +192,7 @@ class Run:
         """Percentiles of the peaks, where keys scatter: written, shown."""
         if self.study.scatter is None:
             return None
-        every = scattered(self._every, found)
+        every = scattered(self._every, found, self._spacings)
         if every is None:
             self.listener(Notice(f"percentiles need at least {FEWEST} samples with a peak"))
             return None
@@ -277,6 +279,9 @@ class Run:
         listed = case.study.response.frequencies is not None
         self.shown.curve[case.name] = curve if listed else drawn(response, amplitude)
         if peak is not None:
+            given = case.study.response
+            if given.points is not None or given.frequencies is not None:
+                self._spacings.append(spacing(response.frequency, peak.point))
             self.shown.peak[case.name] = peak
             self.shown.top[case.name] = as_solved(response, peak.point)
             self.shown.around[case.name] = Around.of(response, amplitude, peak.point)

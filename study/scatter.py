@@ -24,6 +24,8 @@ PERCENT = (5.0, 25.0, 50.0, 75.0, 95.0)
 CONFIDENCE = 0.95
 FEWEST = 10
 """Samples below which nothing is told."""
+COARSE = 0.2
+"""Of the spread from the 5th to the 95th percentile, the distance of frequencies that is told."""
 
 
 @dataclass(frozen=True)
@@ -48,6 +50,8 @@ class Scattered(Product):
         Rank correlation with each key and its confidence limits.
     confidence : float
         Of the limits.
+    spacing : float
+        Of the frequencies at the peaks where the study gives them, the median, Hz; else 0.
     """
 
     case: tuple[str, ...]
@@ -61,6 +65,7 @@ class Scattered(Product):
     amplitude_correlation: Floats
     frequency_correlation: Floats
     confidence: float
+    spacing: float = field(metadata={"unit": "Hz"})
 
     @property
     def known(self) -> NDArray[np.bool_]:
@@ -68,8 +73,20 @@ class Scattered(Product):
         return np.isfinite(self.amplitude)
 
 
-def scattered(every: Sequence[Case], found: Sequence[Summary]) -> Scattered | None:
-    """Percentiles over all cases of a study; None where too few have a peak."""
+def scattered(
+    every: Sequence[Case], found: Sequence[Summary], spacings: Sequence[float] = ()
+) -> Scattered | None:
+    """Percentiles over all cases of a study; None where too few have a peak.
+
+    Parameters
+    ----------
+    every : sequence of Case
+        The samples.
+    found : sequence of Summary
+        Those that were computed.
+    spacings : sequence of float
+        How far apart the frequencies at the peaks are, Hz, where the study gives them.
+    """
     keys = tuple(every[0].values)
     peaks = {each.case: each.peak for each in found if each.peak is not None}
     if len(peaks) < FEWEST:
@@ -91,7 +108,15 @@ def scattered(every: Sequence[Case], found: Sequence[Summary]) -> Scattered | No
         amplitude_correlation=correlations(value[some], amplitude[some]),
         frequency_correlation=correlations(value[some], frequency[some]),
         confidence=CONFIDENCE,
+        spacing=float(np.median(spacings)) if len(spacings) else 0.0,
     )
+
+
+def spacing(frequency: Floats, at: int) -> float:
+    """Distance from a frequency to the farther of its neighbours, Hz; 0 of one alone."""
+    apart = np.diff(np.sort(frequency))
+    place = int((frequency < frequency[at]).sum())
+    return float(apart[max(place - 1, 0) : place + 1].max(initial=0.0))
 
 
 def percentiles(sample: Floats, percent: Sequence[float] = PERCENT) -> Floats:
@@ -149,6 +174,13 @@ def percentile_table(found: Scattered, monitor: str) -> Table:
     ]
     if known < every:
         notes.append(f"{every - known} samples without a peak are left out")
+    spread = float(found.frequency_percentile[-1, 0] - found.frequency_percentile[0, 0])
+    if found.spacing > COARSE * spread:
+        notes.append(
+            f"frequencies are told to {found.spacing:.3g} Hz alone, as far as those computed are "
+            f"apart, and scatter by {spread:.3g} Hz: without response.points and "
+            "response.frequencies each peak is located"
+        )
     return Table("percentiles", f"Scatter of the peaks of {monitor}", columns, rows, tuple(notes))
 
 

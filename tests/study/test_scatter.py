@@ -1,5 +1,6 @@
 """Percentiles of peaks, where the distribution of the peaks is known in closed form."""
 
+import re
 from types import SimpleNamespace
 from typing import Any
 
@@ -8,10 +9,11 @@ import pytest
 from scipy import stats
 
 from vanelock.nonlinear import linear_response
-from vanelock.report import Table
+from vanelock.report import Page, Table, write_page
 from vanelock.rom import Contacts, Diameter, Force, System
 from vanelock.study import cases, parse_study
 from vanelock.study.report_inputs import inputs
+from vanelock.study.report_scatter import scatter
 from vanelock.study.scatter import (
     PERCENT,
     correlations,
@@ -19,6 +21,7 @@ from vanelock.study.scatter import (
     percentiles,
     scattered,
     sensitivity_table,
+    spacing,
 )
 from vanelock.study.settings import settings
 from vanelock.study.summary import Peak, peak_of
@@ -129,6 +132,39 @@ def test_few_samples_tell_no_limits_and_fewer_nothing():
     assert "1 samples without a peak are left out" in table.notes
     assert [row[0] for row in sensitivity_table(told).rows] == list(every[0].values)
     assert scattered(every, found[:9]) is None
+
+
+def test_frequencies_on_a_coarse_grid_are_told_as_such():
+    """Peaks at 250 to 250.9 Hz: 0.1 Hz apart they are told, 1 Hz apart they are not."""
+    every = cases(parse_study(STUDY.format(count=10)))
+    found: list[Any] = [
+        SimpleNamespace(case=case.name, peak=Peak(0, 250 + 0.1 * i, 1e-5, False))
+        for i, case in enumerate(every)
+    ]
+    for apart, notes in ((0.1, 0), (1.0, 1)):
+        told = scattered(every, found, [apart] * 10)
+        assert told is not None
+        coarse = [note for note in percentile_table(told, "o").notes if "located" in note]
+        assert len(coarse) == notes
+    assert coarse[0].startswith("frequencies are told to 1 Hz alone")
+    assert spacing(np.array([10.0, 11, 13, 13.5]), 1) == 2
+    assert spacing(np.array([13.5, 13, 11, 10]), 0) == 0.5
+    assert spacing(np.array([250.0]), 0) == 0
+
+
+def test_tables_on_the_page_have_units_and_stand_right(tmp_path):
+    every = cases(parse_study(STUDY.format(count=10)))
+    found: list[Any] = [
+        SimpleNamespace(case=case.name, peak=Peak(0, 250 + i, 1e-5 * (i + 1), False))
+        for i, case in enumerate(every)
+    ]
+    told: Any = SimpleNamespace(scattered=scattered(every, found), monitor="o")
+    section = scatter(told)
+    text = write_page(tmp_path / "page.html", Page("", "", [section])).read_text("utf-8")
+    assert "[um]" not in text
+    heads = re.findall(r'<th([^>]*)>(?:peak|at)\s*<span class="unit">(µm|Hz)</span>', text)
+    assert [unit for _, unit in heads] == ["µm", "Hz"]
+    assert all("n" in css for css, _ in heads)
 
 
 def tables(text):
