@@ -45,7 +45,8 @@ class Summary:
     of_free, of_stuck : float
         Peak over the linear peak with the interlock free and stuck.
     position : float
-        Frequency of the peak between that of the mode of interest free (0) and stuck (1).
+        Frequency of the peak between that of the mode of interest free (0) and stuck (1); NaN where
+        it is further off than the two are apart, so that the peak is not of that mode.
     slipping, opening : float
         Share of the interlock's pairs that slip, by their friction work, and that open in every
         period at the peak; a pair may do both.
@@ -141,6 +142,8 @@ def summarise(
         opening = share(np.isin(state[interlock], OPENING))
         friction = friction_share(work, interlock)
         position = limits.position(peak.frequency)
+        if not -1 <= position <= 2:
+            position = float("nan")
         for which, other in linear.items():
             if other is not None and other.amplitude > 0:
                 ratio[which] = peak.amplitude / other.amplitude

@@ -4,14 +4,17 @@ import json
 from io import StringIO
 
 import numpy as np
+import pytest
 from rich.console import Console
 
+from vanelock.nonlinear import linear_response
 from vanelock.study.clock import Clock
+from vanelock.study.limits import Limits
 from vanelock.study.listing import response_table, stage_times
 from vanelock.study.plan import plan
 from vanelock.study.progress import Done, Finished, Lines, Notice, json_lines, print_table
 from vanelock.study.read import parse_study
-from vanelock.study.summary import Peak, Summary
+from vanelock.study.summary import Peak, Summary, peak_of, summarise
 from vanelock.study.sweep import cases
 from vanelock.study.tables import Column, Table
 
@@ -70,6 +73,26 @@ def test_response_table_says_what_did_not_converge():
     assert "lost: 2 of 10 points DID NOT CONVERGE (largest residual 3.0e-04)" in notes
     assert "edge: the largest point is at the end of the frequency range" in notes
     assert "mu=0.3" not in notes
+
+
+def test_a_peak_of_another_mode_has_no_place_between_free_and_stuck(ring):
+    """Free at 250 and stuck at 280 Hz, a range about either, and one far from both."""
+    limits = Limits(
+        1, 3, True, np.array([250.0]), np.array([280.0]), 0, 0, 1.0, np.zeros(1), np.zeros(1)
+    )
+    (case,) = cases(parse_study(""))
+    none: dict[str, Peak | None] = {"free": None, "stuck": None}
+
+    def position(*hertz):
+        response = linear_response(ring, list(hertz), np.array([True, True]))
+        peak = peak_of(response, response.amplitude[:, 0, 1])
+        found = summarise(case, ("hook", "interlock"), response, peak, limits, none, 0.0)
+        return found.position
+
+    assert position(265.0) == pytest.approx(0.5)
+    assert position(245.0) == pytest.approx(-1 / 6)
+    assert np.isnan(position(1000.0))
+    assert "- where the peak is not of that mode" in response_table([summary()], "o").notes[0]
 
 
 def test_stage_times_add_up():
