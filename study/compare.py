@@ -36,6 +36,8 @@ QUANTITIES = (
     ("seconds", "time", 1.0, "s", ".3g"),
 )
 """Of a case: key in the results, words, factor to the unit shown, unit, format."""
+COUNTS = ("harmonics", "points", "converged")
+"""Of these, settings and counts, no relative difference is told."""
 
 
 @dataclass(frozen=True)
@@ -67,8 +69,11 @@ class Line:
 
     @property
     def change(self) -> float | None:
-        """Relative difference, the other less the first over the first; None where undefined."""
-        if self.one is None or self.other is None or self.one == 0:
+        """Relative difference, the other less the first over the first; None where undefined.
+
+        None of counts, too.
+        """
+        if self.one is None or self.other is None or self.one == 0 or self.what in COUNTS:
             return None
         return self.other / self.one - 1
 

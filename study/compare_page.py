@@ -20,7 +20,9 @@ CARDS = {
     "damping ratio, energy": "Damping ratio",
     "HCF reserve": "HCF reserve",
 }
-"""Results that stand on top, at most two cases of them."""
+"""Results that stand on top."""
+MOST = 2
+"""Cases on top, those that change most."""
 
 
 def compare_page(found: "Comparison") -> Page:
@@ -41,13 +43,16 @@ def compare_page(found: "Comparison") -> Page:
 
 
 def _summary(found: "Comparison") -> list[Block]:
-    answers: list[Answer] = []
-    for line in found.results:
-        if line.what in CARDS:
-            if len(answers) == 8:
-                break
-            answers.append(_answer(found, line))
+    lines = [line for line in found.results if line.what in CARDS]
+    by_case = {line.of: [each for each in lines if each.of == line.of] for line in lines}
+    order = sorted(by_case, key=lambda case: -_largest(by_case[case]))
+    answers = [_answer(found, line) for case in order[:MOST] for line in by_case[case]]
     told = [f"**{note}.**" for note in found.notes]
+    if len(order) > MOST:
+        told.append(
+            f"Above: of {len(order)} cases the {MOST} whose peak, frequency, damping or reserve "
+            "changes most."
+        )
     count = len(found.inputs)
     told.append(
         f"{found.one.folder} against {found.other.folder}: "
@@ -55,6 +60,11 @@ def _summary(found: "Comparison") -> list[Block]:
         + " Differences are those of the second run, over the first."
     )
     return [Answers(tuple(answers)), Text("\n\n".join(told))]
+
+
+def _largest(lines: "list[Line]") -> float:
+    """The largest relative difference, either way; 0 where none is known."""
+    return max((abs(line.change) for line in lines if line.change is not None), default=0.0)
 
 
 def _answer(found: "Comparison", line: "Line") -> Answer:

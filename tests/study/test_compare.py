@@ -6,9 +6,11 @@ import numpy as np
 import pytest
 
 from vanelock.errors import InputError
+from vanelock.report import Answers, Text
 from vanelock.study import compare_runs, parse_study
 from vanelock.study.compare import compared, matched, tables
 from vanelock.study.compare_load import CaseFound, Loaded
+from vanelock.study.compare_page import compare_page
 from vanelock.study.results import Results
 from vanelock.study.settings import settings, told
 
@@ -75,6 +77,32 @@ def test_differences_are_those_of_the_second_over_the_first():
     rows = next(table for table in tables(found) if table.key == "results").rows
     assert rows[0] == ("nominal", "peak", "40 µm", "30 µm", "-25 %")
     assert rows[1] == ("nominal", "peak frequency", "250 Hz", "250 Hz", "same")
+
+
+def test_the_case_that_changes_most_stands_on_top():
+    peaks = ((1e-5, 1e-5), (2e-5, 2.2e-5), (3e-5, 1.5e-5), (4e-5, 4.1e-5))
+    one = run("A", *(case(f"mu=0.{i}", {}, a) for i, (a, _) in enumerate(peaks)))
+    other = run("B", *(case(f"mu=0.{i}", {}, b) for i, (_, b) in enumerate(peaks)))
+    top = compare_page(compared(one, other)).sections[0].blocks
+    assert isinstance(top[0], Answers)
+    assert [(each.label, each.value) for each in top[0].items] == [
+        ("Peak, μ = 0.2", "-50 %"),
+        ("Frequency, μ = 0.2", "+0 %"),
+        ("Peak, μ = 0.1", "+10 %"),
+        ("Frequency, μ = 0.1", "+0 %"),
+    ]
+    assert isinstance(top[1], Text)
+    assert "of 4 cases the 2 whose peak" in top[1].text
+
+
+def test_counts_get_no_percentages():
+    both = case("nominal", {}), case("nominal", {})
+    for each, (h, points) in zip(both, ((3, 50), (5, 60)), strict=True):
+        each.numbers.update(harmonics=h, points=points, converged=points, seconds=h)
+    found = compared(run("A", both[0]), run("B", both[1]))
+    changes = {line.what: line.change for line in found.results}
+    assert (changes["harmonics"], changes["points"], changes["converged"]) == (None, None, None)
+    assert changes["time"] == pytest.approx(2 / 3)
 
 
 def test_what_is_missing_is_said():
