@@ -4,7 +4,7 @@ Several engine orders are swept values of `excitation.engine_order`, the slowest
 keys that vary together are slower still. Keys that scatter have their samples instead.
 """
 
-from collections.abc import Hashable, Sequence
+from collections.abc import Collection, Hashable, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
 from pathlib import Path
@@ -75,14 +75,15 @@ def cases(study: Study) -> tuple[Case, ...]:
     for values in lists.values():
         count *= len(values)
     if count > LARGEST:
-        raise InputError(f"sweep: {count} cases: at most {LARGEST} are allowed")
+        where = _where(study, [*study.rows, *lists])
+        raise InputError(f"{where}: {count} cases: at most {LARGEST} are allowed")
     names = short_names([*study.rows, *lists])
     found: dict[str, Case] = {}
     fitting: set[Hashable] = set()
     for row, combination in product(rows, product(*lists.values())):
         chosen = {**row, **dict(zip(lists, combination, strict=True))}
         case = _case(study, chosen, names)
-        _check_fit(case, chosen, fitting)
+        _check_fit(case, chosen, fitting, _where(study, chosen))
         if case.name in found:
             raise InputError(f"rows: {case.name} is there twice")
         found[case.name] = case
@@ -145,7 +146,7 @@ def _case(study: Study, chosen: dict[str, Any], names: dict[str, str]) -> Case:
     except ValidationError as error:
         shown = ", ".join(f"{key} = {show(value)}" for key, value in chosen.items())
         told = f"{shown}: " if len(chosen) > 1 else ""
-        raise InputError(f"sweep: {told}{explain(error, {})[0]}") from None
+        raise InputError(f"{_where(study, chosen)}: {told}{explain(error, {})[0]}") from None
     values = {key: value_at(changed, key) for key in chosen}
     name = ",".join(f"{names[key]}={shown_value(value)}" for key, value in values.items())
     return Case(name, values, changed)
@@ -167,7 +168,16 @@ def fits(study: Study) -> None:
         check_fit(vane, casing, sectors)
 
 
-def _check_fit(case: Case, chosen: dict[str, Any], known: set[Hashable]) -> None:
+def _where(study: Study, keys: Collection[str]) -> str:
+    """Which tables of the study vary some keys."""
+    rows = any(key in study.rows for key in keys)
+    others = any(key not in study.rows for key in keys)
+    return "rows and sweep" if rows and others else "rows" if rows else "sweep"
+
+
+def _check_fit(
+    case: Case, chosen: dict[str, Any], known: set[Hashable], where: str = "sweep"
+) -> None:
     """Refuse a vane and a casing that cannot be assembled, unless it is known that they can."""
     geometry = case.study.vane, case.study.casing, case.study.ring.sectors
     if geometry in known:
@@ -176,7 +186,7 @@ def _check_fit(case: Case, chosen: dict[str, Any], known: set[Hashable]) -> None
         fits(case.study)
     except InputError as error:
         shown = ", ".join(f"{key} = {show(value)}" for key, value in chosen.items())
-        raise InputError(f"sweep: {shown}: {error}") from None
+        raise InputError(f"{where}: {shown}: {error}") from None
     known.add(geometry)
 
 

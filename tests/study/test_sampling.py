@@ -141,7 +141,16 @@ def test_rows_vary_together():
         (f"{MU} = [0.1, 0.1]", "rows: mu=0.1 is there twice"),
         (f"{MU} = []", f"rows.{MU} = []: needs at least one value"),
         ('"joints.mu" = [1]', 'rows."joints.mu": unknown key'),
-        (f"{MU} = [-1]", "sweep: joints.interlock.mu = -1: friction coefficient must be >= 0"),
+        (f"{MU} = [-1]", "rows: joints.interlock.mu = -1: friction coefficient must be >= 0"),
+        (
+            f"{MU} = [-1]\n[sweep]\n{KT} = [1e6]",
+            "rows and sweep: joints.interlock.mu = -1, joints.interlock.kt = 1000000.0: "
+            "joints.interlock.mu = -1: friction coefficient must be >= 0",
+        ),
+        (
+            '"vane.thickness" = ["9 m"]',
+            "rows: vane.thickness = 9.0: thickness of an aerofoil",
+        ),
         (f"{MU} = [0.1]\n[sweep]\n{MU} = [0.2]", f"rows.{MU}: is in sweep too"),
     ],
 )
