@@ -116,7 +116,7 @@ class Crew:
         self._out = 0
         self._total = sum(task.counts for task in self.tasks)
         self._done = 0
-        self._began = self._told = time.monotonic()
+        self._began = self._told = self._ended = time.monotonic()
 
     def bring(self, key: str) -> bool:
         """Wait until a product is in the cache; False where no task makes it.
@@ -185,6 +185,8 @@ class Crew:
 
     def _end(self, task: Task) -> None:
         self._done += task.counts
+        if task.counts:
+            self._ended = time.monotonic()
         self._uses.subtract(key for _, key in task.given)
         self.hands.forget([key for _, key in task.given if self._uses[key] <= 0])
         self._tell(bool(task.counts))
@@ -194,7 +196,16 @@ class Crew:
         if not now and time.monotonic() - self._told < PATIENCE:
             return
         self._told = time.monotonic()
-        spent = self._told - self._began
-        left = spent / self._done * (self._total - self._done) if self._done else float("nan")
+        left = self._left(self._told)
         failed = len({task.name for task in self.tasks if task.makes[0] in self.failed})
         self.listener(Tasks(self._done, self._total, failed, self.peak(), left))
+
+    def _left(self, now: float) -> float:
+        """Seconds left at the rate of those that ended; NaN where that does not tell."""
+        if self._done == self._total:
+            return 0.0
+        if not self._done:
+            return float("nan")
+        rate = (self._ended - self._began) / self._done
+        left = rate * (self._total - self._done) - (now - self._ended)
+        return left if left > 0 else float("nan")

@@ -128,6 +128,17 @@ def test_all_are_made_and_counted(toy, crew_of):
     assert not crew.bring("of no task")
 
 
+def test_the_time_left_never_rises_while_a_task_is_under_way(toy, crew_of):
+    crew, _ = crew_of(*(toy.Toy(i) for i in range(4)))
+    assert np.isnan(crew._left(crew._began + 5))
+    crew._done, crew._ended = 1, crew._began + 10
+    left = [crew._left(crew._began + after) for after in (10, 20, 39, 41)]
+    assert left[:3] == pytest.approx([30, 20, 1])
+    assert np.isnan(left[3])
+    crew._done = 4
+    assert crew._left(crew._began + 50) == 0
+
+
 def test_what_fails_once_is_made_the_second_time(toy, crew_of, tmp_path):
     folder = str(tmp_path)
     toys = [toy.Toy(1, "raises once", folder), toy.Toy(2, "dies once", folder), toy.Toy(3)]
