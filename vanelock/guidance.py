@@ -8,8 +8,11 @@ from pathlib import Path
 
 from typer.models import CommandInfo
 
-STATUSES = """Exit status: 0 done; 1 done, but some cases of a sweep failed, and they are listed; 2
-input that cannot be used, told in one line for each mistake; 130 stopped by Ctrl-C or a signal."""
+STATUSES = """Exit status: 0 done; {failed}2 input that cannot be used, told in one line for each
+mistake; 130 stopped by Ctrl-C or a signal."""
+FAILED = "1 done, but some cases of a sweep failed, and they are listed; "
+SWEEPS = ("run",)
+"""Commands of which some cases may fail."""
 
 FIRST_STUDY = """\b
 A first study:
@@ -102,12 +105,13 @@ def add_guidance(commands: Iterable[CommandInfo]) -> None:
         name = command.name or getattr(command.callback, "__name__", "")
         if name in _MORE:
             command.short_help, about, examples, pages = _MORE[name]
-            command.epilog = _text(about, examples, pages)
+            statuses = STATUSES.format(failed=FAILED if name in SWEEPS else "")
+            command.epilog = _text(about, examples, statuses, pages)
 
 
-def _text(about: str, examples: Sequence[str], pages: str) -> str:
+def _text(about: str, examples: Sequence[str], statuses: str, pages: str) -> str:
     lines = "\n".join(f"  {each}" for each in examples)
-    return f"{about}\n\n\b\nExamples:\n{lines}\n\n{STATUSES}\n\nMore: {pages}"
+    return f"{about}\n\n\b\nExamples:\n{lines}\n\n{statuses}\n\nMore: {pages}"
 
 
 def study_files(incomplete: str) -> list[str]:
