@@ -13,8 +13,12 @@ def scatter(told: Told) -> Section:
     blocks: list[Block] = []
     if found is not None:
         for each in (percentile_table(found, told.monitor), sensitivity_table(found)):
-            blocks += [_table(each), Text(" ".join(f"{note}." for note in each.notes))]
+            blocks += [_table(each), Text(" ".join(map(_sentence, each.notes)))]
     return Section("Scatter", blocks, id="scatter")
+
+
+def _sentence(note: str) -> str:
+    return f"{note[:1].upper()}{note[1:]}."
 
 
 def _table(listed: Listed) -> Table:
