@@ -163,14 +163,14 @@ def _plot(shown: Shown) -> Plot:
                 frequency[order],
                 height[order],
                 each.label,
-                dash="dot" if each.kind == "free" else "dash" if limit else "solid",
+                dash="dash" if each.kind == "free" else "dot" if limit else "solid",
                 width=1.5 if limit else 2.0,
                 colour=render_grey() if limit and not each.group else "",
                 mode="lines" if each.joined else "lines+markers",
             )
         )
     caption = (
-        f"Half the peak-to-peak of {shown.monitor.name}. Dotted and dashed: linear, contacts open "
+        f"Half the peak-to-peak of {shown.monitor.name}. Dashed and dotted: linear, contacts open "
         "and stuck. Click a name in the legend to hide its curve, twice to see it alone."
     )
     data = [shown.easel.folder / "figures" / "response.csv"]
