@@ -14,8 +14,8 @@ from vanelock.study.summary import Peak
 from vanelock.study.tables import Cell, Column, Table
 
 LOOSE = (
-    "at rest a part is held by no closed contact: where it lies, and so its response, is NOT "
-    "DETERMINED"
+    "at rest a part is held by no closed contact: where it lies, and so its response, is "
+    "NOT DETERMINED"
 )
 """What is to be known where nothing presses a loose part."""
 

@@ -16,7 +16,7 @@ from vanelock.study.results import Results, put, put_system
 ROOT = Path(__file__).resolve().parents[2]
 PAGE = (ROOT / "docs" / "not_converged.md").read_text("utf-8")
 TOLD = re.compile(
-    r"did not converge|DID NOT CONVERGE|NOT CONVERGED|no converged|not converged \("
+    r"did not converge|DID NOT CONVERGE|NOT CONVERGED|NOT DETERMINED|no converged|not converged \("
     r"|needs a converged|point[^.]* converged|no solution|something is not held|rigid[- ]body"
     r"|end of the frequency range|WARNING"
 )
