@@ -185,7 +185,7 @@ def response_table(cases: Sequence[Summary], monitor: str) -> Table:
         rows.append((c.case, c.harmonics, c.mu, *found, *known, done, c.seconds))
     notes = [
         "/ free, / stuck: peak over the linear peaks; x: 0 at the free, 1 at the stuck frequency, "
-        "- where the peak is not of that mode; slip, open: interlock pairs that rub, that lift off "
+        "- where the range holds none between; slip, open: interlock pairs that rub, that lift off "
         "in a period at the peak (or both)."
     ]
     if len(shown) < len(cases):

@@ -46,7 +46,7 @@ class Summary:
         Peak over the linear peak with the interlock free and stuck.
     position : float
         Frequency of the peak between that of the mode of interest free (0) and stuck (1); NaN where
-        it is further off than the two are apart, so that the peak is not of that mode.
+        the response has no frequency from one to the other.
     slipping, opening : float
         Share of the interlock's pairs that slip, by their friction work, and that open in every
         period at the peak; a pair may do both.
@@ -141,9 +141,9 @@ def summarise(
         slipping, hook_slipping = share(slips[interlock]), share(slips[~interlock])
         opening = share(np.isin(state[interlock], OPENING))
         friction = friction_share(work, interlock)
-        position = limits.position(peak.frequency)
-        if not -1 <= position <= 2:
-            position = float("nan")
+        ends = sorted((limits.free_frequency, limits.stuck_frequency))
+        if ends[0] <= response.frequency.max() and ends[1] >= response.frequency.min():
+            position = limits.position(peak.frequency)
         for which, other in linear.items():
             if other is not None and other.amplitude > 0:
                 ratio[which] = peak.amplitude / other.amplitude

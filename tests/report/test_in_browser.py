@@ -145,12 +145,13 @@ def test_zoom_and_back(visit, page):
         f"([low, high]) => {shown}[0] > low + 20 && {shown}[1] < high - 20",
         before,
     )
-    page.mouse.dblclick(box["x"] + 0.5 * box["width"], box["y"] + 0.5 * box["height"])
-    visit.until(
-        page,
-        f"([low, high]) => Math.hypot({shown}[0] - low, {shown}[1] - high) < 1e-9",
-        before,
-    )
+    back = f"([low, high]) => Math.hypot({shown}[0] - low, {shown}[1] - high) < 1e-9"
+    for _ in range(10):  # on a busy machine two clicks may be too far apart to be a double one
+        page.mouse.dblclick(box["x"] + 0.5 * box["width"], box["y"] + 0.5 * box["height"])
+        page.wait_for_timeout(500)
+        if page.evaluate(back, before):
+            break
+    assert page.evaluate(back, before)
 
 
 def test_logarithmic_axes(page):
