@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
+from vanelock import __main__
 from vanelock.__main__ import app
 from vanelock.guidance import knob_keys, study_files
 from vanelock.study import Study
@@ -117,3 +118,17 @@ def test_every_knob_of_a_study_is_completed() -> None:
     found = {knob.key for each in studies for knob in knobs(Study.model_validate(each))}
     assert found <= set(knob_keys(""))
     assert knob_keys("mesh") == ["mesh.size"]
+
+
+def test_too_little_memory_is_one_line_and_status_2(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def greedy(*arguments: object, **options: object) -> None:
+        raise MemoryError("Unable to allocate 50 GiB")
+
+    monkeypatch.setattr(__main__, "app", greedy)
+    with pytest.raises(SystemExit) as ended:
+        __main__.main(["run", "study.toml"])
+    assert ended.value.code == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert line.startswith("vanelock: not enough memory (Unable to allocate 50 GiB): ")
