@@ -12,6 +12,7 @@ from vanelock.assembly.connect import Pull, Tie, Touching
 from vanelock.assembly.model import GROUND, ContactKeys, Load, Scene, TieKeys
 from vanelock.errors import InputError
 from vanelock.matrices import load_nodes, load_pairs
+from vanelock.study.sampling import bounds
 
 Integers = NDArray[np.int64]
 Floats = NDArray[np.float64]
@@ -31,13 +32,6 @@ COLUMNS = {
     "interference": ("interference",),
 }
 """Columns of a table of pairs, and the key that each stands in for."""
-ALLOWED = {
-    "kn": (np.finfo(float).tiny, 1e15, "> 0 and <= 1e15 N/m"),
-    "kt": (np.finfo(float).tiny, 1e15, "> 0 and <= 1e15 N/m"),
-    "mu": (0.0, 1e6, ">= 0 and <= 1e6"),
-    "interference": (-1.0, 1.0, ">= -1 and <= 1 m"),
-}
-"""Least and largest value in a column, SI, as of the key."""
 PARALLEL = 1e-6
 
 
@@ -169,11 +163,8 @@ def _touching(name: str, keys: ContactKeys, scene: Scene) -> Touching:
                 raise InputError(f"{where}.{key}: {keys.pairs} has it too: give either")
     numbers = {key: _each(table, keys, key, count, where) for key in ("kn", "kt", "mu")}
     numbers["interference"] = _each(table, keys, "interference", count, where, 0.0)
-    for key, (least, most, told) in ALLOWED.items():
-        if np.any(wrong := ~((numbers[key] >= least) & (numbers[key] <= most))):
-            raise InputError(
-                f"{where}.pairs: {key} = {numbers[key][wrong][0]:g} in {keys.pairs}: must be {told}"
-            )
+    for key, values in numbers.items():
+        _refuse_outside(f"{where}.pairs", key, values, keys.pairs)
     frames = _frames(table, keys, count, where)
     _refuse_twice(where, mine, theirs, frames[:, 0])
     return Touching(
@@ -189,6 +180,17 @@ def _touching(name: str, keys: ContactKeys, scene: Scene) -> Touching:
         interference=numbers["interference"],
         next_sector=keys.next_sector,
     )
+
+
+def _refuse_outside(where: str, key: str, values: Floats, source: Any) -> None:
+    """What a column holds must be what the key of its name may be."""
+    field = ContactKeys.model_fields[key]
+    allowed, unit = bounds(field), (field.description or "").partition(" [")[2].rstrip("]")
+    high_enough = values > allowed.low if allowed.above else values >= allowed.low
+    if np.any(wrong := ~(high_enough & (values <= allowed.high))):
+        least = f"{'>' if allowed.above else '>='} {allowed.low:g}"
+        told = f"must be {least} and <= {allowed.high:g} {unit}".rstrip()
+        raise InputError(f"{where}: {key} = {values[wrong][0]:g} in {source}: {told}")
 
 
 def _refuse_twice(where: str, mine: Integers, theirs: Integers, normal: Floats) -> None:

@@ -117,24 +117,24 @@ def reduced(
     for n in wanted:
         if n not in node[rows]:
             raise InputError(f"{where}: node {n} has no displacement among its {given.size} rows")
-    selection = _selection(keys)
+    if faces is None and len(rows) == len(node):
+        block = Block(K.toarray(), M.toarray(), None if C is None else C.toarray())
+        return _piece(name, ring, given, node, direction, {-1: block})
+    selection, joined = _selection(keys), None
+    if faces is not None:
+        joined = _faces(where, ring, given, node, direction, faces)
+        if len(shared := np.intersect1d(wanted, np.concatenate(faces))):
+            raise InputError(
+                f"{where}: node {shared[0]} carries a contact, tie, load or output and lies on "
+                "a cyclic face"
+            )
     try:
-        if faces is None:
-            if len(rows) == len(node):
-                block = Block(K.toarray(), M.toarray(), None if C is None else C.toarray())
-                return _piece(name, ring, given, node, direction, {-1: block})
+        if joined is None:
             found = {-1: reduce_rows(K, M, rows, selection, C)}
         else:
-            joined = _faces(where, ring, given, node, direction, faces)
-            if len(shared := np.intersect1d(wanted, np.concatenate(faces))):
-                raise InputError(
-                    f"{where}: node {shared[0]} carries a contact, tie, load or output and lies on "
-                    "a cyclic face"
-                )
             found = reduce_sector(K, M, rows, joined, nodal_diameters, selection, C)
     except InputError as error:
-        told = str(error)
-        raise InputError(told if told.startswith(where) else f"{where}: {told}") from None
+        raise InputError(f"{where}: {error}") from None
     except SingularError as error:
         at = int(error.rows[0])
         moving = f"node {node[at]}, {WORDS[direction[at]]}" if direction[at] < 6 else f"row {at}"

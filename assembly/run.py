@@ -126,12 +126,13 @@ class SceneRun:
         self._cache = Cache(folder / "cache", lambda told: listener(Notice(told)))
         self.stages = Stages(self._cache, listener)
         self.planned = [planned(case, self._point) for case in scene_cases(scene)]
-        for text in dict.fromkeys(text for each in self.planned for text in each.apart):
-            listener(Notice(text))
+        for told in self.planned[0].apart:  # what joins what is not swept
+            listener(Notice(told))
         self.record = SceneRecord(folder, scene, text)
         cases = [each.case for each in self.planned]
         self.shown = Shown(scene, cases, self.stages, Easel(folder, listener))
         self.failed: dict[str, Failure] = {}
+        self._loose: dict[str, bool] = {}
         self._case, self._began, self._peak = "", 0.0, 0.0
 
     def all_cases(self) -> tuple[Found, ...]:
@@ -216,7 +217,9 @@ class SceneRun:
         case, key = each.case, each.response.key
         amplitude = self.shown.monitor.amplitude(response)
         peak = peak_of(response, amplitude)
-        loose = undetermined(self.stages.get(each.system), static)
+        if (rest := each.preload.key) not in self._loose:
+            self._loose[rest] = undetermined(self.stages.get(each.system), static)
+        loose = self._loose[rest]
         seconds = self.stages.done[key].seconds
         found = found_in(case, response, joints, peak, peaks, loose, seconds)
         self.shown.add(case, key, response, amplitude, peak, static, joints)

@@ -77,7 +77,8 @@ def run_campaign(
         run.record.provenance(study, text)
         with run.record.together():
             summaries = run.all_cases()
-        for name, failure in run.failed.items():  # every case counts for a statement
+        if run.failed:  # every case counts for a statement
+            name, failure = next(iter(run.failed.items()))
             raise InputError(f"campaign: {name}: {failure.reason}")
         found = evidence(run, plan, summaries, workers)
         stated = statements(found)

@@ -134,9 +134,8 @@ def _looks(curves: Sequence[Curve]) -> list[tuple[Curve, _Look]]:
     groups = list(dict.fromkeys(c.group for c in curves if c.kind == "nonlinear"))
     colours = dict(zip(groups, style.series(len(groups)), strict=True))
     styles = _styles(curves)
-    limits = dict.fromkeys(c.group for c in curves if c.kind in _LIMITS)
+    greys = style.greys(c.group for c in curves if c.kind in _LIMITS)
     measured = [c for c in curves if c.kind == "measured"]
-    greys = {group: style.GREYS[i % len(style.GREYS)] for i, group in enumerate(limits)}
     made = []
     for curve in curves:
         if curve.kind == "nonlinear":

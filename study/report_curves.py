@@ -1,7 +1,6 @@
 """Curves and loops on a run's page, to zoom into."""
 
 from collections.abc import Sequence
-from itertools import cycle
 
 import numpy as np
 
@@ -45,9 +44,7 @@ def response_plot(told: Told, further: Sequence[Trace] = ()) -> Plot:
     shade, alone = band(board), drawn_alone(board)
     colours = _colours(alone)
     limits = linear(board)
-    greys = dict(
-        zip(dict.fromkeys(c.group for c in limits), cycle(render.style.GREYS), strict=False)
-    )
+    greys = render.style.greys(each.group for each in limits)
     traces = [] if shade is None else _shaded(shade)
     traces += [
         Trace(

@@ -5,6 +5,7 @@ Conover, Technometrics 21 (1979) 239), so that few of them cover each key's rang
 """
 
 import math
+from dataclasses import dataclass
 from typing import Any, get_args, get_origin
 
 import numpy as np
@@ -93,8 +94,8 @@ def _mapped(key: str, given: Distribution, probability: NDArray[np.float64]) -> 
             found = stats.lognorm(spread, scale=mean * math.exp(-0.5 * spread**2))
     ends = (-math.inf if low is None else low, math.inf if high is None else high)
     if given.truncate:
-        allowed = _allowed(field)
-        ends = (max(ends[0], allowed[0]), min(ends[1], allowed[1]))
+        schema = bounds(field)
+        ends = (max(ends[0], schema.low), min(ends[1], schema.high))
     first, last = found.cdf(ends[0]), found.cdf(ends[1])
     if last - first < LEAST:
         raise InputError(f"{where}: leaves nothing between low and high")
@@ -116,16 +117,26 @@ def _number(where: str, value: float | str | None, field: FieldInfo) -> float | 
     return float(value)
 
 
-def _allowed(field: FieldInfo) -> tuple[float, float]:
+@dataclass(frozen=True)
+class Bounds:
+    """What the schema lets a key be: from `low`, or `above` it, to `high`."""
+
+    low: float
+    high: float
+    above: bool
+
+
+def bounds(field: FieldInfo) -> Bounds:
     """Smallest and largest value that the schema lets a key have."""
-    low, high = -math.inf, math.inf
+    low, high, above = -math.inf, math.inf, False
     for each in _metadata(field):
         match each:
             case Ge(ge=bound) | Gt(gt=bound):
                 low = max(low, float(bound))  # type: ignore[arg-type]
+                above = isinstance(each, Gt)
             case Le(le=bound) | Lt(lt=bound):
                 high = min(high, float(bound))  # type: ignore[arg-type]
-    return low, high
+    return Bounds(low, high, above)
 
 
 def _metadata(field: FieldInfo) -> list[Any]:

@@ -74,8 +74,8 @@ def cases(study: Study) -> tuple[Case, ...]:
     count = len(rows)
     for values in lists.values():
         count *= len(values)
+    where = _where(study, [*study.rows, *lists])
     if count > LARGEST:
-        where = _where(study, [*study.rows, *lists])
         raise InputError(f"{where}: {count} cases: at most {LARGEST} are allowed")
     names = short_names([*study.rows, *lists])
     found: dict[str, Case] = {}
@@ -83,7 +83,7 @@ def cases(study: Study) -> tuple[Case, ...]:
     for row, combination in product(rows, product(*lists.values())):
         chosen = {**row, **dict(zip(lists, combination, strict=True))}
         case = _case(study, chosen, names)
-        _check_fit(case, chosen, fitting, _where(study, chosen))
+        _check_fit(case, chosen, fitting, where)
         if case.name in found:
             raise InputError(f"rows: {case.name} is there twice")
         found[case.name] = case
