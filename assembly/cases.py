@@ -61,7 +61,7 @@ def _check(scene: Scene, key: str, values: tuple[Any, ...]) -> None:
         raise InputError(f"{where}: this key cannot be swept")
     if not values:
         raise InputError(f"{where} = []: needs at least one value")
-    seen: list[Any] = []
+    seen: dict[Any, int] = {}
     for i, value in enumerate(values):
         try:
             found = _at(_with(scene, {key: value}), key)
@@ -70,8 +70,8 @@ def _check(scene: Scene, key: str, values: tuple[Any, ...]) -> None:
         if isinstance(found, bool) or not isinstance(found, int | float | str):
             raise InputError(f"{where}[{i}] = {show(value)}: expected a number or a word")
         if found in seen:
-            raise InputError(f"{where}[{i}] = {show(value)}: the same as entry {seen.index(found)}")
-        seen.append(found)
+            raise InputError(f"{where}[{i}] = {show(value)}: the same as entry {seen[found]}")
+        seen[found] = i
 
 
 def _path(key: str) -> list[str | int] | None:

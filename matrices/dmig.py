@@ -22,7 +22,7 @@ from vanelock.matrices.contents import text
 from vanelock.matrices.entries import FULL, SYMMETRIC, Entries
 from vanelock.matrices.model import GENERALISED
 
-_REAL = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+))(?:[EeDd]?([+-]\d{1,3})|[EeDd](\d{1,3}))?")
+_REAL = re.compile(r"([+-]?(?:\d+(?:\.\d*)?|\.\d+))(?:[EeDd]?([+-]\d{1,3})|[EeDd](\d{1,3}))?")
 
 
 @dataclass

@@ -19,7 +19,7 @@ from vanelock.errors import InputError
 from vanelock.matrices.choosing import Wanted, chosen
 from vanelock.matrices.entries import SYMMETRIC, Entries
 
-_NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eEdD][+-]?\d+)?")
+_NUMBER = re.compile(r"[+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eEdD][+-]?\d+)?")
 _TYPES = {"stiffness": "STIFFNESS", "mass": "MASS", "damping": "VISCOUS DAMPING"}
 
 

@@ -2,6 +2,7 @@
 
 import csv
 import re
+from collections import Counter
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -13,7 +14,7 @@ from vanelock.matrices.contents import text
 
 Column = NDArray[np.int64] | NDArray[np.float64] | NDArray[np.str_]
 _WHOLE = re.compile(r"[+-]?\d{1,18}")
-_NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eEdD][+-]?\d+)?")
+_NUMBER = re.compile(r"[+-]?(\d+(?:\.\d*)?|\.\d+)([eEdD][+-]?\d+)?")
 
 
 def load_nodes(path: Path) -> NDArray[np.int64]:
@@ -88,8 +89,8 @@ def load_pairs(path: Path) -> Mapping[str, Column]:
     names = _cells(path, number, head, separator)
     if any(not name or _NUMBER.fullmatch(name) for name in names):
         raise InputError(f"{path}: line {number}: a line of column names is needed first")
-    if len(set(names)) < len(names):
-        again = next(name for name in names if names.count(name) > 1)
+    again, most = Counter(names).most_common(1)[0]
+    if most > 1:
         raise InputError(f"{path}: line {number}: column {_short(again)} is named twice")
     rows = []
     for number, line in lines[1:]:

@@ -157,7 +157,7 @@ def _case_sets(source: str, lines: list[str]) -> dict[str, list[Integers]]:
         if joined.endswith(",") and re.match(r"SET\b", joined, re.IGNORECASE):
             joined += " "
             continue
-        match = re.match(r"SET\s+(\d+)\s*=\s*(.*)$", joined, re.IGNORECASE)
+        match = re.match(r"SET\s+(\d+)\s*=(.*)$", joined, re.IGNORECASE)
         joined = ""
         if match and match[2].strip().upper() != "ALL":
             words = re.split(r"[,\s]+", match[2].strip().strip(","))

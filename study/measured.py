@@ -263,9 +263,9 @@ class _Columns:
 
 def _head(cell: str) -> tuple[str, str]:
     """Name and unit of a column: `name (unit)`, `name [unit]`, `name, unit` or `name_unit`."""
-    match = re.fullmatch(r"(.*?)\s*[\(\[]\s*(.*?)\s*[\)\]]", cell)
-    if match:
-        name, unit = match[1], match[2]
+    opened = re.search(r"[(\[]", cell)
+    if opened and cell.endswith((")", "]")):
+        name, unit = cell[: opened.start()], cell[opened.end() : -1]
     else:
         name, _, unit = cell.partition(" in ")
         if not unit and cell.count("_") == 1:

@@ -13,9 +13,11 @@ from typing import Any
 
 from vanelock.errors import InputError
 
-_HEADER = re.compile(r"\s*(\[\[?)\s*([A-Za-z0-9_.\- ]+?)\s*\]\]?\s*(#.*)?$")
+_HEADER = re.compile(r"\s*(\[\[?)([A-Za-z0-9_.\- \t]+)\]\]?\s*(#.*)?$")
+_BARE = r"""[^\s#"'\[{]+"""
 _VALUE = re.compile(
-    r"""(\s*([A-Za-z0-9_.\-]+)\s*=\s*)("[^"]*"|'[^']*'|[^#"'\[{]*?)(\s*(?:#.*)?)$"""
+    r"""(\s*([A-Za-z0-9_.\-]+)\s*=\s*)"""
+    rf"""("[^"]*"|'[^']*'|{_BARE}(?:\s+{_BARE})*)(\s*(?:#.*)?)$"""
 )
 
 
@@ -70,7 +72,7 @@ class _Places:
         table, counts = "", dict[str, int]()
         for i, line in enumerate(lines):
             if match := _HEADER.match(line):
-                table = match[2].replace(" ", "")
+                table = "".join(match[2].split())
                 if match[1] == "[[":
                     counts[table] = counts.get(table, -1) + 1
                     table = f"{table}[{counts[table]}]"

@@ -14,7 +14,7 @@ import scipy.io
 
 from tests.matrices.conftest import Model
 from vanelock.errors import InputError
-from vanelock.matrices import load_matrices, load_nodes, load_pairs
+from vanelock.matrices import load_matrices, load_nodes, load_pairs, tables
 
 BANNER = "%%MatrixMarket matrix coordinate real symmetric\n"
 GOOD = BANNER + "3 3 3\n1 1 2\n2 2 2\n3 3 2\n"
@@ -294,3 +294,30 @@ def test_pairs(text: str, told: str, tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"pairs\.csv") as refused:
         load_pairs(tmp_path / "pairs.csv")
     assert told in str(refused.value)
+
+
+def test_names_of_columns_are_compared_in_proportion_to_their_number(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The last of them is named twice; comparing each with each would take n² / 2."""
+    compared = 0
+
+    class Name(str):
+        __slots__ = ()
+        __hash__ = str.__hash__
+
+        def __eq__(self, other: object) -> bool:
+            nonlocal compared
+            compared += 1
+            return str.__eq__(self, other)
+
+    counts = []
+    for n in (1000, 2000):
+        names = [Name(f"c{i}") for i in range(n)] + [Name(f"c{n - 1}")]
+        monkeypatch.setattr(tables, "_cells", lambda *_, names=names: names)
+        (tmp_path / "pairs.csv").write_text("names\n")
+        compared = 0
+        with pytest.raises(InputError, match=f"column 'c{n - 1}' is named twice"):
+            load_pairs(tmp_path / "pairs.csv")
+        counts.append(compared)
+    assert counts[1] <= 2 * counts[0] + 10
