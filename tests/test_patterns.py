@@ -12,8 +12,6 @@ import re
 from functools import cache
 from importlib import import_module
 from pathlib import Path
-from re import _constants as code
-from re import _parser as parser
 from typing import NamedTuple
 
 import numpy as np
@@ -21,6 +19,7 @@ import pytest
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components
 
+code, parser = import_module("re._constants"), import_module("re._parser")  # not in stubs
 ROOT = Path(__file__).parents[1]
 FOLDERS = ("vanelock", "mesh", "matrices", "study", "assembly", "campaign")
 ALL = frozenset(map(chr, range(128))) | {"µ", "é", "\u2003"}
@@ -127,7 +126,7 @@ def repeated_readings(pattern):
     cyclic = [i for i in range(n) if any(loop[q] == loop[i] for q in after[i])]
     for p in cyclic:
         for q in cyclic:
-            seen, left = set(), [(p, p, q)]
+            seen, left = set[tuple[int, int, int]](), [(p, p, q)]
             while left and p != q:
                 at = left.pop()
                 steps = {
