@@ -1,6 +1,7 @@
-"""For all tests: one thread each, slow files first, `--everything`: a skipped test has failed."""
+"""For all tests: one thread each, children that hear signals, slow files first, `--everything`."""
 
 import os
+import signal
 from collections.abc import Generator
 
 import pytest
@@ -8,6 +9,12 @@ import pytest
 # Before NumPy is loaded. Two workers whose BLAS takes all cores hold each other up.
 for _name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(_name, "1")
+
+# A job in the background or under nohup ignores these, and so would every child of it; a handler,
+# even of nothing, makes way for the default when a child starts.
+for _number in (signal.SIGINT, signal.SIGHUP, signal.SIGTERM, signal.SIGQUIT):
+    if signal.getsignal(_number) == signal.SIG_IGN:
+        signal.signal(_number, lambda number, frame: None)
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:

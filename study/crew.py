@@ -113,7 +113,7 @@ class Crew:
         self._attempts: Counter[str] = Counter()
         self._spared: Counter[str] = Counter()
         self._uses = Counter(key for task in self.tasks for _, key in task.given)
-        self._out = 0
+        self._out: dict[str, Task] = {}  # by the first product that each makes
         self._total = sum(task.counts for task in self.tasks)
         self._done = 0
         self._began = self._told = self._ended = time.monotonic()
@@ -141,14 +141,14 @@ class Crew:
     def _hand_out(self) -> None:
         """Send what can be done; fail what waits for something that failed."""
         held: deque[Task] = deque()
-        while self._waiting and self._out < self.hands.slots:
+        while self._waiting and len(self._out) < self.hands.slots:
             task = self._waiting.popleft()
             lost = next((self.failed[key] for key in task.after if key in self.failed), None)
             if lost is not None:
                 self._fail(task, lost)
             elif all(key in self._made for key in task.after):
                 self.hands.send(task, self._image)
-                self._out += 1
+                self._out[task.makes[0]] = task
             else:
                 held.append(task)
         self._waiting.extendleft(reversed(held))
@@ -159,8 +159,10 @@ class Crew:
         return image
 
     def _take(self, outcome: Outcome) -> None:
-        self._out -= 1
         task = outcome.task
+        if self._out.get(task.makes[0]) is not task:  # sent by another crew with the same hands
+            return
+        del self._out[task.makes[0]]
         if outcome.failure is None:
             for stage, key, image in outcome.made or ():
                 self.moved += len(image)

@@ -13,10 +13,10 @@ import psutil
 import pytest
 
 from vanelock.study.cache import Cache
-from vanelock.study.crew import Crew
+from vanelock.study.crew import Crew, Outcome
 from vanelock.study.local import Processes
 from vanelock.study.progress import Event, Failed, Notice, Tasks
-from vanelock.study.tasks import Task, TaskFailed
+from vanelock.study.tasks import Failure, Task, TaskFailed
 
 TOY = '''
 """Products of one number, made well or badly."""
@@ -191,6 +191,34 @@ def test_a_task_waits_for_what_another_makes_or_fails_with_it(toy, crew_of):
         both.bring(second.own.key)
 
 
+def test_what_comes_of_another_crew_s_task_is_left_alone(toy, tmp_path):
+    """The same hands bring the end of a task that another crew sent, then that of this one's."""
+    wanted = toy.Toy(1).own.key
+    other, own = Task("other", toy.Toy(1), (wanted,)), Task("own", toy.Toy(1), (wanted,))
+    bad = Outcome(own, None, Failure("own", "as it is told"), again=False)
+
+    ended = [[Outcome(other, [])], [bad]]
+
+    class Shared:
+        slots = 1
+
+        def send(self, task, image):
+            assert task is own
+
+        def wait(self, seconds):
+            return ended.pop(0)
+
+        def forget(self, keys):
+            pass
+
+        def close(self):
+            pass
+
+    crew = Crew([own], Cache(tmp_path, print), Shared(), lambda event: None)
+    with pytest.raises(TaskFailed, match="as it is told"):
+        crew.bring(wanted)
+
+
 def test_what_is_sent_once_is_not_sent_again(toy, crew_of):
     toys = [toy.Toy(i) for i in range(8)]
     crew, _ = crew_of(*toys)
@@ -207,7 +235,7 @@ sys.path.insert(0, {folder!r})
 import toys
 from pathlib import Path
 from vanelock.study.cache import Cache
-from vanelock.study.crew import Crew
+from vanelock.study.crew import Crew, Outcome
 from vanelock.study.local import Processes
 from vanelock.study.tasks import Task
 
@@ -237,8 +265,8 @@ def test_no_process_outlives_the_one_that_started_it(toy, tmp_path, number):
             os.killpg(parent.pid, number)
         else:
             parent.send_signal(number)
-        parent.wait(60)
-        assert psutil.wait_procs(below, 60)[1] == []
+        parent.wait(600)
+        assert psutil.wait_procs(below, 600)[1] == []
     finally:
         parent.kill()
 
