@@ -1,5 +1,6 @@
 """Verdicts on the published statements, from peaks and planes made by hand."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
@@ -7,6 +8,7 @@ import numpy as np
 import pytest
 
 from vanelock.campaign import statements as module
+from vanelock.campaign.checks import Difference
 from vanelock.campaign.evidence import Evidence
 from vanelock.campaign.sheets import case_of, planned_sheets
 from vanelock.study import parse_study
@@ -122,3 +124,165 @@ def test_the_conclusion_holds_where_the_map_says(evidence):
     found = module.conservative(evidence.made())
     assert found.agrees == "partly"  # uncoupled is higher beyond the optimum, constant-load always
     assert "67% of the map (uncoupled) and 0%" in found.found
+
+
+def _limits(free=250.0, stuck=280.0, diameter=1):
+    return SimpleNamespace(
+        nodal_diameter=diameter,
+        sectors=16,
+        free_mode=1,
+        free_frequency=free,
+        stuck_frequency=stuck,
+        rise=stuck / free - 1,
+    )
+
+
+def _loops(opened=(0.0, 0.3, 0.0), energy=1e-6):
+    titles = ("in phase", "partial lift-off", "out of phase")
+    return tuple(
+        SimpleNamespace(title=title, energy=energy, marched=1e-6, opened=share)
+        for title, share in zip(titles, opened, strict=True)
+    )
+
+
+def _of_stuck(found, ratio):
+    for summary in found.summaries.values():
+        summary.of_stuck = ratio
+    return found
+
+
+def _hooks_take(found, share):
+    for summary in found.summaries.values():
+        summary.friction_share = 1 - share
+    return found
+
+
+def _times(evidence, plane, factors, name="amplitude"):
+    """Peaks, or seconds, of the map: each method's times a factor of the first one's."""
+    values = getattr(plane, name)[..., :1] * np.array(factors)
+    return evidence.made(planes={"interference": replace(plane, **{name: values})})
+
+
+def _rising(evidence, **key):
+    """Each of a figure's peaks higher than the one before."""
+    (name, values), *_ = key.items()
+    fixed = {"mu": evidence.plan.base.campaign.mu[-1]} if name == "interference" else {}
+    for i, value in enumerate(values):
+        change(evidence, 10.0 ** (i + 1), **fixed, **{name: value})
+    return evidence.made()
+
+
+def _other_way(evidence, coupling):
+    """Peaks by another coupling lower in frequency and higher in amplitude than coupled ones."""
+    for name, case in evidence.plan.cases.items():
+        if case.study.response.coupling == coupling:
+            a, f = evidence.peaks[name]
+            evidence.peaks[name] = 2 * a, f - 2
+    return evidence.made()
+
+
+def _few_times(evidence, plane):
+    change(evidence, 0.5, harmonics=3)
+    change(evidence, 2.0, harmonics=5)
+    return evidence.made()
+
+
+DIFFERENT = Difference(vibration=0.2, mean=0.3, frequency=1.0, amplitude=0.1, slipping=4)
+SAME = Difference(vibration=1e-14, mean=5e-4, frequency=0.0, amplitude=0.0, slipping=0)
+COUPLED_LOWER, COUPLED_HIGHER = (1, 1.1, 1.2, 1, 1), (1, 0.9, 0.8, 1, 1)
+VERDICTS = {
+    module.campbell: (
+        lambda e, p: e.made(limits=_limits(), engine_order=1),
+        lambda e, p: e.made(limits=_limits(260.0, diameter=2), engine_order=1),
+        "15000 rpm free and 16800 rpm stuck; response with friction peaks at 15180 rpm",
+    ),
+    module.hysteresis: (
+        lambda e, p: e.made(conditions=_loops()),
+        lambda e, p: e.made(conditions=_loops((0.1, 0.3, 0.0), 1.1e-6)),
+        "open 30 % of the period",
+    ),
+    module.hooks_alone: (
+        lambda e, p: e.made(hooks=SAME),
+        lambda e, p: e.made(hooks=DIFFERENT),
+        "differs by 1e-14 of the peak; 0 hook contacts slip",
+    ),
+    module.hooks_share: (
+        lambda e, p: _hooks_take(e.made(), 0.05),
+        lambda e, p: _hooks_take(e.made(), 0.15),
+        "at most 5.0%",
+    ),
+    module.stiffer: (
+        lambda e, p: e.made(limits=_limits()),
+        lambda e, p: e.made(limits=_limits(stuck=240.0)),
+        "250.00 to 280.00 Hz, +12.0 %",
+    ),
+    module.coincident: (
+        lambda e, p: e.made(stuck={"uncoupled": SAME}, small=0.01),
+        lambda e, p: e.made(stuck={"uncoupled": SAME, "constant-load": DIFFERENT}, small=0.01),
+        "at 0.01 of the load: harmonics h >= 1 differ by 1e-14",
+    ),
+    module.below_stuck: (
+        lambda e, p: _of_stuck(e.made(), 0.4),
+        lambda e, p: _of_stuck(e.made(), 1.2),
+        "0.4 to 0.4 of it",
+    ),
+    module.friction: (
+        lambda e, p: e.made(),
+        lambda e, p: _rising(e, mu=e.plan.base.campaign.mu),
+        "0.458, 0.433, 0.356, 0.255 of the linear free peak",
+    ),
+    module.harmonics: (
+        lambda e, p: e.made(),
+        _few_times,
+        "+3.0% from H = 1 to 3, +0.10% from 3 to 5",
+    ),
+    module.costs_harmonics: (
+        lambda e, p: _times(e, p, (1, 1, 1, 3, 5), "seconds"),
+        lambda e, p: _times(e, p, (1, 1, 1, 1.5, 2.5), "seconds"),
+        "H = 3: 3.0; H = 5: 5.0 times that of one harmonic, 1000 ms",
+    ),
+    module.interference: (
+        lambda e, p: e.made(),
+        lambda e, p: _rising(e, interference=e.plan.base.campaign.interference),
+        "of the linear free peak",
+    ),
+    module.uncoupled_friction: (
+        lambda e, p: e.made(),
+        lambda e, p: _other_way(e, "uncoupled"),
+        "shifted by +1.00",
+    ),
+    module.constant_friction: (
+        lambda e, p: e.made(),
+        lambda e, p: _other_way(e, "constant-load"),
+        "amplitudes times 0.80",
+    ),
+    module.uncoupled_interference: (
+        lambda e, p: e.made(),
+        lambda e, p: _other_way(e, "uncoupled"),
+        "amplitudes times 0.80",
+    ),
+    module.constant_interference: (
+        lambda e, p: e.made(),
+        lambda e, p: _other_way(e, "constant-load"),
+        "shifted by +1.00",
+    ),
+    module.conservative: (
+        lambda e, p: _times(e, p, COUPLED_HIGHER),
+        lambda e, p: _times(e, p, COUPLED_LOWER),
+        "100% of the map (uncoupled) and 100% (constant-load)",
+    ),
+    module.costs_coupling: (
+        lambda e, p: _times(e, p, (1, 0.8, 1, 3, 5), "seconds"),
+        lambda e, p: _times(e, p, (1, 1, 1, 3, 5), "seconds"),
+        "1.25 times the uncoupled one's",
+    ),
+}
+
+
+@pytest.mark.parametrize("state", module.STATEMENTS)
+def test_every_statement_can_agree_and_disagree(evidence, plane, state):
+    agreeing, disagreeing, words = VERDICTS[state]
+    found = state(agreeing(evidence, plane))
+    assert found.agrees == "yes"
+    assert words in found.found
+    assert state(disagreeing(evidence, plane)).agrees == "no"
