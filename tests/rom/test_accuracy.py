@@ -110,8 +110,8 @@ def test_frequency_errors_against_the_sector(small_ring, k, modes, stuck):
     complete = min(vane.at(k).complete, casing.at(k).complete)
     told = np.isfinite(errors.total) & (errors.frequency < 0.7 * complete) & (found > 1e-10)
     ratio = errors.total[told] / found[told]
-    assert np.all(ratio > 0.5)
-    assert np.all(ratio < 10)
+    assert np.all(ratio > 0.95)
+    assert np.all(ratio < 2)
     if modes >= 16:
         assert told.sum() >= 5
     # Beyond the modes that a part keeps in full nothing is promised.
@@ -130,8 +130,8 @@ def test_errors_of_an_accuracy_are_within_it(small_ring, accuracy):
         assert np.all(found < accuracy)
         assert np.all(errors.total < 2 * accuracy)  # each part brings its own
         seen = found > 1e-10
-        assert np.all(errors.total[seen] > 0.5 * found[seen])
-        assert np.all(errors.total[seen] < 10 * found[seen])
+        assert np.all(errors.total[seen] > 0.95 * found[seen])
+        assert np.all(errors.total[seen] < 2 * found[seen])
 
 
 def beams(bar, modes, spring=0.0, seed=0):
@@ -173,8 +173,8 @@ def test_free_bodies_with_repeated_and_close_modes(bar, exact, modes, spring):
     known = (found > 1e-8) & (errors.frequency[~rigid] > 20.0)
     seen = known & (errors.frequency[~rigid] < 0.7 * complete)
     assert seen.sum() >= 3
-    assert np.all(estimate[seen] > 0.5 * found[seen])
-    assert np.all(estimate[seen] < 10 * found[seen])
+    assert np.all(estimate[seen] > 0.95 * found[seen])
+    assert np.all(estimate[seen] < 2 * found[seen])
 
 
 def test_infinite_where_modes_are_left_out_below(bar):
@@ -257,8 +257,8 @@ def test_response_errors_against_the_sector(small_ring, exact, modes, stuck):
     told = np.abs(error).max(axis=2) / size
     seen = true > 1e-7
     assert seen.any()
-    assert np.all(told[seen] > 0.3 * true[seen])
-    assert np.all(told[seen] < 3 * true[seen])
+    assert np.all(told[seen] > 0.75 * true[seen])
+    assert np.all(told[seen] < 1.5 * true[seen])
     # The estimate has a direction and a phase: with it the output is closer to the truth.
     left = np.abs(missing - error).max(axis=2) / size
     assert np.all(left[seen] < 0.7 * true[seen])
