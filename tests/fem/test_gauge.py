@@ -86,6 +86,16 @@ def test_mean_over_a_length_is_the_change_of_that_length(lattice):
     assert gauge(part, middle, d, L).strain(u) == pytest.approx(change, rel=1e-11)
 
 
+@pytest.mark.parametrize("length", [0.15, 0.3])
+def test_mean_of_a_strain_that_curves_tells_the_length(lattice, length):
+    """Strain 3 x² has the mean 3 (x² + L²/12) over a length L."""
+    part = lattice((32, 1, 1), lambda p: p * [0.8, 0.1, 0.1], "hexahedron27")
+    u = np.zeros_like(part.points)
+    u[:, 0] = part.points[:, 0] ** 3
+    found = gauge(part, [0.2, 0.05, 0.1], [1, 0, 0], length).strain(u)
+    assert found == pytest.approx(3 * (0.2**2 + length**2 / 12), rel=5e-3)
+
+
 def test_bending_strain_of_a_cantilever(lattice):
     # Tip force F on length L, width b, height h: strain 6 F (L - x) / (E b h²) on top, to within
     # what the clamp and the force's ends disturb.

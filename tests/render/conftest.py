@@ -8,6 +8,7 @@ import pytest
 from numpy.typing import NDArray
 
 from vanelock.mesh import Part
+from vanelock.render import style
 
 Build = Callable[..., Part]
 
@@ -69,3 +70,18 @@ def quadratic(
 @pytest.fixture(scope="session")
 def sector() -> Build:
     return block_sector
+
+
+@pytest.fixture
+def bars(monkeypatch):
+    """Lower end, upper end and label of each colour bar as it stands in its figure."""
+    found = []
+    draw = style.colour_bar
+
+    def noted(axes, *given):
+        bar = draw(axes, *given)
+        found.append((*axes.get_ylim(), axes.get_ylabel()))
+        return bar
+
+    monkeypatch.setattr(style, "colour_bar", noted)
+    return found

@@ -85,6 +85,14 @@ def test_the_frames_divide_the_period_and_the_file_holds_them(two_waves, tmp_pat
     assert np.mean(frames[0].min(axis=2) == 255) > 0.4
 
 
+def test_the_colour_bar_of_a_response_is_in_micrometres(two_waves, tmp_path, bars):
+    part, waves = two_waves
+    response_animation(tmp_path / "wave.gif", [part], waves, "Wave", frames=2)
+    ((low, high, label),) = bars
+    assert (low, label) == (0, "displacement at the instant (µm)")
+    assert high == pytest.approx(1e6 * (FIRST + SECOND), rel=1e-2)
+
+
 def test_a_mode_is_drawn_as_large_as_in_its_picture(sector, tmp_path, monkeypatch):
     part = sector(sectors=8)
     texts: list[str] = []

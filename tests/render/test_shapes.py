@@ -156,6 +156,17 @@ def test_the_scale_and_the_largest_amplitude_are_stated(parts, tmp_path, monkeyp
     assert "Full ring, 12 sectors, nodal diameter 1" in texts
 
 
+def test_colour_bars_end_at_the_largest_amplitude(parts, tmp_path, bars):
+    waves = [radial_wave(part, 1, 20e-6) for part in parts]
+    response_picture(tmp_path / "r.png", parts, waves, 1, "Response")
+    mode_picture(tmp_path / "m.png", parts, waves, 1, "Mode")
+    assert bars == [
+        (0, pytest.approx(20), "amplitude (µm)"),
+        (-180, 180, "phase (degrees)"),
+        (0, 1, "displacement / largest displacement (–)"),
+    ]
+
+
 @pytest.mark.parametrize(
     ("bad", "message"),
     [

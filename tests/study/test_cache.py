@@ -15,7 +15,8 @@ from vanelock.study.naming import slug, words
 from vanelock.study.plan import plan
 from vanelock.study.progress import silent
 from vanelock.study.steps import Stages, step
-from vanelock.study.sweep import cases
+from vanelock.study.structure import leaves
+from vanelock.study.sweep import cases, with_values
 
 
 @dataclass(frozen=True)
@@ -129,7 +130,11 @@ def test_steps_run_once_and_only_when_needed(cache):
 
 def keys(text):
     """Key of each step of a one-case study."""
-    (planned,) = plan(cases(parse_study(text)), lambda *_: None)
+    return keys_of(parse_study(text))
+
+
+def keys_of(study):
+    (planned,) = plan(cases(study), lambda *_: None)
     found = {}
     waiting = [planned.preload, planned.response, *planned.linear.responses.values()]
     while waiting:
@@ -203,6 +208,43 @@ def test_a_change_reaches_exactly_what_depends_on_it(text, changed):
     before, after = keys(""), keys(text)
     assert before.keys() == EVERYTHING
     assert {name for name in before if before[name] != after[name]} == changed
+
+
+SHOWN_ALONE = {"outputs.steps"}
+"""Numbers that no product depends on."""
+ANSWERED = {
+    f"material.{part}.{key}"
+    for part in ("vane", "casing")
+    for key in ("fatigue_limit", "tensile_strength")
+}
+"""Numbers that only the report's margins depend on."""
+
+
+def test_every_number_of_a_study_is_in_some_key():
+    """A number that no key holds would be changed without a word, and old results shown."""
+    study = parse_study("[response]\nrange = [240, 300]\npoints = 31\nsamples = 64")
+    before, tried = keys_of(study), 0
+    for key, value in leaves(study.model_dump()):
+        if isinstance(value, bool) or not isinstance(value, int | float):
+            continue
+        if key in SHOWN_ALONE | ANSWERED:
+            continue
+        other = other_number(study, key, value)
+        assert keys_of(other) != before, key
+        tried += 1
+    assert tried > 50
+
+
+def other_number(study, key, value):
+    """The study with another number in a key, one that its neighbours allow."""
+    whole = isinstance(value, int)
+    for change in (1, 2, -1) if whole else (1e-3, -1e-3, 1e-2):
+        changed = value + change * (1 if whole else abs(value) or 1.0)
+        try:
+            return with_values(study, {key: changed})
+        except ValueError:
+            continue
+    raise AssertionError(f"{key}: no other value is allowed beside {value}")
 
 
 def test_cases_share_what_they_can():

@@ -186,6 +186,10 @@ def test_cache_follows_the_contents(folder):
     assert all(a != b for a, b in zip(after, before, strict=True))
     (folder / "vane.inp").write_text(text)
     assert keys(study) == before
+    inches = (folder / "study.toml").read_text().replace('unit = "mm"', 'unit = "inch"')
+    (folder / "study.toml").write_text(inches)
+    larger = keys(load_study(folder / "study.toml"))
+    assert all(a != b for a, b in zip(larger, before, strict=True))
     table = (folder / "casing.toml").read_text()
     (folder / "casing.toml").write_text(table.replace("[casing.sets]\n", "[casing.sets]\n#\n"))
     assert keys(written(folder, SMALL)) == before
