@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from vanelock.study import parse_study, run_study
+from vanelock.study.progress import Event
 from vanelock.study.tables import Table
 
 pytestmark = pytest.mark.slow
@@ -41,7 +42,7 @@ LIMIT, STRENGTH = 250.0, 900.0  # MPa, the defaults
 def ran(tmp_path_factory):
     """The run's folder and the tables that it printed, by name."""
     folder = tmp_path_factory.mktemp("cases")
-    heard = []
+    heard: list[Event] = []
     run_study(parse_study(STUDY), folder, heard.append, STUDY)
     return folder, [event for event in heard if isinstance(event, Table)]
 
@@ -92,6 +93,7 @@ def card(page, label):
     found = re.search(
         rf'<div class="label">{label}</div>\s*<div class="value">(.*?)</div>(.*?)</li>', page, re.S
     )
+    assert found is not None
     return plain(found[1]), plain(found[2])
 
 
