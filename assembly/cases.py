@@ -1,14 +1,15 @@
 """Cases of a scene: the product of the swept keys' values, each checked as the key itself is."""
 
 import re
+from contextlib import suppress
 from dataclasses import dataclass
 from itertools import product
 from typing import Any
 
 from pydantic import ValidationError
 
-from vanelock.assembly.load import FILES
-from vanelock.assembly.model import Scene
+from vanelock.assembly.model import FILES, Scene
+from vanelock.checked import UNCHECKED, NotKnown
 from vanelock.errors import InputError
 from vanelock.study.messages import explain, show
 from vanelock.study.sweep import LARGEST, short_names, shown_value
@@ -39,9 +40,10 @@ def scene_cases(scene: Scene) -> tuple[SceneCase, ...]:
     """
     if not scene.sweep:
         return (SceneCase("nominal", {}, scene),)
+    if wrong := list_mistakes(scene):
+        raise InputError("\n".join(wrong))
     count = 1
-    for key, values in scene.sweep.items():
-        _check(scene, key, values)
+    for values in scene.sweep.values():
         count *= len(values)
     if count > LARGEST:
         raise InputError(f"sweep: {count} cases: at most {LARGEST} are allowed")
@@ -55,23 +57,45 @@ def scene_cases(scene: Scene) -> tuple[SceneCase, ...]:
     return tuple(found)
 
 
-def _check(scene: Scene, key: str, values: tuple[Any, ...]) -> None:
+def list_mistakes(scene: Scene, context: str | None = None) -> list[str]:
+    """What is wrong with the lists of a scene's sweep.
+
+    Parameters
+    ----------
+    scene : Scene
+        It may lack keys whose values are wrong.
+    context : str, optional
+        "unchecked" looks at each value by itself, without its combination with others.
+    """
+    found: list[str] = []
+    with suppress(NotKnown):
+        for key, values in scene.sweep.items():
+            found += _mistakes(scene, key, values, context)
+    return found
+
+
+def _mistakes(scene: Scene, key: str, values: tuple[Any, ...], context: str | None) -> list[str]:
     where = f'sweep."{key}"'
     if key.partition(".")[0] in APART or key.rpartition(".")[2] in NAMES or _path(key) is None:
-        raise InputError(f"{where}: this key cannot be swept")
+        return [f"{where}: this key cannot be swept"]
     if not values:
-        raise InputError(f"{where} = []: needs at least one value")
+        return [f"{where} = []: needs at least one value"]
+    told: list[str] = []
     seen: dict[Any, int] = {}
     for i, value in enumerate(values):
+        item = f"{where}[{i}] = {show(value)}"
         try:
-            found = _at(_with(scene, {key: value}), key)
+            found = _at(_with(scene, {key: value}, context), key)
         except InputError as error:
-            raise InputError(f"{where}[{i}] = {show(value)}: {error}") from None
+            told.append(f"{item}: {error}")
+            continue
         if isinstance(found, bool) or not isinstance(found, int | float | str):
-            raise InputError(f"{where}[{i}] = {show(value)}: expected a number or a word")
+            told.append(f"{item}: expected a number or a word")
+            continue
         if found in seen:
-            raise InputError(f"{where}[{i}] = {show(value)}: the same as entry {seen[found]}")
-        seen[found] = i
+            told.append(f"{item}: the same as entry {seen[found]}")
+        seen.setdefault(found, i)
+    return told
 
 
 def _path(key: str) -> list[str | int] | None:
@@ -85,8 +109,12 @@ def _path(key: str) -> list[str | int] | None:
     return path
 
 
-def _with(scene: Scene, changes: dict[str, Any]) -> Scene:
-    data = scene.model_dump(exclude_unset=True, exclude={"sweep"})
+def _with(scene: Scene, changes: dict[str, Any], context: str | None = None) -> Scene:
+    data = scene.model_dump(
+        exclude_unset=True,
+        exclude={"sweep"},
+        warnings=context != UNCHECKED,  # where keys are missing
+    )
     data["loads"] = [dict(load) for load in data.get("loads", ())]
     for key, value in changes.items():
         *path, last = _path(key) or [key]
@@ -101,7 +129,7 @@ def _with(scene: Scene, changes: dict[str, Any]) -> Scene:
             raise InputError(f"{key}: there is nothing of that name to sweep")
         table[last] = value
     try:
-        return Scene.model_validate(data, strict=True)
+        return Scene.model_validate(data, strict=True, context=context)
     except ValidationError as error:
         raise InputError(explain(error, data, Scene)[0]) from None
 

@@ -4,19 +4,15 @@ import os
 from pathlib import Path
 from typing import Any
 
-from vanelock.assembly.model import Scene
+from vanelock.assembly.cases import list_mistakes
+from vanelock.assembly.model import FILES, Scene
+from vanelock.checked import UNCHECKED
 from vanelock.errors import InputError
 from vanelock.files import beside
 from vanelock.matrices.hdf5 import split_path
 from vanelock.study.read import checked, read_text
 from vanelock.toml import toml_tables
 
-FILES = {
-    "components": ("stiffness", "mass", "damping", "dofs", "nodes", "fixed", "low", "high"),
-    "contacts": ("pairs",),
-    "ties": ("pairs",),
-}
-"""Keys of named tables that may hold a file's name."""
 ND = "{nd}"
 """Stands for the nodal diameter in the name of a file."""
 MOST_ND = 1000
@@ -45,11 +41,13 @@ def load_scene(path: str | os.PathLike[str], outside: bool = False) -> Scene:
     """
     where = str(path)
     data = toml_tables(read_text(Path(path)), where)
-    try:
-        data = _beside(data, Path(path).parent, outside)
-    except InputError as error:
-        raise InputError(f"{where}: {error}") from None
-    return check_scene(data, where)
+    data, refused = _beside(data, Path(path).parent, outside)
+    return checked(Scene, data, where, refused, _list_mistakes)
+
+
+def _list_mistakes(scene: Scene, lacks: bool) -> list[str]:
+    """What is wrong with a scene's sweep; of one that lacks keys, each value by itself."""
+    return list_mistakes(scene, UNCHECKED if lacks else None)
 
 
 def check_scene(data: dict[str, Any], where: str = "scene") -> Scene:
@@ -57,17 +55,19 @@ def check_scene(data: dict[str, Any], where: str = "scene") -> Scene:
     return checked(Scene, data, where)
 
 
-def _beside(data: dict[str, Any], folder: Path, outside: bool) -> dict[str, Any]:
-    """The tables with files where they are."""
+def _beside(data: dict[str, Any], folder: Path, outside: bool) -> tuple[dict[str, Any], list[str]]:
+    """The tables with files where they are, and a line for each that may not be read."""
+    refused: list[str] = []
 
     def placed(table: Any, keys: tuple[str, ...], where: str) -> Any:
         if not isinstance(table, dict):
             return table
-        files = {
-            k: _place(folder, table[k], f"{where}.{k}", outside)
-            for k in keys
-            if _is_name(table.get(k))
-        }
+        files = {}
+        for k in (k for k in keys if _is_name(table.get(k))):
+            try:
+                files[k] = _place(folder, table[k], f"{where}.{k}", outside)
+            except InputError as error:
+                refused.append(str(error))
         return {**table, **files}
 
     found = dict(data)
@@ -83,7 +83,7 @@ def _beside(data: dict[str, Any], folder: Path, outside: bool) -> dict[str, Any]
         found["outputs"] = {**outputs, "nodes": placed(nodes, tuple(nodes), "outputs.nodes")}
     if isinstance(data.get("system"), dict):
         found["system"] = placed(data["system"], ("file",), "system")
-    return found
+    return found, refused
 
 
 def _place(folder: Path, given: str, where: str, outside: bool) -> str:

@@ -3,10 +3,12 @@
 Field descriptions are the subjects of error messages, as in `vanelock.study.model`.
 """
 
-from typing import Annotated, Any, Literal, Self
+from collections.abc import Iterator
+from typing import Annotated, Any, ClassVar, Literal
 
-from pydantic import AfterValidator, BeforeValidator, Field, model_validator
+from pydantic import AfterValidator, BeforeValidator, Field
 
+from vanelock.checked import Check
 from vanelock.quantities import Angle, Force, Frequency, Length, Stiffness
 from vanelock.study.model import Order, Response
 from vanelock.study.structure import Table, sequence
@@ -15,6 +17,13 @@ GROUND = "ground"
 """What a contact's second component is called where there is none."""
 DAMPING = 0.003
 """Modal damping ratio where neither a ratio nor a damping matrix is given."""
+
+FILES = {
+    "components": ("stiffness", "mass", "damping", "dofs", "nodes", "fixed", "low", "high"),
+    "contacts": ("pairs",),
+    "ties": ("pairs",),
+}
+"""Keys of named tables that may hold a file's name."""
 
 Vector = Annotated[tuple[float, ...], BeforeValidator(sequence), Field(min_length=3, max_length=3)]
 
@@ -107,23 +116,30 @@ class ComponentKeys(Table):
     )
     band: Frequency | None = Field(default=None, gt=0, description="band [Hz]")
 
-    @model_validator(mode="after")
-    def _fits_its_kind(self) -> Self:
+    def _is_reduced_in_one_way(self) -> Iterator[str]:
         chosen = [n for n in ("modes", "cutoff", "accuracy") if getattr(self, n) is not None]
         if len(chosen) > 1:
-            raise ValueError(f"{chosen[1]}: give either this or {chosen[0]}, not both")
-        if self.band is not None and chosen in (["modes"], ["cutoff"]):
-            raise ValueError(f"band: goes with accuracy only, not {chosen[0]}")
+            yield f"{chosen[1]}: give either this or {chosen[0]}, not both"
+        elif self.band is not None and chosen in (["modes"], ["cutoff"]):
+            yield f"band: goes with accuracy only, not {chosen[0]}"
+
+    def _fits_its_kind(self) -> Iterator[str]:
         if self.kind == "superelement":
-            reducing = ("modes", "cutoff", "accuracy", "band", "low", "high", "fixed")
-            for name in reducing:
+            for name in ("modes", "cutoff", "accuracy", "band", "low", "high", "fixed"):
                 if getattr(self, name) is not None:
-                    raise ValueError(f'{name}: kind = "superelement" is used as it is')
+                    yield f'{name}: kind = "superelement" is used as it is'
         elif "{nd}" in self.stiffness:
-            raise ValueError('stiffness: "{nd}" goes with kind = "superelement"')
+            yield 'stiffness: "{nd}" goes with kind = "superelement"'
+
+    def _has_both_faces(self) -> Iterator[str]:
         if (self.low is None) != (self.high is None):
-            raise ValueError("low: cyclic faces come in pairs: give low and high")
-        return self
+            yield "low: cyclic faces come in pairs: give low and high"
+
+    checks: ClassVar[tuple[Check, ...]] = (
+        _is_reduced_in_one_way,
+        _fits_its_kind,
+        _has_both_faces,
+    )
 
 
 class ContactKeys(Table):
@@ -226,40 +242,51 @@ class Scene(Table):
         default_factory=dict, description="swept keys"
     )
 
-    @model_validator(mode="after")
-    def _harmonics_are_computed(self) -> Self:
+    def _harmonics_are_computed(self) -> Iterator[str]:
         for i, load in enumerate(self.loads):
             if load.harmonic > self.response.harmonics:
-                raise ValueError(
+                yield (
                     f"loads[{i}].harmonic: given {load.harmonic}: must be <= response.harmonics, "
                     f"{self.response.harmonics}"
                 )
-        if self.ring.sectors == 1 and self.excitation.engine_order != 1:
-            raise ValueError("excitation.engine_order: needs ring.sectors of at least 2")
-        return self
 
-    @model_validator(mode="after")
-    def _has_components(self) -> Self:
+    def _turns_in_a_ring(self) -> Iterator[str]:
+        if self.ring.sectors == 1 and self.excitation.engine_order != 1:
+            yield "excitation.engine_order: needs ring.sectors of at least 2"
+
+    def _has_components(self) -> Iterator[str]:
+        if self.system is None and not self.components:
+            yield "components: at least one must be given, or system.file"
+
+    def _touches_somewhere(self) -> Iterator[str]:
+        for name, contact in self.contacts.items() if self.system is None else ():
+            for key in ("between", "pairs"):
+                if getattr(contact, key) is None:
+                    yield f"contacts.{name}.{key}: must be given"
+
+    def _vibrates(self) -> Iterator[str]:
+        loaded = any(load.harmonic > 0 and load.amplitude for load in self.loads)
+        if self.system is None and not loaded:
+            yield "loads: nothing vibrates: give one with an amplitude, harmonic >= 1"
+
+    def _leaves_to_the_system_what_it_holds(self) -> Iterator[str]:
         if self.system is None:
-            if not self.components:
-                raise ValueError("components: at least one must be given, or system.file")
-            for name, contact in self.contacts.items():
-                for key in ("between", "pairs"):
-                    if getattr(contact, key) is None:
-                        raise ValueError(f"contacts.{name}.{key}: must be given")
-            if not any(load.harmonic > 0 and load.amplitude for load in self.loads):
-                raise ValueError(
-                    "loads: nothing vibrates: give one with an amplitude, harmonic >= 1"
-                )
-            return self
-        held = ("ring", "components", "ties", "loads", "excitation")
-        for name in held:
+            return
+        for name in ("ring", "components", "ties", "loads", "excitation"):
             if name in self.model_fields_set:
-                raise ValueError(f"{name}: system.file holds it already")
+                yield f"{name}: system.file holds it already"
         if self.outputs.nodes:
-            raise ValueError("outputs.nodes: system.file holds it already")
+            yield "outputs.nodes: system.file holds it already"
         own = {"kn", "kt", "mu", "interference"}
         for name, contact in self.contacts.items():
             if wrong := sorted(contact.model_fields_set - own):
-                raise ValueError(f"contacts.{name}.{wrong[0]}: system.file holds it already")
-        return self
+                yield f"contacts.{name}.{wrong[0]}: system.file holds it already"
+
+    checks: ClassVar[tuple[Check, ...]] = (
+        _harmonics_are_computed,
+        _turns_in_a_ring,
+        _has_components,
+        _touches_somewhere,
+        _vibrates,
+        _leaves_to_the_system_what_it_holds,
+    )

@@ -11,8 +11,8 @@ from vanelock import nonlinear
 from vanelock.assembly import pieces
 from vanelock.assembly.connect import Joined
 from vanelock.assembly.gather import Gathered, gathered, nodes
-from vanelock.assembly.load import FILES, ND
-from vanelock.assembly.model import DAMPING, ComponentKeys, Scene
+from vanelock.assembly.load import ND
+from vanelock.assembly.model import DAMPING, FILES, ComponentKeys, Scene
 from vanelock.assembly.modes import Modes, dense, frequencies, modes
 from vanelock.assembly.piece import Piece
 from vanelock.cyclic import folded

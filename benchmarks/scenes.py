@@ -13,7 +13,7 @@ import numpy as np
 
 from vanelock.errors import InputError
 from vanelock.study import Study
-from vanelock.study.sweep import fits
+from vanelock.study.sweep import misfits
 
 Values = dict[str, Any]
 
@@ -68,10 +68,11 @@ def design(number: int) -> Values:
     for _ in range(TRIES):
         found = drawn_design(random)
         try:
-            fits(Study.model_validate(found))
-        except (InputError, ValueError):
+            wrong = misfits(Study.model_validate(found))
+        except ValueError:
             continue
-        return found
+        if not wrong:
+            return found
     raise InputError(f"design {number}: none of {TRIES} draws fits")
 
 

@@ -7,11 +7,13 @@ thicknesses, gaps and distances lie within 30 % of the defaults, are meshed or r
 tests/verification/test_designs.py draws them.
 """
 
+from collections.abc import Iterator
 from itertools import pairwise
-from typing import Any, Self
+from typing import Any, ClassVar
 
-from pydantic import BaseModel, ConfigDict, Field, field_validator, model_validator
+from pydantic import BaseModel, ConfigDict, Field, field_validator
 
+from vanelock.checked import Check, Checked, NotKnown
 from vanelock.quantities import Angle, Length
 
 CLEARANCE = 5e-4  # m; thinner walls and gaps are beyond any mesh
@@ -25,10 +27,10 @@ def _fillet(description: str) -> Any:
     return Field(0.0, ge=0, le=0.1, description=f"{description}, 0 for sharp corners [m]")
 
 
-def _resolvable(fillet: float) -> None:
+def _resolvable(model: Any) -> Iterator[str]:
     """Refuse a radius that only a mesh of many slivers could follow."""
-    if 0 < fillet < CLEARANCE:
-        raise ValueError(f"fillet = {fillet:g} m: must be 0 or at least {CLEARANCE:g} m")
+    if 0 < model.fillet < CLEARANCE:
+        yield f"fillet = {model.fillet:g} m: must be 0 or at least {CLEARANCE:g} m"
 
 
 def _count(default: int, least: int, description: str) -> Any:
@@ -42,12 +44,15 @@ def _odd(value: int, what: str) -> int:
     return value
 
 
-def _ascending(model: BaseModel, *names: str) -> None:
+def _ascending(model: BaseModel, *names: str) -> Iterator[str]:
     """Refuse lengths that do not grow along `names` by a wall's thickness; a dot reaches deeper."""
     for low, high in pairwise(names):
-        below, above = _value(model, low), _value(model, high)
+        try:
+            below, above = _value(model, low), _value(model, high)
+        except NotKnown:
+            continue
         if below > above - CLEARANCE:
-            raise ValueError(
+            yield (
                 f"{high} = {above:g} m: must exceed {low} = {below:g} m by at least {CLEARANCE:g} m"
             )
 
@@ -58,7 +63,7 @@ def _value(model: Any, name: str) -> float:
     return float(model)
 
 
-class Dimensions(BaseModel):
+class Dimensions(Checked):
     """Frozen dimensions; unknown names are refused."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -84,11 +89,11 @@ class HookDimensions(Dimensions):
     def _has_a_middle(cls, value: int) -> int:
         return _odd(value, "contact nodes along a band")
 
-    @model_validator(mode="after")
-    def _ordered(self) -> Self:
-        _ascending(self, "lip_radius", "roof_radius")
-        _ascending(self, "band_position", "mid_plane")
-        return self
+    def _ordered(self) -> Iterator[str]:
+        yield from _ascending(self, "lip_radius", "roof_radius")
+        yield from _ascending(self, "band_position", "mid_plane")
+
+    checks: ClassVar[tuple[Check, ...]] = (_ordered,)
 
 
 class VaneDimensions(Dimensions):
@@ -158,10 +163,8 @@ class VaneDimensions(Dimensions):
     def _has_a_middle(cls, value: int) -> int:
         return _odd(value, "contact nodes along an interlock face's long edges")
 
-    @model_validator(mode="after")
-    def _possible(self) -> Self:
-        _resolvable(self.fillet)
-        _ascending(
+    def _ordered(self) -> Iterator[str]:
+        yield from _ascending(
             self,
             "inner_shroud_inner_radius",
             "inner_shroud_outer_radius",
@@ -170,22 +173,32 @@ class VaneDimensions(Dimensions):
             "hook.lip_radius",
             "hook.roof_radius",
         )
-        _ascending(
+        yield from _ascending(
             self, "foot_front", "hook.band_position", "leg_front", "leg_rear", "hook.mid_plane"
         )
-        _ascending(self, "outer_shroud_front", "leg_front")
-        _ascending(self, "inner_shroud_front", "hook.mid_plane")
+        yield from _ascending(self, "outer_shroud_front", "leg_front")
+        yield from _ascending(self, "inner_shroud_front", "hook.mid_plane")
+
+    def _holds_the_bands(self) -> Iterator[str]:
         if not self.hook.band_extent < self.outer_shroud_extent:
-            raise ValueError(
+            yield (
                 f"hook.band_extent = {self.hook.band_extent:g}: the bands must be shorter than the "
                 f"foot, outer_shroud_extent = {self.outer_shroud_extent:g}"
             )
+
+    def _has_sharper_edges(self) -> Iterator[str]:
         if self.edge_thickness > self.thickness:
-            raise ValueError(
+            yield (
                 f"edge_thickness = {self.edge_thickness:g}: must not exceed "
                 f"thickness = {self.thickness:g}"
             )
-        return self
+
+    checks: ClassVar[tuple[Check, ...]] = (
+        _resolvable,
+        _ordered,
+        _holds_the_bands,
+        _has_sharper_edges,
+    )
 
 
 class CasingDimensions(Dimensions):
@@ -209,11 +222,12 @@ class CasingDimensions(Dimensions):
     boss_position: Length = _length(0.035, "axial position of the strut bosses")
     force_nodes: int = _count(16, 1, "loaded nodes around the shell's outside")
 
-    @model_validator(mode="after")
-    def _possible(self) -> Self:
-        _resolvable(self.fillet)
-        _ascending(self, "rail_inner_radius", "inner_radius", "outer_radius", "flange_radius")
-        _ascending(
+    def _ordered(self) -> Iterator[str]:
+        yield from _ascending(
+            self, "rail_inner_radius", "inner_radius", "outer_radius", "flange_radius"
+        )
+        yield from _ascending(
             self, "flange_thickness", "rail_front", "groove_bottom", "groove_mouth", "length"
         )
-        return self
+
+    checks: ClassVar[tuple[Check, ...]] = (_resolvable, _ordered)

@@ -4,6 +4,7 @@ The models of `dimensions` check themselves; what also depends on the number of 
 the other part, is checked here.
 """
 
+from collections.abc import Sequence
 from itertools import pairwise
 
 from vanelock.errors import InputError
@@ -36,13 +37,18 @@ def check_fit(vane: VaneDimensions, casing: CasingDimensions, sectors: int) -> N
     """
     check_vane(vane, sectors)
     check_casing(casing, vane.hook, sectors)
-    _below("casing.groove_bottom", casing.groove_bottom, "vane.foot_front", vane.foot_front)
-    _below("casing.groove_mouth", casing.groove_mouth, "vane.leg_front", vane.leg_front)
-    _below(
-        "vane.outer_shroud_outer_radius",
-        vane.outer_shroud_outer_radius,
-        "casing.rail_inner_radius",
-        casing.rail_inner_radius,
+    check_clearances(vane, casing)
+
+
+def check_clearances(vane: VaneDimensions, casing: CasingDimensions) -> None:
+    """Refuse a vane and a casing that touch beside the hooks' bands, a line for each place."""
+    _ordered(
+        (("casing.groove_bottom", casing.groove_bottom), ("vane.foot_front", vane.foot_front)),
+        (("casing.groove_mouth", casing.groove_mouth), ("vane.leg_front", vane.leg_front)),
+        (
+            ("vane.outer_shroud_outer_radius", vane.outer_shroud_outer_radius),
+            ("casing.rail_inner_radius", casing.rail_inner_radius),
+        ),
     )
     check_clear_fillets(vane, casing)
 
@@ -66,9 +72,7 @@ def check_casing(casing: CasingDimensions, hook: HookDimensions, sectors: int) -
         ("2 vane.hook.mid_plane - casing.rail_front", 2 * hook.mid_plane - casing.rail_front),
         ("casing.length - casing.flange_thickness", casing.length - casing.flange_thickness),
     )
-    for chain in (radii, positions, ends):
-        for low, high in pairwise(chain):
-            _below(*low, *high)
+    _ordered(radii, positions, ends)
     check_casing_fillet(casing, hook)
     check_bosses(casing, sectors)
 
@@ -80,9 +84,13 @@ def check_vane(vane: VaneDimensions, sectors: int) -> None:
     check_aerofoils(vane, sectors)
 
 
-def _below(low_name: str, low: float, high_name: str, high: float) -> None:
-    if low > high - CLEARANCE:
-        raise InputError(
-            f"{low_name} = {low:g} m: must lie at least {CLEARANCE:g} m below "
-            f"{high_name} = {high:g} m"
-        )
+def _ordered(*chains: Sequence[tuple[str, float]]) -> None:
+    """Refuse named lengths that do not ascend by a clearance, a line for each pair."""
+    wrong = [
+        f"{low_name} = {low:g} m: must lie at least {CLEARANCE:g} m below {high_name} = {high:g} m"
+        for chain in chains
+        for (low_name, low), (high_name, high) in pairwise(chain)
+        if low > high - CLEARANCE
+    ]
+    if wrong:
+        raise InputError("\n".join(wrong))

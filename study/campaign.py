@@ -1,10 +1,12 @@
 """The table `[campaign]` of a study file: which values the published study's figures take here."""
 
 import itertools
-from typing import Annotated, Any, Self
+from collections.abc import Callable, Iterator
+from typing import Annotated, Any, ClassVar
 
-from pydantic import BeforeValidator, Field, model_validator
+from pydantic import BeforeValidator, Field
 
+from vanelock.checked import Check
 from vanelock.quantities import Length
 from vanelock.study.structure import Table, sequence
 
@@ -53,34 +55,40 @@ class Campaign(Table):
         description="slant of the interlock faces [deg]",
     )
 
-    @model_validator(mode="after")
-    def _ascends(self) -> Self:
-        """Every list ascends, and the reference is one of those drawn."""
+    def _ascends(self) -> Iterator[str]:
         for name, value in self:
             if isinstance(value, tuple) and not _ascending(*value):
-                raise ValueError(f"{name} = {list(value)}: must ascend")
+                yield f"{name} = {list(value)}: must ascend"
+
+    def _draws_the_reference(self) -> Iterator[str]:
         if self.reference_mu not in self.mu:
-            raise ValueError(
-                f"reference_mu = {self.reference_mu:g}: must be one of mu = {list(self.mu)}"
-            )
-        return self
+            yield f"reference_mu = {self.reference_mu:g}: must be one of mu = {list(self.mu)}"
+
+    checks: ClassVar[tuple[Check, ...]] = (_ascends, _draws_the_reference)
 
 
-def check_campaign(study: Any) -> None:
-    """Refuse what a campaign, which chooses its cases itself around one scene, cannot have."""
-    if study.campaign is None:
-        return
-    own_mesh = bool(getattr(study.vane, "mesh", None)) and bool(study.campaign.slants)
-    refused = {
-        "sweep": bool(study.sweep),
-        "accuracy": study.accuracy is not None,
-        "excitation.engine_orders": study.excitation.engine_orders is not None,
-        "response.frequencies": study.response.frequencies is not None,
-        "response.samples": study.response.samples is not None,
-        'joints.friction = "isotropic"': study.joints.friction != "orthogonal",
-        "joints.interlock.enabled = false": not study.joints.interlock.enabled,
-        "vane.mesh, unless campaign.slants = []": own_mesh,
-    }
-    for what, given in refused.items():
-        if given:
-            raise ValueError(f"campaign: cannot be combined with {what}")
+_APART: dict[str, Callable[[Any], bool]] = {
+    "sweep": lambda study: bool(study.sweep),
+    "accuracy": lambda study: study.accuracy is not None,
+    "excitation.engine_orders": lambda study: study.excitation.engine_orders is not None,
+    "response.frequencies": lambda study: study.response.frequencies is not None,
+    "response.samples": lambda study: study.response.samples is not None,
+    'joints.friction = "isotropic"': lambda study: study.joints.friction != "orthogonal",
+    "joints.interlock.enabled = false": lambda study: not study.joints.interlock.enabled,
+    "vane.mesh, unless campaign.slants = []": lambda study: (
+        bool(getattr(study.vane, "mesh", None)) and bool(study.campaign.slants)
+    ),
+}
+"""What a campaign, which chooses its cases itself around one scene, cannot have."""
+
+
+def _apart(what: str, given: Callable[[Any], bool]) -> Check:
+    def check(study: Any) -> Iterator[str]:
+        if study.campaign is not None and given(study):
+            yield f"campaign: cannot be combined with {what}"
+
+    return check
+
+
+CAMPAIGN_CHECKS: tuple[Check, ...] = tuple(_apart(*each) for each in _APART.items())
+"""Of a `Study`."""

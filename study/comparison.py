@@ -1,9 +1,11 @@
 """Tables of the study file on what is compared: Campbell diagram, measured curves, fit."""
 
+from collections.abc import Iterator
 from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field, ValidationInfo, field_validator
 
+from vanelock.checked import Check
 from vanelock.quantities import Revolutions, si
 from vanelock.study.structure import Table, leaves, sequence
 
@@ -124,38 +126,48 @@ class Fit(Table):
         return found
 
 
-def check_comparison(study: Any) -> None:
-    """Refuse what a `Study` has not.
-
-    Raises
-    ------
-    ValueError
-        Naming the key.
-    """
+def _has_the_gauges(study: Any) -> Iterator[str]:
+    """Measured strains are those of the study's gauges."""
     for i, curve in enumerate(study.measured):
         gauges = len(study.outputs.gauges)
         if curve.gauge is not None and curve.gauge > gauges:
             have = f"1 to {gauges}" if gauges else "none"
-            raise ValueError(f"measured[{i}].gauge = {curve.gauge}: outputs.gauges has {have}")
-    if study.fit is not None:
-        if not study.measured:
-            raise ValueError("fit: needs [[measured]], the curves to meet")
-        for key in study.fit.parameters:
-            joint = key.split(".")[1]
-            if joint == "interlock" and not study.joints.interlock.enabled:
-                raise ValueError(f'fit.parameters: "{key}": joints.interlock.enabled = false')
-            if key == "excitation.force" and study.excitation.unbalance is not None:
-                raise ValueError(f'fit.parameters: "{key}": excitation.unbalance is given')
-            last = key.rpartition(".")[2]
-            if last == "E" and getattr(study.temperature, joint) is not None:
-                raise ValueError(f'fit.parameters: "{key}": temperature.{joint} is given')
-            if last in ("kn", "kt") and getattr(getattr(study.joints, joint), f"{last}_area"):
-                raise ValueError(f'fit.parameters: "{key}": {key}_area is given')
+            yield f"measured[{i}].gauge = {curve.gauge}: outputs.gauges has {have}"
+
+
+def _has_measurements(study: Any) -> Iterator[str]:
+    if study.fit is not None and not study.measured:
+        yield "fit: needs [[measured]], the curves to meet"
+
+
+def _can_be_fitted(study: Any) -> Iterator[str]:
+    for key in () if study.fit is None else study.fit.parameters:
+        told, joint, last = f'fit.parameters: "{key}"', key.split(".")[1], key.rpartition(".")[2]
+        if joint == "interlock" and not study.joints.interlock.enabled:
+            yield f"{told}: joints.interlock.enabled = false"
+        elif key == "excitation.force" and study.excitation.unbalance is not None:
+            yield f"{told}: excitation.unbalance is given"
+        elif last == "E" and getattr(study.temperature, joint) is not None:
+            yield f"{told}: temperature.{joint} is given"
+        elif last in ("kn", "kt") and getattr(getattr(study.joints, joint), f"{last}_area"):
+            yield f"{told}: {key}_area is given"
+
+
+def _has_the_temperatures(study: Any) -> Iterator[str]:
     speeds = None if study.campbell is None else study.campbell.speeds
     if speeds is not None:
         low, high = study.temperature.speeds
         if speeds[0] < low or speeds[1] > high:
-            raise ValueError(
+            yield (
                 f"campbell.speeds = [{speeds[0]:g}, {speeds[1]:g}]: temperatures are given from "
                 f"{low:g} to {high:g} rpm"
             )
+
+
+COMPARISON_CHECKS: tuple[Check, ...] = (
+    _has_the_gauges,
+    _has_measurements,
+    _can_be_fitted,
+    _has_the_temperatures,
+)
+"""Of a `Study`."""

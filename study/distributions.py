@@ -1,9 +1,11 @@
 """Tables of the study file on scatter: keys that vary by chance, each by a distribution."""
 
-from typing import Annotated, Any, Literal
+from collections.abc import Iterator
+from typing import Annotated, Any, ClassVar, Literal
 
-from pydantic import BeforeValidator, Field, model_validator
+from pydantic import BeforeValidator, Field
 
+from vanelock.checked import Check
 from vanelock.study.structure import Table
 
 
@@ -32,17 +34,17 @@ class Distribution(Table):
     deviation: Quantity | None = Field(default=None, description="standard deviation")
     truncate: bool = Field(default=False, description="whether cut to what the key allows")
 
-    @model_validator(mode="after")
-    def _is_whole(self) -> "Distribution":
+    def _is_whole(self) -> Iterator[str]:
         """Each kind needs two numbers."""
         uniform = self.distribution == "uniform"
         needed = ("low", "high") if uniform else ("mean", "deviation")
         for name in needed:
             if getattr(self, name) is None:
-                raise ValueError(f"a {self.distribution} distribution needs {' and '.join(needed)}")
+                yield f"a {self.distribution} distribution needs {' and '.join(needed)}"
         if uniform and (self.mean is not None or self.deviation is not None):
-            raise ValueError("a uniform distribution takes low and high, no mean or deviation")
-        return self
+            yield "a uniform distribution takes low and high, no mean or deviation"
+
+    checks: ClassVar[tuple[Check, ...]] = (_is_whole,)
 
 
 def _flat(value: object) -> object:

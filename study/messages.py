@@ -1,12 +1,14 @@
 """Schema errors in words: full key, value given, what is allowed, nearest known key."""
 
 import difflib
+import re
 from typing import Annotated, Any, get_args, get_origin
 
 from pydantic import BaseModel, ValidationError
 from pydantic.fields import FieldInfo
 from pydantic_core import ErrorDetails
 
+from vanelock.checked import Disagreement
 from vanelock.errors import MOST_TOLD, cut_short, printable
 from vanelock.study.model import Study
 from vanelock.study.own_mesh import DIMENSIONS, OWN
@@ -38,26 +40,88 @@ def explain(
     error: ValidationError, data: dict[str, Any], schema: type[BaseModel] = Study
 ) -> list[str]:
     """One line for each mistake that pydantic found in the study `data`, or in another schema's."""
+    lines, more = described(mistakes(error), data, schema)
+    return [*lines, f"and {more:,} more mistakes"] if more else lines
+
+
+def described(
+    every: list[ErrorDetails], data: dict[str, Any], schema: type[BaseModel]
+) -> tuple[list[str], int]:
+    """A line for each of the first mistakes, in the order of the file, and how many are left."""
     lines: dict[str, None] = {}
-    every = mistakes(error)
+    order = Order(data)
+    every = sorted(every, key=lambda details: order.of(details["loc"]))
     for i, details in enumerate(every):
-        if len(lines) == MOST_TOLD:  # to find a similar key takes long
-            return [*lines, f"and {len(every) - i:,} more mistakes"]
-        lines[cut_short(_told(details, data, schema))] = None
-    return list(lines)
+        if len(lines) >= MOST_TOLD:  # to find a similar key takes long
+            return list(lines), len(every) - i
+        lines |= dict.fromkeys(map(cut_short, _told(details, data, schema)))
+    return list(lines), 0
 
 
-def _told(details: ErrorDetails, data: dict[str, Any], schema: type[BaseModel]) -> str:
-    """One mistake."""
-    key, told = dotted(details["loc"]), reason(details, schema)
-    value = _given(data, details["loc"], details["input"])
-    if not key:
+def _told(details: ErrorDetails, data: dict[str, Any], schema: type[BaseModel]) -> list[str]:
+    """One mistake, or each contradiction in a table."""
+    location = details["loc"]
+    error = details.get("ctx", {}).get("error")
+    if isinstance(error, Disagreement):
+        return [_within(location, line, schema) for line in error.lines]
+    told = reason(details, schema)
+    value = _given(data, location, details["input"])
+    if location and not isinstance(value, dict | BaseModel):
+        return [f"{dotted(location)} = {show(value)}: {told}"]
+    return [_within(location, told, schema)]
+
+
+def _within(location: Location, told: str, schema: type[BaseModel]) -> str:
+    """What is said of a table, which names one of its keys or not."""
+    if not location:
         return told
-    if not isinstance(value, dict | BaseModel):
-        return f"{key} = {show(value)}: {told}"
-    if f"{key}.{told.partition(' = ')[0]}" in known_keys(schema):
-        return f"{key}.{told}"  # a table's own check names one of its keys
-    return f"{key}: {told}"
+    names = re.match(r"[\w.]+(?= = |: )", told)
+    inner = names is not None and field_at((*location, *names[0].split(".")), schema)
+    return f"{dotted(location)}{'.' if inner else ': '}{told}"
+
+
+_LEADING = re.compile(r"""[A-Za-z_][\w-]*(?:\.(?:[\w-]+|"[^"]*")|\[\d+\])*""")
+_ITEM = re.compile(r"""\[(\d+)\]|"([^"]*)"|([\w-]+)""")
+
+
+class Order:
+    """Where things stand in nested tables: a sortable place for a key, as a path or as text."""
+
+    def __init__(self, data: dict[str, Any]) -> None:
+        self._data = data
+        self._ranks: dict[int, dict[str, int]] = {}
+
+    def of(self, location: Location) -> tuple[int, ...]:
+        """Place of a path; a key that is not given stands at the head of its table."""
+        table: Any = self._data
+        place = []
+        waiting = list(location)
+        while waiting:
+            item = waiting.pop(0)
+            if isinstance(table, dict):
+                ranks = self._ranked(table)
+                if item not in ranks and isinstance(item, str) and "." in item:
+                    waiting = [*item.split("."), *waiting]  # TOML nests keys without quotes
+                    continue
+                place.append(ranks.get(str(item), -1))
+            elif isinstance(item, int):
+                place.append(item)
+            try:
+                table = table[item]
+            except (KeyError, IndexError, TypeError):
+                break
+        return tuple(place)
+
+    def _ranked(self, table: dict[str, Any]) -> dict[str, int]:
+        if id(table) not in self._ranks:
+            self._ranks[id(table)] = {key: i for i, key in enumerate(table)}
+        return self._ranks[id(table)]
+
+    def of_line(self, line: str) -> tuple[int, ...]:
+        """Place of the key that a line names first."""
+        found = _LEADING.search(line)
+        items = _ITEM.findall(found[0]) if found else []
+        return self.of(tuple(int(i) if i else quoted or word for i, quoted, word in items))
 
 
 def mistakes(error: ValidationError) -> list[ErrorDetails]:

@@ -4,8 +4,9 @@ Field descriptions are the subjects of error messages ("friction coefficient mus
 """
 
 import re
+from collections.abc import Iterator
 from itertools import pairwise
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import (
     AfterValidator,
@@ -13,9 +14,9 @@ from pydantic import (
     Field,
     ValidationInfo,
     field_validator,
-    model_validator,
 )
 
+from vanelock.checked import Check
 from vanelock.cyclic import COMPONENTS
 from vanelock.mesh import CasingDimensions, VaneDimensions
 from vanelock.mesh.effort import check_size
@@ -27,12 +28,12 @@ from vanelock.quantities import (
     Unbalance,
     si,
 )
-from vanelock.study.campaign import Campaign, check_campaign
-from vanelock.study.comparison import CampbellKeys, Fit, MeasuredCurve, check_comparison, curves
+from vanelock.study.campaign import CAMPAIGN_CHECKS, Campaign
+from vanelock.study.comparison import COMPARISON_CHECKS, CampbellKeys, Fit, MeasuredCurve, curves
 from vanelock.study.distributions import Scatter
-from vanelock.study.own_mesh import Casing, OwnCasing, OwnVane, Vane, refuse_without_dimensions
+from vanelock.study.own_mesh import OWN_MESH_CHECKS, Casing, OwnCasing, OwnVane, Vane
 from vanelock.study.structure import Joints, Material, Mesh, Ring, Rom, Table, leaves, sequence
-from vanelock.study.temperature import Temperature, check_temperature
+from vanelock.study.temperature import TEMPERATURE_CHECKS, Temperature
 
 MONITOR = (
     rf"(?P<node>(?:vane|casing) accessory [1-9][0-9]*)(?:, (?P<component>{'|'.join(COMPONENTS)}))?"
@@ -97,14 +98,12 @@ class Excitation(Table):
             raise ValueError("an unbalance excites excitation.engine_order 1 or -1 only")
         return value
 
-    @model_validator(mode="after")
-    def _one_list(self) -> Self:
+    def _one_list(self) -> Iterator[str]:
         if self.engine_orders is not None and "engine_order" in self.model_fields_set:
             given = list(self.engine_orders)
-            raise ValueError(
-                f"engine_orders = {given}: give either this or excitation.engine_order, not both"
-            )
-        return self
+            yield f"engine_orders = {given}: give either this or excitation.engine_order, not both"
+
+    checks: ClassVar[tuple[Check, ...]] = (_one_list,)
 
     @property
     def force_per_node(self) -> float:
@@ -225,6 +224,17 @@ class Outputs(Table):
         return value
 
 
+def _flat(value: object) -> object:
+    """Accept `joints.interlock.mu = [...]` without quotes, which TOML nests."""
+    return dict(leaves(value)) if isinstance(value, dict) else value
+
+
+Lists = Annotated[
+    dict[str, Annotated[tuple[Any, ...], BeforeValidator(sequence)]], BeforeValidator(_flat)
+]
+"""Values of dotted keys."""
+
+
 class Study(Table):
     """A study: one scene, and the keys that are swept over it."""
 
@@ -243,12 +253,8 @@ class Study(Table):
     excitation: Excitation = Excitation()
     damping: Damping = Damping()
     response: Response = Response()
-    sweep: dict[str, Annotated[tuple[Any, ...], BeforeValidator(sequence)]] = Field(
-        default_factory=dict, description="swept keys"
-    )
-    rows: dict[str, Annotated[tuple[Any, ...], BeforeValidator(sequence)]] = Field(
-        default_factory=dict, description="keys that vary together"
-    )
+    sweep: Lists = Field(default_factory=dict, description="swept keys")
+    rows: Lists = Field(default_factory=dict, description="keys that vary together")
     scatter: Scatter | None = Field(default=None, description="scattering keys")
     outputs: Outputs = Outputs()
     campbell: CampbellKeys | None = Field(default=None, description="Campbell diagram")
@@ -258,91 +264,71 @@ class Study(Table):
     fit: Fit | None = Field(default=None, description="fit to the measured curves")
     campaign: Campaign | None = Field(default=None, description="published study")
 
-    @model_validator(mode="before")
-    @classmethod
-    def _flatten_sweep(cls, data: Any) -> Any:
-        """Accept `joints.interlock.mu = [...]` without quotes, which TOML nests."""
-        if isinstance(data, dict):
-            flat = {
-                name: dict(leaves(data[name]))
-                for name in ("sweep", "rows")
-                if isinstance(data.get(name), dict)
-            }
-            return {**data, **flat}
-        return data
-
-    @model_validator(mode="after")
-    def _is_sampled_enough(self) -> Self:
+    def _is_sampled_enough(self) -> Iterator[str]:
         least = least_samples(self.response.harmonics, self.joints.friction)
         if self.response.samples is not None and self.response.samples < least:
-            raise ValueError(
+            yield (
                 f"response.samples = {self.response.samples}: number of samples must be >= {least} "
                 f"for {self.response.harmonics} harmonics and {self.joints.friction} friction"
             )
-        return self
 
-    @model_validator(mode="after")
-    def _has_the_output(self) -> Self:
+    def _has_the_output(self) -> Iterator[str]:
         """The program's own parts have three accessory nodes; a user's file tells later."""
         wanted = self.outputs.monitor
         found = re.fullmatch(MONITOR, wanted or "")
         if found is None:
-            return self
+            return
         part, _, number = found["node"].split()
         if not isinstance(getattr(self, part), OwnVane | OwnCasing) and int(number) > 3:
-            raise ValueError(f'outputs.monitor = "{wanted}": {_MONITORED}')
-        return self
+            yield f'outputs.monitor = "{wanted}": {_MONITORED}'
 
-    @model_validator(mode="after")
-    def _has_the_aerofoils(self) -> Self:
-        if isinstance(self.vane, OwnVane):
-            return self
-        for i, gauge in enumerate(self.outputs.gauges):
+    def _has_the_aerofoils(self) -> Iterator[str]:
+        for i, gauge in enumerate(() if isinstance(self.vane, OwnVane) else self.outputs.gauges):
             if gauge.aerofoil > self.vane.aerofoils:
-                raise ValueError(
+                yield (
                     f"outputs.gauges[{i}].aerofoil = {gauge.aerofoil}: a vane segment has "
                     f"aerofoils 1 to {self.vane.aerofoils}"
                 )
-        return self
 
-    @model_validator(mode="after")
-    def _can_be_told(self) -> Self:
-        """An accuracy needs an estimate of every error, and something left to choose."""
-        if self.accuracy is None:
-            return self
-        told = f"accuracy = {self.accuracy:g}"
-        if self.rom.route != "cyclic":
-            raise ValueError(
+    def _leaves_out_what_can_be_told(self) -> Iterator[str]:
+        """An accuracy needs an estimate of every error."""
+        told = "" if self.accuracy is None else f"accuracy = {self.accuracy:g}"
+        if told and self.rom.route != "cyclic":
+            yield (
                 f'{told}: rom.route = "{self.rom.route}" does not tell what it leaves out; '
                 'choose "cyclic"'
             )
-        if self.response.harmonic_diameters != "wave":
-            raise ValueError(
+        if told and self.response.harmonic_diameters != "wave":
+            yield (
                 f'{told}: response.harmonic_diameters = "{self.response.harmonic_diameters}" is '
                 'not what a wave does; choose "wave"'
             )
-        given = self.response.model_fields_set
-        if "points" in given and self.response.points is not None and self.response.points < 5:
-            raise ValueError(f"{told}: response.points = {self.response.points}: needs at least 5")
-        return self
 
-    @model_validator(mode="after")
-    def _has_the_moduli(self) -> Self:
-        check_temperature(self)
-        check_comparison(self)
-        check_campaign(self)
-        return self
+    def _has_points_to_choose(self) -> Iterator[str]:
+        if self.accuracy is None or "points" not in self.response.model_fields_set:
+            return
+        if self.response.points is not None and self.response.points < 5:
+            yield (
+                f"accuracy = {self.accuracy:g}: response.points = {self.response.points}: "
+                "needs at least 5"
+            )
 
-    @model_validator(mode="after")
-    def _can_be_meshed(self) -> Self:
+    def _can_be_meshed(self) -> None:
         vane = None if isinstance(self.vane, OwnVane) else self.vane
         casing = None if isinstance(self.casing, OwnCasing) else self.casing
         check_size(
             self.mesh.size, vane, casing, self.ring.sectors, self.vane.hook, self.mesh.stretch
         )
-        return self
 
-    @model_validator(mode="after")
-    def _has_the_dimensions(self) -> Self:
-        refuse_without_dimensions(self)
-        return self
+    checks: ClassVar[tuple[Check, ...]] = (
+        _is_sampled_enough,
+        _has_the_output,
+        _has_the_aerofoils,
+        _leaves_out_what_can_be_told,
+        _has_points_to_choose,
+        *TEMPERATURE_CHECKS,
+        *COMPARISON_CHECKS,
+        *CAMPAIGN_CHECKS,
+        _can_be_meshed,
+        *OWN_MESH_CHECKS,
+    )

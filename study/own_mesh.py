@@ -1,9 +1,11 @@
 """Tables of the study file for a part that is the user's own mesh instead of dimensions."""
 
+from collections.abc import Iterator
 from typing import Annotated, Any
 
 from pydantic import BeforeValidator, Discriminator, Field, Tag, model_validator
 
+from vanelock.checked import Check
 from vanelock.errors import InputError
 from vanelock.mesh import Part
 from vanelock.mesh.dimensions import CasingDimensions, HookDimensions, VaneDimensions
@@ -141,36 +143,37 @@ def chosen_sets(own: OwnVane | OwnCasing) -> dict[str, str | tuple[int, ...]]:
     return {name: value for name, value in own.sets if value is not None}
 
 
-def refuse_without_dimensions(study: Any) -> None:
-    """Refuse what needs the dimensions of a part of a `Study` that is given as a mesh.
-
-    Raises
-    ------
-    ValueError
-        Naming the key.
-    """
-    vane, casing = isinstance(study.vane, OwnVane), isinstance(study.casing, OwnCasing)
+def _has_areas(study: Any) -> Iterator[str]:
     for joint in ("hook", "interlock"):
         for name in ("kn_area", "kt_area"):
             value = getattr(getattr(study.joints, joint), name)
-            if value is not None and not vane:
-                raise ValueError(
+            if value is not None and not isinstance(study.vane, OwnVane):
+                yield (
                     f"joints.{joint}.{name} = {value:g}: needs vane.mesh, whose contact sets "
                     "consist of whole faces"
                 )
+
+
+def _has_the_dimensions(study: Any) -> Iterator[str]:
+    """What needs the dimensions of a part that is given as a mesh."""
+    vane, casing = isinstance(study.vane, OwnVane), isinstance(study.casing, OwnCasing)
     why = f"needs dimensions, while {'vane.mesh' if vane else 'casing.mesh'} is given"
     if vane and study.outputs.gauges:
-        raise ValueError(f"outputs.gauges: a gauge's place {why}")
+        yield f"outputs.gauges: a gauge's place {why}"
     if (vane or casing) and study.joints.hook.patch == "area":
-        raise ValueError(f'joints.hook.patch = "area": {why}')
+        yield f'joints.hook.patch = "area": {why}'
     if vane and study.joints.interlock.patch == "area":
-        raise ValueError(f'joints.interlock.patch = "area": {why}')
+        yield f'joints.interlock.patch = "area": {why}'
     if casing and study.mesh.face_nodes is not None:
-        raise ValueError(f"mesh.face_nodes = {study.mesh.face_nodes}: casing.mesh is given")
+        yield f"mesh.face_nodes = {study.mesh.face_nodes}: casing.mesh is given"
     if casing and study.mesh.stretch > 1:
-        raise ValueError(f"mesh.stretch = {study.mesh.stretch}: casing.mesh is given")
+        yield f"mesh.stretch = {study.mesh.stretch}: casing.mesh is given"
     if vane and casing and study.vane.hook != HookDimensions():
-        raise ValueError("vane.hook: both parts are given as meshes, so it has no use")
+        yield "vane.hook: both parts are given as meshes, so it has no use"
+
+
+OWN_MESH_CHECKS: tuple[Check, ...] = (_has_areas, _has_the_dimensions)
+"""Of a `Study`."""
 
 
 def refuse_without_areas(study: Any, vane: Part) -> None:

@@ -1,22 +1,31 @@
 """Read a study file: TOML, then the schema, then the sweep; every mistake is one clear line."""
 
 import os
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any, TypeVar
 
-from pydantic import BaseModel, ValidationError
-
-from vanelock.errors import InputError
+from vanelock.checked import UNCHECKED, Checked, examined
+from vanelock.errors import InputError, raised
 from vanelock.files import beside, contents
-from vanelock.study.messages import explain
+from vanelock.study.messages import Order, described, mistakes
 from vanelock.study.model import Study
-from vanelock.study.sweep import cases
+from vanelock.study.sweep import cases, list_mistakes, misfits
 from vanelock.toml import LARGEST, toml_tables
 
-S = TypeVar("S", bound=BaseModel)
+S = TypeVar("S", bound=Checked)
+Further = Callable[[S, bool], list[str]]
+"""Lines about a table that was read, and whether it lacks what was wrong in it."""
 
 
-def load_study(path: str | os.PathLike[str], outside: bool = False) -> Study:
+def nothing(table: Checked, lacks: bool) -> list[str]:
+    """No line: what the schema says is all."""
+    return []
+
+
+def load_study(
+    path: str | os.PathLike[str], outside: bool = False, also: Further[Study] = nothing
+) -> Study:
     """Read and check a study file.
 
     Parameters
@@ -25,26 +34,20 @@ def load_study(path: str | os.PathLike[str], outside: bool = False) -> Study:
         The study file.
     outside : bool
         Whether the files that it names may lie outside its folder.
+    also : callable, optional
+        What else is wrong with the study, as for `checked`.
 
     Raises
     ------
     InputError
         One line for each mistake: the file, the full key, the value given and what is allowed.
     """
-    where = str(path)
-    data = toml_tables(read_text(Path(path)), where)
-    try:
-        data = _beside(data, Path(path).parent, outside)
-    except InputError as error:
-        raise InputError(f"{where}: {error}") from None
-    study = check_study(data, where)
-    try:
-        cases(study)
-    except InputError as error:
-        raise InputError(
-            "\n".join(f"{where}: {line}" for line in str(error).splitlines())
-        ) from None
-    return study
+    where, place = str(path), Path(path)
+    data = toml_tables(read_text(place), where)
+    data, refused = _beside(data, place.parent, outside)
+    return checked(
+        Study, data, where, refused, lambda *found: [*case_mistakes(*found), *also(*found)]
+    )
 
 
 def read_text(path: Path) -> str:
@@ -71,41 +74,78 @@ def check_study(data: dict[str, Any], where: str = "study") -> Study:
     return checked(Study, data, where)
 
 
-def checked(schema: type[S], data: dict[str, Any], where: str) -> S:
-    """Nested tables as what a schema makes of them; `where` is what errors call them.
+def checked(
+    schema: type[S],
+    data: dict[str, Any],
+    where: str,
+    known: Iterable[str] = (),
+    further: Further[S] = nothing,
+) -> S:
+    """Nested tables as what a schema makes of them.
+
+    Parameters
+    ----------
+    schema : type
+        The schema.
+    data : dict
+        Nested tables.
+    where : str
+        What errors call them.
+    known : iterable of str
+        Lines about mistakes that are known already.
+    further : callable
+        Says what else is wrong. Where anything is wrong already, the table that it gets lacks that.
 
     Raises
     ------
     InputError
-        One line for each mistake.
+        One line for each mistake, in the order of the tables.
     """
-    try:
-        return schema.model_validate(data, strict=True)
-    except ValidationError as error:
-        lines = explain(error, data, schema)
-        raise InputError("\n".join(f"{where}: {line}" for line in lines)) from None
+    table, found = examined(schema, data, mistakes)
+    lines, more = described(found, data, schema)
+    lines = [*known, *lines]
+    if table is not None:
+        lines += further(table, bool(lines))
+        if not lines:
+            return table
+    lines = sorted(dict.fromkeys(lines), key=Order(data).of_line)
+    if more:
+        lines.append(f"and {more:,} more mistakes")
+    raise InputError("\n".join(f"{where}: {line}" for line in lines))
 
 
-def _beside(data: dict[str, Any], folder: Path, outside: bool) -> dict[str, Any]:
-    """The tables with files where they are: their paths start at the study file's folder."""
-    found = dict(data)
+def case_mistakes(study: Study, lacks: bool) -> list[str]:
+    """What is wrong with a study's cases; of one that lacks keys, each swept value by itself."""
+    if not lacks:
+        return raised(lambda: cases(study))
+    varied = list_mistakes(study, UNCHECKED)
+    return varied if study.sweep or study.rows or study.scatter else [*varied, *misfits(study)]
+
+
+def _beside(data: dict[str, Any], folder: Path, outside: bool) -> tuple[dict[str, Any], list[str]]:
+    """The tables with files where they are: their paths start at the study file's folder.
+
+    And a line for each path that leaves it.
+    """
+    found, refused = dict(data), []
+
+    def placed(table: Any, key: str, where: str) -> Any:
+        if not isinstance(table, dict) or not isinstance(table.get(key), str) or not table[key]:
+            return table  # for the schema to refuse
+        try:
+            return {**table, key: str(beside(folder, table[key], f"{where}.{key}", outside))}
+        except InputError as error:
+            refused.append(str(error))
+            return table
+
     measured = data.get("measured")
     if isinstance(measured, dict):
         measured = [measured]
     if isinstance(measured, list):
         found["measured"] = [
-            _placed(each, "file", folder, f"measured[{i}]", outside)
-            for i, each in enumerate(measured)
+            placed(each, "file", f"measured[{i}]") for i, each in enumerate(measured)
         ]
     for name in ("vane", "casing"):
         if name in data:
-            found[name] = _placed(data[name], "mesh", folder, name, outside)
-    return found
-
-
-def _placed(table: Any, key: str, folder: Path, where: str, outside: bool) -> Any:
-    """The table with its file's path from the folder on; anything else is for the schema."""
-    if isinstance(table, dict) and isinstance(table.get(key), str) and table[key]:
-        place = beside(folder, table[key], f"{where}.{key}", outside)
-        return {**table, key: str(place)}
-    return table
+            found[name] = placed(data[name], "mesh", name)
+    return found, refused

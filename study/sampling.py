@@ -14,13 +14,14 @@ from numpy.typing import NDArray
 from pydantic import BeforeValidator
 from pydantic.fields import FieldInfo
 
-from vanelock.errors import InputError
+from vanelock.errors import InputError, raised
 from vanelock.study.distributions import Distribution
 from vanelock.study.messages import field_at, known_keys, show, unknown
 from vanelock.study.model import Study
 
 DIGITS = 9
 """Of a sample, so that it can be written down and run again."""
+MIDDLE = np.array([0.5])
 LEAST = 1e-3
 """Probability that a distribution must leave between its ends."""
 
@@ -37,14 +38,7 @@ def samples(study: Study) -> dict[str, list[float]]:
 
     scatter = study.scatter
     assert scatter is not None
-    if study.sweep or study.rows or study.excitation.engine_orders is not None:
-        raise InputError(
-            "scatter: give either this, or sweep, rows and excitation.engine_orders, not both"
-        )
-    wrong: list[str] = []
-    for key in scatter.keys:
-        wrong += _mistakes(key)
-    if wrong:
+    if wrong := sample_mistakes(study):
         raise InputError("\n".join(wrong))
     random = np.random.default_rng(scatter.seed)
     cube = qmc.LatinHypercube(len(scatter.keys), rng=random).random(scatter.samples)
@@ -52,6 +46,20 @@ def samples(study: Study) -> dict[str, list[float]]:
         key: [float(f"{value:.{DIGITS}g}") for value in _mapped(key, each, cube[:, i])]
         for i, (key, each) in enumerate(scatter.keys.items())
     }
+
+
+def sample_mistakes(study: Study) -> list[str]:
+    """What is wrong with the keys that scatter and with their distributions."""
+    if study.scatter is None:
+        return []
+    found: list[str] = []
+    if study.sweep or study.rows or study.excitation.engine_orders is not None:
+        found.append(
+            "scatter: give either this, or sweep, rows and excitation.engine_orders, not both"
+        )
+    for key, each in study.scatter.keys.items():
+        found += _mistakes(key) or raised(lambda key=key, each=each: _mapped(key, each, MIDDLE))
+    return found
 
 
 def _mistakes(key: str) -> list[str]:

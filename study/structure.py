@@ -1,17 +1,11 @@
 """Tables of the study file on the structure: ring, materials, meshes, joints, reduction."""
 
-from typing import Annotated, Any, Literal, Self
+from collections.abc import Iterator
+from typing import Annotated, Any, ClassVar, Literal
 
-from pydantic import (
-    BaseModel,
-    BeforeValidator,
-    ConfigDict,
-    Field,
-    ValidationInfo,
-    field_validator,
-    model_validator,
-)
+from pydantic import BeforeValidator, ConfigDict, Field, ValidationInfo, field_validator
 
+from vanelock.checked import Check, Checked
 from vanelock.mesh.effort import MOST as LARGEST_MESHES
 from vanelock.mesh.fit import FEWEST, MOST
 from vanelock.mesh.size import LARGEST, SIZES, SMALLEST
@@ -56,7 +50,7 @@ def leaves(table: dict[str, Any], prefix: str = "") -> list[tuple[str, Any]]:
     return found
 
 
-class Table(BaseModel):
+class Table(Checked):
     """A table of the study file: unknown keys and wrong types are refused."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False, strict=True)
@@ -118,12 +112,12 @@ Patch = Literal["node", "area"]
 """Whether a contact acts on its node or on the mean over its node's patch."""
 
 
-def _one_of_each(joint: "HookJoint | InterlockJoint") -> None:
+def _one_of_each(joint: "HookJoint | InterlockJoint") -> Iterator[str]:
     """Refuse a stiffness per pair beside the same one per area."""
     for name in ("kn", "kt"):
         value = getattr(joint, f"{name}_area")
         if value is not None and name in joint.model_fields_set:
-            raise ValueError(f"{name}_area = {value:g}: give either this or {name}, not both")
+            yield f"{name}_area = {value:g}: give either this or {name}, not both"
 
 
 class HookJoint(Table):
@@ -144,10 +138,7 @@ class HookJoint(Table):
     )
     patch: Patch = Field(default="node", description="what a contact acts on")
 
-    @model_validator(mode="after")
-    def _one_stiffness(self) -> Self:
-        _one_of_each(self)
-        return self
+    checks: ClassVar[tuple[Check, ...]] = (_one_of_each,)
 
 
 class InterlockJoint(Table):
@@ -169,10 +160,7 @@ class InterlockJoint(Table):
     )
     patch: Patch = Field(default="node", description="what a contact acts on")
 
-    @model_validator(mode="after")
-    def _one_stiffness(self) -> Self:
-        _one_of_each(self)
-        return self
+    checks: ClassVar[tuple[Check, ...]] = (_one_of_each,)
 
 
 class Joints(Table):
@@ -210,13 +198,12 @@ class Rom(Table):
         default=None, description="interface basis"
     )
 
-    @model_validator(mode="after")
-    def _belongs_to_the_route(self) -> Self:
+    def _belongs_to_the_route(self) -> Iterator[str]:
         """What the route would not heed is refused."""
         if self.route == "cyclic":
             for name in ("interface", "interface_modes"):
                 if (value := getattr(self, name)) is not None:
-                    raise ValueError(
+                    yield (
                         f'{name} = {value}: rom.route = "cyclic" has no interface to reduce; '
                         'choose "direct" or "paper"'
                     )
@@ -230,8 +217,9 @@ class Rom(Table):
                     if self.route == "cyclic"
                     else f'rom.route = "{self.route}" takes numbers of modes'
                 )
-                raise ValueError(f"{name} = {value:g}: {why}")
-        return self
+                yield f"{name} = {value:g}: {why}"
+
+    checks: ClassVar[tuple[Check, ...]] = (_belongs_to_the_route,)
 
     def of(self, part: str) -> dict[str, int | float | None]:
         """How many vectors `rom.reduce` is asked for."""

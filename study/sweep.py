@@ -4,7 +4,8 @@ Several engine orders are swept values of `excitation.engine_order`, the slowest
 keys that vary together are slower still. Keys that scatter have their samples instead.
 """
 
-from collections.abc import Collection, Hashable, Sequence
+from collections.abc import Collection, Hashable, Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from itertools import product
 from pathlib import Path
@@ -12,8 +13,9 @@ from typing import Any, Literal, get_args, get_origin
 
 from pydantic import ValidationError
 
+from vanelock.checked import UNCHECKED, NotKnown, disagreements
 from vanelock.errors import InputError
-from vanelock.mesh.fit import check_casing, check_fit, check_sectors, check_vane
+from vanelock.mesh.fit import check_casing, check_clearances, check_sectors, check_vane
 from vanelock.study.messages import explain, field_at, known_keys, mistakes, reason, show, unknown
 from vanelock.study.model import Study
 from vanelock.study.own_mesh import OwnCasing, OwnVane
@@ -57,17 +59,14 @@ def cases(study: Study) -> tuple[Case, ...]:
     """
     if study.scatter is not None:
         return _samples(study)
-    wrong: list[str] = []
-    for key, values in study.sweep.items():
-        wrong += _mistakes(study, key, values)
-    wrong += _of_rows(study)
-    if wrong:
+    if wrong := list_mistakes(study):
         raise InputError("\n".join(wrong))
     lists = dict(study.sweep)
     if study.excitation.engine_orders is not None:
         lists = {ORDER: study.excitation.engine_orders, **lists}
     if not lists and not study.rows:
-        fits(study)
+        if wrong := misfits(study):
+            raise InputError("\n".join(wrong))
         return (Case("nominal", {}, study),)
     together = zip(*study.rows.values(), strict=True)
     rows = [dict(zip(study.rows, row, strict=True)) for row in together] or [{}]
@@ -88,6 +87,29 @@ def cases(study: Study) -> tuple[Case, ...]:
             raise InputError(f"rows: {case.name} is there twice")
         found[case.name] = case
     return tuple(found.values())
+
+
+def list_mistakes(study: Study, context: str | None = None) -> list[str]:
+    """What is wrong with the lists of a study's sweep, rows and scatter.
+
+    Parameters
+    ----------
+    study : Study
+        It may lack keys whose values are wrong.
+    context : str, optional
+        "unchecked" looks at each value by itself, without its combination with others.
+    """
+    from vanelock.study.sampling import sample_mistakes
+
+    found: list[str] = []
+    with suppress(NotKnown):
+        for key, values in study.sweep.items():
+            found += _mistakes(study, key, values, context)
+    with suppress(NotKnown):
+        found += _of_rows(study, context)
+    with suppress(NotKnown):
+        found += sample_mistakes(study)
+    return found
 
 
 def _samples(study: Study) -> tuple[Case, ...]:
@@ -112,9 +134,9 @@ def _samples(study: Study) -> tuple[Case, ...]:
     return tuple(found)
 
 
-def _of_rows(study: Study) -> list[str]:
+def _of_rows(study: Study, context: str | None) -> list[str]:
     """What is wrong with the lists of keys that vary together."""
-    found = []
+    found: list[str] = []
     lengths = {len(values) for values in study.rows.values()}
     for key, values in study.rows.items():
         where = f'rows."{key}"'
@@ -126,7 +148,7 @@ def _of_rows(study: Study) -> list[str]:
             found += [
                 line.replace("sweep.", "rows.", 1)
                 for value in dict.fromkeys(map(_hashable, values))
-                for line in _mistakes(study, key, (value,))
+                for line in _mistakes(study, key, (value,), context)
                 if "must" not in line  # may hold for the other values of its row
             ][:1]
     if not found and len(lengths) > 1:
@@ -152,20 +174,35 @@ def _case(study: Study, chosen: dict[str, Any], names: dict[str, str]) -> Case:
     return Case(name, values, changed)
 
 
-def fits(study: Study) -> None:
-    """Refuse dimensions that contradict one another, and mesh files that are not there."""
-    vane, casing, sectors = study.vane, study.casing, study.ring.sectors
-    check_sectors(sectors)
-    if isinstance(vane, OwnVane) or isinstance(casing, OwnCasing):
-        for name, part in (("vane", vane), ("casing", casing)):
-            if isinstance(part, OwnVane | OwnCasing) and not Path(part.mesh).is_file():
-                raise InputError(f"{name}.mesh = {show(part.mesh)}: no such file")
-        if not isinstance(vane, OwnVane):
-            check_vane(vane, sectors)
-        if not isinstance(casing, OwnCasing):
-            check_casing(casing, vane.hook, sectors)
-    else:
-        check_fit(vane, casing, sectors)
+def misfits(study: Study) -> list[str]:
+    """What dimensions contradict one another, and what mesh files are not there."""
+    return disagreements(study, (_files, _sectors, _vane, _casing, _both))
+
+
+def _files(study: Study) -> Iterator[str]:
+    for name in ("vane", "casing"):
+        part = getattr(study, name)
+        if isinstance(part, OwnVane | OwnCasing) and not Path(part.mesh).is_file():
+            yield f"{name}.mesh = {show(part.mesh)}: no such file"
+
+
+def _sectors(study: Study) -> None:
+    check_sectors(study.ring.sectors)
+
+
+def _vane(study: Study) -> None:
+    if not isinstance(study.vane, OwnVane):
+        check_vane(study.vane, study.ring.sectors)
+
+
+def _casing(study: Study) -> None:
+    if not isinstance(study.casing, OwnCasing):
+        check_casing(study.casing, study.vane.hook, study.ring.sectors)
+
+
+def _both(study: Study) -> None:
+    if not isinstance(study.vane, OwnVane) and not isinstance(study.casing, OwnCasing):
+        check_clearances(study.vane, study.casing)
 
 
 def _where(study: Study, keys: Collection[str]) -> str:
@@ -182,15 +219,13 @@ def _check_fit(
     geometry = case.study.vane, case.study.casing, case.study.ring.sectors
     if geometry in known:
         return
-    try:
-        fits(case.study)
-    except InputError as error:
+    if wrong := misfits(case.study):
         shown = ", ".join(f"{key} = {show(value)}" for key, value in chosen.items())
-        raise InputError(f"{where}: {shown}: {error}") from None
+        raise InputError(f"{where}: {shown}: {wrong[0]}")
     known.add(geometry)
 
 
-def _mistakes(study: Study, key: str, values: tuple[Any, ...]) -> list[str]:
+def _mistakes(study: Study, key: str, values: tuple[Any, ...], context: str | None) -> list[str]:
     """What is wrong with a swept key, value by value."""
     where = f'sweep."{key}"'
     if key not in known_keys():
@@ -206,7 +241,7 @@ def _mistakes(study: Study, key: str, values: tuple[Any, ...]) -> list[str]:
     for i, value in enumerate(values):
         item = f"{where}[{i}] = {show(value)}"
         try:
-            number = value_at(with_values(study, {key: value}), key)
+            number = value_at(with_values(study, {key: value}, context), key)
         except ValidationError as error:
             found.append(f"{item}: {reason(mistakes(error)[0])}")
             continue
@@ -246,9 +281,16 @@ def value_at(study: Study, key: str) -> Any:
     return value
 
 
-def with_values(study: Study, changes: dict[str, Any]) -> Study:
-    """The study with some keys changed and no sweep; raises pydantic's ValidationError."""
-    data = study.model_dump(exclude_unset=True, exclude={"sweep", "rows", "scatter"})
+def with_values(study: Study, changes: dict[str, Any], context: str | None = None) -> Study:
+    """The study with some keys changed and no sweep; raises pydantic's ValidationError.
+
+    In the context "unchecked" it is not looked at whether keys contradict one another.
+    """
+    data = study.model_dump(
+        exclude_unset=True,
+        exclude={"sweep", "rows", "scatter"},
+        warnings=context != UNCHECKED,  # where keys are missing
+    )
     data.get("excitation", {}).pop("engine_orders", None)
     for key, value in changes.items():
         *path, last = key.split(".")
@@ -256,7 +298,7 @@ def with_values(study: Study, changes: dict[str, Any]) -> Study:
         for name in path:
             table = table.setdefault(name, {})
         table[last] = value
-    return Study.model_validate(data, strict=True)
+    return Study.model_validate(data, strict=True, context=context)
 
 
 def short_names(keys: list[str]) -> dict[str, str]:

@@ -8,11 +8,13 @@ that it causes or that rotation causes, and temperatures that differ within a pa
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from itertools import pairwise
 from typing import TYPE_CHECKING, Annotated, Any, TypeGuard
 
 from pydantic import BeforeValidator, Field
 
+from vanelock.checked import Check
 from vanelock.errors import InputError
 from vanelock.quantities import Revolutions
 from vanelock.study.piecewise import at, ends
@@ -94,48 +96,49 @@ class Temperature(Table):
         return None if found is None else float(found)
 
 
-def check_temperature(study: Any) -> None:
-    """Refuse temperatures of a `Study` without moduli, and beyond them.
-
-    Raises
-    ------
-    ValueError
-        Naming the key.
-    """
+def _is_used(study: Any) -> Iterator[str]:
     heat = study.temperature
     if heat.speed is not None and not heat.given:
-        raise ValueError(
-            f"temperature.speed = {heat.speed:g}: needs temperature.vane or temperature.casing"
-        )
+        yield f"temperature.speed = {heat.speed:g}: needs temperature.vane or temperature.casing"
+
+
+def _has_the_moduli(study: Any) -> Iterator[str]:
     for part in PARTS:
-        known = getattr(heat, part)
+        known = getattr(study.temperature, part)
         if known is None:
             continue
         moduli = getattr(study.material, part).E_at
         if moduli is None:
-            raise ValueError(
-                f"temperature.{part}: needs material.{part}.E_at, Young's modulus by temperature"
-            )
+            yield f"temperature.{part}: needs material.{part}.E_at, Young's modulus by temperature"
+            continue
         low, high = ends(moduli)
         for each in [pair[1] for pair in known] if isinstance(known, tuple) else [known]:
             if not low <= each <= high:
-                raise ValueError(
+                yield (
                     f"temperature.{part}: {each:g} degC is outside material.{part}.E_at, "
                     f"{low:g} to {high:g} degC"
                 )
+
+
+def _has_the_speed(study: Any) -> Iterator[str]:
+    heat = study.temperature
     low, high = heat.speeds
     if low >= high:
-        raise ValueError("temperature.vane and temperature.casing: no speed is within both")
-    if heat.speed is not None and not low <= heat.speed <= high:
-        raise ValueError(
+        yield "temperature.vane and temperature.casing: no speed is within both"
+    elif heat.speed is not None and not low <= heat.speed <= high:
+        yield (
             f"temperature.speed = {heat.speed:g}: temperatures are given from {low:g} to "
             f"{high:g} rpm"
         )
     if study.accuracy is not None and heat.varies and heat.speed is None:
-        raise ValueError(
+        yield (
             f"accuracy = {study.accuracy:g}: needs temperature.speed, the rotor speed at which the "
             "response has its temperatures"
         )
+
+
+TEMPERATURE_CHECKS: tuple[Check, ...] = (_is_used, _has_the_moduli, _has_the_speed)
+"""Of a `Study`."""
 
 
 def modulus(study: Study, part: str, speed: float | None = None) -> float:

@@ -1,5 +1,7 @@
 """Errors that a user can mend, and how they are told."""
 
+from collections.abc import Callable
+
 
 class InputError(ValueError):
     """Input that cannot be used.
@@ -7,6 +9,15 @@ class InputError(ValueError):
     The message is one line that names the key or file, what was given and what is allowed. The
     command line prints it and exits with status 2; a library user catches it as a `ValueError`.
     """
+
+
+def raised(check: Callable[[], object]) -> list[str]:
+    """The lines of the `InputError` that a check raises; none where it does not."""
+    try:
+        check()
+    except InputError as error:
+        return str(error).splitlines()
+    return []
 
 
 MOST_TOLD = 20
@@ -29,7 +40,7 @@ def cut_short(line: str) -> str:
 
 def first_mistakes(lines: list[str]) -> list[str]:
     """The first of many lines about mistakes, and how many more there are."""
-    if len(lines) <= MOST_TOLD:
+    if len(lines) <= MOST_TOLD + 1:  # the last may be such a number itself
         return lines
     return [*lines[:MOST_TOLD], f"and {len(lines) - MOST_TOLD:,} more mistakes"]
 
