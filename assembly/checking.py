@@ -13,6 +13,7 @@ from vanelock.assembly.model import Scene
 from vanelock.assembly.steps import diameters, matrices
 from vanelock.errors import InputError
 from vanelock.study import checking
+from vanelock.study.plausible import unusual
 from vanelock.study.read import read_text
 from vanelock.study.tables import Column, Table
 from vanelock.toml import toml_tables
@@ -55,6 +56,7 @@ def _planned(scene: Scene) -> Iterator[Row]:
     yield "name", scene.name
     swept = ", ".join(cases[0].values)
     yield "cases", f"{len(cases):,} over {swept}" if swept else "1"
+    yield from (("careful", text) for text in unusual(scene))
     if scene.system is not None:
         found = checking.check_file(scene.system.file)
         yield from ((f"system, {what}", str(told)) for what, told in found.rows)

@@ -12,7 +12,7 @@ from vanelock.assembly.connect import Pull, Tie, Touching
 from vanelock.assembly.model import GROUND, ContactKeys, Load, Scene, TieKeys
 from vanelock.errors import InputError
 from vanelock.matrices import load_nodes, load_pairs
-from vanelock.study.sampling import bounds
+from vanelock.quantities import bounds
 
 Integers = NDArray[np.int64]
 Floats = NDArray[np.float64]

@@ -11,7 +11,7 @@ from pydantic import AfterValidator, BeforeValidator, Field
 from vanelock.checked import Check
 from vanelock.quantities import Angle, Force, Frequency, Length, Stiffness
 from vanelock.study.model import Order, Response
-from vanelock.study.structure import Table, sequence
+from vanelock.study.structure import SPRING, Table, sequence
 
 GROUND = "ground"
 """What a contact's second component is called where there is none."""
@@ -155,10 +155,10 @@ class ContactKeys(Table):
     next_sector: bool = Field(default=False, description="whether the mate is the next sector's")
     normal: Vector | None = Field(default=None, description="normal")
     tangent: Vector | None = Field(default=None, description="tangent")
-    kn: Stiffness | None = Field(
+    kn: Annotated[Stiffness, SPRING] | None = Field(
         default=None, gt=0, le=1e15, description="normal stiffness of a pair [N/m]"
     )
-    kt: Stiffness | None = Field(
+    kt: Annotated[Stiffness, SPRING] | None = Field(
         default=None, gt=0, le=1e15, description="tangential stiffness of a pair [N/m]"
     )
     mu: float | None = Field(default=None, ge=0, le=1e6, description="friction coefficient")

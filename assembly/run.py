@@ -29,6 +29,7 @@ from vanelock.study.folder import claimed
 from vanelock.study.helped import helped
 from vanelock.study.hire import hire
 from vanelock.study.listing import failed_table, preload_table, stage_times
+from vanelock.study.plausible import unusual
 from vanelock.study.progress import Failed, Finished, Listener, Notice, Point, silent
 from vanelock.study.steps import Stages
 from vanelock.study.summary import Peak, peak_of
@@ -125,6 +126,8 @@ class SceneRun:
         self.listener, self._hands = listener, hands
         self._cache = Cache(folder / "cache", lambda told: listener(Notice(told)))
         self.stages = Stages(self._cache, listener)
+        for told in unusual(scene):
+            listener(Notice(told))
         self.planned = [planned(case, self._point) for case in scene_cases(scene)]
         for told in self.planned[0].apart:  # what joins what is not swept
             listener(Notice(told))

@@ -2,13 +2,15 @@
 
 import os
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypeVar
 
 import h5py
 
-from vanelock.errors import InputError
+from vanelock.checked import NotKnown
+from vanelock.errors import InputError, raised
 from vanelock.hdf5 import opened
 from vanelock.mesh import Part
 from vanelock.nonlinear import Response, System
@@ -19,10 +21,11 @@ from vanelock.study.budget import SOURCES, pins
 from vanelock.study.cache import Cache, Entry
 from vanelock.study.compare_load import load_file
 from vanelock.study.fit_command import fitted_parameters
-from vanelock.study.measured import load_measured
+from vanelock.study.measured import curve_mistakes, load_measured
 from vanelock.study.meshes import mesh_step
 from vanelock.study.model import Study
 from vanelock.study.own_mesh import OwnCasing, OwnVane, refuse_without_areas
+from vanelock.study.plausible import unusual
 from vanelock.study.progress import silent
 from vanelock.study.read import load_study
 from vanelock.study.stages import PARTS
@@ -96,13 +99,14 @@ class _Unkept(Cache):
 
 
 def _planned(path: Path, outside: bool) -> Iterator[Row]:
-    study = load_study(path, outside)
+    study = load_study(path, outside, _of_curves)
     found = cases(study)
     yield "name", study.name
     swept = ", ".join(found[0].values)
     yield "cases", f"{len(found):,} over {swept}" if swept else "1"
     if any(case.study.accuracy is not None for case in found):
         yield "accuracy", "; ".join(dict.fromkeys(_accuracy(case.study) for case in found))
+    yield from (("careful", text) for text in unusual(study))
     yield from _parts(study, found)
     curves = load_measured(study)
     for curve in curves:
@@ -111,6 +115,16 @@ def _planned(path: Path, outside: bool) -> Iterator[Row]:
         names = ", ".join(each.key for each in fitted_parameters(study))
         yield "fit", f"{names} from {study.fit.starts} starts"
     yield "outputs", ", ".join(_outputs(study))
+
+
+def _of_curves(study: Study, lacks: bool) -> list[str]:
+    """What is wrong with the files of measured curves, and with the fit to them."""
+    found: list[str] = []
+    with suppress(NotKnown):
+        found += curve_mistakes(study)
+        if study.fit is not None and not lacks and not found:
+            found += raised(lambda: fitted_parameters(study))
+    return found
 
 
 def _parts(study: Study, found: tuple[Case, ...]) -> Iterator[Row]:

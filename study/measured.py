@@ -12,13 +12,14 @@ halved.
 
 import re
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from vanelock.errors import InputError
+from vanelock.errors import InputError, raised
 from vanelock.files import contents
 from vanelock.quantities import si
 from vanelock.study.comparison import MeasuredCurve
@@ -107,11 +108,22 @@ def load_measured(study: Study) -> tuple[Measured, ...]:
     InputError
         One line with file, line and column for what cannot be read.
     """
+    return tuple(_read(study, i) for i in range(len(study.measured)))
+
+
+def curve_mistakes(study: Study) -> list[str]:
+    """What is wrong with the files of a study's measured curves, each by itself."""
+    return [
+        f"measured[{i}].file: {line}"
+        for i in range(len(study.measured))
+        for line in raised(partial(_read, study, i))
+    ]
+
+
+def _read(study: Study, i: int) -> Measured:
     orders = study.excitation.engine_orders or (study.excitation.engine_order,)
-    return tuple(
-        read_measured(keys, abs(orders[0]), len(study.outputs.gauges), f"measured[{i}]")
-        for i, keys in enumerate(study.measured)
-    )
+    where, gauges = f"measured[{i}]", len(study.outputs.gauges)
+    return read_measured(study.measured[i], abs(orders[0]), gauges, where)
 
 
 def read_measured(keys: MeasuredCurve, order: int, gauges: int, where: str) -> Measured:

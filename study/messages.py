@@ -2,6 +2,7 @@
 
 import difflib
 import re
+from dataclasses import replace
 from typing import Annotated, Any, get_args, get_origin
 
 from pydantic import BaseModel, ValidationError
@@ -10,6 +11,7 @@ from pydantic_core import ErrorDetails
 
 from vanelock.checked import Disagreement
 from vanelock.errors import MOST_TOLD, cut_short, printable
+from vanelock.quantities import bounds, meant, typical
 from vanelock.study.model import Study
 from vanelock.study.own_mesh import DIMENSIONS, OWN
 
@@ -64,8 +66,8 @@ def _told(details: ErrorDetails, data: dict[str, Any], schema: type[BaseModel]) 
     error = details.get("ctx", {}).get("error")
     if isinstance(error, Disagreement):
         return [_within(location, line, schema) for line in error.lines]
-    told = reason(details, schema)
     value = _given(data, location, details["input"])
+    told = reason(details, schema, value)
     if location and not isinstance(value, dict | BaseModel):
         return [f"{dotted(location)} = {show(value)}: {told}"]
     return [_within(location, told, schema)]
@@ -145,19 +147,20 @@ def _given(data: Any, location: Location, converted: Any) -> Any:
     return data
 
 
-def reason(details: ErrorDetails, schema: type[BaseModel] = Study) -> str:
-    """What is wrong with a value and what is allowed."""
+def reason(details: ErrorDetails, schema: type[BaseModel] = Study, given: object = None) -> str:
+    """What is wrong with a value and what is allowed, and the unit that was meant, if any was."""
     kind, location = details["type"], details["loc"]
     context = details.get("ctx", {})
     field = field_at(location, schema)
-    subject, unit = _subject(field, location)
+    subject, unit = subject_and_unit(field, location)
     if kind == "extra_forbidden":
         return unknown(location, schema)
     if kind == "missing":
         return "must be given"
     if kind in _BOUNDS:
         name, sign = _BOUNDS[kind]
-        return f"{subject} must be {sign} {_number(context[name])}{unit}"
+        told = f"{subject} must be {sign} {_number(context[name])}{unit}"
+        return told + _suggested(given, unit.strip(), field, details)
     if kind == "literal_error":
         return f"{subject} must be one of {context['expected']}".replace("'", '"')
     if kind in ("too_short", "too_long"):
@@ -172,6 +175,20 @@ def reason(details: ErrorDetails, schema: type[BaseModel] = Study) -> str:
     if expected:
         return f"expected {expected}"
     return details["msg"].removeprefix("Value error, ").removeprefix("Assertion failed, ")
+
+
+def _suggested(given: object, unit: str, field: FieldInfo | None, details: ErrorDetails) -> str:
+    """The number with the unit in which it would be allowed."""
+    if isinstance(given, bool) or not isinstance(given, int | float) or field is None:
+        return ""
+    allowed, name = bounds(field), _BOUNDS[details["type"]][0]
+    limit = float(details.get("ctx", {})[name])
+    if name in ("gt", "ge"):
+        allowed = replace(allowed, low=max(limit, allowed.low))
+    else:
+        allowed = replace(allowed, high=min(limit, allowed.high))
+    other = meant(given, unit, allowed, typical(field))
+    return f'; {given:.12g} is {given:.12g} {unit}: "{other}"?' if other else ""
 
 
 def dotted(location: Location) -> str:
@@ -279,10 +296,10 @@ def field_at(location: Location, schema: type[BaseModel] = Study) -> FieldInfo |
 
 def unit_of(key: str) -> str:
     """Unit of a key's number, "" where it has none."""
-    return _subject(field_at(tuple(key.split("."))), ())[1].strip()
+    return subject_and_unit(field_at(tuple(key.split("."))), ())[1].strip()
 
 
-def _subject(field: FieldInfo | None, location: Location) -> tuple[str, str]:
+def subject_and_unit(field: FieldInfo | None, location: Location = ()) -> tuple[str, str]:
     """What a field's description calls it, and its unit, which stands there in brackets."""
     text = (field.description if field else None) or str(location[-1] if location else "study")
     subject, _, unit = text.partition(" [")

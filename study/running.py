@@ -28,6 +28,7 @@ from vanelock.study.monitor import monitor
 from vanelock.study.own_mesh import OwnVane, refuse_without_areas
 from vanelock.study.pictures import Gallery, Shown
 from vanelock.study.plan import LIMITS, Linear, Planned, plan
+from vanelock.study.plausible import unusual
 from vanelock.study.progress import Failed, Listener, Notice
 from vanelock.study.record import Record
 from vanelock.study.report_told import Told
@@ -92,7 +93,7 @@ class Run:
         self.measured = load_measured(study)  # refused before the long stages
         found = warmed(found or cases(study), stages)
         self._every = found
-        for text in dict.fromkeys(described(case.study) for case in found):
+        for text in (*unusual(study), *dict.fromkeys(described(case.study) for case in found)):
             if text:
                 listener(Notice(text))
         settled = [

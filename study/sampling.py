@@ -5,16 +5,14 @@ Conover, Technometrics 21 (1979) 239), so that few of them cover each key's rang
 """
 
 import math
-from dataclasses import dataclass
 from typing import Any, get_args, get_origin
 
 import numpy as np
-from annotated_types import Ge, Gt, Le, Lt
 from numpy.typing import NDArray
-from pydantic import BeforeValidator
 from pydantic.fields import FieldInfo
 
 from vanelock.errors import InputError, raised
+from vanelock.quantities import bounds, number
 from vanelock.study.distributions import Distribution
 from vanelock.study.messages import field_at, known_keys, show, unknown
 from vanelock.study.model import Study
@@ -115,44 +113,9 @@ def _number(where: str, value: float | str | None, field: FieldInfo) -> float | 
     if value is None:
         return None
     try:
-        for each in _metadata(field):
-            if isinstance(each, BeforeValidator):
-                value = each.func(value)  # type: ignore[call-arg]
-        if isinstance(value, bool) or not isinstance(value, int | float):
-            raise ValueError("expected a number")
+        return number(value, field)
     except ValueError as error:
         raise InputError(f"{where} = {show(value)}: {error}") from None
-    return float(value)
-
-
-@dataclass(frozen=True)
-class Bounds:
-    """What the schema lets a key be: from `low`, or `above` it, to `high`."""
-
-    low: float
-    high: float
-    above: bool
-
-
-def bounds(field: FieldInfo) -> Bounds:
-    """Smallest and largest value that the schema lets a key have."""
-    low, high, above = -math.inf, math.inf, False
-    for each in _metadata(field):
-        match each:
-            case Ge(ge=bound) | Gt(gt=bound):
-                low = max(low, float(bound))  # type: ignore[arg-type]
-                above = isinstance(each, Gt)
-            case Le(le=bound) | Lt(lt=bound):
-                high = min(high, float(bound))  # type: ignore[arg-type]
-    return Bounds(low, high, above)
-
-
-def _metadata(field: FieldInfo) -> list[Any]:
-    """What limits and converts a field's number, be it optional."""
-    found = list(field.metadata)
-    for option in get_args(field.annotation):
-        found += getattr(option, "__metadata__", ())
-    return [inner for each in found for inner in getattr(each, "metadata", None) or [each]]
 
 
 def _types(field: FieldInfo) -> list[Any]:

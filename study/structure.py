@@ -10,7 +10,17 @@ from vanelock.mesh.effort import MOST as LARGEST_MESHES
 from vanelock.mesh.fit import FEWEST, MOST
 from vanelock.mesh.size import LARGEST, SIZES, SMALLEST
 from vanelock.mesh.stretch import MOST as STRETCH
-from vanelock.quantities import Bedding, Density, Frequency, Length, Pressure, Stiffness, Wear, si
+from vanelock.quantities import (
+    Bedding,
+    Density,
+    Frequency,
+    Length,
+    Pressure,
+    Stiffness,
+    Usual,
+    Wear,
+    si,
+)
 from vanelock.study.piecewise import ByTemperature
 
 
@@ -56,6 +66,12 @@ class Table(Checked):
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False, strict=True)
 
 
+STIFF, STRONG = Usual(1e9, 1.5e12), Usual(1e6, 2e10)
+"""Moduli and strengths of solids, Pa: hard plastics to diamond."""
+SPRING = Usual(1.0, 1e13)
+"""Stiffness of a contact's node pair, N/m."""
+
+
 class Ring(Table):
     """The ring of vane segments."""
 
@@ -65,16 +81,23 @@ class Ring(Table):
 class Elastic(Table):
     """An isotropic material; its strength is for the report alone."""
 
-    E: Pressure = Field(default=170e9, ge=1e3, le=1e15, description="Young's modulus [Pa]")
-    E_at: ByTemperature | None = Field(
-        default=None, min_length=2, max_length=1000, description="Young's modulus by temperature"
+    E: Annotated[Pressure, STIFF] = Field(
+        default=170e9, ge=1e3, le=1e15, description="Young's modulus [Pa]"
+    )
+    E_at: Annotated[ByTemperature, STIFF] | None = Field(
+        default=None,
+        min_length=2,
+        max_length=1000,
+        description="Young's modulus by temperature [Pa]",
     )
     nu: float = Field(default=0.3, gt=-1, lt=0.5, description="Poisson's ratio")
-    rho: Density = Field(default=8200.0, gt=0, le=1e6, description="density [kg/m^3]")
-    fatigue_limit: Pressure = Field(
+    rho: Annotated[Density, Usual(50, 25e3)] = Field(
+        default=8200.0, gt=0, le=1e6, description="density [kg/m^3]"
+    )
+    fatigue_limit: Annotated[Pressure, STRONG] = Field(
         default=250e6, ge=1e5, le=1e12, description="fatigue limit [Pa]"
     )
-    tensile_strength: Pressure = Field(
+    tensile_strength: Annotated[Pressure, STRONG] = Field(
         default=900e6, ge=1e5, le=1e12, description="tensile strength [Pa]"
     )
 
@@ -123,17 +146,21 @@ def _one_of_each(joint: "HookJoint | InterlockJoint") -> Iterator[str]:
 class HookJoint(Table):
     """Contacts between the vane's hooks and the casing's grooves, per node pair."""
 
-    kn: Stiffness = Field(default=1.67e7, gt=0, le=1e15, description="normal stiffness [N/m]")
-    kt: Stiffness = Field(default=1.67e7, gt=0, le=1e15, description="tangential stiffness [N/m]")
-    kn_area: Bedding | None = Field(
+    kn: Annotated[Stiffness, SPRING] = Field(
+        default=1.67e7, gt=0, le=1e15, description="normal stiffness [N/m]"
+    )
+    kt: Annotated[Stiffness, SPRING] = Field(
+        default=1.67e7, gt=0, le=1e15, description="tangential stiffness [N/m]"
+    )
+    kn_area: Annotated[Bedding, Usual(1e4, 1e19)] | None = Field(
         default=None, gt=0, le=1e20, description="normal stiffness per area [N/m^3]"
     )
-    kt_area: Bedding | None = Field(
+    kt_area: Annotated[Bedding, Usual(1e4, 1e19)] | None = Field(
         default=None, gt=0, le=1e20, description="tangential stiffness per area [N/m^3]"
     )
     mu: float = Field(default=0.3, ge=0, le=1000, description="friction coefficient")
     interference: Length = Field(default=20e-6, gt=0, le=1e-3, description="interference [m]")
-    wear_coefficient: Wear | None = Field(
+    wear_coefficient: Annotated[Wear, Usual(1e-20, 1e-9)] | None = Field(
         default=None, gt=0, le=1e-6, description="wear coefficient [m^2/N]"
     )
     patch: Patch = Field(default="node", description="what a contact acts on")
@@ -145,17 +172,21 @@ class InterlockJoint(Table):
     """Contacts between neighbouring segments' inner shrouds, per node pair."""
 
     enabled: bool = Field(default=True, description="whether the interlock has contacts")
-    kn: Stiffness = Field(default=1e6, gt=0, le=1e15, description="normal stiffness [N/m]")
-    kt: Stiffness = Field(default=1e6, gt=0, le=1e15, description="tangential stiffness [N/m]")
-    kn_area: Bedding | None = Field(
+    kn: Annotated[Stiffness, SPRING] = Field(
+        default=1e6, gt=0, le=1e15, description="normal stiffness [N/m]"
+    )
+    kt: Annotated[Stiffness, SPRING] = Field(
+        default=1e6, gt=0, le=1e15, description="tangential stiffness [N/m]"
+    )
+    kn_area: Annotated[Bedding, Usual(1e4, 1e19)] | None = Field(
         default=None, gt=0, le=1e20, description="normal stiffness per area [N/m^3]"
     )
-    kt_area: Bedding | None = Field(
+    kt_area: Annotated[Bedding, Usual(1e4, 1e19)] | None = Field(
         default=None, gt=0, le=1e20, description="tangential stiffness per area [N/m^3]"
     )
     mu: float = Field(default=0.3, ge=0, le=1000, description="friction coefficient")
     interference: Length = Field(default=2e-6, ge=-1e-3, le=1e-3, description="interference [m]")
-    wear_coefficient: Wear | None = Field(
+    wear_coefficient: Annotated[Wear, Usual(1e-20, 1e-9)] | None = Field(
         default=None, gt=0, le=1e-6, description="wear coefficient [m^2/N]"
     )
     patch: Patch = Field(default="node", description="what a contact acts on")

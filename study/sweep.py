@@ -243,7 +243,7 @@ def _mistakes(study: Study, key: str, values: tuple[Any, ...], context: str | No
         try:
             number = value_at(with_values(study, {key: value}, context), key)
         except ValidationError as error:
-            found.append(f"{item}: {reason(mistakes(error)[0])}")
+            found.append(f"{item}: {reason(mistakes(error)[0], given=value)}")
             continue
         if isinstance(number, bool) or not isinstance(number, int | float | str):
             found.append(f"{item}: expected a number")

@@ -4,11 +4,15 @@ The types here are annotations for pydantic models: `thickness: Length` accepts 
 holds metres.
 """
 
+import math
 import re
+from dataclasses import dataclass
 from functools import lru_cache
-from typing import Annotated, Any
+from typing import Annotated, Any, get_args
 
+from annotated_types import Ge, Gt, Le, Lt
 from pydantic import BeforeValidator
+from pydantic.fields import FieldInfo
 
 # One number, first of all since pint reads "mm" as one millimetre, and then units alone: pint
 # evaluates arithmetic, and a power of a power of a number never ends.
@@ -91,3 +95,103 @@ Bedding = Annotated[float, quantity("N/m^3")]  # a stiffness per area
 Revolutions = Annotated[float, BeforeValidator(rpm)]
 Unbalance = Annotated[float, quantity("kg*m")]
 Wear = Annotated[float, quantity("m^2/N")]  # volume per force and slip distance
+
+
+def number(value: object, field: FieldInfo) -> float:
+    """A number of a field in the field's unit, from text with its own unit too.
+
+    Raises
+    ------
+    ValueError
+        If it is none.
+    """
+    for each in metadata(field):
+        if isinstance(each, BeforeValidator):
+            value = each.func(value)  # type: ignore[call-arg]
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        raise ValueError("expected a number")
+    return float(value)
+
+
+@dataclass(frozen=True)
+class Bounds:
+    """What the schema lets a key be: from `low`, or `above` it, to `high`."""
+
+    low: float
+    high: float
+    above: bool
+
+
+def bounds(field: FieldInfo) -> Bounds:
+    """Smallest and largest value that the schema lets a key have."""
+    low, high, above = -math.inf, math.inf, False
+    for each in metadata(field):
+        match each:
+            case Ge(ge=bound) | Gt(gt=bound):
+                low = max(low, float(bound))  # type: ignore[arg-type]
+                above = isinstance(each, Gt)
+            case Le(le=bound) | Lt(lt=bound):
+                high = min(high, float(bound))  # type: ignore[arg-type]
+    return Bounds(low, high, above)
+
+
+def metadata(field: FieldInfo) -> list[Any]:
+    """What limits and converts a field's number, be it optional."""
+    found = list(field.metadata)
+    for option in get_args(field.annotation):
+        found += getattr(option, "__metadata__", ())
+    return [inner for each in found for inner in getattr(each, "metadata", None) or [each]]
+
+
+@dataclass(frozen=True)
+class Usual:
+    """Of a field's metadata: between which values it nearly always lies, in its unit."""
+
+    low: float
+    high: float
+
+
+OTHERS = {
+    "m": ("mm", "um", "cm"),
+    "Pa": ("MPa", "GPa", "kPa"),
+    "kg/m^3": ("g/cm^3", "kg/mm^3", "t/mm^3"),
+    "N": ("kN", "mN"),
+    "Hz": ("kHz",),
+    "N/m": ("N/mm", "N/um", "kN/um"),
+    "N/m^3": ("N/mm^3", "kN/mm^3"),
+    "kg m": ("g*mm", "kg*mm", "t*mm"),
+    "m^2/N": ("mm^2/N",),
+}
+"""Units that a number was meant in where it makes no sense in the one of its key."""
+
+
+def meant(value: float, unit: str, allowed: Bounds, near: float | None = None) -> str:
+    """A number with the unit in which it lies within bounds, "" if there is none.
+
+    Parameters
+    ----------
+    value : float
+        As given, without a unit.
+    unit : str
+        The unit that it would have.
+    allowed : Bounds
+        In that unit.
+    near : float, optional
+        What values are usually like: of several units the one that comes nearest is chosen.
+    """
+    found = []
+    for other in OTHERS.get(unit, ()):
+        size = float(si(f"1 {other}", unit)) * value  # type: ignore[arg-type]
+        if 0 < size and allowed.low <= size <= allowed.high:
+            distance = abs(math.log(size / near)) if near is not None and near > 0 else 0.0
+            found.append((distance, f"{value:.12g} {other}"))
+    return min(found, key=lambda each: each[0])[1] if found else ""
+
+
+def typical(field: FieldInfo) -> float | None:
+    """A number like those that a field holds: its default's, or the first of them."""
+    value = field.default
+    while isinstance(value, tuple) and value:
+        value = value[0]
+    plain = isinstance(value, int | float) and not isinstance(value, bool)
+    return float(value) if plain else None

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tests.assembly.conftest import Chain, Write, chain, joined
-from vanelock.assembly import load_scene, run_scene
+from vanelock.assembly import check_file, load_scene, run_scene
 from vanelock.errors import InputError
 from vanelock.rom import linear_modes
 from vanelock.study.progress import Event, Notice
@@ -196,3 +196,15 @@ def test_pairs_in_the_file_go_with_a_sweep(tmp_path: Path, scene_file: Write) ->
     found = run_scene(load_scene(scene_file(text + sweep + QUIET)), tmp_path / "run")
     assert found[0].case.name == "mu=0.1,loads[0].amplitude=1"
     assert len(found) == 4
+
+
+def test_a_number_of_another_unit_is_told(tmp_path: Path, scene_file: Write) -> None:
+    text = chain(1, 3, (3e5, 2e5, 1e5), ground=1.0).write(tmp_path, "one")
+    text += (
+        '[contacts.pad]\nbetween = ["one", "ground"]\npairs = [3]\nnormal = [1, 0, 0]\nkn = 1e-4\n'
+        'kt = 1e5\nmu = 0.3\n[[loads]]\ncomponent = "one"\nnodes = [2]\ndirection = [0, 1, 1]\n'
+        "amplitude = 1\n"
+    )
+    told = [text for what, text in check_file(scene_file(text)).rows if what == "careful"]
+    assert len(told) == 1
+    assert str(told[0]).startswith("contacts.pad.kn = 0.0001 N/m: normal stiffness of a pair is")

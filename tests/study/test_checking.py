@@ -2,6 +2,7 @@
 
 import pytest
 
+from vanelock.errors import InputError
 from vanelock.study import check_file
 from vanelock.study.results import Results
 
@@ -31,6 +32,22 @@ def test_an_accuracy_says_what_it_chooses(tmp_path):
     (tmp_path / "my.toml").write_text("accuracy = 0.02\n[response]\nharmonics = 3")
     told = rows(tmp_path / "my.toml")["accuracy"]
     assert told == "an error of 2 %: the run chooses mesh, modes, frequencies"
+
+
+def test_measured_files_do_not_hide_behind_other_mistakes(tmp_path):
+    (tmp_path / "bad.csv").write_text("frequency (Hz), amplitude (kg)\n1, 2\n")
+    tables = "".join(f'[[measured]]\nfile = "{name}.csv"\n' for name in ("absent", "bad"))
+    (tmp_path / "my.toml").write_text(f"{tables}[damping]\nratio = 2")
+    with pytest.raises(InputError) as caught:
+        rows(tmp_path / "my.toml")
+    lines = [line.partition(": ")[2] for line in str(caught.value).splitlines()]
+    assert [line.partition(" ")[0] for line in lines] == [
+        "measured[0].file:",
+        "measured[1].file:",
+        "damping.ratio",
+    ]
+    assert lines[0].endswith("absent.csv: no such file")
+    assert "column amplitude" in lines[1]
 
 
 @pytest.mark.parametrize(

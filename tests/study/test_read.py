@@ -203,7 +203,8 @@ def test_other_units():
         ),
         (
             "[excitation]\nunbalance = 101",
-            "excitation.unbalance = 101: unbalance must be <= 100 kg m",
+            "excitation.unbalance = 101: unbalance must be <= 100 kg m; 101 is 101 kg m: "
+            '"101 g*mm"?',
         ),
         (
             '[vane]\nchord = "1 km"',
@@ -274,7 +275,25 @@ def test_other_units():
         ),
         (
             "[material.vane]\nfatigue_limit = 250",
-            "material.vane.fatigue_limit = 250: fatigue limit must be >= 100000 Pa",
+            "material.vane.fatigue_limit = 250: fatigue limit must be >= 100000 Pa; "
+            '250 is 250 Pa: "250 MPa"?',
+        ),
+        (
+            "[vane]\nchord = 40",
+            'vane.chord = 40: chord of an aerofoil must be <= 0.5 m; 40 is 40 m: "40 mm"?',
+        ),
+        (
+            "[excitation]\nunbalance = 1500",
+            "excitation.unbalance = 1500: unbalance must be <= 100 kg m; 1500 is 1500 kg m: "
+            '"1500 g*mm"?',
+        ),
+        (
+            "[joints.hook]\ninterference = 20",
+            'joints.hook.interference = 20: interference must be <= 0.001 m; 20 is 20 m: "20 um"?',
+        ),
+        (
+            "[material.vane]\nE = 170",
+            'material.vane.E = 170: Young\'s modulus must be >= 1000 Pa; 170 is 170 Pa: "170 GPa"?',
         ),
         ("a = = 1", "line 1: not valid TOML: Invalid value"),
         ('name = "a"\nname = "b"', "line 2: not valid TOML: Cannot overwrite a value"),
@@ -309,7 +328,8 @@ def test_wrong_entries_do_not_make_a_list_too_short():
     with pytest.raises(InputError) as error:
         parse_study("[campaign]\ninterference = [0.5, 1]", "vane.toml")
     assert str(error.value).splitlines() == [
-        f"vane.toml: campaign.interference[{i}] = {value}: interference must be <= 0.001 m"
+        f"vane.toml: campaign.interference[{i}] = {value}: interference must be <= 0.001 m; "
+        f'{value} is {value} m: "{value} um"?'
         for i, value in enumerate(("0.5", "1"))
     ]
 

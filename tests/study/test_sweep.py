@@ -118,6 +118,11 @@ def test_a_default_that_depends_on_another_key_can_be_swept():
             'sweep."joints.interlock.enabled": '
             "only keys that hold a number or a choice of words can be swept",
         ),
+        (
+            '"vane.chord" = [0.04, 45]',
+            'sweep."vane.chord"[1] = 45: chord of an aerofoil must be <= 0.5 m; 45 is 45 m: '
+            '"45 mm"?',
+        ),
         ('"vane.chord" = []', 'sweep."vane.chord" = []: needs at least one value'),
         ('"vane.chord" = [0.04, "40 mm"]', 'sweep."vane.chord"[1] = "40 mm": the same as entry 0'),
         ('"ring.sectors" = [16.5]', 'sweep."ring.sectors"[0] = 16.5: expected a whole number'),
