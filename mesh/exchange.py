@@ -1,4 +1,8 @@
-"""Read a mesh file through meshio: Gmsh's .msh, VTK's .vtu and .vtk, and what else it knows."""
+"""Read a mesh file through meshio: Gmsh's .msh, VTK's .vtu and .vtk.
+
+Of the many formats that meshio knows, these are tested here. They are read in a child process: a
+small file can stand for a huge one, and a damaged one be read without end.
+"""
 
 import contextlib
 import io
@@ -8,17 +12,21 @@ from typing import Any
 
 import numpy as np
 
-from vanelock.errors import InputError
+from vanelock.errors import InputError, raised
+from vanelock.limited import Fallen, limited
 from vanelock.mesh.gmsh_numbers import node_numbers
 from vanelock.mesh.raw import Array, Block, Integers, RawMesh, distinct
 
 _FROM_ZERO = (".vtk", ".vtu")  # number their nodes from 0
-# Formats of several files: a change in a file that the study does not name would go unnoticed.
-_SEVERAL = (".xdmf", ".xmf", ".node", ".ele")
+FORMATS = {".msh": "gmsh", ".vtu": "vtu", ".vtk": "vtk"}
+"""What meshio calls each ending."""
+SECONDS, MEMORY = 10, 300_000_000
+"""What reading a small file may take; each 2 MB more add a second, and each byte EACH bytes."""
+EACH = 20
 
 
 def read_exchange(source: str, path: Path) -> RawMesh:
-    """Read a file in a format that meshio knows by its ending.
+    """Read a file in a format that its ending tells.
 
     Sets are meshio's sets of points and of cells, Gmsh's physical groups, and whole-number fields
     at the nodes: a set holds the nodes where the field is not zero, in the order of its values.
@@ -28,14 +36,13 @@ def read_exchange(source: str, path: Path) -> RawMesh:
     InputError
         If the format is unknown or the file malformed.
     """
-    if path.suffix.lower() in _SEVERAL:
-        raise InputError(f"{source}: a {path.suffix.lower()} file needs others: write a single one")
+    _refuse_unreadable(source, path)
     mesh = _loaded(source, path)
     points = np.asarray(mesh.points, float)
     if points.ndim != 2 or points.shape[1] != 3:
         raise InputError(f"{source}: its nodes do not have three coordinates")
     numbers = np.arange(len(points)) + (0 if path.suffix.lower() in _FROM_ZERO else 1)
-    gmsh = _is_gmsh(path)
+    gmsh = path.suffix.lower() == ".msh"
     if gmsh:
         own = node_numbers(path.read_bytes())
         if own is not None and len(own) == len(points) == len(np.unique(own)):
@@ -50,11 +57,21 @@ def read_exchange(source: str, path: Path) -> RawMesh:
     return raw
 
 
-def _is_gmsh(path: Path) -> bool:
-    if path.suffix.lower() != ".msh":
-        return False
-    with path.open("rb") as file:
-        return file.read(1) == b"$"
+def _refuse_unreadable(source: str, path: Path) -> None:
+    """Let a child read the file, and tell what it says or that it fell."""
+    import meshio  # here, so that the child need not
+
+    def trouble() -> str:
+        return "".join(raised(lambda: _loaded(source, path))) or "fine"
+
+    assert meshio
+    size = path.stat().st_size
+    try:
+        told = limited(trouble, SECONDS + size // 2_000_000, MEMORY + EACH * size)
+    except Fallen as fallen:
+        told = f"{source}: not a mesh that can be read: {fallen}"
+    if told != "fine":
+        raise InputError(told)
 
 
 def _loaded(source: str, path: Path) -> Any:
@@ -71,11 +88,9 @@ def _loaded(source: str, path: Path) -> Any:
             warnings.simplefilter("ignore")
             # numpy's way to say that numbers were expected and something else was found
             warnings.filterwarnings("error", message="string or file could not be read")
-            return meshio.read(path, file_format="gmsh" if _is_gmsh(path) else None)
+            return meshio.read(path, file_format=FORMATS[path.suffix.lower()])
     except MemoryError:
-        raise InputError(
-            f"{source}: not a mesh that can be read: it asks for too much memory"
-        ) from None
+        raise
     except (Exception, SystemExit) as error:
         reason = "" if isinstance(error, SystemExit) else str(error)
         lines = [line for line in (reason or told.getvalue()).splitlines() if line.strip()]

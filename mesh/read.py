@@ -1,11 +1,11 @@
-"""Read a part's mesh from a file of any format that meshio or the deck readers know."""
+"""Read a part's mesh from a file, by the reader of its format."""
 
 import os
 from pathlib import Path
 
 from vanelock.errors import InputError
 from vanelock.mesh.abaqus import read_abaqus
-from vanelock.mesh.exchange import read_exchange
+from vanelock.mesh.exchange import FORMATS, read_exchange
 from vanelock.mesh.file_mesh import FileMesh
 from vanelock.mesh.nastran import read_nastran
 from vanelock.mesh.solids import solid_mesh
@@ -28,8 +28,8 @@ def read_mesh(path: str | os.PathLike[str], unit: str = "m") -> FileMesh:
     Parameters
     ----------
     path : path
-        Abaqus or CalculiX deck (.inp), Nastran bulk data (.bdf, .nas, .dat, .fem), Gmsh (.msh),
-        VTK (.vtu, .vtk), or another single file that meshio can read.
+        Abaqus or CalculiX deck (.inp), Nastran bulk data (.bdf, .nas, .dat, .fem), Gmsh (.msh) or
+        VTK (.vtu, .vtk).
     unit : str
         Of its coordinates, such as "mm".
 
@@ -52,8 +52,12 @@ def read_mesh(path: str | os.PathLike[str], unit: str = "m") -> FileMesh:
             raise InputError(f"{source}: is a folder, a mesh file is needed")
         if size > LARGEST:
             raise InputError(f"{source}: {size:,} bytes: at most {LARGEST:,} are read")
-        deck = DECKS.get(path.suffix.lower())
+        ending = path.suffix.lower()
+        deck = DECKS.get(ending)
         if deck is None:
+            if ending not in FORMATS:
+                allowed = ", ".join((*DECKS, *FORMATS))
+                raise InputError(f"{source}: no mesh format that is read; allowed are {allowed}")
             return solid_mesh(read_exchange(source, path), factor)
         text = path.read_bytes().decode("utf-8", "replace")
     except FileNotFoundError:

@@ -283,7 +283,9 @@ class Study(Table):
             yield f'outputs.monitor = "{wanted}": {_MONITORED}'
 
     def _has_the_aerofoils(self) -> Iterator[str]:
-        for i, gauge in enumerate(() if isinstance(self.vane, OwnVane) else self.outputs.gauges):
+        if isinstance(self.vane, OwnVane):
+            return
+        for i, gauge in enumerate(self.outputs.gauges):
             if gauge.aerofoil > self.vane.aerofoils:
                 yield (
                     f"outputs.gauges[{i}].aerofoil = {gauge.aerofoil}: a vane segment has "

@@ -5,6 +5,7 @@ Conover, Technometrics 21 (1979) 239), so that few of them cover each key's rang
 """
 
 import math
+from functools import partial
 from typing import Any, get_args, get_origin
 
 import numpy as np
@@ -56,7 +57,7 @@ def sample_mistakes(study: Study) -> list[str]:
             "scatter: give either this, or sweep, rows and excitation.engine_orders, not both"
         )
     for key, each in study.scatter.keys.items():
-        found += _mistakes(key) or raised(lambda key=key, each=each: _mapped(key, each, MIDDLE))
+        found += _mistakes(key) or raised(partial(_mapped, key, each, MIDDLE))
     return found
 
 

@@ -2,17 +2,14 @@
 
 The HDF5 library trusts the structures of a file: flipped bytes make it crash, loop or ask for any
 amount of memory, and a small file can stand for a huge one, lead to other files, or hold itself.
-So a forked child opens the file first, under limits of memory and time, and looks at every object;
-if it falls, only the child does.
+So a child of limited memory and time opens the file first, and looks at every object.
 """
 
 import errno
 import io
 import os
-import resource
-import signal
 from collections.abc import Generator
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -21,6 +18,7 @@ import numpy as np
 
 from vanelock.errors import InputError, printable
 from vanelock.files import regular
+from vanelock.limited import Fallen, limited
 
 UNPACKED = 256_000_000
 """Bytes that all data sets that are packed, or not written in full, may have in all."""
@@ -143,43 +141,13 @@ def texts(dataset: h5py.Dataset) -> list[str]:
 def _refuse_unreadable(path: str | os.PathLike[str]) -> None:
     """Let a child read the file, and tell what it says or that it fell."""
     size = Path(path).stat().st_size
-    reading, writing = os.pipe()
-    child = os.fork()
-    if child == 0:
-        with suppress(BaseException):
-            os.close(reading)
-            _limit(SECONDS + size // 50_000_000, size)
-            os.write(writing, _trouble(path, size).encode("utf-8", "replace")[:4000])
-        os._exit(0)  # without anything that the parent would do at its end
-    os.close(writing)
-    with open(reading, "rb") as pipe:
-        told = pipe.read().decode("utf-8", "replace")
-    _, status = os.waitpid(child, 0)
-    if told == "fine" and status == 0:
-        return
-    if not told or status != 0:
-        slow = os.WIFSIGNALED(status) and os.WTERMSIG(status) in (signal.SIGXCPU, signal.SIGKILL)
-        told = "reading it does not end" if slow else "it makes the HDF5 library fail"
-    raise InputError(f"{path}: not a readable HDF5 file ({told})")
-
-
-def _limit(seconds: int, size: int) -> None:
-    """Bound what this process may take; a crash leaves no core file and no message."""
-    with open("/proc/self/statm") as file:
-        taken = int(file.read().split()[0]) * os.sysconf("SC_PAGE_SIZE")
-    wanted = taken + MEMORY + 2 * size
-    for what, limit in (
-        (resource.RLIMIT_CPU, seconds),
-        (resource.RLIMIT_AS, wanted),
-        (resource.RLIMIT_CORE, 0),
-    ):
-        most = resource.getrlimit(what)[1]
-        limit = limit if most == resource.RLIM_INFINITY else min(limit, most)
-        resource.setrlimit(what, (limit, most))
-    for number in (signal.SIGTERM, signal.SIGINT):
-        signal.signal(number, signal.SIG_DFL)
-    for stream in (1, 2):  # what the C library says as it aborts
-        os.dup2(os.open(os.devnull, os.O_WRONLY), stream)
+    seconds = SECONDS + size // 50_000_000
+    try:
+        told = limited(lambda: _trouble(path, size), seconds, MEMORY + 2 * size)
+    except Fallen as fallen:
+        told = str(fallen)
+    if told != "fine":
+        raise InputError(f"{path}: not a readable HDF5 file ({told})")
 
 
 def _trouble(path: str | os.PathLike[str], size: int) -> str:
@@ -190,7 +158,7 @@ def _trouble(path: str | os.PathLike[str], size: int) -> str:
     except _Refused as refused:
         return str(refused)
     except MemoryError:
-        return "it asks for too much memory"
+        raise
     except Exception as error:
         return _said(error)
     return "fine"

@@ -1,5 +1,7 @@
 """Mesh files broken in every way: each refused in one line that says why."""
 
+import resource
+
 import meshio
 import numpy as np
 import pytest
@@ -160,15 +162,28 @@ def test_damaged_files_end_in_one_line(tmp_path, ring, write_mesh, ending):
     assert len(told) >= 25
 
 
+def test_a_small_file_that_stands_for_a_huge_mesh(tmp_path):
+    """A packed file of 0.5 MB, whose nodes take 240 MB."""
+    path = tmp_path / "part.vtu"
+    points = np.zeros((10_000_000, 3))
+    meshio.Mesh(points, [("tetra", [[0, 1, 2, 3]])]).write(path, compression="zlib")
+    assert path.stat().st_size < 1_000_000
+    before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    assert complaint(path) == "part.vtu: not a mesh that can be read: it asks for too much memory"
+    assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss == before
+
+
 @pytest.mark.parametrize(
     ("name", "content", "told"),
     [
-        ("part.xyz", b"1 2 3", "Could not deduce file format"),
+        ("part.xyz", b"1 2 3", "allowed are .inp, .bdf, .nas, .dat, .fem, .msh, .vtu, .vtk"),
+        ("part.tec", b"VARIABLES = X\n" * 9, "part.tec: no mesh format that is read; allowed are"),
+        ("part.msh", b"(0 grid written by\n(2 3)\n", "not a mesh that can be read"),  # Fluent's
         ("part.vtu", b"<VTKFile", "not a mesh that can be read"),
         ("part.msh", b"$MeshFormat\n4.1 1 8\n", "not a mesh that can be read"),
         ("part.msh", b"\x00\x01", "not a mesh that can be read"),
-        ("part.xdmf", b"<Xdmf/>", "needs others: write a single one"),
-        ("part.stl", b"solid\nendsolid\n", "no"),
+        ("part.xdmf", b"<Xdmf/>", "allowed are"),
+        ("part.stl", b"solid\nendsolid\n", "allowed are"),
     ],
 )
 def test_what_meshio_refuses(tmp_path, capfd, name, content, told):
