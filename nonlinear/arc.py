@@ -183,8 +183,9 @@ def path(family: Family, start: Solution, target: float, longest: float = 1.0) -
     target : float
         Where the path goes first, and what its steps are measured by.
     longest : float
-        Longest step, in units of the distance to the target, or relative to w where that is larger
-        than the response of the stuck structure.
+        Longest step, in units of the distance to the target and relative to w, or to the response
+        of the stuck structure where that is larger. An open contact moves by many times what the
+        same contact does when stuck: steps in units of that would be as many times too short.
 
     Yields
     ------
@@ -192,12 +193,13 @@ def path(family: Family, start: Solution, target: float, longest: float = 1.0) -
         From `start` on; the generator ends where the path cannot be followed.
     """
     here, length = start, min(0.2, longest)
-    course: Course | None = None
+    aim: Course | None = None
     while True:
         tangent = tangent_at(family, here)
         if tangent is None:
             return
-        course = course or _course(family, start, target, tangent)
+        aim = aim or _course(family, start, target, tangent)
+        course = _measured_at(here, aim)
         along, rate = _arrow(tangent, course)
         plane = Plane(here.w, here.parameter, along * course.weight**2, rate / course.span**2)
         yield Step(here, tangent, along, rate, plane)
@@ -243,6 +245,13 @@ def _course(
     ends = [scales(family.at(p).linear) for p in (start.parameter, target)]
     constant = float(np.sign(span) * tangent.orientation)
     return Course(target, span, 1 / np.maximum(*ends), constant, shortest)
+
+
+def _measured_at(here: Solution, course: Course) -> Course:
+    """The course with w measured by what it is at a point, where that is more than when stuck."""
+    if not here.w.any():
+        return course
+    return replace(course, weight=np.minimum(course.weight, 1 / scales(here.w)))
 
 
 def _advance(

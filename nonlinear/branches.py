@@ -8,6 +8,7 @@ may also grow while they oscillate, or in waves of other nodal diameters, and no
 sees that.
 """
 
+import warnings
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
@@ -18,7 +19,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vanelock.errors import InputError
-from vanelock.nonlinear.arc import Step, Tangent, path, tangent_at
+from vanelock.nonlinear.arc import SHORTEST, Step, Tangent, path, tangent_at
 from vanelock.nonlinear.balance import structure
 from vanelock.nonlinear.families import Frequencies, fixed
 from vanelock.nonlinear.law import contact_law
@@ -39,7 +40,7 @@ Progress: TypeAlias = Callable[[int, int, float, float], None]
 
 LONGEST = 1 / 40
 """Longest step of a path with one contact, relative to the range; several add up in quadrature."""
-LIMIT = 4000
+LIMIT = 4000  # points of a path
 APART = 1e-6
 """Difference of two states, relative to the stuck response, beyond which they are not the same."""
 
@@ -71,6 +72,8 @@ class Hysteresis(Product):
         Ranges of frequency with more than one solution of the path, Hz.
     complete : bool
         Whether the path arrived at the highest frequency.
+    ended : str
+        Where the path ended and why, in words; empty where it is complete.
     connected : bool
         Whether the first and the last point of the sweep down lie on the path; if not there are
         solutions that it does not show.
@@ -87,6 +90,7 @@ class Hysteresis(Product):
     sharp: NDArray[np.bool_]
     several: Floats = field(metadata={"unit": "Hz"})
     complete: bool
+    ended: str
     connected: bool
 
 
@@ -138,6 +142,11 @@ def hysteresis(
     -------
     Hysteresis
 
+    Warns
+    -----
+    RuntimeWarning
+        Where the path ended and why, if it did not arrive at the highest frequency.
+
     Raises
     ------
     InputError
@@ -157,7 +166,7 @@ def hysteresis(
     begun = solver.point(float(low), [])
     if not begun.converged:
         raise InputError(f"frequencies: no solution was found at {hertz[0]:g} Hz to start from")
-    places, complete = followed(solver, begun, float(high), progress)
+    places, reason = followed(solver, begun, float(high), progress)
     omegas = TURN * hertz
     if is_range:
         between = [p.solution.omega for p in places if low < p.solution.omega < high]
@@ -173,6 +182,11 @@ def hysteresis(
 
     if not places:
         raise InputError("frequencies: the path cannot be followed from the lowest one")
+    ended = ""
+    if reason:
+        reached = f"{places[-1].solution.omega / TURN:g} Hz of {hertz[0]:g} ... {hertz[-1]:g}"
+        ended = f"the path ended at {reached}, after {len(places)} points: {reason}"
+        warnings.warn(f"hysteresis: {ended}", RuntimeWarning, stacklevel=3)
     ends = same(down[0], places[0].solution) and same(down[-1], places[-1].solution)
     turning = np.array([i for i, place in enumerate(places) if place.fold], np.int64)
     collect = [assemble_response(prepared, each) for each in (up, down)]
@@ -189,8 +203,9 @@ def hysteresis(
         upper=np.array([path_hertz[i] >= path_hertz[i - 1] for i in turning], bool),
         sharp=np.array([places[i].sharp for i in turning], bool),
         several=several_ranges(path_hertz),
-        complete=complete,
-        connected=bool(complete and ends),
+        complete=not ended,
+        ended=ended,
+        connected=bool(not ended and ends),
     )
 
 
@@ -210,8 +225,8 @@ def several_ranges(frequency: Floats) -> Floats:
 
 def followed(
     solver: Solver, begun: Solution, end: float, progress: Progress | None
-) -> tuple[list[Place], bool]:
-    """Points of the path until it passes `end`, folds among them; and whether it did."""
+) -> tuple[list[Place], str]:
+    """Points of the path until it passes `end`, folds among them; and why it did not, if so."""
     family, tolerance = solver.family, solver.tolerance
     span = end - begun.omega
     scale = 1 / scales(family.at(begun.omega).linear)
@@ -228,9 +243,9 @@ def followed(
         passed = (step.solution.parameter - end) * np.sign(span) >= 0
         if passed and before is not None:
             landed = land(family, before.solution, step.solution, end, tolerance)
-            if landed is not None:
-                places.append(landed)
-            return places, landed is not None
+            if landed is None:
+                return places, "it goes on, but no solution was found at the highest frequency"
+            return [*places, landed], ""
         polished = solve(family, step.solution.w, step.solution.parameter, step.plane, tolerance)
         exact = polished if polished.converged else step.solution
         total = replace(exact, iterations=exact.iterations + step.solution.iterations)
@@ -241,14 +256,11 @@ def followed(
             expected = max(len(places) + 1, round(len(places) / max(share, 0.01)))
             size = float(solver.amplitude(exact).max(initial=0.0))
             progress(len(places), expected, exact.omega / TURN, size)
-        if len(places) > LIMIT or share_below(exact.omega, begun.omega, span):
-            break
-    return places, False
-
-
-def share_below(omega: float, begin: float, span: float) -> bool:
-    """Whether a path has gone back below its beginning by a tenth of the range."""
-    return bool((omega - begin) / span < -0.1)
+        if len(places) >= LIMIT:
+            return places, f"it goes on, but {LIMIT} points are the most"
+        if (exact.omega - begun.omega) / span < -0.1:
+            return places, "it goes back below the lowest frequency by a tenth of the range"
+    return places, f"no next point was found, not even {SHORTEST:.1%} of the amplitude further on"
 
 
 def fold_between(

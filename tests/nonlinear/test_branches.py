@@ -1,14 +1,24 @@
 """Hysteresis of a sweep against the closed form of an oscillator that hits a stop."""
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from scipy.integrate import solve_ivp
 from scipy.optimize import brentq, minimize_scalar
 
 from vanelock.errors import InputError
-from vanelock.nonlinear import OPEN, SLIP_OPEN, Hysteresis, System, hysteresis
+from vanelock.nonlinear import (
+    OPEN,
+    SLIP_OPEN,
+    Hysteresis,
+    System,
+    branches,
+    frequency_response,
+    hysteresis,
+)
 from vanelock.nonlinear.trigonometric import TURN
 from vanelock.rom.system import Contacts, Diameter, Force
 
@@ -178,3 +188,102 @@ def test_impossible_ranges_are_refused() -> None:
         hysteresis(gap_oscillator(), [1.0], 1)
     with pytest.raises(InputError, match="frequencies: given"):
         hysteresis(gap_oscillator(), (1.0, 1.0), 1)
+
+
+def two_masses() -> System:
+    """Two unit masses in a chain, a stiff spring behind a gap at the first (Krack and Gross, 2019).
+
+    Example 3 of the program NLvib that comes with their book on harmonic balance: period-one
+    solutions fold, double their period and become quasi-periodic between 0.5 and 0.8 rad/s.
+    """
+    rows = np.zeros((2, 3, 2))
+    rows[0, 0, 0] = rows[1, 0, 1] = 1.0
+    K = np.array([[1.0, -1.0], [-1.0, 2.0]])
+    return System(
+        sectors=1,
+        engine_order=0,
+        diameters={0: Diameter(K=K, M=np.eye(2), C=0.03 * K, own=rows[:1], output=rows)},
+        contacts=Contacts(np.full(1, 100.0), np.full((1, 2), 100.0), np.zeros(1), np.full(1, -1.0)),
+        force={1: Force(np.array([0, 0.1], complex))},
+        output_names=("first", "second"),
+    )
+
+
+def period_later(system: System, omega: float, state: Floats) -> Floats:
+    """Positions and velocities of the two masses a period later, from contact to contact."""
+    K, C = system.diameters[0].K, system.diameters[0].C
+    assert C is not None
+
+    def rate(t: float, y: Floats, closed: bool) -> Floats:
+        pushed = np.array([-100.0 * (y[0] - 1) if closed else 0.0, 0.1 * np.cos(omega * t)])
+        return np.concatenate([y[2:], pushed - K @ y[:2] - C @ y[2:]])
+
+    def touch(t: float, y: Floats, closed: bool) -> float:
+        return float(y[0] - 1)
+
+    t, y, closed, end = 0.0, state, bool(state[0] > 1), TURN / omega
+    event: Any = touch
+    event.terminal = True
+    while t < end:
+        event.direction = -1 if closed else 1
+        piece = solve_ivp(
+            rate, (t, end), y, args=(closed,), events=event, rtol=1e-9, atol=1e-12, method="DOP853"
+        )
+        t, y = piece.t[-1], piece.y[:, -1]
+        closed = closed != (piece.status == 1)
+    return y
+
+
+@pytest.fixture(scope="module")
+def both_masses() -> Hysteresis:
+    return hysteresis(two_masses(), [0.5 / TURN, 0.8 / TURN], 5)
+
+
+@pytest.mark.slow
+def test_a_contact_that_opens_wide_is_followed_in_a_few_hundred_points(
+    both_masses: Hysteresis,
+) -> None:
+    found = both_masses
+    assert found.complete
+    assert found.connected
+    assert found.ended == ""
+    assert found.branch.converged.all()
+    assert len(found.branch.frequency) < 400
+    assert found.upper.tolist() == [True, False]
+    # Where one solution exists a sweep by frequency finds the same; above, it may jump off early.
+    alone = TURN * found.branch.frequency < 0.65
+    picked = np.flatnonzero(alone & (found.passed == 0))[::8]
+    swept = frequency_response(two_masses(), found.branch.frequency[picked], 5)
+    np.testing.assert_allclose(swept.amplitude, found.branch.amplitude[picked], rtol=1e-7)
+
+
+@pytest.mark.slow
+def test_points_of_the_path_are_where_integration_in_time_is_after_a_period(
+    both_masses: Hysteresis,
+) -> None:
+    found, system = both_masses, two_masses()
+    omega = TURN * found.branch.frequency
+    left = []
+    for i in range(0, len(omega), 20):
+        q = found.branch.output[i, :, (0, 1), (0, 0)]
+        speed = (1j * np.arange(q.shape[1]) * omega[i] * q).real.sum(axis=1)
+        position = q.real.sum(axis=1)
+        later = period_later(system, omega[i], np.concatenate([position, speed]))[:2]
+        left.append(np.abs(later - position).max())
+    touching = found.branch.state[::20, 0] == SLIP_OPEN
+    assert 4 < touching.sum() < len(left) - 4
+    assert np.max(left, where=~touching, initial=0.0) < 1e-8
+    assert np.max(left, where=touching, initial=0.0) < 0.1  # five harmonics are not all of it
+
+
+def test_a_path_that_ends_early_says_where_and_why(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(branches, "LIMIT", 20)
+    with pytest.warns(RuntimeWarning, match="hysteresis: the path ended at") as warned:
+        found = hysteresis(gap_oscillator(), [LOW / TURN, HIGH / TURN], 1)
+    assert not found.complete
+    assert not found.connected
+    assert str(warned[0].message) == f"hysteresis: {found.ended}"
+    assert warned[0].filename == __file__
+    at = f"{found.branch.frequency[-1]:g} Hz of {LOW / TURN:g} ... {HIGH / TURN:g}, after 20 points"
+    assert at in found.ended
+    assert found.ended.endswith("it goes on, but 20 points are the most")
