@@ -16,15 +16,16 @@ from vanelock.errors import InputError
 from vanelock.study.cache import Cache
 from vanelock.study.converge import pinned
 from vanelock.study.csv_table import write_columns
+from vanelock.study.fit_solution import Parameter, Solution, Start
 from vanelock.study.fit_tables import fit_table, json_of, shown
-from vanelock.study.fitting import Parameter, Solution, Start, enough, fit
+from vanelock.study.fitting import enough, fit
 from vanelock.study.folder import claimed, record
 from vanelock.study.measured import DISPLACEMENT, Measured, load_measured
 from vanelock.study.messages import explain
 from vanelock.study.model import Study
 from vanelock.study.monitor import monitor
 from vanelock.study.plan import plan
-from vanelock.study.progress import Begun, Finished, Listener, Notice, silent
+from vanelock.study.progress import Begun, Finished, Listener, Notice, Trial, silent
 from vanelock.study.rejoined import Rejoined
 from vanelock.study.rewrite import rewritten
 from vanelock.study.steps import Stages
@@ -194,6 +195,13 @@ def _fitted(
             )
         )
 
+    def tried(count: int, misfit: float, least: float) -> None:
+        factor, unit = (1, "standard deviations") if sigma else (100, "% of the largest amplitude")
+        listener(Trial(count, factor * misfit, factor * least, unit))
+
+    def named(curve: Measured, hertz: float) -> str:
+        return f"{hertz:.6g} Hz" + (f" of {curve.label}" if len(curves) > 1 else "")
+
     data = np.concatenate([curve.amplitude for curve in curves])
     sigma = [curve.sigma for curve in curves if curve.sigma is not None]
     weights = np.concatenate(
@@ -207,6 +215,8 @@ def _fitted(
         starts,
         weights,
         told,
+        tried,
+        [[named(each, f) for f in each.frequency] for each in curves],
     )
 
 

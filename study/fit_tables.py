@@ -4,12 +4,10 @@ from typing import Any
 
 import numpy as np
 
-from vanelock.study.fitting import UNDETERMINED, Direction, Solution
+from vanelock.study.fit_solution import RISE, UNDETERMINED, Direction, Solution
 from vanelock.study.tables import Cell, Column, Table
 
 UNITS = {"kn": "N/m", "kt": "N/m", "interference": "m", "force": "N", "E": "Pa"}
-POOR = 2.0
-"""Misfit in standard deviations above which the model is said not to explain the data."""
 SMALL = 0.1
 """Of a direction's largest component, below which others are not named."""
 
@@ -34,14 +32,12 @@ def fit_table(found: Solution, name: str) -> Table:
     rows: list[tuple[Cell, ...]] = []
     for i, parameter in enumerate(found.parameters):
         value, error = float(found.value[i]), float(found.deviation[i])
-        low, high = found.interval(i)
         if not parameter.logarithmic:
             error *= max(abs(parameter.low), abs(parameter.high)) / max(abs(value), 1e-300)
+        errors = (100 * error, *found.interval(i)) if found.carried else (None, None, None)
         unit = UNITS.get(parameter.key.rpartition(".")[2], "-")
         bounds = f"{parameter.low:.3g} to {parameter.high:.3g}"
-        rows.append(
-            (shown(parameter.key), parameter.start, value, unit, 100 * error, low, high, bounds)
-        )
+        rows.append((shown(parameter.key), parameter.start, value, unit, *errors, bounds))
     return Table("fit", f"Fit: {name}", columns, tuple(rows), tuple(notes(found)))
 
 
@@ -59,9 +55,9 @@ def notes(found: Solution) -> list[str]:
         for i in range(len(keys))
         for j in range(i)
     ]
-    if pairs:
+    if pairs and found.carried:
         said.append("correlation of errors: " + ", ".join(pairs))
-    if found.given and found.scale > 1:
+    if found.given and found.scale > 1 and found.carried:
         said.append(f"errors are {found.scale:.2f} times those of the given scatter alone")
     said += doubts(found)
     return said
@@ -74,15 +70,36 @@ def doubts(found: Solution) -> list[str]:
     for i, key in enumerate(keys):
         if found.held[i]:
             said.append(f"{key} LIES ON A BOUND: its error says nothing beyond it")
-    if found.given and found.after > POOR:
+    said += [
+        f"THE MODEL MISSES THE DATA: {each.text}: in {_share(each.p)} of fits to noise alone"
+        for each in found.missed
+    ]
+    said += [f"LINEAR THEORY DOES NOT HOLD: {_fall(found, keys, i)}" for i in found.flat]
+    if not found.carried:
         said.append(
-            f"THE MODEL MISSES THE DATA by {found.after:.2g} times their scatter: "
-            "something else than these parameters is off"
+            "STANDARD ERRORS ARE WITHHELD: they would hold if residuals were noise and the curves "
+            "linear in the parameters as far as the errors reach"
         )
     if found.lost:
         said.append(f"{found.lost} measured points have no converged response and were left out")
     said += _rivals(found, keys)
     return said
+
+
+def _share(p: float) -> str:
+    return "less than 0.1 %" if p < 1e-3 else f"{100 * p:.1f} %"
+
+
+def _fall(found: Solution, keys: list[str], i: int) -> str:
+    """Where the misfit does not rise as it should."""
+    v, size = found.directions[i].along, 100 * found.directions[i].deviation
+    key = keys[int(np.argmax(np.abs(v)))]
+    rises = " and ".join(f"{each:.2g}" for each in found.rises[i])
+    return (
+        f"one standard error of {key} ({size:.2g} %) down and up, the squared misfit rises {rises} "
+        f"times as far as it should (at least {RISE:.2g} is asked for): a jump of the curves may "
+        "lie next to a point"
+    )
 
 
 def _moved(keys: list[str], direction: Direction) -> str:
@@ -125,18 +142,25 @@ def json_of(found: Solution) -> dict[str, Any]:
                 "value": float(found.value[i]),
                 "relative_error" if each.logarithmic else "error_of_largest_bound": float(
                     found.deviation[i]
-                ),
-                "two_sigma": list(found.interval(i)),
+                )
+                if found.carried
+                else None,
+                "two_sigma": list(found.interval(i)) if found.carried else None,
                 "on_bound": found.held[i],
             }
             for i, each in enumerate(found.parameters)
         ],
-        "correlation": found.correlation.tolist(),
+        "correlation": found.correlation.tolist() if found.carried else None,
         "misfit_before": found.before,
         "misfit_after": found.after,
         "misfit_unit": "standard deviations" if found.given else "largest measured amplitude",
         "scale": found.scale,
         "points_lost": found.lost,
+        "tests": [
+            {"name": each.name, "statistic": each.statistic, "p": each.p, "failed": each.failed}
+            for each in found.tests
+        ],
+        "rises": [list(each) for each in found.rises],
         "directions": [
             {"along": each.along.tolist(), "error": each.deviation} for each in found.directions
         ],

@@ -9,10 +9,13 @@ estimate where that is larger, since a model that misses its data by more than t
 be trusted to the scatter (the scale factor of the Particle Data Group, Review of Particle Physics,
 section 5.2.2). The singular vectors of J tell which products of powers of parameters the data
 determine, and how well.
+
+The covariance is worth something only if residuals are noise (`vanelock.study.residuals`) and the
+model is linear as far as its own errors reach: Σ r² must rise by s² one standard error away along
+each singular vector, which is evaluated.
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +23,8 @@ from scipy.optimize import least_squares
 from scipy.stats import qmc
 
 from vanelock.errors import InputError
+from vanelock.study.fit_solution import UNDETERMINED, Direction, Parameter, Solution, Start
+from vanelock.study.residuals import noise_tests
 
 Floats = NDArray[np.float64]
 Predict = Callable[[Floats], Floats]
@@ -32,143 +37,12 @@ STOP = 1e-5
 """Relative change of misfit or parameters at which a fit ends."""
 MOST = 60
 """Steps of a fit."""
-UNDETERMINED = 0.3
-"""Standard error of x along a direction above which the data are said not to determine it."""
 UNKNOWN = 100.0
 """Standard error of x that stands for any larger one, and for none at all."""
 BOUND = 1e-2
 """Of the range: closer to a bound a parameter is said to be held by it."""
-APART = 0.1
-"""Difference of x beyond which two fits are not the same."""
 LOST = 0.5
 """Share of points without a model value above which a trial is refused."""
-
-
-@dataclass(frozen=True)
-class Parameter:
-    """What is fitted: its key, where it begins, its bounds."""
-
-    key: str
-    start: float
-    low: float
-    high: float
-
-    @property
-    def logarithmic(self) -> bool:
-        """Whether x is its logarithm."""
-        return self.low > 0
-
-    def inner(self, value: float) -> float:
-        """The x of a value."""
-        return float(np.log(value)) if self.logarithmic else value / self._unit
-
-    def outer(self, x: float) -> float:
-        """Value of an x."""
-        return float(np.exp(x)) if self.logarithmic else x * self._unit
-
-    @property
-    def _unit(self) -> float:
-        return max(abs(self.low), abs(self.high))
-
-
-@dataclass(frozen=True)
-class Direction:
-    """A direction of the parameters and how well the data determine it.
-
-    Attributes
-    ----------
-    along : (p,) float
-        Unit vector in x: the exponents of a product of powers.
-    deviation : float
-        Standard error of x along it.
-    """
-
-    along: Floats
-    deviation: float
-
-
-@dataclass(frozen=True)
-class Start:
-    """Where a fit began and ended: misfits, number of steps and of model evaluations."""
-
-    value: Floats
-    found: Floats
-    before: float
-    after: float
-    steps: int
-    evaluations: int
-
-
-@dataclass(frozen=True)
-class Solution:
-    """The best fit.
-
-    Attributes
-    ----------
-    parameters : tuple of Parameter
-    value : (p,) float
-        Fitted values.
-    deviation : (p,) float
-        Standard error of x: relative where x is a logarithm; 100 where nothing determines it.
-    correlation : (p, p) float
-        Between the parameters' x.
-    directions : tuple of Direction
-        From the best determined to the worst.
-    before, after : float
-        Root mean square of the weighted residuals at the start, and at the solution.
-    given : bool
-        Whether the data had standard deviations.
-    scale : float
-        s, by which errors from the given σ were multiplied; the scatter itself without σ.
-    held : tuple of bool
-        Whether each parameter lies on a bound.
-    points : int
-        Points n that have a model value.
-    lost : int
-        Points at which the model had no value at the solution.
-    starts : tuple of Start
-        All attempts.
-    """
-
-    parameters: tuple[Parameter, ...]
-    value: Floats
-    deviation: Floats
-    correlation: Floats
-    directions: tuple[Direction, ...]
-    before: float
-    after: float
-    given: bool
-    scale: float
-    held: tuple[bool, ...]
-    points: int
-    lost: int
-    starts: tuple[Start, ...]
-
-    def interval(self, place: int) -> tuple[float, float]:
-        """Two standard errors below and above a fitted value."""
-        parameter, x = self.parameters[place], self.parameters[place].inner(self.value[place])
-        spread = 2 * float(self.deviation[place])
-        return parameter.outer(x - spread), parameter.outer(x + spread)
-
-    def rivals(self) -> tuple[Start, ...]:
-        """Attempts that ended elsewhere and meet the data as well, within two standard errors."""
-        best = self._inner(self.value)
-        found = []
-        for start in self.starts:
-            worse = self.points * (start.after**2 - self.after**2)
-            elsewhere = np.abs(self._inner(start.found) - best).max() > APART
-            if elsewhere and worse <= 4 * self.scale**2:
-                found.append(start)
-        return tuple(found)
-
-    def _inner(self, values: Floats) -> Floats:
-        pairs = zip(self.parameters, values, strict=True)
-        return np.array([parameter.inner(float(value)) for parameter, value in pairs])
-
-    @property
-    def undetermined(self) -> tuple[Direction, ...]:
-        """Directions that the data do not determine."""
-        return tuple(each for each in self.directions if each.deviation > UNDETERMINED)
 
 
 def fit(
@@ -179,6 +53,8 @@ def fit(
     starts: int = 1,
     weights: Floats | None = None,
     told: Callable[[int, Start], None] = lambda number, start: None,
+    tried: Callable[[int, float, float], None] = lambda count, misfit, least: None,
+    curves: Sequence[Sequence[str]] | None = None,
 ) -> Solution:
     """Fit parameters to data.
 
@@ -199,6 +75,10 @@ def fit(
         Without `sigma`: what stands in its place, up to a factor.
     told : callable
         Told of each start when it has ended.
+    tried : callable
+        Told of each evaluation of the model: their number, the misfit, and the least so far.
+    curves : sequence of sequence of str, optional
+        Names of the points of each curve, one after the other in `data`; default: one curve.
 
     Raises
     ------
@@ -208,7 +88,8 @@ def fit(
     n, p = len(data), len(parameters)
     enough(n, p)
     spread = np.asarray(sigma if sigma is not None else np.ones(n) if weights is None else weights)
-    problem = _Problem(predict, data, spread, tuple(parameters))
+    problem = _Problem(predict, data, spread, tuple(parameters), tried)
+    curves = curves or [[f"point {i + 1}" for i in range(n)]]
     found: list[tuple[Start, Floats]] = []
     for number, x in enumerate(problem.begins(starts), 1):
         begun = problem.evaluations
@@ -236,7 +117,7 @@ def fit(
     if not found:
         raise InputError("fit: the model has no solution at any start: change the start or bounds")
     best = min(found, key=lambda each: each[0].after)[1]
-    return _judged(problem, best, sigma is not None, tuple(start for start, _ in found))
+    return _judged(problem, best, sigma is not None, curves, tuple(start for start, _ in found))
 
 
 def enough(points: int, parameters: int) -> None:
@@ -257,10 +138,15 @@ class _Problem:
     """Weighted residuals and their derivatives by x."""
 
     def __init__(
-        self, predict: Predict, data: Floats, sigma: Floats, parameters: tuple[Parameter, ...]
+        self,
+        predict: Predict,
+        data: Floats,
+        sigma: Floats,
+        parameters: tuple[Parameter, ...],
+        tried: Callable[[int, float, float], None],
     ) -> None:
         self.predict, self.data, self.sigma, self.parameters = predict, data, sigma, parameters
-        self.evaluations = 0
+        self.tried, self.evaluations, self._least = tried, 0, float("inf")
         self._known: dict[bytes, Floats] = {}
         low = [each.inner(each.low) for each in parameters]
         high = [each.inner(each.high) for each in parameters]
@@ -277,6 +163,9 @@ class _Problem:
         if key not in self._known:
             self.evaluations += 1
             self._known[key] = np.asarray(self.predict(self.outer(x)), float)
+            misfit = self.misfit(x)
+            self._least = min(self._least, misfit)
+            self.tried(self.evaluations, misfit, self._least)
         return self._known[key]
 
     def residuals(self, x: Floats) -> Floats:
@@ -303,12 +192,13 @@ class _Problem:
             step = np.zeros(len(x))
             step[i] = STEP if x[i] + STEP <= self.bounds[1][i] else -STEP
             other = x - step if central else x
-            behind = self.model(other) if central and self._allowed(other) else base
+            behind = self.model(other) if central and self.allowed(other) else base
             span = step[i] if behind is base else 2 * step[i]
             columns.append(np.nan_to_num((self.model(x + step) - behind) / span / self.sigma))
         return np.column_stack(columns)
 
-    def _allowed(self, x: Floats) -> bool:
+    def allowed(self, x: Floats) -> bool:
+        """Whether it lies within the bounds."""
         return bool(np.all(x >= self.bounds[0]) and np.all(x <= self.bounds[1]))
 
     def begins(self, count: int) -> list[Floats]:
@@ -324,11 +214,18 @@ class _Problem:
         return [own, *tried[order[: count - 1]]]
 
 
-def _judged(problem: _Problem, x: Floats, known: bool, starts: tuple[Start, ...]) -> Solution:
-    """Errors and correlations at a solution."""
+def _judged(
+    problem: _Problem,
+    x: Floats,
+    known: bool,
+    curves: Sequence[Sequence[str]],
+    starts: tuple[Start, ...],
+) -> Solution:
+    """Errors and correlations at a solution, and whether they hold."""
     J, lost = problem.jacobian(x, central=True), np.isnan(problem.model(x))
     n, p = int(np.sum(~lost)), len(x)
-    square = float(np.sum(problem.residuals(x)[~lost] ** 2)) / max(n - p, 1)
+    left = problem.residuals(x)[~lost]
+    square = float(left @ left) / max(n - p, 1)
     scale = max(1.0, np.sqrt(square)) if known else float(np.sqrt(square))
     _, singular, Vh = np.linalg.svd(J, full_matrices=False)
     spread = np.minimum(scale / np.maximum(singular, np.finfo(float).tiny), UNKNOWN)
@@ -340,6 +237,10 @@ def _judged(problem: _Problem, x: Floats, known: bool, starts: tuple[Start, ...]
     with np.errstate(invalid="ignore", divide="ignore"):
         correlation = covariance / np.outer(deviation, deviation)
     own = np.array([each.start for each in problem.parameters])
+    ends = np.cumsum([len(names) for names in curves])
+    lengths = [int(np.sum(~each)) for each in np.split(lost, ends[:-1])]
+    named = [name for curve in curves for name in curve]
+    names = [name for name, gone in zip(named, lost, strict=True) if not gone]
     return Solution(
         parameters=problem.parameters,
         value=problem.outer(x),
@@ -357,8 +258,21 @@ def _judged(problem: _Problem, x: Floats, known: bool, starts: tuple[Start, ...]
         held=tuple(bool(each) for each in held),
         points=n,
         lost=int(lost.sum()),
+        tests=noise_tests(left, J[~lost], lengths, known, names),
+        rises=tuple(
+            _rises(problem, x, each * v, float(scale)) if each <= UNDETERMINED else ()
+            for v, each in zip(map(_pointed, Vh), spread, strict=True)
+        ),
         starts=starts,
     )
+
+
+def _rises(problem: _Problem, x: Floats, step: Floats, scale: float) -> tuple[float, ...]:
+    """Of the squared misfit over s², a standard error down and up a direction, within bounds."""
+    base = float(np.sum(problem.residuals(x) ** 2))
+    ends = [end for end in (x - step, x + step) if problem.allowed(end)]
+    floor = max(scale**2, np.finfo(float).tiny)
+    return tuple(float(np.sum(problem.residuals(end) ** 2) - base) / floor for end in ends)
 
 
 def _pointed(v: Floats) -> Floats:

@@ -58,6 +58,16 @@ class Tasks:
 
 
 @dataclass(frozen=True)
+class Trial:
+    """A response of a fit: how many so far, misfits now and at best, and what they are in."""
+
+    response: int
+    misfit: float
+    least: float
+    unit: str
+
+
+@dataclass(frozen=True)
 class Failed:
     """A case that could not be computed, and why."""
 
@@ -82,7 +92,7 @@ class Finished:
     summary: dict[str, Any]
 
 
-Event: TypeAlias = Begun | Done | Point | Tasks | Failed | Notice | Table | Finished
+Event: TypeAlias = Begun | Done | Point | Tasks | Trial | Failed | Notice | Table | Finished
 Listener: TypeAlias = Callable[[Event], None]
 
 
@@ -118,6 +128,9 @@ class Lines:
             case Point():
                 if time.monotonic() - self._spoke >= self.interval:
                     self._say(f"  {event.case}: {_progress(event)}")
+            case Trial():
+                if time.monotonic() - self._spoke >= self.interval:
+                    self._say(f"  {_trial(event)}")
             case Tasks():
                 if time.monotonic() - self._spoke >= self.interval or event.done == event.total:
                     self._say(f"  {_tasks(event)}")
@@ -148,6 +161,9 @@ class Bar:
             said = _progress(event)
             self._bar.update(self._task, completed=event.done, total=event.total, said=said)
             return
+        if isinstance(event, Trial) and self._task is not None:
+            self._bar.update(self._task, said=_trial(event))
+            return
         if isinstance(event, Tasks):
             if self._cases is None:
                 self._cases = self._bar.add_task("cases", total=event.total, said="")
@@ -162,7 +178,7 @@ class Bar:
                 self._task = self._bar.add_task(printable(event.stage), total=None, said="")
             case Table():
                 print_table(self._tables, event)
-            case Point():
+            case Point() | Trial():
                 pass
             case _:
                 self._bar.console.print(printable(_line(event)))
@@ -233,6 +249,11 @@ def _tasks(tasks: Tasks) -> str:
     if tasks.peak:
         said.append(f"largest peak {tasks.peak * 1e6:.1f} um")
     return ", ".join(said + ([_clock(tasks.left)] if tasks.left == tasks.left else []))
+
+
+def _trial(trial: Trial) -> str:
+    said = f"response {trial.response}, misfit {trial.misfit:.3g} {trial.unit}"
+    return f"{said}, least so far {trial.least:.3g}"
 
 
 def _clock(left: float) -> str:

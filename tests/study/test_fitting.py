@@ -5,8 +5,9 @@ import pytest
 from scipy.optimize import curve_fit
 
 from vanelock.errors import InputError
+from vanelock.study.fit_solution import Parameter
 from vanelock.study.fit_tables import doubts, fit_table, json_of, notes
-from vanelock.study.fitting import Parameter, fit
+from vanelock.study.fitting import fit
 
 HERTZ = np.linspace(0.9, 1.1, 41)
 TRUTH = np.array([2.0, 1.01, 0.02])

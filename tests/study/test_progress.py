@@ -6,13 +6,24 @@ from io import StringIO
 import numpy as np
 import pytest
 from rich.console import Console
+from rich.progress import Progress, TextColumn
 
 from vanelock.nonlinear import linear_response
 from vanelock.study.clock import Clock
 from vanelock.study.limits import Limits
 from vanelock.study.listing import response_table, stage_times
 from vanelock.study.plan import plan
-from vanelock.study.progress import Done, Finished, Lines, Notice, json_lines, print_table
+from vanelock.study.progress import (
+    Bar,
+    Begun,
+    Done,
+    Finished,
+    Lines,
+    Notice,
+    Trial,
+    json_lines,
+    print_table,
+)
 from vanelock.study.read import parse_study
 from vanelock.study.summary import Peak, Summary, peak_of, summarise
 from vanelock.study.sweep import cases
@@ -133,6 +144,22 @@ def test_plain_lines_keep_tables_apart(capsys):
     heard = capsys.readouterr()
     assert heard.err == "mesh: 1.2 s\nrom: unchanged\nnote: look\n"
     assert heard.out.splitlines()[1] == "Title"
+
+
+def test_a_fit_tells_its_responses(capsys, monkeypatch):
+    """One at once on a terminal, every few seconds elsewhere."""
+    lines = Lines()
+    monkeypatch.setattr(lines, "interval", 0.0)
+    trial = Trial(7, 1.25, 1.125, "standard deviations")
+    lines(trial)
+    said = "response 7, misfit 1.25 standard deviations, least so far 1.12"
+    assert capsys.readouterr().err == f"  {said}\n"
+    with Progress(TextColumn("{task.fields[said]}"), console=Console(file=StringIO())) as shown:
+        bar = Bar(shown)
+        bar(trial)
+        bar(Begun("fit"))
+        bar(trial)
+        assert [task.fields["said"] for task in shown.tasks] == [said]
 
 
 def test_time_left_follows_the_work(monkeypatch):
