@@ -19,6 +19,7 @@ from vanelock.assembly.piece import Matrix, Piece
 from vanelock.cyclic import COMPONENTS, turn
 from vanelock.errors import InputError
 from vanelock.rom import Contacts, Diameter, Force, System
+from vanelock.rom.system import common_band
 
 Integers = NDArray[np.int64]
 Floats = NDArray[np.float64]
@@ -147,6 +148,7 @@ class Joined:
             force=self._forces(T),
             output_names=names,
             damping_ratio=self.damping_ratio,
+            band=common_band(piece.band for piece in self.pieces),
         )
 
     def component(self, name: str, where: str) -> Piece:

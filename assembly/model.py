@@ -10,6 +10,7 @@ from pydantic import AfterValidator, BeforeValidator, Field
 
 from vanelock.checked import Check
 from vanelock.quantities import Angle, Force, Frequency, Length, Stiffness
+from vanelock.study.band import asked_for, too_narrow
 from vanelock.study.model import Order, Response
 from vanelock.study.structure import SPRING, Table, sequence
 
@@ -282,8 +283,13 @@ class Scene(Table):
             if wrong := sorted(contact.model_fields_set - own):
                 yield f"contacts.{name}.{wrong[0]}: system.file holds it already"
 
+    def _answers_its_range(self) -> Iterator[str]:
+        for name, keys in self.components.items():
+            yield from too_narrow(f"components.{name}.band", keys.band, asked_for(self.response))
+
     checks: ClassVar[tuple[Check, ...]] = (
         _harmonics_are_computed,
+        _answers_its_range,
         _turns_in_a_ring,
         _has_components,
         _touches_somewhere,

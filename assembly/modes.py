@@ -13,10 +13,13 @@ from vanelock.assembly.model import Scene
 from vanelock.errors import InputError
 from vanelock.product import Product
 from vanelock.rom import System, linear_modes, mac
+from vanelock.study.band import asked_for, refuse_beyond
 from vanelock.study.limits import RIGID, fine
 
 SHOWN = 6
 """Frequencies in the table."""
+ADVICE = 'write band = "{:g} Hz" for the reduced components, instead of modes or a cutoff if any'
+"""What to write where a response leaves the band."""
 LIKE = 0.3
 """Least modal assurance criterion of a partner whose frequency bounds the default range."""
 
@@ -37,6 +40,8 @@ class Modes(Product):
         Place of the mode of interest among them, from 0.
     mac : float
         Modal assurance criterion between the two.
+    band : float or None
+        Frequency up to which the reduced components answer, Hz.
     """
 
     nodal_diameter: int
@@ -46,6 +51,7 @@ class Modes(Product):
     free_mode: int
     stuck_mode: int
     mac: float
+    band: float | None = field(default=None, metadata={"unit": "Hz"})
 
     def held(self, which: str, frequencies: Floats) -> bool:
         """Whether the mode of interest, "free" or "stuck", lies among frequencies, Hz."""
@@ -74,7 +80,8 @@ def modes(system: System, mode: int) -> Modes:
         raise InputError(f"response.mode = {mode}: only {len(stuck)} modes have a mass")
     likeness = mac(stuck_shapes[:, [mode - 1]], free_shapes, system.at(k).M)[0]
     partner = int(likeness.argmax())
-    return Modes(k, system.sectors, free, stuck, partner, mode - 1, float(likeness[partner]))
+    alike = float(likeness[partner])
+    return Modes(k, system.sectors, free, stuck, partner, mode - 1, alike, system.band)
 
 
 def frequencies(scene: Scene, found: Modes) -> Floats | tuple[float, float]:
@@ -85,9 +92,11 @@ def frequencies(scene: Scene, found: Modes) -> Floats | tuple[float, float]:
     Raises
     ------
     InputError
-        If the mode of interest is a rigid-body motion.
+        If the mode of interest is a rigid-body motion, or a frequency is beyond the band.
     """
     response = scene.response
+    for key, highest in asked_for(response).items():
+        refuse_beyond(key, highest, found.band, ADVICE)
     if response.frequencies is not None:
         return np.array(response.frequencies)
     stuck = float(found.stuck[found.stuck_mode])
@@ -104,6 +113,7 @@ def frequencies(scene: Scene, found: Modes) -> Floats | tuple[float, float]:
         low, high = sorted([free, stuck])
         margin = max(0.25 * (high - low), 0.05 * low)
         low, high = low - margin, high + margin
+        refuse_beyond(f"response.mode = {found.stuck_mode + 1}", high, found.band, ADVICE)
     return (low, high) if response.points is None else np.linspace(low, high, response.points)
 
 

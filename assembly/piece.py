@@ -43,6 +43,8 @@ class Piece(Product):
         N; matters where matrices depend on the nodal diameter.
     blocks : dict of int to Block
         Matrices by nodal diameter; one under -1 serves all.
+    band : float or None
+        Frequency up to which it answers, Hz; None where nothing was left out or it is not known.
     places : (p,) int and positions : (p, 3) float
         Nodes with known coordinates, m.
     """
@@ -54,6 +56,7 @@ class Piece(Product):
     blocks: dict[int, Block]
     places: Integers
     positions: NDArray[np.float64] = field(metadata={"unit": "m"})
+    band: float | None = field(default=None, metadata={"unit": "Hz"})
 
     @property
     def size(self) -> int:

@@ -21,6 +21,8 @@ from vanelock.rom import (
     reduce_sector,
     refuse_negative_mass,
 )
+from vanelock.rom.selection import DEFAULT
+from vanelock.rom.system import common_band
 
 Integers = NDArray[np.int64]
 
@@ -74,6 +76,7 @@ def reduced(
     fixed: Integers,
     faces: tuple[Integers, Integers] | None,
     nodal_diameters: Sequence[int],
+    least: float | None = None,
 ) -> Piece:
     """A component whose named nodes stay and whose rest becomes fixed-interface vectors.
 
@@ -97,6 +100,8 @@ def reduced(
         Nodes of the low and of the high cyclic face, mates at equal places.
     nodal_diameters : sequence of int
         Where a cyclic component is reduced.
+    least : float, optional
+        Frequency that the band reaches at least where none is given, Hz.
 
     Raises
     ------
@@ -120,7 +125,7 @@ def reduced(
     if faces is None and len(rows) == len(node):
         block = Block(K.toarray(), M.toarray(), None if C is None else C.toarray())
         return _piece(name, ring, given, node, direction, {-1: block})
-    selection, joined = _selection(keys), None
+    selection, joined = _selection(keys, least), None
     if faces is not None:
         joined = _faces(where, ring, given, node, direction, faces)
         if len(shared := np.intersect1d(wanted, np.concatenate(faces))):
@@ -151,6 +156,7 @@ def reduced(
         np.concatenate([node[rows], none]),
         np.concatenate([direction[rows], none + GENERALISED]),
         {k: _block(each) for k, each in found.items()},
+        common_band(each.reach for each in found.values()),
     )
 
 
@@ -165,6 +171,7 @@ def _piece(
     node: Integers,
     direction: Integers,
     blocks: dict[int, Block],
+    band: float | None = None,
 ) -> Piece:
     for block in blocks.values():
         try:
@@ -172,7 +179,7 @@ def _piece(
         except InputError as error:
             raise InputError(f"components.{name}: {error}") from None
     positions = np.empty((0, 3)) if given.position is None else given.position
-    return Piece(name, node, direction, ring.sectors, blocks, given.position_node, positions)
+    return Piece(name, node, direction, ring.sectors, blocks, given.position_node, positions, band)
 
 
 def _mass(name: str, given: Matrices) -> sp.csc_array:
@@ -181,13 +188,11 @@ def _mass(name: str, given: Matrices) -> sp.csc_array:
     return given.M
 
 
-def _selection(keys: ComponentKeys) -> Selection | None:
-    if keys.modes is keys.cutoff is keys.accuracy is keys.band is None:
-        return None
+def _selection(keys: ComponentKeys, least: float | None) -> Selection:
     accuracy = keys.accuracy
     if keys.modes is None and keys.cutoff is None and accuracy is None:
-        accuracy = 1e-4
-    return Selection(keys.modes, keys.cutoff, accuracy, keys.band)
+        accuracy = DEFAULT
+    return Selection(keys.modes, keys.cutoff, accuracy, keys.band, least)
 
 
 def _known(where: str, given: Matrices, nodes: Integers) -> None:

@@ -20,6 +20,7 @@ from vanelock.errors import InputError
 from vanelock.matrices import Matrices, load_matrices
 from vanelock.nonlinear import Journal, Response
 from vanelock.rom import System
+from vanelock.study.band import asked_for, least_band
 from vanelock.study.cache import code_version, content_digest
 from vanelock.study.forced import Progress
 from vanelock.study.steps import Step, step
@@ -39,7 +40,9 @@ def piece_step(scene: Scene, name: str, given: Gathered) -> Step[Piece]:
     keys = scene.components[name]
     wanted, turned = given.kept[name]
     by_diameter = diameters(scene) if keys.low is not None or ND in keys.stiffness else ()
+    least = least_band(asked_for(scene.response))
     inputs = {
+        "least": least,
         "keys": keys.model_dump(exclude=set(FILES["components"])),
         "files": {
             key: _digests(f"components.{name}.{key}", value, by_diameter)
@@ -68,7 +71,7 @@ def piece_step(scene: Scene, name: str, given: Gathered) -> Step[Piece]:
             faces = low, high
         read = matrices(name, keys)
         return pieces.reduced(
-            name, keys, scene.ring, read, wanted, turned, fixed, faces, by_diameter
+            name, keys, scene.ring, read, wanted, turned, fixed, faces, by_diameter, least
         )
 
     return step(f"component {name}", "assembly", inputs, Piece, (), compute)

@@ -20,6 +20,7 @@ from vanelock.nonlinear.estimates import SOURCES, Estimate, Estimator
 from vanelock.nonlinear.exploring import Exploring, settled
 from vanelock.nonlinear.ladder import Climbed, Ladder
 from vanelock.nonlinear.linear import (
+    check_band,
     check_forces,
     check_option,
     checked_frequencies,
@@ -120,6 +121,7 @@ def adaptive_response(
         first = ladder.structure(max([1, *excited(first.system)]))
     else:
         check_forces(first.system, harmonics)
+    check_band(first.system, hertz)
     if not first.system.output_names:
         raise InputError("system: has no output nodes: their amplitude is what an error is of")
     monitored = _loudest(ladder, first.harmonics, omegas) if monitor is None else monitor

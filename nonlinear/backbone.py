@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from vanelock.errors import InputError
 from vanelock.nonlinear.answers import replaying
 from vanelock.nonlinear.balance import structure
-from vanelock.nonlinear.linear import check_forces, checked_range
+from vanelock.nonlinear.linear import check_band, check_forces, checked_range
 from vanelock.nonlinear.newton import TOLERANCE
 from vanelock.nonlinear.parameters import Joint, checked_parameter, checked_values
 from vanelock.nonlinear.parametric import assembled
@@ -171,6 +171,7 @@ def peak_response(
     samples = checked_samples(samples, harmonics)
     prepared = structure(system, harmonics, harmonic_diameters)
     check_forces(system, harmonics)
+    check_band(system, hertz)
     low, high = TURN * hertz
     places = [varied.coordinate(value) for value in given]
     span = max(np.ptp(places), 1e-12)

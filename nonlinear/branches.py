@@ -23,7 +23,7 @@ from vanelock.nonlinear.arc import SHORTEST, Step, Tangent, path, tangent_at
 from vanelock.nonlinear.balance import structure
 from vanelock.nonlinear.families import Frequencies, fixed
 from vanelock.nonlinear.law import contact_law
-from vanelock.nonlinear.linear import check_forces, checked_frequencies
+from vanelock.nonlinear.linear import check_band, check_forces, checked_frequencies
 from vanelock.nonlinear.locate import locate
 from vanelock.nonlinear.newton import TOLERANCE, Family, Solution, scales, solve
 from vanelock.nonlinear.response import Response, assemble_response
@@ -159,6 +159,7 @@ def hysteresis(
     samples = checked_samples(samples, harmonics)
     prepared = structure(system, harmonics, harmonic_diameters)
     check_forces(system, harmonics)
+    check_band(system, hertz)
     law = lru_cache(lambda h: contact_law(system.contacts, h, samples))
     low, high = TURN * hertz[[0, -1]]
     source = balances(prepared, low, high, 1000)

@@ -14,7 +14,13 @@ from vanelock.nonlinear.balance import structure
 from vanelock.nonlinear.coupling import COUPLINGS, at_rest, with_static_mean
 from vanelock.nonlinear.families import Frequencies
 from vanelock.nonlinear.law import Law, contact_law
-from vanelock.nonlinear.linear import check_forces, check_option, checked_frequencies, checked_range
+from vanelock.nonlinear.linear import (
+    check_band,
+    check_forces,
+    check_option,
+    checked_frequencies,
+    checked_range,
+)
 from vanelock.nonlinear.newton import TOLERANCE, Solution
 from vanelock.nonlinear.replay import Journal
 from vanelock.nonlinear.rescue import from_nothing
@@ -135,6 +141,7 @@ def frequency_response(
     hertz = (checked_range if is_range else checked_frequencies)(frequencies)
     prepared = structure(system, harmonics, harmonic_diameters, modes)
     check_forces(system, harmonics)
+    check_band(system, hertz)
     omegas = TURN * hertz
     if static_beyond is not None:
         if not static_beyond > 1:

@@ -15,8 +15,10 @@ from vanelock.nonlinear.response import Response, assemble_response
 from vanelock.nonlinear.tables import balances
 from vanelock.nonlinear.threads import one_thread
 from vanelock.nonlinear.trigonometric import TURN, to_complex, to_real
-from vanelock.rom.system import Contacts, System
+from vanelock.rom.system import Contacts, System, wider_band
 
+ROUND_OFF = 1e-9
+"""By which a frequency may exceed a band."""
 Closed: TypeAlias = str | Sequence[str] | NDArray[np.bool_]
 
 
@@ -53,7 +55,9 @@ def linear_response(
     prepared = structure(system, harmonics)
     check_forces(system, harmonics)
     mask = closed_contacts(system.contacts, closed)
-    omegas = TURN * checked_frequencies(frequencies)
+    hertz = checked_frequencies(frequencies)
+    check_band(system, hertz)
+    omegas = TURN * hertz
     source = balances(prepared, float(omegas.min()), float(omegas.max()), len(omegas))
     return assemble_response(prepared, [_solve(source.balance(omega), mask) for omega in omegas])
 
@@ -86,6 +90,28 @@ def checked_range(frequencies: ArrayLike, name: str = "frequencies") -> NDArray[
     if len(hertz) != 2 or hertz[0] >= hertz[1]:
         raise InputError(f"{name}: given {tuple(hertz)}: a range is (low, high), low < high")
     return hertz
+
+
+def check_band(system: System, hertz: ArrayLike) -> None:
+    """Refuse frequencies beyond those that a system's reduced parts answer.
+
+    Parameters
+    ----------
+    system : System
+    hertz : (p,) array_like
+        Frequencies of the excitation; their higher harmonics may lie beyond.
+
+    Raises
+    ------
+    InputError
+        Naming the frequency and the band.
+    """
+    highest = float(np.max(hertz))
+    if system.band is not None and highest > system.band * (1 + ROUND_OFF):
+        raise InputError(
+            f"frequencies: given {highest:.6g} Hz: the system's reduced parts answer up to "
+            f"{system.band:.6g} Hz (its band): reduce them with band = {wider_band(highest):g}"
+        )
 
 
 def check_option(name: str, given: str, allowed: Iterable[str]) -> None:

@@ -12,7 +12,7 @@ from vanelock.errors import InputError
 from vanelock.nonlinear.arc import follow
 from vanelock.nonlinear.balance import Balance, Structure, structure
 from vanelock.nonlinear.law import Law, contact_law
-from vanelock.nonlinear.linear import check_forces, checked_frequencies
+from vanelock.nonlinear.linear import check_band, check_forces, checked_frequencies
 from vanelock.nonlinear.newton import TOLERANCE, Family, Solution, solve
 from vanelock.nonlinear.parameters import Joint, Parameter, checked_parameter, checked_values
 from vanelock.nonlinear.rescue import from_nothing
@@ -140,6 +140,7 @@ def parameter_response(
     samples = checked_samples(samples, harmonics)
     prepared = structure(system, harmonics, harmonic_diameters)
     check_forces(system, harmonics)
+    check_band(system, hertz)
     law = lru_cache(lambda h: contact_law(system.contacts, h, samples))
     balance = prepared.balance(TURN * hertz[0])
     tracer = Tracer(prepared, varied, balance, law, tolerance)

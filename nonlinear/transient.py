@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from vanelock.errors import InputError
 from vanelock.nonlinear.integration import Integrator, Period, integrator
 from vanelock.nonlinear.law import OPEN, SLIP, SLIP_OPEN, STUCK
+from vanelock.nonlinear.linear import check_band
 from vanelock.nonlinear.response import Response
 from vanelock.nonlinear.ring import Ring, ring
 from vanelock.nonlinear.threads import one_thread
@@ -139,6 +140,7 @@ def time_response(
             raise InputError(f"{name}: given {value}: allowed: {least} or more")
     if not frequency > 0 or not np.isfinite(frequency):
         raise InputError(f"frequency: given {frequency} Hz: must be > 0 and finite")
+    check_band(system, [frequency])
     whole = ring(system)
     if start is not None:
         _check_start(whole, frequency, *start)

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from vanelock.errors import InputError
 from vanelock.product import Product
 from vanelock.rom.masters import Masters
-from vanelock.rom.system import Matrix
+from vanelock.rom.system import Matrix, common_band
 
 
 @dataclass(frozen=True)
@@ -37,6 +37,11 @@ class Reduced(Product):
     vectors: Matrix | None = None
     neglected: Matrix | None = None
     complete: float | None = field(default=None, metadata={"unit": "Hz"})
+
+    @property
+    def reach(self) -> float | None:
+        """Frequency up to which it answers without an accuracy, Hz: `complete`, where known."""
+        return self.complete or None
 
     def conjugate(self) -> "Reduced":
         """The same part at the nodal diameter N - k."""
@@ -86,6 +91,17 @@ class Component(Product):
     boundary_nodes: NDArray[np.int64]
     vectors: NDArray[np.float64] | None = field(default=None, metadata={"unit": "kg^-0.5"})
     band: float | None = field(default=None, metadata={"unit": "Hz"})
+
+    @property
+    def reach(self) -> float | None:
+        """Frequency up to which the part answers, Hz.
+
+        Its band, or where a number of modes or a cut-off was asked for the frequency up to which
+        no fixed-interface mode is left out; None where the route does not tell.
+        """
+        if self.band is not None:
+            return self.band
+        return common_band(each.reach for each in self.diameters.values())
 
     @property
     def size(self) -> int:

@@ -37,6 +37,8 @@ def check(system: "System", where: str = "system", known: Collection[int] = ()) 
     ratio = system.damping_ratio
     if ratio is not None and not 0 <= ratio < 1:
         raise InputError(f"{where}: damping/ratio = {ratio}: allowed are 0 to 1")
+    if system.band is not None and not system.band > 0:
+        raise InputError(f"{where}: band = {system.band} Hz: must be > 0")
     _check_contacts(system.contacts, where)
     _check_presence(system, where)
     for k, matrices in system.diameters.items():

@@ -15,6 +15,7 @@ from vanelock.rom.condensed import Condensed
 from vanelock.rom.held import HeldPart, held_part
 from vanelock.rom.projection import projected
 from vanelock.rom.selection import Selection
+from vanelock.rom.system import common_band
 
 
 def cyclic_first(shared: Condensed, wanted: Selection, diameters: Iterable[int]) -> Component:
@@ -39,7 +40,7 @@ def cyclic_first(shared: Condensed, wanted: Selection, diameters: Iterable[int])
         fixed_modes=count,
         diameters={k: p.reduced(count, p.vectors(count)) for k, p in products.items()},
         boundary_nodes=problem.masters.nodes,
-        band=min((band for band in bands if band is not None), default=None),
+        band=common_band(bands),
     )
 
 

@@ -15,7 +15,7 @@ from vanelock.cyclic import folded
 from vanelock.errors import InputError
 from vanelock.rom.component import Component
 from vanelock.rom.pairs import Joint, contact_pairs, key_pairs, merged_dofs, relative_rows
-from vanelock.rom.system import Diameter, Force, Matrix, System
+from vanelock.rom.system import Diameter, Force, Matrix, System, common_band
 
 
 @dataclass(frozen=True)
@@ -135,6 +135,7 @@ def join(
         force={1: travelling_force(casing, excitation, n)},
         output_names=names,
         damping_ratio=damping_ratio,
+        band=common_band((vane.reach, casing.reach)),
     )
 
 

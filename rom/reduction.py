@@ -36,6 +36,7 @@ def reduce(
     cutoff: float | None = None,
     accuracy: float | None = None,
     band: float | None = None,
+    least: float | None = None,
     averaged: Sequence[str] = (),
     prepared: Condensed | None = None,
 ) -> Component:
@@ -70,6 +71,8 @@ def reduce(
     band : float, optional
         Frequency up to which the accuracy holds, Hz; up to the part's tenth elastic mode with its
         masters free unless given.
+    least : float, optional
+        Frequency that the band reaches at least where it is not given, Hz.
     averaged : sequence of str
         Contact sets whose nodes stand for their patches: the masters' displacements are the means
         over them, and a key node of such a set is tied by its mean; see `vanelock.rom.patches`.
@@ -93,7 +96,7 @@ def reduce(
             modes = MODES
         else:
             accuracy = DEFAULT
-    wanted = Selection(modes, cutoff, accuracy, band)
+    wanted = Selection(modes, cutoff, accuracy, band, least)
     if prepared is None:
         given = problem(model, chosen, cyclic)
     else:

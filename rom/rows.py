@@ -10,7 +10,7 @@ complex Hermitian, whose kept rows and vectors then are chosen as for a part in 
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy.sparse as sp
@@ -39,11 +39,19 @@ class ReducedRows:
         Damping of the same coordinates, N s/m.
     vectors : int
         Number of fixed-interface vectors.
+    band : float or None
+        Frequency up to which an accuracy was asked for, Hz.
     """
 
     matrices: Reduced
     C: Matrix | None
     vectors: int
+    band: float | None = None
+
+    @property
+    def reach(self) -> float | None:
+        """Frequency up to which it answers, Hz, as of `Component`."""
+        return self.matrices.reach if self.band is None else self.band
 
 
 @dataclass(frozen=True)
@@ -108,7 +116,7 @@ def reduce_rows(
     """
     part = held_rows(K, M, rows)
     chosen = (wanted or Selection(accuracy=DEFAULT)).within(part)
-    return _kept(part, projected(part, chosen.of(part)), C, rows)
+    return replace(_kept(part, projected(part, chosen.of(part)), C, rows), band=chosen.band)
 
 
 def reduce_sector(
@@ -136,14 +144,15 @@ def reduce_sector(
         W, left = faces.follow(K.shape[0], k)
         own = np.searchsorted(left, rows)
         part = held_rows(_through(W, K), _through(W, M), own)
-        products = projected(part, selection.within(part).of(part))
-        found[k] = part, products, None if C is None else _through(W, C), own
+        chosen = selection.within(part)
+        products, damping = projected(part, chosen.of(part)), None if C is None else _through(W, C)
+        found[k] = part, products, damping, own, chosen.band
     count = max(products.candidates.count for _, products, *_ in found.values())
     reduced = {}
-    for k, (part, products, damping, own) in found.items():
+    for k, (part, products, damping, own, band) in found.items():
         if count > products.candidates.most:
             products = projected(part, products.candidates.filled(part, count))
-        reduced[k] = _kept(part, products, damping, own, count)
+        reduced[k] = replace(_kept(part, products, damping, own, count), band=band)
     return reduced
 
 

@@ -34,6 +34,8 @@ class Selection:
         Relative error of every natural frequency in the band, see `vanelock.rom.fixed`.
     band : float or None
         Frequency up to which the accuracy holds, Hz; None: up to the part's tenth elastic mode.
+    least : float or None
+        Frequency that such a band of its own reaches at least, Hz.
 
     Raises
     ------
@@ -45,10 +47,12 @@ class Selection:
     cutoff: float | None = None
     accuracy: float | None = None
     band: float | None = None
+    least: float | None = None
 
     def __post_init__(self) -> None:
         given = {"modes": self.modes, "cutoff": self.cutoff, "accuracy": self.accuracy}
-        for name, value in {**given, "band": self.band}.items():
+        reaches = {"band": self.band, "least": self.least}
+        for name, value in {**given, **reaches}.items():
             kind, what = (Integral, "a whole number") if name == "modes" else (Real, "a number")
             if value is not None and (isinstance(value, bool) or not isinstance(value, kind)):
                 raise InputError(f"{name} = {value!r}: must be {what}")
@@ -57,7 +61,7 @@ class Selection:
             raise InputError(f"{' and '.join(named) or 'nothing given'}: give one of {_one(given)}")
         if self.modes is not None and self.modes < 0:
             raise InputError(f"modes = {self.modes}: allowed are 0 and more")
-        for name, value in (("cutoff", self.cutoff), ("band", self.band)):
+        for name, value in {"cutoff": self.cutoff, **reaches}.items():
             if value is not None and not (value > 0 and math.isfinite(value)):
                 raise InputError(f"{name} = {value:g} Hz: must be > 0 and finite")
         if self.accuracy is not None and not 1e-9 <= self.accuracy < 1:
@@ -69,7 +73,7 @@ class Selection:
         """The same with the band told, where an accuracy needs one."""
         if self.accuracy is None or self.band is not None:
             return self
-        return replace(self, band=own_band(part))
+        return replace(self, band=max(own_band(part), self.least or 0.0))
 
     def of(self, part: HeldPart) -> Candidates:
         """What it takes of a part; an accuracy needs its band."""

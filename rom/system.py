@@ -9,6 +9,8 @@ with the matrices of that diameter. B_h takes the sector's coefficients to the r
 displacement (normal, closing positive, and two tangential) of every contact.
 """
 
+import math
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import Any, Self, TypeAlias
 
@@ -23,8 +25,21 @@ from vanelock.product import Product
 Matrix: TypeAlias = NDArray[Any]
 """Real where the physics is, at the nodal diameters 0 and N/2, and complex elsewhere."""
 
+MARGIN = 1.05
+"""Of a band over the highest frequency of a response, whose neighbouring modes count too."""
 FORMAT = "vanelock-system"
 VERSION = 1
+
+
+def common_band(bands: Iterable[float | None]) -> float | None:
+    """The lowest of some frequencies, Hz, of those that are known; None where none is."""
+    return min((band for band in bands if band is not None), default=None)
+
+
+def wider_band(highest: float) -> float:
+    """A band to reduce to where a response reaches `highest`, Hz: a little more, two digits."""
+    step = 10.0 ** (math.floor(math.log10(MARGIN * highest)) - 1)
+    return float(f"{math.ceil(MARGIN * highest / step) * step:.6g}")
 
 
 @dataclass(frozen=True)
@@ -140,6 +155,9 @@ class System(Product):
         Names of the output nodes.
     damping_ratio : float or None
         ζ of every mode of the structure with all contacts stuck.
+    band : float or None
+        Frequency up to which its reduced parts answer, Hz: responses beyond it are refused; None
+        where that is not known or nothing was reduced.
     """
 
     sectors: int
@@ -149,6 +167,7 @@ class System(Product):
     force: dict[int, Force] = field(default_factory=dict)
     output_names: tuple[str, ...] = ()
     damping_ratio: float | None = None
+    band: float | None = None
 
     def nodal_diameter(self, harmonic: int) -> int:
         """ND of a harmonic, (h·EO) mod N."""
@@ -207,6 +226,8 @@ class System(Product):
             group.create_dataset("output/name", data=list(self.output_names), dtype=text)
         if self.damping_ratio is not None:
             group.create_dataset("damping/ratio", data=self.damping_ratio)
+        if self.band is not None:
+            group.create_dataset("band", data=self.band).attrs["unit"] = "Hz"
 
     @classmethod
     def _read(cls, group: h5py.Group) -> Self:
@@ -257,6 +278,7 @@ class System(Product):
             force=force,
             output_names=tuple(group["output/name"].asstr()[()]) if "output" in group else (),
             damping_ratio=float(group["damping/ratio"][()]) if "damping" in group else None,
+            band=float(group["band"][()]) if "band" in group else None,
         )
         check(system, where)
         return system

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from vanelock.errors import InputError
-from vanelock.rom.system import System
+from vanelock.rom.system import System, common_band
 
 
 def united(systems: Sequence[System]) -> System:
@@ -40,7 +40,9 @@ def united(systems: Sequence[System]) -> System:
         k = first.nodal_diameter(1)
         have = ", ".join(map(str, sorted(diameters)))
         raise InputError(f"united: the load acts at nodal diameter {k}, and there are {have}")
-    return replace(first, diameters=dict(sorted(diameters.items())), force=loaded.force)
+    band = common_band(each.band for each in systems)
+    diameters = dict(sorted(diameters.items()))
+    return replace(first, diameters=diameters, force=loaded.force, band=band)
 
 
 def _loaded(system: System) -> System | None:

@@ -31,6 +31,7 @@ SHARD = 2
 """Letters of a key that name its entry's folder: among 256 folders a name is found fast."""
 STEPS = (
     "stages",
+    "band",
     "diameters",
     "chain",
     "meshes",

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from vanelock.errors import InputError
 from vanelock.product import Product
 from vanelock.rom import Component, System, frequency_errors, linear_modes, mac
+from vanelock.study.band import advice, asked_by, refuse_beyond
 from vanelock.study.model import Study
 
 SHOWN = 6
@@ -40,6 +41,8 @@ class Limits(Product):
     free_error, stuck_error : (m,) float
         Estimated relative error of each frequency from reducing the parts; NaN where the route of
         the reduction does not tell.
+    band : float or None
+        Frequency up to which the reduced parts answer, Hz; None where that is not known.
     """
 
     nodal_diameter: int
@@ -52,6 +55,7 @@ class Limits(Product):
     mac: float
     free_error: NDArray[np.float64]
     stuck_error: NDArray[np.float64]
+    band: float | None = field(default=None, metadata={"unit": "Hz"})
 
     @property
     def free_frequency(self) -> float:
@@ -117,6 +121,7 @@ def limits(
         mac=float(likeness[partner]),
         free_error=_errors(system, vane, casing, count, hooks(system.contacts.joint)),
         stuck_error=_errors(system, vane, casing, count, None),
+        band=system.band,
     )
 
 
@@ -145,14 +150,18 @@ def frequencies(study: Study, limits: Limits) -> NDArray[np.float64] | tuple[flo
     Raises
     ------
     InputError
-        If the mode of interest is a rigid-body motion.
+        If the mode of interest is a rigid-body motion, or beyond what the reduced models answer.
     """
-    response = study.response
     if min(limits.free_frequency, limits.stuck_frequency) <= RIGID * limits.stuck.max():
         raise InputError(
             f"response.mode = {limits.free_mode + 1}: a rigid-body motion, 0 Hz: choose a mode "
             "with a frequency, or clamp what moves"
         )
+    response, asked = study.response, asked_by(study)
+    mode = max(limits.free_frequency, limits.stuck_frequency)  # a linear response spans its peak
+    own = fine(mode, study.damping.ratio).max() if asked else _around(limits)[1]
+    for what, highest in {**asked, f"response.mode = {limits.free_mode + 1}": own}.items():
+        refuse_beyond(what, highest, limits.band, advice(study))
     if response.frequencies is not None:
         return np.array(response.frequencies)
     low, high = _around(limits) if response.range is None else response.range

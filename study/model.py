@@ -28,6 +28,7 @@ from vanelock.quantities import (
     Unbalance,
     si,
 )
+from vanelock.study.band import BAND_CHECKS
 from vanelock.study.campaign import CAMPAIGN_CHECKS, Campaign
 from vanelock.study.comparison import COMPARISON_CHECKS, CampbellKeys, Fit, MeasuredCurve, curves
 from vanelock.study.distributions import Scatter
@@ -331,6 +332,7 @@ class Study(Table):
         *TEMPERATURE_CHECKS,
         *COMPARISON_CHECKS,
         *CAMPAIGN_CHECKS,
+        *BAND_CHECKS,
         _can_be_meshed,
         *OWN_MESH_CHECKS,
     )

@@ -76,6 +76,9 @@ def along_step(
             system = joined_at(study, order, vane, shell, joined, scale)
             mask = hooks(system.contacts.joint) if closed == "free" else "all"
             hertz = _frequencies(low, high, peaks, order, study.damping.ratio)
+            hertz = hertz[hertz <= (system.band or np.inf)]
+            if not len(hertz):  # a warning tells of it
+                break
             found = nonlinear.linear_response(system, hertz, mask)
             pieces.append((60 * hertz / order, hertz, monitor.amplitude(found)))
         return Along(*(np.concatenate(each) for each in zip(*pieces, strict=True)))

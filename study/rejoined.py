@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from vanelock import nonlinear, rom
 from vanelock.nonlinear import Response, System
 from vanelock.rom import Component
+from vanelock.rom.system import common_band
 from vanelock.study.measured import DISPLACEMENT, Measured
 from vanelock.study.model import Study
 from vanelock.study.monitor import Monitor
@@ -62,6 +63,8 @@ class Rejoined:
             unbalance=changed.excitation.unbalance or 0.0,
         )
         system = rom.join(*parts, joints(changed), excitation, changed.damping.ratio)
+        # Moduli that are tried move the band with them; the study's own is what is to hold.
+        system = replace(system, band=common_band((self.vane.reach, self.casing.reach)))
         stiff = (
             system.contacts.stiffness.tobytes(),
             changed.damping.ratio,

@@ -13,6 +13,7 @@ from vanelock.cyclic import folded
 from vanelock.fem import Model
 from vanelock.mesh import Part
 from vanelock.rom import Component, Joint, System
+from vanelock.study.band import asked_by, least_band, softest
 from vanelock.study.meshes import mesh_step
 from vanelock.study.model import Study
 from vanelock.study.steps import Step, step
@@ -73,12 +74,15 @@ def reduced_step(
 
     With what its nodal diameters share `prepared`, see `vanelock.study.diameters`.
 
-    Where an accuracy is asked for and no band, the vane's tenth elastic mode ends it for both; a
+    Where an accuracy is asked for and no band, the vane's tenth elastic mode ends it for both, or
+    the highest frequency that the study asks for (`vanelock.study.band`) where that is higher; a
     vane that is reduced to a number of modes tells no band, and the casing then takes its own.
     """
     options = study.rom
     kept, means = masters(study, part), averaged(study, part)
     inputs: dict[str, Any] = {"masters": kept, **options.of(part), "averaged": means}
+    if inputs.get("accuracy") is not None and options.band is None:
+        inputs["least"] = least_band(asked_by(study), softest(study))
     if part == "vane":
 
         def compute(model: Model) -> Component:

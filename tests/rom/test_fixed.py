@@ -260,3 +260,22 @@ def test_a_single_element(lattice, exact):
     np.testing.assert_allclose(
         exact.frequencies(whole.K, whole.M, 12)[6:], exact.frequencies(K, M, 12)[6:], rtol=1e-4
     )
+
+
+def test_the_band_is_at_least_what_is_asked_for(bar, exact):
+    """The receptance of a bar at its band's end, far beyond its tenth elastic mode."""
+    model = bar(fixed="x0")
+    own = rom.reduce(model, ["held"])
+    asked = 3 * own.band
+    wide = rom.reduce(model, ["held"], least=asked)
+    assert wide.band == asked
+    assert rom.reduce(model, ["held"], least=0.5 * own.band).band == own.band
+    K, M, rows = exact.dense(model, "held")
+    squared = (2 * np.pi * asked / 1.05) ** 2
+    true = np.linalg.inv(K - squared * M)[np.ix_(rows, rows)]
+    errors = []
+    for part in (own, wide):
+        at, held = part.at(0), part.dofs(model.part.node_sets["held"]).ravel()
+        found = np.linalg.inv(at.K - squared * at.M)[np.ix_(held, held)]
+        errors.append(np.abs(found - true).max() / np.abs(true).max())
+    assert errors[1] < 1e-3 < errors[0]
