@@ -9,7 +9,7 @@ from vanelock.assembly.monitor import Found
 from vanelock.assembly.piece import Piece
 from vanelock.matrices.model import GENERALISED
 from vanelock.rom import System
-from vanelock.study.listing import cautions
+from vanelock.study import warnings
 from vanelock.study.summary import Peak
 from vanelock.study.tables import Cell, Column, Table
 
@@ -64,6 +64,7 @@ def modes_table(name: str, found: Modes, peaks: Mapping[str, Peak | None]) -> Ta
     notes = [f"the two modes of interest are alike by MAC {found.mac:.3f}"]
     if any(peaks[which] is None for which in ("free", "stuck")):
         notes.append("no linear peak where its frequency is out of the range")
+    notes += warnings.alike(found.mac)
     title = f"Linear limits{name and f', {name}'}"
     return Table("limits", title, columns, tuple(rows), tuple(notes))
 
@@ -93,9 +94,8 @@ def cases_table(cases: Sequence[Found], monitor: str) -> Table:
         work = 1e6 * sum(c.work.values()) if c.peak is not None else None
         done = f"{c.converged}/{c.points}"
         rows.append((c.case.name, *top, *shares, work, done, c.seconds))
-        if c.loose:
-            notes.append(f"{c.case.name}: {LOOSE}")
-        notes += cautions(c.case.name, c.converged, c.points, c.worst, c.peak)
+    notes += warnings.without_effect([(c.case.values, c) for c in cases])
+    notes += warnings.by_text({c.case.name: c for c in cases}, str)
     return Table("cases", f"Responses of {monitor}", columns, tuple(rows), tuple(notes))
 
 

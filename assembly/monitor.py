@@ -75,6 +75,8 @@ class Found:
         Largest residual of the others, 0 if there are none.
     seconds : float
         What computing took.
+    warnings : tuple of str
+        What else to know before using them, see `vanelock.study.warnings`.
     """
 
     case: SceneCase
@@ -89,6 +91,7 @@ class Found:
     points: int
     worst: float
     seconds: float
+    warnings: tuple[str, ...] = ()
 
 
 def found_in(

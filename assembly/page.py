@@ -8,7 +8,6 @@ import numpy as np
 import vanelock
 from vanelock.assembly.exhibits import Shown
 from vanelock.assembly.gather import gathered
-from vanelock.assembly.listing import LOOSE
 from vanelock.assembly.model import Scene
 from vanelock.assembly.monitor import Found
 from vanelock.assembly.steps import piece_step, system_step
@@ -31,6 +30,7 @@ from vanelock.study.exhibit import Exhibit
 from vanelock.study.naming import words
 from vanelock.study.report_curves import render_grey
 from vanelock.study.report_provenance import versions, written
+from vanelock.study.warnings import by_text, without_effect
 
 
 def write_scene_page(
@@ -71,18 +71,8 @@ def _page(shown: Shown, found: Sequence[Found], exhibits: Sequence[Exhibit], tex
 
 def _summary(shown: Shown, found: Sequence[Found]) -> Section:
     blocks: list[Block] = [Answers(tuple(_answers(shown, found)))]
-    warned = []
-    for each in found:
-        name = words(each.case.name)
-        if each.loose:
-            warned.append(f"{name}: {LOOSE}.")
-        if each.converged < each.points:
-            warned.append(
-                f"{name}: {each.points - each.converged} of {each.points} points did not converge "
-                f"(largest residual {each.worst:.1e}); they are left out."
-            )
-        if each.peak is not None and each.peak.at_edge:
-            warned.append(f"{name}: the largest point is at the end of the frequency range.")
+    warned = by_text({each.case.name: each for each in found})
+    warned += [f"{line}." for line in without_effect([(c.case.values, c) for c in found])]
     if warned:
         blocks.append(Text("**Be careful.** " + "\n\n".join(warned)))
     blocks.append(_cases(found))

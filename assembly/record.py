@@ -10,6 +10,7 @@
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 from vanelock.assembly.model import Scene
 from vanelock.assembly.modes import Modes
@@ -17,7 +18,7 @@ from vanelock.assembly.monitor import Found
 from vanelock.assembly.piece import Piece
 from vanelock.nonlinear import Response
 from vanelock.rom import System
-from vanelock.study import results
+from vanelock.study import results, warnings
 from vanelock.study.ledger import Ledger
 
 
@@ -64,8 +65,9 @@ class SceneRecord(Ledger):
     ) -> None:
         """Everything about a case, at once."""
         where = f"response/{found.case.name}"
-        values = {"monitor": monitor, "key": key}
+        values: dict[str, Any] = {"monitor": monitor, "key": key}
         attributes = values | {f"sweep {k}": v for k, v in found.case.values.items()}
+        attributes["warnings"] = warnings.of_case(found)
         if found.peak is not None:
             attributes["peak_frequency"] = found.peak.frequency
             attributes["peak_amplitude"] = found.peak.amplitude

@@ -2,10 +2,12 @@
 
 import os
 import time
-from collections.abc import Callable
-from dataclasses import asdict
+from collections.abc import Callable, Iterator
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
+
+import numpy as np
 
 from vanelock.assembly import listing
 from vanelock.assembly.cases import scene_cases
@@ -19,7 +21,7 @@ from vanelock.assembly.rest import constant_loads, undetermined
 from vanelock.assembly.steps import LIMITS
 from vanelock.errors import InputError
 from vanelock.nonlinear import Response
-from vanelock.study import results
+from vanelock.study import results, warnings
 from vanelock.study.attempts import attempt
 from vanelock.study.bundles import divided
 from vanelock.study.cache import Cache
@@ -225,6 +227,7 @@ class SceneRun:
         loose = self._loose[rest]
         seconds = self.stages.done[key].seconds
         found = found_in(case, response, joints, peak, peaks, loose, seconds)
+        found = replace(found, warnings=tuple(self._warnings(each, found, response, static)))
         self.shown.add(case, key, response, amplitude, peak, static, joints)
         self.record.case(found, key, response, static, self.shown.monitor.name)
         if found.converged < found.points:
@@ -232,6 +235,26 @@ class SceneRun:
             worst = f"largest residual {found.worst:.1e}"
             self.listener(Notice(f"{case.name}: {lost} ({worst})"))
         return found
+
+    def _warnings(
+        self, each: PlannedScene, found: Found, response: Response, static: Response
+    ) -> Iterator[str]:
+        """What to know of a case, from its products."""
+        limits, joints = self.stages.get(each.modes), self.stages.get(each.system).contacts.joint
+        pieces = [self.stages.get(step) for step in each.pieces]
+        nodes = np.concatenate([np.empty((0, 3)), *(piece.positions for piece in pieces)])
+        if found.loose:
+            yield listing.LOOSE
+        yield from warnings.alike(limits.mac)
+        yield from warnings.implausible(float(limits.stuck[limits.stuck_mode]), nodes)
+        yield from warnings.open_at_rest(static, joints, dict.fromkeys(joints))
+        if found.peak is not None:
+            extent = np.ptp(nodes, axis=0) if len(nodes) else np.zeros(1)
+            extent = extent[extent > 1e-3 * extent.max()]
+            length = warnings.TENTH * float(extent.min(initial=np.inf))
+            what = "a tenth of the least extent of all nodes"
+            yield from warnings.large(response, found.peak, length, what, None)
+            yield from warnings.beyond_band(response, found.peak, limits.band)
 
     def _largest(self) -> float:
         peaks = [each.peak.amplitude for each in self.shown.top.values() if each.peak is not None]

@@ -54,7 +54,7 @@ def softest(study: Any) -> float:
     if study.accuracy is not None:  # reduced at the modulus of the response
         return 1.0
     warm = [getattr(study.material, p) for p in PARTS if getattr(study.temperature, p) is not None]
-    return min([1.0, *(E / metal.E for metal in warm for _, E in metal.E_at)])
+    return min([1.0, *(float(E / metal.E) for metal in warm for _, E in metal.E_at)])
 
 
 def too_narrow(key: str, band: float | None, asked: Mapping[str, float]) -> Iterator[str]:

@@ -1,11 +1,12 @@
 """Tables of what a run found."""
 
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 
 import numpy as np
 
 from vanelock.nonlinear import OPEN, Response
 from vanelock.render import wave_name
+from vanelock.study import warnings
 from vanelock.study.limits import SHOWN, Limits
 from vanelock.study.progress import Done
 from vanelock.study.strains import Strain
@@ -77,10 +78,7 @@ def limits_table(name: str, limits: Limits) -> Table:
     if limits.interlock:
         rows.append(("stuck", *limits.stuck[:count].tolist(), *stuck))
     notes = []
-    if limits.mac < 0.5:
-        notes.append(
-            f"The mode of interest is hardly recognisable in the stuck system: MAC {limits.mac:.2f}"
-        )
+    notes += warnings.alike(limits.mac)
     wave = wave_name(limits.nodal_diameter, limits.sectors)
     title = f"Linear limits{name and f', {name}'}: modes of {wave}"
     return Table("limits", title, columns, tuple(rows), tuple(notes))
@@ -193,22 +191,9 @@ def response_table(cases: Sequence[Summary], monitor: str) -> Table:
             f"{len(shown)} of {len(cases)} cases: those of the lowest and the largest peaks; "
             "results.h5 and --json tell of all"
         )
-    for c in shown:
-        notes += cautions(c.case, c.converged, c.points, c.worst, c.peak)
+    notes += warnings.without_effect([(c.values, c) for c in cases])
+    notes += warnings.by_text({c.case: c for c in cases}, str)
     return Table("cases", f"Responses of {monitor}", columns, tuple(rows), tuple(notes))
-
-
-def cautions(
-    name: str, converged: int, points: int, worst: float, peak: Peak | None
-) -> Iterator[str]:
-    """What to know of a case before its numbers are used; `worst` is the largest residual."""
-    if converged < points:
-        yield (
-            f"{name}: {points - converged} of {points} points DID NOT CONVERGE "
-            f"(largest residual {worst:.1e}); they are left out of the numbers above"
-        )
-    if peak is not None and peak.at_edge:
-        yield f"{name}: the largest point is at the end of the frequency range"
 
 
 def failed_table(failed: Mapping[str, Failure]) -> Table:

@@ -9,7 +9,7 @@ import h5py
 
 from vanelock.product import Product
 from vanelock.rom import Component, System
-from vanelock.study import results
+from vanelock.study import results, warnings
 from vanelock.study.answers import CaseAnswers
 from vanelock.study.attempts import Solved
 from vanelock.study.campbell import Campbell
@@ -127,6 +127,7 @@ class Record(Ledger):
 def _attributes(planned: Planned, summary: Summary, monitor: str) -> dict[str, Any]:
     """The summary as attributes of the case."""
     values: dict[str, Any] = {"monitor": monitor, "key": planned.response.key}
+    values["warnings"] = warnings.of_case(summary)
     values |= {f"sweep {key}": value for key, value in planned.case.values.items()}
     for name, value in asdict(summary).items():
         if isinstance(value, int | float):

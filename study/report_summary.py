@@ -12,6 +12,7 @@ from vanelock.study.report_fatigue import assumed, judged
 from vanelock.study.report_told import Told
 from vanelock.study.report_wear import shares
 from vanelock.study.summary import Summary
+from vanelock.study.warnings import by_text, without_effect
 
 MU = "joints.interlock.mu"
 MOST_FAILED = 5
@@ -56,7 +57,7 @@ def answers_of(told: Told) -> list[Answer]:
     main = told.main
     if main is not None:
         found += _of_case(main)
-    found += _best_friction(told)
+    found += best_friction(told)
     return found
 
 
@@ -106,8 +107,16 @@ def _of_case(main: CaseAnswers) -> list[Answer]:
             f"{1e-6 * m.amplitude:.3g} MPa",
             f"alternating, mean {1e-6 * m.mean:.2g} MPa: {m.where} ({place})",
         ),
-        Answer("HCF reserve", f"n = {m.reserve:.3g}", _reserve(main), judged(main, m.reserve)),
+        _withheld("HCF reserve")
+        if main.peak.at_edge
+        else Answer("HCF reserve", f"n = {m.reserve:.3g}", _reserve(main), judged(main, m.reserve)),
     ]
+
+
+def _withheld(title: str) -> Answer:
+    """In place of an answer that a range without its peak cannot give."""
+    note = "the largest point is at the end of the frequency range, and a peak may lie beyond"
+    return Answer(title, "withheld", f"{note}: widen response.range", "warn")
 
 
 def _damping(main: CaseAnswers) -> Answer:
@@ -131,11 +140,13 @@ def _reserve(main: CaseAnswers) -> str:
     return f"{text}, where the mesh shows n = {worst.reserve:.3g}" if worst.doubt else text
 
 
-def _best_friction(told: Told) -> list[Answer]:
+def best_friction(told: Told) -> list[Answer]:
     """The friction that damps best, where the interlock's is swept and nothing else."""
     found = [each for each in told.known if each.mu is not None]
     if len(found) < 2 or any(set(each.values) != {MU} for each in found):
         return []
+    if any(each.peak.at_edge for each in found if each.peak):
+        return [_withheld("Friction that damps best")]
     height = [each.peak.amplitude for each in found if each.peak]
     best = int(np.argmin(height))
     mu = [each.mu for each in found]
@@ -148,7 +159,9 @@ def _best_friction(told: Told) -> list[Answer]:
 
 def warnings(told: Told) -> list[str]:
     """What keeps the answers from being taken as they are, a line each."""
-    lines = [*_failed(told), *_lost(told), *_edges(told)]
+    cases = {each.case: each for each in told.summaries}
+    lines = [*_failed(told), *by_text(cases)]
+    lines += [f"{line}." for line in without_effect([(c.values, c) for c in cases.values()])]
     for name, (errors, _) in told.worth.items():
         case = "" if name == "nominal" else f"{words(name)}: "
         lines += [f"{case}{line.removeprefix('WARNING: ')}." for line in errors.warnings]
@@ -175,30 +188,6 @@ def _failed(told: Told) -> list[str]:
     return [f"{len(names)} of {every} cases FAILED and are left out: {shown}{more}."]
 
 
-def _lost(told: Told) -> list[str]:
-    """Cases whose points did not all converge."""
-    lines = []
-    for each in told.summaries:
-        name = "The response" if each.case == "nominal" else words(each.case)
-        if each.peak is None:
-            lines.append(f"{name}: no point converged.")
-        elif each.converged < each.points:
-            lost = each.points - each.converged
-            told_of = f"{lost} of {each.points} points did not converge; they are left out."
-            lines.append(f"{name}: {told_of}")
-    return lines
-
-
-def _edges(told: Told) -> list[str]:
-    """Cases whose largest point ends the range."""
-    ended = [words(each.case) for each in told.known if each.peak and each.peak.at_edge]
-    if not ended:
-        return []
-    of = f"of {'; '.join(ended)} " if len(ended) < len(told.summaries) else ""
-    of = "of all cases " if len(ended) == len(told.summaries) > 1 else of
-    return [f"The largest point {of}is at the end of the frequency range; a peak may lie beyond."]
-
-
 def cases(told: Told) -> Table:
     """A line for each case."""
     rows: list[tuple[Cell, ...]] = []
@@ -216,7 +205,7 @@ def cases(told: Told) -> Table:
                 _percent(each.slipping),
                 _percent(each.opening),
                 None if found is None else 1e-6 * found.governing.amplitude,
-                None if found is None else found.governing.reserve,
+                None if found is None or found.peak.at_edge else found.governing.reserve,
             )
         )
         flags.append("" if each.converged == each.points else "warn")

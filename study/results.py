@@ -6,7 +6,8 @@
                          accuracy the casing's at the load's diameter, others in /rom/casing_nd<k>
     /system              nonlinear.System
     /limits/<name>       linear modes with the interlock free and stuck; "all" if cases share them
-    /response/<case>     nonlinear.Response, with the swept keys and the summary as attributes;
+    /response/<case>     nonlinear.Response, with the swept keys, the summary and warnings as
+                         attributes;
                          its system and preload, and mesh and rom where they are not those above;
                          gauge, (points, H+1, gauges): harmonics of the strain at each gauge;
                          with an accuracy error, by source: estimated relative errors of the peak's

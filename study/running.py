@@ -1,13 +1,17 @@
 """A run under way: case after case computed, written and shown."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TypeVar
 
+import numpy as np
+
 from vanelock.errors import InputError
+from vanelock.mesh import Part, VaneDimensions
 from vanelock.nonlinear import Response
 from vanelock.rom import Component
-from vanelock.study import listing, results
+from vanelock.study import listing, results, warnings
 from vanelock.study.attempts import Solved, attempt, last_uses
 from vanelock.study.board import Around
 from vanelock.study.bundles import bundle, steps_of
@@ -15,12 +19,14 @@ from vanelock.study.cache import Cache
 from vanelock.study.campbell import Campbell, campbell
 from vanelock.study.campbell_exhibits import crossings_table
 from vanelock.study.clock import Clock
+from vanelock.study.contacts import places
 from vanelock.study.crew import Hands
 from vanelock.study.errors import Errors, error_table
 from vanelock.study.exhibit import Exhibit
 from vanelock.study.helped import helped
 from vanelock.study.judge import judged
 from vanelock.study.left_out import LeftOut, left_out_table
+from vanelock.study.limits import Limits
 from vanelock.study.measured import load_measured
 from vanelock.study.meshes import mesh_step
 from vanelock.study.model import Study
@@ -267,6 +273,7 @@ class Run:
         limits, linear = self.stages.get(planned.linear.limits), self._peaks[planned.linear.key]
         seconds = self.stages.done[planned.response.key].seconds
         found = summarise(case, joints, response, peak, limits, linear, seconds)
+        found = replace(found, warnings=tuple(self._warnings(solved, peak, limits)))
         if solved.worth is not None:
             self._worth[case.name] = solved.worth
         self.record.case(solved, found, self.shown.monitor.name)
@@ -290,6 +297,21 @@ class Run:
             lost = f"{found.points - found.converged} of {found.points} points did not converge"
             self.listener(Notice(f"{case.name}: {lost} (largest residual {found.worst:.1e})"))
         return found
+
+    def _warnings(self, solved: Solved, peak: Peak | None, limits: Limits) -> Iterator[str]:
+        """What to know of a case, from its products."""
+        planned, study = solved.planned, solved.planned.case.study
+        joints = self.stages.get(planned.system).contacts.joint
+        vane = self.stages.get(mesh_step(study, "vane"))
+        yield from warnings.alike(limits.mac)
+        yield from warnings.implausible(limits.free_frequency, vane.points)
+        yield from warnings.open_at_rest(solved.static, joints, ["hook"])
+        if peak is not None:
+            points = places(study, vane).points
+            yield from warnings.large(solved.response, peak, *_thin(study, vane), points)
+            yield from warnings.beyond_band(solved.response, peak, limits.band)
+        if solved.campbell is not None:
+            yield from warnings.campbell(solved.campbell.lines, limits.band)
 
     def _campbell(self, planned: Planned) -> Campbell | None:
         """The Campbell diagram of a case, the first of those that share its lines."""
@@ -316,3 +338,10 @@ class Run:
     def _point(self, done: int, total: int, frequency: float, amplitude: float) -> None:
         self.listener(self._clock.point(done, total, amplitude))
         self.record.flush_if_due()
+
+
+def _thin(study: Study, vane: Part) -> tuple[float, str]:
+    """The length, m, that displacements of the vane must stay below to be small, and its name."""
+    if isinstance(study.vane, VaneDimensions):
+        return study.vane.thickness, "the aerofoils' thickness"
+    return warnings.TENTH * float(np.ptp(vane.points, axis=0).min()), "a tenth of the vane's depth"

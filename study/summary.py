@@ -60,6 +60,8 @@ class Summary:
         Largest residual of the others, 0 if there are none.
     seconds : float
         What computing took.
+    warnings : tuple of str
+        What else to know before using them, see `vanelock.study.warnings`.
     """
 
     case: str
@@ -78,6 +80,7 @@ class Summary:
     points: int
     worst: float
     seconds: float
+    warnings: tuple[str, ...] = ()
 
 
 def peak_of(response: Response, amplitude: NDArray[np.float64]) -> Peak | None:

@@ -45,7 +45,16 @@ def board(text, limits=(), linear=None):
 
 def found(k=1, free=250.0):
     return Limits(
-        k, 18, True, np.array([100, free]), np.array([120, 280.0]), 1, 1, 0.9, *2 * [np.zeros(2)]
+        k,
+        18,
+        True,
+        np.array([100, free]),
+        np.array([120, 280.0]),
+        1,
+        1,
+        0.9,
+        np.zeros(2),
+        np.zeros(2),
     )
 
 
