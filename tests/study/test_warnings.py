@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from types import SimpleNamespace
+from typing import Any
 
 import h5py
 import numpy as np
@@ -13,6 +14,7 @@ from vanelock.rom import Contacts, Diameter, Force, System
 from vanelock.study import parse_study, run_study, warnings
 from vanelock.study.limits import limits
 from vanelock.study.listing import limits_table, response_table
+from vanelock.study.progress import Event
 from vanelock.study.report_summary import MU, best_friction
 from vanelock.study.summary import Peak, peak_of
 from vanelock.study.tables import Table
@@ -140,10 +142,11 @@ def test_the_friction_that_damps_best_is_withheld_where_a_peak_may_lie_beyond():
         summary(case=f"mu={mu}", mu=mu, values={MU: mu}, peak=Peak(3, 250.0, top, False))
         for mu, top in height.items()
     ]
-    (card,) = best_friction(SimpleNamespace(known=known))
+    told: Any = SimpleNamespace(known=known)
+    (card,) = best_friction(told)
     assert card.value == "μ = 0.2"
     known[2] = replace(known[2], peak=replace(known[2].peak, at_edge=True))
-    (card,) = best_friction(SimpleNamespace(known=known))
+    (card,) = best_friction(told)
     assert (card.value, card.flag) == ("withheld", "warn")
     assert "a peak may lie beyond: widen response.range" in card.note
 
@@ -156,7 +159,7 @@ def test_warnings_stand_in_the_table_on_the_page_and_in_the_results(tmp_path):
         "[outputs]\nshapes = false\nloops = false\nanimations = false\n"
         '[sweep]\n"joints.hook.mu" = [0.3, 0.4]\n'
     )
-    heard = []
+    heard: list[Event] = []
     run_study(parse_study(text), tmp_path, heard.append, text)
     edge = "the largest point is at the end of the frequency range; a peak may lie beyond"
     same = "joints.hook.mu has no effect: cases that differ in it alone are the same"
