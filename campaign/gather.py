@@ -132,7 +132,7 @@ def _maps(
 
     def told(name: str) -> maps.Told:
         def say(done: int, total: int, peak: float) -> None:
-            run.listener(Point(name, done, total, peak, 0.0))
+            run.listener(Point(name, done, total, peak, float("nan")))
 
         return say
 

@@ -1,7 +1,7 @@
 """Peak so far and time left, from the work of the cases that this run had to compute."""
 
 import time
-from collections.abc import Iterable
+from collections.abc import Collection
 
 from vanelock.study.model import Study
 from vanelock.study.plan import Planned
@@ -14,7 +14,8 @@ TYPICAL = 100
 class Clock:
     """Stopwatch over all cases of a run."""
 
-    def __init__(self, planned: Iterable[Planned]) -> None:
+    def __init__(self, planned: Collection[Planned]) -> None:
+        self._adaptive = any(each.case.study.accuracy is not None for each in planned)
         self._left = {each.response.key: work(each.case.study) for each in planned}
         self._done = 0.0
         self._seconds = 0.0
@@ -34,8 +35,13 @@ class Clock:
             self._done += self._own
 
     def point(self, done: int, total: int, amplitude: float) -> Point:
-        """A point of it is solved; `amplitude` counts for the peak, m."""
+        """A point of it is solved; `amplitude` counts for the peak, m.
+
+        With an accuracy there are as many points as the errors ask for, which nobody knows before.
+        """
         self._peak = max(self._peak, amplitude) if amplitude == amplitude else self._peak
+        if self._adaptive:
+            return Point(self._name, done, None, self._peak, float("nan"))
         part = self._own * done / total
         pace = (self._seconds + time.perf_counter() - self._began) / max(self._done + part, 1e-9)
         left = pace * (self._own - part + sum(self._left.values()))

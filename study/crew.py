@@ -203,10 +203,12 @@ class Crew:
         self.listener(Tasks(self._done, self._total, failed, self.peak(), left))
 
     def _left(self, now: float) -> float:
-        """Seconds left at the rate of those that ended; NaN where that does not tell."""
-        if self._done == self._total:
-            return 0.0
-        if not self._done:
+        """Seconds left at the rate of those that ended; NaN where that does not tell.
+
+        When all have ended, too: then the process that runs the study goes on with what it keeps
+        for itself.
+        """
+        if not 0 < self._done < self._total:
             return float("nan")
         rate = (self._ended - self._began) / self._done
         left = rate * (self._total - self._done) - (now - self._ended)

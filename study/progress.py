@@ -37,18 +37,24 @@ class Done:
 
 @dataclass(frozen=True)
 class Point:
-    """A point of a case is solved: how many of them, the peak so far [m], seconds left in all."""
+    """A point of a case is solved: how many of them, the peak so far [m], seconds left in all.
+
+    Of points that are chosen by their errors `total` is None; `left` is NaN where nothing tells it.
+    """
 
     case: str
     done: int
-    total: int
+    total: int | None
     peak: float
     left: float
 
 
 @dataclass(frozen=True)
 class Tasks:
-    """Tasks of other processes: done, in all, failed, largest peak so far [m], seconds left."""
+    """Tasks of other processes: done, in all, failed, largest peak so far [m], seconds left.
+
+    `left` is NaN where nothing tells it, and when all are done, since other work follows.
+    """
 
     done: int
     total: int
@@ -239,7 +245,8 @@ def _line(event: Event) -> str:
 
 
 def _progress(point: Point) -> str:
-    return f"point {point.done}/{point.total}, peak {point.peak * 1e6:.1f} um, {_clock(point.left)}"
+    of = "" if point.total is None else f"/{point.total}"
+    return f"point {point.done}{of}, peak {point.peak * 1e6:.1f} um{_clock(point.left)}"
 
 
 def _tasks(tasks: Tasks) -> str:
@@ -248,7 +255,7 @@ def _tasks(tasks: Tasks) -> str:
         said.append(f"{tasks.failed} FAILED")
     if tasks.peak:
         said.append(f"largest peak {tasks.peak * 1e6:.1f} um")
-    return ", ".join(said + ([_clock(tasks.left)] if tasks.left == tasks.left else []))
+    return ", ".join(said) + _clock(tasks.left)
 
 
 def _trial(trial: Trial) -> str:
@@ -257,8 +264,10 @@ def _trial(trial: Trial) -> str:
 
 
 def _clock(left: float) -> str:
+    if not left > 0:
+        return ""
     minutes, seconds = divmod(round(left), 60)
-    return f"{minutes}:{seconds:02d} left"
+    return f", {minutes}:{seconds:02d} left"
 
 
 def _finite(value: Any) -> Any:

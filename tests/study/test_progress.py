@@ -20,6 +20,8 @@ from vanelock.study.progress import (
     Finished,
     Lines,
     Notice,
+    Point,
+    Tasks,
     Trial,
     json_lines,
     print_table,
@@ -182,3 +184,23 @@ def test_time_left_follows_the_work(monkeypatch):
     clock.begin(planned[2])
     now[0] += 5
     assert round(clock.point(5, 10, 1e-6).left, 9) == 5
+
+
+def test_no_time_left_is_told_where_nobody_knows_it(monkeypatch, capsys):
+    text = "accuracy = 0.05\n[response]\nrange = [1, 2]"
+    planned = plan(cases(parse_study(text)), lambda *_: None)
+    clock = Clock(planned)
+    clock.begin(planned[0])
+    point = clock.point(16, 16, 3e-6)
+    assert point.total is None
+    assert np.isnan(point.left)
+    lines = Lines()
+    lines.interval = 0.0
+    lines(point)
+    lines(Point("b", 3, 9, 1e-6, 75.0))
+    lines(Tasks(16, 16, 0, 0.0, float("nan")))
+    assert capsys.readouterr().err.splitlines() == [
+        "  nominal: point 16, peak 3.0 um",
+        "  b: point 3/9, peak 1.0 um, 1:15 left",
+        "  16 of 16 cases",
+    ]
