@@ -77,18 +77,15 @@ def run_scene(
     path, began = Path(folder), time.perf_counter()
     with claimed(path):
         running = SceneRun(scene, path, listener, text, hire(workers, scheduler, listener))
-        try:
+        with running.record.finished():
             found = running.all_cases()
-        except BaseException:
-            running.record.abandon()
-            raise
-        shown = running.shown
-        exhibits = draw(shown, found)
-        if scene.outputs.report:
-            write_scene_page(shown, found, exhibits, text)
-        shown.easel.tidy()
-        listener(stage_times([*running.stages.done.values(), *shown.easel.done]))
-        running.record.complete(running.stages.done)
+            shown = running.shown
+            exhibits = draw(shown, found)
+            if scene.outputs.report:
+                write_scene_page(shown, found, exhibits, text)
+            shown.easel.tidy()
+            listener(stage_times([*running.stages.done.values(), *shown.easel.done]))
+            running.record.complete(running.stages.done)
     pictures = [str(file) for each in exhibits for file in (each.path, *each.data)]
     told: dict[str, Any] = {
         "cases": [asdict(each) | {"case": each.case.name} for each in found],

@@ -7,6 +7,7 @@ from contextlib import contextmanager
 from typing import Any
 
 from vanelock.errors import InputError
+from vanelock.signals import preserved
 
 PACKAGES = "libglu1-mesa libxft2 libxcursor1 libxinerama1 libgomp1 libgl1"
 _LIBRARIES = (
@@ -86,7 +87,7 @@ def session(part: str) -> Iterator[Any]:
     """A fresh gmsh, quiet and deterministic, closed again whatever happens.
 
     Sessions of several threads wait for one another. Configuration files of the user's are not
-    read, and no signal handler is set, so that it works outside the main thread.
+    read, and no signal handler is changed; it works outside the main thread, too.
 
     Parameters
     ----------
@@ -105,7 +106,8 @@ def session(part: str) -> Iterator[Any]:
                 f"{part}: gmsh is already initialised in this process: "
                 "call gmsh.finalize() before meshing"
             )
-        gmsh.initialize(readConfigFiles=False, interruptible=False)
+        with preserved():  # most of them would be back at their defaults
+            gmsh.initialize(readConfigFiles=False, interruptible=False)
         try:
             for name, value in _OPTIONS.items():
                 gmsh.option.setNumber(name, value)

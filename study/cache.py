@@ -24,6 +24,7 @@ from vanelock.errors import InputError
 from vanelock.files import writing
 from vanelock.hdf5 import written
 from vanelock.product import Product
+from vanelock.signals import held
 from vanelock.study.journal import JournalFile, NoJournal, journal
 
 P = TypeVar("P", bound=Product)
@@ -114,7 +115,7 @@ class Cache:
             self.folder.mkdir(parents=True, exist_ok=True)
             temporary = self.folder / f".{_flat(stage)}.{os.getpid()}.tmp"
             try:
-                with written(temporary) as file:
+                with held(), written(temporary) as file:
                     file.attrs["stage"] = stage
                     file.attrs["seconds"], file.attrs["cpu"] = seconds, cpu
                     product.save(file.create_group("product"))

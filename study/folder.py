@@ -8,6 +8,7 @@ from pathlib import Path
 
 from vanelock.errors import InputError
 from vanelock.files import placed
+from vanelock.signals import held
 from vanelock.study import results
 
 PLACES = ("cache", "figures", "shapes", "mesh")
@@ -45,6 +46,9 @@ def claimed(folder: Path) -> Generator[None, None, None]:
             if fresh:
                 _abandon(folder)
             raise
+        finally:
+            with held():
+                _sweep_up(folder)
 
 
 def _abandon(folder: Path) -> None:
@@ -71,7 +75,7 @@ def _check_places(folder: Path) -> None:
 
 
 def _sweep_up(folder: Path) -> None:
-    """Remove unfinished files that a killed run left; nobody else is writing here."""
+    """Remove unfinished files that a run left; nobody else is writing here."""
     left = list(folder.glob(".*.tmp"))
     for name in PLACES:
         left += (folder / name).rglob(".*.tmp")

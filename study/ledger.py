@@ -1,8 +1,8 @@
 """What every run writes into its results file: where it comes from, what failed, how it ended."""
 
 import platform
-from collections.abc import Mapping
-from contextlib import AbstractContextManager
+from collections.abc import Iterator, Mapping
+from contextlib import AbstractContextManager, contextmanager
 from datetime import UTC, datetime
 from pathlib import Path
 
@@ -81,9 +81,14 @@ class Ledger:
         """Let additions appear in the file, unless it is too soon after the last ones."""
         self._file.flush_if_due()
 
-    def abandon(self) -> None:
-        """A run is stopped: let the last additions appear, as far as that can be done."""
+    @contextmanager
+    def finished(self) -> Iterator[None]:
+        """If this block ends early, let the last additions appear, as far as that can be done."""
         try:
-            self._file.flush()
-        finally:
-            self._file.abandon()
+            yield
+        except BaseException:
+            try:
+                self._file.flush()
+            finally:
+                self._file.abandon()
+            raise

@@ -31,7 +31,7 @@ import os
 import shutil
 import time
 from collections.abc import Generator, Mapping, Sequence
-from contextlib import ExitStack, contextmanager, suppress
+from contextlib import ExitStack, contextmanager, nullcontext, suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -45,6 +45,7 @@ from vanelock.hdf5 import opened, written
 from vanelock.nonlinear import OPEN, SLIP, SLIP_OPEN, STUCK, Response
 from vanelock.product import Product
 from vanelock.rom import Component, System
+from vanelock.signals import held
 from vanelock.study.errors import Errors
 from vanelock.study.left_out import LeftOut
 from vanelock.study.strains import Strain
@@ -130,7 +131,7 @@ class Results:
     @contextmanager
     def together(self) -> Generator[None, None, None]:
         """Let all edits of this block appear at once."""
-        with self.edit() as file:
+        with self._opened() as file:
             self._file = file
             try:
                 yield
@@ -140,9 +141,11 @@ class Results:
     @contextmanager
     def edit(self) -> Generator[h5py.File, None, None]:
         """The file, open for additions that appear all at once or not at all, if not at once."""
-        if self._file is not None:
-            yield self._file
-            return
+        with held(), self._opened() if self._file is None else nullcontext(self._file) as file:
+            yield file
+
+    @contextmanager
+    def _opened(self) -> Generator[h5py.File, None, None]:
         with writing(self.path):
             try:
                 if (self._behind or (self._begun and self._waits)) and not self._own.exists():

@@ -65,21 +65,18 @@ def run_study(
             study, path, listener, stages, hands=hire(workers, scheduler, listener, path / "cache")
         )
         running.record.provenance(study, text)
-        try:
+        with running.record.finished():
             found = running.all_cases()
-        except BaseException:
-            running.record.abandon()
-            raise
-        easel = Easel(path, listener)
-        gallery = Gallery(
-            study, running.planned, stages, running.shown, easel, running.scattered(found)
-        )
-        drawn = gallery.draw()
-        if study.outputs.report:
-            running.record.answers(gallery.answers)
-            write_report(running.told(gallery, found, drawn, text))
-        listener(listing.stage_times([*stages.done.values(), *easel.done]))
-        running.record.complete(stages.done)
+            easel = Easel(path, listener)
+            gallery = Gallery(
+                study, running.planned, stages, running.shown, easel, running.scattered(found)
+            )
+            drawn = gallery.draw()
+            if study.outputs.report:
+                running.record.answers(gallery.answers)
+                write_report(running.told(gallery, found, drawn, text))
+            listener(listing.stage_times([*stages.done.values(), *easel.done]))
+            running.record.complete(stages.done)
     told = {
         "cases": [asdict(case) for case in found],
         "failed": {name: failure.reason for name, failure in running.failed.items()},

@@ -1,25 +1,24 @@
 """Command line: `vanelock run | mesh | converge | compare | fit | check | init | completion`.
 
 Errors are one plain line on standard error. Exit status: 0; 1 if some cases of a sweep failed; 2
-for input that cannot be used; 130 when stopped by the user.
+for input that cannot be used; 128 and a signal's number when stopped by one, so 130 by Ctrl-C; 141
+when nobody reads the output any more.
 """
 
 import os
-import signal
 import sys
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from enum import StrEnum
-from io import TextIOWrapper
 from pathlib import Path
-from types import FrameType
-from typing import Annotated, NoReturn
+from typing import Annotated
 
 import typer
 from typer._completion_classes import completion_init
 from typer._completion_shared import get_completion_script
 
 import vanelock
+from vanelock import signals, streams
 from vanelock.errors import InputError, cut_short, first_mistakes, printable
 from vanelock.guidance import FIRST_STUDY, add_guidance, knob_keys, study_files
 
@@ -268,13 +267,9 @@ def check(
 def _going_on_later(folder: Path) -> Iterator[None]:
     try:
         yield
-    except KeyboardInterrupt:
-        print(
-            f"vanelock: stopped; finished work is kept in {folder}, "
-            "and the same command goes on from there",
-            file=sys.stderr,
-        )
-        raise typer.Exit(130) from None
+    except signals.Stopped as stopped:
+        _say(f"stopped; finished work is kept in {folder}, and the same command goes on from there")
+        raise typer.Exit(stopped.status) from None
 
 
 @app.command()
@@ -308,35 +303,32 @@ def completion(
 add_guidance(app.registered_commands)
 
 
-def _stop(number: int, frame: FrameType | None) -> NoReturn:
-    raise KeyboardInterrupt
-
-
 def main(arguments: list[str] | None = None) -> None:
     """Run the command line and exit with its status."""
-    signal.signal(signal.SIGTERM, _stop)
     completion_init()
     # The matrices are small: a second thread gains little on an idle machine, and where other
     # programs run too the threads wait for one another (three times slower, measured).
     for library in ("OMP", "OPENBLAS", "MKL"):
         os.environ.setdefault(f"{library}_NUM_THREADS", "1")
-    for stream in (sys.stdout, sys.stderr):
-        if isinstance(stream, TextIOWrapper):
-            stream.reconfigure(errors="replace")  # a terminal without UTF-8 gets question marks
-    sys.exit(_status(arguments))
+    with streams.guarded(), signals.raised():
+        status = _status(arguments)
+    sys.exit(status)
 
 
 def _status(arguments: list[str] | None) -> int:
     try:
-        return app(arguments, prog_name="vanelock", standalone_mode=False) or 0
+        status: int = app(arguments, prog_name="vanelock", standalone_mode=False) or 0
+        sys.stdout.flush()
+        return status
     except InputError as error:
         lines = str(error).splitlines()
-    except (KeyboardInterrupt, typer.Abort):
-        print("vanelock: stopped", file=sys.stderr)
-        return 130
-    except BrokenPipeError:
-        sys.stderr.close()
-        return 141
+    except signals.Stopped as stopped:
+        _say("stopped")
+        return stopped.status
+    except streams.Lost as lost:
+        if lost.unread:
+            return 141
+        lines = [str(lost)]
     except MemoryError as error:
         told = f" ({error})" if str(error) else ""
         lines = [f"not enough memory{told}: a coarser mesh, fewer harmonics or points take less"]
@@ -346,8 +338,14 @@ def _status(arguments: list[str] | None) -> int:
             raise
         lines = [error.format_message()]
     for line in first_mistakes(lines):
-        print(f"vanelock: {cut_short(printable(line))}", file=sys.stderr)
+        _say(cut_short(printable(line)))
     return 2
+
+
+def _say(line: str) -> None:
+    """A line on standard error, if that can be written."""
+    with suppress(streams.Lost):
+        print(f"vanelock: {line}", file=sys.stderr)
 
 
 if __name__ == "__main__":

@@ -9,7 +9,7 @@ from pathlib import Path
 from typer.models import CommandInfo
 
 STATUSES = """Exit status: 0 done; {failed}2 input that cannot be used, told in one line for each
-mistake; 130 stopped by Ctrl-C or a signal."""
+mistake; 130 stopped by Ctrl-C, 143 by SIGTERM, 129 by SIGHUP; 141 nobody reads the output."""
 FAILED = "1 done, but some cases of a sweep failed, and they are listed; "
 SWEEPS = ("run",)
 """Commands of which some cases may fail."""

@@ -19,6 +19,7 @@ import numpy as np
 from vanelock.errors import InputError, printable
 from vanelock.files import regular
 from vanelock.limited import Fallen, limited
+from vanelock.signals import held
 
 UNPACKED = 256_000_000
 """Bytes that all data sets that are packed, or not written in full, may have in all."""
@@ -60,7 +61,8 @@ def written(path: str | os.PathLike[str], mode: str = "w") -> Generator[h5py.Fil
 
     Where the disk is full the HDF5 library cannot be told so: it drops small data sets without a
     word, and crashes as it closes the file. So it is told that all is well, and what the system
-    said is raised when it is done.
+    said is raised when it is done. Nor can a signal's exception pass through it: signals wait while
+    the file is opened and closed, and should wait while it is written (`vanelock.signals.held`).
 
     Raises
     ------
@@ -69,8 +71,13 @@ def written(path: str | os.PathLike[str], mode: str = "w") -> Generator[h5py.Fil
     """
     with open(path, "w+b" if mode == "w" else "r+b", buffering=0) as place:
         sink = _Sink(place)
-        with h5py.File(sink, mode) as file:
+        with held():
+            file = h5py.File(sink, mode)
+        try:
             yield file
+        finally:
+            with held():
+                file.close()
         if sink.error is not None:
             raise sink.error
 

@@ -10,6 +10,8 @@ import resource
 import signal
 from collections.abc import Callable
 
+from vanelock.signals import ENDING
+
 FULL = 3
 """Exit status of a child that ran out of memory."""
 
@@ -76,8 +78,9 @@ def _limit(seconds: int, memory: int) -> None:
         most = resource.getrlimit(what)[1]
         limit = limit if most == resource.RLIM_INFINITY else min(limit, most)
         resource.setrlimit(what, (limit, most))
-    for number in (signal.SIGTERM, signal.SIGINT):
-        signal.signal(number, signal.SIG_DFL)
+    for number in ENDING:
+        if signal.getsignal(number) != signal.SIG_IGN:
+            signal.signal(number, signal.SIG_DFL)
     faulthandler.disable()
     for stream in (1, 2):  # what a C library says as it aborts
         os.dup2(os.open(os.devnull, os.O_WRONLY), stream)

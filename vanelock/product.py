@@ -18,6 +18,7 @@ import scipy.sparse as sp
 from vanelock.errors import InputError
 from vanelock.files import placed
 from vanelock.hdf5 import opened, written
+from vanelock.signals import held
 
 Target: TypeAlias = str | os.PathLike[str] | h5py.Group
 
@@ -33,7 +34,7 @@ class Product:
         if isinstance(target, h5py.Group):
             self._write(target)
             return
-        with placed(target) as temporary, written(temporary) as file:
+        with placed(target) as temporary, held(), written(temporary) as file:
             self._write(file)
 
     @classmethod

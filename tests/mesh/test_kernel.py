@@ -1,8 +1,12 @@
 """gmsh sessions: clean, quiet, repeatable, in any thread; missing libraries explained."""
 
+import os
+import signal
+import socket
 import subprocess
 import sys
 import threading
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -96,3 +100,30 @@ def test_meshes_are_the_same_in_every_process_and_nothing_is_printed() -> None:
     assert outputs[0].stdout == outputs[1].stdout
     assert len(outputs[0].stdout.split()) == 2
     assert outputs[0].stderr == ""
+
+
+def test_meshing_changes_no_signal_s_handling() -> None:
+    """As the system tells it: caught, ignored and blocked; C code's handlers are among them."""
+
+    def handled() -> list[str]:
+        lines = Path("/proc/self/status").read_text().splitlines()
+        return [line for line in lines if line.startswith(("SigBlk", "SigIgn", "SigCgt"))]
+
+    heard: list[int] = []
+    numbers = (signal.SIGTERM, signal.SIGHUP)
+    before = [signal.signal(each, lambda number, frame: heard.append(number)) for each in numbers]
+    try:
+        expected = handled()
+        with session("thing"):
+            os.kill(os.getpid(), signal.SIGTERM)
+            assert handled() == expected
+        os.kill(os.getpid(), signal.SIGHUP)
+        assert handled() == expected
+    finally:
+        for each, handler in zip(numbers, before, strict=True):
+            signal.signal(each, handler)
+    assert heard == [signal.SIGTERM, signal.SIGHUP]
+    here, there = socket.socketpair()
+    there.close()
+    with here, pytest.raises(BrokenPipeError):  # SIGPIPE's default ends the process
+        here.sendall(b"anybody?")

@@ -1,23 +1,19 @@
 """The command line: exit status and messages, in processes of their own."""
 
-import json
-import os
-import signal
 import subprocess
 import sys
 
-import h5py
 import pytest
 
 import vanelock
-from vanelock.study import open_results, parse_study, template_text
+from vanelock.study import parse_study, template_text
 
 VANELOCK = [sys.executable, "-m", "vanelock"]
 
 
 def call(*arguments, cwd):
     return subprocess.run(
-        [*VANELOCK, *map(str, arguments)], cwd=cwd, capture_output=True, text=True, timeout=300
+        [*VANELOCK, *map(str, arguments)], cwd=cwd, capture_output=True, text=True, timeout=1800
     )
 
 
@@ -144,86 +140,8 @@ def test_a_full_disk(tmp_path):
         cwd=tmp_path,
         capture_output=True,
         text=True,
-        timeout=300,
+        timeout=1800,
     )
     assert (done.returncode, done.stdout) == (2, "")
     assert done.stderr == "vanelock: runs/a/cache: cannot be written: File too large\n"
     assert not list(tmp_path.glob("runs/a/**/*.tmp"))
-
-
-STUDY = """
-[mesh]
-size = "coarse"
-[response]
-range = [250, 300]
-points = 100
-harmonics = 1
-[sweep]
-"joints.interlock.mu" = [0.15, 0.3]
-[outputs]
-shapes = false
-loops = false
-report = false
-"""
-SECOND = "mu=0.3"
-
-
-def stopped_at_second_case(folder, number):
-    """Run until the second case is under way, then send a signal: status and standard error."""
-    process = subprocess.Popen(
-        [*VANELOCK, "run", "a.toml", "--json", "--workers", "1"],
-        cwd=folder,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-    )
-    assert process.stdout is not None
-    for line in process.stdout:
-        if json.loads(line) == {"event": "begun", "stage": f"response {SECOND}"}:
-            os.kill(process.pid, number)
-            break
-    _, errors = process.communicate(timeout=60)
-    return process.returncode, errors
-
-
-@pytest.mark.slow
-def test_interrupted_and_killed_runs_keep_what_was_finished(tmp_path):
-    (tmp_path / "a.toml").write_text(STUDY)
-    results = tmp_path / "runs" / "a" / "results.h5"
-
-    status, errors = stopped_at_second_case(tmp_path, signal.SIGINT)
-    assert status == 130
-    assert errors == (
-        "vanelock: stopped; finished work is kept in runs/a, "
-        "and the same command goes on from there\n"
-    )
-    with open_results(results) as file:
-        assert set(file["response"]) == {"free", "stuck", "mu=0.15"}
-        assert not file.attrs["complete"]
-
-    status, _ = stopped_at_second_case(tmp_path, signal.SIGKILL)
-    assert status == -signal.SIGKILL
-    with open_results(results) as file:  # what the cache holds need not be in it yet
-        assert set(file.get("response", ())) <= {"free", "stuck", "mu=0.15"}
-
-    done = call("run", "a.toml", "--json", "--workers", "1", cwd=tmp_path)
-    assert (done.returncode, done.stderr) == (0, "")
-    events = [json.loads(line) for line in done.stdout.splitlines()]
-    computed = {e["stage"] for e in events if e["event"] == "done" and not e["cached"]}
-    assert {stage for stage in computed if not stage.startswith("figures/")} == {
-        "response mu=0.3"
-    } | ({"preload"} & computed)
-    summary = events[-1]["summary"]
-    assert [case["case"] for case in summary["cases"]] == ["mu=0.15", "mu=0.3"]
-    with h5py.File(results) as file:
-        assert file.attrs["complete"]
-        assert set(file["response"]) == {"free", "stuck", "mu=0.15", "mu=0.3"}
-        peaks = [file[f"response/mu={mu}"].attrs["peak_amplitude"] for mu in (0.15, 0.3)]
-    assert peaks == [case["peak"]["amplitude"] for case in summary["cases"]]
-
-    quiet = call("run", "a.toml", "--quiet", cwd=tmp_path)
-    assert (quiet.returncode, quiet.stdout, quiet.stderr) == (0, "", "")
-    plain = call("run", "a.toml", cwd=tmp_path)
-    assert "Responses of vane accessory 1" in plain.stdout
-    assert "response mu=0.3: unchanged" in plain.stderr
-    assert "\x1b" not in plain.stdout + plain.stderr
