@@ -105,7 +105,7 @@ def fit(
             x_scale=1.0,
             xtol=STOP,
             ftol=STOP,
-            gtol=1e-10,
+            gtol=None,  # not relative: residuals in metres would end a fit where it begins
             max_nfev=MOST,
         )
         after = problem.misfit(run.x)

@@ -85,8 +85,7 @@ def noise_tests(
     # Given σ, what remains can move a value by its norm in standard errors: by less than one here.
     if n - p < 2 or np.linalg.norm(left) <= (1.0 if known else np.finfo(float).eps):
         return ()
-    near = np.ones(n - 1, bool)
-    near[np.cumsum(lengths)[:-1] - 1] = False
+    near = np.diff(np.repeat(np.arange(len(lengths)), lengths)) == 0
     span = np.linalg.svd(J, full_matrices=False)[0][:, : np.linalg.matrix_rank(J)]
     found = [_signs(left, near, names), _neighbours(left, near, span), _largest(left, span, names)]
     if known:

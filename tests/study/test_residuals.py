@@ -57,6 +57,9 @@ def test_signs_are_counted_within_curves():
     assert (found.name, found.statistic) == ("signs", 5)
     assert found.p == pytest.approx(sum(binom.pmf(k, 8, 0.5) for k in range(6)))
     assert "from 6 Hz to 9 Hz" in found.text
+    # Curves without any point left are none.
+    again, *_ = noise_tests(left, np.ones((10, 1)), (0, 6, 0, 4, 0), True, NAMES)
+    assert again == found
 
 
 @pytest.mark.parametrize("known", [True, False])
