@@ -13,6 +13,7 @@ from vanelock.assembly.model import Scene
 from vanelock.assembly.monitor import Found
 from vanelock.assembly.steps import LIMITS
 from vanelock.nonlinear import Response
+from vanelock.study.board import Drawn
 from vanelock.study.cache import code_version
 from vanelock.study.csv_table import write_columns
 from vanelock.study.curve_exhibits import columns
@@ -39,7 +40,7 @@ class ShownCase:
 
     case: SceneCase
     key: str
-    curve: tuple[Floats, Floats, NDArray[np.bool_]]
+    curves: dict[str, Drawn]
     peak: Peak | None
     top: Response | None
     static: Response
@@ -86,12 +87,20 @@ class Shown:
         peak: Peak | None,
         static: Response,
         joints: tuple[str, ...],
+        others: Sequence[Response] = (),
     ) -> None:
-        """A case that is done."""
+        """A case that is done, `others` being its responses in the other direction."""
         top = None if peak is None else as_solved(response, peak.point)
-        curve = response.frequency, amplitude, response.converged
+        curves = {
+            f"sweeping {r.direction}" if others else "": (
+                r.frequency,
+                self.monitor.amplitude(r),
+                r.converged,
+            )
+            for r in (response, *others)
+        }
         self.top[case.name] = ShownCase(
-            case, key, curve, peak, top, static, joints, response.harmonics
+            case, key, curves, peak, top, static, joints, response.harmonics
         )
 
     def curves(self) -> list[render.Curve]:
@@ -105,10 +114,9 @@ class Shown:
                 amplitude, group = self.monitor.amplitude(each), words(label) if label else ""
                 made.append(render.Curve(each.frequency, amplitude, group=group, kind=which))
         for each in self.top.values():
-            frequency, amplitude, converged = each.curve
             name = "with friction" if each.case.name == "nominal" else words(each.case.name)
             listed = each.case.scene.response.frequencies is not None
-            made.append(
+            made += [
                 render.Curve(
                     frequency,
                     amplitude,
@@ -116,8 +124,10 @@ class Shown:
                     harmonics=each.harmonics,
                     converged=converged,
                     joined=not listed,
+                    variant=direction,
                 )
-            )
+                for direction, (frequency, amplitude, converged) in each.curves.items()
+            ]
         return made
 
 

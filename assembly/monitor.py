@@ -11,7 +11,7 @@ from vanelock.errors import InputError
 from vanelock.nonlinear import OPEN, SLIP_OPEN, Response
 from vanelock.rom import System
 from vanelock.study.monitor import Monitor
-from vanelock.study.summary import RUBS, Peak, share
+from vanelock.study.summary import RUBS, Peak, Sweep, share
 
 CARTESIAN = ("x", "y", "z")
 
@@ -77,6 +77,8 @@ class Found:
         What computing took.
     warnings : tuple of str
         What else to know before using them, see `vanelock.study.warnings`.
+    sweeps : tuple of Sweep
+        That of the peak, and the other one where both directions were swept.
     """
 
     case: SceneCase
@@ -92,6 +94,7 @@ class Found:
     worst: float
     seconds: float
     warnings: tuple[str, ...] = ()
+    sweeps: tuple[Sweep, ...] = ()
 
 
 def found_in(

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 from vanelock.assembly.cases import SceneCase
@@ -40,6 +41,8 @@ class PlannedScene:
         Linear responses with all contacts open and all stuck.
     apart : tuple of str
         A line for each component that nothing joins to another.
+    other : Step or None
+        The response in the other direction, where both are wanted.
     """
 
     case: SceneCase
@@ -50,11 +53,17 @@ class PlannedScene:
     preload: Step[Response]
     response: Step[Response]
     apart: tuple[str, ...] = ()
+    other: Step[Response] | None = None
+
+    @property
+    def responses(self) -> tuple[Step[Response], ...]:
+        """Its nonlinear responses, in one direction or both."""
+        return (self.response,) if self.other is None else (self.response, self.other)
 
     @property
     def steps(self) -> list[Step[Any]]:
         """All whose products a run shows, in its order."""
-        return [*self.pieces, self.modes, *self.linear, self.preload, self.response]
+        return [*self.pieces, self.modes, *self.linear, self.preload, *self.responses]
 
     def wanted(self) -> Wanted:
         """What other processes are asked for."""
@@ -78,6 +87,7 @@ def planned(case: SceneCase, progress: Callable[[int, int, float, float], None])
     given = gathered(scene)
     system, bare = (system_step(scene, each, given) for each in (False, True))
     modes = modes_step(scene, bare)
+    swept = partial(response_step, case.name, scene, system, modes, progress)
     return PlannedScene(
         case=case,
         pieces=tuple(piece_step(scene, name, given) for name in scene.components),
@@ -85,6 +95,7 @@ def planned(case: SceneCase, progress: Callable[[int, int, float, float], None])
         modes=modes,
         linear=tuple(linear_step(scene, which, bare, modes) for which in LIMITS),
         preload=preload_step(scene, system),
-        response=response_step(case.name, scene, system, modes, progress),
+        response=swept(),
+        other=swept("down") if scene.response.direction == "both" else None,
         apart=tuple(given.apart()),
     )

@@ -4,7 +4,8 @@
 /system                nonlinear.System of the first case
 /limits/<name>         assembly.Modes
 /response/free, stuck  linear responses
-/response/<case>       nonlinear.Response, its preload and, where it is another, its system
+/response/<case>       nonlinear.Response, its preload and, where it is another, its system; lower,
+                       jumps: as of a study
 /provenance            the scene's text, date, versions, times of the stages
 """
 
@@ -61,9 +62,14 @@ class SceneRecord(Ledger):
                 results.put(file, f"response/{name}", response, {"linear": which})
 
     def case(
-        self, found: Found, key: str, response: Response, static: Response, monitor: str
+        self,
+        found: Found,
+        key: str,
+        responses: Sequence[Response],
+        static: Response,
+        monitor: str,
     ) -> None:
-        """Everything about a case, at once."""
+        """Everything about a case, at once; of its responses the higher comes first."""
         where = f"response/{found.case.name}"
         values: dict[str, Any] = {"monitor": monitor, "key": key}
         attributes = values | {f"sweep {k}": v for k, v in found.case.values.items()}
@@ -72,7 +78,9 @@ class SceneRecord(Ledger):
             attributes["peak_frequency"] = found.peak.frequency
             attributes["peak_amplitude"] = found.peak.amplitude
         with self._file.edit() as file:
-            results.put(file, where, response, attributes)
+            for place, response in zip((where, f"{where}/lower"), responses, strict=False):
+                results.put(file, place, response, attributes if place == where else {})
+            results.put_jumps(file, where, found.sweeps)
             results.put(file, f"{where}/preload", static, {})
             if self._waiting is not None:
                 results.put_system(file, f"{where}/system", self._waiting[1])

@@ -30,11 +30,12 @@ from vanelock.study.easel import Easel
 from vanelock.study.folder import claimed
 from vanelock.study.helped import helped
 from vanelock.study.hire import hire
+from vanelock.study.jumps import by_height, notes
 from vanelock.study.listing import failed_table, preload_table, stage_times
 from vanelock.study.plausible import unusual
 from vanelock.study.progress import Failed, Finished, Listener, Notice, Point, silent
 from vanelock.study.steps import Stages
-from vanelock.study.summary import Peak, peak_of
+from vanelock.study.summary import Peak, peak_of, sweep_of
 from vanelock.study.tasks import Failure, TaskFailed
 
 
@@ -206,27 +207,31 @@ class SceneRun:
         static, joints = self.stages.get(each.preload), system.contacts.joint
         if joints and self.shown.is_new(each.preload.key):
             self.listener(preload_table("" if first else each.case.name, joints, static))
-        return self._found(each, self.stages.get(each.response), static, joints, peaks)
+        responses = [self.stages.get(step) for step in each.responses]
+        return self._found(each, responses, static, joints, peaks)
 
     def _found(
         self,
         each: PlannedScene,
-        response: Response,
+        responses: list[Response],
         static: Response,
         joints: tuple[str, ...],
         peaks: list[Peak | None],
     ) -> Found:
-        case, key = each.case, each.response.key
+        case, key = each.case, " ".join(step.key for step in each.responses)
+        response, *others = by_height(responses, self.shown.monitor)
         amplitude = self.shown.monitor.amplitude(response)
-        peak = peak_of(response, amplitude)
+        sweeps = [sweep_of(r, self.shown.monitor.amplitude(r)) for r in (response, *others)]
+        peak = sweeps[0].peak
         if (rest := each.preload.key) not in self._loose:
             self._loose[rest] = undetermined(self.stages.get(each.system), static)
         loose = self._loose[rest]
-        seconds = self.stages.done[key].seconds
+        seconds = sum(self.stages.done[step.key].seconds for step in each.responses)
         found = found_in(case, response, joints, peak, peaks, loose, seconds)
-        found = replace(found, warnings=tuple(self._warnings(each, found, response, static)))
-        self.shown.add(case, key, response, amplitude, peak, static, joints)
-        self.record.case(found, key, response, static, self.shown.monitor.name)
+        lines = (*notes(sweeps), *self._warnings(each, found, response, static))
+        found = replace(found, sweeps=tuple(sweeps), warnings=lines)
+        self.shown.add(case, key, response, amplitude, peak, static, joints, others)
+        self.record.case(found, key, [response, *others], static, self.shown.monitor.name)
         if found.converged < found.points:
             lost = f"{found.points - found.converged} of {found.points} points did not converge"
             worst = f"largest residual {found.worst:.1e}"

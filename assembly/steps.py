@@ -22,7 +22,7 @@ from vanelock.nonlinear import Journal, Response
 from vanelock.rom import System
 from vanelock.study.band import asked_for, least_band
 from vanelock.study.cache import code_version, content_digest
-from vanelock.study.forced import Progress
+from vanelock.study.forced import FIRST, Progress
 from vanelock.study.steps import Step, step
 
 LIMITS: tuple[Literal["free", "stuck"], ...] = ("free", "stuck")
@@ -199,11 +199,20 @@ def preload_step(scene: Scene, system: Step[System]) -> Step[Response]:
 
 
 def response_step(
-    name: str, scene: Scene, system: Step[System], limits: Step[Modes], progress: Progress
+    name: str,
+    scene: Scene,
+    system: Step[System],
+    limits: Step[Modes],
+    progress: Progress,
+    direction: str | None = None,
 ) -> Step[Response]:
-    """Nonlinear response of a case; over a range, where its curve needs points."""
+    """Nonlinear response of a case; over a range, where its curve needs points.
+
+    In the scene's direction, or the given one; upwards where the scene wants both.
+    """
     keys = ("harmonics", "coupling", "samples", "friction", "harmonic_diameters")
     options: dict[str, Any] = {key: getattr(scene.response, key) for key in keys}
+    options["direction"] = direction or FIRST[scene.response.direction]
 
     def compute(system: System, found: Modes, journal: Journal) -> Response:
         wanted = frequencies(scene, found)
@@ -211,8 +220,8 @@ def response_step(
             system, wanted, progress=progress, journal=journal, **options
         )
 
-    inputs = {**_range(scene), **options}
-    name, needs = f"response {name}", (system, limits)
+    inputs, needs = {**_range(scene), **options}, (system, limits)
+    name = f"response {name}" + (", down" if options["direction"] == "down" else "")
     return step(name, "nonlinear", inputs, Response, needs, compute, resumes=True)
 
 

@@ -13,6 +13,7 @@ from vanelock.nonlinear.answers import replaying
 from vanelock.nonlinear.balance import structure
 from vanelock.nonlinear.coupling import COUPLINGS, at_rest, with_static_mean
 from vanelock.nonlinear.families import Frequencies
+from vanelock.nonlinear.jumps import jumps
 from vanelock.nonlinear.law import Law, contact_law
 from vanelock.nonlinear.linear import (
     check_band,
@@ -162,14 +163,23 @@ def frequency_response(
         begin, end = omegas[order]
         found = list(_reported(solver, solver.explore(begin, end), progress, (begin, end), None))
         found = sorted(_peaked(solver, found), key=lambda point: point.omega)
+        order = np.arange(len(found))[:: -1 if direction == "down" else 1]
     else:
         swept = _reported(solver, solver.sweep(omegas[order]), progress, None, len(omegas))
         by_place = dict(zip(order, swept, strict=True))
         found = [by_place[i] for i in range(len(omegas))]
+    jump = order[jumps(solver, [found[i] for i in order])]
     if rest is not None:
         found = [with_static_mean(point, rest) for point in found]
     response = assemble_response(prepared, found)
-    return replace(response, coupling=coupling, friction=friction, samples=samples or 0)
+    return replace(
+        response,
+        coupling=coupling,
+        friction=friction,
+        samples=samples or 0,
+        direction=direction,
+        jump=jump,
+    )
 
 
 def _law(

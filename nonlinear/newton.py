@@ -91,6 +91,8 @@ class Solution:
         Processor time spent, where it was taken.
     truncation : float
         Error of the displacements by modes that count by their static part alone.
+    continued : bool
+        Whether it was reached from its neighbour by solutions that nowhere turned back.
     """
 
     omega: float
@@ -104,6 +106,7 @@ class Solution:
     kept: Kept | None = None
     seconds: float = 0.0
     truncation: float = 0.0
+    continued: bool = True
 
 
 def scales(linear: Floats) -> Floats:

@@ -64,7 +64,16 @@ class ErrorEstimates(Product):
         return replace(self, **{name: getattr(self, name)[points] for name in by_point})
 
 
-CONSTANT = ("stiffness", "mu", "harmonic_diameters", "coupling", "friction", "samples", "estimates")
+CONSTANT = (
+    "stiffness",
+    "mu",
+    "harmonic_diameters",
+    "coupling",
+    "friction",
+    "samples",
+    "estimates",
+    "direction",
+)
 """What a response does not have point by point."""
 
 
@@ -116,6 +125,12 @@ class Response(Product):
         Of the period, on which the contact law was evaluated; 0: its events were located.
     estimates : ErrorEstimates or None
         Of one output's amplitude, where they were asked for.
+    direction : str or None
+        "up" or "down", the way the frequencies were passed; "both" where the largest of the
+        solutions of both ways was taken; None where they were not passed.
+    jump : (j, 2) int or None
+        Points before and after each jump, in that direction: neighbours that no curve of solutions
+        joins. None where jumps were not looked for.
     """
 
     frequency: Floats = field(metadata={"unit": "Hz"})
@@ -139,6 +154,8 @@ class Response(Product):
     friction: str = "orthogonal"
     samples: int = 0
     estimates: ErrorEstimates | None = None
+    direction: str | None = None
+    jump: NDArray[np.int64] | None = None
 
     @property
     def error(self) -> Floats:
@@ -153,15 +170,15 @@ class Response(Product):
         return int(self.contact.shape[1]) - 1
 
     def at(self, points: Sequence[int]) -> "Response":
-        """Some of the points."""
-        changed: dict[str, Any] = {}
+        """Some of the points, without the jumps between them."""
+        changed: dict[str, Any] = {"jump": None}
         for each in fields(self):
             value = getattr(self, each.name)
             if isinstance(value, dict):
                 changed[each.name] = {key: item[points] for key, item in value.items()}
             elif isinstance(value, ErrorEstimates):
                 changed[each.name] = value.at(points)
-            elif each.name not in CONSTANT:
+            elif each.name not in (*CONSTANT, *changed):
                 changed[each.name] = value[points]
         return replace(self, **changed)
 

@@ -162,8 +162,10 @@ class Solver:
             far = FAR * (omega - history[-1].omega) / (omega - reached.omega)
             arc = follow(self.family, reached, omega, self.tolerance, limit=60, away=far)
             if arc.solution is not None:
-                return _counted([*tried, arc.solution], omega)
-        tried.append(from_nothing(self.family.at(omega), self.law, self.tolerance))
+                found = replace(arc.solution, continued=not arc.folds)
+                return _counted([*tried, found], omega)
+        afresh = from_nothing(self.family.at(omega), self.law, self.tolerance)
+        tried.append(replace(afresh, continued=not history))
         if not history and not tried[-1].converged:
             tried += self._from_elsewhere(omega)
         return _counted(tried, omega)

@@ -36,6 +36,8 @@ class Solved:
         Estimated errors, with an accuracy.
     campbell : Campbell or None
         Its Campbell diagram, unless another case has the same.
+    other : Response or None
+        Vibrating in the other direction of the sweep, where both are wanted; no higher.
     """
 
     planned: Planned
@@ -44,6 +46,7 @@ class Solved:
     strain: Strain | None
     worth: tuple[Errors, Sequence[LeftOut]] | None
     campbell: Campbell | None
+    other: Response | None = None
 
 
 def attempt(compute: Callable[[A], C], planned: A, name: str, stages: Stages) -> C:

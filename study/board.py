@@ -3,7 +3,7 @@
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -26,6 +26,7 @@ from vanelock.study.summary import Peak
 
 Floats = NDArray[np.float64]
 Shape = NDArray[np.complex128]
+Drawn: TypeAlias = tuple[Floats, Floats, NDArray[np.bool_]]
 
 
 @dataclass
@@ -48,6 +49,8 @@ class Shown:
         The state at rest.
     harmonics : dict of str to int
         Highest harmonic of each case.
+    sweeps : dict of str to dict of str to curve
+        Curves of both directions by name, for the cases that were swept in both.
     campbell : dict of str to Campbell
         Campbell diagrams by case.
     measured : tuple of Measured
@@ -56,18 +59,23 @@ class Shown:
 
     monitor: Monitor
     linear: dict[tuple[str, Limit], tuple[Floats, Floats]] = field(default_factory=dict)
-    curve: dict[str, tuple[Floats, Floats, NDArray[np.bool_]]] = field(default_factory=dict)
+    curve: dict[str, Drawn] = field(default_factory=dict)
     top: dict[str, Response] = field(default_factory=dict)
     peak: dict[str, Peak] = field(default_factory=dict)
     static: dict[str, Response] = field(default_factory=dict)
     harmonics: dict[str, int] = field(default_factory=dict)
+    sweeps: dict[str, dict[str, Drawn]] = field(default_factory=dict)
     around: dict[str, "Around"] = field(default_factory=dict)
     campbell: dict[str, Campbell] = field(default_factory=dict)
     measured: tuple[Measured, ...] = ()
 
+    def curves(self, case: str) -> dict[str, Drawn]:
+        """The curves of a case by their direction, which is "" where there is but one."""
+        return self.sweeps.get(case) or {"": self.curve[case]}
+
     def only(self, case: str, limits: str) -> "Shown":
         """What one case alone shows, and the limits of that name, which now need none."""
-        by_case = ("curve", "top", "peak", "static", "harmonics")
+        by_case = ("curve", "top", "peak", "static", "harmonics", "sweeps")
         kept = {
             name: {k: v for k, v in getattr(self, name).items() if k == case} for name in by_case
         }

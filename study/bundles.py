@@ -49,12 +49,17 @@ class CaseWork:
 
 def steps_of(planned: Planned) -> list[Step[Any]]:
     """Steps of a case that a run asks for, in its order."""
+    return [*parts_of(planned), planned.preload, *planned.responses]
+
+
+def parts_of(planned: Planned) -> list[Step[Any]]:
+    """Those before preload and response."""
     study = planned.case.study
     found: list[Step[Any]] = [*(mesh_step(study, part) for part in PARTS), *planned.rom.values()]
     found += [planned.linear.limits, *(planned.linear.responses[which] for which in LIMITS)]
     if planned.gauges is not None:
         found.append(planned.gauges)
-    return [*found, planned.preload, planned.response]
+    return found
 
 
 def works(planned: Sequence[Planned]) -> list[CaseWork]:

@@ -73,6 +73,7 @@ _APART: dict[str, Callable[[Any], bool]] = {
     "excitation.engine_orders": lambda study: study.excitation.engine_orders is not None,
     "response.frequencies": lambda study: study.response.frequencies is not None,
     "response.samples": lambda study: study.response.samples is not None,
+    'response.direction, unless "up"': lambda study: study.response.direction != "up",
     'joints.friction = "isotropic"': lambda study: study.joints.friction != "orthogonal",
     "joints.interlock.enabled = false": lambda study: not study.joints.interlock.enabled,
     "vane.mesh, unless campaign.slants = []": lambda study: (

@@ -3,9 +3,11 @@
 import time
 from collections.abc import Collection
 
+from vanelock.nonlinear import Response
 from vanelock.study.model import Study
 from vanelock.study.plan import Planned
 from vanelock.study.progress import Point
+from vanelock.study.steps import Step
 
 TYPICAL = 100
 """Points of a response over a range that chooses them itself."""
@@ -16,16 +18,18 @@ class Clock:
 
     def __init__(self, planned: Collection[Planned]) -> None:
         self._adaptive = any(each.case.study.accuracy is not None for each in planned)
-        self._left = {each.response.key: work(each.case.study) for each in planned}
+        self._left = {
+            step.key: work(each.case.study) for each in planned for step in each.responses
+        }
         self._done = 0.0
         self._seconds = 0.0
         self._began = time.perf_counter()
         self._name, self._own, self._peak = "", 0.0, 0.0
 
-    def begin(self, planned: Planned) -> None:
-        """A case begins."""
+    def begin(self, planned: Planned, response: Step[Response] | None = None) -> None:
+        """A case begins, or another of its responses."""
         self._name, self._peak = planned.case.name, 0.0
-        self._own = self._left.pop(planned.response.key, 0.0)
+        self._own = self._left.pop((response or planned.response).key, 0.0)
         self._began = time.perf_counter()
 
     def end(self, computed: bool) -> None:

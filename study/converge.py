@@ -82,6 +82,8 @@ def converge_study(
     with claimed(path):
         stages = Stages(Cache(path / "cache", lambda told: listener(Notice(told))), listener)
         (case,) = warmed([case], stages)
+        if case.study.response.direction == "both":
+            raise InputError('response.direction = "both": converge takes one of them, up or down')
         base = pinned(case, stages)
         found = _Measuring(base, stages, listener).all(chosen(base, tuple(only), dofs))
         text = table(found, study.name)

@@ -21,13 +21,18 @@ def curves(board: Board) -> Exhibit:
     """The figure of the curves, and what it draws as CSV."""
     made = linear(board) + [
         render.Curve(
-            *board.shown.curve[each.case.name][:2],
+            frequency,
+            amplitude,
             group=words(each.case.name, without="harmonics"),
             harmonics=board.shown.harmonics[each.case.name],
-            converged=board.shown.curve[each.case.name][2],
+            converged=converged,
             joined=each.case.study.response.frequencies is None,
+            variant=direction,
         )
         for each in drawn_alone(board)
+        for direction, (frequency, amplitude, converged) in board.shown.curves(
+            each.case.name
+        ).items()
     ]
     made += [
         render.Curve(
@@ -36,7 +41,7 @@ def curves(board: Board) -> Exhibit:
         for each in board.shown.measured
         if each.quantity == DISPLACEMENT
     ]
-    keys = [(each.response.key, each.case.name) for each in board.planned]
+    keys = [(*(r.key for r in each.responses), each.case.name) for each in board.planned]
     monitor = board.shown.monitor.name
     shows = [keys, monitor, board.study.name]
     shows += [[m.name, m.frequency.tolist(), m.amplitude.tolist()] for m in board.shown.measured]

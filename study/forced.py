@@ -14,6 +14,8 @@ from vanelock.study.stages import system_step
 from vanelock.study.steps import Step, step
 
 Limit: TypeAlias = Literal["free", "stuck"]
+FIRST = {"up": "up", "down": "down", "both": "up"}
+"""Direction of the first sweep, by `response.direction`."""
 Progress: TypeAlias = Callable[[int, int, float, float], None]
 
 
@@ -73,15 +75,24 @@ def linear_step(
 
 
 def response_step(
-    name: str, study: Study, system: Step[System], limits: Step[Limits], progress: Progress
+    name: str,
+    study: Study,
+    system: Step[System],
+    limits: Step[Limits],
+    progress: Progress,
+    direction: str | None = None,
 ) -> Step[Response]:
-    """Nonlinear response of a case; over a range, where its curve needs points."""
+    """Nonlinear response of a case; over a range, where its curve needs points.
+
+    In the study's direction, or the given one; upwards where the study wants both.
+    """
     options: dict[str, Any] = {
         "harmonics": study.response.harmonics,
         "coupling": study.response.coupling,
         "samples": study.response.samples,
         "friction": study.joints.friction,
         "harmonic_diameters": study.response.harmonic_diameters,
+        "direction": direction or FIRST[study.response.direction],
     }
     inputs = {**frequency_keys(study), **options}
 
@@ -91,13 +102,14 @@ def response_step(
             system, wanted, progress=progress, journal=journal, **options
         )
 
-    name, needs = f"response {name}", (system, limits)
+    needs = (system, limits)
+    name = f"response {name}" + (", down" if options["direction"] == "down" else "")
     return step(name, "nonlinear", inputs, Response, needs, compute, resumes=True)
 
 
 def frequency_keys(study: Study) -> dict[str, Any]:
     """What the choice of frequencies depends on, beside the linear limits."""
-    apart = {"harmonics", "mode", "coupling", "samples", "harmonic_diameters"}
+    apart = {"harmonics", "mode", "coupling", "samples", "harmonic_diameters", "direction"}
     return study.response.model_dump(exclude=apart)
 
 

@@ -131,6 +131,9 @@ class Response(Table):
         default=None, min_length=2, max_length=2, description="[low, high] frequency [Hz]"
     )
     points: int | None = Field(default=None, ge=2, le=100_000, description="number of frequencies")
+    direction: Literal["up", "down", "both"] = Field(
+        default="up", description="direction of the sweep"
+    )
     harmonics: int = Field(default=3, ge=1, le=99, description="highest harmonic")
     coupling: Literal["coupled", "uncoupled", "constant-load"] = Field(
         default="coupled", description="coupling of the static and the dynamic balance"
@@ -305,6 +308,11 @@ class Study(Table):
             yield (
                 f'{told}: response.harmonic_diameters = "{self.response.harmonic_diameters}" is '
                 'not what a wave does; choose "wave"'
+            )
+        if told and self.response.direction != "up":
+            yield (
+                f'{told}: response.direction = "{self.response.direction}": leave it out, since '
+                "the highest of the solutions in both directions is looked for anyway"
             )
 
     def _has_points_to_choose(self) -> Iterator[str]:

@@ -5,6 +5,7 @@ But for what an accuracy settles first, the mesh above all.
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 from vanelock.cyclic import folded
 from vanelock.nonlinear import Response
@@ -88,6 +89,8 @@ class Planned:
         Errors of natural frequencies by the mesh, with an accuracy.
     diameters : tuple of int
         Nodal diameters, 0 to N/2, at which its casing is known to be reduced.
+    other : Step or None
+        The response in the other direction, where both are wanted.
     """
 
     case: Case
@@ -101,6 +104,17 @@ class Planned:
     settled: Settled | None = None
     mesh_errors: Step[MeshErrors] | None = None
     diameters: tuple[int, ...] = ()
+    other: Step[Response] | None = None
+
+    @property
+    def responses(self) -> tuple[Step[Response], ...]:
+        """Its nonlinear responses, in one direction or both."""
+        return (self.response,) if self.other is None else (self.response, self.other)
+
+    def turned(self) -> "Planned":
+        """The same with both directions exchanged."""
+        assert self.other is not None
+        return replace(self, response=self.other, other=self.response)
 
     def part(self, name: str, nodal_diameter: int) -> Step[Component]:
         """A reduced part that holds a nodal diameter."""
@@ -156,12 +170,14 @@ def fixed(case: Case, wanted: Iterable[int], progress: Progress) -> Planned:
     system, base = system_step(study, **rom), linear_system_step(study, **rom)
     modes = limits_step(study, base, **rom)
     linear = {which: linear_step(study, which, base, modes) for which in LIMITS}
+    swept = partial(response_step, case.name, study, system, modes, progress)
     return Planned(
         case=case,
         rom=rom,
         system=system,
         preload=preload_step(study, system),
-        response=response_step(case.name, study, system, modes, progress),
+        response=swept(),
+        other=swept("down") if study.response.direction == "both" else None,
         linear=Linear("", study, base, modes, linear),
         preload_name="",
         gauges=gauges_step(study, rom["vane"]) if study.outputs.gauges else None,

@@ -107,6 +107,9 @@ class Record(Ledger):
             self._write(file, planned, products, f"/{where}")
             results.put(file, where, response, _attributes(planned, summary, monitor))
             results.put(file, f"{where}/preload", static, {})
+            if solved.other is not None:
+                results.put(file, f"{where}/lower", solved.other, {})
+            results.put_jumps(file, where, summary.sweeps)
             if solved.strain is not None:
                 results.put_strain(file, where, solved.strain)
             if solved.worth is not None:

@@ -8,6 +8,7 @@ from vanelock import nonlinear, render
 from vanelock.report import Plot, Section, Trace
 from vanelock.report.blocks import Block
 from vanelock.study.answers import CaseAnswers
+from vanelock.study.board import Drawn
 from vanelock.study.curve_exhibits import linear
 from vanelock.study.many import PERCENT, band, drawn_alone
 from vanelock.study.measured import DISPLACEMENT
@@ -59,25 +60,11 @@ def response_plot(told: Told, further: Sequence[Trace] = ()) -> Plot:
     ]
     for each in alone:
         name = each.case.name
-        frequency, amplitude, converged = board.shown.curve[name]
-        order = np.argsort(frequency, kind="stable")
-        height = np.where(converged, 1e6 * amplitude, np.nan)[order]
         listed = each.case.study.response.frequencies is not None
-        told_of = words(name) if name != "nominal" else "with friction"
-        mode = "lines+markers" if listed else "lines"
-        colour = colours[words(name)]
-        traces.append(Trace(frequency[order], height, told_of, mode=mode, colour=colour))
-        lost = ~converged
-        if lost.any():
-            traces.append(
-                Trace(
-                    frequency[lost],
-                    1e6 * amplitude[lost],
-                    f"{told_of}: did not converge",
-                    mode="markers",
-                    colour="#d55e00",
-                )
-            )
+        own = words(name) if name != "nominal" else "with friction"
+        for i, (direction, curve) in enumerate(board.shown.curves(name).items()):
+            label = f"{own}, {direction}" if direction else own
+            traces += _drawn(curve, label, colours[words(name)], listed, i > 0)
     traces += [
         Trace(each.frequency, 1e6 * each.amplitude, each.label, mode="markers", colour="#1a1a1a")
         for each in board.shown.measured
@@ -98,6 +85,29 @@ def response_plot(told: Told, further: Sequence[Trace] = ()) -> Plot:
         "curve, twice to see it alone.",
         data=[path for path in data if path.exists()],
     )
+
+
+def _drawn(curve: Drawn, label: str, colour: str, listed: bool, second: bool) -> list[Trace]:
+    """A response, and its points that did not converge; the second of a case in dashes."""
+    frequency, amplitude, converged = curve
+    order = np.argsort(frequency, kind="stable")
+    height = np.where(converged, 1e6 * amplitude, np.nan)[order]
+    made = [
+        Trace(
+            frequency[order],
+            height,
+            label,
+            mode="lines+markers" if listed else "lines",
+            dash="dashdot" if second else "solid",
+            colour=colour,
+        )
+    ]
+    lost = ~converged
+    if lost.any():
+        label = f"{label}: did not converge"
+        heights = 1e6 * amplitude[lost]
+        made.append(Trace(frequency[lost], heights, label, mode="markers", colour="#d55e00"))
+    return made
 
 
 def _colours(alone: Sequence[Planned]) -> dict[str, str]:

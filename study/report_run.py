@@ -23,7 +23,17 @@ from vanelock.study.report_told import Told
 from vanelock.study.report_view import shapes
 from vanelock.study.report_wear import damping, wear
 
-CODE = ("answers", "contacts", "corners", "energy", "naming", "settings", "spots", "wear")
+CODE = (
+    "answers",
+    "contacts",
+    "corners",
+    "energy",
+    "jumps",
+    "naming",
+    "settings",
+    "spots",
+    "wear",
+)
 """Modules of this package, besides the page's own, that say what stands on it."""
 ELSEWHERE = (HAIGH,)
 """Titles of exhibits that stand in sections of their own."""
@@ -101,7 +111,10 @@ def shown(told: Told) -> Any:
     return {
         "study": board.study.model_dump(mode="json"),
         "text": told.text,
-        "cases": [[e.case.name, e.response.key, e.linear.key, e.system.key] for e in board.planned],
+        "cases": [
+            [e.case.name, *(r.key for r in e.responses), e.linear.key, e.system.key]
+            for e in board.planned
+        ],
         "failed": {name: each.reason for name, each in told.failed.items()},
         "answers": [found.key for found in told.answers.values()],
         "exhibits": [

@@ -13,6 +13,8 @@
                          with an accuracy error, by source: estimated relative errors of the peak's
                          amplitude and frequency, share, cost, knob; left_out: what, and why;
                          estimates: errors of the monitored amplitude by point and source
+                         lower: the Response in the other direction, where both were swept; this
+                         one then is that of the higher peak. jumps, (j, 4): where it jumps
                          answers: damping ratios, energy and fatigue margin at the peak
     /response/free, stuck
                          linear responses, ",<name>" added where cases do not share them; of the
@@ -47,8 +49,10 @@ from vanelock.product import Product
 from vanelock.rom import Component, System
 from vanelock.signals import held
 from vanelock.study.errors import Errors
+from vanelock.study.jumps import rows
 from vanelock.study.left_out import LeftOut
 from vanelock.study.strains import Strain
+from vanelock.study.summary import Sweep
 
 FORMAT = "vanelock-results"
 VERSION = 1
@@ -222,6 +226,18 @@ def put_strain(file: h5py.File, where: str, strain: Strain) -> None:
     dataset.attrs["name"] = list(strain.gauges.names)
     dataset.attrs["position"] = strain.gauges.positions
     dataset.attrs["direction"] = strain.gauges.directions
+
+
+def put_jumps(file: h5py.File, where: str, sweeps: Sequence[Sweep]) -> None:
+    """Write where a response jumps, and the lower one, beside each as `jumps`."""
+    for sweep, place in zip(sweeps, (where, f"{where}/lower"), strict=False):
+        dataset = file[place].create_dataset("jumps", data=rows(sweep))
+        dataset.attrs["columns"] = [
+            "frequency before (Hz)",
+            "frequency after (Hz)",
+            "amplitude before (m)",
+            "amplitude after (m)",
+        ]
 
 
 def put_errors(file: h5py.File, where: str, found: Errors, without: Sequence[LeftOut]) -> None:

@@ -14,7 +14,7 @@ from vanelock.rom import Component
 from vanelock.study import listing, results, warnings
 from vanelock.study.attempts import Solved, attempt, last_uses
 from vanelock.study.board import Around
-from vanelock.study.bundles import bundle, steps_of
+from vanelock.study.bundles import bundle, parts_of, steps_of
 from vanelock.study.cache import Cache
 from vanelock.study.campbell import Campbell, campbell
 from vanelock.study.campbell_exhibits import crossings_table
@@ -25,6 +25,7 @@ from vanelock.study.errors import Errors, error_table
 from vanelock.study.exhibit import Exhibit
 from vanelock.study.helped import helped
 from vanelock.study.judge import judged
+from vanelock.study.jumps import by_height, notes
 from vanelock.study.left_out import LeftOut, left_out_table
 from vanelock.study.limits import Limits
 from vanelock.study.measured import load_measured
@@ -49,9 +50,9 @@ from vanelock.study.scatter import (
 from vanelock.study.settle import settle
 from vanelock.study.solved import as_solved, drawn
 from vanelock.study.speed_lines import lines_step
-from vanelock.study.steps import Stages
+from vanelock.study.steps import Stages, Step
 from vanelock.study.strains import Strain
-from vanelock.study.summary import Peak, Summary, peak_of, summarise
+from vanelock.study.summary import Peak, Summary, peak_of, summarise, sweep_of
 from vanelock.study.sweep import Case, cases
 from vanelock.study.tasks import Failure, TaskFailed
 from vanelock.study.temperature import described
@@ -114,6 +115,7 @@ class Run:
         self._spacings: list[float] = []
         self._lines: set[str] = set()
         self._preloads: set[str] = set()
+        self._turned: set[str] = set()
 
     def all_cases(self) -> tuple[Summary, ...]:
         """Everything but the pictures; a line for each case."""
@@ -132,6 +134,9 @@ class Run:
         ):
             self._each(self._parts, self._show_parts)
             summaries = self._each(self._solve, self._case)
+        self.planned = tuple(
+            each.turned() if each.case.name in self._turned else each for each in self.planned
+        )
         self.listener(listing.response_table(summaries, self.shown.monitor.name))
         if self.failed:
             self.listener(listing.failed_table(self.failed))
@@ -180,7 +185,7 @@ class Run:
 
     def _parts(self, planned: Planned) -> None:
         """Meshes, reduced parts and linear limits of a case."""
-        for step in steps_of(planned)[:-2]:
+        for step in parts_of(planned):
             self.stages.get(step)
 
     def _show_parts(self, planned: Planned, computed: None) -> None:
@@ -249,15 +254,23 @@ class Run:
     def _solve(self, planned: Planned) -> Solved:
         """Preload and response of a case."""
         static = self.stages.get(planned.preload)
-        self._clock.begin(planned)
-        response = self.stages.get(planned.response)
-        self._clock.end(not self.stages.done[planned.response.key].cached)
+        found = [self._response(planned, step) for step in planned.responses]
+        response, *others = by_height(found, self.shown.monitor)
+        if response is not found[0]:
+            planned = planned.turned()
         planned = planned.solved(response)
         strain = self._strain(planned, response)
         worth = None
         if planned.settled is not None:
             worth = judged(planned, response, self.stages, self.shown.monitor)
-        return Solved(planned, static, response, strain, worth, self._campbell(planned))
+        diagram, other = self._campbell(planned), next(iter(others), None)
+        return Solved(planned, static, response, strain, worth, diagram, other)
+
+    def _response(self, planned: Planned, step: Step[Response]) -> Response:
+        self._clock.begin(planned, step)
+        found = self.stages.get(step)
+        self._clock.end(not self.stages.done[step.key].cached)
+        return found
 
     def _case(self, planned: Planned, solved: Solved) -> Summary:
         """A case that is solved: written, shown."""
@@ -271,9 +284,17 @@ class Run:
         amplitude = self.shown.monitor.amplitude(response)
         peak = peak_of(response, amplitude)
         limits, linear = self.stages.get(planned.linear.limits), self._peaks[planned.linear.key]
-        seconds = self.stages.done[planned.response.key].seconds
+        seconds = sum(self.stages.done[step.key].seconds for step in planned.responses)
+        sweeps = [
+            sweep_of(each, self.shown.monitor.amplitude(each))
+            for each in (response, solved.other)
+            if each is not None
+        ]
         found = summarise(case, joints, response, peak, limits, linear, seconds)
-        found = replace(found, warnings=tuple(self._warnings(solved, peak, limits)))
+        lines = (*notes(sweeps), *self._warnings(solved, peak, limits))
+        found = replace(found, sweeps=tuple(sweeps), warnings=lines)
+        if solved.other is not None and response.direction == "down":
+            self._turned.add(case.name)
         if solved.worth is not None:
             self._worth[case.name] = solved.worth
         self.record.case(solved, found, self.shown.monitor.name)
@@ -286,6 +307,13 @@ class Run:
         curve = response.frequency, amplitude, response.converged
         listed = case.study.response.frequencies is not None
         self.shown.curve[case.name] = curve if listed else drawn(response, amplitude)
+        if solved.other is not None:
+            lower = self.shown.monitor.amplitude(solved.other)
+            second = solved.other.frequency, lower, solved.other.converged
+            self.shown.sweeps[case.name] = {
+                f"sweeping {each.direction}": drawn_as
+                for each, drawn_as in zip(sweeps, (curve, second), strict=True)
+            }
         if peak is not None:
             given = case.study.response
             if given.points is not None or given.frequencies is not None:

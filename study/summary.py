@@ -27,6 +27,39 @@ class Peak:
 
 
 @dataclass(frozen=True)
+class Jump:
+    """Neighbouring points that no curve of solutions joins, in the order of the sweep.
+
+    Attributes
+    ----------
+    frequency : (float, float)
+        Before and after, Hz.
+    amplitude : (float, float)
+        Of the monitored displacement there, m.
+    """
+
+    frequency: tuple[float, float]
+    amplitude: tuple[float, float]
+
+
+@dataclass(frozen=True)
+class Sweep:
+    """A sweep of a case.
+
+    Attributes
+    ----------
+    direction : {"up", "down", "both"}
+    peak : Peak or None
+        Its largest converged point.
+    jumps : tuple of Jump
+    """
+
+    direction: str
+    peak: Peak | None
+    jumps: tuple[Jump, ...]
+
+
+@dataclass(frozen=True)
 class Summary:
     """A case in numbers.
 
@@ -62,6 +95,8 @@ class Summary:
         What computing took.
     warnings : tuple of str
         What else to know before using them, see `vanelock.study.warnings`.
+    sweeps : tuple of Sweep
+        That of the peak, and the other one where both directions were swept.
     """
 
     case: str
@@ -81,6 +116,7 @@ class Summary:
     worst: float
     seconds: float
     warnings: tuple[str, ...] = ()
+    sweeps: tuple[Sweep, ...] = ()
 
 
 def peak_of(response: Response, amplitude: NDArray[np.float64]) -> Peak | None:
@@ -91,6 +127,17 @@ def peak_of(response: Response, amplitude: NDArray[np.float64]) -> Peak | None:
         return None
     edge = response.points > 1 and top in (0, response.points - 1)
     return Peak(top, float(response.frequency[top]), float(amplitude[top]), edge)
+
+
+def sweep_of(response: Response, amplitude: NDArray[np.float64]) -> Sweep:
+    """A response as a sweep, its monitored amplitude (p,) in m."""
+    pairs = np.empty((0, 2), np.int64) if response.jump is None else response.jump
+    frequency = response.frequency
+    jumps = tuple(
+        Jump((float(frequency[a]), float(frequency[b])), (float(amplitude[a]), float(amplitude[b])))
+        for a, b in pairs
+    )
+    return Sweep(response.direction or "up", peak_of(response, amplitude), jumps)
 
 
 def share(chosen: NDArray[np.bool_]) -> float:
