@@ -17,7 +17,7 @@ from vanelock.errors import InputError
 from vanelock.nonlinear.answers import replaying
 from vanelock.nonlinear.coupling import COUPLINGS, with_static_mean
 from vanelock.nonlinear.estimates import SOURCES, Estimate, Estimator
-from vanelock.nonlinear.exploring import Exploring, settled
+from vanelock.nonlinear.exploring import Exploring, places_of_jumps, settled
 from vanelock.nonlinear.ladder import Climbed, Ladder
 from vanelock.nonlinear.linear import (
     check_band,
@@ -140,7 +140,12 @@ def adaptive_response(
         found = Exploring(pointwise, omegas[0], omegas[1], told).curve()
     else:
         found = _swept(pointwise, omegas, told)
-    return _assembled(ladder, found, monitored)
+    order = np.argsort([p.omega for p in found], kind="stable")
+    return replace(
+        _assembled(ladder, found, monitored),
+        direction="both" if is_range else "up",
+        jump=order[places_of_jumps(pointwise, [found[i] for i in order])],
+    )
 
 
 @dataclass

@@ -1,14 +1,15 @@
 """A range of frequencies, sampled as its curve needs it.
 
-The range is swept upwards in long steps. Beside a jump, the larger solution may go on: it is
-followed to its end, downwards and upwards, and where two exist, the curve takes the larger one.
+The range is swept upwards and back downwards in long steps. Beside a jump, a solution may go on: it
+is followed to its end, downwards and upwards, and where several exist, the curve takes the largest.
 Neighbours differ by no more than two harmonics. Points are then added where the curve between them
 is uncertain, and at its highest place until that is where the curve says; the highest maxima are
 then compared with more harmonics.
 """
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from itertools import pairwise
 from typing import Protocol
 
 import numpy as np
@@ -22,10 +23,14 @@ Floats = NDArray[np.float64]
 
 BEND = 0.4
 """How far, relatively, a step of the sweep may leave the line through the last two points."""
+COARSE = 2.0
+"""How many times longer the steps of the second sweep are where the first met no jump."""
 JUMP = 400
 """Parts of the range: how closely a jump of the response is located."""
 WIDEST = 48
 """Parts of the range: how far apart points may be where the curve is high."""
+BANDS = 2
+"""Half-power bandwidths of the structure: how far apart they may be there at most."""
 CROWD = 200
 """Points of a curve beyond which none is added; of the second half, the high ones come first."""
 ROUNDS = 20
@@ -54,26 +59,47 @@ class Exploring:
         The range, rad/s.
     told : callable
         Told of each point.
+    left : set of (float, float)
+        Frequencies of jumps and ends of the range towards which a branch was followed from there.
+    broken : bool
+        Whether a sweep came where its shortest step did not stay on a curve.
     """
 
     pointwise: Pointwise
     low: float
     high: float
     told: Told
+    left: set[tuple[float, float]] = field(default_factory=set)
+    broken: bool = False
 
     @property
     def closest(self) -> float:
         """Distance of neighbours below which none is put between them, rad/s."""
         return (self.high - self.low) / JUMP
 
+    @property
+    def damping_ratio(self) -> float:
+        """Of the structure with all contacts stuck; 0 where it has damping of its own."""
+        return self.pointwise.ladder.structure(self.pointwise.least).system.damping_ratio or 0.0
+
+    @property
+    def widest(self) -> float:
+        """Distance of neighbours where the curve is high: a peak may hide in more, rad/s."""
+        apart = (self.high - self.low) / WIDEST
+        band = 2 * self.damping_ratio * self.low
+        return min(apart, max(BANDS * band, self.closest)) if band else apart
+
     def curve(self) -> list[Point]:
         """The points of the curve, ascending; the last ones tried where some did not converge."""
         first = self.pointwise.point(self.low, [])
         points = [first, *self._swept(first, self.high)]
+        coarse = 1.0 if self.broken else COARSE
+        back = self._swept(points[-1], self.low, coarse=coarse)
+        points = self._merged(points, [points[-1], *back][::-1])
         points = self._graded(self._upper(points))
         for _ in range(ROUNDS):
             curve, share = self._drawn(points), self.pointwise.shares.frequencies
-            wanted = curve.wanted(share, self.closest, (self.high - self.low) / WIDEST)
+            wanted = curve.wanted(share, self.closest, self.widest)
             if len(points) + len(wanted) > CROWD / 2:
                 wanted = _highest(curve, wanted, max(CROWD - len(points), 0))
             for omega in wanted:
@@ -82,7 +108,10 @@ class Exploring:
                 before = points
                 points = settled(self.pointwise, points)
                 if [p.harmonics for p in points] == [p.harmonics for p in before]:
-                    break
+                    count = len(self.left)
+                    points = self._upper(points)
+                    if len(self.left) == count:
+                        break
             points = self._graded(points)
         return points
 
@@ -91,15 +120,17 @@ class Exploring:
         numbers = np.array([(p.omega, p.amplitude, p.slope) for p in known]).reshape(-1, 3)
         return Curve(*numbers.T)
 
-    def _swept(self, first: Point, end: float, jumps: bool = True) -> Iterator[Point]:
+    def _swept(
+        self, first: Point, end: float, jumps: bool = True, coarse: float = 1.0
+    ) -> Iterator[Point]:
         """From a point to a frequency in steps over which the amplitude stays near the line.
 
-        Unless it may jump, it ends where the branch does.
+        Unless it may jump, it ends where the branch does. Coarse ones are so many times longer.
         """
+        bend = BEND * coarse**2
         span, sign = self.high - self.low, float(np.sign(end - first.omega))
-        system = self.pointwise.ladder.structure(self.pointwise.least).system
-        finest = max((system.damping_ratio or 0.0) * self.low / 10, span / 2000)
-        history, step = [first], span / 30
+        finest = coarse * max(self.damping_ratio * self.low / 10, span / 2000)
+        history, step = [first], coarse * span / 30
         while history[-1].omega != end:
             last = history[-1]
             left = abs(end - last.omega)
@@ -118,14 +149,33 @@ class Exploring:
                 step = max(self.closest, finest, 0.3 * step)
                 continue
             error = 0.0 if easy is None and known else _bend(history, point)
-            if error > BEND and step > finest:
-                step = max(finest, step * max(0.3, 0.8 * np.sqrt(BEND / error)))
+            if error > bend and step > finest:
+                step = max(finest, step * max(0.3, 0.8 * np.sqrt(bend / error)))
                 continue
+            self.broken |= error > bend or (easy is None and bool(known))
             yield point
             self.told(point, round(span / max(abs(omega - first.omega), 1e-9 * span)))
             history = [*history, point][-2:]
-            growth = 0.9 * np.sqrt(BEND / max(error, 1e-12))
-            step = float(np.clip(step * min(2.0, growth), finest, span / 12))
+            growth = 0.9 * np.sqrt(bend / max(error, 1e-12))
+            step = float(np.clip(step * min(2.0, growth), finest, coarse * span / 12))
+
+    def _merged(self, one: list[Point], other: list[Point]) -> list[Point]:
+        """The larger solutions of two sweeps, both ascending; of equal ones, one at a place."""
+        kept = [p for p in one if not self._below(p, other)]
+        for p in other:
+            apart = min((abs(p.omega - each.omega) for each in kept), default=np.inf)
+            if apart > self.closest and not self._below(p, one):
+                kept.append(p)
+        return sorted(kept, key=lambda p: p.omega)
+
+    def _below(self, point: Point, others: list[Point]) -> bool:
+        """Whether other points surely go above one: on either side, and no jump between them."""
+        place = int(np.searchsorted([p.omega for p in others], point.omega, side="right"))
+        beside = others[max(place - 1, 0) : place + 1]
+        if not all(p.solution.converged for p in beside) or _jumps(beside[0], beside[-1]):
+            return False
+        height = self._drawn(beside).at(np.array([point.omega]))[0]
+        return bool(height > (1 + OTHER) * point.amplitude)
 
     def _upper(self, points: list[Point]) -> list[Point]:
         """The larger solutions beside every jump put in place of the smaller ones."""
@@ -134,24 +184,35 @@ class Exploring:
         return points
 
     def _followed(self, points: list[Point], end: float) -> list[Point]:
-        """Branches that jump down towards one end of the range followed as far as they go."""
+        """Branches that jump towards one end of the range followed as far as they go.
+
+        One below the curve may come out above it later. One that meets the curve is the curve.
+        """
         ahead = points if end > points[0].omega else points[::-1]
         i = 0
         while i < len(ahead) - 1:
             here, next_one = ahead[i], ahead[i + 1]
-            if _jumps(here, next_one) and here.amplitude > next_one.amplitude:
-                beyond, branch = ahead[i + 1 :], []
-                curve = self._drawn(sorted(beyond, key=lambda p: p.omega))
-                for point in self._swept(here, end, jumps=False):
-                    if point.amplitude < (1 + OTHER) * curve.at(np.array([point.omega]))[0]:
-                        break
-                    branch.append(point)
-                if branch:
-                    last = abs(branch[-1].omega - here.omega)
-                    beyond = [p for p in beyond if abs(p.omega - here.omega) > last]
-                    ahead = [*ahead[: i + 1], *branch, *beyond]
-                    i += len(branch)
             i += 1
+            if not _jumps(here, next_one) or (here.omega, end) in self.left:
+                continue
+            self.left.add((here.omega, end))
+            beyond = ahead[i:]
+            curve = self._drawn(sorted(beyond, key=lambda p: p.omega))
+            branch: list[Point] = []
+            for point in self._swept(here, end, jumps=False):
+                height = curve.at(np.array([point.omega]))[0]
+                if abs(point.amplitude - height) <= OTHER * height:
+                    break
+                if point.amplitude > height:
+                    branch.append(point)
+                elif branch:
+                    break
+            if branch:
+                first, last = (abs(branch[k].omega - here.omega) for k in (0, -1))
+                before = [p for p in beyond if abs(p.omega - here.omega) < first]
+                beyond = [p for p in beyond if abs(p.omega - here.omega) > last]
+                ahead = [*ahead[:i], *before, *branch, *beyond]
+                i += len(before) + len(branch) - 1
         return sorted(ahead, key=lambda p: p.omega)
 
     def _graded(self, points: list[Point]) -> list[Point]:
@@ -199,6 +260,17 @@ def settled(pointwise: Pointwise, points: Sequence[Point]) -> list[Point]:
     for i in np.flatnonzero(maxima):
         found[i] = pointwise.settled(found[i])
     return found
+
+
+def places_of_jumps(pointwise: Pointwise, points: Sequence[Point]) -> NDArray[np.int64]:
+    """(j, 2) places of neighbours that no curve joins, among points of ascending frequency."""
+    solved = [i for i, p in enumerate(points) if p.solution.converged]
+    found = [
+        (i, j)
+        for i, j in pairwise(solved)
+        if _jumps(points[i], points[j]) and not pointwise.joined(points[i], points[j])
+    ]
+    return np.array(found, np.int64).reshape(-1, 2)
 
 
 def _highest(curve: Curve, wanted: Floats, most: int) -> Floats:

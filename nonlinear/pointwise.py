@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from vanelock.nonlinear.estimates import BEYOND, SOURCES, Estimate, Estimator, half
 from vanelock.nonlinear.families import Frequencies, fixed
+from vanelock.nonlinear.jumps import joined
 from vanelock.nonlinear.ladder import Climbed, Ladder
 from vanelock.nonlinear.law import STUCK
 from vanelock.nonlinear.newton import Solution, solve
@@ -261,6 +262,12 @@ class Pointwise:
             return None
         q = self.estimator.output(family.structure, point.omega, found.w)
         return TAIL * (half(q) - point.amplitude)
+
+    def joined(self, a: Point, b: Point) -> bool:
+        """Whether the path of solutions leads from one to the other, as many harmonics in both."""
+        H = max(a.harmonics, b.harmonics)
+        found = self._lifted([a, b], H)
+        return len(found) == 2 and joined(self.ladder.solver(H), *found)
 
     def _needs_samples(self, estimate: Estimate, samples: int | None) -> bool:
         share = self.shares.samples or self.shares.harmonics

@@ -114,9 +114,9 @@ def test_a_crowded_curve_gets_its_last_points_where_it_is_high(
 ) -> None:
     system, shares = rubbing_system(), Shares(1e-4, 1e-6)
     many = adaptive_response(lambda _: system, (0.1, 0.3), shares, (0, 0))
-    monkeypatch.setattr(exploring, "CROWD", 36)
+    monkeypatch.setattr(exploring, "CROWD", 48)
     few = adaptive_response(lambda _: system, (0.1, 0.3), shares, (0, 0))
-    assert few.points == 36 < many.points
+    assert few.points == 48 < many.points
     assert peak_errors(few).amplitude == pytest.approx(peak_errors(many).amplitude, rel=1e-5)
 
 

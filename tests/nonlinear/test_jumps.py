@@ -5,7 +5,7 @@ import pytest
 from numpy.typing import NDArray
 
 from tests.nonlinear.test_branches import HIGH, LOW, closed_folds, gap_oscillator
-from vanelock.nonlinear import frequency_response
+from vanelock.nonlinear import Shares, adaptive_response, frequency_response
 from vanelock.nonlinear.trigonometric import TURN
 
 ENDS = (LOW / TURN, HIGH / TURN)
@@ -47,3 +47,14 @@ def test_points_of_a_response_alone_have_no_jumps() -> None:
     some = found.at([3, 4])
     assert some.jump is None
     assert some.direction == "up"
+
+
+def test_with_an_accuracy_the_jump_is_that_of_the_highest_solutions() -> None:
+    (fold, height), _ = closed_folds()
+    shares = Shares(harmonics=0.03, frequencies=0.03)
+    found = adaptive_response(lambda _: gap_oscillator(), ENDS, shares, harmonics=1)
+    assert found.direction == "both"
+    assert found.jump is not None
+    ((before, after),) = found.jump
+    assert TURN * found.frequency[before] <= fold <= TURN * found.frequency[after]
+    assert found.amplitude[before, 0, 0] == pytest.approx(height, rel=0.05)
