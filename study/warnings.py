@@ -104,7 +104,7 @@ def alike(mac: float) -> list[str]:
         return []
     return [
         f"the mode of interest free and the one stuck are alike by MAC {mac:.2f} only: they may be "
-        "different modes, and what lies between them no range of one mode"
+        "different modes, and a place between the two means nothing"
     ]
 
 

@@ -191,3 +191,18 @@ def test_a_case_that_cannot_be_computed_is_told_and_the_rest_goes_on(
     assert "has 6 modes" in failed.reason
     with h5py.File(tmp_path / "run" / "results.h5") as file:
         assert "mode=9" in file["failed"]
+
+
+def test_a_range_beyond_the_reduced_components_is_followed_or_refused(
+    tmp_path: Path, scene_file: Write
+) -> None:
+    """The band follows the range; a band or modes that do not hold it are refused."""
+    text, wide = arm(tmp_path), "[response]\nrange = [8000, 9000]\n"
+    narrow = r"components\.arm\.band = 100: response\.range reaches 9000 Hz.*\"9500 Hz\""
+    with pytest.raises(InputError, match=narrow):
+        load_scene(scene_file(text + "band = 100\n" + PAD + wide))
+    few = r"response\.range reaches 9000 Hz, and the reduced models answer up to .*\"9500 Hz\""
+    with pytest.raises(InputError, match=few):
+        run_scene(load_scene(scene_file(text + "modes = 1\n" + PAD + wide)), tmp_path / "few")
+    followed = joined(scene_file(text + PAD + wide))
+    assert followed.band is None or followed.band > 9000
