@@ -149,7 +149,7 @@ def visit(browser: Browser) -> Callable[..., Page]:
 
     def until(page: Page, expression: str, given: object = None) -> None:
         """Wait; the page's own policy forbids Playwright's waiting, which evaluates text in it."""
-        for _ in range(600):
+        for _ in range(6000):  # minutes, on a machine that does much else
             if page.evaluate(expression, given):
                 return
             page.wait_for_timeout(50)
@@ -158,6 +158,7 @@ def visit(browser: Browser) -> Callable[..., Page]:
     def visit(path: Path, width: int = 1280, height: int = 900, **options) -> Page:
         options = {"reduced_motion": "reduce", **options}
         context = browser.new_context(viewport={"width": width, "height": height}, **options)
+        context.set_default_timeout(300_000)
         page = context.new_page()
         page.on("console", lambda message: complaints.append(f"{message.type}: {message.text}"))
         page.on("pageerror", lambda error: complaints.append(str(error)))
