@@ -140,14 +140,19 @@ def _draw(
     if study.outputs.report:
         run.record.answers(gallery.answers)
         chosen = [each for each in summaries if each.case == main]
-        told = run.told(gallery, chosen, drawn, text)
-        told = replace(told, strains=_only(told.strains, main))
         shown_first = page.Shown(sheets, loops, maps, best)
-        write_report(
-            told,
-            lambda: page.sections(every, found, stated, shown_first, spent),
-            _digest(found, made),
-        )
+
+        def write() -> None:
+            told = run.told(gallery, chosen, drawn, text)
+            write_report(
+                replace(told, strains=_only(told.strains, main)),
+                lambda: page.sections(every, found, stated, shown_first, spent),
+                _digest(found, made),
+            )
+
+        easel.finish(write)
+    else:
+        easel.finish()
     return [*made, *drawn]
 
 

@@ -5,6 +5,8 @@ which has no pivoting: the signs of D are the inertia, and the caller checks the
 """
 
 import hashlib
+from collections.abc import Generator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
 
@@ -37,26 +39,36 @@ class Analysis:
     order: NDArray[np.int32] | None = None
 
 
-def cholmod(A: sp.csc_array, definite: bool, like: Any = None) -> Numeric:
-    """Factorise a matrix in canonical form; `like` is an earlier `Numeric.analysis` or None."""
-    from sksparse.cholmod import CholmodNotPositiveDefiniteError
+@contextmanager
+def cholmod_errors() -> Generator[None, None, None]:
+    """CHOLMOD's errors as those that every solver has."""
+    from sksparse.cholmod import CholmodNotPositiveDefiniteError, CholmodOutOfMemoryError
 
-    if not definite and np.iscomplexobj(A.data):
-        A = _with_real_diagonal(A)
-    analysis = _analysed(A, "supernodal" if definite else "simplicial", like)
-    order = analysis.order
     try:
-        factor = analysis.symbolic.cholesky(A if order is None else _permuted(A, order))
+        yield
     except CholmodNotPositiveDefiniteError:
         raise BreakdownError from None
-    negative = 0 if definite else int(np.sum(factor.D().real < 0))
+    except CholmodOutOfMemoryError:
+        raise MemoryError("CHOLMOD could not allocate") from None
+
+
+def cholmod(A: sp.csc_array, definite: bool, like: Any = None) -> Numeric:
+    """Factorise a matrix in canonical form; `like` is an earlier `Numeric.analysis` or None."""
+    if not definite and np.iscomplexobj(A.data):
+        A = _with_real_diagonal(A)
+    with cholmod_errors():
+        analysis = _analysed(A, "supernodal" if definite else "simplicial", like)
+        order = analysis.order
+        factor = analysis.symbolic.cholesky(A if order is None else _permuted(A, order))
+        negative = 0 if definite else int(np.sum(factor.D().real < 0))
 
     def solve(b: Matrix) -> Matrix:
-        if order is None:
-            return np.asarray(factor(b))
-        x = np.empty_like(b)
-        x[order] = factor(np.asfortranarray(b[order]))
-        return x
+        with cholmod_errors():
+            if order is None:
+                return np.asarray(factor(b))
+            x = np.empty_like(b)
+            x[order] = factor(np.asfortranarray(b[order]))
+            return x
 
     return Numeric(solve, negative, analysis=analysis)
 

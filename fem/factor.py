@@ -16,6 +16,7 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from vanelock.errors import InputError
+from vanelock.fem import storage
 from vanelock.fem.backend import BreakdownError, Matrix, Numeric, Solve
 from vanelock.fem.blocks import in_blocks
 from vanelock.fem.cholmod import cholmod
@@ -190,6 +191,7 @@ def _factors(
 ) -> tuple[str, Numeric]:
     """Factors that are accurate, and the backend that they come from."""
     solver = _SOLVERS[backend]
+    storage.require(A.shape[0], np.iscomplexobj(A.data), storage.TIMES[backend])
     analysis = like._analysis if like is not None else None
     if definite:
         return backend, solver(A, True, analysis)

@@ -16,6 +16,7 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from vanelock.errors import InputError
+from vanelock.fem import storage
 from vanelock.fem.backend import BreakdownError, Matrix, Solve
 from vanelock.fem.blocks import in_blocks
 from vanelock.fem.factor import Factor, backends, factorise
@@ -107,6 +108,7 @@ def schur_complement(
     rest = np.setdiff1d(np.arange(n), kept)
     if (backend or backends()[0]) != "cholmod":
         return _by_solves(A, kept, rest, backend, like)
+    storage.require(n, np.iscomplexobj(A.data), storage.SCHUR)
     analysis = like._analysis if like is not None else None
     try:
         factor = trailing_factor(A, kept, rest, analysis)

@@ -7,8 +7,8 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from vanelock.fem.backend import BreakdownError, Matrix
-from vanelock.fem.cholmod import pattern_of
+from vanelock.fem.backend import Matrix
+from vanelock.fem.cholmod import cholmod_errors, pattern_of
 
 
 @dataclass(frozen=True)
@@ -68,11 +68,13 @@ class TrailingFactor:
     def _forward(self, b: Matrix) -> Matrix:
         y = np.zeros((self._size, b.shape[1]), self.corner.dtype, order="F")
         y[: len(self.order)] = b[self.order]
-        return np.asarray(self._factor.solve_L(y, False))
+        with cholmod_errors():
+            return np.asarray(self._factor.solve_L(y, False))
 
     def _backward(self, y: Matrix) -> Matrix:
         x = np.empty((len(self.order), y.shape[1]), y.dtype, order="F")
-        x[self.order] = np.asarray(self._factor.solve_Lt(y, False))[: len(self.order)]
+        with cholmod_errors():
+            x[self.order] = np.asarray(self._factor.solve_Lt(y, False))[: len(self.order)]
         return x
 
 
@@ -84,7 +86,7 @@ def trailing_factor(
     What is added to their diagonal, and taken off S again, lets A be singular there, as a part
     without support is; Ψ does not depend on it.
     """
-    from sksparse.cholmod import CholmodNotPositiveDefiniteError, analyze
+    from sksparse.cholmod import analyze
 
     pattern = pattern_of(A) + str(A.dtype).encode()
     analysis = like if isinstance(like, Analysis) and like.pattern == pattern else None
@@ -99,15 +101,13 @@ def trailing_factor(
     added = np.where(size > 0, size, 1.0)
     whole = sp.csc_array(A[last][:, last])
     whole = sp.csc_array(whole + sp.diags_array(np.r_[np.zeros(len(rest)), added], format="csc"))
-    if analysis is None:
-        symbolic = analyze(whole, mode="supernodal", ordering_method="natural")
-        analysis = Analysis(pattern, kept, order, symbolic)
-    try:
+    with cholmod_errors():
+        if analysis is None:
+            symbolic = analyze(whole, mode="supernodal", ordering_method="natural")
+            analysis = Analysis(pattern, kept, order, symbolic)
         factor = analysis.symbolic.cholesky(whole)
-    except CholmodNotPositiveDefiniteError:
-        raise BreakdownError from None
-    del whole
-    corner = _corner(factor, len(rest))
+        del whole
+        corner = _corner(factor, len(rest))
     S = corner @ corner.conj().T
     S += S.conj().T
     S /= 2
@@ -119,7 +119,8 @@ def _ordered(A: sp.csc_array) -> NDArray[np.int64]:
     """A fill-reducing order, for which nested dissection beats minimum degree here."""
     from sksparse.cholmod import analyze
 
-    factor = analyze(sp.csc_array(A), mode="simplicial", ordering_method="nesdis")
+    with cholmod_errors():
+        factor = analyze(sp.csc_array(A), mode="simplicial", ordering_method="nesdis")
     return np.asarray(factor.P(), np.int64)
 
 

@@ -1,6 +1,7 @@
 """From reduced coordinates back to the displacement, strain and stress of every node."""
 
 from dataclasses import dataclass, field
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -9,12 +10,16 @@ from numpy.typing import NDArray
 
 from vanelock.errors import InputError
 from vanelock.fem import Model, factorise
+from vanelock.memory import latest
 from vanelock.rom import fields
 from vanelock.rom.component import Component
 from vanelock.rom.condensed import Condensed, condensed
 from vanelock.rom.held import Solve
 from vanelock.rom.problem import Problem, problem
 from vanelock.rom.system import Matrix
+
+KEPT = 2
+"""Nodal diameters whose factors of the faces are kept: that of rest and another."""
 
 
 @dataclass(frozen=True)
@@ -134,9 +139,8 @@ class Recovery:
         """The part at a nodal diameter, its masters held."""
         cyclic = self.component.route == "cyclic"
         k = nodal_diameter % self.model.part.sectors if cyclic else 0
-        if k not in self._statics:
-            self._statics[k] = self._sector(k) if cyclic else self._piece()
-        return self._statics[k]
+        made = partial(self._sector, k) if cyclic else self._piece
+        return latest(self._statics, k, made, KEPT)
 
     def _vectors(self, nodal_diameter: int) -> Matrix:
         found = self.component.at(nodal_diameter).vectors

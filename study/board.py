@@ -9,10 +9,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vanelock import fem, rom
+from vanelock.memory import latest
 from vanelock.mesh import Part
 from vanelock.nonlinear import Response
 from vanelock.study.campbell import Campbell
 from vanelock.study.csv_table import write_columns
+from vanelock.study.diameters import prepared_step
 from vanelock.study.easel import Easel
 from vanelock.study.forced import Limit
 from vanelock.study.measured import Measured
@@ -163,11 +165,16 @@ class Board:
 
     def recovery(self, each: Planned, part: str, k: int) -> rom.Recovery:
         """What takes a part's reduced coordinates at a nodal diameter to its nodes."""
-        step = each.part(part, k)
-        if step.key not in self._recoveries:
-            model = self.stages.get(model_step(each.case.study, part))
-            self._recoveries[step.key] = rom.recovery(self.stages.get(step), model)
-        return self._recoveries[step.key]
+        step, study = each.part(part, k), each.case.study
+
+        def made() -> rom.Recovery:
+            model, shared = self.stages.get(model_step(study, part)), None
+            apart = prepared_step(study)  # has the factors that all nodal diameters share
+            if apart.key in {need.key for need in step.needs}:
+                shared = self.stages.get(apart)
+            return rom.recovery(self.stages.get(step), model, shared)
+
+        return latest(self._recoveries, step.key, made, len(PARTS))
 
     def stresses(self, each: Planned) -> Shape:
         """(H + 1, nodes, 6) harmonics of the vane's nodal stresses at a case's peak, Pa."""

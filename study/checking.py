@@ -20,6 +20,7 @@ from vanelock.study import results
 from vanelock.study.budget import SOURCES, pins
 from vanelock.study.cache import Cache, Entry
 from vanelock.study.compare_load import load_file
+from vanelock.study.estimate import estimated
 from vanelock.study.fit_command import fitted_parameters
 from vanelock.study.measured import curve_mistakes, load_measured
 from vanelock.study.meshes import mesh_step
@@ -107,7 +108,11 @@ def _planned(path: Path, outside: bool) -> Iterator[Row]:
     if any(case.study.accuracy is not None for case in found):
         yield "accuracy", "; ".join(dict.fromkeys(_accuracy(case.study) for case in found))
     yield from (("careful", text) for text in unusual(study))
-    yield from _parts(study, found)
+    own: dict[str, int] = {}
+    yield from _parts(study, found, own)
+    needed = estimated(found, own=own)
+    if needed is not None:
+        yield from ((what, f"about {told}") for what, told in needed.words().items())
     curves = load_measured(study)
     for curve in curves:
         yield "measured", f"{curve.label}: {len(curve.frequency):,} points of {curve.quantity}"
@@ -127,8 +132,11 @@ def _of_curves(study: Study, lacks: bool) -> list[str]:
     return found
 
 
-def _parts(study: Study, found: tuple[Case, ...]) -> Iterator[Row]:
-    """Sizes of the parts; a user's mesh is read and matched, once for each way that is swept."""
+def _parts(study: Study, found: tuple[Case, ...], dofs: dict[str, int]) -> Iterator[Row]:
+    """Sizes of the parts; a user's mesh is read and matched, once for each way that is swept.
+
+    The degrees of freedom of these go into `dofs`.
+    """
     own = {name for name in PARTS if isinstance(getattr(study, name), OwnVane | OwnCasing)}
     stages = Stages(_Unkept(Path(), lambda told: None), silent)
     steps = {}
@@ -143,6 +151,7 @@ def _parts(study: Study, found: tuple[Case, ...]) -> Iterator[Row]:
     for name in PARTS:
         if name in own:
             part = stages.get(mesh_step(found[0].study, name))
+            dofs[name] = 3 * len(part.points)
             sets = ", ".join(f"{key} {len(nodes)}" for key, nodes in part.node_sets.items())
             yield (
                 name,

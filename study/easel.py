@@ -60,11 +60,14 @@ class Easel:
         Told about each file drawn.
     done : list of Done
         The files so far.
+    waiting : dict of Path to callable
+        What draws the animations that are put off until the page is written: they take longest.
     """
 
     folder: Path
     listener: Listener
     done: list[Done] = field(default_factory=list)
+    waiting: dict[Path, Callable[[], object]] = field(default_factory=dict, repr=False)
     _noted: float = field(default_factory=time.perf_counter, repr=False)
     _tidied: bool = field(default=False, repr=False)
 
@@ -84,13 +87,9 @@ class Easel:
         self, name: str, shows: Any, function: Callable[[Path], object], quick: bool = False
     ) -> Path:
         """The file `name`; `shows` is what JSON can hold of all that it depends on."""
-        path = self.folder / name
-        key = key_of(name, "render", {"shows": shows, "made by": _code()})
-        known = self._known.get(name)
-        if known is not None and known[0] == key and path.is_file():
-            if file_digest(path) == known[1]:
-                self.done.append(Done(name, float(known[2]), True))
-                return path
+        path, key = self.folder / name, _key(name, shows)
+        if self._there(name, key):
+            return path
         if not quick:
             self.listener(Begun(name))
         began = time.perf_counter()
@@ -106,12 +105,41 @@ class Easel:
             self.listener(self.done[-1])
         return path
 
+    def animate(self, name: str, shows: Any, function: Callable[[Path], object]) -> Path:
+        """As `draw`, but what is not there yet waits for `finish`."""
+        path = self.folder / name
+        if not self._there(name, _key(name, shows)):
+            with _placing(path):
+                path.unlink(missing_ok=True)  # of other results
+            self.waiting[path] = lambda: self.draw(name, shows, function)
+        return path
+
+    def finish(self, write: Callable[[], object] = lambda: None) -> None:
+        """Write the page that shows the pictures; where animations wait, again after them."""
+        write()
+        if self.waiting:
+            for draw in self.waiting.values():
+                draw()
+            self.waiting.clear()
+            write()
+
+    def _there(self, name: str, key: str) -> bool:
+        """Whether the file is there and shows what it should."""
+        known, path = self._known.get(name), self.folder / name
+        if known is None or known[0] != key or not path.is_file():
+            return False
+        if file_digest(path) != known[1]:
+            return False
+        self.done.append(Done(name, float(known[2]), True))
+        return True
+
     def tidy(self, keep: Collection[str] = ()) -> None:
         """Remove files that an earlier run drew and this one did not: they show other results.
 
         Those to `keep` are drawn later. What was drawn is then noted for the next run.
         """
-        current = {*keep, *(done.stage for done in self.done)}
+        waiting = (path.relative_to(self.folder).as_posix() for path in self.waiting)
+        current = {*keep, *waiting, *(done.stage for done in self.done)}
         for name in [name for name in self._known if name not in current]:
             place = self.folder / name
             with _placing(place):
@@ -126,6 +154,10 @@ class Easel:
         """Record what is drawn; a run that is killed draws again what came after the last note."""
         self._noted = time.perf_counter()
         record(self.folder / "cache" / "pictures.json", json.dumps(self._known, indent=1))
+
+
+def _key(name: str, shows: Any) -> str:
+    return key_of(name, "render", {"shows": shows, "made by": _code()})
 
 
 @lru_cache

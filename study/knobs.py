@@ -13,11 +13,11 @@ from pydantic import ValidationError
 
 from vanelock.errors import InputError
 from vanelock.mesh.dimensions import CasingDimensions, VaneDimensions
-from vanelock.mesh.effort import casing_dofs, vane_dofs
 from vanelock.mesh.size import LARGEST, SMALLEST, element_size
 from vanelock.nonlinear.sampling import default_samples, least_samples
 from vanelock.study.messages import show
 from vanelock.study.model import Study
+from vanelock.study.sizes import unknowns
 from vanelock.study.structure import ACCURACY, MODES
 from vanelock.study.sweep import value_at, with_values
 
@@ -116,7 +116,7 @@ def _sizes(study: Study, dofs: float) -> list[Any]:
         found.insert(0, _rounded(coarser))
         coarser *= STEP
     finer = min(element_size(own, part) for part in ("vane", "casing")) / STEP
-    while finer >= SMALLEST and _dofs(study, finer) <= dofs:
+    while finer >= SMALLEST and unknowns(study, finer) <= dofs:
         found.append(_rounded(finer))
         finer /= STEP
     return found
@@ -124,14 +124,6 @@ def _sizes(study: Study, dofs: float) -> list[Any]:
 
 def _rounded(size: float) -> float:
     return float(f"{size:.3g}")
-
-
-def _dofs(study: Study, size: float) -> float:
-    """Estimated degrees of freedom of both meshes with elements of `size`, m."""
-    vane, casing, N = study.vane, study.casing, study.ring.sectors
-    assert isinstance(vane, VaneDimensions)
-    assert isinstance(casing, CasingDimensions)
-    return vane_dofs(vane, N, size) + casing_dofs(casing, vane.hook, N, size, study.mesh.stretch)
 
 
 def _size(study: Study, size: Any) -> tuple[str, dict[str, Any]]:

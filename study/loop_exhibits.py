@@ -107,7 +107,7 @@ def loops(board: Board, each: Planned, animated: bool) -> list[Exhibit]:
     heading = f"Hysteresis of interlock contact {number}"
     made = [Exhibit(path, heading, caption, (data,))]
     if animated:
-        path = board.easel.draw(f"figures/loop_{slug(name)}.gif", shows, moving)
+        path = board.easel.animate(f"figures/loop_{slug(name)}.gif", shows, moving)
         caption = (
             f"The same contact while its loop is traced{of_case(name)}: the point is the instant's "
             "friction, the dashed lines are the bounds ±μn that move with the normal force beside. "

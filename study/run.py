@@ -8,6 +8,7 @@ from pathlib import Path
 from vanelock.study import listing, results
 from vanelock.study.cache import Cache
 from vanelock.study.easel import Easel
+from vanelock.study.estimate import estimated
 from vanelock.study.folder import claimed
 from vanelock.study.hire import hire
 from vanelock.study.model import Study
@@ -15,8 +16,10 @@ from vanelock.study.pictures import Gallery
 from vanelock.study.progress import Finished, Listener, Notice, silent
 from vanelock.study.report_run import write_report
 from vanelock.study.running import Run
+from vanelock.study.sizes import processes
 from vanelock.study.steps import Stages
 from vanelock.study.summary import Summary
+from vanelock.study.sweep import cases
 
 
 def run_study(
@@ -26,6 +29,7 @@ def run_study(
     text: str = "",
     workers: int = 1,
     scheduler: str | None = None,
+    memory: float | None = None,
 ) -> tuple[Summary, ...]:
     """Run a study in a folder; what earlier runs there computed is used again.
 
@@ -46,6 +50,9 @@ def run_study(
         Processes that compute the cases of a sweep; 1: this one does.
     scheduler : str, optional
         Address of a Dask scheduler whose workers do, such as "tcp://host:8786".
+    memory : float, optional
+        Bytes that what is chosen may take: meshes for an accuracy, and the number of processes;
+        seven tenths of this machine's, control group's or shell's memory unless given, and at most.
 
     Returns
     -------
@@ -61,27 +68,33 @@ def run_study(
     began = time.perf_counter()
     with claimed(path):
         stages = Stages(Cache(path / "cache", lambda told: listener(Notice(told))), listener)
-        running = Run(
-            study, path, listener, stages, hands=hire(workers, scheduler, listener, path / "cache")
-        )
+        found = cases(study)
+        needed = estimated(found, memory)
+        if needed is not None:
+            listener(Notice(f"about {', '.join(needed.words().values())}, if nothing is there yet"))
+            workers = min(workers, processes(needed.memory, memory))
+        hands = hire(workers, scheduler, listener, path / "cache")
+        running = Run(study, path, listener, stages, found, hands, memory)
         running.record.provenance(study, text)
         with running.record.finished():
-            found = running.all_cases()
+            summaries = running.all_cases()
             easel = Easel(path, listener)
             gallery = Gallery(
-                study, running.planned, stages, running.shown, easel, running.scattered(found)
+                study, running.planned, stages, running.shown, easel, running.scattered(summaries)
             )
             drawn = gallery.draw()
             if study.outputs.report:
                 running.record.answers(gallery.answers)
-                write_report(running.told(gallery, found, drawn, text))
+                easel.finish(lambda: write_report(running.told(gallery, summaries, drawn, text)))
+            else:
+                easel.finish()
             listener(listing.stage_times([*stages.done.values(), *easel.done]))
             running.record.complete(stages.done)
     told = {
-        "cases": [asdict(case) for case in found],
+        "cases": [asdict(case) for case in summaries],
         "failed": {name: failure.reason for name, failure in running.failed.items()},
         "results": str(path / results.NAME),
         "pictures": [str(file) for shown in drawn for file in (shown.path, *shown.data)],
     }
     listener(Finished(str(path), time.perf_counter() - began, told))
-    return found
+    return summaries

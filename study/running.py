@@ -48,6 +48,7 @@ from vanelock.study.scatter import (
     spacing,
 )
 from vanelock.study.settle import settle
+from vanelock.study.sizes import most_dofs
 from vanelock.study.solved import as_solved, drawn
 from vanelock.study.speed_lines import lines_step
 from vanelock.study.steps import Stages, Step
@@ -82,6 +83,8 @@ class Run:
         The cases, where they are not those of the study's sweep.
     hands : callable, optional
         Gets the processes that compute the cases; without, this one does.
+    memory : float, optional
+        Bytes that meshes chosen for an accuracy may take, see `run_study`.
     """
 
     def __init__(
@@ -92,6 +95,7 @@ class Run:
         stages: Stages,
         found: Sequence[Case] = (),
         hands: Callable[[], Hands] | None = None,
+        memory: float | None = None,
     ) -> None:
         self.study, self.listener, self.stages = study, listener, stages
         self._cache = Cache(folder / "cache", lambda told: listener(Notice(told)))
@@ -103,8 +107,10 @@ class Run:
         for text in (*unusual(study), *dict.fromkeys(described(case.study) for case in found)):
             if text:
                 listener(Notice(text))
+        most = most_dofs(memory)
         settled = [
-            None if case.study.accuracy is None else settle(case.study, stages) for case in found
+            None if case.study.accuracy is None else settle(case.study, stages, most)
+            for case in found
         ]
         self.planned = plan(found, self._point, settled)
         self.record = Record(folder, stages)
@@ -220,7 +226,7 @@ class Run:
         return Told(
             board=gallery.board,
             summaries=found,
-            exhibits=drawn,
+            exhibits=[each for each in drawn if each.path not in gallery.easel.waiting],
             answers=gallery.answers,
             wear=gallery.wear,
             strains=self._strains,

@@ -13,7 +13,6 @@ from pydantic import ValidationError
 
 from vanelock.errors import InputError
 from vanelock.mesh.dimensions import CasingDimensions, VaneDimensions
-from vanelock.mesh.effort import casing_dofs, vane_dofs
 from vanelock.mesh.size import SIZES, SMALLEST, element_size
 from vanelock.study.budget import Budget, budget, pins
 from vanelock.study.chain import linear_steps
@@ -22,12 +21,11 @@ from vanelock.study.mesh_errors import MeshErrors, mesh_errors_step
 from vanelock.study.meshes import mesh_step
 from vanelock.study.model import Study
 from vanelock.study.own_mesh import OwnVane, refuse_without_areas
-from vanelock.study.stages import PARTS
+from vanelock.study.sizes import DOFS, most_dofs, unknowns
+from vanelock.study.stages import PARTS, model_step, reference_step
 from vanelock.study.steps import Stages
 from vanelock.study.sweep import with_values
 
-DOFS = 250_000
-"""Largest meshes chosen, estimated degrees of freedom of both parts; a study may set a larger."""
 ORDER = 0.85
 """Order at which errors fall with the element size, from the coarse mesh on: 0.65 there (measured
 on the example), near 1 where elements resolve the walls. Two meshes tell their own."""
@@ -86,8 +84,18 @@ class Settled:
     short: str
 
 
-def settle(study: Study, stages: Stages) -> Settled:
+def settle(study: Study, stages: Stages, most: float | None = None) -> Settled:
     """Make the choices of a case with an accuracy.
+
+    Parameters
+    ----------
+    study : Study
+        Of the case.
+    stages : Stages
+        What computes the meshes that are tried.
+    most : float, optional
+        Degrees of freedom of the largest meshes; what the memory of this machine holds, and 250,000
+        at most, unless given.
 
     Raises
     ------
@@ -106,10 +114,13 @@ def settle(study: Study, stages: Stages) -> Settled:
         rounds = [_round(chosen, errors, stages)]
         short = ""
     else:
-        chosen, rounds, short, limits = _meshed(chosen, shares.shares["mesh"], stages)
+        chosen, rounds, short, limits = _meshed(
+            chosen, shares.shares["mesh"], stages, most_dofs() if most is None else most
+        )
     if modes is None:  # what the study pins takes its own error off
         own = (limits.free_error[limits.free_mode], limits.stuck_error[limits.stuck_mode])
         shares = budget(study, max(float(each) for each in own))
+    stages.drop(model(chosen, "vane").key for model in (model_step, reference_step))
     return Settled(chosen, study, shares, tuple(rounds), short)
 
 
@@ -126,13 +137,15 @@ def _on_areas(study: Study) -> Study:
     return with_values(study, {f"joints.{name}.patch": "area" for name in open_to})
 
 
-def _meshed(study: Study, share: float, stages: Stages) -> tuple[Study, list[Round], str, Limits]:
+def _meshed(
+    study: Study, share: float, stages: Stages, most: float
+) -> tuple[Study, list[Round], str, Limits]:
     """The coarsest mesh whose estimated error is within its share, from the coarse one on."""
     casing = study.casing
     if isinstance(casing, CasingDimensions) and not casing.bosses:
         if "stretch" not in study.mesh.model_fields_set:
             study = with_values(study, {"mesh.stretch": STRETCH})
-    size, finest = _coarsest(study), _finest(study)
+    size, finest = _coarsest(study), _finest(study, most)
     rounds: list[Round] = []
     lengths: list[float] = []
     while True:
@@ -154,7 +167,8 @@ def _meshed(study: Study, share: float, stages: Stages) -> tuple[Study, list[Rou
         smaller = length * min((AIM * share / error) ** (1 / order), CLOSE)
         size = float(f"{max(smaller, finest):.3g}")
         if size >= length or len(rounds) == ROUNDS:
-            return chosen, rounds, _short(rounds[-1], error, share), limits
+            return chosen, rounds, _short(rounds[-1], error, share, most), limits
+        stages.keep(())  # the factors of this mesh
 
 
 def _order(lengths: list[float], errors: list[float]) -> float:
@@ -165,10 +179,11 @@ def _order(lengths: list[float], errors: list[float]) -> float:
     return min(max(seen, BETWEEN[0]), BETWEEN[1])
 
 
-def _short(last: Round, error: float, share: float) -> str:
+def _short(last: Round, error: float, share: float, most: float) -> str:
+    chosen = "are chosen" if most >= DOFS else "fit the memory"
     return (
         f"mesh: about {error:.1e} remains at {last.size} ({last.dofs:,} degrees of freedom; "
-        f"none larger than {DOFS:,} are chosen), {share:.1e} was its share"
+        f"none larger than {most:,.0f} {chosen}), {share:.1e} was its share"
     )
 
 
@@ -187,17 +202,10 @@ def _coarsest(study: Study) -> Any:
             return size
 
 
-def _finest(study: Study) -> float:
-    """Smallest elements that keep both meshes within the limit, m."""
+def _finest(study: Study, most: float) -> float:
+    """Smallest elements that keep both meshes within so many degrees of freedom, m."""
     size = SIZES["coarse"]["vane"]
-    vane, casing, N = study.vane, study.casing, study.ring.sectors
-    assert isinstance(vane, VaneDimensions)
-    assert isinstance(casing, CasingDimensions)
-    while size > SMALLEST:
-        smaller = size * 0.97
-        shell = casing_dofs(casing, vane.hook, N, smaller, study.mesh.stretch)
-        if vane_dofs(vane, N, smaller) + shell > DOFS:
-            break
+    while size > SMALLEST and unknowns(study, smaller := size * 0.97) <= most:
         size = smaller
     return size
 

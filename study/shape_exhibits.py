@@ -140,7 +140,7 @@ def _modes(board: Board, each: Planned, name: str, animated: bool) -> list[Exhib
                     path, board.parts(each), drawn.fields, k, drawn.title, drawn.subtitle
                 )
 
-            path = board.easel.draw(f"shapes/{file}.gif", shows, animate)
+            path = board.easel.animate(f"shapes/{file}.gif", shows, animate)
             made.append(Exhibit(path, f"{title}, in motion", caption, data))
     return made
 
@@ -174,7 +174,7 @@ def response(board: Board, each: Planned, animated: bool) -> list[Exhibit]:
             ]
             render.response_animation(path, board.parts(each), waves, title, words(name))
 
-        path = board.easel.draw(f"shapes/{drawn.name}.gif", shows, animate)
+        path = board.easel.animate(f"shapes/{drawn.name}.gif", shows, animate)
         caption = (
             f"The vibration at the peak over one period{of_case(name)}, all harmonics, each with "
             "its own nodal diameter, without what the preload does at rest. Colours are the "

@@ -21,6 +21,7 @@ import vanelock
 from vanelock import signals, streams
 from vanelock.errors import InputError, cut_short, first_mistakes, printable
 from vanelock.guidance import FIRST_STUDY, add_guidance, knob_keys, study_files
+from vanelock.memory import is_shortage, refusal, require_least
 
 app = typer.Typer(
     name="vanelock",
@@ -112,6 +113,30 @@ Scheduler = Annotated[
 ]
 
 
+def _bytes(text: str) -> float:
+    """An amount of memory."""
+    from vanelock.quantities import si
+
+    try:
+        found = float(str(si(text, "byte")))
+    except ValueError:
+        found = 0.0
+    if not found > 0:
+        raise typer.BadParameter(f'{text!r}: expected an amount such as "8 GB"')
+    return found
+
+
+Memory = Annotated[
+    float | None,
+    typer.Option(
+        help="Memory that a study's processes, and the meshes chosen for its accuracy, may take, "
+        'such as "8 GB"; default, and at most: seven tenths of what there is.',
+        parser=_bytes,
+        metavar="AMOUNT",
+    ),
+]
+
+
 @app.command()
 def run(
     study: StudyFile,
@@ -121,6 +146,7 @@ def run(
     as_json: AsJson = False,
     workers: Workers = None,
     scheduler: Scheduler = None,
+    memory: Memory = None,
 ) -> None:
     """Run a study, its [campaign], or a scene of matrices; an earlier run's work is used again.
 
@@ -147,7 +173,7 @@ def run(
     with _going_on_later(folder), choose_listener(quiet, as_json) as listener:
         if loaded.campaign is None:
             counter = Counter(listener)
-            run_study(loaded, folder, counter, text, workers or cores(), scheduler)
+            run_study(loaded, folder, counter, text, workers or cores(), scheduler, memory)
             if counter.failed:
                 raise typer.Exit(1)
         else:
@@ -265,6 +291,7 @@ def check(
 
 @contextmanager
 def _going_on_later(folder: Path) -> Iterator[None]:
+    require_least()
     try:
         yield
     except signals.Stopped as stopped:
@@ -330,8 +357,11 @@ def _status(arguments: list[str] | None) -> int:
             return 141
         lines = [str(lost)]
     except MemoryError as error:
-        told = f" ({error})" if str(error) else ""
-        lines = [f"not enough memory{told}: a coarser mesh, fewer harmonics or points take less"]
+        lines = [refusal(error)]
+    except ImportError as error:
+        if not is_shortage(error):
+            raise
+        lines = [refusal(MemoryError("a library cannot be loaded"))]
     except Exception as error:
         # typer's own errors (unknown option, missing argument); it does not export their class.
         if not hasattr(error, "format_message"):

@@ -300,6 +300,32 @@ def test_what_is_drawn_last_of_all_is_known_to_the_next_run(tmp_path):
     assert len(drawn) == 1
 
 
+def test_animations_come_after_the_page_which_is_then_written_again(tmp_path):
+    order = []
+
+    def write(path):
+        path.parent.mkdir(exist_ok=True)
+        path.write_text("drawn")
+        order.append(path.name)
+
+    def run(shows):
+        easel = Easel(tmp_path, silent)
+        easel.animate("figures/a.gif", shows, write)
+        easel.draw("figures/a.png", shows, write)
+        easel.tidy()
+        there = lambda: [path.name for path in (tmp_path / "figures").iterdir()]  # noqa: E731
+        easel.finish(lambda: order.append(sorted(there())))
+
+    run(1)
+    assert order == ["a.png", ["a.png"], "a.gif", ["a.gif", "a.png"]]
+    order.clear()
+    run(1)
+    assert order == [["a.gif", "a.png"]]
+    order.clear()
+    run(2)  # that of other results has gone before the page is written
+    assert order == ["a.png", ["a.png"], "a.gif", ["a.gif", "a.png"]]
+
+
 def test_pictures_of_other_results_are_removed(tmp_path):
     def write(path):
         path.parent.mkdir(parents=True, exist_ok=True)

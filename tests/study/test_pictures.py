@@ -39,7 +39,8 @@ def board(text, limits=(), linear=None):
     stages: Any = SimpleNamespace(get=lambda found: replace(found) if found else found)
     for found in limits:
         object.__setattr__(found, "key", "key")
-    easel: Any = SimpleNamespace(listener=told.append, draw=lambda *_: None)
+    drawn = {"draw": lambda *_: None, "animate": lambda *_: None}
+    easel: Any = SimpleNamespace(listener=told.append, **drawn)
     return Board(study, planned, stages, shown, easel), told
 
 

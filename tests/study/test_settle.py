@@ -6,15 +6,19 @@ from typing import Any
 import numpy as np
 import pytest
 
+from vanelock import memory
 from vanelock.errors import InputError
 from vanelock.mesh.effort import casing_dofs, vane_dofs
 from vanelock.mesh.size import element_size
-from vanelock.study import parse_study, settle
+from vanelock.study import parse_study, settle, sizes
 from vanelock.study.budget import budget
 from vanelock.study.mesh_errors import MeshErrors
+from vanelock.study.progress import silent
+from vanelock.study.steps import Stages
 
 FREE = "accuracy = 0.05"
-NOWHERE: Any = None
+NOTHING: Any = None
+NOWHERE = Stages(NOTHING, silent)
 """Stages that nothing is asked of."""
 
 
@@ -75,9 +79,24 @@ def test_the_largest_mesh_is_taken_where_the_share_is_out_of_reach(monkeypatch):
     assert 0.004 < size < 0.008
     vane, casing = found.study.vane, found.study.casing
     dofs = vane_dofs(vane, 16, size) + casing_dofs(casing, vane.hook, 16, size, 3)
-    assert 0.9 * settle.DOFS < dofs <= 1.001 * settle.DOFS
+    assert 0.9 * sizes.DOFS < dofs <= 1.001 * sizes.DOFS
     assert f"about {settle.AMPLITUDE * found.rounds[-1].error:.1e} remains" in found.short
     assert "was its share" in found.short
+
+
+def test_no_mesh_is_chosen_that_memory_does_not_hold(monkeypatch):
+    estimating(monkeypatch, lambda size: 0.07 * (size / 0.025) ** 0.5)
+    monkeypatch.setattr(memory, "bounds", lambda: [memory.Bound(4e9, 1e9, "a test's memory")])
+    most = sizes.most_dofs()
+    assert sizes.peak_memory(most) == pytest.approx(sizes.SHARE * 4e9)
+    found = settled("accuracy = 0.001")
+    dofs = sizes.unknowns(found.study, found.study.mesh.size)
+    assert 0.9 * most < dofs <= 1.001 * most
+    assert f"none larger than {most:,.0f} fit the memory" in found.short
+    assert sizes.most_dofs(2e9) < most
+    assert sizes.most_dofs(8e9) == most
+    with pytest.raises(InputError, match=r"^memory = 1 GB: a coarse mesh takes 1\.\d GB$"):
+        sizes.most_dofs(1e9)
 
 
 def test_errors_that_do_not_fall_end_the_search(monkeypatch):
