@@ -18,7 +18,7 @@ from vanelock.errors import InputError
 from vanelock.fem.elements import ReferenceElement, reference_element
 from vanelock.fem.material import Material
 from vanelock.fem.model import Model
-from vanelock.mesh import Part
+from vanelock.mesh import FileMesh, Part
 
 Array = NDArray[np.float64]
 Integers = NDArray[np.signedinteger[Any]]
@@ -26,13 +26,14 @@ Integers = NDArray[np.signedinteger[Any]]
 BLOCK = 256  # elements at once: some 5 MB for tetra10, near the processor's cache
 
 
-def assemble(part: Part, material: Material, fixed: str | None = "fixed") -> Model:
+def assemble(part: Part | FileMesh, material: Material, fixed: str | None = "fixed") -> Model:
     """Assemble the stiffness and mass of a part.
 
     Parameters
     ----------
-    part : Part
+    part : Part or FileMesh
         Mesh of tetra10, tetra, hexahedron, hexahedron20 or hexahedron27; curved sides are allowed.
+        One that `read_mesh` gives is taken as a whole part with the file's node sets.
     material : Material
         Its material.
     fixed : str or None
@@ -47,13 +48,14 @@ def assemble(part: Part, material: Material, fixed: str | None = "fixed") -> Mod
     Examples
     --------
     >>> import numpy as np
-    >>> from vanelock.mesh import Part
+    >>> from vanelock.mesh import FileMesh, Part
     >>> corner = np.vstack([np.zeros(3), np.eye(3)])
     >>> part = Part("tetrahedron", corner, np.arange(4)[None], "tetra", {}, {}, 1)
     >>> model = assemble(part, Material(E=210e9, nu=0.3, rho=6000.0))
     >>> print(model.K.shape, round(model.M.sum() / 3, 6))  # a sixth of a cubic metre
     (12, 12) 1000.0
     """
+    part = part.part() if isinstance(part, FileMesh) else part
     reference = reference_element(part.cell_type)
     if part.cells.shape[1] != len(reference.nodes):
         raise InputError(

@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from vanelock.mesh.part import Part
 from vanelock.product import Product
 
 
@@ -43,3 +44,7 @@ class FileMesh(Product):
     node_sets: dict[str, NDArray[np.int64]]
     face_sets: dict[str, NDArray[np.int64]]
     absent: dict[str, NDArray[np.int64]]
+
+    def part(self) -> Part:
+        """The same as a whole part, with the file's node sets and no contact frames."""
+        return Part(self.source, self.points, self.cells, self.cell_type, self.node_sets, {}, 1)

@@ -16,6 +16,7 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from vanelock.arrays import as_whole
 from vanelock.errors import InputError
 from vanelock.nonlinear.receptance import Columns, no_columns
 from vanelock.nonlinear.stuck import StuckModes, stuck_modes
@@ -332,6 +333,7 @@ def structure(
     """
     known = known or {}
     check(system, known=known)
+    as_whole(harmonics, "harmonics")
     if harmonics < 0:
         raise InputError(f"harmonics: given {harmonics}: must be >= 0")
     if harmonic_diameters not in ("wave", "sector"):

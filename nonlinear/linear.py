@@ -7,6 +7,7 @@ import numpy as np
 import scipy.linalg as la
 from numpy.typing import ArrayLike, NDArray
 
+from vanelock.arrays import as_array
 from vanelock.errors import InputError
 from vanelock.nonlinear.balance import Balance, structure
 from vanelock.nonlinear.law import OPEN, STUCK, Deviation
@@ -70,7 +71,7 @@ def checked_frequencies(frequencies: ArrayLike) -> NDArray[np.float64]:
     InputError
         If they are not.
     """
-    hertz = np.atleast_1d(np.asarray(frequencies, float))
+    hertz = np.atleast_1d(as_array(frequencies, "frequencies"))
     if hertz.ndim != 1 or not len(hertz):
         raise InputError(f"frequencies: given shape {hertz.shape}: needs a list of at least one")
     if not np.all(np.isfinite(hertz)) or np.any(hertz <= 0):

@@ -1,5 +1,6 @@
 """On how many samples of a period the contact law may be evaluated."""
 
+from vanelock.arrays import as_whole
 from vanelock.errors import InputError
 
 FRICTIONS = ("orthogonal", "isotropic")
@@ -25,8 +26,9 @@ def checked_samples(
     Raises
     ------
     InputError
-        If they are too few.
+        If they are too few, or H is no whole number.
     """
+    as_whole(harmonics, "harmonics")
     if friction == "isotropic" and samples is None:
         return default_samples(harmonics)
     least = least_samples(harmonics, friction)

@@ -1,20 +1,17 @@
 """Whether the parts of a `System` fit together, so that no wrong file gives a converged answer."""
 
 from collections.abc import Collection
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from vanelock.errors import InputError
-
-if TYPE_CHECKING:
-    from vanelock.rom.system import Contacts, Diameter, Matrix, System
+from vanelock.rom.system import Contacts, Diameter, Matrix, System
 
 ROUND_OFF = 1e-9
 """Largest deviation of a matrix from symmetry, and of M from being positive, relative to it."""
 
 
-def check(system: "System", where: str = "system", known: Collection[int] = ()) -> None:
+def check(system: System, where: str = "system", known: Collection[int] = ()) -> None:
     """Refuse matrices, contacts and forces that do not fit together.
 
     Parameters
@@ -30,6 +27,8 @@ def check(system: "System", where: str = "system", known: Collection[int] = ()) 
     InputError
         Naming the group, its shape or value, and what is needed.
     """
+    if not isinstance(system, System):
+        raise InputError(f"{where}: given a {type(system).__name__}: needs a System")
     if system.sectors < 1:
         raise InputError(f"{where}: sectors = {system.sectors}: must be at least 1")
     if not system.diameters:
@@ -49,7 +48,7 @@ def check(system: "System", where: str = "system", known: Collection[int] = ()) 
     _check_forces(system, where)
 
 
-def _check_contacts(contacts: "Contacts", where: str) -> None:
+def _check_contacts(contacts: Contacts, where: str) -> None:
     c = contacts.count
     for name, shape in {"kn": (c,), "kt": (c, 2), "mu": (c,), "v0": (c,)}.items():
         value = getattr(contacts, name)
@@ -65,7 +64,7 @@ def _check_contacts(contacts: "Contacts", where: str) -> None:
         raise InputError(f"{where}: contact/joint has {len(contacts.joint)} names, not {c}")
 
 
-def _check_presence(system: "System", where: str) -> None:
+def _check_presence(system: System, where: str) -> None:
     """What one nodal diameter has, every one must have: a missing group is no zero."""
     for name in ("next", "output", "C"):
         have = {k: getattr(found, name) is not None for k, found in system.diameters.items()}
@@ -75,7 +74,7 @@ def _check_presence(system: "System", where: str) -> None:
             raise InputError(f"{where}: nd/{lacking}/{name} is missing, which others have or need")
 
 
-def _check_matrices(matrices: "Diameter", c: int, outputs: int, where: str) -> None:
+def _check_matrices(matrices: Diameter, c: int, outputs: int, where: str) -> None:
     n = len(matrices.K)
     shapes = {"K": (n, n), "M": (n, n), "C": (n, n), "own": (c, 3, n), "next": (c, 3, n)}
     shapes["output"] = (outputs, 3, n)
@@ -97,12 +96,12 @@ def _check_matrices(matrices: "Diameter", c: int, outputs: int, where: str) -> N
         raise InputError(f"{where}/M is not positive: a mass must be") from None
 
 
-def _largest(A: "Matrix") -> float:
+def _largest(A: Matrix) -> float:
     """Largest real or imaginary part, cheaper than moduli."""
     return float(max(np.abs(A.real).max(initial=0.0), np.abs(A.imag).max(initial=0.0)))
 
 
-def _check_forces(system: "System", where: str) -> None:
+def _check_forces(system: System, where: str) -> None:
     for h, force in system.force.items():
         if h < 0:
             raise InputError(f"{where}: force/{h}: harmonics are 0, 1, 2, ...")

@@ -10,7 +10,7 @@ displacement (normal, closing positive, and two tangential) of every contact.
 """
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, Self, TypeAlias
 
@@ -18,9 +18,10 @@ import h5py
 import numpy as np
 from numpy.typing import NDArray
 
+from vanelock.arrays import as_whole, hold_arrays
 from vanelock.cyclic import phase_factor
 from vanelock.errors import InputError
-from vanelock.product import Product
+from vanelock.product import Product, Summarised
 
 Matrix: TypeAlias = NDArray[Any]
 """Real where the physics is, at the nodal diameters 0 and N/2, and complex elsewhere."""
@@ -43,7 +44,7 @@ def wider_band(highest: float) -> float:
 
 
 @dataclass(frozen=True)
-class Contacts:
+class Contacts(Summarised):
     """Contact elements: one node pair each, one normal and two tangential springs.
 
     Attributes
@@ -66,6 +67,10 @@ class Contacts:
     v0: NDArray[np.float64]
     joint: tuple[str, ...] = ()
 
+    def __post_init__(self) -> None:
+        hold_arrays(self, {"kn": 1, "kt": 2, "mu": 1, "v0": 1})
+        object.__setattr__(self, "joint", tuple(self.joint))
+
     @property
     def count(self) -> int:
         """Number of contacts c."""
@@ -78,7 +83,7 @@ class Contacts:
 
 
 @dataclass(frozen=True)
-class Diameter:
+class Diameter(Summarised):
     """Matrices of one nodal diameter, in n reduced coordinates.
 
     Attributes
@@ -102,6 +107,10 @@ class Diameter:
     output: Matrix | None = None
     C: Matrix | None = None
 
+    def __post_init__(self) -> None:
+        wanted = {"K": 2, "M": 2, "own": 3, "next": 3, "output": 3, "C": 2}
+        hold_arrays(self, wanted, ("next", "output", "C"), is_complex=True)
+
     def conjugate(self) -> "Diameter":
         """The same structure at the nodal diameter N - k."""
         return Diameter(
@@ -115,7 +124,7 @@ class Diameter:
 
 
 @dataclass(frozen=True)
-class Force:
+class Force(Summarised):
     """Excitation of one harmonic, f^(h)(ω) = vector · ω^omega_power.
 
     Attributes
@@ -128,6 +137,10 @@ class Force:
 
     vector: NDArray[np.complex128]
     omega_power: int = 0
+
+    def __post_init__(self) -> None:
+        hold_arrays(self, {"vector": 1}, is_complex=True)
+        object.__setattr__(self, "omega_power", as_whole(self.omega_power, "Force.omega_power"))
 
     def at(self, omega: float) -> NDArray[np.complex128]:
         """Force vector at the excitation's circular frequency `omega`, rad/s."""
@@ -168,6 +181,22 @@ class System(Product):
     output_names: tuple[str, ...] = ()
     damping_ratio: float | None = None
     band: float | None = None
+
+    def __post_init__(self) -> None:
+        for name in ("sectors", "engine_order"):
+            whole = as_whole(getattr(self, name), f"System.{name}")
+            object.__setattr__(self, name, whole)
+        object.__setattr__(self, "diameters", _by_number(self, "diameters", Diameter))
+        object.__setattr__(self, "force", _by_number(self, "force", Force))
+        _check_type("System.contacts", self.contacts, Contacts)
+        if not isinstance(self.output_names, tuple | list):
+            raise InputError(f"System.output_names: given {self.output_names!r}: needs a list")
+        object.__setattr__(self, "output_names", tuple(self.output_names))
+        numbers = ("damping_ratio", "band")
+        hold_arrays(self, dict.fromkeys(numbers, 0), numbers)
+        for name in numbers:
+            if getattr(self, name) is not None:
+                object.__setattr__(self, name, float(getattr(self, name)))
 
     def nodal_diameter(self, harmonic: int) -> int:
         """ND of a harmonic, (h·EO) mod N."""
@@ -282,3 +311,17 @@ class System(Product):
         )
         check(system, where)
         return system
+
+
+def _by_number(system: System, name: str, wanted: type) -> dict[int, Any]:
+    """A field of the system that holds something for each of some whole numbers."""
+    given = getattr(system, name)
+    _check_type(f"System.{name}", given, Mapping)
+    for key, item in given.items():
+        _check_type(f"System.{name}[{key}]", item, wanted)
+    return {as_whole(key, f"System.{name}"): item for key, item in given.items()}
+
+
+def _check_type(name: str, given: Any, wanted: type) -> None:
+    if not isinstance(given, wanted):
+        raise InputError(f"{name}: given a {type(given).__name__}: needs a {wanted.__name__}")

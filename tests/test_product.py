@@ -106,3 +106,12 @@ def test_folders_are_made_but_not_where_a_file_stands(tmp_path):
     with pytest.raises(InputError, match=r"taken.*cannot be written"):
         example().save(tmp_path / "taken" / "where.h5")
     assert (tmp_path / "taken").read_text() == "mine"
+
+
+def test_a_product_shows_itself_in_one_line():
+    shown = repr(example())
+    expected = (
+        "Outer(name='vane ψ', count=16, ratio=0.003, matrix=<2 x 2 sparse, 3 entries>, "
+        "length=<2 float64>, sets={left face, none}, inner={0, 12}, labels=('a', 'β'), flag=True)"
+    )
+    assert shown == expected

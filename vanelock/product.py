@@ -15,7 +15,7 @@ import h5py
 import numpy as np
 import scipy.sparse as sp
 
-from vanelock.errors import InputError
+from vanelock.errors import InputError, cut_short, printable
 from vanelock.files import placed
 from vanelock.hdf5 import opened, written
 from vanelock.signals import held
@@ -23,7 +23,43 @@ from vanelock.signals import held
 Target: TypeAlias = str | os.PathLike[str] | h5py.Group
 
 
-class Product:
+class Summarised:
+    """A dataclass whose `repr` is one line: its fields with their shapes and counts."""
+
+    def __init_subclass__(cls, **options: Any) -> None:
+        super().__init_subclass__(**options)
+        setattr(cls, "__repr__", _one_line)  # noqa: B010 - else `dataclass` writes its own
+
+
+def _one_line(product: Any) -> str:
+    """What a product holds, arrays by their shapes; fields that hold nothing are left out."""
+    values = ((each.name, getattr(product, each.name)) for each in dataclasses.fields(product))
+    held = ", ".join(f"{name}={_summary(value)}" for name, value in values if value is not None)
+    return cut_short(f"{type(product).__name__}({held})")
+
+
+def _summary(value: Any) -> str:
+    """A value in a few characters."""
+    if sp.issparse(value):
+        return f"<{_times(value.shape)} sparse, {value.nnz} entries>"
+    if isinstance(value, np.ndarray):
+        return f"<{_times(value.shape)} {value.dtype}>" if value.size else "none"
+    if isinstance(value, Mapping):
+        keys = ", ".join(str(key) for key in list(value)[:6])
+        return f"{{{keys}{', ...' if len(value) > 6 else ''}}}"
+    if isinstance(value, Summarised):
+        return f"<{type(value).__name__}>"
+    if isinstance(value, tuple | list) and len(value) > 3:
+        return f"<{len(value)} of them>"
+    text = printable(repr(value))
+    return text if len(text) <= 80 else f"<{type(value).__name__}>"
+
+
+def _times(shape: tuple[int, ...]) -> str:
+    return " x ".join(map(str, shape)) or "1"
+
+
+class Product(Summarised):
     """A stage's result; subclasses are frozen dataclasses.
 
     A field's unit, written as an attribute beside its dataset, is `metadata={"unit": "m"}`.

@@ -9,6 +9,7 @@ from scipy.spatial import KDTree
 
 from vanelock.errors import InputError
 from vanelock.fem import Material, Modes, assemble, cyclic_transform, modes
+from vanelock.mesh import FileMesh
 
 STEEL = Material(E=210e9, nu=0.3, rho=7850.0)
 
@@ -186,3 +187,28 @@ def test_faces_that_do_not_match_are_refused(lattice):
         cyclic_transform(without(left=left, right=right[1:]), 1)
     with pytest.raises(InputError, match="right node .* lies"):
         cyclic_transform(without(left=left, right=right[::-1]), 1)
+
+
+def test_a_mesh_from_a_file_is_one_sector_once_their_number_is_given(lattice):
+    part = wedge(lattice, 5, fixed="x0")
+    count = len(part.points)
+    mesh = FileMesh(
+        source="wedge.inp",
+        points=part.points,
+        numbers=np.arange(count) + 1,
+        cells=part.cells,
+        elements=np.arange(len(part.cells)) + 1,
+        cell_type=part.cell_type,
+        node_sets=part.node_sets,
+        face_sets={},
+        absent={},
+    )
+    model = assemble(mesh, STEEL)
+    expected = modes(assemble(part, STEEL), 3, nodal_diameter=2).frequency
+    found = modes(model, 3, nodal_diameter=2, sectors=5).frequency
+    np.testing.assert_allclose(found, expected, rtol=1e-12)
+    with pytest.raises(InputError, match=r"wedge.inp: sectors = 1: cyclic symmetry needs at le"):
+        modes(model, 3, nodal_diameter=2)
+    whole = dataclasses.replace(mesh, node_sets={})
+    with pytest.raises(InputError, match=r"wedge.inp: cyclic symmetry needs a node set 'left'"):
+        modes(assemble(whole, STEEL), 3, nodal_diameter=2, sectors=5)

@@ -1,0 +1,109 @@
+"""What may be given for a system's arrays, and what is said of the rest."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+import scipy.sparse as sp
+
+from vanelock.errors import InputError
+from vanelock.nonlinear import (
+    Contacts,
+    Diameter,
+    Force,
+    System,
+    frequency_response,
+    hysteresis,
+    linear_response,
+    static_response,
+)
+
+ROWS = [[[1], [0], [0]]]
+ALONE = {"K": [[4, 1j], [-1j, 3]], "M": np.eye(2), "own": [[[1, 0], [0, 1], [0, 0]]]}
+
+
+def oscillator(**changed: Any) -> System:
+    """A unit mass with a gap, in lists of whole numbers."""
+    given = {
+        "sectors": 1,
+        "engine_order": 0,
+        "diameters": {0: Diameter(K=[[1]], M=[[1]], C=[[0.02]], own=ROWS, output=ROWS)},
+        "contacts": Contacts([1], [[1, 1]], [0], [-1]),
+        "force": {1: Force([0.15])},
+        "output_names": ["mass"],
+    }
+    return System(**{**given, **changed})
+
+
+def test_lists_whole_numbers_and_sparse_matrices_are_as_good_as_arrays() -> None:
+    lists = oscillator()
+    row = np.array(ROWS, float)
+    one = sp.csc_array([[1]])
+    sparse = Diameter(K=one, M=sp.eye(1), C=0.02 * one, own=row, output=row)
+    arrays = oscillator(
+        diameters={np.int64(0): sparse},
+        contacts=Contacts(np.ones(1), np.ones((1, 2)), np.zeros(1), np.array([-1.0])),
+        force={1: Force(np.array([0.15 + 0j]))},
+        output_names=("mass",),
+    )
+    for system in (lists, arrays):
+        assert system.contacts.v0.dtype == float
+        assert system.diameters[0].K.dtype == float
+        assert system.output_names == ("mass",)
+    hertz = [0.15, 0.18]
+    one_way, other = (frequency_response(each, hertz, 1).output for each in (lists, arrays))
+    np.testing.assert_array_equal(one_way, other)
+    np.testing.assert_array_equal(Diameter(**ALONE).K, [[4, 1j], [-1j, 3]])
+
+
+def test_arrays_of_double_precision_are_not_copied() -> None:
+    K = np.eye(2)
+    assert np.shares_memory(Diameter(K=K, M=K, own=np.zeros((1, 3, 2))).K, K)
+
+
+REFUSED: list[tuple[Any, str]] = [
+    (lambda: Contacts(1, 1, 0, -1), r"Contacts\.kn: given shape \(\): needs 1 dimension"),
+    (lambda: Contacts([1], [1], [0], [1]), r"Contacts\.kt: given shape \(1,\): needs 2 dim"),
+    (lambda: Contacts(["a"], [[1, 1]], [0], [1]), r"Contacts\.kn: given \['a'\]: needs an array"),
+    (lambda: Contacts([1], [[1, 1]], [1j], [1]), r"Contacts\.mu: given complex numbers: needs re"),
+    (lambda: Diameter(**{**ALONE, "K": 1.0}), r"Diameter\.K: given shape \(\): needs 2"),
+    (lambda: Diameter(**{**ALONE, "M": None}), r"Diameter\.M: given None: needs an array"),
+    (lambda: Diameter(**{**ALONE, "K": [[1, 2], [1]]}), r"Diameter\.K: given rows of different"),
+    (lambda: Force(1.0), r"Force\.vector: given shape \(\)"),
+    (lambda: Force([1.0], omega_power=None), r"Force\.omega_power: given None: needs a whole"),
+    (lambda: oscillator(sectors="16"), r"System\.sectors: given '16': needs a whole number"),
+    (lambda: oscillator(engine_order=1.5), r"System\.engine_order: given 1\.5: needs a whole"),
+    (lambda: oscillator(contacts=None), r"System\.contacts: given a NoneType: needs a Contacts"),
+    (lambda: oscillator(diameters=[1]), r"System\.diameters: given a list: needs a Mapping"),
+    (lambda: oscillator(force={1: [0.1]}), r"System\.force\[1\]: given a list: needs a Force"),
+    (lambda: oscillator(force={"1": Force([1])}), r"System\.force: given '1': needs a whole numb"),
+    (lambda: oscillator(output_names="mass"), r"System\.output_names: given 'mass': needs a list"),
+    (lambda: oscillator(damping_ratio="1 %"), r"System\.damping_ratio: given '1 %'"),
+    (lambda: oscillator(damping_ratio=[0.1]), r"System\.damping_ratio: given shape \(1,\)"),
+    (lambda: static_response(None), "system: given a NoneType: needs a System"),
+    (lambda: frequency_response(oscillator(), "0.1"), "frequencies: given '0.1': needs an array"),
+    (lambda: linear_response(oscillator(), [1j]), "frequencies: given complex numbers"),
+    (lambda: hysteresis(oscillator(), [0.1, 0.2], 1.5), "harmonics: given 1.5: needs a whole"),
+    (lambda: frequency_response(oscillator(), 0.1, None), "harmonics: given None: needs a whole"),
+    (lambda: linear_response(oscillator(), 0.1, harmonics=1.0), "harmonics: given 1.0: needs a w"),
+]
+
+
+@pytest.mark.parametrize(("make", "message"), REFUSED)
+def test_what_is_no_system_is_refused_in_one_line(make: Any, message: str) -> None:
+    with pytest.raises(InputError, match=message) as caught:
+        make()
+    assert "\n" not in str(caught.value)
+
+
+def test_each_part_of_a_system_shows_itself_in_one_line() -> None:
+    system = oscillator()
+    expected = "Contacts(kn=<1 float64>, kt=<1 x 2 float64>, mu=<1 float64>, v0=<1 float64>)"
+    assert repr(system.contacts) == expected.replace(")", ", joint=())")
+    assert "diameters={0}, contacts=<Contacts>, force={1}, output_names=('mass',)" in repr(system)
+    silent = Diameter(K=[[1]], M=[[1]], C=[[0.02]], own=ROWS)
+    bare = oscillator(diameters={0: silent}, output_names=())
+    assert "output=none, amplitude=none" in repr(frequency_response(bare, 0.1, 1))
+    for shown in (system, system.force[1], system.diameters[0], frequency_response(system, 0.1)):
+        assert "\n" not in repr(shown)
+        assert len(repr(shown)) < 1000
