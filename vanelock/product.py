@@ -91,8 +91,10 @@ class Product(Summarised):
     def _read_checked(cls, group: h5py.Group, where: str) -> Self:
         try:
             return cls._read(group)
-        except InputError:
-            raise
+        except InputError as error:
+            if group.file.filename in str(error) or where in str(error):
+                raise
+            raise InputError(f"{where}: {error}") from None
         except AttributeError:  # h5py's two kinds of object share few methods
             raise InputError(
                 f"{where}: not a vanelock {cls.__name__} (numbers where a group is needed, or a "

@@ -1,7 +1,9 @@
 """What may be given for a system's arrays, and what is said of the rest."""
 
+from pathlib import Path
 from typing import Any
 
+import h5py
 import numpy as np
 import pytest
 import scipy.sparse as sp
@@ -107,3 +109,13 @@ def test_each_part_of_a_system_shows_itself_in_one_line() -> None:
     for shown in (system, system.force[1], system.diameters[0], frequency_response(system, 0.1)):
         assert "\n" not in repr(shown)
         assert len(repr(shown)) < 1000
+
+
+def test_a_file_with_arrays_that_do_not_fit_is_named(tmp_path: Path) -> None:
+    path = tmp_path / "system.h5"
+    oscillator().save(path)
+    with h5py.File(path, "a") as file:
+        del file["nd/0/K"]
+        file["nd/0/K"] = np.ones(3)
+    with pytest.raises(InputError, match=r"system\.h5: Diameter\.K: given shape \(3,\)"):
+        System.load(path)
