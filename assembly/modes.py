@@ -20,6 +20,8 @@ SHOWN = 6
 """Frequencies in the table."""
 ADVICE = 'write band = "{:g} Hz" for the reduced components, instead of modes or a cutoff if any'
 """What to write where a response leaves the band."""
+LOWEST = 1e-6
+"""Hz; no structure vibrates below."""
 LIKE = 0.3
 """Least modal assurance criterion of a partner whose frequency bounds the default range."""
 
@@ -92,7 +94,7 @@ def frequencies(scene: Scene, found: Modes) -> Floats | tuple[float, float]:
     Raises
     ------
     InputError
-        If the mode of interest is a rigid-body motion, or a frequency is beyond the band.
+        If the mode of interest is a rigid-body motion or as slow, or a frequency beyond the band.
     """
     response = scene.response
     for key, highest in asked_for(response).items():
@@ -106,6 +108,11 @@ def frequencies(scene: Scene, found: Modes) -> Floats | tuple[float, float]:
         raise InputError(
             f"response.mode = {found.stuck_mode + 1}: a rigid-body motion, 0 Hz, even with all "
             "contacts stuck: choose another mode, or clamp what moves"
+        )
+    elif stuck < LOWEST:
+        raise InputError(
+            f"response.mode = {found.stuck_mode + 1}: lies at {stuck:.2g} Hz: are stiffness and "
+            "mass swapped, or in other units?"
         )
     else:
         free = float(found.free[found.free_mode])
@@ -126,4 +133,4 @@ def dense(
     parts = [listed, np.linspace(low, high, points)]
     parts += [fine(f, damping, 61) for f in own[own > 0]]
     found = np.unique(np.concatenate(parts))
-    return np.asarray(found[(found >= max(low, 1e-6)) & (found <= high)])
+    return np.asarray(found[(found >= max(low, LOWEST)) & (found <= high)])

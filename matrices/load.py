@@ -13,6 +13,7 @@ from vanelock.matrices.choosing import NoMatrixError, Wanted
 from vanelock.matrices.entries import Entries, assembled
 from vanelock.matrices.formats import holds_several, read_entries
 from vanelock.matrices.labels import Labels, check_labels, named, read_labels
+from vanelock.matrices.masses import check_mass
 from vanelock.matrices.model import GENERALISED, Matrices
 from vanelock.matrices.tables import load_pairs
 from vanelock.matrices.units import units
@@ -76,6 +77,8 @@ def load_matrices(
             parts[what] = _part(entries, what, dofs, position_node, parts["stiffness"])
     node, direction, matrices = _aligned(parts)
     node, direction = check_labels(first.source, node, direction)
+    if "mass" in matrices:
+        check_mass(parts["mass"].entries.source, matrices["mass"], node, direction)
     found = {what: used.converted(m, what, direction) for what, m in matrices.items()}
     return Matrices(
         K=found["stiffness"],

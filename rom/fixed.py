@@ -82,6 +82,8 @@ def fixed_modes(
         If there are fewer than that.
     """
     s, most = M_ss.shape[0], heavy(M_ss)
+    if s and (least := M_ss.diagonal().real.min()) < 0:
+        raise InputError(f"the mass matrix has {least:.3g} on its diagonal: it must be >= 0")
     if count is not None and not 0 <= count <= most:
         raise InputError(
             f"{count} fixed-interface modes of {s} slave dofs: allowed are 0 to {most}"

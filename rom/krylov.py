@@ -31,6 +31,8 @@ it, but that of the vector of the first, and what is kept beside modes is made o
 """
 MOST = 500
 """Modes below an eigenvalue, beyond which someone has mistyped it."""
+FAR = 1e5
+"""Times the lowest frequency that these many modes of one part never reach: a mistaken unit."""
 SETTLED = 0.03
 """Residual of the first mode that is not wanted, at which it is trusted to be the next one."""
 _EQUAL = 1e-4  # relative distance of eigenvalues that may be copies of one
@@ -110,8 +112,9 @@ def lowest_modes(
         wanted = int(np.sum(theta > least)) if count is None else count
         if count is None and wanted > MOST:
             raise InputError(
-                f"more than {MOST} fixed-interface modes below {_hertz(below):.4g} Hz: "
-                "choose a lower cutoff, or a lower band, which needs them up to its double"
+                f"more than {MOST} fixed-interface modes below {_hertz(below):.4g} Hz, the lowest "
+                f"at {_hertz(1 / theta[0]):.4g} Hz: {_mistaken(below * theta[0])}choose a lower "
+                "cutoff, or a lower band, which needs them up to its double"
             )
         if wanted > len(theta) or (wanted == len(theta) and not whole):
             if whole:
@@ -135,6 +138,11 @@ def lowest_modes(
                 return Lowest(squared, vectors, 1 / highest if highest else np.inf)
             return Lowest(squared, vectors, float(squared[-1]) if wanted else 0.0)
     raise InputError("the fixed-interface modes of the part did not converge")
+
+
+def _mistaken(ratio: float) -> str:
+    """What is more likely than a wide band; `ratio` is that of squared frequencies."""
+    return "are densities and moduli in the units that are meant? else " if ratio > FAR**2 else ""
 
 
 def _hertz(eigenvalue: float) -> float:

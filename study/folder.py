@@ -6,13 +6,15 @@ from collections.abc import Generator
 from contextlib import contextmanager
 from pathlib import Path
 
-from vanelock.errors import InputError
+from vanelock.errors import InputError, printable
 from vanelock.files import placed
 from vanelock.signals import held
 from vanelock.study import results
 
 PLACES = ("cache", "figures", "shapes", "mesh")
 """Folders in it."""
+OWN = (".lock", results.NAME, *PLACES)
+"""By any of these a folder is known as that of a run."""
 _ADVICE = "move it away or name another folder with --output"
 
 
@@ -27,6 +29,7 @@ def claimed(folder: Path) -> Generator[None, None, None]:
     """
     fresh = not folder.exists()
     try:
+        _refuse_foreign(folder)
         folder.mkdir(parents=True, exist_ok=True)
         lock = open(os.open(folder / ".lock", os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW, 0o666), "a")
     except OSError as error:
@@ -49,6 +52,18 @@ def claimed(folder: Path) -> Generator[None, None, None]:
         finally:
             with held():
                 _sweep_up(folder)
+
+
+def _refuse_foreign(folder: Path) -> None:
+    """Refuse a folder that holds other things and no run, such as the root; hidden ones may be."""
+    if not folder.is_dir() or any(os.path.lexists(folder / name) for name in OWN):
+        return
+    other = next((each.name for each in folder.iterdir() if not each.name.startswith(".")), None)
+    if other is not None:
+        raise InputError(
+            f"{folder}: holds {printable(other)!r} and is not the folder of a run; name an empty "
+            "folder or a new one with --output"
+        )
 
 
 def _abandon(folder: Path) -> None:

@@ -198,6 +198,30 @@ def test_pairs_in_the_file_go_with_a_sweep(tmp_path: Path, scene_file: Write) ->
     assert len(found) == 4
 
 
+@pytest.mark.parametrize("keys", ["modes = 5\n", "accuracy = 1e-3\n", "cutoff = 3000\n"])
+def test_a_mass_matrix_is_one(tmp_path: Path, scene_file: Write, keys: str) -> None:
+    one = chain(1, 30, SPRINGS, ground=1.0)
+    text = one.write(tmp_path, "one") + keys + LOAD + QUIET
+    one.M[44, 44] *= -1  # node 15, along z
+    one.write(tmp_path, "one")
+    with pytest.raises(InputError, match=r"node 15, direction z: the mass on the diagonal is -0"):
+        joined(scene_file(text))
+    one.M[44, 44] *= -1
+    Chain(one.M, one.K, one.nodes).write(tmp_path, "one")
+    with pytest.raises(
+        InputError, match=r"one_M\.mtx: most of its rows .*: are stiffness and mass swapped\?"
+    ):
+        joined(scene_file(text))
+
+
+def test_modes_slower_than_any_structure_are_refused(tmp_path: Path, scene_file: Write) -> None:
+    """Of stiffnesses that hold every node to the ground, which a mass may look like."""
+    one = chain(1, 3, SPRINGS, ground=1.0)
+    text = Chain(1e-12 * one.M, 1e6 * one.M, one.nodes).write(tmp_path, "one") + LOAD
+    with pytest.raises(InputError, match=r"response\.mode = 1: lies at .*: are stiffness and mass"):
+        run_scene(load_scene(scene_file(text)), tmp_path / "run")
+
+
 def test_a_number_of_another_unit_is_told(tmp_path: Path, scene_file: Write) -> None:
     text = chain(1, 3, (3e5, 2e5, 1e5), ground=1.0).write(tmp_path, "one")
     text += (

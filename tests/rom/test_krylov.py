@@ -123,3 +123,5 @@ def test_a_mistyped_limit_is_refused_early():
     values = np.linspace(1.0, 2.0, 700)
     with pytest.raises(InputError, match="more than 500 fixed-interface modes below 1.592 Hz"):
         found(values, None, below=100.0)
+    with pytest.raises(InputError, match=r"the lowest at 0\.1592 Hz: are densities and moduli in"):
+        found(values, None, below=1e12)

@@ -115,6 +115,29 @@ def test_links_in_the_folder_are_not_followed(tmp_path, name):
     assert list(other.iterdir()) == []
 
 
+def test_a_folder_that_holds_something_else_is_left_alone(tmp_path):
+    (tmp_path / "letters").mkdir()
+    (tmp_path / "letters" / "mother.txt").write_text("Dear")
+    for folder in (tmp_path / "letters", Path("/")):
+        before = sorted(folder.iterdir())
+        with (
+            pytest.raises(InputError, match="is not the folder of a run; name an empty folder"),
+            claimed(folder),
+        ):
+            pass
+        assert sorted(folder.iterdir()) == before
+
+
+def test_a_folder_is_used_that_is_new_empty_or_of_a_run(tmp_path):
+    (tmp_path / "empty").mkdir()
+    (tmp_path / "empty" / ".gitkeep").touch()
+    for name in ("new", "empty"):
+        with claimed(tmp_path / name):
+            (tmp_path / name / "report.html").write_text("page")
+        with claimed(tmp_path / name):
+            pass
+
+
 @pytest.mark.parametrize(
     "text",
     ["9^9^9^9 m", "9⁹⁹⁹⁹⁹⁹⁹⁹⁹ m", "9 cubed cubed cubed m", "9**9**9 m", "(9)^(9)^9 m", "9e9^9"],
