@@ -273,15 +273,14 @@ class Scene(Table):
     def _leaves_to_the_system_what_it_holds(self) -> Iterator[str]:
         if self.system is None:
             return
-        for name in ("ring", "components", "ties", "loads", "excitation"):
-            if name in self.model_fields_set:
-                yield f"{name}: system.file holds it already"
-        if self.outputs.nodes:
-            yield "outputs.nodes: system.file holds it already"
+        tables = ("ring", "components", "ties", "loads", "excitation")
+        held = [name for name in tables if name in self.model_fields_set]
+        held += ["outputs.nodes"] if self.outputs.nodes else []
         own = {"kn", "kt", "mu", "interference"}
         for name, contact in self.contacts.items():
-            if wrong := sorted(contact.model_fields_set - own):
-                yield f"contacts.{name}.{wrong[0]}: system.file holds it already"
+            held += [f"contacts.{name}.{key}" for key in sorted(contact.model_fields_set - own)]
+        if held:
+            yield f"{', '.join(held)}: system.file holds it already"
 
     def _answers_its_range(self) -> Iterator[str]:
         for name, keys in self.components.items():

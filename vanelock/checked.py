@@ -110,34 +110,59 @@ def examined(
             return schema.model_validate(data, strict=True, context=marks or None), found
         except ValidationError as error:
             every = mistakes(error)
-        found += every
-        if not all([_leave_out(data, marks, details) for details in every]):
+        ways = [_way(data, details["loc"]) for details in every]
+        found += [
+            details
+            for details, way in zip(every, ways, strict=True)
+            if details["type"] != "missing" or not _is_wrong(way[-1], marks)  # but was left out
+        ]
+        if not all([_leave_out(data, marks, *each) for each in zip(every, ways, strict=True)]):
             break
     return None, found
 
 
-def _leave_out(data: dict[str, Any], marks: dict[int, _Mark], details: ErrorDetails) -> bool:
-    """Mark what is wrong, and take a wrong value out; false where it cannot be found."""
+_Way = list[tuple[dict[str, Any], str]]
+"""Tables from the outermost on, each with its key that leads on."""
+
+
+def _way(data: dict[str, Any], location: tuple[int | str, ...]) -> _Way:
     inner: Any = data
     way = []
-    for item in details["loc"]:
+    for item in location:
         if isinstance(inner, dict):
             way.append((inner, str(item)))
         try:
             inner = inner[item]
         except (KeyError, IndexError, TypeError):
             break
-    else:
-        mark = marks.setdefault(id(inner), _Mark())
-        if isinstance(details.get("ctx", {}).get("error"), Disagreement) and not mark.checked:
+    return way
+
+
+def _is_wrong(place: tuple[dict[str, Any], str], marks: dict[int, _Mark]) -> bool:
+    table, key = place
+    return id(table) in marks and key in marks[id(table)].wrong
+
+
+def _leave_out(
+    data: dict[str, Any], marks: dict[int, _Mark], details: ErrorDetails, way: _Way
+) -> bool:
+    """Mark what is wrong, and take a wrong value out; false where it cannot be found."""
+    if isinstance(details.get("ctx", {}).get("error"), Disagreement):
+        table: Any = data
+        for item in details["loc"]:
+            table = table[item]
+        mark = marks.setdefault(id(table), _Mark())
+        if not mark.checked:
             mark.checked = True
             return True
+    if details["type"] == "missing":
+        way = way[:-1]  # a table without what it needs is left out as a whole
     for table, key in reversed(way):
         if key in table:
             del table[key]
             marks.setdefault(id(table), _Mark()).wrong.add(key)
             return True
-        if key in marks.get(id(table), _Mark()).wrong:  # by another mistake in it
+        if _is_wrong((table, key), marks):  # by another mistake in it
             return True
     return False
 

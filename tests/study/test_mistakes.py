@@ -76,9 +76,11 @@ def test_what_hangs_on_a_wrong_value_is_not_judged(tmp_path):
         "[ring]\nsectors = 3\n[vane]\naerofoils = 12",
         '[joints]\nfriction = "none"\n[campaign]',
         "[temperature]\nvane = 1e9\nspeed = 3000",
+        "[outputs]\ngauges = [{ aerofoil = 0, span = 0.5, chord = 0.5 }]",  # needed and wrong
+        "[outputs]\ngauges = [{ aerofoil = 9, span = 0.5 }]",
     ):
         (line,) = mistakes(tmp_path, text)
-        assert ("must" in line) or ("at least" in line)
+        assert "must" in line or "at least" in line
 
 
 def test_dimensions_that_do_not_fit_are_all_told(tmp_path):
