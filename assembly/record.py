@@ -48,18 +48,14 @@ class SceneRecord(Ledger):
             self._waiting = None if key == self._system else (key, system)
             return
         self._system = key
-        with self._file.edit() as file:
+        with self._file.edit("component", "system") as file:
             for piece in pieces:
                 results.put(file, f"component/{piece.name}", piece, {})
             results.put(file, "system", system, {})
 
     def linear(self, label: str, limits: Modes, responses: Mapping[str, Response]) -> None:
         """Modes and linear responses of a set of limits."""
-        with self._file.edit() as file:
-            results.put(file, f"limits/{label or 'all'}", limits, {})
-            for which, response in responses.items():
-                name = f"{which},{label}" if label else which
-                results.put(file, f"response/{name}", response, {"linear": which})
+        self._limits(label, limits, responses)
 
     def case(
         self,
@@ -77,7 +73,7 @@ class SceneRecord(Ledger):
         if found.peak is not None:
             attributes["peak_frequency"] = found.peak.frequency
             attributes["peak_amplitude"] = found.peak.amplitude
-        with self._file.edit() as file:
+        with self._file.edit(where) as file:
             for place, response in zip((where, f"{where}/lower"), responses, strict=False):
                 results.put(file, place, response, attributes if place == where else {})
             results.put_jumps(file, where, found.sweeps)

@@ -88,7 +88,7 @@ class Cache:
             try:
                 if file_digest(path) != path.stem.rpartition("-")[2]:
                     raise InputError("its contents have changed since it was written")
-                entry = read_entry(path, kind)
+                entry = read_entry(path, kind, key)
                 journal_of(self.folder, stage, key).unlink(missing_ok=True)
                 return entry
             except (InputError, KeyError, OSError) as error:
@@ -116,10 +116,8 @@ class Cache:
             temporary = self.folder / f".{_flat(stage)}.{os.getpid()}.tmp"
             try:
                 with held(), written(temporary) as file:
-                    file.attrs["stage"] = stage
-                    file.attrs["seconds"], file.attrs["cpu"] = seconds, cpu
-                    product.save(file.create_group("product"))
-                digest, entry = file_digest(temporary), read_entry(temporary, type(product))
+                    write_entry(file, stage, key, product, (seconds, cpu))
+                digest, entry = file_digest(temporary), read_entry(temporary, type(product), key)
                 os.replace(temporary, self._place(stage, key, digest))
                 journal_of(self.folder, stage, key).unlink(missing_ok=True)
             finally:
@@ -174,9 +172,26 @@ def journal_of(folder: Path, stage: str, key: str) -> Path:
     return folder / f"{_flat(stage)}-{key}.journal"
 
 
-def read_entry(file: Path | BinaryIO, kind: type[P]) -> Entry[P]:
-    """The product in an entry's file, as loading it gives."""
+def write_entry(
+    file: h5py.File, stage: str, key: str, product: Product, times: tuple[float, float]
+) -> None:
+    """Write an entry: a product, what it is, and what computing it took, in all and by the CPU."""
+    file.attrs["stage"], file.attrs["key"] = stage, key
+    file.attrs["seconds"], file.attrs["cpu"] = times
+    product.save(file.create_group("product"))
+
+
+def read_entry(file: Path | BinaryIO, kind: type[P], key: str) -> Entry[P]:
+    """The product in an entry's file, as loading it gives.
+
+    Raises
+    ------
+    InputError
+        If it is not the product of that key.
+    """
     with h5py.File(file, "r") as opened:
+        if opened.attrs["key"] != key:
+            raise InputError("it is the entry of another stage or study")
         product = kind.load(opened["product"])
         seconds = float(opened.attrs["seconds"])
         return Entry(product, seconds, float(opened.attrs.get("cpu", seconds)))

@@ -7,6 +7,8 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 import vanelock
+from vanelock.nonlinear import Response
+from vanelock.product import Product
 from vanelock.study import results
 from vanelock.study.cache import installed
 from vanelock.study.progress import Done
@@ -42,7 +44,7 @@ class Ledger:
     def begin(self, settings: str, text: str) -> None:
         """Begin the file: what is computed (as JSON, and as it was given), when and by what."""
         self._file.wait_for_the_end(settings)
-        with self._file.edit() as file:
+        with self._file.edit("provenance") as file:
             group = file.require_group("provenance")
             group.attrs["date"] = datetime.now(UTC).isoformat(timespec="seconds")
             group.attrs["study"] = text
@@ -58,9 +60,18 @@ class Ledger:
         """Let all that a block writes appear at once."""
         return self._file.together()
 
+    def _limits(self, label: str, limits: Product, responses: Mapping[str, Response]) -> None:
+        """Modes and linear responses of a set of limits."""
+        named = {f"{which},{label}" if label else which: which for which in responses}
+        places = [f"limits/{label or 'all'}", *(f"response/{name}" for name in named)]
+        with self._file.edit(*places) as file:
+            results.put(file, places[0], limits, {})
+            for name, which in named.items():
+                results.put(file, f"response/{name}", responses[which], {"linear": which})
+
     def complete(self, done: Mapping[str, Done]) -> None:
         """End the file: times and hashes of all stages, nothing is missing."""
-        with self._file.edit() as file:
+        with self._file.edit("provenance", "/") as file:
             for key, entry in done.items():
                 group = file.require_group(f"provenance/stages/{entry.stage} {key[:8]}")
                 group.attrs["key"] = key
@@ -71,7 +82,7 @@ class Ledger:
 
     def failed(self, name: str, values: Mapping[str, float | str], failure: Failure) -> None:
         """A case that could not be computed."""
-        with self._file.edit() as file:
+        with self._file.edit(f"failed/{name}") as file:
             group = file.require_group(f"failed/{name}")
             group.attrs["reason"], group.attrs["attempts"] = failure.reason, failure.attempts
             for key, value in values.items():

@@ -44,13 +44,13 @@ class Record(Ledger):
 
     def product(self, where: str, product: Product) -> None:
         """A product of its own."""
-        with self._file.edit() as file:
+        with self._file.edit(where) as file:
             results.put(file, where, product, {})
 
     def parts(self, planned: Planned) -> None:
         """Meshes, reduced parts and system of the first case."""
         products = self._products(planned)
-        with self._file.edit() as file:
+        with self._file.edit("mesh", "rom", "system") as file:
             self._write(file, planned, products, "")
 
     def _products(self, planned: Planned) -> dict[str, Product]:
@@ -92,18 +92,14 @@ class Record(Ledger):
         """Modes of a set of limits, and their responses, unless there are many sets."""
         limits = self._stages.get(linear.limits)
         responses = {which: self._stages.get(linear.responses[which]) for which in LIMITS}
-        with self._file.edit() as file:
-            results.put(file, f"limits/{linear.name or 'all'}", limits, {})
-            for which, response in responses.items() if whole else ():
-                name = f"{which},{linear.name}" if linear.name else which
-                results.put(file, f"response/{name}", response, {"linear": which})
+        self._limits(linear.name, limits, responses if whole else {})
 
     def case(self, solved: Solved, summary: Summary, monitor: str) -> None:
         """Everything about a case, at once."""
         planned, response, static = solved.planned, solved.response, solved.static
         where = f"response/{planned.case.name}"
         products = self._products(planned)
-        with self._file.edit() as file:
+        with self._file.edit(where) as file:
             self._write(file, planned, products, f"/{where}")
             results.put(file, where, response, _attributes(planned, summary, monitor))
             results.put(file, f"{where}/preload", static, {})
@@ -117,14 +113,13 @@ class Record(Ledger):
 
     def answers(self, found: Mapping[str, CaseAnswers]) -> None:
         """Damping, margin and energy at the peak of the cases that are looked into."""
-        with self._file.edit() as file:
+        with self._file.edit(*(f"response/{name}" for name in found)) as file:
             for name, each in found.items():
                 results.put_answers(file, f"response/{name}", each.numbers)
 
     def campbell(self, case: str, diagram: Campbell) -> None:
         """The Campbell diagram of a case."""
-        with self._file.edit() as file:
-            results.put(file, f"campbell/{case}", diagram, {})
+        self.product(f"campbell/{case}", diagram)
 
 
 def _attributes(planned: Planned, summary: Summary, monitor: str) -> dict[str, Any]:

@@ -25,6 +25,9 @@
     /campbell/<case>     study.campbell.Campbell: lines, crossings and circles of its diagram
     /provenance          study text, date, versions, hashes and times of the stages
 
+Each of these groups has a digest of all that it holds, and the place where it was written, see
+`vanelock.digests`; a complete file has one of all of them.
+
 Everything is written to a copy that takes the file's place from time to time, so that at any moment
 the file is a whole one. Of a sweep it may lack the last cases, whose products are in the cache.
 """
@@ -41,6 +44,7 @@ from typing import Any
 import h5py
 import numpy as np
 
+from vanelock.digests import seal, verify
 from vanelock.errors import FolderError, InputError
 from vanelock.files import writing
 from vanelock.hdf5 import opened, written
@@ -55,7 +59,7 @@ from vanelock.study.strains import Strain
 from vanelock.study.summary import Sweep
 
 FORMAT = "vanelock-results"
-VERSION = 1
+VERSION = 2
 NAME = "results.h5"
 SELDOM = 20.0
 """Additions appear when so many times what that took last has passed since."""
@@ -73,18 +77,26 @@ def check_results(path: Path) -> None:
     """
     if not os.path.lexists(path):
         return
-    with open_results(path):
+    with open_results(path, whole=False):
         pass
 
 
 @contextmanager
-def open_results(path: str | os.PathLike[str]) -> Generator[h5py.File, None, None]:
+def open_results(
+    path: str | os.PathLike[str], whole: bool = True
+) -> Generator[h5py.File, None, None]:
     """A results file, open for reading.
+
+    Parameters
+    ----------
+    path : path
+    whole : bool
+        Whether to read all of it first, and refuse it where anything is not as it was written.
 
     Raises
     ------
     InputError
-        If it is missing, damaged or foreign.
+        If it is missing, damaged, altered, foreign, or of another version of the format.
     """
     advice = "move it away or name another folder with --output"
     with ExitStack() as stack:
@@ -102,6 +114,8 @@ def open_results(path: str | os.PathLike[str]) -> Generator[h5py.File, None, Non
                 f"{path}: results of format version {str(version)[:40]}, this program writes "
                 f"{VERSION}; {advice}"
             )
+        if whole:
+            verify(file, bool(file.attrs.get("complete", True)))
         yield file
 
 
@@ -127,7 +141,7 @@ class Results:
 
     def wait_for_the_end(self, settings: str) -> None:
         """Keep a complete file of the same settings until this one is complete, too."""
-        with suppress(InputError), open_results(self.path) as file:
+        with suppress(InputError), open_results(self.path, whole=False) as file:
             known = file.get("provenance")
             earlier = None if known is None else known.attrs.get("settings")
             self._waits = bool(file.attrs.get("complete")) and earlier == settings
@@ -143,10 +157,18 @@ class Results:
                 self._file = None
 
     @contextmanager
-    def edit(self) -> Generator[h5py.File, None, None]:
-        """The file, open for additions that appear all at once or not at all, if not at once."""
+    def edit(self, *places: str) -> Generator[h5py.File, None, None]:
+        """The file, open for additions that appear all at once or not at all, if not at once.
+
+        Parameters
+        ----------
+        places : str
+            Groups that are written here, as a whole: they get their digests.
+        """
         with held(), self._opened() if self._file is None else nullcontext(self._file) as file:
             yield file
+            for place in places:
+                seal(file[place])
 
     @contextmanager
     def _opened(self) -> Generator[h5py.File, None, None]:

@@ -23,7 +23,7 @@ import vanelock
 from vanelock.errors import InputError
 from vanelock.nonlinear import Journal
 from vanelock.product import Product
-from vanelock.study.cache import Entry, journal_of, read_entry
+from vanelock.study.cache import Entry, journal_of, read_entry, write_entry
 from vanelock.study.journal import journal
 from vanelock.study.progress import silent
 from vanelock.study.steps import Stages, Step
@@ -121,7 +121,7 @@ class Memory:
         """The product of an entry that was given."""
         if not self.given.get(key):
             return None
-        entry = read_entry(io.BytesIO(self.given[key]), kind)
+        entry = read_entry(io.BytesIO(self.given[key]), kind, key)
         self.given[key] = b""  # the stages keep the product
         return entry
 
@@ -129,11 +129,9 @@ class Memory:
         """Keep a product until it is returned; what loading it gives."""
         image = io.BytesIO()
         with h5py.File(image, "w") as file:
-            file.attrs["stage"] = stage
-            file.attrs["seconds"], file.attrs["cpu"] = seconds, cpu
-            product.save(file.create_group("product"))
+            write_entry(file, stage, key, product, (seconds, cpu))
         self.made.append((stage, key, image.getvalue()))
-        return read_entry(image, type(product))
+        return read_entry(image, type(product), key)
 
     def journal(self, stage: str, key: str) -> AbstractContextManager[Journal]:
         """Where a stage writes down what it has done so far."""

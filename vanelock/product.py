@@ -15,6 +15,7 @@ import h5py
 import numpy as np
 import scipy.sparse as sp
 
+from vanelock.digests import DIGEST, PLACE, verify
 from vanelock.errors import InputError, cut_short, printable
 from vanelock.files import placed
 from vanelock.hdf5 import opened, written
@@ -80,9 +81,12 @@ class Product(Summarised):
         Raises
         ------
         InputError
-            If the file is missing, is not HDF5, or does not hold this product.
+            If the file is missing, is not HDF5, or does not hold this product, or where a group
+            of a results file is not as it was written.
         """
         if isinstance(source, h5py.Group):
+            if DIGEST in source.attrs:
+                verify(source)
             return cls._read_checked(source, source.name or "/")
         with opened(source) as file:
             return cls._read_checked(file, str(source))
@@ -160,7 +164,7 @@ def _read_value(group: h5py.Group, name: str, hint: Any) -> Any:
     if isinstance(origin, type) and issubclass(origin, Mapping):
         key_type, item_type = get_args(hint)
         inner = group[name]
-        keys = sorted(set(inner) | (set(inner.attrs) - {"product"}))
+        keys = sorted(set(inner) | (set(inner.attrs) - {"product", DIGEST, PLACE}))
         return {key_type(key): _read_value(inner, key, item_type) for key in keys}
     if isinstance(group[name], h5py.Group):
         inner = group[name]

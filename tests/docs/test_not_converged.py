@@ -94,7 +94,7 @@ def test_what_the_page_looks_closer_with_takes_the_system_of_the_case(
     converged = ~np.isin(np.arange(3), lost)
     results = Results(tmp_path / "runs" / "my" / "results.h5")
     results.path.parent.mkdir(parents=True)
-    with results.edit() as file:
+    with results.edit("system", "response/mu=0.15") as file:
         put_system(file, "system", first)
         put(file, "response/mu=0.15", replace(found, converged=converged), {})
         put_system(file, "response/mu=0.15/system", second, "system")

@@ -69,6 +69,22 @@ def test_damaged_entries_are_noticed_and_dropped(cache, noticed, damage):
     assert "computing a stage again" in noticed[0]
 
 
+def test_an_entry_under_another_name_is_noticed(cache, noticed):
+    """As of two cases whose files were exchanged: a fit or a run would start from the other's."""
+    for key in ("aa11", "aa22"):
+        cache.store("a stage", key, Numbers(np.arange(3.0), key), 1.0)
+    one, other = sorted(cache.folder.rglob("*.h5"))
+    between = one.with_name("between")
+    digests = [path.stem.rpartition("-")[2] for path in (one, other)]
+    one.rename(between)
+    other.rename(other.with_name(f"a-stage-aa11-{digests[1]}.h5"))
+    between.rename(one.with_name(f"a-stage-aa22-{digests[0]}.h5"))
+    assert cache.load("a stage", "aa11", Numbers) is None
+    assert cache.load("a stage", "aa22", Numbers) is None
+    assert len(noticed) == 2
+    assert all("it is the entry of another stage or study" in each for each in noticed)
+
+
 def test_a_failed_store_leaves_nothing(cache):
     with pytest.raises(TypeError, match="cannot store"):
         cache.store("a stage", "key", Numbers(np.array([object()]), "mine"), 1.0)

@@ -56,7 +56,7 @@ def test_measured_files_do_not_hide_behind_other_mistakes(tmp_path):
 )
 def test_failed_cases_are_counted(tmp_path, failed, told):
     results = Results(tmp_path / "results.h5")
-    with results.edit() as file:
+    with results.edit("provenance") as file:
         about = file.create_group("provenance")
         about.create_group("versions")
         about.attrs.update({"date": "2026-01-01", "settings": "{}"})

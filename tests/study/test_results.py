@@ -31,9 +31,9 @@ def test_round_trip(tmp_path, ring):
     slippery = replace(ring, contacts=replace(ring.contacts, mu=np.array([0.1, 0.2])))
     response = frequency_response(ring, [150.0, 300.0], harmonics=1)
     results = Results(tmp_path / "results.h5")
-    with results.edit() as file:
+    with results.edit("system") as file:
         put_system(file, "system", ring)
-    with results.edit() as file:
+    with results.edit("response/mu=0.1") as file:
         put(file, "response/mu=0.1", response, {"mu": 0.1})
         put_system(file, "response/mu=0.1/system", slippery, "system")
     results.flush()
@@ -56,7 +56,7 @@ def test_round_trip(tmp_path, ring):
 
 def test_an_edit_that_fails_changes_nothing(tmp_path, ring):
     results = Results(tmp_path / "results.h5")
-    with results.edit() as file:
+    with results.edit("system") as file:
         put_system(file, "system", ring)
     before = results.path.read_bytes()
 
@@ -94,7 +94,7 @@ def test_files_that_are_not_ours(tmp_path, ring, content):
             put_system(file, "system", ring)
             if content == "version":
                 file.attrs["version"] = 99
-                expected = "results of format version 99, this program writes 1"
+                expected = "results of format version 99, this program writes 2"
         if content == "cut":
             path.write_bytes(path.read_bytes()[:-500])
         elif content == "foreign":

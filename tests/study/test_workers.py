@@ -38,7 +38,7 @@ report = false
 [sweep]
 "joints.interlock.mu" = [0.1, 0.15, 0.2, 0.3, 0.4, 0.5]
 """
-TIMES = ("date", "seconds", "cached")
+TIMES = ("date", "seconds", "cached", "digest")
 
 
 def contents(path):
