@@ -89,13 +89,13 @@ def bundle(planned: Sequence[Planned], cache: Cache) -> tuple[list[Step[Any]], l
 
 def divided(cases: Sequence[Wanted], cache: Cache) -> tuple[list[Step[Any]], list[Task]]:
     """What all cases need and is not in the cache, in order, and the tasks after it."""
-    known: dict[str, bool] = {}
+    held, known = cache.held(), dict[str, bool]()
     nodes: dict[str, Step[Any]] = {}
     users: dict[str, list[int]] = {}
 
     def missing(step: Step[Any]) -> bool:
         if step.key not in known:
-            known[step.key] = not cache.holds(step.name, step.key)
+            known[step.key] = not held(step.name, step.key)
         return known[step.key]
 
     def visit(step: Step[Any], i: int, seen: set[str]) -> None:

@@ -132,6 +132,11 @@ class Cache:
         """Whether there is an entry, intact or not."""
         return bool(self._entries(stage, key))
 
+    def held(self) -> Callable[[str, str], bool]:
+        """What says the same as `holds` of any number of entries, as they are now."""
+        names = {path.name.rpartition("-")[0] for path in self.folder.glob("*/*.h5")}
+        return lambda stage, key: f"{_flat(stage)}-{key}" in names
+
     def image(self, stage: str, key: str) -> bytes | None:
         """An entry's bytes, for a process that has no access to the folder."""
         for path in self._entries(stage, key):

@@ -21,6 +21,7 @@ class Clock:
         self._left = {
             step.key: work(each.case.study) for each in planned for step in each.responses
         }
+        self._after = sum(self._left.values())
         self._done = 0.0
         self._seconds = 0.0
         self._began = time.perf_counter()
@@ -30,6 +31,7 @@ class Clock:
         """A case begins, or another of its responses."""
         self._name, self._peak = planned.case.name, 0.0
         self._own = self._left.pop((response or planned.response).key, 0.0)
+        self._after = max(self._after - self._own, 0.0)
         self._began = time.perf_counter()
 
     def end(self, computed: bool) -> None:
@@ -48,7 +50,7 @@ class Clock:
             return Point(self._name, done, None, self._peak, float("nan"))
         part = self._own * done / total
         pace = (self._seconds + time.perf_counter() - self._began) / max(self._done + part, 1e-9)
-        left = pace * (self._own - part + sum(self._left.values()))
+        left = pace * (self._own - part + self._after)
         return Point(self._name, done, total, self._peak, left)
 
 

@@ -110,6 +110,7 @@ class Crew:
         self._maker = {key: task for task in self.tasks for key in task.makes}
         self._waiting = deque(self.tasks)
         self._made: set[str] = set()
+        self._lost: set[str] = set()
         self._attempts: Counter[str] = Counter()
         self._spared: Counter[str] = Counter()
         self._uses = Counter(key for task in self.tasks for _, key in task.given)
@@ -183,6 +184,7 @@ class Crew:
 
     def _fail(self, task: Task, failure: Failure) -> None:
         self.failed.update(dict.fromkeys(task.makes, failure))
+        self._lost.add(task.name)
         self._end(task)
 
     def _end(self, task: Task) -> None:
@@ -199,8 +201,7 @@ class Crew:
             return
         self._told = time.monotonic()
         left = self._left(self._told)
-        failed = len({task.name for task in self.tasks if task.makes[0] in self.failed})
-        self.listener(Tasks(self._done, self._total, failed, self.peak(), left))
+        self.listener(Tasks(self._done, self._total, len(self._lost), self.peak(), left))
 
     def _left(self, now: float) -> float:
         """Seconds left at the rate of those that ended; NaN where that does not tell.

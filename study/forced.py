@@ -1,6 +1,8 @@
 """Steps behind the reduced models: linear limits, preload, linear and nonlinear responses."""
 
 from collections.abc import Callable
+from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any, Literal, TypeAlias
 
 import numpy as np
@@ -11,12 +13,18 @@ from vanelock.rom import Component, System
 from vanelock.study.limits import Limits, dense, frequencies, hooks, limits
 from vanelock.study.model import Study
 from vanelock.study.stages import system_step
-from vanelock.study.steps import Step, step
+from vanelock.study.steps import SHARED, Step, step
 
 Limit: TypeAlias = Literal["free", "stuck"]
 FIRST = {"up": "up", "down": "down", "both": "up"}
 """Direction of the first sweep, by `response.direction`."""
 Progress: TypeAlias = Callable[[int, int, float, float], None]
+
+COMPUTED = (
+    *("accuracy", "ring", "vane", "casing", "material", "temperature", "mesh", "joints", "rom"),
+    *("excitation", "damping", "response", "campbell"),
+)
+"""Tables and keys of a study that its numbers depend on."""
 
 
 def silent_progress(done: int, total: int, frequency: float, amplitude: float) -> None:
@@ -34,8 +42,13 @@ def limits_step(
     study: Study, system: Step[System], vane: Step[Component], casing: Step[Component]
 ) -> Step[Limits]:
     """Modes with the interlock free and stuck, and their errors."""
-    mode = study.response.mode
+    return _limits(study.response.mode, system, vane, casing)
 
+
+@lru_cache(maxsize=SHARED)
+def _limits(
+    mode: int, system: Step[System], vane: Step[Component], casing: Step[Component]
+) -> Step[Limits]:
     def compute(system: System, vane: Component, casing: Component) -> Limits:
         return limits(system, mode, vane, casing)
 
@@ -45,8 +58,11 @@ def limits_step(
 
 def preload_step(study: Study, system: Step[System]) -> Step[Response]:
     """The state at rest."""
-    friction = study.joints.friction
+    return _at_rest(study.joints.friction, system)
 
+
+@lru_cache(maxsize=SHARED)
+def _at_rest(friction: str, system: Step[System]) -> Step[Response]:
     def compute(system: System) -> Response:
         return nonlinear.static_response(system, friction)
 
@@ -57,6 +73,31 @@ def linear_step(
     study: Study, which: Limit, system: Step[System], limits: Step[Limits]
 ) -> Step[Response]:
     """Linear response with the interlock free or stuck, dense enough to be drawn as a curve."""
+    return _linear(which, _Alike(without_friction(study)), system, limits)
+
+
+@dataclass(frozen=True, eq=False)
+class _Alike:
+    """A study that equals another if what is computed of both is the same."""
+
+    study: Study
+
+    @property
+    def _computed(self) -> tuple[Any, ...]:
+        return tuple(getattr(self.study, name) for name in COMPUTED)
+
+    def __hash__(self) -> int:
+        return hash(self._computed)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _Alike) and self._computed == other._computed
+
+
+@lru_cache(maxsize=SHARED)
+def _linear(
+    which: Limit, alike: _Alike, system: Step[System], limits: Step[Limits]
+) -> Step[Response]:
+    study = alike.study
     inputs = {**frequency_keys(study), "closed": which}
 
     def compute(system: System, found: Limits) -> Response:

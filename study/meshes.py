@@ -1,5 +1,6 @@
 """The steps to both parts' meshes: from dimensions, or read from files and then matched."""
 
+from functools import lru_cache
 from pathlib import Path
 
 from vanelock import mesh
@@ -8,8 +9,9 @@ from vanelock.mesh import Mates, OwnPart, Part
 from vanelock.mesh.own_part import own_part
 from vanelock.study.cache import content_digest
 from vanelock.study.model import Study
-from vanelock.study.own_mesh import OwnCasing, OwnVane, chosen_sets
-from vanelock.study.steps import Step, step
+from vanelock.study.own_mesh import Casing, OwnCasing, OwnVane, Vane, chosen_sets
+from vanelock.study.steps import SHARED, Step, step
+from vanelock.study.structure import Mesh
 
 NOWHERE = (0.0, 0.0)
 """Overlap of the hooks' faces where a mesh takes a part's place: contacts act on nodes then."""
@@ -29,9 +31,12 @@ def mesh_step(study: Study, part: str) -> Step[Part]:
 
 def _made_step(study: Study, part: str) -> Step[Part]:
     """Mesh of a part that has dimensions."""
-    vane, casing = study.vane, study.casing
-    sectors, size, face_nodes = study.ring.sectors, study.mesh.size, study.mesh.face_nodes
-    stretch = study.mesh.stretch
+    return _meshed(study.vane, study.casing, study.ring.sectors, study.mesh, part)
+
+
+@lru_cache(maxsize=SHARED)
+def _meshed(vane: Vane, casing: Casing, sectors: int, keys: Mesh, part: str) -> Step[Part]:
+    size, face_nodes, stretch = keys.size, keys.face_nodes, keys.stretch
     if isinstance(vane, OwnVane) or isinstance(casing, OwnCasing):
         overlap = NOWHERE
     else:

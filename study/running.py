@@ -120,6 +120,7 @@ class Run:
         self._worth: dict[str, tuple[Errors, Sequence[LeftOut]]] = {}
         self._spacings: list[float] = []
         self._lines: set[str] = set()
+        self._top = 0.0
         self._preloads: set[str] = set()
         self._turned: set[str] = set()
 
@@ -186,8 +187,7 @@ class Run:
 
     def _largest(self) -> float:
         """The largest peak so far, m."""
-        tops = self.shown.peak.values() if self._peaks else ()
-        return max((peak.amplitude for peak in tops), default=0.0)
+        return self._top
 
     def _parts(self, planned: Planned) -> None:
         """Meshes, reduced parts and linear limits of a case."""
@@ -325,6 +325,7 @@ class Run:
             if given.points is not None or given.frequencies is not None:
                 self._spacings.append(spacing(response.frequency, peak.point))
             self.shown.peak[case.name] = peak
+            self._top = max(self._top, peak.amplitude)
             self.shown.top[case.name] = as_solved(response, peak.point)
             self.shown.around[case.name] = Around.of(response, amplitude, peak.point)
         if found.converged < found.points:

@@ -24,7 +24,7 @@ from vanelock.study.limits import Limits
 from vanelock.study.model import Study
 from vanelock.study.plan import Planned
 from vanelock.study.spinning import Spinning, grid
-from vanelock.study.stages import ELASTIC, joints, rom_step
+from vanelock.study.stages import joints, rom_step
 from vanelock.study.steps import Stages, Step, step
 from vanelock.study.temperature import PARTS, modulus
 from vanelock.study.warm import bends, factors
@@ -124,7 +124,8 @@ def lines_step(planned: Planned, stages: Stages) -> Step[Lines]:
         **keys.model_dump(),
         "temperature": study.temperature.model_dump(),
         "moduli": {
-            p: getattr(study.material, p).model_dump(include={*ELASTIC, "E_at"}) for p in PARTS
+            p: getattr(study.material, p).model_dump(include={"E", "nu", "rho", "E_at"})
+            for p in PARTS
         },
         "joints": [asdict(joint) for joint in joined],
         "engine_order": study.excitation.engine_order,

@@ -6,6 +6,7 @@ code behind it.
 
 from collections.abc import Iterable
 from dataclasses import asdict
+from functools import lru_cache
 from typing import Any
 
 from vanelock import fem, rom
@@ -16,12 +17,11 @@ from vanelock.rom import Component, Joint, System
 from vanelock.study.band import asked_by, least_band, softest
 from vanelock.study.meshes import mesh_step
 from vanelock.study.model import Study
-from vanelock.study.steps import Step, step
+from vanelock.study.steps import SHARED, Step, step
+from vanelock.study.structure import Rom
 from vanelock.study.temperature import modulus, reference
 
 PARTS = ("vane", "casing")
-ELASTIC = {"E", "nu", "rho"}
-"""What the stages take of a material."""
 MASTERS = {
     "vane": ("hook_front", "hook_rear", "interlock_left", "interlock_right", "key", "accessory"),
     "casing": ("hook_front", "hook_rear", "key", "force", "accessory"),
@@ -33,13 +33,19 @@ def model_step(study: Study, part: str, E: float | None = None) -> Step[Model]:
 
     With the modulus of its temperature in the response, or another, Pa.
     """
-    elastic = getattr(study.material, part).model_dump(include=ELASTIC)
-    elastic["E"] = modulus(study, part) if E is None else E
+    metal = getattr(study.material, part)
+    E = modulus(study, part) if E is None else E
+    return _assembled(part, E, metal.nu, metal.rho, mesh_step(study, part))
 
+
+@lru_cache(maxsize=SHARED)
+def _assembled(name: str, E: float, nu: float, rho: float, mesh: Step[Part]) -> Step[Model]:
     def compute(part: Part) -> Model:
-        return fem.assemble(part, fem.Material(**elastic))
+        return fem.assemble(part, fem.Material(E=E, nu=nu, rho=rho))
 
-    return step(f"fem {part}", "fem", elastic, Model, (mesh_step(study, part),), compute, False)
+    return step(
+        f"fem {name}", "fem", {"E": E, "nu": nu, "rho": rho}, Model, (mesh,), compute, False
+    )
 
 
 def reference_step(study: Study, part: str) -> Step[Model]:
@@ -55,6 +61,7 @@ def rom_step(
     return stiffened_step(reduced, part, modulus(study, part) / reference(study, part))
 
 
+@lru_cache(maxsize=SHARED)
 def stiffened_step(reduced: Step[Component], part: str, factor: float) -> Step[Component]:
     """A reduced part whose modulus is another; scaling takes no time, so it is not kept."""
     if factor == 1:
@@ -78,34 +85,58 @@ def reduced_step(
     the highest frequency that the study asks for (`vanelock.study.band`) where that is higher; a
     vane that is reduced to a number of modes tells no band, and the casing then takes its own.
     """
-    options = study.rom
-    kept, means = masters(study, part), averaged(study, part)
-    inputs: dict[str, Any] = {"masters": kept, **options.of(part), "averaged": means}
-    if inputs.get("accuracy") is not None and options.band is None:
-        inputs["least"] = least_band(asked_by(study), softest(study))
+    options, model = study.rom, reference_step(study, part)
+    wants = options.of(part)
+    follows = wants.get("accuracy") is not None and options.band is None
+    least = (least_band(asked_by(study), softest(study)),) if follows else ()
+    own = (masters(study, part), averaged(study, part), options, least, model)
     if part == "vane":
+        return _reduced_vane(*own)
+    vane = reduced_step(study, "vane", ()) if follows else None
+    return _reduced_casing(*own, tuple(sorted(diameters)), vane, prepared)
 
-        def compute(model: Model) -> Component:
-            return rom.reduce(model, **inputs)
 
-        return step("rom vane", "rom", inputs, Component, (reference_step(study, part),), compute)
-    chosen = sorted(diameters)
-    inputs |= {"nodal_diameters": chosen, "route": options.route}
+@lru_cache(maxsize=SHARED)
+def _reduced_vane(
+    kept: tuple[str, ...],
+    means: tuple[str, ...],
+    options: Rom,
+    least: tuple[float | None, ...],
+    model: Step[Model],
+) -> Step[Component]:
+    inputs: dict[str, Any] = {"masters": kept, **options.of("vane"), "averaged": means}
+    inputs |= {"least": each for each in least}
+
+    def compute(model: Model) -> Component:
+        return rom.reduce(model, **inputs)
+
+    return step("rom vane", "rom", inputs, Component, (model,), compute)
+
+
+@lru_cache(maxsize=SHARED)
+def _reduced_casing(
+    kept: tuple[str, ...],
+    means: tuple[str, ...],
+    options: Rom,
+    least: tuple[float | None, ...],
+    model: Step[Model],
+    chosen: tuple[int, ...],
+    vane: Step[Component] | None,
+    prepared: Step[Any] | None,
+) -> Step[Component]:
+    inputs: dict[str, Any] = {"masters": kept, **options.of("casing"), "averaged": means}
+    inputs |= {"least": each for each in least}
+    inputs |= {"nodal_diameters": list(chosen), "route": options.route}
     inputs |= {"interface": options.interface, "interface_modes": options.interface_modes}
-    needs: tuple[Step[Any], ...] = (reference_step(study, part),)
-    if inputs.get("accuracy") is not None and inputs["band"] is None:
-        needs += (reduced_step(study, "vane", ()),)
-    follows = len(needs) > 1
-    if prepared is not None:
-        needs += (prepared,)
 
-    def follow(model: Model, *others: Any) -> Component:
-        band = {"band": others[0].band} if follows else {}
+    def compute(model: Model, *others: Any) -> Component:
+        band = {} if vane is None else {"band": others[0].band}
         shared = {} if prepared is None else {"prepared": others[-1]}
         return rom.reduce(model, **inputs | band, **shared)
 
+    needs = (model, *(each for each in (vane, prepared) if each is not None))
     name = "rom casing" if prepared is None else f"rom casing, ND {', '.join(map(str, chosen))}"
-    return step(name, "rom", inputs, Component, needs, follow)
+    return step(name, "rom", inputs, Component, needs, compute)
 
 
 def masters(study: Study, part: str) -> tuple[str, ...]:
@@ -154,14 +185,24 @@ def system_step(study: Study, vane: Step[Component], casing: Step[Component]) ->
         force=study.excitation.force_per_node,
         unbalance=study.excitation.unbalance or 0.0,
     )
-    joined = joints(study)
+    return _joined(joints(study), excitation, study.damping.ratio, vane, casing)
+
+
+@lru_cache(maxsize=SHARED)
+def _joined(
+    joined: tuple[Joint, ...],
+    excitation: rom.Excitation,
+    damping: float,
+    vane: Step[Component],
+    casing: Step[Component],
+) -> Step[System]:
     inputs = {
         "joints": [asdict(joint) for joint in joined],
         "excitation": asdict(excitation),
-        "damping": study.damping.ratio,
+        "damping": damping,
     }
 
     def compute(vane: Component, casing: Component) -> System:
-        return rom.join(vane, casing, joined, excitation, study.damping.ratio)
+        return rom.join(vane, casing, joined, excitation, damping)
 
     return step("system", "rom", inputs, System, (vane, casing), compute, False, True)

@@ -18,6 +18,10 @@ from vanelock.study.progress import Begun, Done, Listener
 P = TypeVar("P")
 Q = TypeVar("Q", bound=Product)
 
+SHARED = 4096
+"""Steps of a kind that are remembered, so that the cases of a sweep share them: those that depend
+on nothing but what `lru_cache` is given."""
+
 
 class Store(Protocol):
     """Where products are kept, see `vanelock.study.cache.Cache`."""
@@ -35,9 +39,9 @@ class Store(Protocol):
         ...
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Step(Generic[P]):
-    """One stage of one study.
+    """One stage of one study, or of several that agree in all that it reads.
 
     Attributes
     ----------

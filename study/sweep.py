@@ -19,6 +19,7 @@ from vanelock.mesh.fit import check_casing, check_clearances, check_sectors, che
 from vanelock.study.messages import explain, field_at, known_keys, mistakes, reason, show, unknown
 from vanelock.study.model import Study
 from vanelock.study.own_mesh import OwnCasing, OwnVane
+from vanelock.study.structure import Table
 
 LARGEST = 100_000
 """Most cases of one study."""
@@ -284,12 +285,17 @@ def value_at(study: Study, key: str) -> Any:
 def with_values(study: Study, changes: dict[str, Any], context: str | None = None) -> Study:
     """The study with some keys changed and no sweep; raises pydantic's ValidationError.
 
-    In the context "unchecked" it is not looked at whether keys contradict one another.
+    Tables without a change are those of the study itself, which are not checked again. In the
+    context "unchecked" it is not looked at whether keys contradict one another.
     """
-    data = study.model_dump(
-        exclude_unset=True,
-        exclude={"sweep", "rows", "scatter"},
-        warnings=context != UNCHECKED,  # where keys are missing
+    changed = {key.partition(".")[0] for key in changes} | {"excitation"}
+    apart = {"sweep", "rows", "scatter"}
+    tables: dict[str, Any] = {}
+    if context != UNCHECKED:  # else keys may be missing
+        same = {name: getattr(study, name) for name in study.model_fields_set - apart - changed}
+        tables = {name: value for name, value in same.items() if isinstance(value, Table)}
+    data = tables | study.model_dump(
+        exclude_unset=True, exclude={*apart, *tables}, warnings=context != UNCHECKED
     )
     data.get("excitation", {}).pop("engine_orders", None)
     for key, value in changes.items():

@@ -41,8 +41,11 @@ def si(value: object, unit: str) -> object:
     ValueError
         If the text is not a quantity of that dimension.
     """
-    if not isinstance(value, str):
-        return value
+    return _si(value, unit) if isinstance(value, str) else value
+
+
+@lru_cache(maxsize=10_000)
+def _si(value: str, unit: str) -> float:
     from pint.errors import PintError
 
     try:

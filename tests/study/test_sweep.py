@@ -1,10 +1,13 @@
 """Sweeps: the product of all lists, every value checked as its key would be."""
 
+import tomllib
+
 import pytest
 
 from vanelock.errors import InputError
 from vanelock.study import cases, load_study, parse_study
-from vanelock.study.sweep import label
+from vanelock.study.model import Study
+from vanelock.study.sweep import label, with_values
 
 
 def test_product_runs_the_last_key_fastest():
@@ -165,3 +168,46 @@ def test_labels_name_what_tells_groups_apart():
     assert label(found, ["a"] * 4) == [""] * 4
     assert label(found, ["a", "a", "b", "b"]) == ["mu=0.1", "mu=0.1", "mu=0.2", "mu=0.2"]
     assert label(found, ["a", "b", "a", "b"]) == ["harmonics=1", "harmonics=3"] * 2
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"joints.interlock.mu": 0.2, "response.harmonics": 3},
+        {"excitation.engine_order": 5, "vane.chord": "41 mm"},
+        {"temperature.speed": None},
+        {"outputs.monitor": "vane accessory 2, radial", "material.vane.nu": 0.29},
+    ],
+)
+def test_a_changed_study_is_the_one_that_its_file_would_give(changes):
+    """Although only the tables with a change are checked anew."""
+    text = """
+        [vane]
+        thickness = "5 mm"
+        [joints.hook]
+        mu = 0.1
+        [material.vane]
+        E = "180 GPa"
+        [[outputs.gauges]]
+        aerofoil = 1
+        span = 0.1
+        chord = 0.5
+        [excitation]
+        engine_orders = [3, 4]
+        [sweep]
+        "joints.interlock.mu" = [0.2]
+    """
+    study = parse_study(text)
+    found = with_values(study, changes)
+    data = tomllib.loads(text)
+    del data["sweep"], data["excitation"]["engine_orders"]
+    for key, value in changes.items():
+        table, *rest, last = key.split(".")
+        inner = data.setdefault(table, {})
+        for name in rest:
+            inner = inner.setdefault(name, {})
+        inner[last] = value
+    assert found == Study.model_validate(data)
+    assert found.model_dump(exclude_unset=True) == Study.model_validate(data).model_dump(
+        exclude_unset=True
+    )

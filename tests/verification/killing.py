@@ -17,8 +17,8 @@ import h5py
 import numpy as np
 
 ROOT = Path(__file__).resolve().parents[2]
-TIMES = {"seconds", "cost", "cpu", "cached", "date", "stages"}
-"""What tells how a run went: times, the date, and the stages that it computed or looked up."""
+TIMES = {"seconds", "cost", "cpu", "cached", "date", "stages", "digest"}
+"""What tells how a run went: times, the date, stages that it computed or looked up, digests."""
 PATIENCE = 600.0
 """Seconds after which a run that neither ends nor comes to the moment of its kill is given up."""
 
