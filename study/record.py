@@ -7,6 +7,7 @@ from typing import Any
 
 import h5py
 
+from vanelock.nonlinear import Response
 from vanelock.product import Product
 from vanelock.rom import Component, System
 from vanelock.study import results, warnings
@@ -91,8 +92,10 @@ class Record(Ledger):
     def linear(self, linear: Linear, whole: bool = True) -> None:
         """Modes of a set of limits, and their responses, unless there are many sets."""
         limits = self._stages.get(linear.limits)
-        responses = {which: self._stages.get(linear.responses[which]) for which in LIMITS}
-        self._limits(linear.name, limits, responses if whole else {})
+        responses: dict[str, Response] = {
+            which: self._stages.get(linear.responses[which]) for which in (LIMITS if whole else ())
+        }
+        self._limits(linear.name, limits, responses)
 
     def case(self, solved: Solved, summary: Summary, monitor: str) -> None:
         """Everything about a case, at once."""

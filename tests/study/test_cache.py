@@ -1,7 +1,6 @@
 """The cache: keys, and entries that come back whole or not at all."""
 
 from dataclasses import dataclass, field
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -9,17 +8,15 @@ from numpy.typing import NDArray
 
 from vanelock.errors import InputError
 from vanelock.product import Product
-from vanelock.study import forced, meshes, parse_study, stages, steps
-from vanelock.study.bundles import bundle, steps_of
+from vanelock.study import parse_study
 from vanelock.study.cache import Cache, key_of
 from vanelock.study.easel import Easel
 from vanelock.study.naming import slug, words
-from vanelock.study.plan import fixed, plan, shared_diameters
+from vanelock.study.plan import plan
 from vanelock.study.progress import silent
 from vanelock.study.steps import Stages, step
 from vanelock.study.structure import leaves
 from vanelock.study.sweep import cases, with_values
-from vanelock.study.tasks import reachable
 
 
 @dataclass(frozen=True)
@@ -280,51 +277,6 @@ def test_cases_share_what_they_can():
     assert len({each.linear.key for each in found}) == 1
     assert len({each.response.key for each in found}) == 4
     assert [each.preload_name for each in found] == ["mu=0.15"] * 2 + ["mu=0.3"] * 2
-
-
-SWEPT = """
-[sweep]
-"joints.interlock.mu" = [0.1, 0.2, 0.3]
-"joints.interlock.kt" = [1e6, 2e6]
-"material.vane.E" = ["170 GPa", "171 GPa"]
-"vane.thickness" = ["4.5 mm", "4.6 mm"]
-"response.harmonics" = [1, 3]
-"""
-
-
-def test_cases_planned_together_have_the_keys_that_they_have_alone():
-    """What workers rely on, who plan one case each, and so do runs that are taken up again."""
-    found = cases(parse_study(SWEPT))
-    planned = plan(found, lambda *_: None)
-    diameters = shared_diameters(found)
-    for i in (0, 17, 30, 47):
-        forget()
-        alone = fixed(found[i], diameters[i], lambda *_: None)
-        assert keys_of(alone) == keys_of(planned[i])
-
-
-def keys_of(planned):
-    return {step.key: step.name for step in reachable(steps_of(planned))}
-
-
-def forget():
-    """All steps that cases share."""
-    for module in (meshes, stages, forced):
-        for value in vars(module).values():
-            if hasattr(value, "cache_clear"):
-                value.cache_clear()
-
-
-def test_a_key_that_cases_share_is_made_once(monkeypatch):
-    made = []
-    before = steps.key_of
-    monkeypatch.setattr(steps, "key_of", lambda *given: made.append(given) or before(*given))
-    forget()
-    values = ", ".join(f"{0.1 + 0.01 * i:.2f}" for i in range(40))
-    planned = plan(cases(parse_study(f"[sweep]\njoints.interlock.mu = [{values}]")), print)
-    bundle(planned, Cache(Path("none"), print))
-    distinct = {step.key for each in planned for step in reachable(steps_of(each))}
-    assert len(made) == len(distinct) == 11 + 3 * 40
 
 
 def test_pictures_are_drawn_again_only_when_they_would_change(tmp_path):

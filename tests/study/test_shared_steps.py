@@ -1,0 +1,58 @@
+"""Steps that cases of a sweep share are made once, with the keys that each case has alone."""
+
+from pathlib import Path
+
+from vanelock.study import forced, meshes, parse_study, stages, steps
+from vanelock.study.bundles import bundle, steps_of
+from vanelock.study.cache import Cache, key_of
+from vanelock.study.plan import fixed, plan, shared_diameters
+from vanelock.study.sweep import cases
+from vanelock.study.tasks import reachable
+
+SWEPT = """
+[sweep]
+"joints.interlock.mu" = [0.1, 0.2, 0.3]
+"joints.interlock.kt" = [1e6, 2e6]
+"material.vane.E" = ["170 GPa", "171 GPa"]
+"vane.thickness" = ["4.5 mm", "4.6 mm"]
+"response.harmonics" = [1, 3]
+"""
+
+
+def test_cases_planned_together_have_the_keys_that_they_have_alone():
+    """What workers rely on, who plan one case each, and so do runs that are taken up again."""
+    found = cases(parse_study(SWEPT))
+    planned = plan(found, lambda *_: None)
+    diameters = shared_diameters(found)
+    for i in (0, 17, 30, 47):
+        forget()
+        alone = fixed(found[i], diameters[i], lambda *_: None)
+        assert names_of(alone) == names_of(planned[i])
+
+
+def names_of(planned):
+    return {step.key: step.name for step in reachable(steps_of(planned))}
+
+
+def forget():
+    """All steps that cases share."""
+    for module in (meshes, stages, forced):
+        for value in vars(module).values():
+            if hasattr(value, "cache_clear"):
+                value.cache_clear()
+
+
+def test_a_key_that_cases_share_is_made_once(monkeypatch):
+    made = []
+
+    def counted(*given):
+        made.append(given)
+        return key_of(*given)
+
+    monkeypatch.setattr(steps, "key_of", counted)
+    forget()
+    values = ", ".join(f"{0.1 + 0.01 * i:.2f}" for i in range(40))
+    planned = plan(cases(parse_study(f"[sweep]\njoints.interlock.mu = [{values}]")), print)
+    bundle(planned, Cache(Path("none"), print))
+    distinct = {step.key for each in planned for step in reachable(steps_of(each))}
+    assert len(made) == len(distinct) == 10 + 3 * 40
