@@ -48,11 +48,7 @@ endif
 $(MADE): pyproject.toml requirements.lock tools/setup.sh tools/environment.py tools/system_packages.py
 	sh tools/setup.sh
 
-# The newest versions that pyproject.toml allows become the pinned ones.
+# The newest versions that pyproject.toml allows become the pinned ones, each with the digests of
+# all its files; what is for CHOLMOD or PARDISO alone stands apart.
 lock: $(MADE)
-	.venv/bin/python -m venv --clear build/lock
-	build/lock/bin/python -m pip install --quiet --upgrade pip setuptools Cython numpy
-	build/lock/bin/python -m pip install --quiet --no-build-isolation '.[test,docs,cholmod,pardiso]'
-	{ echo "# Exact versions that the set-up installs; written by 'make lock'."; \
-	  build/lock/bin/python -m pip freeze --all --exclude vanelock; } > requirements.lock.new
-	mv requirements.lock.new requirements.lock
+	.venv/bin/python tools/lock.py

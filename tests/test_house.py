@@ -64,10 +64,11 @@ def test_set_up_names_no_address() -> None:
     assert occurrences(ADDRESS, iter(setting_up)) == []
 
 
-def test_lock_holds_names_and_versions_alone() -> None:
-    lines = (ROOT / "requirements.lock").read_text().splitlines()
-    pins = [line for line in lines if not line.startswith("#")]
-    assert [pin for pin in pins if not re.fullmatch(r"[\w.-]+==[\w.]+", pin)] == []
+def test_lock_holds_names_versions_and_digests_alone() -> None:
+    text = (ROOT / "requirements.lock").read_text()
+    entry = r"[\w.-]+==[\w.]+(?: \\\n    --hash=sha256:[0-9a-f]{64})+\n"
+    assert re.fullmatch(rf"(?:#.*\n|{entry})+", text)
+    pins = re.findall(r"^([\w.-]+==[\w.]+) ", text, re.MULTILINE)
     names = {re.split("==", pin)[0].lower().replace("_", "-") for pin in pins}
     assert len(names) == len(pins)
     assert {"numpy", "gmsh", "vtk", "scikit-sparse", "pytest", "setuptools", "cython"} <= names

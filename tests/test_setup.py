@@ -1,11 +1,13 @@
 """The set-up: it looks for what gmsh needs, stops with the exact line, and rests once done."""
 
+import hashlib
 import os
 import re
 import shutil
 import subprocess
 import sys
 import time
+import zipfile
 from importlib.metadata import files
 from pathlib import Path
 from types import ModuleType
@@ -147,6 +149,45 @@ def test_browser_that_is_there_is_left_alone(tools: ModuleType, log: Path) -> No
     browser.chmod(0o755)
     tools._browser()
     assert log.read_text() == ""
+
+
+def test_parts_of_the_lock_are_installed_by_themselves(tools: ModuleType) -> None:
+    text = (ROOT / "requirements.lock").read_text()
+    built = tools.locked(text, "cholmod")
+    assert re.fullmatch(r"scikit-sparse==[\d.]+ \\\n    --hash=sha256:\w{64}\n", built)
+    assert "\nmkl==" in tools.locked(text, "pardiso")
+    first = tools.locked(text, "test, docs", only=("pip", "Cython"))
+    assert re.findall(r"^([\w.-]+)==", first, re.MULTILINE) == ["cython", "pip"]
+    assert "scikit-sparse" not in tools.locked(text, "test, docs")
+    assert "mkl==" not in tools.locked(text, "test, docs")
+
+
+def test_a_file_whose_digest_is_not_in_the_lock_is_refused(
+    tools: ModuleType, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    wheel = tmp_path / "vane_toy-1.0-py3-none-any.whl"
+    with zipfile.ZipFile(wheel, "w") as file:
+        file.writestr(
+            "vane_toy-1.0.dist-info/METADATA",
+            "Metadata-Version: 2.1\nName: vane-toy\nVersion: 1.0\n",
+        )
+        file.writestr(
+            "vane_toy-1.0.dist-info/WHEEL",
+            "Wheel-Version: 1.0\nRoot-Is-Purelib: true\nTag: py3-none-any\n",
+        )
+        file.writestr("vane_toy-1.0.dist-info/RECORD", "")
+    lock = tmp_path / "requirements.lock"
+    monkeypatch.setattr(tools, "ROOT", tmp_path)
+    monkeypatch.setattr(tools, "PYTHON", Path(sys.executable))
+    monkeypatch.setenv("PIP_FIND_LINKS", str(tmp_path))
+    options = ("--dry-run", "--no-index")
+    digest = hashlib.sha256(wheel.read_bytes()).hexdigest()
+    entry = "# For: toys\nvane-toy==1.0 \\\n    --hash=sha256:{}\n"
+    lock.write_text(entry.format(digest))
+    tools._pip_locked("toys", *options)
+    lock.write_text(entry.format("0" * 64))
+    with pytest.raises(subprocess.CalledProcessError):
+        tools._pip_locked("toys", *options)
 
 
 def test_old_python_is_refused() -> None:

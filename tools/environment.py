@@ -6,8 +6,10 @@ is already there, and the file `.venv/made`, written last, tells make that nothi
 
 import fcntl
 import os
+import re
 import subprocess
 import sys
+import tempfile
 import time
 from collections.abc import Sequence
 from pathlib import Path
@@ -114,8 +116,9 @@ def _virtual_environment() -> None:
 def _dependencies() -> None:
     _say(f"installing the versions of {LOCK}")
     # The build tools first: with them in place nothing unpinned is fetched to build a wheel.
-    _pip("pip", "setuptools", "Cython", "numpy")
-    _pip("--no-build-isolation", "--editable", ".[test,docs]")
+    _pip_locked("test, docs", only=("pip", "setuptools", "Cython", "numpy"))
+    _pip_locked("test, docs", "--no-build-isolation")
+    _pip("--no-build-isolation", "--no-deps", "--editable", ".")
 
 
 def _sparse_solver(obstacle: str | None) -> None:
@@ -127,7 +130,7 @@ def _sparse_solver(obstacle: str | None) -> None:
         # Never from pip's cache: a wheel built against another system's CHOLMOD may be there.
         options = ["--no-build-isolation", "--no-cache-dir", "--force-reinstall", "--no-deps"]
         try:
-            _pip(*options, "scikit-sparse>=0.4.15,<0.5")
+            _pip_locked("cholmod", *options)
             if _runs(_CHECK_CHOLMOD, show=True):
                 return
             obstacle = "it was built but does not solve"
@@ -138,7 +141,7 @@ def _sparse_solver(obstacle: str | None) -> None:
         )
     _say(f"NOTE: no CHOLMOD ({obstacle})")
     try:
-        _pip("pypardiso>=0.4.7")
+        _pip_locked("pardiso", "--no-deps")
         if _runs(_CHECK_PARDISO, show=True):
             _say("NOTE: PARDISO takes its place: right, but up to several times slower")
             return
@@ -155,9 +158,27 @@ def _graphics() -> None:
         )
 
 
+def _pip_locked(purpose: str, *options: str, only: Sequence[str] = ()) -> None:
+    """Install what a part of the lock names; a file whose digest is not there is refused."""
+    with tempfile.NamedTemporaryFile("w", suffix=".txt") as file:
+        file.write(locked((ROOT / LOCK).read_text(), purpose, only))
+        file.flush()
+        _pip(*options, "--require-hashes", "--requirement", file.name)
+
+
+def locked(text: str, purpose: str, only: Sequence[str] = ()) -> str:
+    """The requirements of a part of the lock, or those of some names among them."""
+    (part,) = re.findall(rf"^# For: {re.escape(purpose)}\n([^#]*)", text, re.MULTILINE)
+    found: list[str] = re.findall(r"^\S+==.*\n(?:[ ]+.*\n)*", part, re.MULTILINE)
+    if only:
+        wanted = {name.lower() for name in only}
+        found = [each for each in found if each.partition("==")[0].lower() in wanted]
+    return "".join(found)
+
+
 def _pip(*arguments: str) -> None:
     command: Sequence[str | Path] = [PYTHON, "-m", "pip", "install", "-qq"]
-    subprocess.run([*command, "--constraint", LOCK, *arguments], check=True)
+    subprocess.run([*command, *arguments], check=True)
 
 
 def _runs(code: str, show: bool = False) -> bool:
