@@ -46,6 +46,7 @@ def run_scene(
     text: str = "",
     workers: int = 1,
     scheduler: str | None = None,
+    insecure: bool = False,
 ) -> tuple[Found, ...]:
     """Run a scene in a folder; what earlier runs there computed is used again.
 
@@ -64,6 +65,8 @@ def run_scene(
     scheduler : str, optional
         Address of a Dask scheduler whose workers do; they read the scene's files at the same
         places.
+    insecure : bool
+        Whether the scheduler may be on another machine without encryption.
 
     Returns
     -------
@@ -77,7 +80,8 @@ def run_scene(
     """
     path, began = Path(folder), time.perf_counter()
     with claimed(path):
-        running = SceneRun(scene, path, listener, text, hire(workers, scheduler, listener))
+        hands = hire(workers, scheduler, listener, None, insecure)
+        running = SceneRun(scene, path, listener, text, hands)
         with running.record.finished():
             found = running.all_cases()
             shown = running.shown

@@ -37,6 +37,7 @@ def run_campaign(
     text: str = "",
     workers: int = 1,
     scheduler: str | None = None,
+    insecure: bool = False,
 ) -> tuple[Statement, ...]:
     """Run the campaign of a study in a folder; what earlier runs there computed is used again.
 
@@ -54,6 +55,8 @@ def run_campaign(
         Processes that compute the cases, and points of maps; 1: this one does.
     scheduler : str, optional
         Address of a Dask scheduler whose workers compute the cases.
+    insecure : bool
+        Whether the scheduler may be on another machine without encryption.
 
     Returns
     -------
@@ -71,7 +74,9 @@ def run_campaign(
         study = study.model_copy(update={"campbell": CampbellKeys()})
     with claimed(path):
         stages = Stages(Cache(path / "cache", lambda told: listener(Notice(told))), listener)
-        hands = hire(workers, scheduler, listener, path / "cache")  # refused before the long stages
+        hands = hire(
+            workers, scheduler, listener, path / "cache", insecure=insecure
+        )  # refused before the long stages
         plan = plan_of(study, stages)
         run = Run(study, path, listener, stages, ordered(plan), hands)
         run.record.provenance(study, text)

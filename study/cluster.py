@@ -8,7 +8,9 @@ import queue
 import threading
 import uuid
 from collections.abc import Callable, Collection, Sequence
+from ipaddress import ip_address
 from typing import Any
+from urllib.parse import urlsplit
 
 from vanelock.errors import InputError
 from vanelock.study.crew import Outcome
@@ -27,18 +29,26 @@ class Cluster:
     Parameters
     ----------
     address : str
-        Of its scheduler.
+        Of its scheduler; for "tls://..." Dask's own configuration names the certificates.
     listener : callable
         Told of workers that are waited for.
+    insecure : bool
+        Whether the scheduler may be on another machine without encryption.
 
     Raises
     ------
     InputError
-        If Dask is not installed, the scheduler does not answer, or a worker has another version of
-        the program.
+        If the connection would be neither encrypted nor to this machine, Dask is not installed, the
+        scheduler does not answer, or a worker has another version of the program.
     """
 
-    def __init__(self, address: str, listener: Listener) -> None:
+    def __init__(self, address: str, listener: Listener, insecure: bool = False) -> None:
+        if not insecure and not protected(address):
+            raise InputError(
+                f"--scheduler {address}: on another machine and without encryption, where anybody "
+                "on the way can run programs here: use tls:// (docs/sweeps.md), or allow it with "
+                "--insecure-scheduler"
+            )
         try:
             import distributed
         except ImportError:
@@ -48,7 +58,13 @@ class Cluster:
         self._address, self._listener = address, listener
         try:
             client: Any = distributed.Client
-            self._client = client(address, timeout=PATIENCE, set_as_default=False)
+            security: Any = distributed.Security
+            self._client = client(
+                address,
+                timeout=PATIENCE,
+                set_as_default=False,
+                security=security(),  # as Dask's configuration says
+            )
         except Exception as error:
             raise InputError(f"--scheduler {address}: no answer: {reason(error)}") from None
         try:
@@ -149,6 +165,18 @@ class Cluster:
                 self._client.cancel(list(getattr(self, "_out", ())), force=True)
         finally:
             self._client.close(timeout=2)
+
+
+def protected(address: str) -> bool:
+    """Whether what goes to an address is encrypted, or stays on this machine."""
+    scheme, found, rest = address.partition("://")
+    if found and scheme in ("tls", "wss", "inproc"):
+        return True
+    try:
+        host = urlsplit(f"//{rest if found else address}").hostname or ""
+        return host == "localhost" or ip_address(host).is_loopback
+    except ValueError:
+        return False
 
 
 _OTHER = "a worker has vanelock "

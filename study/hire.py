@@ -8,7 +8,11 @@ from vanelock.study.progress import Listener
 
 
 def hire(
-    workers: int, scheduler: str | None, listener: Listener, journals: Path | None = None
+    workers: int,
+    scheduler: str | None,
+    listener: Listener,
+    journals: Path | None = None,
+    insecure: bool = False,
 ) -> Callable[[], Hands] | None:
     """What gets the processes when they are needed; None where this one does all.
 
@@ -20,7 +24,7 @@ def hire(
     if scheduler is not None:
         from vanelock.study.cluster import Cluster
 
-        cluster = Cluster(scheduler, listener)  # refused before the long stages
+        cluster = Cluster(scheduler, listener, insecure)  # refused before the long stages
         return lambda: cluster
     if workers < 2:
         return None

@@ -29,6 +29,7 @@ def run_study(
     text: str = "",
     workers: int = 1,
     scheduler: str | None = None,
+    insecure: bool = False,
     memory: float | None = None,
 ) -> tuple[Summary, ...]:
     """Run a study in a folder; what earlier runs there computed is used again.
@@ -50,6 +51,8 @@ def run_study(
         Processes that compute the cases of a sweep; 1: this one does.
     scheduler : str, optional
         Address of a Dask scheduler whose workers do, such as "tcp://host:8786".
+    insecure : bool
+        Whether the scheduler may be on another machine without encryption.
     memory : float, optional
         Bytes that what is chosen may take: meshes for an accuracy, and the number of processes;
         seven tenths of this machine's, control group's or shell's memory unless given, and at most.
@@ -73,7 +76,7 @@ def run_study(
         if needed is not None:
             listener(Notice(f"about {', '.join(needed.words().values())}, if nothing is there yet"))
             workers = min(workers, processes(needed.memory, memory))
-        hands = hire(workers, scheduler, listener, path / "cache")
+        hands = hire(workers, scheduler, listener, path / "cache", insecure)
         running = Run(study, path, listener, stages, found, hands, memory)
         running.record.provenance(study, text)
         with running.record.finished():

@@ -111,6 +111,13 @@ Scheduler = Annotated[
         metavar="ADDRESS",
     ),
 ]
+Insecure = Annotated[
+    bool,
+    typer.Option(
+        "--insecure-scheduler",
+        help="Let the scheduler be on another machine without encryption (tcp://).",
+    ),
+]
 
 
 def _bytes(text: str) -> float:
@@ -147,6 +154,7 @@ def run(
     workers: Workers = None,
     scheduler: Scheduler = None,
     memory: Memory = None,
+    insecure_scheduler: Insecure = False,
 ) -> None:
     """Run a study, its [campaign], or a scene of matrices; an earlier run's work is used again.
 
@@ -159,13 +167,14 @@ def run(
     from vanelock.toml import toml_tables
 
     folder, text = output or Path("runs") / study.stem, read_text(study)
+    computing = workers or cores(), scheduler, insecure_scheduler
     if is_scene(toml_tables(text, str(study))):
         from vanelock.assembly import load_scene, run_scene
 
         scene = load_scene(study, allow_outside)
         with _going_on_later(folder), choose_listener(quiet, as_json) as listener:
             counter = Counter(listener)
-            run_scene(scene, folder, counter, text, workers or cores(), scheduler)
+            run_scene(scene, folder, counter, text, *computing)
             if counter.failed:
                 raise typer.Exit(1)
         return
@@ -173,13 +182,13 @@ def run(
     with _going_on_later(folder), choose_listener(quiet, as_json) as listener:
         if loaded.campaign is None:
             counter = Counter(listener)
-            run_study(loaded, folder, counter, text, workers or cores(), scheduler, memory)
+            run_study(loaded, folder, counter, text, *computing, memory)
             if counter.failed:
                 raise typer.Exit(1)
         else:
             from vanelock.campaign import run_campaign
 
-            run_campaign(loaded, folder, listener, text, workers or cores(), scheduler)
+            run_campaign(loaded, folder, listener, text, *computing)
 
 
 @app.command()

@@ -7,6 +7,7 @@ import signal
 import subprocess
 import sys
 import time
+from contextlib import contextmanager
 from multiprocessing import active_children
 from pathlib import Path
 
@@ -18,8 +19,9 @@ import pytest
 import vanelock
 from vanelock import nonlinear
 from vanelock.errors import InputError
+from vanelock.study import cluster as clusters
 from vanelock.study import parse_study, run_study
-from vanelock.study.cluster import Cluster
+from vanelock.study.cluster import Cluster, protected
 from vanelock.study.progress import Failed, Finished, Notice, Tasks
 
 pytestmark = pytest.mark.slow
@@ -38,6 +40,7 @@ report = false
 [sweep]
 "joints.interlock.mu" = [0.1, 0.15, 0.2, 0.3, 0.4, 0.5]
 """
+BEFORE = "DASK_DISTRIBUTED__COMM__TLS__"
 TIMES = ("date", "seconds", "cached", "digest")
 
 
@@ -94,25 +97,26 @@ def begun(alone, tmp_path):
     return tmp_path / "run"
 
 
-@pytest.fixture
-def cluster(tmp_path):
-    """Address of a scheduler on the loopback interface, and the processes of its two workers."""
-    where = tmp_path / "scheduler.json"
+@contextmanager
+def dask_of(folder, count, protocol="tcp", **more):
+    """Address of a scheduler on the loopback interface, and the processes of its workers."""
+    where = folder / "scheduler.json"
     path = os.pathsep.join([str(Path(vanelock.__path__[0]).parent), *sys.path])
-    environment = {**os.environ, "PYTHONPATH": path}
-    own = tmp_path / "dask"
+    environment = {**os.environ, **more, "PYTHONPATH": path}
+    own = folder / "dask"
     own.mkdir()
 
     def start(module, *options):
         command = [sys.executable, "-m", f"distributed.cli.{module}", *options]
         return subprocess.Popen(command, env=environment, cwd=own, stderr=-3, stdout=-3)
 
-    options = ("--host", "127.0.0.1", "--port", "0", "--no-dashboard", "--no-jupyter")
-    scheduler = start("dask_scheduler", *options, "--scheduler-file", str(where))
+    options = ("--host", "127.0.0.1", "--port", "0", "--no-dashboard", "--protocol", protocol)
+    scheduler = start("dask_scheduler", *options, "--no-jupyter", "--scheduler-file", str(where))
     processes = [scheduler]
     try:
-        of = ("--scheduler-file", str(where), "--nthreads", "1", "--host", "127.0.0.1")
-        workers = [start("dask_worker", *of, "--no-dashboard") for _ in range(2)]
+        of = ["--scheduler-file", str(where), "--nthreads", "1", "--host", "127.0.0.1"]
+        of += ["--protocol", protocol, "--no-dashboard"]
+        workers = [start("dask_worker", *of) for _ in range(count)]
         processes += workers
         while not where.exists() or not where.read_text().strip():
             assert scheduler.poll() is None
@@ -124,6 +128,13 @@ def cluster(tmp_path):
                 child.kill()
             each.kill()
             each.wait()
+
+
+@pytest.fixture
+def cluster(tmp_path):
+    """A cluster of two workers."""
+    with dask_of(tmp_path, 2) as found:
+        yield found
 
 
 def test_two_processes_one_of_them_killed_find_the_same_bits(alone, begun):
@@ -202,3 +213,66 @@ def test_a_case_that_cannot_be_computed_is_listed_and_the_rest_is_there(alone, b
 def test_no_scheduler_there():
     with pytest.raises(InputError, match="no answer"):
         Cluster("tcp://127.0.0.1:9", print)
+
+
+@pytest.fixture
+def certificates(tmp_path):
+    """What Dask's configuration, here in the environment, says of certificates made for a test."""
+    key, certificate = tmp_path / "key.pem", tmp_path / "certificate.pem"
+    made = ["openssl", "req", "-x509", "-newkey", "rsa:2048", "-nodes", "-days", "2"]
+    made += ["-subj", "/CN=vanelock", "-keyout", str(key), "-out", str(certificate)]
+    subprocess.run(made, check=True, capture_output=True)
+    found = {f"{BEFORE}CA_FILE": str(certificate)}
+    for role in ("SCHEDULER", "WORKER", "CLIENT"):
+        found |= {f"{BEFORE}{role}__CERT": str(certificate), f"{BEFORE}{role}__KEY": str(key)}
+    return found
+
+
+def test_an_encrypted_cluster_is_told_by_dasks_configuration(tmp_path, certificates):
+    import dask.config
+    import distributed  # noqa: F401  # brings its part of the configuration
+
+    of = "distributed.comm.tls"
+    names = {"CA_FILE": "ca-file", "CLIENT__CERT": "client.cert", "CLIENT__KEY": "client.key"}
+    own = {f"{of}.{k}": certificates[f"{BEFORE}{name}"] for name, k in names.items()}
+    with dask_of(tmp_path, 1, "tls", **certificates) as (address, _):
+        assert address.startswith("tls://127.0.0.1:")
+        with pytest.raises(InputError, match="no answer") as caught:
+            Cluster(address, print)
+        assert len(str(caught.value).splitlines()) == 1
+        with dask.config.set(own):
+            found = Cluster(address, print)
+            assert found.slots == 2
+            assert found._client.scheduler.address == address
+            found.close()
+        with pytest.raises(InputError, match="no answer"):
+            Cluster(address.replace("tls", "tcp"), print)
+
+
+@pytest.mark.parametrize(
+    ("address", "safe"),
+    [
+        ("tls://node7:8786", True),
+        ("wss://10.0.0.7:8786", True),
+        ("tcp://127.0.0.1:8786", True),
+        ("localhost:8786", True),
+        ("tcp://[::1]:8786", True),
+        ("tcp://10.0.0.7:8786", False),
+        ("node7:8786", False),
+        ("tcp://127.0.0.1.example:8786", False),
+        ("ucx://node7:8786", False),
+        ("ws://[fe80::1]:8786", False),
+        ("tcp://[bad", False),
+    ],
+)
+def test_what_is_neither_encrypted_nor_on_this_machine_takes_an_option(address, safe):
+    assert protected(address) == safe
+    if not safe:
+        with pytest.raises(InputError, match="without encryption.*--insecure-scheduler"):
+            Cluster(address, print)
+
+
+def test_the_option_lets_an_unencrypted_scheduler_be_asked(monkeypatch):
+    monkeypatch.setattr(clusters, "PATIENCE", 0.5)
+    with pytest.raises(InputError, match="no answer"):
+        Cluster("tcp://192.0.2.1:9", print, insecure=True)
