@@ -48,7 +48,7 @@ class SceneRecord(Ledger):
             self._waiting = None if key == self._system else (key, system)
             return
         self._system = key
-        with self._file.edit("component", "system") as file:
+        with self._file.edit(*(["component"] if pieces else []), "system") as file:
             for piece in pieces:
                 results.put(file, f"component/{piece.name}", piece, {})
             results.put(file, "system", system, {})
