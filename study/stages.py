@@ -88,7 +88,7 @@ def reduced_step(
     options, model = study.rom, reference_step(study, part)
     wants = options.of(part)
     follows = wants.get("accuracy") is not None and options.band is None
-    least = (least_band(asked_by(study), softest(study)),) if follows else ()
+    least = (("least", least_band(asked_by(study), softest(study))),) if follows else ()
     own = (masters(study, part), averaged(study, part), options, least, model)
     if part == "vane":
         return _reduced_vane(*own)
@@ -101,11 +101,11 @@ def _reduced_vane(
     kept: tuple[str, ...],
     means: tuple[str, ...],
     options: Rom,
-    least: tuple[float | None, ...],
+    least: tuple[tuple[str, float | None], ...],
     model: Step[Model],
 ) -> Step[Component]:
     inputs: dict[str, Any] = {"masters": kept, **options.of("vane"), "averaged": means}
-    inputs |= {"least": each for each in least}
+    inputs |= dict(least)
 
     def compute(model: Model) -> Component:
         return rom.reduce(model, **inputs)
@@ -118,14 +118,14 @@ def _reduced_casing(
     kept: tuple[str, ...],
     means: tuple[str, ...],
     options: Rom,
-    least: tuple[float | None, ...],
+    least: tuple[tuple[str, float | None], ...],
     model: Step[Model],
     chosen: tuple[int, ...],
     vane: Step[Component] | None,
     prepared: Step[Any] | None,
 ) -> Step[Component]:
     inputs: dict[str, Any] = {"masters": kept, **options.of("casing"), "averaged": means}
-    inputs |= {"least": each for each in least}
+    inputs |= dict(least)
     inputs |= {"nodal_diameters": list(chosen), "route": options.route}
     inputs |= {"interface": options.interface, "interface_modes": options.interface_modes}
 
