@@ -28,6 +28,9 @@ ROUGH = 1e-7  # residual of the points on the way
 SHORTEST = 2e-3
 GROWTH = 3.0  # of a step, at most
 EXACT = 1e-9  # of tangents
+BOUNCE = -0.98
+"""Cosine of the angle between a step and where the tangent leads from its end, below which it leads
+straight back: no fold, of which even a sharp one turns w, but a point where branches cross."""
 
 
 @dataclass(frozen=True)
@@ -194,19 +197,22 @@ def path(family: Family, start: Solution, target: float, longest: float = 1.0) -
     """
     here, length = start, min(0.2, longest)
     aim: Course | None = None
+    came: Solution | None = None
     while True:
         tangent = tangent_at(family, here)
         if tangent is None:
             return
         aim = aim or _course(family, start, target, tangent)
         course = _measured_at(here, aim)
+        if came is not None and _cosine(came, here, tangent, course) < BOUNCE:
+            aim, course = (replace(each, constant=-each.constant) for each in (aim, course))
         along, rate = _arrow(tangent, course)
         plane = Plane(here.w, here.parameter, along * course.weight**2, rate / course.span**2)
         yield Step(here, tangent, along, rate, plane)
         ahead, _ = _advance(family, here, tangent, course, length)
         if ahead is None:
             return
-        here, taken = ahead
+        came, (here, taken) = here, ahead
         length = min(taken * np.clip(3.5 / max(here.iterations, 1), 0.5, 2.0), longest)
 
 
@@ -298,6 +304,14 @@ def _arrow(tangent: Tangent, course: Course) -> tuple[Floats, float]:
     size = np.hypot(np.linalg.norm(tangent.z * course.weight) * span, 1.0)
     rate = float(course.constant * tangent.orientation * span / size)
     return tangent.z * rate, rate
+
+
+def _cosine(came: Solution, here: Solution, tangent: Tangent, course: Course) -> float:
+    """Of the angle between a step and the direction in which the path goes on."""
+    along, rate = _arrow(tangent, course)
+    w, parameter = (here.w - came.w) * course.weight, (here.parameter - came.parameter)
+    back = np.vdot(along * course.weight, w) + rate * parameter / course.span**2
+    return float(back / np.hypot(np.linalg.norm(w), parameter / course.span))
 
 
 def _step(

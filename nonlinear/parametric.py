@@ -27,7 +27,7 @@ from vanelock.rom.system import System
 Floats = NDArray[np.float64]
 Progress: TypeAlias = Callable[[int, int, float, float], None]
 
-ALONG_POINTS = {field.name for field in fields(Response)} - set(CONSTANT)
+ALONG_POINTS = {field.name for field in fields(Response)} - {*CONSTANT, "jump"}
 
 
 @dataclass(frozen=True)

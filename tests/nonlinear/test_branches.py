@@ -287,3 +287,33 @@ def test_a_path_that_ends_early_says_where_and_why(monkeypatch: pytest.MonkeyPat
     at = f"{found.branch.frequency[-1]:g} Hz of {LOW / TURN:g} ... {HIGH / TURN:g}, after 20 points"
     assert at in found.ended
     assert found.ended.endswith("it goes on, but 20 points are the most")
+
+
+def test_a_path_goes_on_where_another_branch_crosses_it() -> None:
+    """The sign of det P changes there, but the path does not turn back."""
+    springs = [1.75, 0.59, 1.74, 0.75]
+    chain = np.diag(np.add(springs[:-1], springs[1:]))
+    chain -= np.diag(springs[1:-1], 1) + np.diag(springs[1:-1], -1)
+    K = np.kron(np.eye(2), chain)  # three masses, each of two directions
+    own = np.zeros((3, 3, 6))
+    own[[0, 2], 0, 0], own[1, 0, 1] = -1.0, 1.0
+    own[[0, 2], 1, 3], own[1, 1, 4] = 1.0, 1.0
+    push = np.zeros(6, complex)
+    push[0] = 0.15
+    system = System(
+        sectors=1,
+        engine_order=0,
+        diameters={0: Diameter(K=K, M=np.eye(6), C=0.03 * K, own=own)},
+        contacts=Contacts(
+            np.full(3, 7.8), np.full((3, 2), 5.5), np.full(3, 0.3), np.array([0.1, -0.1, 0.1])
+        ),
+        force={1: Force(push)},
+    )
+    found = hysteresis(system, [0.8 / TURN, 2.2 / TURN], 1)
+    assert found.complete
+    assert found.upper.tolist() == [True, False]
+    assert len(found.several) == 1
+    crossed = np.flatnonzero(np.diff(found.unstable) != 0) + 1
+    fallen = np.setdiff1d(crossed, np.concatenate([found.fold, found.fold + 1]))
+    assert len(fallen) > 0  # stability is lost where nothing turns back
+    assert (np.diff(found.branch.frequency[found.fold[-1] :]) > 0).all()
