@@ -17,7 +17,7 @@ from vanelock.study.model import Study
 
 DOFS = 250_000
 """Largest meshes chosen, estimated degrees of freedom of both parts; a study may set a larger."""
-BASE, EACH = 1.0e9, 11e3
+BASE, EACH = 1.0e9, 15e3
 """Peak memory, bytes: of libraries and pictures, and of a degree of freedom's matrices, factors and
 vectors."""
 SHARE = 0.7

@@ -114,7 +114,7 @@ def test_what_cholmod_cannot_allocate_is_an_error_of_memory():
     ("limit", "size", "words"),
     [
         (resource.RLIMIT_AS, 300_000 * KB, "a library cannot be loaded"),
-        (resource.RLIMIT_AS, 800_000 * KB, "the smallest run takes 1.1 GB, 0.82 GB is all of"),
+        (resource.RLIMIT_AS, 800_000 * KB, "the smallest run takes 1.5 GB, 0.82 GB is all of"),
         (resource.RLIMIT_DATA, 300_000 * KB, "the smallest run takes 0.5 GB, 0.31 GB is all of"),
     ],
 )

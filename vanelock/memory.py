@@ -8,7 +8,7 @@ from typing import NamedTuple, TypeVar
 
 K = TypeVar("K")
 V = TypeVar("V")
-LEAST, LEAST_SPACE = 0.5e9, 1.1e9
+LEAST, LEAST_SPACE = 0.5e9, 1.5e9
 """Bytes that the libraries and the smallest run take, and of address space."""
 SPACE = "the address space that `ulimit -v` allows"
 MACHINE, GROUP = "this machine's memory", "this control group's memory"
