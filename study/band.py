@@ -16,6 +16,8 @@ from vanelock.study.temperature import PARTS
 
 STEPS = 3
 """Bands are chosen in so many steps an octave, so that a little wider range needs no new models."""
+LEAST = 1024.0
+"""Least band of a vane and its casing, Hz: any range below it needs no new models."""
 
 
 def asked_for(response: Any) -> dict[str, float]:
@@ -33,7 +35,9 @@ def asked_by(study: Any) -> dict[str, float]:
     return found
 
 
-def least_band(asked: Mapping[str, float], softest: float = 1.0) -> float | None:
+def least_band(
+    asked: Mapping[str, float], softest: float = 1.0, least: float = 0.0
+) -> float | None:
     """Frequency that a band reaches at least, Hz; None where nothing is asked for.
 
     Parameters
@@ -42,10 +46,12 @@ def least_band(asked: Mapping[str, float], softest: float = 1.0) -> float | None
         Highest frequencies by key, Hz.
     softest : float
         Lowest modulus over that at which parts are reduced: warm, they answer less far.
+    least : float
+        What it reaches whatever is asked for, Hz.
     """
-    if not asked:
+    least = max(least, MARGIN * max(asked.values(), default=0.0) / math.sqrt(softest))
+    if not least:
         return None
-    least = MARGIN * max(asked.values()) / math.sqrt(softest)
     return float(2 ** (math.ceil(STEPS * math.log2(least)) / STEPS))
 
 

@@ -14,7 +14,7 @@ from vanelock.cyclic import folded
 from vanelock.fem import Model
 from vanelock.mesh import Part
 from vanelock.rom import Component, Joint, System
-from vanelock.study.band import asked_by, least_band, softest
+from vanelock.study.band import LEAST, asked_by, least_band, softest
 from vanelock.study.meshes import mesh_step
 from vanelock.study.model import Study
 from vanelock.study.steps import SHARED, Step, step
@@ -88,7 +88,8 @@ def reduced_step(
     options, model = study.rom, reference_step(study, part)
     wants = options.of(part)
     follows = wants.get("accuracy") is not None and options.band is None
-    least = (("least", least_band(asked_by(study), softest(study))),) if follows else ()
+    band = least_band(asked_by(study), softest(study), LEAST) if follows else None
+    least = (("least", band),) if follows else ()
     own = (masters(study, part), averaged(study, part), options, least, model)
     if part == "vane":
         return _reduced_vane(*own)
