@@ -74,11 +74,12 @@ def run_study(
         found = cases(study)
         needed = estimated(found, memory)
         if needed is not None:
-            listener(Notice(f"about {', '.join(needed.words().values())}, if nothing is there yet"))
             workers = min(workers, processes(needed.memory, memory))
         hands = hire(workers, scheduler, listener, path / "cache", insecure)
         running = Run(study, path, listener, stages, found, hands, memory)
         running.record.provenance(study, text)
+        if needed is not None:
+            listener(Notice(f"about {', '.join(needed.words().values())}, if nothing is there yet"))
         with running.record.finished():
             summaries = running.all_cases()
             easel = Easel(path, listener)
