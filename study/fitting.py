@@ -97,15 +97,15 @@ def fit(
         if not np.isfinite(before):
             told(number, Start(problem.outer(x), problem.outer(x), before, before, 0, 1))
             continue
+        size = before * np.sqrt(n) or 1.0  # least_squares takes a small gradient for none at all
         run = least_squares(
-            problem.residuals,
+            lambda x, size=size: problem.residuals(x) / size,
             x,
-            problem.jacobian,
+            lambda x, size=size: problem.jacobian(x) / size,
             problem.bounds,
             x_scale=1.0,
             xtol=STOP,
             ftol=STOP,
-            gtol=None,  # not relative: residuals in metres would end a fit where it begins
             max_nfev=MOST,
         )
         after = problem.misfit(run.x)
