@@ -18,7 +18,7 @@ import numpy as np
 
 from vanelock.errors import InputError, printable
 
-DIGEST, PLACE = "digest", "place"
+DIGEST, PLACE = "digest", "written at"
 
 
 def seal(group: h5py.Group, placed: bool = True) -> bytes:

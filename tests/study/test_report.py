@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from vanelock import nonlinear
+from vanelock.digests import seal
 from vanelock.errors import InputError
 from vanelock.nonlinear import Response
 from vanelock.rom import System
@@ -156,6 +157,8 @@ def test_two_runs_are_compared(folder, tmp_path, monkeypatch):
         case.attrs["peak_amplitude"] *= 1.5
         case["amplitude"][...] *= 1.5
         file.attrs["complete"] = False
+        for altered in (file["provenance"], case, file["response"], file):
+            seal(altered)
     monkeypatch.chdir(tmp_path)
     heard: list[Event] = []
     found = compare_runs(folder, other, listener=heard.append)
