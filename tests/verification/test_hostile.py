@@ -19,7 +19,7 @@ from tests.matrices import test_formats
 from tests.matrices.conftest import Model
 from tests.mesh.conftest import ring_sectors
 from tests.verification import hostile
-from tests.verification.hostile_hdf5 import mutated_hdf5
+from tests.verification.hostile_hdf5 import mutated_hdf5, sealed
 from tests.verification.hostile_server import SECONDS, Outcome, Server
 from vanelock.mesh import read_mesh
 from vanelock.mesh.own_part import own_part
@@ -274,6 +274,7 @@ def ran(server, tmp_path, monkeypatch, lattice, write_mesh):
         put(file, "mesh/vane", mates.vane, {})
         put(file, "mesh/casing", mates.casing, {})
         System.load(file["system"]).save(tmp_path / "system.h5")
+        sealed(file)
     return tmp_path
 
 
