@@ -51,7 +51,9 @@ def test_every_optional_library_is_blocked_here() -> None:
 
 def test_a_cluster_without_dask(bare: dict[str, str], tmp_path: Path) -> None:
     (tmp_path / "a.toml").write_text('[mesh]\nsize = "coarse"\n')
-    done = told(bare, tmp_path, "-m", "vanelock", "run", "a.toml", "--scheduler", "tcp://127.0.0.1:1")
+    done = told(
+        bare, tmp_path, "-m", "vanelock", "run", "a.toml", "--scheduler", "tcp://127.0.0.1:1"
+    )
     assert (done.returncode, done.stdout) == (2, "")
     (line,) = done.stderr.splitlines()
     assert line.startswith("vanelock: --scheduler tcp://127.0.0.1:1: needs Dask: pip install '")
