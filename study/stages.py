@@ -88,8 +88,7 @@ def reduced_step(
     options, model = study.rom, reference_step(study, part)
     wants = options.of(part)
     follows = wants.get("accuracy") is not None and options.band is None
-    band = least_band(asked_by(study), softest(study), LEAST) if follows else None
-    least = (("least", band),) if follows else ()
+    least = least_band(asked_by(study), softest(study), LEAST) if follows else None
     own = (masters(study, part), averaged(study, part), options, least, model)
     if part == "vane":
         return _reduced_vane(*own)
@@ -102,11 +101,12 @@ def _reduced_vane(
     kept: tuple[str, ...],
     means: tuple[str, ...],
     options: Rom,
-    least: tuple[tuple[str, float | None], ...],
+    least: float | None,
     model: Step[Model],
 ) -> Step[Component]:
     inputs: dict[str, Any] = {"masters": kept, **options.of("vane"), "averaged": means}
-    inputs |= dict(least)
+    if least is not None:
+        inputs["least"] = least
 
     def compute(model: Model) -> Component:
         return rom.reduce(model, **inputs)
@@ -119,14 +119,15 @@ def _reduced_casing(
     kept: tuple[str, ...],
     means: tuple[str, ...],
     options: Rom,
-    least: tuple[tuple[str, float | None], ...],
+    least: float | None,
     model: Step[Model],
     chosen: tuple[int, ...],
     vane: Step[Component] | None,
     prepared: Step[Any] | None,
 ) -> Step[Component]:
     inputs: dict[str, Any] = {"masters": kept, **options.of("casing"), "averaged": means}
-    inputs |= dict(least)
+    if least is not None:
+        inputs["least"] = least
     inputs |= {"nodal_diameters": list(chosen), "route": options.route}
     inputs |= {"interface": options.interface, "interface_modes": options.interface_modes}
 

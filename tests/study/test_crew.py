@@ -235,7 +235,7 @@ sys.path.insert(0, {folder!r})
 import toys
 from pathlib import Path
 from vanelock.study.cache import Cache
-from vanelock.study.crew import Crew, Outcome
+from vanelock.study.crew import Crew
 from vanelock.study.local import Processes
 from vanelock.study.tasks import Task
 
