@@ -136,9 +136,7 @@ def _of_groups() -> Iterator[Bound]:
         while root == place or root in place.parents:
             total, taken = _number(place / most), _number(place / used)
             if total is not None and taken is not None and total < 1 << 60:
-                yield Bound(
-                    total, total - taken + _cached(place, cached), "this control group's memory"
-                )
+                yield Bound(total, total - taken + _cached(place, cached), GROUP)
             place = place.parent
 
 
