@@ -17,7 +17,7 @@ from vanelock.errors import InputError
 from vanelock.nonlinear.answers import replaying
 from vanelock.nonlinear.coupling import COUPLINGS, with_static_mean
 from vanelock.nonlinear.estimates import SOURCES, Estimate, Estimator
-from vanelock.nonlinear.exploring import Exploring, places_of_jumps, settled
+from vanelock.nonlinear.exploring import Exploring
 from vanelock.nonlinear.ladder import Climbed, Ladder
 from vanelock.nonlinear.linear import (
     check_band,
@@ -27,6 +27,7 @@ from vanelock.nonlinear.linear import (
     checked_range,
     excited,
 )
+from vanelock.nonlinear.neighbours import places_of_jumps, settled
 from vanelock.nonlinear.newton import TOLERANCE
 from vanelock.nonlinear.pointwise import Point, Pointwise, Shares
 from vanelock.nonlinear.replay import Journal

@@ -5,19 +5,25 @@ is followed to its end, downwards and upwards, and where several exist, the curv
 Neighbours differ by no more than two harmonics. Points are then added where the curve between them
 is uncertain, and at its highest place until that is where the curve says; the highest maxima are
 then compared with more harmonics.
+
+Where the shortest step does not stay on a curve, a change of the number of harmonics may have led
+from one branch to another: the branch with more of them may end sooner, or lie further off than
+Newton's iteration reaches. Then the range is swept once more both ways, finely and with the same
+number all the way. Wherever that comes out above the curve, the highest point is solved as exactly
+as asked for, and its branch followed.
 """
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
-from itertools import pairwise
+from dataclasses import dataclass, field, replace
 from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vanelock.nonlinear.estimates import BEYOND
-from vanelock.nonlinear.hermite import HIGH, RIVAL, Curve
-from vanelock.nonlinear.pointwise import TINY, Point, Pointwise
+from vanelock.nonlinear.hermite import HIGH, Curve
+from vanelock.nonlinear.neighbours import OTHER, bend, may_jump, settled
+from vanelock.nonlinear.pointwise import Point, Pointwise
 
 Floats = NDArray[np.float64]
 
@@ -34,10 +40,12 @@ BANDS = 2
 CROWD = 200
 """Points of a curve beyond which none is added; of the second half, the high ones come first."""
 ROUNDS = 20
+STEADY = 5
+"""Harmonics of sweeps that take the same number all the way, if all points need no more."""
+FINE = 0.4
+"""How many times longer their steps are than those of the first sweep."""
 PEAK = 0.8
 """Of the largest amplitude, above which a point belongs to the peak."""
-OTHER = 0.04
-"""Relative distance of an amplitude from the line through a neighbour that tells of a jump."""
 
 
 class Told(Protocol):
@@ -96,7 +104,10 @@ class Exploring:
         coarse = 1.0 if self.broken else COARSE
         back = self._swept(points[-1], self.low, coarse=coarse)
         points = self._merged(points, [points[-1], *back][::-1])
-        points = self._graded(self._upper(points))
+        points = self._upper(points)
+        if self.broken and self.pointwise.chooses_harmonics:
+            points = self._steadily(points)
+        points = self._graded(points)
         for _ in range(ROUNDS):
             curve, share = self._drawn(points), self.pointwise.shares.frequencies
             wanted = curve.wanted(share, self.closest, self.widest)
@@ -127,7 +138,7 @@ class Exploring:
 
         Unless it may jump, it ends where the branch does. Coarse ones are so many times longer.
         """
-        bend = BEND * coarse**2
+        allowed = BEND * coarse**2
         span, sign = self.high - self.low, float(np.sign(end - first.omega))
         finest = coarse * max(self.damping_ratio * self.low / 10, span / 2000)
         history, step = [first], coarse * span / 30
@@ -143,20 +154,20 @@ class Exploring:
             if easy is None and not jumps:
                 return
             point = self.pointwise.point(omega, known, easy)
-            if not jumps and _jumps(last, point):
+            if not jumps and may_jump(last, point):
                 if step <= max(finest, self.closest):
                     return
                 step = max(self.closest, finest, 0.3 * step)
                 continue
-            error = 0.0 if easy is None and known else _bend(history, point)
-            if error > bend and step > finest:
-                step = max(finest, step * max(0.3, 0.8 * np.sqrt(bend / error)))
+            error = 0.0 if easy is None and known else bend(history, point)
+            if error > allowed and step > finest:
+                step = max(finest, step * max(0.3, 0.8 * np.sqrt(allowed / error)))
                 continue
-            self.broken |= error > bend or (easy is None and bool(known))
+            self.broken |= error > allowed or (easy is None and bool(known))
             yield point
             self.told(point, round(span / max(abs(omega - first.omega), 1e-9 * span)))
             history = [*history, point][-2:]
-            growth = 0.9 * np.sqrt(bend / max(error, 1e-12))
+            growth = 0.9 * np.sqrt(allowed / max(error, 1e-12))
             step = float(np.clip(step * min(2.0, growth), finest, coarse * span / 12))
 
     def _merged(self, one: list[Point], other: list[Point]) -> list[Point]:
@@ -164,18 +175,47 @@ class Exploring:
         kept = [p for p in one if not self._below(p, other)]
         for p in other:
             apart = min((abs(p.omega - each.omega) for each in kept), default=np.inf)
-            if apart > self.closest and not self._below(p, one):
+            if (apart > self.closest or self._above([p], one)[0]) and not self._below(p, one):
                 kept.append(p)
         return sorted(kept, key=lambda p: p.omega)
 
     def _below(self, point: Point, others: list[Point]) -> bool:
         """Whether other points surely go above one: on either side, and no jump between them."""
         place = int(np.searchsorted([p.omega for p in others], point.omega, side="right"))
-        beside = others[max(place - 1, 0) : place + 1]
-        if not all(p.solution.converged for p in beside) or _jumps(beside[0], beside[-1]):
+        if not 0 < place < len(others):
+            return False
+        beside = others[place - 1 : place + 1]
+        if not all(p.solution.converged for p in beside) or may_jump(beside[0], beside[-1]):
             return False
         height = self._drawn(beside).at(np.array([point.omega]))[0]
         return bool(height > (1 + OTHER) * point.amplitude)
+
+    def _steadily(self, points: list[Point]) -> list[Point]:
+        """Larger solutions that sweeps with the same number of harmonics all the way lead to."""
+        steady = replace(self, pointwise=self.pointwise.with_harmonics(STEADY), left=set())
+        first = steady.pointwise.point(self.low, [])
+        up = [first, *steady._swept(first, self.high, coarse=FINE)]
+        down = [up[-1], *steady._swept(up[-1], self.low, coarse=FINE)]
+        for sweep in (up, down[::-1]):
+            for top in self._tops(sweep, points):
+                begun = self.pointwise.point(top.omega, [top])
+                if self._above([begun], points)[0]:
+                    branch = [*self._swept(begun, self.low, jumps=False)][::-1]
+                    branch += [begun, *self._swept(begun, self.high, jumps=False)]
+                    points = self._merged(points, branch)
+        return points
+
+    def _above(self, ones: Sequence[Point], points: Sequence[Point]) -> NDArray[np.bool_]:
+        """Which of some points lie surely above the curve through others."""
+        heights = self._drawn(points).at(np.array([p.omega for p in ones]))
+        return np.array([p.amplitude for p in ones]) > (1 + OTHER) * heights
+
+    def _tops(self, sweep: Sequence[Point], points: Sequence[Point]) -> list[Point]:
+        """The highest point of each stretch of a sweep that lies above the curve."""
+        places = np.flatnonzero(self._above(sweep, points))
+        stretches = np.split(places, np.flatnonzero(np.diff(places) > 1) + 1)
+        each = ([sweep[i] for i in stretch] for stretch in stretches if len(stretch))
+        return [max(stretch, key=lambda p: p.amplitude) for stretch in each]
 
     def _upper(self, points: list[Point]) -> list[Point]:
         """The larger solutions beside every jump put in place of the smaller ones."""
@@ -193,7 +233,7 @@ class Exploring:
         while i < len(ahead) - 1:
             here, next_one = ahead[i], ahead[i + 1]
             i += 1
-            if not _jumps(here, next_one) or (here.omega, end) in self.left:
+            if not may_jump(here, next_one) or (here.omega, end) in self.left:
                 continue
             self.left.add((here.omega, end))
             beyond = ahead[i:]
@@ -225,7 +265,7 @@ class Exploring:
         for i in order:
             beside = [points[j] for j in (i - 1, i + 1) if 0 <= j < len(points)]
             least = max((p.harmonics for p in beside), default=0) - BEYOND
-            jumps = [p.harmonics for p in beside if _jumps(points[i], p)]
+            jumps = [p.harmonics for p in beside if may_jump(points[i], p)]
             least = max([least, *jumps])  # perhaps no jump, but a harmonic too few
             if points[i].amplitude > PEAK * top.amplitude:
                 least = max(least, top.harmonics)
@@ -242,7 +282,7 @@ class Exploring:
         beside = [p for p in points[max(place - 1, 0) : place + 1] if p.solution.converged]
         beside.sort(key=lambda p: -abs(p.omega - omega))
         point = self.pointwise.point(omega, beside)
-        if len(beside) == 2 and any(_jumps(p, point) for p in beside):
+        if len(beside) == 2 and any(may_jump(p, point) for p in beside):
             for other in beside:
                 if (easy := self.pointwise.easily(omega, [other])) is not None:
                     tried = self.pointwise.point(omega, [other], easy)
@@ -251,49 +291,9 @@ class Exploring:
         return [*points[:place], point, *points[place:]]
 
 
-def settled(pointwise: Pointwise, points: Sequence[Point]) -> list[Point]:
-    """Points with the errors of the highest maxima measured rather than estimated."""
-    found = list(points)
-    sizes = np.array([-np.inf, *(point.amplitude for point in points), -np.inf])
-    inner = sizes[1:-1]
-    maxima = (inner >= sizes[:-2]) & (inner >= sizes[2:]) & (inner >= RIVAL * inner.max())
-    for i in np.flatnonzero(maxima):
-        found[i] = pointwise.settled(found[i])
-    return found
-
-
-def places_of_jumps(pointwise: Pointwise, points: Sequence[Point]) -> NDArray[np.int64]:
-    """(j, 2) places of neighbours that no curve joins, among points of ascending frequency."""
-    solved = [i for i, p in enumerate(points) if p.solution.converged]
-    found = [
-        (i, j)
-        for i, j in pairwise(solved)
-        if _jumps(points[i], points[j]) and not pointwise.joined(points[i], points[j])
-    ]
-    return np.array(found, np.int64).reshape(-1, 2)
-
-
 def _highest(curve: Curve, wanted: Floats, most: int) -> Floats:
     """Of some places, those where the curve is high or, where there are none, any; some at most."""
     heights = curve.at(wanted)
     high = heights > HIGH * curve.y.max()
     order = np.argsort(-heights)[: min(most, high.sum() or most)]
     return np.sort(wanted[order])
-
-
-def _bend(history: Sequence[Point], point: Point) -> float:
-    """Relative distance of a new amplitude from the line through the last two."""
-    if len(history) < 2:
-        return 0.0
-    a, b = history
-    line = b.amplitude + (b.amplitude - a.amplitude) * (point.omega - b.omega) / (b.omega - a.omega)
-    return abs(point.amplitude - line) / max(b.amplitude, TINY)
-
-
-def _jumps(a: Point, b: Point) -> bool:
-    """Whether two neighbours may lie on different branches, by their tangents."""
-    if not (np.isfinite(a.slope) and np.isfinite(b.slope)):
-        return True
-    distance = b.omega - a.omega
-    mean = 0.5 * (a.slope + b.slope) * distance
-    return abs(b.amplitude - a.amplitude - mean) > OTHER * max(a.amplitude, b.amplitude)

@@ -140,6 +140,11 @@ class Pointwise:
         """The solvers."""
         return self.estimator.ladder
 
+    def with_harmonics(self, harmonics: int) -> "Pointwise":
+        """The same with so many harmonics at each point, or as many as all of them need."""
+        most = max(harmonics, self.least)
+        return replace(self, least=most, chooses_harmonics=False)
+
     def _written(self, question: str, asked: tuple[Any, ...], solve: Callable[[], T]) -> T:
         """A solution, and all that solving it changed, from the journal or to be put there."""
         if not self.replay.writes:

@@ -53,16 +53,35 @@ class Solver:
             return None
         return neighbours[-1].branch
 
-    def point(self, omega: float, neighbours: Sequence[Any], found: Any = None) -> Any:
+    def point(
+        self, omega: float, neighbours: Sequence[Any], found: Any = None, least: int = 0
+    ) -> Any:
         """A point."""
         self.count += 1
         branch = found or self.easily(omega, neighbours)
         own = (each for each in self.branches if each.low <= omega <= each.high)
         return (branch or next(own)).at(omega)
 
+    def with_harmonics(self, harmonics: int) -> "Solver":
+        """One that takes the same number everywhere."""
+        return Solver(*self.branches)
+
     def settled(self, point: Any) -> Any:
         """The same."""
         return point
+
+
+class Changing(Solver):
+    """Leaves a branch where the number of harmonics changes."""
+
+    chooses_harmonics = True
+    change = 1.6
+
+    def easily(self, omega: float, neighbours: Sequence[Any]) -> Any:
+        """Not on the other side of the change."""
+        if neighbours and (neighbours[-1].omega < self.change) != (omega < self.change):
+            return None
+        return super().easily(omega, neighbours)
 
 
 def highest(solver: Solver) -> tuple[float, float]:
@@ -102,3 +121,21 @@ def test_where_there_is_one_branch_the_second_sweep_is_no_waste() -> None:
     assert omega == pytest.approx(1.4, abs=1e-3)
     assert height == pytest.approx(1.0, rel=1e-3)
     assert solver.count < 130
+
+
+def test_a_branch_that_a_change_of_harmonics_leads_away_from_is_found() -> None:
+    """Both sweeps, and what is followed from the jump at 1.8, leave it at 1.6 for the first one."""
+    first = Branch(1.0, 1.8, bump(1.5, 1.0, 0.3))
+    second = Branch(1.3, 2.0, bump(1.4, 2.0))
+    omega, height = highest(Changing(first, second))
+    assert omega == pytest.approx(1.4, abs=1e-3)
+    assert height == pytest.approx(2.0, rel=1e-3)
+
+
+def test_where_nothing_jumps_no_sweep_with_the_same_harmonics_is_made(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.delattr(Solver, "with_harmonics")
+    solver = Solver(Branch(1.0, 2.0, bump(1.4, 1.0)))
+    solver.chooses_harmonics = True
+    assert highest(solver)[1] == pytest.approx(1.0, rel=1e-3)
