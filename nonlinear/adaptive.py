@@ -139,14 +139,10 @@ def adaptive_response(
     told = _Told(progress)
     if is_range:
         found = Exploring(pointwise, omegas[0], omegas[1], told).curve()
+        jumps, direction = places_of_jumps(pointwise, found), "both"
     else:
-        found = _swept(pointwise, omegas, told)
-    order = np.argsort([p.omega for p in found], kind="stable")
-    return replace(
-        _assembled(ladder, found, monitored),
-        direction="both" if is_range else "up",
-        jump=order[places_of_jumps(pointwise, [found[i] for i in order])],
-    )
+        found, jumps, direction = _swept(pointwise, omegas, told)
+    return replace(_assembled(ladder, found, monitored), direction=direction, jump=jumps)
 
 
 @dataclass
@@ -163,19 +159,40 @@ class _Told:
             self.progress(self.count, expected, point.omega / TURN, point.amplitude)
 
 
-def _swept(pointwise: Pointwise, omegas: Floats, told: _Told) -> list[Point]:
-    """Exactly these frequencies, passed upwards, in the order given."""
+def _swept(
+    pointwise: Pointwise, omegas: Floats, told: _Told
+) -> tuple[list[Point], NDArray[np.int64], str]:
+    """Exactly these frequencies, in the order given; their jumps; and how they were swept.
+
+    They are swept upwards and, where that jumps or loses a point, back downwards; of two solutions
+    at a frequency, the larger counts.
+    """
     order = np.argsort(omegas, kind="stable")
+    back, direction = np.argsort(order), "up"
+    found = _passed(pointwise, omegas[order], told)
+    jumps = places_of_jumps(pointwise, found)
+    if len(jumps) or not all(point.solution.converged for point in found):
+        down = _passed(pointwise, omegas[order[::-1]], told, found[-1:])[::-1]
+        pairs = zip(found, down, strict=True)
+        found = [max(pair, key=lambda point: point.amplitude) for pair in pairs]
+        jumps, direction = places_of_jumps(pointwise, found), "both"
+    found = settled(pointwise, found)
+    return [found[i] for i in back], order[jumps], direction
+
+
+def _passed(
+    pointwise: Pointwise, omegas: Floats, told: _Told, before: Sequence[Point] = ()
+) -> list[Point]:
+    """Points at these frequencies, one after another; the first from what is known before."""
     found: list[Point] = []
-    history: list[Point] = []
-    for omega in omegas[order]:
+    history = [point for point in before if point.solution.converged]
+    for omega in omegas:
         point = pointwise.point(float(omega), history)
         found.append(point)
         told(point, len(omegas))
         if point.solution.converged:
             history = [*history, point][-2:]
-    found = settled(pointwise, found)
-    return [found[i] for i in np.argsort(order)]
+    return found
 
 
 def _loudest(ladder: Ladder, harmonics: int, omegas: Floats) -> tuple[int, int]:

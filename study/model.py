@@ -312,7 +312,8 @@ class Study(Table):
         if told and self.response.direction != "up":
             yield (
                 f'{told}: response.direction = "{self.response.direction}": leave it out, since '
-                "the highest of the solutions in both directions is looked for anyway"
+                "the highest of the solutions in both directions is looked for anyway: of a range "
+                "always, of listed frequencies where the sweep upwards jumps or loses a point"
             )
 
     def _has_points_to_choose(self) -> Iterator[str]:

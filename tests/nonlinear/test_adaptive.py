@@ -203,6 +203,38 @@ def test_curve_takes_the_larger_of_two_solutions() -> None:
     assert found.amplitude.max() > 0.98 * down.amplitude.max()
 
 
+def test_listed_frequencies_take_the_larger_of_two_solutions() -> None:
+    # Softening: downwards the upper branch is kept to its end.
+    system = gap_oscillator()
+    closed = Contacts(np.ones(1), np.ones((1, 2)), np.zeros(1), np.full(1, 1.0))
+    system = replace(system, contacts=closed)
+    hertz = np.linspace(0.63, 1.5, 59)[::-1] / (2 * np.pi)
+    up = frequency_response(system, hertz, 3)
+    down = frequency_response(system, hertz, 3, direction="down")
+    larger = np.maximum(up.amplitude, down.amplitude)[:, 0, 0]
+    assert np.sum(larger > 1.05 * up.amplitude[:, 0, 0]) > 2  # the sweep upwards misses these
+    found = adaptive_response(lambda _: system, hertz, Shares(1e-2, 1e-2), (0, 0), 3)
+    np.testing.assert_allclose(found.amplitude[:, 0, 0], larger, rtol=1e-6)
+    assert found.direction == "both"
+    assert found.jump is not None
+    jumped = found.frequency[found.jump]
+    assert len(jumped)
+    assert np.all(jumped[:, 0] < jumped[:, 1])
+
+
+def test_listed_frequencies_without_a_jump_are_swept_once(rubbing_system: Make) -> None:
+    seen: list[float] = []
+    found = adaptive_response(
+        lambda _: rubbing_system(preload=0.3),
+        np.linspace(0.17, 0.19, 5),
+        Shares(1e-2, 1e-2),
+        (0, 0),
+        progress=lambda done, total, hertz, size: seen.append(hertz),
+    )
+    assert seen == sorted(found.frequency)
+    assert found.direction == "up"
+
+
 @pytest.mark.parametrize("coupling", ["uncoupled", "constant-load"])
 def test_pinned_harmonics_give_the_plain_response(rubbing_system: Make, coupling: str) -> None:
     system, hertz = rubbing_system(preload=0.3), np.linspace(0.17, 0.19, 4)
