@@ -32,7 +32,7 @@ class PeakErrors:
         The sources of the response's estimates, and "frequencies": interpolating between points.
     amplitude_error, frequency_error : dict of str to float
         Relative errors by source; NaN where unknown, as that of the frequency is at the end of a
-        range and where the curve jumps beside its highest point.
+        range. Where the curve jumps beside its highest point, "frequencies" alone is known of both.
     """
 
     point: int
@@ -78,9 +78,11 @@ def peak_errors(response: Response) -> PeakErrors:
     amplitude = dict(zip(told.sources, (np.abs(told.change[order[top]]) / A[top]), strict=True))
     frequency = dict.fromkeys(told.sources, np.nan)
     frequency["frequencies"] = amplitude["frequencies"] = np.nan
-    if 0 < top < len(f) - 1:
-        curve = Curve(f, A, slope)
-        missed = float(curve.uncertainty()[top - 1 : top + 1].max())
+    branch = _branches(response, order)
+    own = np.flatnonzero(branch == branch[top])
+    if own[0] < top < own[-1]:
+        curve, at = Curve(f[own], A[own], slope[own]), top - int(own[0])
+        missed = float(curve.uncertainty()[at - 1 : at + 1].max())
         amplitude["frequencies"] = max(missed, curve.tops()[1].max() - A[top]) / A[top]
         across = f[top + 1] - f[top - 1]
         bend = (slope[top + 1] - slope[top - 1]) / across
@@ -89,6 +91,10 @@ def peak_errors(response: Response) -> PeakErrors:
             moved = np.abs(tilt / bend) / f[top]
             frequency |= dict(zip(told.sources, moved.tolist(), strict=True))
             frequency["frequencies"] = abs(float(slope[top] / bend)) / f[top]
+    elif 0 < top < len(f) - 1:
+        gaps = np.abs(f[[top - 1, top + 1]] - f[top])[branch[[top - 1, top + 1]] != branch[top]]
+        frequency["frequencies"] = gaps.max() / f[top]
+        amplitude["frequencies"] = abs(slope[top]) * gaps.max() / A[top]
     return PeakErrors(
         point=int(order[top]),
         frequency=float(f[top]),
@@ -97,3 +103,13 @@ def peak_errors(response: Response) -> PeakErrors:
         amplitude_error={name: float(value) for name, value in amplitude.items()},
         frequency_error={name: float(value) for name, value in frequency.items()},
     )
+
+
+def _branches(response: Response, order: NDArray[np.int64]) -> NDArray[np.int64]:
+    """(p,) on which branch, counted from the first, each of some points lies, in their order."""
+    begins = np.zeros(len(order), np.int64)
+    if response.jump is not None and len(response.jump):
+        place = np.zeros(response.points, np.int64)
+        place[order] = np.arange(len(order))
+        begins[place[response.jump].max(axis=1)] = 1
+    return np.cumsum(begins)

@@ -141,3 +141,27 @@ def test_errors_of_a_peak(rubbing_system: Make) -> None:
     assert np.isnan(plain.error).all()
     with pytest.raises(InputError, match="peak_errors: the response has no error estimates"):
         peak_errors(plain)
+
+
+def test_the_error_of_a_peak_takes_nothing_from_beyond_a_jump(rubbing_system: Make) -> None:
+    """A straight branch of slope 2 /Hz that ends at 4.5 of a curve in hertz, and a parabola."""
+    system = rubbing_system()
+    solved = adaptive_response(lambda _: system, np.linspace(0.17, 0.19, 9), Shares(0.1, 0.1))
+    assert solved.estimates is not None
+    f = np.arange(9.0)
+
+    def drawn(amplitude: np.ndarray, slope: np.ndarray) -> Response:
+        estimates = replace(
+            solved.estimates, amplitude=amplitude, slope=slope, change=np.zeros((9, len(SOURCES)))
+        )
+        return replace(solved, frequency=f, estimates=estimates, jump=np.array([[4, 5]]))
+
+    hill, rising = 8 - (f - 3) ** 2, 2 * f
+    top = drawn(np.where(f < 5, hill, 4.0), np.where(f < 5, -2 * (f - 3), 0.0))
+    found = peak_errors(top)  # a parabola is interpolated exactly
+    assert found.amplitude_error["frequencies"] == pytest.approx(0, abs=1e-12)
+    end = drawn(np.where(f < 5, rising, 1.0), np.where(f < 5, 2.0, 0.0))
+    found = peak_errors(end)  # the branch may go on for 1 Hz, and by 2 of 8
+    assert found.amplitude == 8
+    assert found.amplitude_error["frequencies"] == pytest.approx(2 / 8)
+    assert found.frequency_error["frequencies"] == pytest.approx(1 / 4)
