@@ -11,8 +11,8 @@ from pydantic import ValidationError
 from vanelock.assembly.model import FILES, Scene
 from vanelock.checked import UNCHECKED, NotKnown
 from vanelock.errors import InputError
-from vanelock.study.messages import explain, show
-from vanelock.study.sweep import LARGEST, short_names, shown_value
+from vanelock.study.messages import explain
+from vanelock.study.sweep import LARGEST, short_names, shown_value, value_mistakes
 
 APART = ("sweep", "name", "outputs")
 """Tables that cannot be swept."""
@@ -40,7 +40,7 @@ def scene_cases(scene: Scene) -> tuple[SceneCase, ...]:
     """
     if not scene.sweep:
         return (SceneCase("nominal", {}, scene),)
-    if wrong := list_mistakes(scene):
+    if wrong := sweep_mistakes(scene):
         raise InputError("\n".join(wrong))
     count = 1
     for values in scene.sweep.values():
@@ -57,7 +57,7 @@ def scene_cases(scene: Scene) -> tuple[SceneCase, ...]:
     return tuple(found)
 
 
-def list_mistakes(scene: Scene, context: str | None = None) -> list[str]:
+def sweep_mistakes(scene: Scene, context: str | None = None) -> list[str]:
     """What is wrong with the lists of a scene's sweep.
 
     Parameters
@@ -78,24 +78,7 @@ def _mistakes(scene: Scene, key: str, values: tuple[Any, ...], context: str | No
     where = f'sweep."{key}"'
     if key.partition(".")[0] in APART or key.rpartition(".")[2] in NAMES or _path(key) is None:
         return [f"{where}: this key cannot be swept"]
-    if not values:
-        return [f"{where} = []: needs at least one value"]
-    told: list[str] = []
-    seen: dict[Any, int] = {}
-    for i, value in enumerate(values):
-        item = f"{where}[{i}] = {show(value)}"
-        try:
-            found = _at(_with(scene, {key: value}, context), key)
-        except InputError as error:
-            told.append(f"{item}: {error}")
-            continue
-        if isinstance(found, bool) or not isinstance(found, int | float | str):
-            told.append(f"{item}: expected a number or a word")
-            continue
-        if found in seen:
-            told.append(f"{item}: the same as entry {seen[found]}")
-        seen.setdefault(found, i)
-    return told
+    return value_mistakes(where, values, lambda v: _at(_with(scene, {key: v}, context), key))
 
 
 def _path(key: str) -> list[str | int] | None:

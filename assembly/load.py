@@ -4,7 +4,7 @@ import os
 from pathlib import Path
 from typing import Any
 
-from vanelock.assembly.cases import list_mistakes
+from vanelock.assembly.cases import sweep_mistakes
 from vanelock.assembly.model import FILES, Scene
 from vanelock.checked import UNCHECKED
 from vanelock.errors import InputError
@@ -42,12 +42,11 @@ def load_scene(path: str | os.PathLike[str], outside: bool = False) -> Scene:
     where = str(path)
     data = toml_tables(read_text(Path(path)), where)
     data, refused = _beside(data, Path(path).parent, outside)
-    return checked(Scene, data, where, refused, _list_mistakes)
 
+    def of_sweep(scene: Scene, lacks: bool) -> list[str]:
+        return sweep_mistakes(scene, UNCHECKED if lacks else None)
 
-def _list_mistakes(scene: Scene, lacks: bool) -> list[str]:
-    """What is wrong with a scene's sweep; of one that lacks keys, each value by itself."""
-    return list_mistakes(scene, UNCHECKED if lacks else None)
+    return checked(Scene, data, where, refused, of_sweep)
 
 
 def check_scene(data: dict[str, Any], where: str = "scene") -> Scene:

@@ -236,10 +236,8 @@ class SceneRun:
         found = replace(found, sweeps=tuple(sweeps), warnings=lines)
         self.shown.add(case, key, response, amplitude, peak, static, joints, others)
         self.record.case(found, key, [response, *others], static, self.shown.monitor.name)
-        if found.converged < found.points:
-            lost = f"{found.points - found.converged} of {found.points} points did not converge"
-            worst = f"largest residual {found.worst:.1e}"
-            self.listener(Notice(f"{case.name}: {lost} ({worst})"))
+        for line in warnings.lost(found):
+            self.listener(Notice(f"{case.name}: {line}"))
         return found
 
     def _warnings(

@@ -16,6 +16,7 @@ from vanelock.campaign.statements import Statement
 from vanelock.render import style
 from vanelock.report import Answer, Answers, Picture, Plot, Section, Table, Text, Trace
 from vanelock.report.blocks import Block, Cell, Flag
+from vanelock.study import warnings
 from vanelock.study.board import Board
 from vanelock.study.exhibit import Exhibit
 from vanelock.study.model import Study
@@ -101,19 +102,8 @@ def answers(e: Evidence, stated: Sequence[Statement]) -> Section:
 
 def doubts(e: Evidence) -> list[str]:
     """Cases whose peak is not to be trusted, and the statements with it, a line each."""
-    lines = []
-    for name, each in e.summaries.items():
-        if each.peak is None:
-            lines.append(f"{name}: no point converged.")
-        elif each.peak.at_edge:
-            lines.append(
-                f"{name}: the largest point is at the end of the frequency range; a peak may lie "
-                "beyond."
-            )
-        elif each.converged < each.points:
-            lost = each.points - each.converged
-            lines.append(f"{name}: {lost} of {each.points} points did not converge; left out.")
-    return lines
+    cases = e.summaries.items()
+    return [f"{name}: {line}." for name, each in cases for line in warnings.doubts(each)]
 
 
 def agreement(stated: Sequence[Statement]) -> Section:

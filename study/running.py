@@ -328,9 +328,8 @@ class Run:
             self._top = max(self._top, peak.amplitude)
             self.shown.top[case.name] = as_solved(response, peak.point)
             self.shown.around[case.name] = Around.of(response, amplitude, peak.point)
-        if found.converged < found.points:
-            lost = f"{found.points - found.converged} of {found.points} points did not converge"
-            self.listener(Notice(f"{case.name}: {lost} (largest residual {found.worst:.1e})"))
+        for line in warnings.lost(found):
+            self.listener(Notice(f"{case.name}: {line}"))
         return found
 
     def _warnings(self, solved: Solved, peak: Peak | None, limits: Limits) -> Iterator[str]:

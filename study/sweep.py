@@ -4,7 +4,7 @@ Several engine orders are swept values of `excitation.engine_order`, the slowest
 keys that vary together are slower still. Keys that scatter have their samples instead.
 """
 
-from collections.abc import Collection, Hashable, Iterator, Sequence
+from collections.abc import Callable, Collection, Hashable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from itertools import product
@@ -233,21 +233,33 @@ def _mistakes(study: Study, key: str, values: tuple[Any, ...], context: str | No
         return [f"{where}: {unknown(tuple(key.split('.')))}"]
     if key.startswith(("outputs.", "scatter.")) or not (_holds_number(key) or _holds_choice(key)):
         return [f"{where}: only keys that hold a number or a choice of words can be swept"]
-    if not values:
-        return [f"{where} = []: needs at least one value"]
     if key == ORDER and study.excitation.engine_orders is not None:
         return [f"{where}: give either this or excitation.engine_orders, not both"]
+
+    def held(value: Any) -> Any:
+        try:
+            return value_at(with_values(study, {key: value}, context), key)
+        except ValidationError as error:
+            raise InputError(reason(mistakes(error)[0], given=value)) from None
+
+    return value_mistakes(where, values, held)
+
+
+def value_mistakes(where: str, values: Sequence[Any], held: Callable[[Any], Any]) -> list[str]:
+    """What is wrong with a swept key's values; `held` is what the key holds of one, or refuses."""
+    if not values:
+        return [f"{where} = []: needs at least one value"]
     found: list[str] = []
     seen: dict[float | str, int] = {}
     for i, value in enumerate(values):
         item = f"{where}[{i}] = {show(value)}"
         try:
-            number = value_at(with_values(study, {key: value}, context), key)
-        except ValidationError as error:
-            found.append(f"{item}: {reason(mistakes(error)[0], given=value)}")
+            number = held(value)
+        except InputError as error:
+            found.append(f"{item}: {error}")
             continue
         if isinstance(number, bool) or not isinstance(number, int | float | str):
-            found.append(f"{item}: expected a number")
+            found.append(f"{item}: expected a number or a word")
             continue
         if number in seen:
             found.append(f"{item}: the same as entry {seen[number]}")

@@ -66,19 +66,30 @@ class Numbers(Protocol):
 
 def of_case(found: Numbers) -> list[str]:
     """All that is to be known of a case, a line each."""
+    return [*doubts(found), *found.warnings]
+
+
+def doubts(found: Numbers) -> list[str]:
+    """Why the peak of a case may not be the largest."""
     lines = []
     if found.peak is None:
         lines.append("no point converged")
-    if found.converged < found.points:
-        lines.append(
-            f"{found.points - found.converged} of {found.points} points DID NOT CONVERGE "
-            f"(largest residual {found.worst:.1e}); they are left out"
-        )
+    lines += lost(found)
     if found.peak is not None and found.peak.at_edge:
         lines.append(
             "the largest point is at the end of the frequency range; a peak may lie beyond"
         )
-    return [*lines, *found.warnings]
+    return lines
+
+
+def lost(found: Numbers) -> list[str]:
+    """How many points of a case did not converge, if any."""
+    if found.converged == found.points:
+        return []
+    return [
+        f"{found.points - found.converged} of {found.points} points DID NOT CONVERGE "
+        f"(largest residual {found.worst:.1e}); they are left out"
+    ]
 
 
 def by_text(cases: Mapping[str, Numbers], told: Callable[[str], str] = words) -> list[str]:

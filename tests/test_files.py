@@ -1,6 +1,8 @@
 """Paths that a study names stay in its folder; files of the user are read whole or not at all."""
 
 import os
+import subprocess
+import sys
 
 import pytest
 
@@ -106,7 +108,33 @@ def test_links_are_replaced_not_followed(folder):
         temporary.unlink()
         temporary.write_text("new")
     assert not (folder / "link.inp").is_symlink()
-    (folder / f".other.inp.{os.getpid()}.tmp").symlink_to(secret)
     with placed(folder / "other.inp") as temporary:
         temporary.write_text("new")
+    temporary.symlink_to(secret)
+    with placed(folder / "other.inp") as temporary:
+        temporary.write_text("newer")
     assert secret.read_text() == "secret"
+
+
+KILLED = """
+import os, signal, sys
+from vanelock.files import placed
+with placed(sys.argv[1]) as temporary:
+    temporary.write_text("half")
+    os.kill(os.getpid(), signal.SIGKILL)
+"""
+
+
+def test_what_a_killed_writer_left_is_removed_by_the_next_one(tmp_path):
+    """But not what a writer has that still runs, here or on another machine, or other files."""
+    page = tmp_path / "a[1].html"
+    subprocess.run([sys.executable, "-c", KILLED, page], check=False)
+    (left,) = tmp_path.iterdir()
+    dead = left.name.rpartition("-")[2]
+    others = {left.with_name(f".{page.name}.elsewhere-{dead}"), left.with_name(f".b.html.{dead}")}
+    others.add(left.with_name(left.name.replace(dead, f"{os.getppid()}.tmp")))
+    for other in others:
+        other.write_text("half")
+    with placed(page) as temporary:
+        temporary.write_text("whole")
+    assert set(tmp_path.iterdir()) == {page, *others}

@@ -9,6 +9,7 @@ import re
 import stat
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
+from glob import escape
 from pathlib import Path
 
 from vanelock.errors import FolderError, InputError, printable
@@ -131,7 +132,8 @@ def writing(path: str | os.PathLike[str]) -> Iterator[None]:
 def placed(path: str | os.PathLike[str]) -> Iterator[Path]:
     """A path beside `path` to write to, which takes its place in the end; folders are made.
 
-    Where `path` is a link, it is replaced: what it leads to is not written.
+    Where `path` is a link, it is replaced: what it leads to is not written. What was left beside it
+    by writers that were killed on this machine is removed.
 
     Raises
     ------
@@ -139,12 +141,28 @@ def placed(path: str | os.PathLike[str]) -> Iterator[Path]:
         If the system refuses, naming `path`.
     """
     target = Path(path)
-    temporary = target.with_name(f".{target.name}.{os.getpid()}.tmp")
+    begins = f".{target.name}.{os.uname().nodename}-"
+    temporary = target.with_name(f"{begins}{os.getpid()}.tmp")
     with writing(target):
         target.parent.mkdir(parents=True, exist_ok=True)
+        for left in target.parent.glob(f"{escape(begins)}*.tmp"):
+            process = left.name.removeprefix(begins).removesuffix(".tmp")
+            if process.isdecimal() and not _runs(int(process)):
+                left.unlink(missing_ok=True)
         temporary.unlink(missing_ok=True)  # a link of that name would be followed
         try:
             yield temporary
             os.replace(temporary, target)
         finally:
             temporary.unlink(missing_ok=True)
+
+
+def _runs(process: int) -> bool:
+    """Whether there is a process of that number."""
+    try:
+        os.kill(process, 0)
+    except (ProcessLookupError, OverflowError):
+        return False
+    except PermissionError:
+        pass
+    return True

@@ -8,7 +8,7 @@ from vanelock.study.summary import Peak
 
 
 def case(peak, converged=9):
-    return SimpleNamespace(peak=peak, converged=converged, points=9)
+    return SimpleNamespace(peak=peak, converged=converged, points=9, worst=3e-4)
 
 
 def test_peaks_that_are_none_are_told():
@@ -21,7 +21,8 @@ def test_peaks_that_are_none_are_told():
     }
     evidence: Any = SimpleNamespace(summaries=summaries)
     found = doubts(evidence)
-    assert [line.partition(":")[0] for line in found] == ["mu=0.1", "mu=0.5", "harmonics=3"]
+    names = [line.partition(":")[0] for line in found]
+    assert names == ["mu=0.1", "mu=0.5", "mu=0.5", "harmonics=3"]
     assert "end of the frequency range" in found[0]
     assert "no point converged" in found[1]
-    assert "2 of 9 points" in found[2]
+    assert "2 of 9 points" in found[3]
