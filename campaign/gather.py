@@ -12,12 +12,14 @@ from vanelock.campaign.evidence import Evidence
 from vanelock.campaign.optimum import Ridge
 from vanelock.campaign.plane import Plane
 from vanelock.campaign.sheets import COUPLINGS, Plan, case_of, load_of, planned_sheets
+from vanelock.nonlinear import Response
 from vanelock.study.forced import limits_step, linear_step, linear_system_step, preload_step
 from vanelock.study.limits import hooks
 from vanelock.study.model import Study
 from vanelock.study.plan import Planned
 from vanelock.study.progress import Point
 from vanelock.study.running import Run
+from vanelock.study.solved import as_solved
 from vanelock.study.stages import diameters, rom_step, system_step
 from vanelock.study.steps import Stages
 from vanelock.study.summary import Peak, Summary, peak_of
@@ -72,6 +74,10 @@ def evidence(run: Run, plan: Plan, summaries: Sequence[Summary], workers: int = 
     small = plan.sheets["stuck"].cases[0]
     node = system.output_names[output[0]]
     planes, slants, ridges = _maps(run, plan, reference, output, node, workers)
+    tops = {
+        name: as_solved(stages.get(by_name[name].response), peak.point)
+        for name, peak in shown.peak.items()
+    }
     return Evidence(
         plan=plan,
         summaries={each.case: each for each in summaries},
@@ -82,13 +88,13 @@ def evidence(run: Run, plan: Plan, summaries: Sequence[Summary], workers: int = 
         small=load_of(plan.study(small)) / load_of(plan.base),
         hooks=_hooks(stages, by_name[plan.sheets["hooks"].cases[0]], output),
         stuck=_stuck(stages, by_name[small], output),
-        at_mean=_at_mean(run, plan, by_name, output),
+        at_mean=_at_mean(run, plan, by_name, tops, output),
         conditions=_conditions(plan.base),
         planes=planes,
         slants=slants,
         ridges=ridges,
-        tops=shown.top,
-        statics=shown.static,
+        tops=tops,
+        statics={name: stages.get(each.preload) for name, each in by_name.items()},
         interlock=interlock,
     )
 
@@ -105,17 +111,21 @@ def _stuck(stages: Stages, each: Planned, output: tuple[int, int]) -> Mapping[st
 
 
 def _at_mean(
-    run: Run, plan: Plan, by_name: Mapping[str, Planned], output: tuple[int, int]
+    run: Run,
+    plan: Plan,
+    by_name: Mapping[str, Planned],
+    tops: Mapping[str, Response],
+    output: tuple[int, int],
 ) -> Mapping[str, float]:
     """Of each coupled case that is compared with others."""
     found = {}
     listed = [name for sheet in ("friction", "interference") for name in plan.sheets[sheet].cases]
     for name in dict.fromkeys(listed):
-        if name in run.shown.top and plan.study(name).response.coupling == COUPLINGS[0]:
+        if name in tops and plan.study(name).response.coupling == COUPLINGS[0]:
             each = by_name[name]
             hertz = maps.ends(each.case.study, run.stages.get(each.linear.limits))
             system = run.stages.get(each.system)
-            found[name] = at_mean_load(system, run.shown.top[name], hertz, output)
+            found[name] = at_mean_load(system, tops[name], hertz, output)
     return found
 
 

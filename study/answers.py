@@ -237,9 +237,9 @@ def balances(board: Board) -> dict[str, Balance]:
     found = {}
     for each in board.planned:
         name = each.case.name
-        if name in board.shown.top:
+        if name in board.shown.peak:
             planned = each.solved(board.stages.get(each.response))
-            found[name] = balance(board.stages.get(planned.system), board.shown.top[name])
+            found[name] = balance(board.stages.get(planned.system), board.top(each))
     return found
 
 

@@ -22,6 +22,7 @@ from vanelock.study.meshes import mesh_step
 from vanelock.study.model import Study
 from vanelock.study.monitor import Monitor
 from vanelock.study.plan import Planned
+from vanelock.study.solved import as_solved
 from vanelock.study.stages import PARTS, model_step
 from vanelock.study.steps import Stages
 from vanelock.study.summary import Peak
@@ -33,7 +34,9 @@ Drawn: TypeAlias = tuple[Floats, Floats, NDArray[np.bool_]]
 
 @dataclass
 class Shown:
-    """What the pictures need of the responses, collected while the cases run.
+    """What the pictures need of all responses, collected while the cases run.
+
+    It is small, since a sweep may have many cases; whole products are read again where needed.
 
     Attributes
     ----------
@@ -43,12 +46,8 @@ class Shown:
         Linear responses.
     curve : dict of str to (frequency, amplitude, converged)
         Nonlinear responses by case.
-    top : dict of str to Response
-        The largest point of each case, alone.
     peak : dict of str to Peak
-        The same in numbers.
-    static : dict of str to Response
-        The state at rest.
+        The largest point of each case, if any.
     harmonics : dict of str to int
         Highest harmonic of each case.
     sweeps : dict of str to dict of str to curve
@@ -62,12 +61,9 @@ class Shown:
     monitor: Monitor
     linear: dict[tuple[str, Limit], tuple[Floats, Floats]] = field(default_factory=dict)
     curve: dict[str, Drawn] = field(default_factory=dict)
-    top: dict[str, Response] = field(default_factory=dict)
     peak: dict[str, Peak] = field(default_factory=dict)
-    static: dict[str, Response] = field(default_factory=dict)
     harmonics: dict[str, int] = field(default_factory=dict)
     sweeps: dict[str, dict[str, Drawn]] = field(default_factory=dict)
-    around: dict[str, "Around"] = field(default_factory=dict)
     campbell: dict[str, Campbell] = field(default_factory=dict)
     measured: tuple[Measured, ...] = ()
 
@@ -77,7 +73,7 @@ class Shown:
 
     def only(self, case: str, limits: str) -> "Shown":
         """What one case alone shows, and the limits of that name, which now need none."""
-        by_case = ("curve", "top", "peak", "static", "harmonics", "sweeps")
+        by_case = ("curve", "peak", "harmonics", "sweeps")
         kept = {
             name: {k: v for k, v in getattr(self, name).items() if k == case} for name in by_case
         }
@@ -150,6 +146,16 @@ class Board:
             quick=True,
         )
 
+    def top(self, each: Planned) -> Response:
+        """The largest point of a case, alone."""
+        return as_solved(self.stages.get(each.response), self.shown.peak[each.case.name].point)
+
+    def around(self, each: Planned) -> Around:
+        """The contacts of a case around its largest point."""
+        response = self.stages.get(each.response)
+        amplitude = self.shown.monitor.amplitude(response)
+        return Around.of(response, amplitude, self.shown.peak[each.case.name].point)
+
     def parts(self, each: Planned) -> list[Part]:
         """Vane segment and casing sector of a case."""
         return [self.stages.get(mesh_step(each.case.study, part)) for part in PARTS]
@@ -178,7 +184,7 @@ class Board:
 
     def stresses(self, each: Planned) -> Shape:
         """(H + 1, nodes, 6) harmonics of the vane's nodal stresses at a case's peak, Pa."""
-        top = self.shown.top[each.case.name]
+        top = self.top(each)
         return np.stack([self._stress(each, top, h) for h in range(top.harmonics + 1)])
 
     def _stress(self, each: Planned, top: Response, h: int) -> Shape:
@@ -191,7 +197,7 @@ class Board:
         """Harmonic h of both parts' displacement at a case's peak, m."""
         key = each.case.name, h
         if key not in self._harmonics:
-            top = self.shown.top[each.case.name]
+            top = self.top(each)
             x = np.asarray(top.x[h][0], complex)
             self._harmonics[key] = self.fields(each, x, int(top.harmonic_diameters[h]))
         return self._harmonics[key]

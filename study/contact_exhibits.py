@@ -19,7 +19,7 @@ from vanelock.study.stages import PARTS, joints
 def contacts(board: Board, each: Planned) -> Exhibit:
     """The map of a case's contacts, with its table."""
     name = each.case.name
-    around = board.shown.around[name]
+    around = board.around(each)
     title = f"{board.study.name}: contacts around the resonance"
     shows = [each.response.key, title, name, board.shown.monitor.name]
 

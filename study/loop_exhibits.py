@@ -73,7 +73,7 @@ class Loop:
 
 def loops(board: Board, each: Planned, animated: bool) -> list[Exhibit]:
     """The loop of a case, where there is one; `animated`, too."""
-    top, name = board.shown.top[each.case.name], each.case.name
+    top, name = board.top(each), each.case.name
     joints = board.stages.get(each.system).contacts.joint
     own = [i for i, joint in enumerate(joints) if joint == "interlock"]
     sampled = top.samples > 0 and top.friction == "orthogonal"  # no loop is exact then

@@ -26,7 +26,7 @@ def named(board: Board) -> list[Planned]:
     All if they are few; of samples those of the lowest, the middle and the largest peak, of other
     sweeps the first and the last.
     """
-    cases = [each for each in board.planned if each.case.name in board.shown.top]
+    cases = [each for each in board.planned if each.case.name in board.shown.peak]
     if len(cases) <= DETAILED:
         return cases
     if not sampled(board):

@@ -86,7 +86,7 @@ class Gallery:
 
     def _detailed(self) -> list[Planned]:
         """Cases with pictures of their own; says which, if any are drawn."""
-        cases, count = named(self.board), len(self.shown.top)
+        cases, count = named(self.board), len(self.shown.peak)
         wanted = self.study.outputs
         drawn = [name for name in ("loops", "shapes") if getattr(wanted, name)]
         if drawn and len(cases) < count:

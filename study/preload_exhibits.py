@@ -26,7 +26,7 @@ def preloads(board: Board) -> list[Exhibit]:
 
 
 def _preload(board: Board, each: Planned) -> Exhibit:
-    static = board.shown.static[each.case.name]
+    static = board.stages.get(each.preload)
     joints = board.stages.get(each.system).contacts.joint
     name = each.preload_name
     suffix = f"_{slug(name)}" if name else ""

@@ -51,7 +51,7 @@ def view(board: Board, cases: list[Planned]) -> View:
 
     motions = []
     for each in cases:
-        top, peak = board.shown.top[each.case.name], board.shown.peak[each.case.name]
+        top, peak = board.top(each), board.shown.peak[each.case.name]
         name = "" if each.case.name == "nominal" else f", {words(each.case.name)}"
         motions.append(
             Motion(

@@ -13,7 +13,6 @@ from vanelock.nonlinear import Response
 from vanelock.rom import Component
 from vanelock.study import listing, results, warnings
 from vanelock.study.attempts import Solved, attempt, last_uses
-from vanelock.study.board import Around
 from vanelock.study.bundles import bundle, parts_of, steps_of
 from vanelock.study.cache import Cache
 from vanelock.study.campbell import Campbell, campbell
@@ -49,7 +48,7 @@ from vanelock.study.scatter import (
 )
 from vanelock.study.settle import settle
 from vanelock.study.sizes import most_dofs
-from vanelock.study.solved import as_solved, drawn
+from vanelock.study.solved import drawn
 from vanelock.study.speed_lines import lines_step
 from vanelock.study.steps import Stages, Step
 from vanelock.study.strains import Strain
@@ -309,7 +308,6 @@ class Run:
             self.record.campbell(case.name, solved.campbell)
         if solved.strain is not None and peak is not None:
             self._strains[case.name] = solved.strain, peak
-        self.shown.static[case.name] = static
         curve = response.frequency, amplitude, response.converged
         listed = case.study.response.frequencies is not None
         self.shown.curve[case.name] = curve if listed else drawn(response, amplitude)
@@ -326,8 +324,6 @@ class Run:
                 self._spacings.append(spacing(response.frequency, peak.point))
             self.shown.peak[case.name] = peak
             self._top = max(self._top, peak.amplitude)
-            self.shown.top[case.name] = as_solved(response, peak.point)
-            self.shown.around[case.name] = Around.of(response, amplitude, peak.point)
         for line in warnings.lost(found):
             self.listener(Notice(f"{case.name}: {line}"))
         return found

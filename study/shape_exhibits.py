@@ -148,7 +148,7 @@ def _modes(board: Board, each: Planned, name: str, animated: bool) -> list[Exhib
 def response(board: Board, each: Planned, animated: bool) -> list[Exhibit]:
     """First harmonic at the peak; `animated`, all of them too."""
     name = each.case.name
-    top, peak = board.shown.top[name], board.shown.peak[name]
+    top, peak = board.top(each), board.shown.peak[name]
     k = int(top.harmonic_diameters[1])
     title = f"Response at its peak, {peak.frequency:.2f} Hz"
     shows = [each.response.key, title, name, board.shown.monitor.name]

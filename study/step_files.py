@@ -25,7 +25,7 @@ def steps(board: Board, each: Planned) -> tuple[Path, ...]:
     count, name = board.study.outputs.steps, each.case.name
     if not count:
         return ()
-    top, peak = board.shown.top[name], board.shown.peak[name]
+    top, peak = board.top(each), board.shown.peak[name]
     shows = [each.response.key, name, board.shown.monitor.name, count]
     folder = f"shapes/response_{slug(name)}"
 

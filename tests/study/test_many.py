@@ -36,8 +36,6 @@ def board(text, own_limits=False, folder=None):
         height = 1e-6 * (1 + (2 + 4 * i) % 5 + 0.01 * i)
         name = case.name if own_limits else ""
         planned.append(SimpleNamespace(case=case, linear=SimpleNamespace(name=name)))
-        top: Any = None
-        shown.top[case.name] = top
         shown.peak[case.name] = Peak(3, 270.0, height, False)
         shown.curve[case.name] = (F, height / (1 + abs(F - 270)), np.ones(7, bool))
         for which in ("free", "stuck"):

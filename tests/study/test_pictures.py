@@ -168,7 +168,7 @@ def test_the_first_and_the_last_case_of_a_sweep_move(monkeypatch):
 
     def moving(text, cases_shown):
         drawn, _ = board(text, [found()] * 3)
-        drawn.shown.top.update({name: None for name in cases_shown})
+        drawn.shown.peak.update({name: None for name in cases_shown})
         drawn.easel.tidy = lambda keep: None
         heard.clear()
         Gallery(drawn.study, drawn.planned, drawn.stages, drawn.shown, drawn.easel).draw()
