@@ -230,11 +230,13 @@ def key_of(
 
 def _canonical(value: Any) -> Any:
     """Numbers to 12 digits, so that "20 um" and 20e-6, a bit apart, are the same."""
+    if isinstance(value, float):
+        return float(f"{value:.12g}")
+    if isinstance(value, str | int) or value is None:
+        return value
     if isinstance(value, Mapping):
         return {str(key): _canonical(item) for key, item in value.items()}
-    if isinstance(value, list | tuple):
-        return [_canonical(item) for item in value]
-    return float(f"{value:.12g}") if isinstance(value, float) else value
+    return [_canonical(item) for item in value] if isinstance(value, list | tuple) else value
 
 
 @lru_cache

@@ -20,11 +20,8 @@ FIRST = {"up": "up", "down": "down", "both": "up"}
 """Direction of the first sweep, by `response.direction`."""
 Progress: TypeAlias = Callable[[int, int, float, float], None]
 
-COMPUTED = (
-    *("accuracy", "ring", "vane", "casing", "material", "temperature", "mesh", "joints", "rom"),
-    *("excitation", "damping", "response", "campbell"),
-)
-"""Tables and keys of a study that its numbers depend on."""
+READ = ("rom", "excitation", "damping", "response", "campbell")
+"""Tables of a study that the frequencies of its responses follow from, with its linear limits."""
 
 
 def silent_progress(done: int, total: int, frequency: float, amplitude: float) -> None:
@@ -73,24 +70,24 @@ def linear_step(
     study: Study, which: Limit, system: Step[System], limits: Step[Limits]
 ) -> Step[Response]:
     """Linear response with the interlock free or stuck, dense enough to be drawn as a curve."""
-    return _linear(which, _Alike(without_friction(study)), system, limits)
+    return _linear(which, _Alike(study), system, limits)
 
 
 @dataclass(frozen=True, eq=False)
 class _Alike:
-    """A study that equals another if what is computed of both is the same."""
+    """A study that equals another if both have the same frequencies of the same limits."""
 
     study: Study
 
     @property
-    def _computed(self) -> tuple[Any, ...]:
-        return tuple(getattr(self.study, name) for name in COMPUTED)
+    def _read(self) -> tuple[Any, ...]:
+        return tuple(getattr(self.study, name) for name in READ)
 
     def __hash__(self) -> int:
-        return hash(self._computed)
+        return hash(self._read)
 
     def __eq__(self, other: object) -> bool:
-        return isinstance(other, _Alike) and self._computed == other._computed
+        return isinstance(other, _Alike) and self._read == other._read
 
 
 @lru_cache(maxsize=SHARED)

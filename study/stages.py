@@ -5,7 +5,6 @@ code behind it.
 """
 
 from collections.abc import Iterable
-from dataclasses import asdict
 from functools import lru_cache
 from typing import Any
 
@@ -199,8 +198,8 @@ def _joined(
     casing: Step[Component],
 ) -> Step[System]:
     inputs = {
-        "joints": [asdict(joint) for joint in joined],
-        "excitation": asdict(excitation),
+        "joints": [vars(joint) for joint in joined],
+        "excitation": vars(excitation),
         "damping": damping,
     }
 
