@@ -34,7 +34,7 @@ from vanelock.study.sweep import Case, label
 LIMITS: tuple[Limit, ...] = ("free", "stuck")
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class Linear:
     """Linear limits that one or more cases share.
 
@@ -64,7 +64,7 @@ class Linear:
         return " ".join(step.key for step in self.responses.values())
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class Planned:
     """A case and the steps to its response.
 

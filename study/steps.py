@@ -39,7 +39,7 @@ class Store(Protocol):
         ...
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, slots=True)
 class Step(Generic[P]):
     """One stage of one study, or of several that agree in all that it reads.
 

@@ -31,7 +31,7 @@ NUMBERS = ("mesh.size", "temperature.vane", "temperature.casing")
 """Keys that hold a number, or something else that can be swept no more than a table."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class Case:
     """One point of a sweep.
 
@@ -80,9 +80,10 @@ def cases(study: Study) -> tuple[Case, ...]:
     names = short_names([*study.rows, *lists])
     found: dict[str, Case] = {}
     fitting: set[Hashable] = set()
+    known: dict[Hashable, Any] = {}
     for row, combination in product(rows, product(*lists.values())):
         chosen = {**row, **dict(zip(lists, combination, strict=True))}
-        case = _case(study, chosen, names)
+        case = _case(study, chosen, names, known)
         _check_fit(case, chosen, fitting, where)
         if case.name in found:
             raise InputError(f"rows: {case.name} is there twice")
@@ -124,7 +125,7 @@ def _samples(study: Study) -> tuple[Case, ...]:
     for i in range(count):
         chosen = {key: values[i] for key, values in columns.items()}
         try:
-            case = _case(study, chosen, short_names(list(chosen)))
+            case = _case(study, chosen, short_names(list(chosen)), {})
             _check_fit(case, chosen, fitting)
         except InputError as error:
             told = str(error).removeprefix("sweep: ")
@@ -162,10 +163,15 @@ def _hashable(value: object) -> Any:
     return value if isinstance(value, Hashable) else str(value)
 
 
-def _case(study: Study, chosen: dict[str, Any], names: dict[str, str]) -> Case:
-    """The study with all chosen values at once: combinations may be impossible too."""
+def _case(
+    study: Study, chosen: dict[str, Any], names: dict[str, str], known: dict[Hashable, Any]
+) -> Case:
+    """The study with all chosen values at once: combinations may be impossible too.
+
+    Cases whose values in a table are the same share it: those `known` so far.
+    """
     try:
-        changed = with_values(study, chosen)
+        changed = with_values(study, chosen, known=known)
     except ValidationError as error:
         shown = ", ".join(f"{key} = {show(value)}" for key, value in chosen.items())
         told = f"{shown}: " if len(chosen) > 1 else ""
@@ -294,29 +300,46 @@ def value_at(study: Study, key: str) -> Any:
     return value
 
 
-def with_values(study: Study, changes: dict[str, Any], context: str | None = None) -> Study:
+def with_values(
+    study: Study,
+    changes: dict[str, Any],
+    context: str | None = None,
+    known: dict[Hashable, Any] | None = None,
+) -> Study:
     """The study with some keys changed and no sweep; raises pydantic's ValidationError.
 
-    Tables without a change are those of the study itself, which are not checked again. In the
+    Tables without a change are those of the study itself, which are not checked again, nor are
+    tables `known` from the same changes of the same study; new ones are added to these. In the
     context "unchecked" it is not looked at whether keys contradict one another.
     """
-    changed = {key.partition(".")[0] for key in changes} | {"excitation"}
+    changed: dict[str, Any] = {"excitation": ("excitation",)}  # what it is known by
+    for key, value in changes.items():
+        name = key.partition(".")[0]
+        changed[name] = (*changed.get(name, (name,)), key, repr(value))
     apart = {"sweep", "rows", "scatter"}
     tables: dict[str, Any] = {}
     if context != UNCHECKED:  # else keys may be missing
-        same = {name: getattr(study, name) for name in study.model_fields_set - apart - changed}
+        same = {name: getattr(study, name) for name in study.model_fields_set - apart - {*changed}}
+        if known is not None:
+            same |= {name: known[by] for name, by in changed.items() if by in known}
         tables = {name: value for name, value in same.items() if isinstance(value, Table)}
     data = tables | study.model_dump(
         exclude_unset=True, exclude={*apart, *tables}, warnings=context != UNCHECKED
     )
-    data.get("excitation", {}).pop("engine_orders", None)
+    if "excitation" not in tables:
+        data.get("excitation", {}).pop("engine_orders", None)
     for key, value in changes.items():
         *path, last = key.split(".")
+        if path and path[0] in tables:
+            continue
         table = data
         for name in path:
             table = table.setdefault(name, {})
         table[last] = value
-    return Study.model_validate(data, strict=True, context=context)
+    found = Study.model_validate(data, strict=True, context=context)
+    if known is not None:
+        known.update({by: getattr(found, name) for name, by in changed.items() if name in data})
+    return found
 
 
 def short_names(keys: list[str]) -> dict[str, str]:

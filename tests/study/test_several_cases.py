@@ -2,7 +2,9 @@
 
 import csv
 import html
+import pickle
 import re
+from dataclasses import replace
 
 import h5py
 import numpy as np
@@ -10,6 +12,7 @@ import pytest
 
 from vanelock.study import parse_study, run_study
 from vanelock.study.progress import Event
+from vanelock.study.running import Run
 from vanelock.study.tables import Table
 
 pytestmark = pytest.mark.slow
@@ -40,11 +43,26 @@ LIMIT, STRENGTH = 250.0, 900.0  # MPa, the defaults
 
 @pytest.fixture(scope="module")
 def ran(tmp_path_factory):
-    """The run's folder and the tables that it printed, by name."""
+    """The run's folder, the tables that it printed, and what it kept for its pictures."""
     folder = tmp_path_factory.mktemp("cases")
     heard: list[Event] = []
-    run_study(parse_study(STUDY), folder, heard.append, STUDY)
-    return folder, [event for event in heard if isinstance(event, Table)]
+    kept = []
+
+    class Kept(Run):
+        def all_cases(self):
+            kept.append(self)
+            return super().all_cases()
+
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setattr("vanelock.study.run.Run", Kept)
+        run_study(parse_study(STUDY), folder, heard.append, STUDY)
+    return folder, [event for event in heard if isinstance(event, Table)], kept[0].shown
+
+
+def test_a_run_keeps_no_product_of_a_case(ran):
+    """Each is some 20 to 5,000 kB, and a sweep may have 100,000 cases."""
+    shown = replace(ran[2], linear={}, campbell={})
+    assert len(pickle.dumps(shown)) < 1500 * len(CASES)
 
 
 @pytest.fixture(scope="module")
@@ -234,7 +252,7 @@ def test_wear_is_friction_s_work_over_friction_s_force(page, ran, results):
 
 
 def test_rotor_speeds_are_frequencies_over_the_engine_order(ran, results):
-    folder, tables = ran
+    folder, tables, _ = ran
     with h5py.File(folder / "results.h5") as file:
         (name,) = file["campbell"]
     stem = f"campbell_{name.replace('=', '')}"

@@ -6,7 +6,7 @@ from vanelock.study import forced, meshes, parse_study, stages, steps
 from vanelock.study.bundles import bundle, steps_of
 from vanelock.study.cache import Cache, key_of
 from vanelock.study.plan import fixed, plan, shared_diameters
-from vanelock.study.sweep import cases
+from vanelock.study.sweep import cases, with_values
 from vanelock.study.tasks import reachable
 
 SWEPT = """
@@ -49,6 +49,14 @@ def test_a_key_that_cases_share_is_made_once(monkeypatch):
         made.append(given)
         return key_of(*given)
 
+    bare = []
+
+    def without_friction(study):
+        bare.append(study)
+        return forced_without(study)
+
+    forced_without = forced.without_friction
+    monkeypatch.setattr(forced, "without_friction", without_friction)
     monkeypatch.setattr(steps, "key_of", counted)
     forget()
     values = ", ".join(f"{0.1 + 0.01 * i:.2f}" for i in range(40))
@@ -56,3 +64,12 @@ def test_a_key_that_cases_share_is_made_once(monkeypatch):
     bundle(planned, Cache(Path("none"), print))
     distinct = {step.key for each in planned for step in reachable(steps_of(each))}
     assert len(made) == len(distinct) == 10 + 3 * 40
+    assert len(bare) == 40
+
+
+def test_cases_with_the_same_values_in_a_table_share_it():
+    study = parse_study(SWEPT)
+    found = cases(study)
+    for table, count in (("joints", 6), ("material", 2), ("response", 2)):
+        assert len({id(getattr(case.study, table)) for case in found}) == count
+    assert all(case.study == with_values(study, case.values) for case in found)
