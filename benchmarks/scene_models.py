@@ -16,7 +16,7 @@ from vanelock.product import Product
 from vanelock.study.limits import Limits, dense, frequencies, hooks, limits
 from vanelock.study.meshes import mesh_step
 from vanelock.study.monitor import Monitor, monitor
-from vanelock.study.stages import MASTERS, PARTS, averaged, joints
+from vanelock.study.stages import MASTERS, PARTS, averaged, joints, model_step
 
 P = TypeVar("P", bound=Product)
 
@@ -77,13 +77,8 @@ class Models:
     @cached_property
     def models(self) -> dict[str, fem.Model]:
         """Stiffness and mass of both parts."""
-        material = self.scene.study().material
-        return {
-            name: fem.assemble(
-                self.part(name), fem.Material(**getattr(material, name).model_dump())
-            )
-            for name in PARTS
-        }
+        study = self.scene.study()
+        return {name: model_step(study, name).compute(self.part(name)) for name in PARTS}
 
     @property
     def dofs(self) -> int:
