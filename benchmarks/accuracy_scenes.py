@@ -35,7 +35,7 @@ from accuracy_words import ASKED, BEYOND, ESTIMATES, FIXED, INTRODUCTION, SCENES
 from clock import page
 from scene_asked import asked
 from scene_models import Models, prepared
-from scene_references import ACCURACY, reference
+from scene_references import ACCURACY, BESIDE, reference
 from scene_runs import Outcome, Setting, fixed
 from scenes import COUNT, Scene, draw
 from threadpoolctl import threadpool_limits
@@ -137,9 +137,10 @@ def _listed(numbers: list[int]) -> str:
 
 
 def elsewhere(references: dict[int, Known]) -> str:
-    """Scenes in which a downward sweep finds a higher peak, in words."""
+    """Scenes in which a downward sweep, or disturbed starts, find a higher peak, in words."""
     found = [
         f"by {100 * (known['down']['amplitude'] / known['amplitude'] - 1):.0f} % in scene {number}"
+        + (" (a branch that no sweep meets, from disturbed starts)" if number in BESIDE else "")
         for number, known in references.items()
         if known["down"] and known["down"]["amplitude"] > known["amplitude"]
     ]
