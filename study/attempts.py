@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any, TypeVar
+from typing import TypeVar
 
 from vanelock.errors import FolderError, InputError
 from vanelock.nonlinear import Response
@@ -10,9 +10,9 @@ from vanelock.study.campbell import Campbell
 from vanelock.study.errors import Errors
 from vanelock.study.left_out import LeftOut
 from vanelock.study.plan import Planned
-from vanelock.study.steps import Stages, Step
+from vanelock.study.steps import Stages
 from vanelock.study.strains import Strain
-from vanelock.study.tasks import Failure, TaskFailed, reachable, reason
+from vanelock.study.tasks import Failure, TaskFailed, reason
 
 A = TypeVar("A")
 C = TypeVar("C")
@@ -72,14 +72,3 @@ def attempt(compute: Callable[[A], C], planned: A, name: str, stages: Stages) ->
             failure = Failure(name, reason(error), tries)
             stages.keep(())  # what is kept is in the cache too, and memory may be short
     raise TaskFailed(failure)
-
-
-def last_uses(cases: Sequence[Sequence[Step[Any]]]) -> list[set[str]]:
-    """Keys of the products that each case is the last to need, by the steps of the cases."""
-    last: dict[str, int] = {}
-    for i, steps in enumerate(cases):
-        last.update(dict.fromkeys((step.key for step in reachable(steps)), i))
-    found: list[set[str]] = [set() for _ in cases]
-    for key, i in last.items():
-        found[i].add(key)
-    return found

@@ -12,7 +12,7 @@ from vanelock.mesh import Part, VaneDimensions
 from vanelock.nonlinear import Response
 from vanelock.rom import Component
 from vanelock.study import listing, results, warnings
-from vanelock.study.attempts import Solved, attempt, last_uses
+from vanelock.study.attempts import Solved, attempt
 from vanelock.study.bundles import bundle, parts_of, steps_of
 from vanelock.study.cache import Cache
 from vanelock.study.campbell import Campbell, campbell
@@ -158,7 +158,6 @@ class Run:
     def _each(self, compute: Callable[[Planned], C], show: Callable[[Planned, C], R]) -> list[R]:
         """Compute something of each case and show it; what cannot be computed is left out."""
         found, kept = [], []
-        ends = last_uses([steps_of(each) for each in self.planned])
         alone = len(self.planned) + len(self.failed) == 1
         for i, each in enumerate(self.planned):
             try:
@@ -171,7 +170,7 @@ class Run:
                 found.append(show(each, computed))
                 kept.append(each)
             if i + 1 < len(self.planned):  # pictures need the last one's products again
-                self.stages.drop(ends[i])
+                self.stages.retain(steps_of(self.planned[i + 1]))
         if not kept:
             name, failure = next(iter(self.failed.items()))
             raise InputError(f"no case can be computed: {name}: {failure.reason}")

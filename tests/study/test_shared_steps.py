@@ -1,11 +1,16 @@
 """Steps that cases of a sweep share are made once, with the keys that each case has alone."""
 
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 from vanelock.study import forced, meshes, parse_study, stages, steps
 from vanelock.study.bundles import bundle, steps_of
 from vanelock.study.cache import Cache, key_of
 from vanelock.study.plan import fixed, plan, shared_diameters
+from vanelock.study.progress import silent
+from vanelock.study.running import Run
+from vanelock.study.steps import Stages
 from vanelock.study.sweep import cases, with_values
 from vanelock.study.tasks import reachable
 
@@ -73,3 +78,18 @@ def test_cases_with_the_same_values_in_a_table_share_it():
     for table, count in (("joints", 6), ("material", 2), ("response", 2)):
         assert len({id(getattr(case.study, table)) for case in found}) == count
     assert all(case.study == with_values(study, case.values) for case in found)
+
+
+def test_no_more_products_are_held_than_a_case_needs():
+    """However many meshes a sweep has, and although the next but one has this one's."""
+    planned = plan(cases(parse_study(SWEPT)), lambda *_: None)
+    memory = Stages(Cache(Path("none"), print), silent)
+    run: Any = SimpleNamespace(planned=planned, failed={}, stages=memory)
+    held = []
+
+    def compute(each):
+        memory._products.update(names_of(each))
+        held.append(len(memory._products))
+
+    Run._each(run, compute, lambda each, _: None)
+    assert held == [len(names_of(each)) for each in planned]
