@@ -21,7 +21,7 @@ from vanelock.rom import (
     reduce_sector,
     refuse_negative_mass,
 )
-from vanelock.rom.selection import DEFAULT
+from vanelock.rom.fixed_interface.selection import DEFAULT
 from vanelock.rom.system import common_band
 
 Integers = NDArray[np.int64]

@@ -22,7 +22,7 @@ from clock import page
 from segment import CASING_MASTERS, MATERIAL, VANE_MASTERS
 
 from vanelock import fem, mesh
-from vanelock.fem.storage import factor_bytes
+from vanelock.fem.solvers.storage import factor_bytes
 from vanelock.study import load_study, run_study
 from vanelock.study.estimate import estimated
 from vanelock.study.progress import Begun, Event
@@ -38,7 +38,7 @@ Resident memory, GB, and processor time, min, of one process; "said": what the r
 |---|---:|---:|---:|---:|---:|---:|---:|---:|"""
 FACTORS = """\
 Factors of a part with its faces and contacts kept, bytes a row, by symbolic and numerical factor of
-CHOLMOD, and by the law of `vanelock.fem.storage`.
+CHOLMOD, and by the law of `vanelock.fem.solvers.storage`.
 
 | part | element | rows | entries of L | bytes | law | ratio |
 |---|---:|---:|---:|---:|---:|---:|"""

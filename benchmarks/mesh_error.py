@@ -19,13 +19,13 @@ from segment import CASES, MATERIAL
 from threadpoolctl import threadpool_limits
 
 from vanelock import fem, mesh, rom
-from vanelock.fem.elements import reference_element
-from vanelock.fem.strains import hooke, strain_blocks
+from vanelock.fem.elements.reference import reference_element
+from vanelock.fem.stresses.strains import hooke, strain_blocks
 from vanelock.mesh import CasingDimensions, Part, Sizes, VaneDimensions, sizes_for
-from vanelock.mesh.size import SIZES
+from vanelock.mesh.geometry.element_size import SIZES
+from vanelock.rom.joining.pairs import HOOK_SETS
+from vanelock.rom.joining.patches import with_means
 from vanelock.rom.masters import everything
-from vanelock.rom.pairs import HOOK_SETS
-from vanelock.rom.patches import with_means
 
 Floats = NDArray[np.float64]
 

@@ -12,7 +12,7 @@ from vane_blocks import vane_hexahedra
 
 from vanelock import fem, mesh
 from vanelock.mesh import Part
-from vanelock.mesh.extract import EDGES
+from vanelock.mesh.generate.extract import EDGES
 
 Floats = NDArray[np.float64]
 

@@ -15,7 +15,9 @@ from segment import CASES, MATERIAL
 
 from vanelock import fem, mesh, rom
 from vanelock.errors import InputError
-from vanelock.mesh import Part, extract, sets
+from vanelock.mesh import Part
+from vanelock.mesh.generate import extract
+from vanelock.mesh.geometry import contact_places
 
 Floats = NDArray[np.float64]
 
@@ -67,7 +69,7 @@ def named(part: str, size: str | float) -> Named:
     """Curved and straight sides, short and long elements along the bands."""
     own = MAKE[part](size=size)
     parts = {"curved": own, "straight": straightened(own)}
-    with patch.object(sets, "pieces", lambda *_: 1), suppress(InputError):
+    with patch.object(contact_places, "pieces", lambda *_: 1), suppress(InputError):
         parts["long"] = MAKE[part](size=size)  # at small sizes some are inverted
     found = {name: frequencies(p) for name, p in parts.items()}
     return Named(

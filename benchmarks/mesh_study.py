@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from segment import CASES
 from threadpoolctl import threadpool_limits
 
-from vanelock.mesh.size import SIZES
+from vanelock.mesh.geometry.element_size import SIZES
 
 Floats = NDArray[np.float64]
 

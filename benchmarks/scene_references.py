@@ -2,7 +2,7 @@
 
 The response of a fine reduced model is swept over the study's range with `SWEPT` harmonics, upwards
 and, where it jumps, downwards too. Each high maximum of a sweep is then located exactly
-(`vanelock.nonlinear.peaks`) with more and more harmonics, each from the last one, until the
+(`nonlinear.following.peak`) with more and more harmonics, each from the last one, until the
 amplitude no longer changes; the highest in the end is the peak. A study sweeps upwards, so that
 this is the peak asked for; what a downward sweep finds beside it is told too, or Newton's iteration
 from many disturbed starts where a branch is known to be (`BESIDE`).
@@ -18,15 +18,15 @@ from numpy.typing import NDArray
 from scene_models import Prepared
 from scenes import Scene
 
-from vanelock.nonlinear.balance import Structure, structure
-from vanelock.nonlinear.coupling import at_rest
-from vanelock.nonlinear.families import Frequencies, fixed
-from vanelock.nonlinear.law import contact_law
-from vanelock.nonlinear.newton import TOLERANCE, Solution, solve
-from vanelock.nonlinear.peaks import Resonance
-from vanelock.nonlinear.sweep import Solver
-from vanelock.nonlinear.tables import balances
-from vanelock.nonlinear.trigonometric import TURN, resized
+from vanelock.nonlinear.balance.balance import Structure, structure
+from vanelock.nonlinear.balance.receptance_tables import balances
+from vanelock.nonlinear.contact.law import contact_law
+from vanelock.nonlinear.continuation.families import Frequencies, fixed
+from vanelock.nonlinear.following.peak import Resonance
+from vanelock.nonlinear.forced_response.frequency_sweep import Solver
+from vanelock.nonlinear.forced_response.static_mean import at_rest
+from vanelock.nonlinear.fourier.trigonometric import TURN, resized
+from vanelock.nonlinear.newton.newton import TOLERANCE, Solution, solve
 
 Floats = NDArray[np.float64]
 

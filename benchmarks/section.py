@@ -14,7 +14,8 @@ from blocks import Curve, Floats, between, straight
 from scipy.optimize import brentq
 
 from vanelock.errors import InputError
-from vanelock.mesh import VaneDimensions, aerofoil
+from vanelock.mesh import VaneDimensions
+from vanelock.mesh.geometry import aerofoil
 
 TABLE = 400  # points of each piece of the outline at which its length is summed up
 APART = np.radians(55)  # of a rounded edge's corners, to either side of its middle

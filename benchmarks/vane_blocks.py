@@ -14,7 +14,8 @@ from blocks import Curve, Floats, Sizes, between, glued, straight, swept
 from section import Section
 
 from vanelock.errors import InputError
-from vanelock.mesh import Part, VaneDimensions, aerofoil
+from vanelock.mesh import Part, VaneDimensions
+from vanelock.mesh.geometry import aerofoil
 
 EDGE = 0.5  # size along an aerofoil's rounded edges, over that elsewhere
 ENDS = np.array([0.0, 1.0])

@@ -11,9 +11,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from vanelock.nonlinear.loops import slider_history
-from vanelock.nonlinear.marched import march_contacts
-from vanelock.nonlinear.trigonometric import TURN
+from vanelock.nonlinear.forced_response.hysteresis_loop import slider_history
+from vanelock.nonlinear.fourier.trigonometric import TURN
+from vanelock.nonlinear.verification.marched_contact import march_contacts
 from vanelock.rom import Contacts
 
 Floats = NDArray[np.float64]

@@ -13,10 +13,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from vanelock.fem.elements import reference_element
+from vanelock.fem.elements.reference import reference_element
 from vanelock.fem.model import Model
-from vanelock.fem.patch_strains import patch_strain
-from vanelock.fem.strains import Field, columns, hooke, strain_blocks
+from vanelock.fem.stresses.patch_strains import patch_strain
+from vanelock.fem.stresses.strains import Field, columns, hooke, strain_blocks
 
 
 def excess_stiffness(model: Model, u: Field) -> NDArray[Any]:

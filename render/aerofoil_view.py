@@ -3,7 +3,8 @@
 import numpy as np
 from matplotlib.figure import Figure
 
-from vanelock.mesh import VaneDimensions, aerofoil
+from vanelock.mesh import VaneDimensions
+from vanelock.mesh.geometry import aerofoil
 from vanelock.render import drafting, style
 from vanelock.render.captions import caption
 from vanelock.render.drafting import Label, Panel, View

@@ -6,9 +6,10 @@ from typing import Final
 import numpy as np
 from matplotlib.figure import Figure
 
-from vanelock.mesh import CasingDimensions, VaneDimensions, sets
-from vanelock.mesh.bosses import boss_angles
-from vanelock.mesh.revolved import casing_outline, hooks_outline
+from vanelock.mesh import CasingDimensions, VaneDimensions
+from vanelock.mesh.generate.bosses import boss_angles
+from vanelock.mesh.geometry import contact_places
+from vanelock.mesh.geometry.revolved import casing_outline, hooks_outline
 from vanelock.render import drafting, style
 from vanelock.render.captions import caption, millimetres
 from vanelock.render.drafting import Label, View
@@ -221,8 +222,8 @@ def _outside(figure: Figure, casing: CasingDimensions, sectors: int) -> None:
         drafting.stroke(view, [(-wide, z), (wide, z)])
     labels = []
     for points, colour, text in (
-        (sets.force_points(casing, sectors), style.BLUE, caption(casing, "force_nodes")),
-        (sets.casing_accessory_points(casing, sectors), style.PURPLE, "output nodes"),
+        (contact_places.force_points(casing, sectors), style.BLUE, caption(casing, "force_nodes")),
+        (contact_places.casing_accessory_points(casing, sectors), style.PURPLE, "output nodes"),
     ):
         angle = np.arctan2(points[:, 1], points[:, 0])
         flat_ = 1e3 * np.stack([radius * angle, points[:, 2]], -1)

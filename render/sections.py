@@ -5,8 +5,9 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from vanelock.mesh import VaneDimensions, aerofoil
-from vanelock.mesh.outline import Corner, edges
+from vanelock.mesh import VaneDimensions
+from vanelock.mesh.geometry import aerofoil
+from vanelock.mesh.geometry.outline import Corner, edges
 
 Real = NDArray[np.float64]
 

@@ -3,7 +3,8 @@
 import numpy as np
 from matplotlib.figure import Figure
 
-from vanelock.mesh import VaneDimensions, aerofoil, sets
+from vanelock.mesh import VaneDimensions
+from vanelock.mesh.geometry import aerofoil, contact_places
 from vanelock.render import drafting, style
 from vanelock.render.captions import caption
 from vanelock.render.drafting import Label, Panel, Stroke, View
@@ -92,7 +93,7 @@ def outer_view(figure: Figure, panel: Panel, vane: VaneDimensions, sectors: int)
         (mirror - vane.leg_rear, mirror - vane.foot_front),
     ):
         drafting.area(view, 1e3 * np.array(box(-extent, extent, z0, z1)), "vane")
-    bands = sets.hook_bands(vane.hook, sectors)[[0, 2]]
+    bands = contact_places.hook_bands(vane.hook, sectors)[[0, 2]]
     angle = np.arctan2(bands[..., 1], bands[..., 0])
     drafting.dots(
         view, 1e3 * np.stack([radius * angle, bands[..., 2]], -1).reshape(-1, 2), style.VERMILION
@@ -121,7 +122,7 @@ def outer_view(figure: Figure, panel: Panel, vane: VaneDimensions, sectors: int)
 def inner_view(figure: Figure, panel: Panel, vane: VaneDimensions, sectors: int) -> None:
     """The inner shroud from outside, developed at its outer radius, the blades cut at the root."""
     radius, half = vane.inner_shroud_outer_radius, np.pi / sectors
-    left = sets.interlock_rows(vane, sectors)[1]
+    left = contact_places.interlock_rows(vane, sectors)[1]
     angle, z = np.arctan2(left[:, 1], left[:, 0]), left[:, 2]
     lines = [np.stack([radius * (angle + shift), z], -1) for shift in (0.0, 2 * half)]
     wide = 1e3 * max(radius * half, np.abs(np.concatenate(lines)[:, 0]).max())

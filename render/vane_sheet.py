@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from vanelock.mesh import CasingDimensions, VaneDimensions
-from vanelock.mesh.revolved import casing_outline, hooks_outline, inner_shroud_outline
+from vanelock.mesh.geometry.revolved import casing_outline, hooks_outline, inner_shroud_outline
 from vanelock.render import drafting, style
 from vanelock.render.aerofoil_view import profile_view
 from vanelock.render.captions import caption

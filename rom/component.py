@@ -26,7 +26,7 @@ class Reduced(Product):
         Fixed-interface vectors of this diameter, in the order of `Condensed.transform`; None where
         those of the component serve.
     neglected : (3, n, n) or None
-        What the reduction leaves out, see `vanelock.rom.accuracy`; None where it is not known.
+        What the reduction leaves out, see `errors.frequency_errors`; None where it is not known.
     complete : float or None
         Frequency up to which no fixed-interface mode is left out, Hz; infinite where none is.
     """

@@ -7,7 +7,7 @@ the reduced matrices follow exactly:
 
     K → s K,    M → M,    frequencies → √s,
 
-and of what the reduction leaves out (`vanelock.rom.accuracy`: ε = rᴴ K_ss⁻¹ r, with a residual r
+and of what the reduction leaves out (`errors.frequency_errors`: ε = rᴴ K_ss⁻¹ r, with a residual r
 that is partly stiffness and partly inertia force)
 
     G₀ → s G₀,    G₁ → G₁,    G₂ → G₂ / s.

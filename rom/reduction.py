@@ -9,15 +9,15 @@ import numpy as np
 from vanelock.errors import InputError
 from vanelock.fem import Model
 from vanelock.rom.component import Component
-from vanelock.rom.condensed import Condensed, condensed
-from vanelock.rom.cyclic_first import cyclic_first
-from vanelock.rom.direct import direct
+from vanelock.rom.fixed_interface.selection import DEFAULT, Selection
 from vanelock.rom.masters import Masters, choose
-from vanelock.rom.paper import paper
-from vanelock.rom.problem import Problem, problem
-from vanelock.rom.selection import DEFAULT, Selection
-from vanelock.rom.tran import Interface, check_count
-from vanelock.rom.whole import whole
+from vanelock.rom.routes.condensed import Condensed, condensed
+from vanelock.rom.routes.cyclic_first import cyclic_first
+from vanelock.rom.routes.direct import direct
+from vanelock.rom.routes.paper import paper
+from vanelock.rom.routes.problem import Problem, problem
+from vanelock.rom.routes.tran import Interface, check_count
+from vanelock.rom.routes.whole import whole
 
 Route = Literal["cyclic", "direct", "paper"]
 MODES = 10
@@ -58,7 +58,7 @@ def reduce(
         a master, then cyclic symmetry, then Tran's reduction of the faces, as published. "direct":
         the same subspace as "paper" without forming the faces' columns.
     interface : {"published", "followed"}, optional
-        Basis of the face in the routes "paper" and "direct", see `vanelock.rom.tran`; "published"
+        Basis of the face in the routes "paper" and "direct", see `rom.routes.tran`; "published"
         unless given.
     interface_modes : int, optional
         Face modes kept there, at most the face's dofs; ten unless given.
@@ -66,7 +66,7 @@ def reduce(
         Instead of `modes`: all fixed-interface modes up to this frequency, Hz.
     accuracy : float, optional
         Instead of `modes`: what it takes for every natural frequency in the band, whatever the part
-        is joined to, to be within this relative error; see `vanelock.rom.fixed`. 1e-4 where
+        is joined to, to be within this relative error; see `fixed_interface.vectors`. 1e-4 where
         nothing else is given and the route allows it.
     band : float, optional
         Frequency up to which the accuracy holds, Hz; up to the part's tenth elastic mode with its
@@ -75,7 +75,7 @@ def reduce(
         Frequency that the band reaches at least where it is not given, Hz.
     averaged : sequence of str
         Contact sets whose nodes stand for their patches: the masters' displacements are the means
-        over them, and a key node of such a set is tied by its mean; see `vanelock.rom.patches`.
+        over them, and a key node of such a set is tied by its mean; see `rom.joining.patches`.
         The other part's set must be averaged too.
     prepared : Condensed, optional
         What all nodal diameters of this model and these masters share, from `prepare`: diameters

@@ -13,7 +13,7 @@ import math
 from collections.abc import Collection
 from dataclasses import dataclass
 
-from vanelock.mesh.dimensions import CasingDimensions, VaneDimensions
+from vanelock.mesh.geometry.dimensions import CasingDimensions, VaneDimensions
 from vanelock.study.model import Study
 
 SOURCES = ("mesh", "modes", "harmonics", "frequencies", "samples")

@@ -249,7 +249,7 @@ def code_version(package: str) -> str:
     files = [
         path
         for folder in import_module(f"vanelock.{package}").__path__
-        for path in sorted(Path(folder).glob("*.py"))
+        for path in sorted(Path(folder).rglob("*.py"))
     ]
     files += [Path(__file__).with_name(f"{module}.py") for module in STEPS]
     digest = hashlib.sha256()

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from vanelock import render
-from vanelock.rom.pairs import Pairs, contact_pairs
+from vanelock.rom.joining.pairs import Pairs, contact_pairs
 from vanelock.study.board import Around, Board, Floats
 from vanelock.study.exhibit import Exhibit
 from vanelock.study.naming import of_case, slug, words

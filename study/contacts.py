@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vanelock.mesh import CasingDimensions, Part, VaneDimensions
-from vanelock.mesh.patches import hook_overlap, hook_patches, interlock_patches
+from vanelock.mesh.contact.patches import hook_overlap, hook_patches, interlock_patches
 from vanelock.study.model import Study
 
 Floats = NDArray[np.float64]

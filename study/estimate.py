@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 from vanelock import memory
-from vanelock.mesh.dimensions import CasingDimensions, VaneDimensions
+from vanelock.mesh.geometry.dimensions import CasingDimensions, VaneDimensions
 from vanelock.study.budget import budget, pins
 from vanelock.study.clock import work
 from vanelock.study.model import Study

@@ -19,7 +19,7 @@ _BEFORE = Struct("<QI")
 
 
 class JournalFile:
-    """An open journal, see `vanelock.nonlinear.replay`.
+    """An open journal, see `vanelock.nonlinear.forced_response.replay`.
 
     Parameters
     ----------

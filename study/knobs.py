@@ -12,9 +12,9 @@ import numpy as np
 from pydantic import ValidationError
 
 from vanelock.errors import InputError
-from vanelock.mesh.dimensions import CasingDimensions, VaneDimensions
-from vanelock.mesh.size import LARGEST, SMALLEST, element_size
-from vanelock.nonlinear.sampling import default_samples, least_samples
+from vanelock.mesh.geometry.dimensions import CasingDimensions, VaneDimensions
+from vanelock.mesh.geometry.element_size import LARGEST, SMALLEST, element_size
+from vanelock.nonlinear.contact.sampling import default_samples, least_samples
 from vanelock.study.messages import show
 from vanelock.study.model import Study
 from vanelock.study.sizes import unknowns

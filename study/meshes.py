@@ -6,7 +6,7 @@ from pathlib import Path
 from vanelock import mesh
 from vanelock.errors import InputError
 from vanelock.mesh import Mates, OwnPart, Part
-from vanelock.mesh.own_part import own_part
+from vanelock.mesh.matching.own_part import own_part
 from vanelock.study.cache import content_digest
 from vanelock.study.model import Study
 from vanelock.study.own_mesh import Casing, OwnCasing, OwnVane, Vane, chosen_sets

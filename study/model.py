@@ -19,8 +19,8 @@ from pydantic import (
 from vanelock.checked import Check
 from vanelock.cyclic import COMPONENTS
 from vanelock.mesh import CasingDimensions, VaneDimensions
-from vanelock.mesh.effort import check_size
-from vanelock.nonlinear.sampling import least_samples
+from vanelock.mesh.refinement.dof_estimate import check_size
+from vanelock.nonlinear.contact.sampling import least_samples
 from vanelock.quantities import (
     Force,
     Frequency,

@@ -8,10 +8,10 @@ from pydantic import BeforeValidator, Discriminator, Field, Tag, model_validator
 from vanelock.checked import Check
 from vanelock.errors import InputError
 from vanelock.mesh import Part
-from vanelock.mesh.dimensions import CasingDimensions, HookDimensions, VaneDimensions
-from vanelock.mesh.own_part import HOOKS, INTERLOCKS
-from vanelock.mesh.pairing import TOLERANCE
-from vanelock.mesh.read import metres
+from vanelock.mesh.files.read import metres
+from vanelock.mesh.geometry.dimensions import CasingDimensions, HookDimensions, VaneDimensions
+from vanelock.mesh.matching.own_part import HOOKS, INTERLOCKS
+from vanelock.mesh.matching.pairing import TOLERANCE
 from vanelock.quantities import Length
 from vanelock.study.structure import Table
 

@@ -12,8 +12,8 @@ from typing import Any
 from pydantic import ValidationError
 
 from vanelock.errors import InputError
-from vanelock.mesh.dimensions import CasingDimensions, VaneDimensions
-from vanelock.mesh.size import SIZES, SMALLEST, element_size
+from vanelock.mesh.geometry.dimensions import CasingDimensions, VaneDimensions
+from vanelock.mesh.geometry.element_size import SIZES, SMALLEST, element_size
 from vanelock.study.budget import Budget, budget, pins
 from vanelock.study.chain import linear_steps
 from vanelock.study.limits import Limits

@@ -10,9 +10,9 @@ from collections.abc import Mapping
 
 from vanelock import memory
 from vanelock.errors import InputError
-from vanelock.mesh.dimensions import CasingDimensions, HookDimensions, VaneDimensions
-from vanelock.mesh.effort import casing_dofs, vane_dofs
-from vanelock.mesh.size import element_size
+from vanelock.mesh.geometry.dimensions import CasingDimensions, HookDimensions, VaneDimensions
+from vanelock.mesh.geometry.element_size import element_size
+from vanelock.mesh.refinement.dof_estimate import casing_dofs, vane_dofs
 from vanelock.study.model import Study
 
 DOFS = 250_000

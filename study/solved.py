@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vanelock.nonlinear import Response
-from vanelock.nonlinear.hermite import Curve
+from vanelock.nonlinear.adaptive.interpolant import Curve
 
 Floats = NDArray[np.float64]
 

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from scipy.optimize import brentq
 
 from vanelock.rom import Component, System
-from vanelock.rom.joining import joined_dofs
+from vanelock.rom.joining.vane_and_casing import joined_dofs
 from vanelock.study.limits import hooks
 
 Floats = NDArray[np.float64]

@@ -8,7 +8,7 @@ from scipy.spatial import cKDTree
 
 from vanelock.cyclic import rotation
 from vanelock.mesh import CasingDimensions, HookDimensions, Part, VaneDimensions
-from vanelock.mesh.aerofoil import angles, around, ends, outline
+from vanelock.mesh.geometry.aerofoil import angles, around, ends, outline
 from vanelock.study.corners import READ_OUT, reentrant_edges, within
 from vanelock.study.model import Study
 

@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 from vanelock import fem, mesh, rom
 from vanelock.errors import InputError
 from vanelock.fem import Model
-from vanelock.fem.skin import skin
+from vanelock.fem.stresses.skin import skin
 from vanelock.nonlinear import Response
-from vanelock.nonlinear.response import half_peak_to_peak
+from vanelock.nonlinear.forced_response.response import half_peak_to_peak
 from vanelock.product import Product
 from vanelock.rom import Component
 from vanelock.study.model import Gauge, Study

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vanelock import rom
-from vanelock.fem.skin import skin
+from vanelock.fem.stresses.skin import skin
 from vanelock.mesh import Part
 from vanelock.nonlinear import Response
 from vanelock.product import Product

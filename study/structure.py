@@ -6,10 +6,10 @@ from typing import Annotated, Any, ClassVar, Literal
 from pydantic import BeforeValidator, ConfigDict, Field, ValidationInfo, field_validator
 
 from vanelock.checked import Check, Checked
-from vanelock.mesh.effort import MOST as LARGEST_MESHES
-from vanelock.mesh.fit import FEWEST, MOST
-from vanelock.mesh.size import LARGEST, SIZES, SMALLEST
-from vanelock.mesh.stretch import MOST as STRETCH
+from vanelock.mesh.checks.dimensions import FEWEST, MOST
+from vanelock.mesh.generate.stretch import MOST as STRETCH
+from vanelock.mesh.geometry.element_size import LARGEST, SIZES, SMALLEST
+from vanelock.mesh.refinement.dof_estimate import MOST as LARGEST_MESHES
 from vanelock.quantities import (
     Bedding,
     Density,

@@ -15,7 +15,12 @@ from pydantic import ValidationError
 
 from vanelock.checked import UNCHECKED, NotKnown, disagreements
 from vanelock.errors import InputError
-from vanelock.mesh.fit import check_casing, check_clearances, check_sectors, check_vane
+from vanelock.mesh.checks.dimensions import (
+    check_casing,
+    check_clearances,
+    check_sectors,
+    check_vane,
+)
 from vanelock.study.messages import explain, field_at, known_keys, mistakes, reason, show, unknown
 from vanelock.study.model import Study
 from vanelock.study.own_mesh import OwnCasing, OwnVane

@@ -14,6 +14,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass, field
 from functools import lru_cache
+from itertools import chain
 from pathlib import Path
 from typing import Any, Protocol, TypeAlias, TypeVar
 
@@ -204,7 +205,8 @@ def identity() -> str:
     """Version of the program and of Python, and a digest of all its source files."""
     digest = hashlib.sha256()
     folder = Path(vanelock.__path__[0])
-    for path in sorted([*folder.glob("*.py"), *folder.glob("*/*.py")]):
+    stages = [init.parent for init in folder.glob("*/__init__.py")]  # links, not looked through
+    for path in sorted([*folder.glob("*.py"), *chain(*(s.rglob("*.py") for s in stages))]):
         digest.update(str(path.relative_to(folder)).encode() + b"\0" + path.read_bytes())
     python = ".".join(platform.python_version_tuple()[:2])
     return f"{vanelock.__version__}+{digest.hexdigest()[:12]}, Python {python}"

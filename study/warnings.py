@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from vanelock.nonlinear import OPEN, Response
-from vanelock.nonlinear.response import half_peak_to_peak
+from vanelock.nonlinear.forced_response.response import half_peak_to_peak
 from vanelock.study.naming import words
 from vanelock.study.speed_lines import Lines
 from vanelock.study.summary import Peak

@@ -12,8 +12,8 @@ import pytest
 
 from vanelock import fem, mesh, rom
 from vanelock.mesh import Part
-from vanelock.mesh.kernel import session
-from vanelock.rom.joining import joined_dofs
+from vanelock.mesh.gmsh_session import session
+from vanelock.rom.joining.vane_and_casing import joined_dofs
 
 Place = Callable[[np.ndarray], np.ndarray]
 

@@ -10,7 +10,7 @@ import pytest
 import scipy.sparse as sp
 
 from vanelock import fem, memory
-from vanelock.fem import cholmod
+from vanelock.fem.solvers import cholmod
 
 STUDY = '[mesh]\nsize = "coarse"\n'
 KB = 1024

@@ -6,7 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from vanelock.mesh import Part, extract
+from vanelock.mesh import Part
+from vanelock.mesh.generate import extract
 
 FOLDER = Path(__file__).resolve().parent.parent / "benchmarks"
 

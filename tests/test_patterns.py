@@ -147,8 +147,9 @@ def patterns():
     """Every pattern that the readers compile, or match from a text's beginning."""
     found = {}
     for folder in FOLDERS:
-        for file in sorted((ROOT / folder).glob("*.py")):
-            module = file.stem if folder == "vanelock" else f"{folder}.{file.stem}"
+        for file in sorted((ROOT / folder).rglob("*.py")):
+            name = ".".join(file.relative_to(ROOT).with_suffix("").parts)
+            module = name.removeprefix("vanelock.")
             tree = ast.parse(file.read_text("utf-8"))
             if "re" not in {
                 a.name for e in ast.walk(tree) if isinstance(e, ast.Import) for a in e.names

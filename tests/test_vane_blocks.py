@@ -9,7 +9,8 @@ from scipy.spatial import cKDTree
 
 from vanelock.errors import InputError
 from vanelock.fem import Material, assemble, modes
-from vanelock.mesh import VaneDimensions, aerofoil
+from vanelock.mesh import VaneDimensions
+from vanelock.mesh.geometry import aerofoil
 
 FOLDER = Path(__file__).resolve().parent.parent / "benchmarks"
 SECTORS = 16

@@ -18,7 +18,7 @@ from vanelock.mesh import (
     casing_sector,
     vane_segment,
 )
-from vanelock.mesh.size import SIZES
+from vanelock.mesh.geometry.element_size import SIZES
 from vanelock.study import Study
 
 DOCS = Path(__file__).resolve().parent.parent / "docs"

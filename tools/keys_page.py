@@ -15,7 +15,7 @@ from typing import Annotated, Any, Literal, Union, get_args, get_origin
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
-from vanelock.mesh.size import LARGEST, SIZES, SMALLEST
+from vanelock.mesh.geometry.element_size import LARGEST, SIZES, SMALLEST
 from vanelock.study import Study, template_text
 
 PAGE = Path(__file__).resolve().parent.parent / "docs" / "keys.md"

@@ -147,7 +147,7 @@ def drawn(count: int, seed: int) -> list[Mutant]:
     """Changes drawn from all of the program's."""
     found = []
     for folder in FOLDERS:
-        for path in sorted((ROOT / folder).glob("*.py")):
+        for path in sorted((ROOT / folder).rglob("*.py")):
             tree = get_ast(path.read_text())
             for kind in KINDS:
                 operator, seen = get_operator(f"core/{kind}")(), 0

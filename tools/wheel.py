@@ -24,7 +24,7 @@ TESTS = (
     "test_product.py",
     "test_quantities.py",
     "test_guidance.py",
-    "mesh/test_dimensions.py",
+    "mesh/geometry/test_dimensions.py",
     "study/test_read.py",
     "study/test_sweep.py",
     "docs/test_theory.py",

@@ -20,16 +20,17 @@ def attributes(
     package : str
         Full name of the package, `__name__` there.
     modules : mapping of str to str
-        Public name to the module inside the package that defines it. No name may be a module's:
-        importing a module binds it to that name in its package and would hide the attribute.
+        Public name to the module inside the package that defines it, or, after a dot, in the
+        package above. No name may be a module's or a room's: importing one binds it to that name
+        in its package and would hide the attribute.
     """
-    if clash := set(modules) & set(modules.values()):
+    if clash := set(modules) & {path.split(".")[0] for path in modules.values()}:
         raise ImportError(f"{package}: {sorted(clash)} name both a module and an attribute")
 
     def __getattr__(name: str) -> Any:
         if name not in modules:
             raise AttributeError(f"module {package!r} has no attribute {name!r}")
-        return getattr(import_module(f"{package}.{modules[name]}"), name)
+        return getattr(import_module(f".{modules[name]}", package), name)
 
     def __dir__() -> list[str]:
         return sorted(modules)

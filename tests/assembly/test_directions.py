@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from tests.assembly.conftest import Chain
-from tests.nonlinear.test_branches import DAMPING, FORCE, HIGH, LOW, closed_folds
+from tests.nonlinear.following.test_hysteresis import DAMPING, FORCE, HIGH, LOW, closed_folds
 from vanelock.assembly import load_scene, run_scene
 from vanelock.nonlinear import Response
-from vanelock.nonlinear.trigonometric import TURN
+from vanelock.nonlinear.fourier.trigonometric import TURN
 from vanelock.study.progress import Event
 from vanelock.study.tables import Table
 

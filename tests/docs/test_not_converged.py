@@ -31,7 +31,7 @@ def messages() -> set[str]:
     """The fixed parts of every text in the code that tells of convergence, docstrings apart."""
     found = set()
     stages = [init.parent for init in (ROOT / "vanelock").glob("*/__init__.py")]
-    for source in [path for stage in stages for path in stage.glob("*.py")]:
+    for source in [path for stage in stages for path in stage.rglob("*.py")]:
         tree = ast.parse(source.read_text("utf-8"))
         plain = {id(node.value) for node in ast.walk(tree) if isinstance(node, ast.Expr)}
         for node in ast.walk(tree):

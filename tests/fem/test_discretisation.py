@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 from vanelock.errors import InputError
-from vanelock.fem import Material, assemble, excess_stiffness, strain_energy, strains
-from vanelock.fem.elements import reference_element
+from vanelock.fem import Material, assemble, excess_stiffness, strain_energy
+from vanelock.fem.elements.reference import reference_element
+from vanelock.fem.stresses import strains
 from vanelock.mesh import Part
 
 CELLS = ["tetra", "tetra10", "hexahedron", "hexahedron20", "hexahedron27"]

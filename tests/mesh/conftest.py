@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from vanelock.mesh import read_mesh
-from vanelock.mesh.own_part import own_part
+from vanelock.mesh.matching.own_part import own_part
 
 SECTORS = 12
 RADIUS = 1.0

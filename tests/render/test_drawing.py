@@ -10,7 +10,7 @@ from matplotlib.text import Text
 from pydantic import BaseModel
 
 from vanelock.mesh import CasingDimensions, HookDimensions, VaneDimensions
-from vanelock.mesh.revolved import casing_outline, hooks_outline
+from vanelock.mesh.geometry.revolved import casing_outline, hooks_outline
 from vanelock.render import casing_drawing, drafting, style, vane_drawing
 from vanelock.render.captions import caption
 from vanelock.render.casing_sheet import casing_sheet

@@ -10,9 +10,9 @@ import scipy.sparse.linalg as spl
 from vanelock import nonlinear
 from vanelock.errors import InputError
 from vanelock.fem import cyclic_transform
+from vanelock.rom.errors.unreduced_sector import unreduced
+from vanelock.rom.joining.pairs import key_pairs, merged_dofs
 from vanelock.rom.masters import everything
-from vanelock.rom.pairs import key_pairs, merged_dofs
-from vanelock.rom.sector import unreduced
 from vanelock.study import parse_study
 from vanelock.study.band import asked_by, least_band, softest
 from vanelock.study.cache import Cache

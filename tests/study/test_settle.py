@@ -8,8 +8,8 @@ import pytest
 
 from vanelock import memory
 from vanelock.errors import InputError
-from vanelock.mesh.effort import casing_dofs, vane_dofs
-from vanelock.mesh.size import element_size
+from vanelock.mesh.geometry.element_size import element_size
+from vanelock.mesh.refinement.dof_estimate import casing_dofs, vane_dofs
 from vanelock.study import parse_study, settle, sizes
 from vanelock.study.budget import budget
 from vanelock.study.mesh_errors import MeshErrors

@@ -5,7 +5,7 @@ import pytest
 
 from vanelock import mesh
 from vanelock.mesh import VaneDimensions
-from vanelock.mesh.aerofoil import accessory_points
+from vanelock.mesh.geometry.aerofoil import accessory_points
 from vanelock.study import parse_study
 from vanelock.study.contacts import places
 from vanelock.study.corners import reentrant_edges, within

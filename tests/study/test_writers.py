@@ -21,7 +21,8 @@ ELSEWHERE = {
 def test_every_file_is_written_beside_its_place() -> None:
     root = Path(vanelock.__file__).resolve().parent
     found, unknown = 0, []
-    for path in sorted([*root.glob("*.py"), *root.glob("*/*.py")]):
+    stages = [init.parent for init in root.glob("*/__init__.py")]
+    for path in sorted([*root.glob("*.py"), *(p for stage in stages for p in stage.rglob("*.py"))]):
         tree, text = ast.parse(path.read_text("utf-8")), path.read_text("utf-8")
         for node in ast.walk(tree):
             if not isinstance(node, ast.FunctionDef):

@@ -32,7 +32,7 @@ from vanelock.mesh import (
     quality,
     vane_segment,
 )
-from vanelock.mesh.fillets import SIZE
+from vanelock.mesh.checks.fillets import SIZE
 
 Values = dict[str, Any]
 

@@ -23,9 +23,10 @@ SECONDS, MEMORY = 10, 1_000_000_000
 PATIENCE = 120
 """Seconds after which a command that takes no processor time is taken to hang."""
 LOADED = (
+    "meshio",
     "vanelock.__main__", "vanelock.assembly.checking", "vanelock.assembly.run", "vanelock.mesh",
-    "vanelock.mesh.read", "vanelock.mesh.pairing", "vanelock.study.checking", "meshio", "h5py",
-    "vanelock.study.compare", "vanelock.study.progress", "vanelock.report.writer", "pint",
+    "vanelock.mesh.files.read", "vanelock.mesh.matching.pairing", "vanelock.study.checking",
+    "vanelock.study.compare", "vanelock.study.progress", "vanelock.report.writer", "pint", "h5py",
     "vanelock.campaign.command", "scipy.io", "scipy.sparse.csgraph", "vanelock.matrices.load",
 )  # fmt: skip
 

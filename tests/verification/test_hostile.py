@@ -22,8 +22,8 @@ from tests.verification import hostile
 from tests.verification.hostile_hdf5 import mutated_hdf5, sealed
 from tests.verification.hostile_server import SECONDS, Outcome, Server
 from vanelock.mesh import read_mesh
-from vanelock.mesh.own_part import own_part
-from vanelock.mesh.pairing import pair
+from vanelock.mesh.matching.own_part import own_part
+from vanelock.mesh.matching.pairing import pair
 from vanelock.nonlinear import System
 from vanelock.study import template_text
 from vanelock.study.results import put

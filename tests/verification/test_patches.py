@@ -18,11 +18,11 @@ from skfem import MeshTet
 from vanelock import fem, mesh, rom
 from vanelock.cyclic import turn
 from vanelock.mesh import HookDimensions, VaneDimensions
-from vanelock.mesh import sets as mesh_sets
-from vanelock.mesh.averages import averages, cylinder, plane
-from vanelock.mesh.patches import Patch, hook_patches, interlock_patches
-from vanelock.mesh.tetrahedra import quadratic_shapes
-from vanelock.rom.patches import with_means
+from vanelock.mesh.checks.tetrahedra import quadratic_shapes
+from vanelock.mesh.contact.patch_means import averages, cylinder, plane
+from vanelock.mesh.contact.patches import Patch, hook_patches, interlock_patches
+from vanelock.mesh.geometry import contact_places as mesh_sets
+from vanelock.rom.joining.patches import with_means
 
 pytestmark = pytest.mark.slow
 

@@ -8,9 +8,9 @@ import pytest
 
 from vanelock import rom
 from vanelock.nonlinear import SLIP, SLIP_OPEN, frequency_response
-from vanelock.nonlinear.isotropic import place_history
-from vanelock.nonlinear.law import contact_law
-from vanelock.nonlinear.trigonometric import basis
+from vanelock.nonlinear.contact.isotropic_law import place_history
+from vanelock.nonlinear.contact.law import contact_law
+from vanelock.nonlinear.fourier.trigonometric import basis
 from vanelock.rom import Contacts
 
 FULL = os.environ.get("VANELOCK_VERIFY") == "full"

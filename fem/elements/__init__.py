@@ -1,0 +1,1 @@
+"""Finite elements of linear elasticity, and their stiffness and mass."""

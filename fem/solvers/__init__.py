@@ -1,0 +1,1 @@
+"""Sparse factorisation by CHOLMOD, PARDISO or SuperLU, and what is made of it."""

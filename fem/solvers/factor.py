@@ -1,0 +1,251 @@
+"""Factorisation of sparse symmetric and Hermitian matrices, behind one small interface.
+
+CHOLMOD is used where scikit-sparse is installed, else PARDISO through pypardiso, else SciPy's
+SuperLU, which always works and is several times slower. An indefinite matrix prefers PARDISO, then
+CHOLMOD if real and SuperLU if complex. docs/benchmarks/factorisation.md compares them.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from functools import partial
+from importlib.util import find_spec
+from typing import Any
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+
+from vanelock.errors import InputError
+from vanelock.fem.solvers import storage
+from vanelock.fem.solvers.backend import BreakdownError, Matrix, Numeric, Solve
+from vanelock.fem.solvers.blocks import in_blocks
+from vanelock.fem.solvers.cholmod import cholmod
+from vanelock.fem.solvers.hermitian import hermitian
+from vanelock.fem.solvers.pardiso import pardiso
+from vanelock.fem.solvers.singular import (
+    FREE,
+    SingularError,
+    empty_rows,
+    free_motions,
+    is_singular,
+    lifted,
+    scale_of,
+)
+from vanelock.fem.solvers.superlu import superlu
+
+_MODULES = {"cholmod": "sksparse", "pardiso": "pypardiso", "superlu": "scipy"}
+_SOLVERS: dict[str, Callable[..., Numeric]] = {
+    "cholmod": cholmod,
+    "pardiso": pardiso,
+    "superlu": superlu,
+}
+# In order of preference. CHOLMOD's simplicial solve is poor at complex numbers.
+_INDEFINITE = {False: ("pardiso", "cholmod", "superlu"), True: ("pardiso", "superlu", "cholmod")}
+
+# Backward error of the solution for a random right-hand side.
+ACCURATE = 1e-14  # above it every solution is refined once
+COUNTED = 1e-10  # above it, before that step, the negative pivots are not counted
+USABLE = 1e-11  # above it, refined, the factors are thrown away
+
+_NOT_DEFINITE = (
+    "the matrix is not positive definite: a part that is free to move as a rigid body needs "
+    "a clamped set or a negative shift"
+)
+
+
+@dataclass(frozen=True)
+class Factor:
+    """A factorised symmetric or Hermitian matrix A.
+
+    Attributes
+    ----------
+    backend : str
+        "cholmod", "pardiso" or "superlu".
+    size : int
+        Rows of A.
+    is_complex : bool
+        Whether A is.
+    negative : int or None
+        Number of negative eigenvalues of A; None where the pivots do not tell. For K - ω² M with M
+        positive definite it is the number of natural frequencies below ω.
+    nonzeros : int or None
+        Entries stored in the factors, where the backend tells.
+    """
+
+    backend: str
+    size: int
+    is_complex: bool
+    negative: int | None
+    nonzeros: int | None
+    _solve: Solve = field(repr=False)
+    _analysis: Any = field(default=None, repr=False)
+
+    def solve(self, b: Any) -> Matrix:
+        """Solution x of A x = b.
+
+        Parameters
+        ----------
+        b : (n,) or (n, k) array, or sparse
+            Right-hand sides, real or complex whatever A is. They are solved in blocks, a sparse b
+            being made dense one block at a time.
+
+        Returns
+        -------
+        (n,) or (n, k) array
+            Complex if A or b is.
+
+        Notes
+        -----
+        A single column costs five to seven times as much as one of a block of 32 and more, and
+        one of a block of four twice as much: the factors have to come through memory once for
+        each block.
+        """
+        return in_blocks(self._solve, b, (self.size, self.size), self.is_complex)
+
+
+def backends() -> tuple[str, ...]:
+    """Names of the backends that can be imported, the preferred one first."""
+    return tuple(name for name, module in _MODULES.items() if find_spec(module) is not None)
+
+
+def factorise(
+    A: Any, backend: str | None = None, like: Factor | None = None, definite: bool = True
+) -> Factor:
+    """Factorise a symmetric or Hermitian sparse matrix.
+
+    Parameters
+    ----------
+    A : (n, n) sparse
+        Real symmetric or complex Hermitian; both halves must be stored.
+    backend : str, optional
+        One of `backends()`; the fastest of them unless given.
+    like : Factor, optional
+        Of an earlier matrix with the same pattern, whose ordering and symbolic analysis are used
+        again: of the same sector at another nodal diameter, say. Between real and complex, or
+        definite and indefinite, CHOLMOD shares the ordering alone. A matrix with another pattern,
+        and one that goes to PARDISO or SuperLU, is analysed anew.
+    definite : bool
+        Whether A must be positive definite. False takes any regular matrix, K - ω² M between its
+        eigenvalues for instance, at up to six times the cost.
+
+    Raises
+    ------
+    SingularError
+        If A is singular: some motion is free. It names the rows that move.
+    InputError
+        If A has negative eigenvalues and must not, is not Hermitian, or the backend is unknown
+        or missing.
+
+    Notes
+    -----
+    An indefinite matrix is factorised without exchanging rows, or with small perturbations
+    (PARDISO), which tells the number of negative eigenvalues. The solution for a random
+    right-hand side decides whether that is accurate, needs a step of iterative refinement each
+    time, or gives way to SuperLU with threshold pivoting, which has no such count.
+
+    Examples
+    --------
+    >>> import scipy.sparse as sp
+    >>> A = sp.diags_array([[2.0, 4.0]], offsets=[0])
+    >>> factorise(A).solve([1.0, 1.0])
+    array([0.5 , 0.25])
+    >>> factorise(-A, definite=False).negative
+    2
+    """
+    A = hermitian(A)
+    is_complex = np.iscomplexobj(A.data)
+    backend = _chosen(backend, is_complex, definite)
+    scale = scale_of(A, definite)
+    try:
+        found, numeric = _factors(A, backend, definite, like)
+    except BreakdownError:
+        raise _diagnosis(A, backend, definite, scale) from None
+    factor = Factor(
+        found,
+        A.shape[0],
+        is_complex,
+        numeric.negative,
+        numeric.nonzeros,
+        numeric.solve,
+        numeric.analysis,
+    )
+    if is_singular(factor.solve, scale):
+        motions, _ = free_motions(A, factor.solve, scale)
+        raise SingularError(motions, definite)
+    return factor
+
+
+def _chosen(backend: str | None, is_complex: bool, definite: bool) -> str:
+    """The backend that is wanted, or the fastest one."""
+    have = backends()
+    if backend is None:
+        preferred = have if definite else _INDEFINITE[is_complex]
+        return next(name for name in preferred if name in have)
+    if backend not in have:
+        raise InputError(f"backend = {backend!r}: the installed solvers are {', '.join(have)}")
+    return backend
+
+
+def _factors(
+    A: sp.csc_array, backend: str, definite: bool, like: Factor | None = None
+) -> tuple[str, Numeric]:
+    """Factors that are accurate, and the backend that they come from."""
+    solver = _SOLVERS[backend]
+    storage.require(A.shape[0], np.iscomplexobj(A.data), storage.TIMES[backend])
+    analysis = like._analysis if like is not None else None
+    if definite:
+        return backend, solver(A, True, analysis)
+    pivoting: Callable[..., Numeric] = partial(superlu, threshold=0.1)
+    for name, attempt in ((backend, solver), ("superlu", pivoting)):
+        try:
+            return name, _accurate(A, attempt(A, False, analysis))
+        except BreakdownError:
+            continue
+    raise BreakdownError
+
+
+def _accurate(A: sp.csc_array, numeric: Numeric) -> Numeric:
+    """The factors, with a step of refinement if they need it."""
+    error = _backward_error(A, numeric.solve)
+    if error < ACCURATE:
+        return numeric
+
+    def refined(b: Matrix) -> Matrix:
+        x = numeric.solve(b)
+        return x + numeric.solve(np.asfortranarray(b - A @ x))
+
+    if not _backward_error(A, refined) < USABLE:
+        raise BreakdownError
+    # The signs of the pivots are those of a matrix that is as far away as this error.
+    negative = numeric.negative if error < COUNTED else None
+    return Numeric(refined, negative, numeric.nonzeros, numeric.analysis)
+
+
+def _backward_error(A: sp.csc_array, solve: Solve) -> float:
+    b = np.random.default_rng(2).standard_normal((A.shape[0], 1)).astype(A.dtype)
+    x = solve(np.asfortranarray(b))
+    if not np.all(np.isfinite(x)):
+        return np.inf
+    size = float(abs(A).sum(axis=1).max())
+    return float(abs(b - A @ x).max() / (size * abs(x).max() + abs(b).max()))
+
+
+def _diagnosis(
+    A: sp.csc_array, backend: str, definite: bool, scale: NDArray[np.float64]
+) -> InputError:
+    """The error for a matrix that has no factors."""
+    error = empty_rows(A, definite)
+    if error is not None:
+        return error
+    diagonal = A.diagonal().real
+    if definite and diagonal.min() <= 0:
+        return InputError(f"{_NOT_DEFINITE} (row {int(diagonal.argmin())} of its diagonal)")
+    try:
+        _, near = _factors(lifted(A, scale), backend, definite)
+    except BreakdownError:
+        return InputError(_NOT_DEFINITE)
+    factor = Factor(backend, A.shape[0], np.iscomplexobj(A.data), None, None, near.solve)
+    motions, values = free_motions(A, factor.solve, scale)
+    if definite and values[0] < -FREE:
+        return InputError(_NOT_DEFINITE)
+    return SingularError(motions, definite)

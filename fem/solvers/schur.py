@@ -1,0 +1,168 @@
+"""Dense Schur complement of a sparse matrix, from one factorisation.
+
+With the kept rows m ordered behind the rest s,
+
+    [A_ss A_sm]   [L_ss      ] [L_ssᴴ L_msᴴ]
+    [A_ms A_mm] = [L_ms  L_mm] [      L_mmᴴ],    S = A_mm - A_ms A_ss⁻¹ A_sm = L_mm L_mmᴴ,
+
+and the same factors solve with A_ss and apply Ψ = -A_ss⁻¹ A_sm in one sweep instead of two.
+"""
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+
+from vanelock.errors import InputError
+from vanelock.fem.solvers import storage
+from vanelock.fem.solvers.backend import BreakdownError, Matrix, Solve
+from vanelock.fem.solvers.blocks import in_blocks
+from vanelock.fem.solvers.factor import Factor, backends, factorise
+from vanelock.fem.solvers.hermitian import hermitian
+from vanelock.fem.solvers.singular import is_singular, scale_of
+from vanelock.fem.solvers.trailing import trailing_factor
+
+
+@dataclass(frozen=True)
+class Interior(Factor):
+    """Factors of the block A_ss that a Schur complement leaves, and what ties it to the rows kept.
+
+    Attributes
+    ----------
+    kept, rest : (m,) int and (s,) int
+        The rows of A that were kept, as given, and all others, ascending.
+    """
+
+    kept: NDArray[np.int64] = field(kw_only=True)
+    rest: NDArray[np.int64] = field(kw_only=True)
+    _down: Solve = field(kw_only=True, repr=False)
+    _up: Solve = field(kw_only=True, repr=False)
+    _half_is_root: bool = field(kw_only=True, repr=False)
+
+    def extend(self, v: Any) -> Matrix:
+        """Ψ v = -A_ss⁻¹ A_sm v, (s,) or (s, k): how the rest follows the kept rows statically."""
+        v = np.asarray(v)
+        return self.up(np.zeros((len(self.rest), *v.shape[1:]), v.dtype), v)
+
+    def restrict(self, z: Any) -> Matrix:
+        """Ψᴴ z, (m,) or (m, k): what acts on the rest, carried to the kept rows."""
+        return self.down(z)[1]
+
+    def down(self, z: Any) -> tuple[Matrix, Matrix]:
+        """First sweep of a solution: what `up` goes on from, (s,) or (s, k), and Ψᴴ z."""
+        shape = len(self.rest) + len(self.kept), len(self.rest)
+        both = in_blocks(self._down, z, shape, self.is_complex)
+        return both[: len(self.rest)], both[len(self.rest) :]
+
+    def up(self, half: Matrix, v: Matrix) -> Matrix:
+        """Second sweep: A_ss⁻¹ z + Ψ v from what `down` left of z, and from v."""
+        shape = len(self.rest), len(self.rest) + len(self.kept)
+        both = np.empty((shape[1], *half.shape[1:]), np.result_type(half, v), order="F")
+        both[: shape[0]], both[shape[0] :] = half, v
+        return in_blocks(self._up, both, shape, self.is_complex)
+
+    def energy(self, z: Matrix, half: Matrix) -> Matrix:
+        """zᴴ A_ss⁻¹ z, (k, k), from z, (s, k), and what `down` left of it."""
+        root = half if self._half_is_root else z
+        return np.asarray(root.conj().T @ half)
+
+
+def schur_complement(
+    A: Any, rows: Any, backend: str | None = None, like: Interior | None = None
+) -> tuple[Matrix, Interior]:
+    """Dense Schur complement of some rows of a sparse matrix, and the factors of the rest.
+
+    Parameters
+    ----------
+    A : (n, n) sparse
+        Real symmetric or complex Hermitian. Its block A_ss must be positive definite; A itself
+        may be singular or indefinite.
+    rows : (m,) int
+        Rows to keep, without repetition, at most n - 1.
+    backend : str, optional
+        One of `backends()`; CHOLMOD if installed. The others take a solve for each row kept.
+    like : Interior, optional
+        Of an earlier matrix with the same pattern and the same rows: its analysis is used again.
+
+    Returns
+    -------
+    S : (m, m) array
+        A_mm - A_ms A_ss⁻¹ A_sm, in the order of `rows`, Hermitian to the last bit.
+    interior : Interior
+        Factors of A_ss.
+
+    Raises
+    ------
+    SingularError, InputError
+        As `factorise` does for A_ss; `rows` of the error count within A_ss.
+    """
+    A = hermitian(A)
+    n = A.shape[0]
+    kept = np.asarray(rows, np.int64).ravel()
+    if len(np.unique(kept)) != len(kept) or (len(kept) and not 0 <= kept.min() <= kept.max() < n):
+        raise InputError(f"rows to keep: they must be different, and 0 to {n - 1}")
+    if len(kept) == n:
+        raise InputError(f"rows to keep: all {n}; at least one must be left")
+    rest = np.setdiff1d(np.arange(n), kept)
+    if (backend or backends()[0]) != "cholmod":
+        return _by_solves(A, kept, rest, backend, like)
+    storage.require(n, np.iscomplexobj(A.data), storage.SCHUR)
+    analysis = like._analysis if like is not None else None
+    try:
+        factor = trailing_factor(A, kept, rest, analysis)
+    except BreakdownError:
+        return _by_solves(A, kept, rest, backend, like)  # which says why, or bears it
+    interior = Interior(
+        "cholmod",
+        len(rest),
+        np.iscomplexobj(A.data),
+        0,
+        None,
+        factor.solve,
+        factor.analysis,
+        kept=kept,
+        rest=rest,
+        _down=factor.down,
+        _up=factor.up,
+        _half_is_root=True,
+    )
+    if is_singular(interior.solve, scale_of(A, True)[rest]):
+        factorise(A[rest][:, rest], backend)  # says why
+    return factor.schur, interior
+
+
+def _by_solves(
+    A: sp.csc_array,
+    kept: NDArray[np.int64],
+    rest: NDArray[np.int64],
+    backend: str | None,
+    like: Interior | None,
+) -> tuple[Matrix, Interior]:
+    """The same by one solve for each row that is kept."""
+    A_sm = A[rest][:, kept].tocsc()
+    A_ms = A_sm.conj().T.tocsr()
+    factor = factorise(A[rest][:, rest], backend, like)
+    S = A[kept][:, kept].toarray() - A_ms @ factor.solve(A_sm)
+    size = len(rest)
+
+    def down(z: Matrix) -> Matrix:
+        solved = factor.solve(z)
+        return np.concatenate([solved, -(A_ms @ solved)])
+
+    interior = Interior(
+        factor.backend,
+        factor.size,
+        factor.is_complex,
+        0,
+        factor.nonzeros,
+        factor._solve,
+        factor._analysis,
+        kept=kept,
+        rest=rest,
+        _down=down,
+        _up=lambda both: both[:size] - factor.solve(A_sm @ both[size:]),
+        _half_is_root=False,
+    )
+    return (S + S.conj().T) / 2, interior

@@ -1,0 +1,136 @@
+"""CHOLMOD's factors with some rows ordered last, where their Schur complement stands."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+
+from vanelock.fem.solvers.backend import Matrix
+from vanelock.fem.solvers.cholmod import cholmod_errors, pattern_of
+
+
+@dataclass(frozen=True)
+class Analysis:
+    """Ordering of the rest, and supernodes of the whole, for one pattern and one set of rows."""
+
+    pattern: bytes
+    kept: NDArray[np.int64]
+    order: NDArray[np.int64]
+    symbolic: Any
+
+
+@dataclass(frozen=True)
+class TrailingFactor:
+    """L of A with the kept rows m last; see `schur` for what it gives.
+
+    Attributes
+    ----------
+    schur : (m, m) array
+        S.
+    corner : (m, m) array
+        L_mm, of S with a diagonal added.
+    order : (s,) int
+        Row of A_ss that each of the first rows of L stands for.
+    """
+
+    schur: Matrix
+    corner: Matrix
+    order: NDArray[np.int64]
+    analysis: Analysis
+    _factor: Any
+
+    def solve(self, b: Matrix) -> Matrix:
+        """A_ss⁻¹ b."""
+        y = self._forward(b)
+        y[len(self.order) :] = 0
+        return self._backward(y)
+
+    def down(self, z: Matrix) -> Matrix:
+        """L_ss⁻¹ z, and Ψᴴ z below it."""
+        y = self._forward(z)
+        y[len(self.order) :] = self.corner @ y[len(self.order) :]
+        return y
+
+    def up(self, both: Matrix) -> Matrix:
+        """L_ss⁻ᴴ y + Ψ v from y and v below it, which is spent.
+
+        From L_mmᴴ v the backward sweep has v there.
+        """
+        both[len(self.order) :] = self.corner.conj().T @ both[len(self.order) :]
+        return self._backward(both)
+
+    @property
+    def _size(self) -> int:
+        return len(self.order) + len(self.corner)
+
+    def _forward(self, b: Matrix) -> Matrix:
+        y = np.zeros((self._size, b.shape[1]), self.corner.dtype, order="F")
+        y[: len(self.order)] = b[self.order]
+        with cholmod_errors():
+            return np.asarray(self._factor.solve_L(y, False))
+
+    def _backward(self, y: Matrix) -> Matrix:
+        x = np.empty((len(self.order), y.shape[1]), y.dtype, order="F")
+        with cholmod_errors():
+            x[self.order] = np.asarray(self._factor.solve_Lt(y, False))[: len(self.order)]
+        return x
+
+
+def trailing_factor(
+    A: sp.csc_array, kept: NDArray[np.int64], rest: NDArray[np.int64], like: Any = None
+) -> TrailingFactor:
+    """Factorise A, in canonical form, with the kept rows last.
+
+    What is added to their diagonal, and taken off S again, lets A be singular there, as a part
+    without support is; Ψ does not depend on it.
+    """
+    from sksparse.cholmod import analyze
+
+    pattern = pattern_of(A) + str(A.dtype).encode()
+    analysis = like if isinstance(like, Analysis) and like.pattern == pattern else None
+    if analysis is not None and not np.array_equal(analysis.kept, kept):
+        analysis = None
+    if analysis is not None:
+        order = analysis.order
+    else:
+        order = _ordered(A[rest][:, rest])
+    last = np.concatenate([rest[order], kept])
+    size = abs(A.diagonal()[kept])
+    added = np.where(size > 0, size, 1.0)
+    whole = sp.csc_array(A[last][:, last])
+    whole = sp.csc_array(whole + sp.diags_array(np.r_[np.zeros(len(rest)), added], format="csc"))
+    with cholmod_errors():
+        if analysis is None:
+            symbolic = analyze(whole, mode="supernodal", ordering_method="natural")
+            analysis = Analysis(pattern, kept, order, symbolic)
+        factor = analysis.symbolic.cholesky(whole)
+        del whole
+        corner = _corner(factor, len(rest))
+    S = corner @ corner.conj().T
+    S += S.conj().T
+    S /= 2
+    S[np.diag_indices_from(S)] -= added
+    return TrailingFactor(S, corner, order, analysis, factor)
+
+
+def _ordered(A: sp.csc_array) -> NDArray[np.int64]:
+    """A fill-reducing order, for which nested dissection beats minimum degree here."""
+    from sksparse.cholmod import analyze
+
+    with cholmod_errors():
+        factor = analyze(sp.csc_array(A), mode="simplicial", ordering_method="nesdis")
+    return np.asarray(factor.P(), np.int64)
+
+
+def _corner(factor: Any, start: int) -> Matrix:
+    """L_mm, dense: the last columns of L, which have no rows above theirs."""
+    L = factor.L()
+    m = L.shape[0] - start
+    first = L.indptr[start]
+    corner = sp.csc_array(
+        (L.data[first:], L.indices[first:] - start, L.indptr[start:] - first), shape=(m, m)
+    )
+    dense: Matrix = corner.toarray()
+    return dense

@@ -1,0 +1,1 @@
+"""What is refused before meshing, and how good a mesh is."""

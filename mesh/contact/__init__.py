@@ -1,0 +1,1 @@
+"""Contact faces: patches, the areas that belong to nodes, normal directions."""

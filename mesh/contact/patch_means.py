@@ -1,0 +1,281 @@
+"""Mean displacement over contact patches, as weights of the mesh's nodes.
+
+The faces of quadratic tetrahedra, curved or not, are divided evenly in their barycentric
+coordinates. Each piece is cut with a patch's planes as if it were flat between its corners, but
+integrated over as it is: with the element's own shape functions N_j and area. The faces' centroid
+x_f may differ from the patch's, x_c, and does so differently on each part. The mean is carried
+from one to the other by the displacement gradient beneath the faces,
+
+    w_j = 1/A ∫ N_j + (x_c - x_f)·∇N_j dA,    so that  Σ w_j = 1,  Σ w_j x_j = x_c,
+
+and both parts' means agree in every rigid-body motion, indeed in every affine one. For straight
+sides the integrals are exact.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+
+from vanelock.errors import InputError
+from vanelock.mesh.checks.tetrahedra import quadratic_shapes, quadratic_slopes
+from vanelock.mesh.contact.patches import Patch, hook_patches, interlock_patches
+from vanelock.mesh.generate.occ_solids import TOLERANCE
+from vanelock.mesh.geometry.dimensions import HookDimensions, VaneDimensions
+from vanelock.mesh.part import Part
+
+Array = NDArray[np.float64]
+Integers = NDArray[np.int64]
+
+COVERED = 2e-2  # of a patch's area: the most that straight-sided elements may miss of a curved one
+OFFSET = 1e-13  # m; a smaller distance of the centroids is round-off
+DIVISIONS = (
+    2  # of the edges of a face before it is cut; finer ones do not change what elements resolve
+)
+
+_FACES = np.array([(0, 2, 1), (0, 1, 3), (1, 2, 3), (0, 3, 2)])
+_REFERENCE = np.vstack([np.zeros(3), np.eye(3)])  # corners
+
+
+@dataclass(frozen=True)
+class Facets:
+    """Faces (t,) of elements on a surface: the element of each and its corners' places (t, 3)."""
+
+    element: Integers
+    corner: Integers
+
+
+def cylinder(points: Array, cells: Integers, radius: float) -> Facets:
+    """Faces with their corners on a cylinder about z."""
+    on = np.abs(np.hypot(points[:, 0], points[:, 1]) - radius) < TOLERANCE
+    facets = _surface(cells, on)
+    # Three corners on an arc at one end of the cylinder span a triangle that faces along the axis.
+    a, b, c = np.moveaxis(points[_corners(cells, facets)], 1, 0)
+    normal = np.cross(b - a, c - a)
+    faces_axis = np.abs(normal[:, 2]) < np.linalg.norm(normal[:, :2], axis=1)
+    return Facets(facets.element[faces_axis], facets.corner[faces_axis])
+
+
+def plane(points: Array, cells: Integers, origin: Array, normal: Array) -> Facets:
+    """Faces with their corners in a plane."""
+    return _surface(cells, np.abs((points - origin) @ normal) < TOLERANCE)
+
+
+def _surface(cells: Integers, on: NDArray[np.bool_]) -> Facets:
+    """Faces whose corners all lie on the surface and that belong to one element only."""
+    element, face = np.nonzero(on[cells[:, _FACES]].all(axis=2))
+    found = Facets(element, _FACES[face])
+    key = np.sort(_corners(cells, found), axis=1)
+    _, first, count = np.unique(key, axis=0, return_index=True, return_counts=True)
+    outer = first[count == 1]
+    return Facets(found.element[outer], found.corner[outer])
+
+
+def _corners(cells: Integers, facets: Facets) -> Integers:
+    """(t, 3) nodes."""
+    return np.take_along_axis(cells[facets.element], facets.corner, axis=1)
+
+
+def averages(
+    what: str, points: Array, cells: Integers, facets: Facets, patches: Sequence[Patch]
+) -> sp.csr_array:
+    """Weights of the nodes in the mean over each patch.
+
+    Parameters
+    ----------
+    what : str
+        Part and set, for errors.
+    points : (n, 3) float
+        Nodes, m.
+    cells : (e, 10) int
+        Quadratic tetrahedra, curved or not.
+    facets : Facets
+        Their faces on the patches' surface.
+    patches : sequence of Patch
+        k patches.
+
+    Returns
+    -------
+    (k, n) csr_array
+        Times displacements (n, 3): the means.
+
+    Raises
+    ------
+    InputError
+        If the faces do not cover a patch.
+    """
+    lattice, pieces = _lattice(DIVISIONS)
+    place = _in_tetrahedron(facets.corner[:, None], lattice)
+    shapes = quadratic_shapes(place.reshape(-1, 4)).reshape(*place.shape[:2], 10)
+    x = shapes @ points[cells[facets.element]]  # (t, lattice, 3)
+    rows = []
+    for i, patch in enumerate(patches):
+        outside = x @ patch.planes[:, :3].T - patch.planes[:, 3]
+        near = np.flatnonzero(np.all(outside.min(axis=1) < 0, axis=1))
+        face, piece, within, share = _inside(outside[near][:, pieces])
+        in_face = np.einsum("qc,qcb->qb", within, lattice[pieces[piece]])
+        element, corner = facets.element[near[face]], facets.corner[near[face]]
+        position = _in_tetrahedron(corner, in_face)
+        J = np.einsum("qja,qjb->qab", points[cells[element]], quadratic_slopes(position))
+        sides = (_REFERENCE[corner[:, 1:]] - _REFERENCE[corner[:, :1]]) @ J.swapaxes(1, 2)
+        weight = share * np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1) / 2
+        area = weight.sum()
+        if abs(area - patch.area) > COVERED * patch.area:
+            raise InputError(
+                f"{what}: element faces cover {100 * area / patch.area:.1f} % of contact patch "
+                f"{i}: choose another mesh.size"
+            )
+        rows.append(_row(points, cells[element], position, J, weight / area, patch.centroid))
+    return sp.csr_array(sp.vstack(rows))
+
+
+def _lattice(divisions: int) -> tuple[Array, Integers]:
+    """Barycentric points (m, 3) that divide a triangle evenly, and its pieces (n², 3) of them."""
+    n = divisions
+    at = [(i, j) for i in range(n + 1) for j in range(n + 1 - i)]
+    number = {point: k for k, point in enumerate(at)}
+    pieces = [(number[i, j], number[i + 1, j], number[i, j + 1]) for i, j in at if i + j < n]
+    pieces += [(number[i, j], number[i, j - 1], number[i - 1, j]) for i, j in at if i > 0 and j > 0]
+    i, j = np.array(at).T
+    return np.column_stack([n - i - j, i, j]) / n, np.array(pieces)
+
+
+def _in_tetrahedron(corner: Integers, place: Array) -> Array:
+    """Barycentric positions (..., 4) of places (..., 3) in faces with some corners (..., 3)."""
+    shape = np.broadcast_shapes(corner.shape, place.shape)[:-1]
+    position = np.zeros((*shape, 4))
+    np.put_along_axis(position, np.broadcast_to(corner, (*shape, 3)), place, axis=-1)
+    return position
+
+
+def _inside(outside: Array) -> tuple[Integers, Integers, Array, Array]:
+    """Quadrature of the faces inside some planes, exact for quadratics in each piece.
+
+    Parameters
+    ----------
+    outside : (t, n, 3, p) float
+        Distance of the corners of each face's n pieces from each plane, positive outside.
+
+    Returns
+    -------
+    face, piece : (q,) int
+        Of each point.
+    place : (q, 3) float
+        Its barycentric coordinates in the piece.
+    share : (q,) float
+        Its share of the face's area, in the face's barycentric coordinates.
+    """
+    face, piece = np.nonzero(np.all(outside.min(axis=2) < 0, axis=2))
+    place, share = _quadrature(_cut(outside[face, piece]))
+    used, point = np.nonzero(share > 0)
+    share_of_face = share[used, point] / outside.shape[1]
+    return face[used], piece[used], place[used, point], share_of_face
+
+
+def _cut(outside: Array) -> Array:
+    """Barycentric corners (t, 3 + p, 3) of triangles cut by p planes; the last ones may repeat.
+
+    Sutherland and Hodgman's method, on all triangles at once.
+
+    Parameters
+    ----------
+    outside : (t, 3, p) float
+        Distance of each triangle's corners from each plane, positive outside.
+    """
+    polygon = np.broadcast_to(np.eye(3), (len(outside), 3, 3))
+    for k in range(outside.shape[2]):
+        beyond = np.einsum("tvb,tb->tv", polygon, outside[:, :, k])
+        following, beyond_following = np.roll(polygon, -1, axis=1), np.roll(beyond, -1, axis=1)
+        kept = beyond <= 0
+        crossed = beyond * beyond_following < 0
+        fraction = beyond / np.where(crossed, beyond - beyond_following, 1.0)
+        crossing = polygon + fraction[..., None] * (following - polygon)
+        count, corners = kept.shape
+        candidates = np.stack([polygon, crossing], axis=2).reshape(count, 2 * corners, 3)
+        valid = np.stack([kept, crossed], axis=2).reshape(count, 2 * corners)
+        order = np.argsort(~valid, axis=1, kind="stable")[:, : corners + 1]
+        # What is left over repeats the first corner, whatever it is where nothing is left at all.
+        order = np.where(np.take_along_axis(valid, order, axis=1), order, order[:, :1])
+        polygon = np.take_along_axis(candidates, order[..., None], axis=1)
+    return polygon
+
+
+def _quadrature(polygons: Array) -> tuple[Array, Array]:
+    """Points (t, q, 3) and shares (t, q) of the triangle's area, exact for quadratics.
+
+    A fan of triangles from the first corner, each with the middles of its sides.
+    """
+    first = np.broadcast_to(polygons[:, :1], polygons[:, 2:].shape)
+    fan = np.stack([first, polygons[:, 1:-1], polygons[:, 2:]], axis=2)
+    share = np.abs(np.linalg.det(fan)) / 3
+    middles = 0.5 * (fan + np.roll(fan, 1, axis=2))
+    return middles.reshape(len(fan), 3 * fan.shape[1], 3), np.repeat(share, 3, axis=1)
+
+
+def _row(
+    points: Array, nodes: Integers, position: Array, J: Array, weight: Array, centroid: Array
+) -> sp.csr_array:
+    """Weights (1, n) of the mean over some points, carried to the patch's centroid.
+
+    Parameters
+    ----------
+    nodes : (q, 10) int
+        Of the element at each point.
+    position : (q, 4) float
+        Barycentric.
+    J : (q, 3, 3) float
+        Derivative of place by reference coordinates.
+    weight : (q,) float
+        Sums to one.
+    """
+    mean = weight[:, None] * quadratic_shapes(position)
+    offset = centroid - np.einsum("qj,qjx->x", mean, points[nodes])
+    if np.linalg.norm(offset) > OFFSET:
+        along = np.linalg.solve(J, np.broadcast_to(offset, (len(J), 3))[..., None])
+        mean += weight[:, None] * (quadratic_slopes(position) @ along)[..., 0]
+    used, number = np.unique(nodes, return_inverse=True)
+    total = np.bincount(number.ravel(), mean.ravel())
+    row = sp.csr_array((total, (np.zeros(len(used), int), used)), shape=(1, len(points)))
+    row.eliminate_zeros()
+    return row
+
+
+def hook_averages(
+    part: Part, hook: HookDimensions, overlap: tuple[float, float]
+) -> dict[str, sp.csc_array]:
+    """Weights of a part's hook patches, `Part.patches`.
+
+    None where the bands lie outside the overlap, as in a part meshed for another mate.
+    """
+    if not overlap[0] < hook.band_position < overlap[1]:
+        return {}
+    bands = hook_patches(hook, overlap, part.sectors)
+    rows = [
+        averages(f"{part.name} {name}", part.points, part.cells, surface, band)
+        for name, radius, band in zip(
+            ("hook_front", "hook_front", "hook_rear", "hook_rear"),
+            2 * (hook.roof_radius, hook.lip_radius),
+            bands,
+            strict=True,
+        )
+        for surface in [cylinder(part.points, part.cells, radius)]
+    ]
+    return {
+        "hook_front": sp.csc_array(sp.vstack(rows[:2])),
+        "hook_rear": sp.csc_array(sp.vstack(rows[2:])),
+    }
+
+
+def interlock_averages(part: Part, vane: VaneDimensions) -> dict[str, sp.csc_array]:
+    """Weights of a vane's interlock patches, `Part.patches`."""
+    found = {}
+    for name, patches in zip(
+        ("interlock_left", "interlock_right"), interlock_patches(vane, part.sectors), strict=True
+    ):
+        normal = part.frames[name][0, 0]
+        facets = plane(part.points, part.cells, part.points[part.node_sets[name][0]], normal)
+        rows = averages(f"{part.name} {name}", part.points, part.cells, facets, patches)
+        found[name] = sp.csc_array(rows)
+    return found

@@ -1,0 +1,1 @@
+"""Meshes read from the files of other programs, and written for them."""

@@ -1,0 +1,149 @@
+"""Read a mesh file through meshio: Gmsh's .msh, VTK's .vtu and .vtk.
+
+Of the many formats that meshio knows, these are tested here. They are read in a child process: a
+small file can stand for a huge one, and a damaged one be read without end.
+"""
+
+import contextlib
+import io
+import warnings
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from vanelock.errors import InputError, raised
+from vanelock.limited import Fallen, limited
+from vanelock.mesh.files.gmsh_numbers import node_numbers
+from vanelock.mesh.files.raw import Array, Block, Integers, RawMesh, distinct
+
+_FROM_ZERO = (".vtk", ".vtu")  # number their nodes from 0
+FORMATS = {".msh": "gmsh", ".vtu": "vtu", ".vtk": "vtk"}
+"""What meshio calls each ending."""
+SECONDS, MEMORY = 10, 300_000_000
+"""What reading a small file may take; each 2 MB more add a second, and each byte EACH bytes."""
+EACH = 20
+
+
+def read_exchange(source: str, path: Path) -> RawMesh:
+    """Read a file in a format that its ending tells.
+
+    Sets are meshio's sets of points and of cells, Gmsh's physical groups, and whole-number fields
+    at the nodes: a set holds the nodes where the field is not zero, in the order of its values.
+
+    Raises
+    ------
+    InputError
+        If the format is unknown or the file malformed.
+    """
+    _refuse_unreadable(source, path)
+    mesh = _loaded(source, path)
+    points = np.asarray(mesh.points, float)
+    if points.ndim != 2 or points.shape[1] != 3:
+        raise InputError(f"{source}: its nodes do not have three coordinates")
+    numbers = np.arange(len(points)) + (0 if path.suffix.lower() in _FROM_ZERO else 1)
+    gmsh = path.suffix.lower() == ".msh"
+    if gmsh:
+        own = node_numbers(path.read_bytes())
+        if own is not None and len(own) == len(points) == len(np.unique(own)):
+            numbers = own
+    raw = RawMesh(source, numbers, points, repeated=gmsh)
+    _add_cells(raw, mesh)
+    for name, nodes in mesh.point_sets.items():
+        raw.node_sets[str(name)] = distinct(numbers[np.asarray(nodes, np.int64)])
+    for name, values in mesh.point_data.items():
+        if not str(name).startswith("gmsh:"):
+            _add_field(raw, str(name), np.asarray(values))
+    return raw
+
+
+def _refuse_unreadable(source: str, path: Path) -> None:
+    """Let a child read the file, and tell what it says or that it fell."""
+    import meshio  # here, so that the child need not
+
+    def trouble() -> str:
+        return "".join(raised(lambda: _loaded(source, path))) or "fine"
+
+    assert meshio
+    size = path.stat().st_size
+    try:
+        told = limited(trouble, SECONDS + size // 2_000_000, MEMORY + EACH * size)
+    except Fallen as fallen:
+        told = f"{source}: not a mesh that can be read: {fallen}"
+    if told != "fine":
+        raise InputError(told)
+
+
+def _loaded(source: str, path: Path) -> Any:
+    """A mesh by meshio, which fails with any exception, or ends the program and prints why."""
+    import meshio
+
+    told = io.StringIO()
+    try:
+        with (
+            contextlib.redirect_stdout(told),
+            contextlib.redirect_stderr(told),
+            warnings.catch_warnings(),
+        ):
+            warnings.simplefilter("ignore")
+            # numpy's way to say that numbers were expected and something else was found
+            warnings.filterwarnings("error", message="string or file could not be read")
+            return meshio.read(path, file_format=FORMATS[path.suffix.lower()])
+    except MemoryError:
+        raise
+    except (Exception, SystemExit) as error:
+        reason = "" if isinstance(error, SystemExit) else str(error)
+        lines = [line for line in (reason or told.getvalue()).splitlines() if line.strip()]
+        said = "".join(c if c.isprintable() else "?" for c in (lines or [type(error).__name__])[0])
+        raise InputError(f"{source}: not a mesh that can be read: {said.strip()[:160]}") from None
+
+
+def _add_cells(raw: RawMesh, mesh: Any) -> None:
+    """Elements with numbers from 1, and the sets of them."""
+    first, starts = 1, []
+    for block in mesh.cells:
+        table = _table(raw, block)
+        starts.append(first)
+        own = np.arange(first, first + len(table))
+        raw.blocks.append(Block(str(block.type), own, table))
+        first += len(table)
+    groups: dict[str, list[Integers]] = {}
+    for name, parts in mesh.cell_sets.items():
+        if str(name).startswith("gmsh:"):
+            continue
+        for start, part in zip(starts, parts, strict=False):
+            if part is not None and len(part):
+                groups.setdefault(str(name), []).append(np.asarray(part, np.int64) + start)
+    physical = mesh.cell_data.get("gmsh:physical")
+    for name, (tag, dimension) in mesh.field_data.items() if physical is not None else ():
+        if name in groups:
+            continue
+        for start, block, tags in zip(starts, mesh.cells, physical, strict=True):
+            inside = np.flatnonzero(np.asarray(tags) == tag)
+            if block.dim == dimension and len(inside):
+                groups.setdefault(str(name), []).append(inside + start)
+    for name, parts in groups.items():
+        raw.element_sets[name] = np.concatenate(parts)
+
+
+def _table(raw: RawMesh, block: Any) -> Integers:
+    try:
+        table = np.asarray(block.data, np.int64)
+    except (TypeError, ValueError):
+        table = np.empty(0, np.int64)
+    if table.ndim != 2:
+        raise InputError(f"{raw.source}: {len(block.data)} {block.type} elements cannot be used")
+    if table.size and not (table.min() >= 0 and table.max() < len(raw.numbers)):
+        raise InputError(f"{raw.source}: an element has a node that is not in the file")
+    return np.asarray(raw.numbers[table])
+
+
+def _add_field(raw: RawMesh, name: str, values: Array) -> None:
+    """A set from a whole-number field at the nodes: those that are not zero, in their order."""
+    if values.ndim == 2 and values.shape[1] == 1:
+        values = values[:, 0]
+    if values.ndim != 1 or values.dtype.kind not in "iub" or len(values) != len(raw.numbers):
+        return
+    inside = np.flatnonzero(values)
+    order = np.argsort(values[inside], kind="stable")
+    raw.node_sets[name] = np.asarray(raw.numbers[inside[order]])

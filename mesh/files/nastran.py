@@ -1,0 +1,207 @@
+"""Read the mesh of a Nastran bulk data file: `GRID`, solid elements, and the sets of its cards.
+
+meshio's own reader of this format drops the sets, the coordinate systems and elements in large
+fields. Fields, continuations and sets after MSC Nastran's Quick Reference Guide.
+"""
+
+import re
+from collections.abc import Iterator
+
+import numpy as np
+
+from vanelock.errors import InputError
+from vanelock.mesh.files.raw import (
+    Block,
+    Integers,
+    RawMesh,
+    counted,
+    distinct,
+    shortened,
+    span,
+    whole,
+)
+
+_SOLIDS = {  # name, nodes of the linear and of the quadratic element
+    "CTETRA": {4: "tetra", 10: "tetra10"},
+    "CHEXA": {8: "hexahedron", 20: "hexahedron20"},
+    "CPENTA": {6: "wedge", 15: "wedge15"},
+    "CPYRAM": {5: "pyramid", 13: "pyramid13"},
+}
+_FLAT = {
+    "CTRIA3": (3, "triangle"),
+    "CTRIA6": (6, "triangle6"),
+    "CTRIAR": (3, "triangle"),
+    "CQUAD4": (4, "quad"),
+    "CQUAD8": (8, "quad8"),
+    "CQUADR": (4, "quad"),
+}
+# Nastran lists a hexahedron's upright sides before those of its top, VTK after them.
+_TO_VTK = {"hexahedron20": [*range(12), *range(16, 20), *range(12, 16)]}
+
+
+def read_nastran(source: str, text: str) -> RawMesh:
+    """Read a file's text, with or without the executive and case control before `BEGIN BULK`.
+
+    Sets are called by their number, "12", from `SET` in the case control and `SET1` and `SET3` in
+    the bulk data.
+
+    Raises
+    ------
+    InputError
+        With the line's number: what is malformed, or in a coordinate system of its own.
+    """
+    lines = [line.partition("$")[0].rstrip().expandtabs(8) for line in text.splitlines()]
+    begin = next((i for i, line in enumerate(lines) if _begins(line)), -1)
+    sets = _case_sets(source, lines)
+    numbers, places, listed = [], [], 0
+    elements: dict[str, tuple[list[int], list[list[int]]]] = {}
+    for at, name, fields in _cards(source, lines, begin + 1):
+        if name == "INCLUDE":
+            raise InputError(f"{at}: INCLUDE is not read: write one file")
+        if name == "GRID":
+            numbers.append(whole(_field(fields, 0), at))
+            if _field(fields, 1) not in ("", "0"):
+                raise InputError(
+                    f"{at}: node {numbers[-1]} is given in coordinate system {fields[1]}: write "
+                    "the file in the basic one"
+                )
+            places.append([_real(_field(fields, i), at) for i in (2, 3, 4)])
+        elif name == "GRDSET" and _field(fields, 1) not in ("", "0"):
+            raise InputError(f"{at}: GRDSET: write the nodes in the basic coordinate system")
+        elif name in _SOLIDS or name in _FLAT:
+            kind, nodes = _element(name, fields[2:], at)
+            both = elements.setdefault(kind, ([], []))
+            both[0].append(whole(_field(fields, 0), at))
+            both[1].append(nodes)
+        elif name in ("SET1", "SET3"):
+            if name == "SET3" and _field(fields, 1).upper() != "GRID":
+                continue
+            own = [word for word in fields[1 if name == "SET1" else 2 :] if word]
+            members = _listed(own, at)
+            listed = counted(listed, members, at)
+            sets.setdefault(_field(fields, 0), []).append(members)
+    raw = RawMesh(source, np.array(numbers, np.int64), np.array(places, float).reshape(-1, 3))
+    for kind, (own_numbers, lists) in elements.items():
+        table = np.array(lists, np.int64)
+        table = table[:, _TO_VTK.get(kind, slice(None))]
+        raw.blocks.append(Block(kind, np.array(own_numbers, np.int64), table))
+    raw.node_sets = {key: distinct(np.concatenate(parts)) for key, parts in sets.items()}
+    return raw
+
+
+def _begins(line: str) -> bool:
+    return line.upper().split()[:2] == ["BEGIN", "BULK"]
+
+
+def _cards(source: str, lines: list[str], begin: int) -> Iterator[tuple[str, str, list[str]]]:
+    """Each card: where it stands, its name, and its data fields, continuations joined."""
+    current: tuple[str, str, list[str]] | None = None
+    for number, line in enumerate(lines[begin:], start=begin + 1):
+        if not line.strip():
+            continue
+        at = f"{source}: line {number}"
+        head, fields = _fields(line)
+        if head == "" or head[0] in "+*":
+            if current is not None:
+                current[2].extend(fields)
+            continue
+        if current is not None:
+            yield current
+        if head.upper().startswith("ENDDATA"):
+            return
+        words = head.upper().split()  # control statements are not in fields
+        current = at, words[0].rstrip("*"), fields
+    if current is not None:
+        yield current
+
+
+def _fields(line: str) -> tuple[str, list[str]]:
+    """First field of a line, and its data fields: 8, or 4 large ones."""
+    if "," in line:
+        head, *rest = (word.strip() for word in line.split(","))
+        count = 4 if head.endswith("*") or head.startswith("*") else 8
+    else:
+        head = line[:8].strip()
+        large = head.endswith("*") or head.startswith("*")
+        width, count = (16, 4) if large else (8, 8)
+        rest = [line[8 + i * width : 8 + (i + 1) * width].strip() for i in range(count)]
+    return head, (rest + [""] * count)[:count]
+
+
+def _field(fields: list[str], i: int) -> str:
+    return fields[i] if i < len(fields) else ""
+
+
+def _real(text: str, at: str) -> float:
+    """A real number, whose exponent may lack its letter, as in 1.5-3; blank is zero."""
+    spelt = re.sub(r"(?<=[\d.])([+-]\d+)$", r"E\1", text.upper().replace("D", "E"))
+    try:
+        return float(spelt or 0.0)
+    except ValueError:
+        raise InputError(f"{at}: {shortened(text)} is not a number") from None
+
+
+def _element(name: str, fields: list[str], at: str) -> tuple[str, list[int]]:
+    if name in _FLAT:
+        count, kind = _FLAT[name]
+        nodes = [word for word in fields[:count]]
+    else:
+        nodes = [word for word in fields if word]
+        kind = _SOLIDS[name].get(len(nodes), "")
+        count = len(nodes)
+        if not kind:
+            allowed = " or ".join(map(str, _SOLIDS[name]))
+            raise InputError(f"{at}: {name} with {count} nodes: it must have {allowed}")
+    return kind, [whole(word, at) for word in nodes]
+
+
+def _case_sets(source: str, lines: list[str]) -> dict[str, list[Integers]]:
+    """Sets of the case control, `SET 12 = 1, 2, 5 THRU 9`; a line that ends in a comma goes on."""
+    found: dict[str, list[Integers]] = {}
+    joined, started, listed = "", 0, 0
+    for number, line in enumerate(lines, start=1):
+        if not joined:
+            started = number
+        joined += line.strip()
+        if joined.endswith(",") and re.match(r"SET\b", joined, re.IGNORECASE):
+            joined += " "
+            continue
+        match = re.match(r"SET\s+(\d+)\s*=(.*)$", joined, re.IGNORECASE)
+        joined = ""
+        if match and match[2].strip().upper() != "ALL":
+            words = re.split(r"[,\s]+", match[2].strip().strip(","))
+            members = _listed(words, f"{source}: line {started}")
+            listed = counted(listed, members, f"{source}: line {started}")
+            found[match[1]] = [members]
+    return found
+
+
+def _listed(words: list[str], at: str) -> Integers:
+    """Numbers of a list with THRU, BY and EXCEPT."""
+    found: list[Integers] = [np.empty(0, np.int64)]
+    i, end, total = 0, 0, 0
+    excepting = False  # what follows EXCEPT is left out, up to the range's end
+    while i < len(words):
+        if words[i].upper() == "EXCEPT":
+            excepting, i = True, i + 1
+            continue
+        low = whole(words[i], at)
+        excepting = excepting and low <= end
+        numbers = np.array([low])
+        if i + 1 < len(words) and words[i + 1].upper() == "THRU":
+            if i + 2 >= len(words):
+                raise InputError(f"{at}: THRU without an end")
+            step = 1
+            high = whole(words[i + 2], at)
+            i += 2
+            if i + 2 < len(words) and words[i + 1].upper() == "BY":
+                step = whole(words[i + 2], at)
+                i += 2
+            numbers, end, excepting = span(low, high, step, at), high, False
+            total = counted(total, numbers, at)
+        if excepting:
+            found[-1] = found[-1][~np.isin(found[-1], numbers)]
+        else:
+            found.append(numbers)
+        i += 1
+    return np.concatenate(found)

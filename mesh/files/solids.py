@@ -1,0 +1,218 @@
+"""From a file's contents to one kind of solid elements, checked and without what is unused."""
+
+from collections import Counter
+
+import numpy as np
+import scipy.sparse as sp
+from scipy.optimize import linear_sum_assignment
+from scipy.sparse.csgraph import connected_components
+
+from vanelock.errors import InputError
+from vanelock.mesh.cells import SOLIDS, Cell, solid
+from vanelock.mesh.exterior import exterior
+from vanelock.mesh.files.file_mesh import FileMesh
+from vanelock.mesh.files.file_sets import file_sets
+from vanelock.mesh.files.raw import Array, Block, Integers, RawMesh
+from vanelock.mesh.refinement.dof_estimate import MOST
+
+_LOWER = ("vertex", "line", "triangle", "quad", "polygon", "pixel", "empty")
+FURTHEST = 100.0
+"""Largest coordinate, m."""
+LEAST = 2e-3
+"""Smallest extent of a part, m."""
+OFF_PLACE = 0.25
+"""How far a middle node may lie from the middle of its side, in lengths of the element's sides."""
+
+
+def solid_mesh(raw: RawMesh, unit: float) -> FileMesh:
+    """The solid elements of a file.
+
+    Middle nodes in another order than meshio's are put in that order where the coordinates tell it
+    without doubt.
+
+    Parameters
+    ----------
+    raw : RawMesh
+        The file's contents.
+    unit : float
+        Metres in one unit of its coordinates.
+
+    Raises
+    ------
+    InputError
+        If there are no solid elements, several kinds, or kinds that cannot be used; too many; an
+        element with an absent node, turned inside out or with misplaced middle nodes; coordinates
+        that are no numbers; or pieces that share no nodes.
+    """
+    kind, block = _only_solid(raw)
+    cells, elements = _once(raw, _rows(raw, block.nodes), block.numbers)
+    points = raw.points * unit
+    used = np.unique(cells)
+    bad = used[~np.isfinite(points[used]).all(axis=1)]
+    if len(bad):
+        raise InputError(
+            f"{raw.source}: node {raw.numbers[bad[0]]} has a coordinate that is not a finite number"
+        )
+    far = np.abs(points[used]).max(axis=1)
+    if far.max() > FURTHEST:
+        node = raw.numbers[used[far.argmax()]]
+        raise InputError(
+            f"{raw.source}: node {node} lies {far.max():.3g} m from the origin: at most "
+            f"{FURTHEST:g} m are allowed; is the unit right?"
+        )
+    size = float(np.ptp(points[used], axis=0).max())
+    if size < LEAST:
+        raise InputError(
+            f"{raw.source}: {size:.3g} m large: at least {LEAST:g} m are needed; is the unit right?"
+        )
+    if 3 * len(used) > MOST:
+        raise InputError(
+            f"{raw.source}: {len(used):,} nodes: at most {MOST // 3:,} can be computed"
+        )
+    reference = solid(kind)
+    cells = _in_order(raw, reference, points, cells, elements)
+    _right_way_round(raw, reference, points, cells, elements)
+    _in_one_piece(raw, cells, used)
+    place = np.full(len(points), -1)
+    place[used] = np.arange(len(used))
+    cells, numbers = place[cells], raw.numbers[used]
+    sets = file_sets(raw, numbers, exterior(cells, reference))
+    return FileMesh(raw.source, points[used], numbers, cells, elements, kind, *sets)
+
+
+def _rows(raw: RawMesh, nodes: Integers) -> Integers:
+    """From the file's numbers of the elements' nodes to rows of its table of nodes."""
+    if not len(raw.numbers):
+        raise InputError(f"{raw.source}: no nodes")
+    order = np.argsort(raw.numbers, kind="stable")
+    ascending = raw.numbers[order]
+    twice = ascending[:-1][np.diff(ascending) == 0]
+    if len(twice):
+        raise InputError(f"{raw.source}: node {twice[0]} is given twice")
+    rank = np.searchsorted(ascending, nodes).clip(max=len(ascending) - 1)
+    absent = ascending[rank] != nodes
+    if absent.any():
+        raise InputError(
+            f"{raw.source}: an element has node {nodes[absent][0]}, which is not in the file"
+        )
+    return np.asarray(order[rank])
+
+
+def _only_solid(raw: RawMesh) -> tuple[str, Block]:
+    counts: Counter[str] = Counter()
+    for block in raw.blocks:
+        counts[block.cell_type] += len(block.numbers)
+    kinds = [kind for kind in counts if kind in SOLIDS and counts[kind]]
+    # What connects nodes without being a solid, such as a spring or a mass, is left out.
+    others = [
+        kind
+        for kind in counts
+        if kind not in SOLIDS and not kind.startswith(_LOWER) and _is_solid(kind)
+    ]
+    allowed = ", ".join(SOLIDS)
+    if others:
+        listed = ", ".join(f"{counts[kind]} {kind}" for kind in others)
+        raise InputError(f"{raw.source}: {listed} elements: allowed are {allowed}")
+    if not kinds:
+        listed = ", ".join(f"{count} {kind}" for kind, count in counts.items()) or "none"
+        raise InputError(f"{raw.source}: no solid elements ({listed}): allowed are {allowed}")
+    if len(kinds) > 1:
+        listed = " and ".join(f"{counts[kind]} {kind}" for kind in kinds)
+        raise InputError(f"{raw.source}: {listed} elements: use one kind of solid elements")
+    blocks = [block for block in raw.blocks if block.cell_type == kinds[0]]
+    numbers = np.concatenate([block.numbers for block in blocks])
+    return kinds[0], Block(kinds[0], numbers, np.concatenate([block.nodes for block in blocks]))
+
+
+def _is_solid(kind: str) -> bool:
+    """Whether an element that cannot be used carries stiffness of its volume."""
+    names = ("tetra", "hexa", "wedge", "pyramid", "polyhedron", "penta", "VTK_", "C3D", "DC3D")
+    return kind.startswith(names)
+
+
+def _once(raw: RawMesh, cells: Integers, elements: Integers) -> tuple[Integers, Integers]:
+    """Each element once: Gmsh's older format repeats one in every group that it belongs to."""
+    _, first, count = np.unique(
+        np.sort(cells, axis=1), axis=0, return_index=True, return_counts=True
+    )
+    if len(first) < len(cells) and not raw.repeated:
+        raise InputError(
+            f"{raw.source}: element {elements[first[count > 1].min()]} has the nodes of another one"
+        )
+    first.sort()
+    return cells[first], elements[first]
+
+
+def _in_order(
+    raw: RawMesh, reference: Cell, points: Array, cells: Integers, elements: Integers
+) -> Integers:
+    """Cells with middle nodes in meshio's order, by where they lie."""
+    n = reference.corners
+    if cells.shape[1] == n:
+        return cells
+    linear = solid("tetra" if n == 4 else "hexahedron")
+    shape = linear.values(reference.nodes[n:])
+    expected = np.einsum("mc,ecx->emx", shape, points[cells[:, :n]])
+    given = points[cells[:, n:]]
+    size = np.linalg.norm(points[cells[:, :n]] - points[cells[:, [1]]], axis=2).max(axis=1)
+    size = np.where(size > 0, size, 1.0)
+    off = np.stack(
+        [
+            np.linalg.norm(given - expected[:, [m]], axis=2) / size[:, None]
+            for m in range(len(shape))
+        ]
+    )  # (place, element, given)
+    _, order = linear_sum_assignment(off.mean(axis=1))
+    cells = np.concatenate([cells[:, :n], cells[:, n + order]], axis=1)
+    away = off[np.arange(len(order)), :, order]
+    if away.max() > OFF_PLACE:
+        node, element = np.unravel_index(away.argmax(), away.shape)
+        raise InputError(
+            f"{raw.source}: element {elements[element]}: node "
+            f"{raw.numbers[cells[element, n + node]]} lies {100 * away.max():.0f} % of the "
+            f"element's size from its place: at most {100 * OFF_PLACE:.0f} % is allowed"
+        )
+    return cells
+
+
+def _right_way_round(
+    raw: RawMesh, reference: Cell, points: Array, cells: Integers, elements: Integers
+) -> None:
+    """Refuse elements that are turned inside out, half-way from their middle to any node."""
+    middle = reference.nodes[: reference.corners].mean(axis=0)
+    inside = np.vstack([middle, 0.5 * (reference.nodes + middle)])
+    slopes = reference.slopes(inside)
+    worst = np.empty(len(cells))
+    for start in range(0, len(cells), 4096):  # a quarter of a gigabyte at most
+        block = slice(start, start + 4096)
+        J = np.einsum("eia,qib->eqab", points[cells[block]], slopes)
+        worst[block] = np.linalg.det(J).min(axis=1)
+    wrong = np.flatnonzero(~(worst > 0))
+    if not len(wrong):
+        return
+    first = f"element {elements[wrong[np.argmin(worst[wrong])]]}"
+    if len(wrong) == len(cells) > 1:
+        raise InputError(
+            f"{raw.source}: every element is turned inside out, such as {first}: the mesh is "
+            "mirrored, or its nodes are in another order than the format's"
+        )
+    raise InputError(
+        f"{raw.source}: {len(wrong)} of {len(cells)} elements are turned inside out or flat, such "
+        f"as {first}"
+    )
+
+
+def _in_one_piece(raw: RawMesh, cells: Integers, used: Integers) -> None:
+    """Refuse a mesh whose pieces share no nodes, such as aerofoils not merged with a shroud."""
+    first = np.repeat(cells[:, 0], cells.shape[1] - 1)
+    size = int(used.max()) + 1
+    links = sp.coo_array((np.ones(len(first)), (first, cells[:, 1:].ravel())), shape=(size, size))
+    _, label = connected_components(links, directed=False)
+    pieces, where, count = np.unique(label[used], return_index=True, return_counts=True)
+    if len(pieces) > 1:
+        small = int(count.argmin())
+        node = raw.numbers[used[where[small]]]
+        raise InputError(
+            f"{raw.source}: {len(pieces)} pieces that share no nodes; the smallest has "
+            f"{count[small]} of them, such as {node}: merge those where they meet"
+        )

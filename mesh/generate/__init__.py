@@ -1,0 +1,1 @@
+"""Geometry and meshes of the program's own vane and casing, by gmsh."""

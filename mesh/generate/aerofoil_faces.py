@@ -1,0 +1,99 @@
+"""Divide the faces of aerofoils into rows and columns, before they are meshed.
+
+A rounded edge is a face up to a thousand times longer than wide, and the two sides of an aerofoil
+may lie closer to each other than an element is long. Left to itself the mesher joins nodes across
+such a face from one shroud to the other, or lets the triangles of the two sides cross. Divided like
+a chessboard, in as many columns along the chord and rows along the span on both sides, they keep
+their distance, and the places of the output nodes are corners of the board.
+"""
+
+from typing import Any
+
+import numpy as np
+
+from vanelock.errors import InputError
+from vanelock.mesh.generate.occ_solids import TOLERANCE
+from vanelock.mesh.geometry import aerofoil
+from vanelock.mesh.geometry.dimensions import VaneDimensions
+
+SLENDER = 30
+"""Longest elements along an aerofoil's edges, in thicknesses of the edge."""
+
+ROUND = 2
+"""Columns around a rounded edge. A single element's side there bows by half its length, which
+makes thin aerofoils stiffer in torsion than even straight sides do."""
+
+
+def divide_aerofoils(gmsh: Any, vane: VaneDimensions, size: float) -> list[int]:
+    """Prescribe the nodes on all faces of the aerofoils of the current model.
+
+    Parameters
+    ----------
+    gmsh : module
+        With the vane's solid.
+    vane : VaneDimensions
+    size : float
+        Largest element edge, m.
+
+    Returns
+    -------
+    list of int
+        Tags of the sides, without the rounded edges.
+
+    Raises
+    ------
+    InputError
+        If an aerofoil has not its four faces, as where it leaves its shrouds.
+    """
+    ends = _ends(gmsh, vane)
+    faces = []
+    for _, tag in gmsh.model.getEntities(2):
+        corners = gmsh.model.getBoundary([(2, tag)], recursive=True)
+        if all(corner in ends for _, corner in corners):
+            faces.append(tag)
+    if len(faces) != 4 * vane.aerofoils:
+        raise InputError(
+            f"vane.aerofoils = {vane.aerofoils}: {len(faces)} faces between the shrouds instead of "
+            f"{4 * vane.aerofoils}: the aerofoils leave their shrouds"
+        )
+    rows, columns = divisions(vane, size)
+    sides = []
+    for face in faces:
+        for _, curve in gmsh.model.getBoundary([(2, face)], oriented=False):
+            first, last = (ends[corner] for _, corner in gmsh.model.getBoundary([(1, curve)]))
+            pieces = rows
+            if first == last:  # along the chord, or round an edge
+                along = gmsh.model.occ.getMass(1, curve) > 0.5 * vane.chord
+                pieces = columns if along else ROUND
+                if along and face not in sides:
+                    sides.append(face)
+            gmsh.model.mesh.setTransfiniteCurve(curve, pieces + 1)
+        gmsh.model.mesh.setTransfiniteSurface(face, "AlternateRight")
+    return sides
+
+
+def divisions(vane: VaneDimensions, size: float) -> tuple[int, int]:
+    """Rows along the span, a multiple of four, and columns along the chord, an even number.
+
+    An element is no longer than `SLENDER` edges are thick, and the camber line's arc stands no
+    further off an element's side than a quarter of the aerofoil's thickness.
+    """
+    span = vane.outer_shroud_inner_radius - vane.inner_shroud_outer_radius
+    span /= np.cos(np.radians(vane.lean))
+    rows = span / min(size, SLENDER * vane.edge_thickness)
+    bent = np.sqrt(4 * vane.camber * vane.chord / vane.thickness)
+    columns = max(vane.chord / (1.05 * size), bent, 1.0)  # elsewhere, too, a few are longer
+    return 4 * int(np.ceil(rows / 4)), 2 * int(np.ceil(columns / 2))
+
+
+def _ends(gmsh: Any, vane: VaneDimensions) -> dict[int, int]:
+    """The vertices where aerofoils meet the inner shroud, 0, and the outer one, 1."""
+    radii = np.array([vane.inner_shroud_outer_radius, vane.outer_shroud_inner_radius])
+    half = max(float(np.abs(aerofoil.around(vane, radius)[:, 1]).max()) for radius in radii)
+    found = {}
+    for _, tag in gmsh.model.getEntities(0):
+        x, y, z = gmsh.model.getValue(0, tag, [])
+        off = np.abs(np.hypot(x, y) - radii)
+        if off.min() < TOLERANCE and abs(z - vane.hook.mid_plane) < half + TOLERANCE:
+            found[tag] = int(off.argmin())
+    return found

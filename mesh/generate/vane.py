@@ -1,0 +1,252 @@
+"""The vane segment: outer shroud and hooks, aerofoils, inner shroud with slanted interlocks."""
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from vanelock.cyclic import turn
+from vanelock.errors import InputError
+from vanelock.mesh.checks.dimensions import check_vane
+from vanelock.mesh.checks.fillets import check_resolved
+from vanelock.mesh.checks.tetrahedra import valid
+from vanelock.mesh.contact.patch_means import hook_averages, interlock_averages
+from vanelock.mesh.contact.patches import hook_overlap
+from vanelock.mesh.generate import occ_solids
+from vanelock.mesh.generate.aerofoil_faces import divide_aerofoils
+from vanelock.mesh.generate.edge_nodes import half_way
+from vanelock.mesh.generate.extract import Mesh, along, generate, nearest, nodes_on, place
+from vanelock.mesh.geometry import aerofoil, contact_places
+from vanelock.mesh.geometry.dimensions import CasingDimensions, VaneDimensions
+from vanelock.mesh.geometry.element_size import element_size
+from vanelock.mesh.geometry.revolved import hooks_outline, inner_shroud_outline
+from vanelock.mesh.gmsh_session import session
+from vanelock.mesh.part import Part
+
+
+def vane_segment(
+    dimensions: VaneDimensions | None = None,
+    sectors: int = 16,
+    size: str | float = "medium",
+    overlap: tuple[float, float] | None = None,
+) -> Part:
+    """Mesh one vane segment with curved quadratic tetrahedra.
+
+    Parameters
+    ----------
+    dimensions : VaneDimensions, optional
+        The scene's by default.
+    sectors : int
+        Segments in the ring.
+    size : {"coarse", "medium", "paper", "fine"} or float
+        Largest element edge, by name or in m.
+    overlap : (front, rear) float, optional
+        Axial range in which the front foot lies in its groove, m, which bounds the hooks' contact
+        patches: `hook_overlap(vane, casing)`. The scene's groove unless given.
+
+    Returns
+    -------
+    Part
+        "vane", with the sets `hook_front` and `hook_rear` (30 nodes each: roof, then lip, each by
+        ascending angle), `key` (4: the middle nodes of front roof, front lip, rear roof, rear
+        lip), `interlock_left` and `interlock_right` (10 each: the row at the inner radius, then
+        at the outer, each by ascending z) and `accessory` (3 on the middle aerofoil, from the
+        inner shroud outwards). Frames and contact patches for all of them but `key` and
+        `accessory`.
+
+    Raises
+    ------
+    InputError
+        If the dimensions contradict one another, cannot be meshed, or the system lacks a library
+        that gmsh needs.
+    """
+    dimensions = dimensions or VaneDimensions()
+    check_vane(dimensions, sectors)
+    length = element_size(size, "vane")
+    check_resolved("vane", dimensions.fillet, length)
+    steps = (
+        contact_places.band_pieces(dimensions.hook, sectors, length),
+        contact_places.interlock_pieces(dimensions, length),
+    )
+    bands = contact_places.hook_bands(dimensions.hook, sectors, steps[0])
+    left = contact_places.interlock_rows(dimensions, sectors, steps[1])
+    right = left @ turn(sectors).T
+    accessory = aerofoil.accessory_points(dimensions, sectors)
+    with session("vane") as gmsh:
+        solid = vane_solid(gmsh, dimensions, sectors)
+        (band_tags,) = occ_solids.imprint(
+            gmsh, solid, [occ_solids.arc(gmsh, band[0], band[-1]) for band in bands]
+        )
+        row_tags = [_edge(gmsh, row) for side in (left, right) for row in side]
+        occ_solids.grade_fillets(gmsh, dimensions.fillet, length)
+        for tag, nodes in zip(band_tags + row_tags, [*bands, *left, *right], strict=True):
+            gmsh.model.mesh.setTransfiniteCurve(tag, len(nodes) // 2 + 1)
+        sides = divide_aerofoils(gmsh, dimensions, length)
+        mesh = half_way(gmsh, generate(gmsh, length), dimensions, sectors)
+        on = [nodes_on(gmsh, mesh, 1, tag) for tag in band_tags + row_tags]
+        skin = np.concatenate([nodes_on(gmsh, mesh, 2, tag) for tag in sides])
+    part = _part(dimensions, sectors, mesh, on, skin, (bands, left, right, accessory), steps)
+    overlap = overlap or hook_overlap(dimensions, CasingDimensions())
+    patches = {
+        **hook_averages(part, dimensions.hook, overlap),
+        **interlock_averages(part, dimensions),
+    }
+    return replace(part, patches=patches)
+
+
+def _part(
+    dimensions: VaneDimensions,
+    sectors: int,
+    mesh: Mesh,
+    on: list[NDArray[np.int64]],
+    skin: NDArray[np.int64],
+    places: tuple[NDArray[np.float64], ...],
+    steps: tuple[int, int],
+) -> Part:
+    bands, left, right, accessory = places
+    names = ["hook_front roof", "hook_front lip", "hook_rear roof", "hook_rear lip"]
+    names += [f"interlock_{side}" for side in ("left", "left", "right", "right")]
+    curves = [*bands, *left, *right]
+    rows = [
+        along(mesh.points, nodes, row, f"vane {name}")
+        for name, nodes, row in zip(names, on, curves, strict=True)
+    ]
+    corners = np.intersect1d(skin, mesh.cells[:, :4])
+    tips = nearest(mesh.points, corners, accessory, "vane accessory")
+    points = place(mesh, np.concatenate([*rows, tips]), np.concatenate([*curves, accessory]))
+    rows = [row[:: steps[0]] for row in rows[:4]] + [row[:: steps[1]] for row in rows[4:]]
+    hook = contact_places.hook_frames(contact_places.hook_bands(dimensions.hook, sectors), 1.0)
+    interlock = np.repeat(
+        contact_places.interlock_frame(dimensions, sectors)[None],
+        2 * dimensions.interlock_nodes,
+        axis=0,
+    )
+    part = Part(
+        name="vane",
+        points=points,
+        cells=mesh.cells,
+        cell_type="tetra10",
+        node_sets={
+            "hook_front": np.concatenate(rows[0:2]),
+            "hook_rear": np.concatenate(rows[2:4]),
+            "key": np.array([row[len(row) // 2] for row in rows[:4]]),
+            "interlock_left": np.concatenate(rows[4:6]),
+            "interlock_right": np.concatenate(rows[6:8]),
+            "accessory": tips,
+        },
+        frames={
+            "hook_front": np.concatenate(hook[:2]),
+            "hook_rear": np.concatenate(hook[2:]),
+            "interlock_left": interlock,
+            "interlock_right": contact_places.opposite(interlock, sectors),
+        },
+        sectors=sectors,
+        cad_volume=mesh.volume,
+    )
+    return valid(part)
+
+
+def vane_solid(gmsh: Any, vane: VaneDimensions, sectors: int) -> occ_solids.Entity:
+    """The segment as one body of the open session."""
+    hooks = _hooks(gmsh, vane, sectors)
+    shroud = _inner_shroud(gmsh, vane, sectors)
+    blades = _aerofoils(gmsh, vane, sectors)
+    fused, _ = gmsh.model.occ.fuse([hooks], [shroud, *blades])
+    if len(fused) != 1:
+        raise InputError(f"vane: shrouds and aerofoils make {len(fused)} bodies instead of one")
+    entity: occ_solids.Entity = fused[0]
+    return entity
+
+
+def _hooks(gmsh: Any, vane: VaneDimensions, sectors: int) -> occ_solids.Entity:
+    """Outer shroud with both hooks, revolved from one outline."""
+    half = vane.outer_shroud_extent * np.pi / sectors
+    return occ_solids.revolve(gmsh, hooks_outline(vane), half)
+
+
+def _inner_shroud(gmsh: Any, vane: VaneDimensions, sectors: int) -> occ_solids.Entity:
+    """A ring piece longer than the pitch, cut by the two slanted interlock planes."""
+    kernel = gmsh.model.occ
+    inner, outer = vane.inner_shroud_inner_radius, vane.inner_shroud_outer_radius
+    front, middle = vane.inner_shroud_front, vane.hook.mid_plane
+    half = np.pi / sectors
+    lean = abs((middle - front) * np.tan(np.radians(vane.interlock_slant)))
+    margin = 1.1 * np.arcsin(lean / inner) + 0.02
+    ring = occ_solids.revolve(gmsh, inner_shroud_outline(vane), half + margin)
+    # In the frame (normal, radial, across) of a face the waste is a box on its outer side.
+    left = contact_places.interlock_frame(vane, sectors)
+    deep = 2 * (margin * outer + lean)
+    wide = 4 * (lean + middle - front)
+    waste = []
+    for frame in (left, contact_places.opposite(left, sectors)):
+        box = kernel.addBox(0, 0.5 * inner, -0.5 * wide, deep, outer, wide)
+        turn = Rotation.from_matrix(frame.T).as_rotvec()
+        kernel.rotate([(3, box)], 0, 0, 0, *turn, np.linalg.norm(turn))
+        kernel.translate([(3, box)], 0, 0, middle)
+        waste.append((3, box))
+    cut, _ = kernel.cut([ring], waste)
+    if len(cut) != 1:
+        raise InputError(f"vane: the interlock planes leave {len(cut)} inner shrouds")
+    entity: occ_solids.Entity = cut[0]
+    return entity
+
+
+def _aerofoils(gmsh: Any, vane: VaneDimensions, sectors: int) -> list[occ_solids.Entity]:
+    """Ruled along their radial axes, from inside the inner to inside the outer shroud."""
+    kernel = gmsh.model.occ
+    start, end = aerofoil.ends(vane)
+    solids = []
+    for angle in aerofoil.angles(vane, sectors):
+        root = _section(gmsh, vane, start)
+        if vane.twist == 0:
+            shift = np.tan(np.radians(vane.lean)) * (end - start)
+            face = (2, kernel.addPlaneSurface([root]))
+            swept = kernel.extrude([face], end - start, shift, 0)
+        else:
+            tip = _section(gmsh, vane, end)
+            swept = kernel.addThruSections([root, tip], makeSolid=True, makeRuled=True)
+        kernel.rotate(swept, 0, 0, 0, 0, 0, 1, angle)
+        solids.append(next(entity for entity in swept if entity[0] == 3))
+    return solids
+
+
+def _section(gmsh: Any, vane: VaneDimensions, along: float) -> int:
+    """Closed wire around an aerofoil's section, in the frame of its radial axis."""
+    kernel = gmsh.model.occ
+
+    def point(place: NDArray[np.float64]) -> int:
+        tag: int = kernel.addPoint(along, place[0], vane.hook.mid_plane + place[1])
+        return tag
+
+    sides = [[point(p) for p in s] for s in aerofoil.outline(vane, aerofoil.STATIONS, along)]
+    leading, trailing = (point(place) for place in aerofoil.edges(vane, along).control)
+    convex, concave = sides[0], sides[1][::-1]
+    wire: int = kernel.addWire(
+        [
+            kernel.addSpline(convex),
+            kernel.addBezier([convex[-1], trailing, concave[0]]),
+            kernel.addSpline(concave),
+            kernel.addBezier([concave[-1], leading, convex[0]]),
+        ]
+    )
+    # Only the ends of its curves are points of the wire.
+    kernel.remove([(0, tag) for tag in (*convex[1:-1], *concave[1:-1], leading, trailing)])
+    return wire
+
+
+def _edge(gmsh: Any, row: NDArray[np.float64]) -> int:
+    """The edge of the solid that ends in the first and last point of an interlock row."""
+    ends = row[[0, -1]]
+    found = []
+    for _, tag in gmsh.model.getEntities(1):
+        corners = gmsh.model.getBoundary([(1, tag)], combined=False)
+        if len(corners) != 2:
+            continue
+        positions = np.array([gmsh.model.getValue(0, corner, []) for _, corner in corners])
+        if any(np.allclose(positions, order, rtol=0, atol=1e-6) for order in (ends, ends[::-1])):
+            found.append(tag)
+    if len(found) != 1:
+        raise InputError(f"vane: {len(found)} edges of the interlock face instead of one")
+    return int(found[0])

@@ -1,0 +1,1 @@
+"""Dimensions, outlines and named places, before anything is meshed."""

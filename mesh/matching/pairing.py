@@ -1,0 +1,271 @@
+"""Match the meshes of a vane and a casing, one or both of them a user's, node to node.
+
+Mates are found by place and moved to one common place, so that the later stages find them exact:
+the user's node to the program's, the casing's to the vane's, a right one to its left one's image.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vanelock.cyclic import turn
+from vanelock.errors import InputError
+from vanelock.mesh.contact import frames as contact
+from vanelock.mesh.geometry.contact_places import opposite
+from vanelock.mesh.matching.cut_faces import check_cut_faces
+from vanelock.mesh.matching.nodes import mates
+from vanelock.mesh.matching.own_part import HOOKS, INTERLOCKS, OwnPart
+from vanelock.mesh.matching.side import Side
+from vanelock.mesh.part import Part
+from vanelock.product import Product
+
+Array = NDArray[np.float64]
+Integers = NDArray[np.int64]
+
+TOLERANCE = 1e-5
+"""How far mates may lie apart, m, unless the user says otherwise."""
+_REVERSED = np.array([-1.0, 1.0, -1.0])[:, None]
+
+
+@dataclass(frozen=True)
+class Mates(Product):
+    """A vane and a casing whose nodes meet.
+
+    Attributes
+    ----------
+    vane, casing : Part
+        Either part; one that the program made is as it was.
+    """
+
+    vane: Part
+    casing: Part
+
+
+def pair(
+    vane: Part | OwnPart, casing: Part | OwnPart, sectors: int, tolerance: float = TOLERANCE
+) -> Mates:
+    """Match the hooks of both parts, their keys, the interlock and the cyclic faces.
+
+    Parameters
+    ----------
+    vane, casing : Part or OwnPart
+        A part that the program meshed, or a user's.
+    sectors : int
+        Sectors N in the ring.
+    tolerance : float
+        How far mates may lie apart, m.
+
+    Returns
+    -------
+    Mates
+        Parts as the later stages need them: sets in the order of their mates, mates at one place,
+        cyclic faces exact, contact frames from the faces' geometry.
+
+    Raises
+    ------
+    InputError
+        One line for each set whose nodes do not match, with the nodes that have no mate and their
+        distances, the largest first; or for each whose faces are not opposed, with the node and
+        the angle. If nodes of the casing's cut faces are in neither set,
+        or no node is clamped.
+    """
+    sides = {"vane": Side(vane, sectors), "casing": Side(casing, sectors)}
+    problems = _held(sides["vane"], sides["casing"])
+    for name in HOOKS:
+        problems += _meet(sides["vane"], sides["casing"], name, tolerance)
+    for side, left, right in (
+        (sides["vane"], *INTERLOCKS),
+        (sides["casing"], "left", "right"),
+    ):
+        if side.own and left in side.sets and right in side.sets:
+            problems += follow(side, left, right, tolerance)
+    _refuse(problems)
+    if sides["casing"].own:
+        _refuse(check_cut_faces(sides["casing"], tolerance))
+    _refuse(_keys(sides["vane"], sides["casing"]))
+    for name in HOOKS:
+        problems += _hook_frames(sides["vane"], sides["casing"], name)
+    if sides["vane"].own and INTERLOCKS[0] in sides["vane"].sets:
+        problems += _interlock_frames(sides["vane"])
+    _refuse(problems)
+    _order_keys(sides["vane"], sides["casing"])
+    return Mates(sides["vane"].part(), sides["casing"].part())
+
+
+def _refuse(problems: list[str]) -> None:
+    if problems:
+        raise InputError("\n".join(problems))
+
+
+def _held(vane: Side, casing: Side) -> list[str]:
+    """Refuse a ring without clamped nodes; the program's own casing has some."""
+    given = casing.given
+    clamped = any(len(side.sets.get("fixed", ())) for side in (vane, casing))
+    if clamped or not isinstance(given, OwnPart):
+        return []
+    have = ", ".join(sorted(given.mesh.node_sets)) or "none"
+    return [
+        f"{casing.source}: no clamped nodes: name the set in [casing.sets] fixed = ...; the file "
+        f"has {have}"
+    ]
+
+
+def _reference(vane: Side, casing: Side) -> tuple[Side, Side]:
+    """The side whose nodes stay, and the one whose nodes are moved."""
+    return (casing, vane) if vane.own and not casing.own else (vane, casing)
+
+
+def _meet(vane: Side, casing: Side, name: str, tolerance: float) -> list[str]:
+    """Put a hook's nodes of the moving side in the order of the other's, at their places."""
+    stays, moves = _reference(vane, casing)
+    if not moves.own:
+        return []
+    own, other = stays.sets[name], moves.sets[name]
+    found, problems = mates(
+        stays.points[own],
+        moves.points[other],
+        tolerance,
+        (f"{stays.source}, {name}", f"{moves.source}, {name}"),
+        (lambda i: stays.told(int(own[i])), lambda i: moves.told(int(other[i]))),
+        size=min(float(np.linalg.norm(np.ptp(side.points, axis=0))) for side in (stays, moves)),
+    )
+    if not problems:
+        moves.sets[name] = other[found]
+        moves.points[moves.sets[name]] = stays.points[own]
+    return problems
+
+
+def follow(side: Side, left: str, right: str, tolerance: float) -> list[str]:
+    """Put a right face's nodes in the order of the left one's, at the places of their images."""
+    onto = turn(side.sectors).T
+    own, other = side.sets[left], side.sets[right]
+    found, problems = mates(
+        side.points[own] @ onto,
+        side.points[other],
+        tolerance,
+        (f"{side.source}, {left} turned by 2π/{side.sectors}", f"{side.source}, {right}"),
+        (lambda i: side.told(int(own[i])), lambda i: side.told(int(other[i]))),
+    )
+    if not problems:
+        side.sets[right] = other[found]
+        side.points[side.sets[right]] = side.points[own] @ onto
+    return problems
+
+
+def _keys(vane: Side, casing: Side) -> list[str]:
+    """Put the keys of the moving side in the order of the other's, their mates at the hooks."""
+    stays, moves = _reference(vane, casing)
+    if not moves.own:
+        return []
+    mate = {
+        int(a): int(b)
+        for name in HOOKS
+        for a, b in zip(stays.sets[name], moves.sets[name], strict=True)
+    }
+    wanted = np.array([mate[int(node)] for node in stays.sets["key"]], np.int64)
+    problems = []
+    if len(lost := np.setdiff1d(wanted, moves.sets["key"])):
+        problems.append(
+            f"{moves.source}, key: of its nodes that meet keys of {stays.source}, {len(lost)} "
+            f"{'is' if len(lost) == 1 else 'are'} missing, such as {moves.told(int(lost[0]))}"
+        )
+    if len(extra := np.setdiff1d(moves.sets["key"], wanted)):
+        meet = "meets" if len(extra) == 1 else "meet"
+        problems.append(
+            f"{moves.source}, key: {len(extra)} of its nodes {meet} no key of {stays.source}, "
+            f"such as {moves.told(int(extra[0]))}"
+        )
+    moves.sets["key"] = wanted
+    return problems
+
+
+def _order_keys(vane: Side, casing: Side) -> None:
+    """Put a user's keys in the order of the hooks' nodes."""
+    if vane.own and casing.own:
+        hooks = np.concatenate([vane.sets[name] for name in HOOKS])
+        place = {int(node): i for i, node in enumerate(hooks)}
+        order = np.argsort([place[int(node)] for node in vane.sets["key"]])
+        vane.sets["key"], casing.sets["key"] = vane.sets["key"][order], casing.sets["key"][order]
+
+
+def _hook_frames(vane: Side, casing: Side, name: str) -> list[str]:
+    """Frames at a hook: the program's own where there are any, else from both parts' faces."""
+    stays, moves = _reference(vane, casing)
+    if not moves.own:
+        return []
+    known = stays.frames.get(name)
+    own = stays.directions(name) if known is None else [f[:1] for f in known]
+    other = moves.directions(name)
+    normal, problems = _normals(own, other, moves, name, stays)
+    if problems:
+        return problems
+    if known is None:
+        radial, around = contact.cylindrical_axes(stays.of(name))
+        known = contact.frames(normal, around, radial)
+        order = _by_band(stays.of(name), known[:, 0], radial)
+        stays.sets[name], moves.sets[name] = stays.sets[name][order], moves.sets[name][order]
+        known = stays.frames[name] = known[order]
+    moves.frames[name] = _REVERSED * known
+    return []
+
+
+def _by_band(places: Array, normal: Array, radial: Array) -> Integers:
+    """Outer faces before inner ones, then by axial position, then by ascending angle."""
+    inner = np.sum(normal * radial, axis=1) < 0
+    angle = np.arctan2(places[:, 1], places[:, 0])
+    return np.lexsort((angle, np.round(places[:, 2] / TOLERANCE), inner))
+
+
+def _interlock_frames(side: Side) -> list[str]:
+    """Frames of the interlock: the first tangent is radial, as at the middle of the left set."""
+    left, right = INTERLOCKS
+    order = _by_row(side.of(left))
+    side.sets[left], side.sets[right] = side.sets[left][order], side.sets[right][order]
+    back = turn(side.sectors)
+    mate = [found @ back for found in side.directions(right)]  # turned to where the left one is
+    normal, problems = _normals(side.directions(left), mate, side, right, side)
+    if problems:
+        return problems
+    middle = side.of(left).mean(axis=0)[None].repeat(len(normal), axis=0)
+    radial, around = contact.cylindrical_axes(middle)
+    side.frames[left] = contact.frames(normal, radial, around)
+    side.frames[right] = opposite(side.frames[left], side.sectors)
+    return []
+
+
+def _by_row(places: Array) -> Integers:
+    """By radius in ten steps, then by axial position."""
+    radius = np.hypot(places[:, 0], places[:, 1])
+    step = max(float(np.ptp(radius)) / 10, TOLERANCE)
+    return np.lexsort((places[:, 2], np.round((radius - radius.min()) / step)))
+
+
+def _normals(
+    own: list[Array], other: list[Array], moves: Side, name: str, stays: Side
+) -> tuple[Array, list[str]]:
+    """Normals (k, 3) that the nodes share with their mates, and what is wrong with them."""
+    normal = np.zeros((len(own), 3))
+    off = np.zeros(len(own))
+    several = np.zeros(len(own), bool)
+    for i, (a, b) in enumerate(zip(own, other, strict=True)):
+        normal[i], off[i], several[i] = contact.opposed(a, b)
+    problems = []
+    where = f"{moves.source}, {name}"
+    wrong = np.flatnonzero(off > contact.OPPOSED)
+    if len(wrong):
+        worst = wrong[np.argsort(-off[wrong], kind="stable")]
+        listed = [f"{moves.told(int(moves.sets[name][i]))} {off[i]:.1f}" for i in worst[:5]]
+        more = ", ..." if len(worst) > 5 else ""
+        mate = "its mates" if moves is stays else stays.source
+        problems.append(
+            f"{where}: at {len(wrong)} of {len(own)} nodes the faces are not opposed to those of "
+            f"{mate}, within {contact.OPPOSED:g} degrees: {', '.join(listed)}{more}"
+        )
+    elif several.any():
+        node = moves.sets[name][int(np.flatnonzero(several)[0])]
+        problems.append(
+            f"{where}: at {several.sum()} nodes faces of several directions are opposed, such as "
+            f"{moves.told(int(node))}: give the set as faces"
+        )
+    return normal, problems

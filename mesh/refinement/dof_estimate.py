@@ -1,0 +1,149 @@
+"""How many degrees of freedom a mesh will have, told from dimensions before anything is meshed."""
+
+from collections.abc import Callable
+
+import numpy as np
+
+from vanelock.errors import InputError
+from vanelock.mesh.checks.fillets import check_resolved
+from vanelock.mesh.generate.aerofoil_faces import ROUND, divisions
+from vanelock.mesh.generate.bosses import check_meshable
+from vanelock.mesh.generate.stretch import check_stretch
+from vanelock.mesh.geometry.dimensions import CasingDimensions, HookDimensions, VaneDimensions
+from vanelock.mesh.geometry.element_size import LARGEST, SMALLEST, element_size
+
+MOST = 1_000_000
+"""Degrees of freedom of both parts together; beyond, meshing takes minutes and memory runs out."""
+
+Plate = tuple[float, float]
+"""Area of the mid-surface, m^2, and thickness, m."""
+
+_LEAST, _SHEET, _BULK = 6180.0, 35.9, 13.8
+_A_CELL = 5.4  # nodes of an aerofoil on a cell of its faces, what lies beneath included
+_AROUND = 1.15  # on the shrouds and hooks, for the finer elements at the aerofoils and contacts
+
+
+def casing_dofs(
+    casing: CasingDimensions, hook: HookDimensions, sectors: int, size: float, stretch: int = 1
+) -> float:
+    """Estimate for a casing sector meshed with elements of `size`, m; fillets apart."""
+    return _plates_dofs(casing_plates(casing, hook, sectors * stretch), size)
+
+
+def vane_dofs(vane: VaneDimensions, sectors: int, size: float) -> float:
+    """Estimate for a vane segment meshed with elements of `size`, m; fillets apart.
+
+    Aerofoils are counted by the rows and columns of their faces.
+    """
+    rows, columns = divisions(vane, size)
+    cells = vane.aerofoils * rows * 2 * (columns + ROUND)
+    return 3 * _A_CELL * cells + _AROUND * _plates_dofs(shroud_plates(vane, sectors), size)
+
+
+def _plates_dofs(plates: list[Plate], size: float) -> float:
+    """Estimate for a part made of plates.
+
+    Besides what contacts and corners need anyway, a plate thinner than an element has its nodes
+    by area and a thicker one by volume. The constants are fitted to 30 meshes of both parts, with
+    elements of 4 to 25 mm, thin and thick walls, 8 to 24 sectors, none missed by a quarter.
+    """
+    area = sum(area for area, _ in plates)
+    volume = sum(area * thickness for area, thickness in plates)
+    return _LEAST + _SHEET * area / size**2 + _BULK * volume / size**3
+
+
+def check_size(
+    size: str | float,
+    vane: VaneDimensions | None,
+    casing: CasingDimensions | None,
+    sectors: int,
+    hook: HookDimensions | None = None,
+    stretch: int = 1,
+) -> None:
+    """Refuse elements so small that both meshes together would be too large, or too large.
+
+    None stands for a part that is meshed already; `hook` then is the one that a casing shares.
+
+    Raises
+    ------
+    InputError
+        Naming `mesh.size`, the estimate and about the smallest size allowed; or a fillet or boss
+        that is too small for the elements; or `mesh.stretch`.
+    """
+    if vane is not None:
+        check_resolved("vane", vane.fillet, element_size(size, "vane"))
+    if casing is not None:
+        check_resolved("casing", casing.fillet, element_size(size, "casing"))
+        check_meshable(casing, element_size(size, "casing"))
+        check_stretch(stretch, casing)
+    hook = hook or (HookDimensions() if vane is None else vane.hook)
+
+    def count(vane_size: float, casing_size: float) -> float:
+        return (0 if vane is None else vane_dofs(vane, sectors, vane_size)) + (
+            0 if casing is None else casing_dofs(casing, hook, sectors, casing_size, stretch)
+        )
+
+    told = count(element_size(size, "vane"), element_size(size, "casing"))
+    if told <= MOST:
+        return
+    shown = f'"{size}"' if isinstance(size, str) else f"{size:g} m"
+    raise InputError(
+        f"mesh.size = {shown}: about {float(f'{told:.2g}'):,.0f} degrees of freedom: at most "
+        f"{MOST:,} are allowed{_advice(count)}"
+    )
+
+
+def _advice(count: Callable[[float, float], float]) -> str:
+    """The smallest size allowed, in tenths of a millimetre."""
+    for tenth in range(round(SMALLEST * 1e4), round(LARGEST * 1e4) + 1):
+        if count(tenth * 1e-4, tenth * 1e-4) <= MOST:
+            return f", that is sizes from {tenth / 10:g} mm here"
+    return ", and no size reaches that: reduce the dimensions"
+
+
+def shroud_plates(vane: VaneDimensions, sectors: int) -> list[Plate]:
+    """The shrouds, legs and feet of a vane segment."""
+    hook, pitch = vane.hook, 2 * np.pi / sectors
+    long = pitch * vane.outer_shroud_extent
+    inner, outer = vane.inner_shroud_outer_radius, vane.outer_shroud_inner_radius
+    return [
+        (
+            2 * (hook.mid_plane - vane.inner_shroud_front) * pitch * inner,
+            inner - vane.inner_shroud_inner_radius,
+        ),
+        (
+            2 * (hook.mid_plane - vane.outer_shroud_front) * long * outer,
+            vane.outer_shroud_outer_radius - outer,
+        ),
+        (
+            2 * (hook.roof_radius - vane.outer_shroud_outer_radius) * long * hook.lip_radius,
+            vane.leg_rear - vane.leg_front,
+        ),
+        (
+            2 * (vane.leg_front - vane.foot_front) * long * hook.roof_radius,
+            hook.roof_radius - hook.lip_radius,
+        ),
+    ]
+
+
+def casing_plates(casing: CasingDimensions, hook: HookDimensions, sectors: int) -> list[Plate]:
+    """The shell, flanges and bosses of a casing sector, and its rails' walls, roofs and lips."""
+    pitch = 2 * np.pi / sectors
+    groove = casing.groove_mouth - casing.groove_bottom
+    return [
+        (
+            casing.length * pitch * (casing.inner_radius + casing.outer_radius) / 2,
+            casing.outer_radius - casing.inner_radius,
+        ),
+        (
+            pitch * (casing.flange_radius**2 - casing.outer_radius**2),
+            casing.flange_thickness,
+        ),
+        (
+            2 * (casing.inner_radius - casing.rail_inner_radius) * pitch * casing.inner_radius,
+            casing.groove_bottom - casing.rail_front,
+        ),
+        (2 * groove * pitch * casing.inner_radius, casing.inner_radius - hook.roof_radius),
+        (2 * groove * pitch * hook.lip_radius, hook.lip_radius - casing.rail_inner_radius),
+        (casing.bosses * np.pi * casing.boss_diameter**2 / 4, casing.boss_height),
+    ]

@@ -1,0 +1,241 @@
+"""The forced response to an accuracy: harmonics chosen point by point, frequencies by the curve.
+
+Every point starts from one harmonic or from what its neighbour needed, is judged
+(`error_estimates`), and is solved again with more until the estimated error is within its share
+(`points`). Frequencies of a range are chosen by the curve itself (`sampling`).
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from vanelock.errors import InputError
+from vanelock.nonlinear.adaptive.error_estimates import SOURCES, Estimate, Estimator
+from vanelock.nonlinear.adaptive.harmonic_levels import Climbed, Ladder
+from vanelock.nonlinear.adaptive.neighbours import places_of_jumps, settled
+from vanelock.nonlinear.adaptive.points import Point, Pointwise, Shares
+from vanelock.nonlinear.adaptive.sampling import Exploring
+from vanelock.nonlinear.contact.sampling import FRICTIONS, checked_samples
+from vanelock.nonlinear.forced_response.linear_response import (
+    check_band,
+    check_forces,
+    check_option,
+    checked_frequencies,
+    checked_range,
+    excited,
+)
+from vanelock.nonlinear.forced_response.replay import Journal, replaying
+from vanelock.nonlinear.forced_response.response import ErrorEstimates, Response, assemble_response
+from vanelock.nonlinear.forced_response.static_mean import COUPLINGS, with_static_mean
+from vanelock.nonlinear.fourier.threads import one_thread
+from vanelock.nonlinear.fourier.trigonometric import TURN, resized
+from vanelock.nonlinear.newton.newton import TOLERANCE
+from vanelock.rom.errors.neglected import Neglected
+from vanelock.rom.system import System
+
+Floats = NDArray[np.float64]
+Progress: TypeAlias = Callable[[int, int, float, float], None]
+
+FEWEST = 128
+"""Samples of a period to begin with, where the law is sampled."""
+
+
+@one_thread
+def adaptive_response(
+    systems: Callable[[int], System],
+    frequencies: ArrayLike | tuple[float, float],
+    shares: Shares,
+    monitor: tuple[int, int] | None = None,
+    harmonics: int | None = None,
+    coupling: str = "coupled",
+    friction: str = "orthogonal",
+    samples: int | None = None,
+    neglected: Callable[[int], Neglected] | None = None,
+    mesh_error: Callable[[int, Floats], Floats] | None = None,
+    tolerance: float = TOLERANCE,
+    progress: Progress | None = None,
+    journal: Journal | None = None,
+) -> Response:
+    """Steady vibration with friction, as exact as asked for at one output.
+
+    Parameters
+    ----------
+    systems : callable
+        From H to a system that has the nodal diameters of the harmonics 0 to H and of all forces;
+        called with growing H, when a point needs them. Diameters that it had before stay as they
+        were.
+    frequencies : (p,) array_like or (float, float)
+        Hz. An array or list: exactly these. A tuple (low, high): a range, sampled as the curve
+        needs it.
+    shares : Shares
+        What the errors may be.
+    monitor : (int, int), optional
+        Output node and direction, by their places in the system; by default those of the largest
+        linear response with all contacts stuck.
+    harmonics : int, optional
+        H at every point, instead of choosing it.
+    coupling, friction : str
+        As of `frequency_response`.
+    samples : int, optional
+        Of a period, instead of locating events, or instead of choosing them where friction is
+        isotropic.
+    neglected, mesh_error : callable, optional
+        What else is estimated, see `nonlinear.estimates`: `rom.neglected_forms` by nodal diameter;
+        relative errors (n,) of natural frequencies (n,) in Hz by a nodal diameter and these.
+    tolerance : float
+        Relative residual at which a point counts as converged.
+    progress, journal : optional
+        As of `frequency_response`.
+
+    Returns
+    -------
+    Response
+        With as many harmonics as the most demanding point, `estimates` included. Estimates that
+        stay above their shares say so there.
+
+    Raises
+    ------
+    InputError
+        If an option is unknown, a share or a frequency is not positive, or there is no output.
+    """
+    check_option("coupling", coupling, COUPLINGS)
+    check_option("friction", friction, FRICTIONS)
+    for name in ("harmonics", "frequencies", "samples"):
+        share = getattr(shares, name)
+        if share is not None and not 0 < share < 1:
+            raise InputError(f"shares.{name}: given {share}: allowed are numbers between 0 and 1")
+    is_range = isinstance(frequencies, tuple)
+    hertz = (checked_range if is_range else checked_frequencies)(frequencies)
+    if samples is not None:
+        checked_samples(samples, harmonics or 1, friction)
+    sampled = samples or (FEWEST if friction == "isotropic" else None)
+    omegas = TURN * hertz
+    limits = float(omegas.min()), float(omegas.max())
+    ladder = Ladder(systems, limits, coupling, friction, sampled, tolerance)
+    first = ladder.structure(harmonics or 1)
+    if harmonics is None:
+        first = ladder.structure(max([1, *excited(first.system)]))
+    else:
+        check_forces(first.system, harmonics)
+    check_band(first.system, hertz)
+    if not first.system.output_names:
+        raise InputError("system: has no output nodes: their amplitude is what an error is of")
+    monitored = _loudest(ladder, first.harmonics, omegas) if monitor is None else monitor
+    left_out = None if neglected is None else lru_cache(None)(neglected)
+    estimator = Estimator(ladder, monitored, left_out, mesh_error)
+    pointwise = Pointwise(
+        estimator,
+        shares,
+        first.harmonics,
+        chooses_harmonics=harmonics is None,
+        chooses_samples=friction == "isotropic" and samples is None,
+        replay=replaying(journal, Point, Estimate, Climbed),
+    )
+    told = _Told(progress)
+    if is_range:
+        found = Exploring(pointwise, omegas[0], omegas[1], told).curve()
+        jumps, direction = places_of_jumps(pointwise, found), "both"
+    else:
+        found, jumps, direction = _swept(pointwise, omegas, told)
+    return replace(_assembled(ladder, found, monitored), direction=direction, jump=jumps)
+
+
+@dataclass
+class _Told:
+    """Passes points on to a progress display."""
+
+    progress: Progress | None
+    count: int = 0
+
+    def __call__(self, point: Point, expected: int) -> None:
+        self.count += 1
+        if self.progress is not None:
+            expected = max(expected, self.count)
+            self.progress(self.count, expected, point.omega / TURN, point.amplitude)
+
+
+def _swept(
+    pointwise: Pointwise, omegas: Floats, told: _Told
+) -> tuple[list[Point], NDArray[np.int64], str]:
+    """Exactly these frequencies, in the order given; their jumps; and how they were swept.
+
+    They are swept upwards and, where that jumps or loses a point, back downwards; of two solutions
+    at a frequency, the larger counts.
+    """
+    order = np.argsort(omegas, kind="stable")
+    back, direction = np.argsort(order), "up"
+    found = _passed(pointwise, omegas[order], told)
+    jumps = places_of_jumps(pointwise, found)
+    if len(jumps) or not all(point.solution.converged for point in found):
+        down = _passed(pointwise, omegas[order[::-1]], told, found[-1:])[::-1]
+        pairs = zip(found, down, strict=True)
+        found = [max(pair, key=lambda point: point.amplitude) for pair in pairs]
+        jumps, direction = places_of_jumps(pointwise, found), "both"
+    found = settled(pointwise, found)
+    return [found[i] for i in back], order[jumps], direction
+
+
+def _passed(
+    pointwise: Pointwise, omegas: Floats, told: _Told, before: Sequence[Point] = ()
+) -> list[Point]:
+    """Points at these frequencies, one after another; the first from what is known before."""
+    found: list[Point] = []
+    history = [point for point in before if point.solution.converged]
+    for omega in omegas:
+        point = pointwise.point(float(omega), history)
+        found.append(point)
+        told(point, len(omegas))
+        if point.solution.converged:
+            history = [*history, point][-2:]
+    return found
+
+
+def _loudest(ladder: Ladder, harmonics: int, omegas: Floats) -> tuple[int, int]:
+    """Node and direction of the largest linear response, all contacts stuck."""
+    prepared = ladder.structure(harmonics)
+    still = np.zeros_like(prepared.linear(float(omegas[0])))
+    sizes = [
+        np.abs(prepared.output(prepared.amplitudes(omega, still))[1:]).max(axis=0)
+        for omega in np.linspace(omegas.min(), omegas.max(), 41)
+    ]
+    node, direction = np.unravel_index(np.argmax(np.max(sizes, axis=0)), sizes[0].shape)
+    return int(node), int(direction)
+
+
+def _assembled(ladder: Ladder, points: Sequence[Point], monitored: tuple[int, int]) -> Response:
+    """All points as one response with the largest number of harmonics among them."""
+    H = max(point.harmonics for point in points)
+    rest = ladder.rest
+    solutions = []
+    for point in points:
+        found = point.solution
+        found = replace(found, w=resized(found.w, H), u=resized(found.u, H))
+        solutions.append(found if rest is None else with_static_mean(found, rest))
+    response = assemble_response(ladder.structure(H), solutions)
+    estimates = ErrorEstimates(
+        sources=SOURCES,
+        change=_changes(points),
+        slope=np.array([point.slope for point in points]) * TURN,
+        amplitude=np.array([point.amplitude for point in points]),
+        harmonics=np.array([point.harmonics for point in points]),
+        monitored=np.array(monitored),
+        tried=ladder.reached,
+    )
+    samples = ladder.samples_of(H) or 0
+    return replace(
+        response,
+        coupling=ladder.coupling,
+        friction=ladder.friction,
+        samples=samples,
+        estimates=estimates,
+    )
+
+
+def _changes(points: Sequence[Point]) -> Floats:
+    """(p, s) changes of the amplitude, NaN where a point is lost."""
+    lost = np.full(len(SOURCES), np.nan)
+    return np.array([p.estimate.change if p.estimate else lost for p in points])

@@ -1,0 +1,247 @@
+"""Errors of a solution by what it leaves out, to first order, without a better solution.
+
+Whatever is left out moves the contacts by some δu if their deviation w is held, or asks for a
+deviation that differs by δw from the one that is there. The structure and the contacts answer as
+they are linearised at the solution, with two more harmonics than it has,
+
+    (I - W' R̂) dw = δw + W' δu,
+
+and the amplitude A of the monitored output is taken once more with w + dw. Sources are
+
+    harmonics   the contacts' own coefficients above H: the solution is no solution of the balance
+                with H + 2 harmonics, and dw is Newton's step towards one,
+    modes       the missing compliance of the reduced parts (`rom.neglected_forms`),
+    mesh        natural frequencies that are too high by an estimated share,
+    samples     the law evaluated on twice as many samples, or with located events.
+
+Pushing the coefficients above H through their receptances alone, without what the motion there does
+to the contacts in turn, is not enough: a harmonic that meets a resonance of its nodal diameter
+changes the others by many times that.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vanelock.nonlinear.adaptive.harmonic_levels import Ladder
+from vanelock.nonlinear.balance.balance import Balance, Structure
+from vanelock.nonlinear.contact.law import Deviation
+from vanelock.nonlinear.forced_response.response import amplitude_and_slope, half_peak_to_peak
+from vanelock.nonlinear.fourier.trigonometric import resized, to_complex, to_real
+from vanelock.nonlinear.newton.law_jacobian import response_to
+from vanelock.nonlinear.newton.linearised import Linearised, linearise
+from vanelock.nonlinear.newton.newton import Solution, active_rows, scales
+from vanelock.rom.errors.neglected import Neglected
+
+Floats = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+
+SOURCES = ("harmonics", "modes", "mesh", "samples")
+BEYOND = 2
+"""Harmonics beyond H with which a solution is judged."""
+EXACT = 1e-3
+"""Relative accuracy of the linear solutions behind an estimate."""
+FAINT = 1e-3
+"""Of the largest modal amplitude, below which a harmonic's share in an error is left out."""
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """What a solution is worth at the monitored output.
+
+    Attributes
+    ----------
+    amplitude : float
+        A, half the peak-to-peak, m.
+    slope : float
+        dA/dω, m s/rad; NaN where the path of solutions turns back.
+    change : (s,) float
+        By how much A is too small because of each source, m; NaN where it is not known.
+    better : (c, 3, 2H + 5) float or None
+        The deviation with two more harmonics, m.
+    """
+
+    amplitude: float
+    slope: float
+    change: Floats
+    better: Floats | None
+
+
+@dataclass(frozen=True)
+class Estimator:
+    """Judges solutions.
+
+    Attributes
+    ----------
+    ladder : Ladder
+    monitored : (int, int)
+        Output node and direction.
+    neglected : callable, optional
+        What the reduced parts leave out, by nodal diameter.
+    mesh_error : callable, optional
+        From a nodal diameter and the natural frequencies of the stuck system (n,), Hz, to their
+        relative errors (n,).
+    """
+
+    ladder: Ladder
+    monitored: tuple[int, int]
+    neglected: Callable[[int], Neglected] | None = None
+    mesh_error: Callable[[int, Floats], Floats] | None = None
+
+    def estimate(self, found: Solution, harmonics: int) -> Estimate:
+        """Judge a converged solution with H harmonics."""
+        state = _Wide(self.ladder, found, harmonics + BEYOND)
+        wide = state.structure
+        amplitudes = wide.amplitudes(found.omega, state.w)
+        q = self._output(wide, amplitudes)
+        A, slope = amplitude_and_slope(q, self._rates(state, amplitudes))
+        step = state.answer_to_deviation(state.gap)
+        better = None if step is None else state.w + step
+        others = [
+            None if better is None else self._of_deviation(state, better),
+            self._softer(state, amplitudes, self._left_out(), harmonics),
+            self._softer(state, amplitudes, self._too_stiff(), harmonics),
+            self._samples(state, q),
+        ]
+        change = np.array([np.nan if other is None else half(other) - A for other in others])
+        return Estimate(A, slope, change, better)
+
+    def _output(self, wide: Structure, amplitudes: list[Complex]) -> Complex:
+        """(H + 1,) coefficients of the monitored output."""
+        pairs = zip(wide.nodal_diameters, amplitudes, strict=True)
+        return np.array([wide.output_rows[k][self.monitored] @ a for k, a in pairs])
+
+    def output(self, prepared: Structure, omega: float, w: Floats) -> Complex:
+        """(H + 1,) coefficients of the monitored output under a deviation (c, 3, 2H + 1), m."""
+        return self._output(prepared, prepared.amplitudes(omega, w))
+
+    def _of_deviation(self, state: "_Wide", w: Floats) -> Complex:
+        return self.output(state.structure, state.omega, w)
+
+    def _rates(self, state: "_Wide", amplitudes: list[Complex]) -> Complex:
+        """Their derivatives to ω along the solutions; NaN where the path turns back."""
+        wide, omega = state.structure, state.omega
+        moved = []
+        for h, amplitude in enumerate(amplitudes):
+            rate = wide.push_rate(h, omega, amplitude)
+            still = np.zeros(len(amplitude), complex)
+            moved.append(still if rate is None else wide.at(h).solve(h * omega, rate))
+        answer = state.answer_to_motion(moved)
+        if answer is None:
+            return np.full(len(amplitudes), np.nan, complex)
+        return self._output(wide, answer)
+
+    def _left_out(self) -> "Force | None":
+        """Modal forces that the compliance missing from the reduced parts amounts to."""
+        if (neglected := self.neglected) is None:
+            return None
+
+        def force(wide: Structure, h: int, omega: float, amplitude: Complex) -> Complex:
+            shapes = wide.at(h).shapes
+            left_out = neglected(wide.nodal_diameters[h])
+            return np.asarray(shapes.conj().T @ left_out.force(h * omega, shapes @ amplitude))
+
+        return force
+
+    def _too_stiff(self) -> "Force | None":
+        """The same for the meshes."""
+        if (mesh_error := self.mesh_error) is None:
+            return None
+
+        def force(wide: Structure, h: int, omega: float, amplitude: Complex) -> Complex:
+            with np.errstate(divide="ignore"):
+                natural = 1 / np.sqrt(wide.at(h).compliance) / (2 * np.pi)
+            error = mesh_error(wide.nodal_diameters[h], natural)
+            return np.asarray(2 * error * amplitude)
+
+        return force
+
+    def _softer(
+        self, state: "_Wide", amplitudes: list[Complex], force: "Force | None", harmonics: int
+    ) -> Complex | None:
+        """The monitored output if modal forces in the harmonics 1 ... H were added."""
+        if force is None:
+            return None
+        wide, omega = state.structure, state.omega
+        moved = [np.zeros(len(amplitude), complex) for amplitude in amplitudes]
+        largest = max(np.abs(amplitude).max(initial=0.0) for amplitude in amplitudes[1:])
+        for h in range(1, harmonics + 1):
+            if np.abs(amplitudes[h]).max(initial=0.0) < FAINT * largest:
+                continue
+            added = force(wide, h, omega, amplitudes[h])
+            moved[h] = wide.at(h).solve(h * omega, added)
+        answer = state.answer_to_motion(moved)
+        if answer is None:
+            return None
+        return self._output(wide, [a + da for a, da in zip(amplitudes, answer, strict=True)])
+
+    def _samples(self, state: "_Wide", q: Complex) -> Complex | None:
+        """The monitored output q without the error of samples."""
+        if self.ladder.samples is None:
+            return q
+        finer = self.ladder.law(state.structure.harmonics, finer=True)
+        step = state.answer_to_deviation(finer(state.u).w - state.deviation.w)
+        if step is None:
+            return None
+        # Isotropic friction: twice the samples halve the error.
+        share = 2.0 if self.ladder.friction == "isotropic" else 1.0
+        return self._of_deviation(state, state.w + share * step)
+
+
+Force = Callable[[Structure, int, float, Complex], Complex]
+
+
+class _Wide:
+    """A solution taken with more harmonics, and the balance linearised there once for all."""
+
+    def __init__(self, ladder: Ladder, found: Solution, harmonics: int) -> None:
+        family = ladder.guessing(harmonics)
+        self.structure, self.omega = family.structure, found.omega
+        self.w = resized(found.w, harmonics)
+        self.balance: Balance = family.at(found.omega)
+        self.u = self.balance.displacement(self.w)
+        self.deviation: Deviation = family.friction(self.u)
+        self.gap = self.deviation.w - self.w
+        self.rows = active_rows(self.w, self.deviation)
+        self._linear: Linearised | None = None
+        if len(self.rows):
+            weight = np.broadcast_to(1 / scales(self.balance.linear), self.w.shape).reshape(-1)
+            kept, stiffness = ladder.kept(harmonics), self.structure.stiffness
+            self._linear = linearise(
+                self.balance, self.deviation, self.rows, weight, None, kept, stiffness
+            )
+            ladder.keep(harmonics, self._linear.kept)
+
+    def answer_to_deviation(self, gap: Floats) -> Floats | None:
+        """Change dw if the law asks for w + gap, (c, 3, m) m; None where P is singular."""
+        if self._linear is None:
+            return gap
+        right = np.zeros(gap.size)
+        right[self.rows] = gap.reshape(-1)[self.rows]
+        step = self._linear.solve(right, EXACT)
+        return None if step is None else step.reshape(gap.shape)
+
+    def answer_to_motion(self, moved: list[Complex]) -> list[Complex] | None:
+        """Change of the modal amplitudes if they were moved so at fixed w."""
+        if self._linear is None:
+            return moved
+        wide = self.structure
+        rows = [wide.at(h).rows @ each for h, each in enumerate(moved)]
+        seen = to_real(np.stack(rows)).reshape(self.w.shape)
+        right = np.zeros(seen.size)
+        right[self.rows] = response_to(self.deviation, self.rows, seen)
+        step = self._linear.solve(right, EXACT)
+        if step is None:
+            return None
+        pulled = to_complex(step.reshape(-1, self.w.shape[2])) * wide.stiffness
+        return [
+            each + wide.at(h).solve(h * self.omega, wide.at(h).pull @ pulled[h])
+            for h, each in enumerate(moved)
+        ]
+
+
+def half(q: Complex) -> float:
+    """Half the peak-to-peak of coefficients (H + 1,)."""
+    return float(half_peak_to_peak(q[:, None])[0])

@@ -1,0 +1,201 @@
+"""One system balanced with any number of harmonics: what several H share is prepared once.
+
+Nodal diameters are asked for when a harmonic needs them. Until then, where no more than an estimate
+is wanted, the matrices of the nearest diameter stand for them, at the harmonic's own phase between
+neighbours: the vane is the same at all of them, and the casing changes little from one to the next.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vanelock.cyclic import folded
+from vanelock.nonlinear.balance.balance import Structure, structure
+from vanelock.nonlinear.balance.receptance_tables import Deferred
+from vanelock.nonlinear.balance.stuck_modes import StuckModes
+from vanelock.nonlinear.contact.law import Law, contact_law
+from vanelock.nonlinear.contact.sampling import least_samples
+from vanelock.nonlinear.continuation.families import Frequencies
+from vanelock.nonlinear.forced_response.frequency_sweep import Solver
+from vanelock.nonlinear.forced_response.static_mean import at_rest
+from vanelock.nonlinear.newton.linearised import Kept, to_be_made
+from vanelock.nonlinear.newton.newton import TOLERANCE, Solution
+from vanelock.nonlinear.newton.preconditioner import Basis
+from vanelock.rom.system import System
+
+
+@dataclass(frozen=True)
+class Climbed:
+    """What a ladder has come to by the points that were solved on it.
+
+    Attributes
+    ----------
+    samples : int or None
+        Of a period.
+    reached : int
+        The largest H that a system was asked for.
+    asked : dict of (int, int or None) to int
+        Balances that each solver asked for, by its harmonics and samples.
+    bases : dict of int to Basis
+        Preconditioners by number of harmonics.
+    """
+
+    samples: int | None
+    reached: int
+    asked: dict[tuple[int, int | None], int]
+    bases: dict[int, Basis]
+
+
+@dataclass
+class Ladder:
+    """Solvers by number of harmonics.
+
+    Attributes
+    ----------
+    systems : callable
+        From H to a system that has the nodal diameters of all harmonics up to H.
+    limits : (float, float)
+        Range of frequencies, rad/s.
+    coupling, friction : str
+        As of `frequency_response`.
+    samples : int or None
+        Of a period; None where events are located.
+    tolerance : float
+        Relative residual that counts as converged.
+    """
+
+    systems: Callable[[int], System]
+    limits: tuple[float, float]
+    coupling: str = "coupled"
+    friction: str = "orthogonal"
+    samples: int | None = None
+    tolerance: float = TOLERANCE
+    _reached: int = -1
+    _system: System | None = None
+    _modes: dict[int, StuckModes] = field(default_factory=dict)
+    _guessed: dict[tuple[int, int], StuckModes] = field(default_factory=dict)
+    _solvers: dict[tuple[int, int | None], Solver] = field(default_factory=dict)
+    _structures: dict[int, Structure] = field(default_factory=dict)
+    _extended: dict[int, Structure] = field(default_factory=dict)
+    _laws: dict[tuple[int, int | None, bool], Law] = field(default_factory=dict)
+    _rest: Solution | None = None
+    _sources: dict[tuple[int, int | None], Deferred] = field(default_factory=dict)
+    _asked: dict[tuple[int, int | None], int] = field(default_factory=dict)
+    _bases: dict[int, Basis] = field(default_factory=dict)
+
+    @property
+    def climbed(self) -> Climbed:
+        """What it has come to."""
+        asked = {key: source.asked for key, source in self._sources.items()}
+        return Climbed(self.samples, self._reached, self._asked | asked, dict(self._bases))
+
+    def climb(self, to: Climbed) -> None:
+        """Go on from what it had come to."""
+        if to.reached > self._reached:
+            self.structure(to.reached)
+        self.samples, self._bases, self._asked = to.samples, dict(to.bases), dict(to.asked)
+        for key, source in self._sources.items():
+            source.asked = to.asked.get(key, 0)
+
+    def structure(self, harmonics: int) -> Structure:
+        """The structure with H harmonics, all at their own nodal diameters."""
+        if harmonics > self._reached:
+            self._system, self._reached = self.systems(harmonics), harmonics
+            self._extended.clear()
+        assert self._system is not None
+        if harmonics not in self._structures:
+            made = structure(self._system, harmonics, known=self._modes)
+            self._modes |= made.modes
+            self._structures[harmonics] = made
+        return self._structures[harmonics]
+
+    def extended(self, harmonics: int) -> Structure:
+        """The same for estimates, neighbours standing in for diameters that are not there."""
+        if harmonics <= self._reached:
+            return self.structure(harmonics)
+        if harmonics not in self._extended:
+            assert self._system is not None
+            system, places = _stood_in(self._system, harmonics)
+            guessed = {
+                own: self._guessed[own, place]
+                for own, place in places.items()
+                if (own, place) in self._guessed
+            }
+            made = structure(system, harmonics, known=guessed | self._modes)
+            for own, place in places.items():
+                if own in made.modes:
+                    self._guessed[own, place] = made.modes[own]
+            self._extended[harmonics] = made
+        return self._extended[harmonics]
+
+    def law(self, harmonics: int, finer: bool = False) -> Law:
+        """The contact law for H harmonics; `finer`: without samples or, failing that, on twice."""
+        samples = self.samples_of(harmonics)
+        if finer and samples is not None:
+            samples = 2 * samples if self.friction == "isotropic" else None
+        key = harmonics, samples, self.coupling == "constant-load"
+        if key not in self._laws:
+            assert self._system is not None
+            contacts = self._system.contacts
+            self._laws[key] = contact_law(contacts, harmonics, samples, self.friction, key[2])
+        return self._laws[key]
+
+    def samples_of(self, harmonics: int) -> int | None:
+        """Samples of a period for H harmonics, None where events are located."""
+        if self.samples is None:
+            return None
+        return max(self.samples, least_samples(harmonics, self.friction))
+
+    @property
+    def reached(self) -> int:
+        """The largest H that a system was asked for."""
+        return self._reached
+
+    @property
+    def rest(self) -> Solution | None:
+        """The static state that vibration is referred to; None where both are coupled."""
+        if self.coupling != "coupled" and self._rest is None:
+            still = replace(self, coupling="coupled")  # constant load holds vibration alone
+            self._rest = at_rest(self.structure(1), still.law, self.tolerance)
+        return self._rest
+
+    def mean(self) -> NDArray[np.float64] | None:
+        """Mean displacement that is held, (c, 3) m."""
+        return None if self.rest is None else self.rest.u[:, :, 0]
+
+    def solver(self, harmonics: int) -> Solver:
+        """What solves with H harmonics."""
+        key = harmonics, self.samples_of(harmonics)
+        if key not in self._solvers:
+            source = Deferred(self.structure(harmonics), self.limits)
+            source.asked, self._sources[key] = self._asked.get(key, 0), source
+            family = Frequencies(source, self.law(harmonics), self.mean())
+            self._solvers[key] = Solver(family, self.law, self.tolerance)
+        return self._solvers[key]
+
+    def guessing(self, harmonics: int) -> Frequencies:
+        """Problems with H harmonics, neighbours standing in for diameters that are not there."""
+        return Frequencies(self.extended(harmonics), self.law(harmonics), self.mean())
+
+    def kept(self, harmonics: int) -> Kept | None:
+        """What preconditions balances of H harmonics, its matrix to be made anew."""
+        basis = self._bases.get(harmonics)
+        return None if basis is None else to_be_made(basis)
+
+    def keep(self, harmonics: int, kept: Kept | None) -> None:
+        """Have later balances of H harmonics start from this."""
+        if kept is not None:
+            self._bases[harmonics] = kept.basis
+
+
+def _stood_in(system: System, harmonics: int) -> tuple[System, dict[int, int]]:
+    """The system with the nearest diameter's matrices for those it lacks, and which they are."""
+    N = system.sectors
+    there = {folded(k, N) for k in system.diameters}
+    wave = {folded(system.nodal_diameter(h), N) for h in range(harmonics + 1)}
+    lacking = wave - there
+    places = {own: min(there, key=lambda j: (abs(j - own), j)) for own in lacking}
+    diameters = system.diameters | {own: system.at(place) for own, place in places.items()}
+    return replace(system, diameters=diameters), places

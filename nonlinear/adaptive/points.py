@@ -1,0 +1,333 @@
+"""Points of a response, each with as many harmonics and samples as its own error asks for."""
+
+import time
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field, replace
+from functools import partial
+from typing import Any, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vanelock.nonlinear.adaptive.error_estimates import BEYOND, SOURCES, Estimate, Estimator, half
+from vanelock.nonlinear.adaptive.harmonic_levels import Climbed, Ladder
+from vanelock.nonlinear.contact.law import STUCK
+from vanelock.nonlinear.continuation.families import Frequencies, fixed
+from vanelock.nonlinear.forced_response.jumps import joined
+from vanelock.nonlinear.forced_response.replay import Replay
+from vanelock.nonlinear.fourier.trigonometric import resized
+from vanelock.nonlinear.newton.newton import Solution, solve
+
+Floats = NDArray[np.float64]
+T = TypeVar("T")
+
+MOST = 31
+"""Harmonics beyond which none is tried."""
+RUBBING = 3
+"""Fewest harmonics where a contact slides or opens: from one, a step towards more tells little."""
+SAMPLED = 8192
+"""Samples beyond which no more are tried."""
+FEWER = 1 / 30
+"""Of its share, the error below which a neighbour is tried with fewer harmonics."""
+LOW = 0.3
+"""Of the largest amplitude, what a smaller one's error is referred to."""
+SHIFT = 0.03
+"""Of the allowed relative error, what a shift in frequency may take."""
+FURTHER = 4
+"""Harmonics beyond those of a maximum with which it is compared."""
+RESONANT = 0.015
+"""Largest relative change of a peak seen by a harmonic further ahead that meets a resonance."""
+FURTHEST = 6
+"""Harmonics beyond, if less than that is asked for: each at its own nodal diameter."""
+TAIL = 1.3
+"""What is left out by these, and beyond them, relative to the former."""
+TINY = float(np.finfo(float).tiny)
+
+
+@dataclass(frozen=True)
+class Shares:
+    """Relative errors that the parts of the solution may have at the peak.
+
+    Attributes
+    ----------
+    harmonics : float
+        By neglected harmonics.
+    frequencies : float
+        By interpolating between points, relative to the largest amplitude.
+    samples : float, optional
+        By sampling the contact law, where it is sampled; as for harmonics unless given.
+    """
+
+    harmonics: float
+    frequencies: float
+    samples: float | None = None
+
+
+@dataclass(frozen=True)
+class Point:
+    """A solved frequency.
+
+    Attributes
+    ----------
+    solution : Solution
+    harmonics : int
+        H.
+    samples : int or None
+        Of a period.
+    estimate : Estimate or None
+        None where the solution did not converge.
+    wanted : int
+        Harmonics that a neighbour should begin with.
+    measured : bool
+        Whether the error by neglected harmonics is measured, or estimated only.
+    """
+
+    solution: Solution
+    harmonics: int
+    samples: int | None
+    estimate: Estimate | None
+    wanted: int
+    measured: bool = False
+
+    @property
+    def omega(self) -> float:
+        """rad/s."""
+        return self.solution.omega
+
+    @property
+    def amplitude(self) -> float:
+        """Of the monitored output, m; 0 where the solution did not converge."""
+        return 0.0 if self.estimate is None else self.estimate.amplitude
+
+    @property
+    def slope(self) -> float:
+        """Its derivative to ω, m s/rad; NaN where it is not known."""
+        return np.nan if self.estimate is None else self.estimate.slope
+
+
+def _told(points: Sequence[Point]) -> Iterator[Any]:
+    """What tells points from others."""
+    for point in points:
+        yield from (point.omega, point.harmonics, point.samples, point.wanted, point.solution.w)
+
+
+@dataclass
+class Pointwise:
+    """Solves one point after another.
+
+    Attributes
+    ----------
+    estimator : Estimator
+    shares : Shares
+    least : int
+        Fewest harmonics.
+    chooses_harmonics, chooses_samples : bool
+        Whether they adapt, or stay as they are.
+    replay : Replay, optional
+        What writes solved points down.
+    """
+
+    estimator: Estimator
+    shares: Shares
+    least: int
+    chooses_harmonics: bool
+    chooses_samples: bool
+    replay: Replay = field(default_factory=Replay)
+    _largest: float = 0.0
+
+    @property
+    def ladder(self) -> Ladder:
+        """The solvers."""
+        return self.estimator.ladder
+
+    def with_harmonics(self, harmonics: int) -> "Pointwise":
+        """The same with so many harmonics at each point, or as many as all of them need."""
+        most = max(harmonics, self.least)
+        return replace(self, least=most, chooses_harmonics=False)
+
+    def _written(self, question: str, asked: tuple[Any, ...], solve: Callable[[], T]) -> T:
+        """A solution, and all that solving it changed, from the journal or to be put there."""
+        if not self.replay.writes:
+            return solve()
+
+        def solved() -> tuple[T, float, Climbed]:
+            return solve(), self._largest, self.ladder.climbed
+
+        before = (self.ladder.samples or 0, self._largest)
+        found, self._largest, climbed = self.replay(question, (*asked, *before), solved)
+        self.ladder.climb(climbed)
+        return found
+
+    def easily(self, omega: float, neighbours: Sequence[Point]) -> Solution | None:
+        """The solution at a frequency if Newton's iteration finds it at once."""
+        if not neighbours:
+            return None
+
+        def solved() -> Solution | None:
+            H = neighbours[-1].wanted
+            return self.ladder.solver(H).easily(omega, self._lifted(neighbours, H))
+
+        return self._written("easily", (omega, *_told(neighbours)), solved)
+
+    def point(
+        self,
+        omega: float,
+        neighbours: Sequence[Point],
+        found: Solution | None = None,
+        least: int = 0,
+    ) -> Point:
+        """Solve at a frequency, with as many harmonics and samples as it takes.
+
+        Parameters
+        ----------
+        omega : float
+            rad/s.
+        neighbours : sequence of Point
+            Up to two that converged, the nearest last; perhaps at the frequency itself.
+        found : Solution, optional
+            The solution with the harmonics that the nearest one wants.
+        least : int
+            Fewest harmonics, if more than those of all points.
+        """
+        asked = (omega, least, found is None, *_told(neighbours))
+        return self._written("point", asked, lambda: self._point(omega, neighbours, found, least))
+
+    def _point(
+        self, omega: float, neighbours: Sequence[Point], found: Solution | None, least: int
+    ) -> Point:
+        begin = time.process_time()
+        H = max(neighbours[-1].wanted if neighbours else self.least, least)
+        fewer = next((point for point in neighbours if point.omega == omega), None)
+        beside = [point for point in neighbours if point is not fewer]
+        while True:
+            if found is None and fewer is not None:
+                found = self._raised(fewer, H)
+            if found is None:
+                found = self.ladder.solver(H).point(omega, self._lifted(beside, H))
+            samples = self.ladder.samples_of(H)
+            point = Point(found, H, samples, None, H)
+            if not found.converged:
+                break
+            self.ladder.keep(H, found.kept)
+            estimate = self.estimator.estimate(found, H)
+            self._largest = max(self._largest, estimate.amplitude)
+            point = replace(point, estimate=estimate, wanted=self._wanted(found, estimate, H))
+            if self._needs_samples(estimate, samples):
+                assert samples is not None
+                self.ladder.samples = 2 * samples
+            elif self._needs_harmonics(found, estimate, H):
+                H = min(H + BEYOND, MOST)
+            else:
+                break
+            fewer, found = point, None
+        spent = time.process_time() - begin
+        return replace(point, solution=replace(point.solution, seconds=spent))
+
+    def settled(self, point: Point) -> Point:
+        """A point whose error by neglected harmonics is measured: by solving with more of them.
+
+        It gets as many harmonics as keep that error within its share. Where more of them are not
+        reached from it, that is no good sign: it gets more, too.
+        """
+        while point.estimate is not None and not point.measured:
+            measured = self._written(
+                "measured", tuple(_told([point])), partial(self._measured, point)
+            )
+            if measured is not None:
+                change = point.estimate.change.copy()
+                change[SOURCES.index("harmonics")] = measured
+                estimate = replace(point.estimate, change=change)
+                point = replace(point, estimate=estimate, measured=True)
+                if abs(measured) <= self.shares.harmonics * max(point.amplitude, TINY):
+                    return point
+            if not self.chooses_harmonics or point.harmonics >= MOST:
+                return point
+            more = min(point.harmonics + BEYOND, MOST)
+            raised = self.point(point.omega, [point], None, more)
+            if not raised.solution.converged:
+                return point
+            point = raised
+        return point
+
+    def _measured(self, point: Point) -> float | None:
+        """Change of the amplitude with more harmonics, and what those beyond them may add, m.
+
+        They may meet a resonance at their own nodal diameters, which those of the next ones always
+        are, and those of all if little error is asked for.
+        """
+        assert point.estimate is not None
+        if np.all(point.solution.deviation.state == STUCK):
+            return 0.0
+        sure = self.chooses_harmonics and self.shares.harmonics < RESONANT
+        H = point.harmonics + (FURTHEST if sure else FURTHER)
+        self.ladder.structure(H if sure else point.harmonics + BEYOND)
+        family = self.ladder.guessing(H)
+        found = self._again(point, family, self.shares.harmonics * 1e-2)
+        if not found.converged:
+            return None
+        q = self.estimator.output(family.structure, point.omega, found.w)
+        return TAIL * (half(q) - point.amplitude)
+
+    def joined(self, a: Point, b: Point) -> bool:
+        """Whether the path of solutions leads from one to the other, as many harmonics in both."""
+        H = max(a.harmonics, b.harmonics)
+        found = self._lifted([a, b], H)
+        return len(found) == 2 and joined(self.ladder.solver(H), *found)
+
+    def _needs_samples(self, estimate: Estimate, samples: int | None) -> bool:
+        share = self.shares.samples or self.shares.harmonics
+        fewer = (samples or SAMPLED) < SAMPLED
+        return self.chooses_samples and fewer and self._off(estimate, "samples") > share
+
+    def _needs_harmonics(self, found: Solution, estimate: Estimate, H: int) -> bool:
+        if not self.chooses_harmonics or H >= MOST:
+            return False
+        if H < RUBBING and np.any(found.deviation.state != STUCK):
+            return True
+        return self._truncation(estimate, found.omega) > self.shares.harmonics
+
+    def _wanted(self, found: Solution, estimate: Estimate, H: int) -> int:
+        """The number of harmonics that a neighbour should begin with."""
+        few = self._truncation(estimate, found.omega) < FEWER * self.shares.harmonics
+        if not self.chooses_harmonics or not few:
+            return H
+        rubs = np.any(found.deviation.state != STUCK)
+        return min(H, max(H - BEYOND, self.least, RUBBING if rubs else 1))
+
+    def _truncation(self, estimate: Estimate, omega: float) -> float:
+        """Error by neglected harmonics, what a small shift in frequency changes forgiven."""
+        steep = abs(estimate.slope) if np.isfinite(estimate.slope) else 0.0
+        forgiven = 1 + SHIFT * steep * omega / max(estimate.amplitude, TINY)
+        return self._off(estimate, "harmonics") / forgiven
+
+    def _off(self, estimate: Estimate, source: str) -> float:
+        """Change by a source relative to A or, where A is small, a share of the largest so far."""
+        change = float(estimate.change[SOURCES.index(source)])
+        size = max(estimate.amplitude, LOW * self._largest, TINY)
+        return abs(change) / size if np.isfinite(change) else np.inf
+
+    def _lifted(self, points: Sequence[Point], H: int) -> list[Solution]:
+        """Solutions of some points with H harmonics; those that are not found are left out."""
+        lifted = (self._raised(point, H) for point in points)
+        return [found for found in lifted if found is not None]
+
+    def _raised(self, point: Point, H: int) -> Solution | None:
+        """The solution of a point with H harmonics; None where it is not found from that."""
+        if (point.harmonics, point.samples) == (H, self.ladder.samples_of(H)):
+            return point.solution
+        found = self._again(point, self.ladder.solver(H).family, self.ladder.tolerance)
+        return found if found.converged else None
+
+    def _again(self, point: Point, family: Frequencies, tolerance: float) -> Solution:
+        """A point solved in another family, from the best that is known of its harmonics."""
+        found, H = point.solution, family.structure.harmonics
+        starts = [found.w]
+        if H > point.harmonics and point.estimate and point.estimate.better is not None:
+            starts.insert(0, point.estimate.better)
+        held, kept = fixed(family.at(found.omega), family.friction), self.ladder.kept(H)
+        for start in starts:
+            again = solve(held, resized(start, H), 0.0, tolerance=tolerance, kept=kept)
+            if again.converged:
+                break
+        self.ladder.keep(H, again.kept)
+        return replace(again, parameter=found.omega)

@@ -1,0 +1,82 @@
+"""Columns of receptances: computed when a contact first deviates, and kept."""
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vanelock.nonlinear.fourier.kernels import kernel
+
+Array = NDArray[Any]
+Floats = NDArray[np.float64]
+Rows = NDArray[np.int64]
+
+
+class Columns:
+    """The columns of R̂_h, h = 0 ... H, that have been asked for so far.
+
+    A contact that sticks where it was assembled never needs its own.
+
+    Parameters
+    ----------
+    size : int
+        3c, number of rows and of columns.
+    compute : sequence of callable
+        For each harmonic, from k components (k,) to their columns (k, 3c), one a row.
+    """
+
+    def __init__(self, size: int, compute: tuple[Callable[[Rows], Array], ...]) -> None:
+        self.size = size
+        self.compute = compute
+        self.components: Rows = np.empty(0, np.int64)
+        self.place: Rows = np.full(size, -1)
+        self.held: list[Array] = [np.empty((0, size), complex) for _ in compute]
+        self._chosen: tuple[Rows, Rows, list[Array]] | None = None
+
+    def hold(self, wanted: Rows) -> None:
+        """Make sure that the columns of these components are held."""
+        missing = wanted[self.place[wanted] < 0]
+        if not len(missing):
+            return
+        self.place[missing] = len(self.components) + np.arange(len(missing))
+        self.components = np.concatenate([self.components, missing])
+        for h, compute in enumerate(self.compute):
+            fresh = compute(missing)
+            old = self.held[h]
+            self.held[h] = np.concatenate([old, fresh]) if len(old) else np.ascontiguousarray(fresh)
+
+    def part(self, wanted: Rows, rows: Rows) -> list[Array]:
+        """Some rows of some columns, (k, r) for each harmonic; the last choice is kept."""
+        last = self._chosen
+        if last is None or not (np.array_equal(last[0], wanted) and np.array_equal(last[1], rows)):
+            self.hold(wanted)
+            places = self.place[wanted][:, None]
+            held = [each[places, rows] for each in self.held]
+            held[0] = np.ascontiguousarray(held[0].real)
+            last = self._chosen = (wanted, rows, held)
+        return last[2]
+
+    def all(self, harmonic: int) -> Array:
+        """R̂_h itself, (3c, 3c)."""
+        every = np.arange(self.size)
+        self.hold(every)
+        return self.held[harmonic][self.place].T
+
+
+def no_columns(size: int) -> Callable[[Rows], Array]:
+    """Columns that are zero."""
+    return lambda wanted: np.zeros((len(wanted), size))
+
+
+@kernel
+def combine(table: Array, shares: Floats, wanted: Rows, out: Array) -> None:
+    """out[j] += Σ_k shares[k] · table[wanted[j], k], of the columns (3c,) held at some nodes k."""
+    for j in range(wanted.size):
+        column = table[wanted[j]]
+        row = out[j]
+        for k in range(shares.size):
+            share = shares[k]
+            node = column[k]
+            for i in range(row.size):
+                row[i] += share * node[i]

@@ -1,0 +1,183 @@
+"""Receptances over a range of frequencies, from tables."""
+
+from dataclasses import dataclass
+from functools import partial
+from math import ceil, log, sqrt
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vanelock.nonlinear.balance.balance import Balance, Structure
+from vanelock.nonlinear.balance.receptance_columns import combine
+
+Floats = NDArray[np.float64]
+Array = NDArray[Any]
+
+MARGIN = 0.02  # how far, relatively, an arc may leave the range of frequencies
+
+
+@dataclass(frozen=True)
+class Table:
+    """What one harmonic's far modes contribute, at the nodes of the range.
+
+    Attributes
+    ----------
+    low : int
+        Number of modes that are summed at every frequency instead.
+    columns : (3c, k, 3c)
+        R̂ of the others: columns, nodes, rows.
+    linear : (3c, k) or None
+        Their ũ under the excitation at 1 rad/s; None where the harmonic is not excited.
+    """
+
+    low: int
+    columns: Array
+    linear: Array | None
+
+
+@dataclass(frozen=True)
+class Tabulated:
+    """Balances by circular frequency, rad/s, in a range: a few modes summed, the others tabulated.
+
+    Those whose poles are further than three times hω from zero, natural frequencies or decays of
+    overdamped modes, vary smoothly in the range, and Chebyshev interpolation of their sum is exact
+    to rounding; the summation over hundreds of modes is paid at the nodes only.
+
+    Attributes
+    ----------
+    structure : Structure
+    limits : (float, float)
+        The range, rad/s; outside it all modes are summed.
+    nodes : (k,) float
+        Chebyshev nodes, rad/s.
+    weights : (k,) float
+        Barycentric weights.
+    tables : tuple of Table
+        For h = 1 ... H.
+    """
+
+    structure: Structure
+    limits: tuple[float, float]
+    nodes: Floats
+    weights: Floats
+    tables: tuple[Table, ...]
+
+    def balance(self, omega: float) -> Balance:
+        """The balance at a circular frequency."""
+        if not self.limits[0] <= omega <= self.limits[1]:
+            return self.structure.balance(omega)
+        distance = omega - self.nodes
+        if np.any(distance == 0):
+            shares = (distance == 0).astype(float)
+        else:
+            shares = self.weights / distance
+            shares /= shares.sum()
+        vibrating = range(1, self.structure.harmonics + 1)
+        return self.structure.assembled(
+            omega,
+            (self._vibration(h, omega, shares) for h in vibrating),
+            tuple(partial(self._columns, h, omega, shares) for h in vibrating),
+        )
+
+    def _vibration(self, harmonic: int, omega: float, shares: Floats) -> Array:
+        """ũ_h."""
+        table, structure = self.tables[harmonic - 1], self.structure
+        if table.linear is None:
+            return np.zeros(len(structure.stiffness))
+        modes = structure.at(harmonic)
+        push = structure.modal_force(harmonic, omega)[: table.low]
+        near = modes.rows[:, : table.low] @ (push / modes.dynamic(harmonic * omega)[: table.low])
+        growth = structure.growth(harmonic, omega)
+        return np.asarray((table.linear @ shares) * growth + near)
+
+    def _columns(
+        self, harmonic: int, omega: float, shares: Floats, wanted: NDArray[np.int64]
+    ) -> Array:
+        """Columns of R̂_h."""
+        table, modes = self.tables[harmonic - 1], self.structure.at(harmonic)
+        near = modes.rows[:, : table.low]
+        dynamic = modes.dynamic(harmonic * omega)[: table.low]
+        out = (near[wanted].conj() / dynamic) @ near.T
+        out *= self.structure.stiffness[wanted, None]
+        combine(table.columns, shares, wanted, out)
+        return out
+
+
+@dataclass
+class Deferred:
+    """Balances by circular frequency, tabulated once many have been asked for.
+
+    Attributes
+    ----------
+    structure : Structure
+    limits : (float, float)
+        The range, rad/s.
+    patience : int
+        Balances summed over all modes before tables are made.
+    asked : int
+        Balances asked for so far.
+    """
+
+    structure: Structure
+    limits: tuple[float, float]
+    patience: int = 100
+    asked: int = 0
+    _source: "Structure | Tabulated | None" = None
+
+    def balance(self, omega: float) -> Balance:
+        """The balance at a circular frequency."""
+        self.asked += 1
+        if self.asked <= self.patience:
+            return self.structure.balance(omega)
+        if self._source is None:
+            self._source = balances(self.structure, *self.limits, MANY)
+        return self._source.balance(omega)
+
+
+MANY = 1000
+"""Balances expected, once they are many."""
+
+
+def balances(
+    structure: Structure, lowest: float, highest: float, points: int
+) -> Structure | Tabulated:
+    """What gives the balances of some points in a range of ω, rad/s: tables where cheaper."""
+    low, high = (1 - MARGIN) * lowest, (1 + MARGIN) * highest
+    coupled = any(modes.coupled_damping is not None for modes in structure.modes.values())
+    # A pole is at least three times the highest frequency from zero, worst on the real axis;
+    # Bernstein's ellipse through it.
+    x = (3 * high - 0.5 * (high + low)) / (0.5 * (high - low))
+    count = ceil(log(1e16) / log(x + sqrt(x * x - 1))) + 1
+    if coupled or structure.harmonics == 0 or points <= count:
+        return structure
+    limit = np.full(structure.harmonics + 1, 3.0 * high) * np.arange(structure.harmonics + 1)
+    if np.isfinite(structure.cutoff):  # what is not summed does not vary at all
+        limit, count = np.full(len(limit), np.inf), 1
+    summed = []
+    for h in range(1, structure.harmonics + 1):
+        near = np.flatnonzero(structure.at(h).poles() < limit[h])
+        summed.append(int(near.max(initial=-1)) + 1)
+    if all(n == len(structure.at(h).compliance) for h, n in enumerate(summed, 1)):
+        return structure  # nothing left to tabulate
+    k = np.arange(count)
+    cosine = np.cos(np.pi * (2 * k + 1) / (2 * count))
+    nodes = 0.5 * (low + high) + 0.5 * (high - low) * cosine
+    weights = np.asarray((-1.0) ** k * np.sin(np.pi * (2 * k + 1) / (2 * count)), float)
+    tables = tuple(_table(structure, h, n, nodes) for h, n in enumerate(summed, 1))
+    return Tabulated(structure, (low, high), nodes, weights, tables)
+
+
+def _table(structure: Structure, harmonic: int, low: int, nodes: Floats) -> Table:
+    """The far modes of a harmonic at the nodes."""
+    modes, force = structure.at(harmonic), structure.system.force.get(harmonic)
+    far, pull = modes.rows[:, low:], modes.pull[low:] * structure.stiffness
+    size = len(far)
+    columns = np.empty((size, len(nodes), size), complex)
+    linear = None if force is None else np.empty((size, len(nodes)), complex)
+    for k, omega in enumerate(nodes):
+        shares = far / modes.dynamic(harmonic * omega)[low:]
+        columns[:, k] = (shares @ pull).T
+        if linear is not None:
+            linear[:, k] = shares @ structure.unit_forces[harmonic][low:]
+    return Table(low, columns, linear)

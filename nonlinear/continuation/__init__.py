@@ -1,0 +1,1 @@
+"""Paths of solutions: through folds, and from easy problems to the one that is posed."""

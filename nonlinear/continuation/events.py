@@ -1,0 +1,115 @@
+"""Where a quantity changes its sign along a path of solutions: folds, and peaks beside folds."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vanelock.nonlinear.continuation.arc_length import Step, Tangent, tangent_at
+from vanelock.nonlinear.newton.newton import TOLERANCE, Family, Plane, Solution, solve
+
+Floats = NDArray[np.float64]
+
+Measure = Callable[[Solution, Tangent], float]
+
+
+@dataclass(frozen=True)
+class Located:
+    """A point of a path at which a quantity vanishes or jumps over zero.
+
+    Attributes
+    ----------
+    solution : Solution
+        The nearest one that was solved.
+    tangent : Tangent
+    left : float
+        What is left of the quantity, relative to its larger value at the ends of the piece.
+    spent : int
+        Points that were solved.
+    """
+
+    solution: Solution
+    tangent: Tangent
+    left: float
+    spent: int
+
+
+def locate(
+    family: Family,
+    before: Step,
+    after: Step,
+    measure: Measure,
+    values: tuple[float, float],
+    tolerance: float = TOLERANCE,
+) -> Located | None:
+    """Find where a quantity passes zero between two neighbouring points of a path.
+
+    Parameters
+    ----------
+    family : Family
+    before, after : Step
+    measure : callable
+        The quantity, of a solution and its tangent.
+    values : (float, float)
+        Its values at the two points, of opposite signs.
+    tolerance : float
+        Relative residual of the solutions.
+
+    Returns
+    -------
+    Located or None
+        None where a point between the two was not found.
+    """
+    a, b = before.solution, after.solution
+    solved: list[tuple[float, Solution, Tangent]] = []
+    normal = (
+        before.plane.normal_w + after.plane.normal_w,
+        before.plane.normal_parameter + after.plane.normal_parameter,
+    )
+
+    def at(share: float) -> float:
+        w = a.w + share * (b.w - a.w)
+        parameter = a.parameter + share * (b.parameter - a.parameter)
+        found = solve(family, w, parameter, Plane(w, parameter, *normal), tolerance, kept=a.kept)
+        tangent = tangent_at(family, found) if found.converged else None
+        if tangent is None:
+            raise ArithmeticError
+        value = measure(found, tangent)
+        solved.append((value, found, tangent))
+        return value
+
+    try:
+        _bracketed(at, values)
+    except ArithmeticError:
+        return None
+    value, found, tangent = min(solved, key=lambda each: abs(each[0]))
+    spent = sum(each[1].iterations for each in solved)
+    left = abs(value) / max(map(abs, values))
+    return Located(replace(found, iterations=spent), tangent, left, len(solved))
+
+
+def _bracketed(at: Callable[[float], float], values: tuple[float, float]) -> None:
+    """Close in on the root of a function between 0 and 1, given its values there.
+
+    The secant through the ends, the end that stays twice counting half (the Illinois rule); a
+    bisection where that is slow.
+    """
+    low, high = 0.0, 1.0
+    f_low, f_high = values
+    size, kept = max(map(abs, values)), 0
+    for i in range(80):
+        share = (low * f_high - high * f_low) / (f_high - f_low)
+        if i % 4 == 3 or not low < share < high:
+            share = 0.5 * (low + high)
+        f = at(share)
+        if abs(f) < 1e-13 * size or high - low < 1e-13:
+            return
+        if (f > 0) == (f_high > 0):
+            high, f_high = share, f
+            f_low *= 0.5 if kept == 1 else 1.0
+            kept = 1
+        else:
+            low, f_low = share, f
+            f_high *= 0.5 if kept == -1 else 1.0
+            kept = -1

@@ -1,0 +1,131 @@
+"""Families of problems to move along: in frequency, in loads, in friction.
+
+A problem is u = ũ + R̂ w with w = W(u), a balance and a law of contact; a family has one for every
+value of its parameter.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vanelock.nonlinear.balance.balance import Balance, Structure
+from vanelock.nonlinear.balance.receptance_tables import Deferred, Tabulated
+from vanelock.nonlinear.contact.law import Deviation, Law
+from vanelock.nonlinear.newton.law_jacobian import response_to
+
+Floats = NDArray[np.float64]
+Rows = NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class Frequencies:
+    """Problems by circular frequency, rad/s.
+
+    Attributes
+    ----------
+    source : Structure, Tabulated or Deferred
+        Gives the balances.
+    friction : Law
+    mean : (c, 3) float, optional
+        Mean displacement that is held whatever the contacts do, m.
+    """
+
+    source: Structure | Tabulated | Deferred
+    friction: Law
+    mean: Floats | None = None
+
+    @property
+    def structure(self) -> Structure:
+        """The structure behind the balances."""
+        return self.source.structure
+
+    def at(self, parameter: float) -> Balance:
+        """The balance at a circular frequency."""
+        balance = self.source.balance(parameter)
+        return balance if self.mean is None else balance.with_mean(self.mean)
+
+    def law(self, parameter: float) -> Law:
+        """The law, the same at every frequency."""
+        return self.friction
+
+    def rate(self, parameter: float, w: Floats, deviation: Deviation, rows: Rows) -> Floats:
+        """dW/dω at fixed w, on the given components of w."""
+        return response_to(deviation, rows, self.structure.slope(parameter, w))
+
+
+@dataclass(frozen=True)
+class Loads:
+    """Problems at one frequency whose ũ moves along a direction.
+
+    Attributes
+    ----------
+    balance : Balance
+        At the parameter 0.
+    direction : (c, 3, 2H + 1) float
+        dũ/dp, m.
+    friction : Law
+    """
+
+    balance: Balance
+    direction: Floats
+    friction: Law
+
+    def at(self, parameter: float) -> Balance:
+        """The balance at a value of the parameter."""
+        return replace(self.balance, linear=self.balance.linear + parameter * self.direction)
+
+    def law(self, parameter: float) -> Law:
+        """The law, the same under every load."""
+        return self.friction
+
+    def rate(self, parameter: float, w: Floats, deviation: Deviation, rows: Rows) -> Floats:
+        """dW/dp at fixed w, on the given components of w."""
+        return response_to(deviation, rows, self.direction)
+
+
+def fixed(balance: Balance, law: Law) -> Loads:
+    """A family of one."""
+    return Loads(balance, np.zeros_like(balance.linear), law)
+
+
+@dataclass(frozen=True)
+class Frictions:
+    """Problems at one frequency whose coefficients of friction are scaled by the parameter, > 0.
+
+    Attributes
+    ----------
+    balance : Balance
+    friction : Law
+        At the parameter 1.
+    scaled : (c,) bool, optional
+        Contacts whose friction is scaled; all, where it is not given.
+    """
+
+    balance: Balance
+    friction: Law
+    scaled: NDArray[np.bool_] | None = None
+
+    def at(self, parameter: float) -> Balance:
+        """The balance, the same whatever the friction."""
+        return self.balance
+
+    def law(self, parameter: float) -> Law:
+        """The law with the coefficients scaled."""
+        alpha = parameter * self.friction.alpha
+        if self.scaled is not None:
+            alpha = np.where(self.scaled[:, None], alpha, self.friction.alpha)
+        return replace(self.friction, alpha=alpha)
+
+    def rate(self, parameter: float, w: Floats, deviation: Deviation, rows: Rows) -> Floats:
+        """dW/dp at fixed w, on the given components of w.
+
+        A slider's place depends on friction through μ v alone, so that μ dw/dμ = (dw/dv) v.
+        """
+        u = self.balance.displacement(w).copy()
+        u[:, 1:] = 0.0
+        if self.scaled is not None:
+            u[~self.scaled] = 0.0
+        m = w.shape[2]
+        rates = response_to(deviation, rows, u) / parameter
+        return np.where(rows // m % 3 == 0, 0.0, rates)

@@ -1,0 +1,147 @@
+"""Ways to a solution where no neighbouring one is known."""
+
+from collections.abc import Callable, Generator, Iterator
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vanelock.nonlinear.balance.balance import Balance
+from vanelock.nonlinear.contact.law import Law
+from vanelock.nonlinear.continuation.arc_length import follow
+from vanelock.nonlinear.continuation.families import Loads, fixed
+from vanelock.nonlinear.continuation.hardening import Hardening
+from vanelock.nonlinear.continuation.release import release
+from vanelock.nonlinear.fourier.trigonometric import resized
+from vanelock.nonlinear.newton.newton import TOLERANCE, Family, Solution, solve
+
+Floats = NDArray[np.float64]
+
+EFFORTS = (300, 3000)  # Newton steps on a path: every one for a while before any for long
+SOFTEST = (1e-2, 1e-4)  # shares of the contacts' stiffness to begin with
+SHORTEST = 1e-6
+"""Shortest step on a path, relative to all of it: where sticking ends, vibrating parts may be small
+beside the mean, and a path may turn back at once."""
+
+
+def from_nothing(
+    balance: Balance, law: Callable[[int], Law], tolerance: float = TOLERANCE
+) -> Solution:
+    """Solve a balance without a start, by what works, the cheapest first.
+
+    Parameters
+    ----------
+    balance : Balance
+    law : callable
+        The contact law for a number of harmonics.
+    tolerance : float
+        Relative residual that counts as converged.
+
+    Returns
+    -------
+    Solution
+        Not converged if nothing worked: the one of smallest residual.
+    """
+    spent = 0
+    best: Solution | None = None
+    for attempt in _attempts(balance, law, tolerance):
+        spent += attempt.iterations
+        if best is None or attempt.converged or not best.residual <= attempt.residual:
+            best = attempt
+        if attempt.converged:
+            break
+    assert best is not None
+    return replace(best, iterations=spent, parameter=balance.omega)
+
+
+def at_once(balance: Balance, law: Callable[[int], Law], tolerance: float = TOLERANCE) -> Solution:
+    """Solve a balance without a start by Newton's iteration, or by raising H, but no more.
+
+    Returns
+    -------
+    Solution
+        Perhaps not converged.
+    """
+    still = np.zeros_like(balance.linear)
+    top = law((balance.linear.shape[2] - 1) // 2)
+    found = solve(fixed(balance, top), still, 0.0, tolerance=tolerance)
+    if not found.converged:
+        found = next(_raise_harmonics(balance, law, tolerance))
+    return found
+
+
+def _attempts(balance: Balance, law: Callable[[int], Law], tolerance: float) -> Iterator[Solution]:
+    harmonics = (balance.linear.shape[2] - 1) // 2
+    top = law(harmonics)
+    yield solve(fixed(balance, top), np.zeros_like(balance.linear), 0.0, tolerance=tolerance)
+    raised = yield from _raise_harmonics(balance, law, tolerance)
+    for effort in EFFORTS:
+        yield from _harden(balance, top, tolerance, effort)
+        if harmonics > 0 and raised is not None:
+            yield from _raise_force(balance, top, raised, tolerance, effort)
+        yield from _release(balance, top, tolerance, effort)
+
+
+def _raise_harmonics(
+    balance: Balance, law: Callable[[int], Law], tolerance: float
+) -> Generator[Solution, None, Floats | None]:
+    """Solve with 0, 1, ... H harmonics, each from the last; returns the static deviation."""
+    harmonics = (balance.linear.shape[2] - 1) // 2
+    w: Floats = np.zeros((*balance.linear.shape[:2], 1))
+    static: Floats | None = None
+    for h in range(harmonics + 1):
+        cut = balance.with_harmonics(h)
+        found = solve(fixed(cut, law(h)), resized(w, h), 0.0, tolerance=tolerance, limit=25)
+        if h == harmonics:
+            yield found
+        if found.converged or h > 0:
+            w = found.w
+        if h == 0 and found.converged:
+            static = found.w
+    return static
+
+
+def _harden(balance: Balance, law: Law, tolerance: float, effort: int) -> Iterator[Solution]:
+    """From soft contacts to the true ones."""
+    for softest in SOFTEST:
+        family = Hardening(balance, law, softest)
+        begun = solve(family, np.zeros_like(balance.linear), 0.0, tolerance=tolerance, limit=40)
+        if begun.converged:
+            yield from _followed(family, begun, 1.0, tolerance, effort, 1e-5)
+            return
+
+
+def _raise_force(
+    balance: Balance, law: Law, static: Floats, tolerance: float, effort: int
+) -> Iterator[Solution]:
+    """From the static state, raise all that vibrates from nothing to its full amplitude."""
+    direction = balance.linear.copy()
+    direction[:, :, 0] = 0.0
+    still = replace(balance, linear=balance.linear - direction)
+    family = Loads(still, direction, law)
+    start = np.zeros_like(balance.linear)
+    start[:, :, 0] = static[:, :, 0]
+    begun = solve(family, start, 0.0, tolerance=tolerance)
+    if begun.converged:
+        yield from _followed(family, begun, 1.0, tolerance, effort)
+
+
+def _release(balance: Balance, law: Law, tolerance: float, effort: int) -> Iterator[Solution]:
+    """From contacts held down and held back by force to the true ones."""
+    family = release(balance, law)
+    begun = solve(family, np.zeros_like(balance.linear), 1.0, tolerance=tolerance)
+    if begun.converged:
+        yield from _followed(family, begun, 0.0, tolerance, effort)
+
+
+def _followed(
+    family: Family,
+    begun: Solution,
+    target: float,
+    tolerance: float,
+    effort: int,
+    shortest: float = SHORTEST,
+) -> Iterator[Solution]:
+    arc = follow(family, begun, target, tolerance, limit=600, effort=effort, shortest=shortest)
+    if arc.solution is not None:
+        yield arc.solution

@@ -1,0 +1,102 @@
+"""From contacts held by force, so that all stick, to contacts as they are.
+
+Lifting off is judged by v + p·a, friction by v + p·b, with a and b so large that at p = 1 every
+contact sticks under the linear response; at p = 0 the contact is itself. Each contact has its own a
+and b, of the size that it needs: with one preload for all, as high as the contact of least friction
+asks for, all that happens on the way would happen in the last millionth of it.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vanelock.nonlinear.balance.balance import Balance
+from vanelock.nonlinear.contact.law import Deviation, Law
+from vanelock.nonlinear.newton.law_jacobian import response_to
+
+Floats = NDArray[np.float64]
+Rows = NDArray[np.int64]
+
+SURPLUS = 1.1
+LEAST = 1e-3  # of the largest displacement, for contacts that hardly move
+
+
+@dataclass(frozen=True, kw_only=True)
+class HeldLaw(Law):
+    """The law of contacts that are pressed and held back from outside.
+
+    Attributes
+    ----------
+    pressed, held : (c,) float
+        What is added to v where contacts lift off, and where friction is bounded, m.
+    """
+
+    pressed: Floats
+    held: Floats
+
+    def __call__(self, u: Floats) -> Deviation:
+        """Evaluate at the relative displacements (c, 3, 2H + 1), m, of (v, u1, u2)."""
+        shifted = u.copy()
+        shifted[:, 0, 0] = u[:, 0, 0] + self.held
+        found = super().__call__(shifted)
+        shifted[:, 0, 0] = u[:, 0, 0] + self.pressed
+        smooth = replace(self, alpha=np.zeros_like(self.alpha))
+        normal = super(HeldLaw, smooth).__call__(shifted)
+        found.w[:, 0] = normal.w[:, 0]
+        found.jacobian[:, 0] = normal.jacobian[:, 0]
+        return found
+
+
+@dataclass(frozen=True)
+class Release:
+    """Problems at one load, contacts held at p = 1 and themselves at p = 0.
+
+    Attributes
+    ----------
+    balance : Balance
+    friction : Law
+    pressed, held : (c,) float
+        At p = 1; see `HeldLaw`.
+    """
+
+    balance: Balance
+    friction: Law
+    pressed: Floats
+    held: Floats
+
+    def at(self, parameter: float) -> Balance:
+        """The balance, the same for all."""
+        return self.balance
+
+    def law(self, parameter: float) -> HeldLaw:
+        """The law at a value of the parameter."""
+        pressed, held = parameter * self.pressed, parameter * self.held
+        return HeldLaw(**vars(self.friction), pressed=pressed, held=held)
+
+    def rate(self, parameter: float, w: Floats, deviation: Deviation, rows: Rows) -> Floats:
+        """dW/dp at fixed w, on the given components of w."""
+        moved = np.zeros_like(w)
+        moved[:, 0, 0] = self.pressed
+        lifting = response_to(deviation, rows, moved)
+        moved[:, 0, 0] = self.held
+        rubbing = response_to(deviation, rows, moved)
+        return np.where(rows // w.shape[2] % 3 == 0, lifting, rubbing)
+
+
+def release(balance: Balance, law: Law) -> Release:
+    """The family from contacts that all stick, held as much as each needs, to `law`.
+
+    Parameters
+    ----------
+    balance : Balance
+    law : Law
+    """
+    size = np.abs(balance.linear).sum(axis=2)
+    if law.isotropic:  # friction has to hold both directions at once
+        size[:, 1:] = np.hypot(size[:, 1], size[:, 2])[:, None]
+    least = LEAST * size.max(initial=0.0)
+    pressed = SURPLUS * size[:, 0] + least
+    alpha = np.where(law.alpha > 0, law.alpha, np.inf)
+    held = pressed + SURPLUS * ((size[:, 1:] + least) / alpha).max(axis=1)
+    return Release(balance, law, pressed, held)

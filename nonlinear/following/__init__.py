@@ -1,0 +1,1 @@
+"""What follows a response along force, friction or interference, through peaks and hysteresis."""

@@ -1,0 +1,300 @@
+"""Hysteresis: both directions of a sweep, and the path of solutions that joins them.
+
+The path is followed by arc length from the lowest frequency to the highest. Where it turns back
+real exponents of perturbations pass zero, one by one: the sign of det P, which is that of the
+whole Jacobian, since the stuck structure's part of it is positive, tells whether an odd number of
+them is positive. Such a state cannot last. Where none has passed nothing is proved: perturbations
+may also grow while they oscillate, or in waves of other nodal diameters, and no count of folds
+sees that.
+"""
+
+import warnings
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from functools import lru_cache
+from math import sqrt
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from vanelock.errors import InputError
+from vanelock.nonlinear.balance.balance import structure
+from vanelock.nonlinear.balance.receptance_tables import balances
+from vanelock.nonlinear.contact.law import contact_law
+from vanelock.nonlinear.contact.sampling import checked_samples
+from vanelock.nonlinear.continuation.arc_length import SHORTEST, Step, Tangent, path, tangent_at
+from vanelock.nonlinear.continuation.events import locate
+from vanelock.nonlinear.continuation.families import Frequencies, fixed
+from vanelock.nonlinear.forced_response.frequency_sweep import Solver
+from vanelock.nonlinear.forced_response.linear_response import (
+    check_band,
+    check_forces,
+    checked_frequencies,
+)
+from vanelock.nonlinear.forced_response.response import Response, assemble_response
+from vanelock.nonlinear.fourier.threads import one_thread
+from vanelock.nonlinear.fourier.trigonometric import TURN
+from vanelock.nonlinear.newton.newton import TOLERANCE, Family, Solution, scales, solve
+from vanelock.product import Product
+from vanelock.rom.system import System
+
+Floats = NDArray[np.float64]
+Progress: TypeAlias = Callable[[int, int, float, float], None]
+
+LONGEST = 1 / 40
+"""Longest step of a path with one contact, relative to the range; several add up in quadrature."""
+LIMIT = 4000  # points of a path
+APART = 1e-6
+"""Difference of two states, relative to the stuck response, beyond which they are not the same."""
+
+
+@dataclass(frozen=True)
+class Hysteresis(Product):
+    """Responses up and down a range of frequencies, and the path through its f folds.
+
+    Attributes
+    ----------
+    up, down : Response
+        At the same p frequencies, ascending.
+    differ : (p,) bool
+        Whether up and down took different branches.
+    branch : Response
+        The b points of the path in its own order, from the lowest frequency on; folds included.
+    passed : (b,) int
+        Folds passed on the way to each point of the path.
+    unstable : (b,) bool
+        Whether an odd number of real exponents is positive, by the sign of the determinant: the
+        state cannot last. Where it is false, stability is not proved.
+    fold : (f,) int
+        Points of the path at which it turns back.
+    upper : (f,) bool
+        Whether the path turns back from rising to falling frequency: an upward sweep jumps there.
+    sharp : (f,) bool
+        Whether it turns at a change of a contact's state, with a corner.
+    several : (r, 2) float
+        Ranges of frequency with more than one solution of the path, Hz.
+    complete : bool
+        Whether the path arrived at the highest frequency.
+    ended : str
+        Where the path ended and why, in words; empty where it is complete.
+    connected : bool
+        Whether the first and the last point of the sweep down lie on the path; if not there are
+        solutions that it does not show.
+    """
+
+    up: Response
+    down: Response
+    differ: NDArray[np.bool_]
+    branch: Response
+    passed: NDArray[np.int64]
+    unstable: NDArray[np.bool_]
+    fold: NDArray[np.int64]
+    upper: NDArray[np.bool_]
+    sharp: NDArray[np.bool_]
+    several: Floats = field(metadata={"unit": "Hz"})
+    complete: bool
+    ended: str
+    connected: bool
+
+
+@dataclass(frozen=True)
+class Place:
+    """A point of the path.
+
+    Attributes
+    ----------
+    solution : Solution
+    orientation : float
+        Sign of det P; 0 at a fold.
+    fold : bool
+    sharp : bool
+    """
+
+    solution: Solution
+    orientation: float
+    fold: bool = False
+    sharp: bool = False
+
+
+@one_thread
+def hysteresis(
+    system: System,
+    frequencies: ArrayLike | tuple[float, float],
+    harmonics: int = 3,
+    harmonic_diameters: str = "wave",
+    samples: int | None = None,
+    tolerance: float = TOLERANCE,
+    progress: Progress | None = None,
+) -> Hysteresis:
+    """Sweep a range of frequencies up and down, and follow the path through the folds between.
+
+    Parameters
+    ----------
+    system : System
+    frequencies : (p,) array_like or (float, float)
+        Hz. An array or list: where up and down are solved, exactly these; the path goes from the
+        lowest to the highest. A tuple (low, high): a range; up and down are solved at the
+        frequencies of the path's points.
+    harmonics, harmonic_diameters, samples, tolerance
+        As of `frequency_response`.
+    progress : callable, optional
+        Called after each point of the path with (points done, points in all, estimated; Hz;
+        largest amplitude of any output, m).
+
+    Returns
+    -------
+    Hysteresis
+
+    Warns
+    -----
+    RuntimeWarning
+        Where the path ended and why, if it did not arrive at the highest frequency.
+
+    Raises
+    ------
+    InputError
+        As of `frequency_response`, or if the range is empty or nothing converges at its beginning.
+    """
+    hertz = np.unique(checked_frequencies(frequencies))
+    is_range = isinstance(frequencies, tuple)
+    if len(hertz) < 2 or (is_range and len(hertz) != 2):
+        raise InputError(f"frequencies: given {tuple(hertz)}: needs (low, high) or several")
+    samples = checked_samples(samples, harmonics)
+    prepared = structure(system, harmonics, harmonic_diameters)
+    check_forces(system, harmonics)
+    check_band(system, hertz)
+    law = lru_cache(lambda h: contact_law(system.contacts, h, samples))
+    low, high = TURN * hertz[[0, -1]]
+    source = balances(prepared, low, high, 1000)
+    solver = Solver(Frequencies(source, law(harmonics)), law, tolerance)
+    begun = solver.point(float(low), [])
+    if not begun.converged:
+        raise InputError(f"frequencies: no solution was found at {hertz[0]:g} Hz to start from")
+    places, reason = followed(solver, begun, float(high), progress)
+    omegas = TURN * hertz
+    if is_range:
+        between = [p.solution.omega for p in places if low < p.solution.omega < high]
+        omegas = np.unique([low, *between, high])
+    up = list(solver.sweep(omegas))
+    down = list(solver.sweep(omegas[::-1]))[::-1]
+    weight = 1 / scales(solver.family.at(float(low)).linear)
+
+    def same(one: Solution, other: Solution) -> bool:
+        largest = max(float(np.abs(each.u * weight).max(initial=0.0)) for each in (one, other))
+        apart = np.abs((one.u - other.u) * weight)[..., 1:]
+        return bool(apart.max(initial=0.0) <= APART * max(largest, 1.0))
+
+    if not places:
+        raise InputError("frequencies: the path cannot be followed from the lowest one")
+    ended = ""
+    if reason:
+        reached = f"{places[-1].solution.omega / TURN:g} Hz of {hertz[0]:g} ... {hertz[-1]:g}"
+        ended = f"the path ended at {reached}, after {len(places)} points: {reason}"
+        warnings.warn(f"hysteresis: {ended}", RuntimeWarning, stacklevel=3)
+    ends = same(down[0], places[0].solution) and same(down[-1], places[-1].solution)
+    turning = np.array([i for i, place in enumerate(places) if place.fold], np.int64)
+    collect = [assemble_response(prepared, each) for each in (up, down)]
+    branch = assemble_response(prepared, [place.solution for place in places])
+    path_hertz = branch.frequency
+    return Hysteresis(
+        up=replace(collect[0], samples=samples or 0),
+        down=replace(collect[1], samples=samples or 0),
+        differ=np.array([not same(*each) for each in zip(up, down, strict=True)], bool),
+        branch=replace(branch, samples=samples or 0),
+        passed=np.cumsum([place.fold for place in places]).astype(np.int64),
+        unstable=np.array([place.orientation < 0 for place in places], bool),
+        fold=turning,
+        upper=np.array([path_hertz[i] >= path_hertz[i - 1] for i in turning], bool),
+        sharp=np.array([places[i].sharp for i in turning], bool),
+        several=several_ranges(path_hertz),
+        complete=not ended,
+        ended=ended,
+        connected=bool(not ended and ends),
+    )
+
+
+def several_ranges(frequency: Floats) -> Floats:
+    """(r, 2) ranges that a path passes more than once, from the frequencies along it."""
+    steps = np.diff(frequency)
+    back = np.flatnonzero(steps < 0)
+    pieces = sorted((float(frequency[i + 1]), float(frequency[i])) for i in back)
+    merged: list[list[float]] = []
+    for begin, end in pieces:
+        if merged and begin <= merged[-1][1]:
+            merged[-1][1] = max(merged[-1][1], end)
+        else:
+            merged.append([begin, end])
+    return np.array(merged).reshape(-1, 2)
+
+
+def followed(
+    solver: Solver, begun: Solution, end: float, progress: Progress | None
+) -> tuple[list[Place], str]:
+    """Points of the path until it passes `end`, folds among them; and why it did not, if so."""
+    family, tolerance = solver.family, solver.tolerance
+    span = end - begun.omega
+    scale = 1 / scales(family.at(begun.omega).linear)
+
+    def turning(solution: Solution, tangent: Tangent) -> float:
+        """dω/ds but for a positive factor, s in the direction of det P > 0."""
+        return float(tangent.orientation / np.hypot(np.linalg.norm(tangent.z * scale) * span, 1.0))
+
+    places: list[Place] = []
+    before: Step | None = None
+    for step in path(family, begun, end, LONGEST * sqrt(len(begun.w))):
+        if before is not None and step.rate * before.rate < 0:
+            places.append(fold_between(family, before, step, turning, tolerance))
+        passed = (step.solution.parameter - end) * np.sign(span) >= 0
+        if passed and before is not None:
+            landed = land(family, before.solution, step.solution, end, tolerance)
+            if landed is None:
+                return places, "it goes on, but no solution was found at the highest frequency"
+            return [*places, landed], ""
+        polished = solve(family, step.solution.w, step.solution.parameter, step.plane, tolerance)
+        exact = polished if polished.converged else step.solution
+        total = replace(exact, iterations=exact.iterations + step.solution.iterations)
+        places.append(Place(total, step.tangent.orientation))
+        before = step
+        if progress is not None:
+            share = (exact.omega - begun.omega) / span
+            expected = max(len(places) + 1, round(len(places) / max(share, 0.01)))
+            size = float(solver.amplitude(exact).max(initial=0.0))
+            progress(len(places), expected, exact.omega / TURN, size)
+        if len(places) >= LIMIT:
+            return places, f"it goes on, but {LIMIT} points are the most"
+        if (exact.omega - begun.omega) / span < -0.1:
+            return places, "it goes back below the lowest frequency by a tenth of the range"
+    return places, f"no next point was found, not even {SHORTEST:.1%} of the amplitude further on"
+
+
+def fold_between(
+    family: Family,
+    before: Step,
+    after: Step,
+    turning: Callable[[Solution, Tangent], float],
+    tolerance: float,
+) -> Place:
+    """The point between two at which the path turns back."""
+    values = tuple(turning(step.solution, step.tangent) for step in (before, after))
+    found = locate(family, before, after, turning, (values[0], values[1]), tolerance)
+    if found is not None:
+        return Place(found.solution, 0.0, True, found.left > 1e-3)
+    outer = max(
+        (before, after),
+        key=lambda step: np.sign(before.rate) * step.solution.parameter,
+    )
+    return Place(outer.solution, 0.0, True, True)
+
+
+def land(family: Family, a: Solution, b: Solution, end: float, tolerance: float) -> Place | None:
+    """The point of the path at its end, between two of its points."""
+    share = (end - a.parameter) / (b.parameter - a.parameter)
+    held = fixed(family.at(end), family.law(end))
+    for start in (a.w + share * (b.w - a.w), b.w, a.w):
+        found = solve(held, start, 0.0, tolerance=tolerance)
+        if found.converged:
+            found = replace(found, omega=end, parameter=end)
+            tangent = tangent_at(family, found)
+            return Place(found, tangent.orientation if tangent else 0.0)
+    return None

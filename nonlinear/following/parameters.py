@@ -1,0 +1,175 @@
+"""What a response may be followed along beside its frequency: force, friction, interference.
+
+None of them changes the stuck modes or their damping, so that a system prepared once serves all
+their values.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from vanelock.errors import InputError
+from vanelock.nonlinear.balance.balance import Balance, Structure
+from vanelock.nonlinear.balance.receptance_tables import Tabulated
+from vanelock.nonlinear.contact.law import Deviation, Law
+from vanelock.nonlinear.continuation.families import Frictions, Loads
+from vanelock.nonlinear.forced_response.linear_response import check_option, closed_contacts
+from vanelock.nonlinear.newton.newton import Family
+from vanelock.rom.system import System
+
+Floats = NDArray[np.float64]
+Rows = NDArray[np.int64]
+Joint: TypeAlias = str | Sequence[str] | NDArray[np.bool_] | None
+
+NAMES = {"force": "1", "mu": "1", "interference": "m"}
+"""Parameters and their units."""
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """One of a system's quantities, to be varied.
+
+    Attributes
+    ----------
+    name : str
+        "force": factor of the excitation of all harmonics h >= 1; the static load stays. "mu":
+        coefficient of friction. "interference": v0, m.
+    contacts : (c,) bool
+        Contacts whose friction or interference it is.
+    logarithmic : bool
+        Whether it is moved along by its logarithm.
+    """
+
+    name: str
+    contacts: NDArray[np.bool_]
+    logarithmic: bool
+
+    def coordinate(self, value: float) -> float:
+        """The value itself, or its logarithm."""
+        return float(np.log(value)) if self.logarithmic else value
+
+    def system(self, system: System, value: float) -> System:
+        """The system with the parameter at a value."""
+        if self.name == "force":
+            force = {
+                h: replace(each, vector=value * each.vector) if h else each
+                for h, each in system.force.items()
+            }
+            return replace(system, force=force)
+        contacts = system.contacts
+        if self.name == "mu":
+            mu = np.where(self.contacts, value, contacts.mu)
+            return replace(system, contacts=replace(contacts, mu=mu))
+        v0 = np.where(self.contacts, value, contacts.v0)
+        return replace(system, contacts=replace(contacts, v0=v0))
+
+    def structure(self, prepared: Structure, value: float) -> Structure:
+        """The prepared system with the parameter at a value."""
+        moved = replace(prepared, system=self.system(prepared.system, value))
+        vars(moved)["output_rows"] = prepared.output_rows  # the modes', whatever the value
+        return moved
+
+    def source(self, source: Structure | Tabulated, value: float) -> Structure | Tabulated:
+        """What gives the balances by frequency, with the parameter at a value."""
+        if not isinstance(source, Tabulated):
+            return self.structure(source, value)
+        tables = source.tables
+        if self.name == "force":  # interference and friction leave all that vibrates as it is
+            tables = tuple(
+                replace(each, linear=None if each.linear is None else value * each.linear)
+                for each in tables
+            )
+        return replace(source, structure=self.structure(source.structure, value), tables=tables)
+
+    def law(self, system: System, law: Law, value: float) -> Law:
+        """The law of contact with the parameter at a value, from that of the system."""
+        if self.name != "mu":
+            return law
+        contacts = system.contacts
+        steep = (value * contacts.kn)[:, None] / contacts.kt
+        return replace(law, alpha=np.where(self.contacts[:, None], steep, law.alpha))
+
+    def family(self, prepared: Structure, balance: Balance, law: Law) -> Family:
+        """Problems at the frequency of a balance, by the coordinate of the parameter."""
+        if self.name == "mu":
+            one = self.law(prepared.system, law, 1.0)
+            found: Family = Frictions(balance, one, self.contacts)
+        else:
+            at_zero = self.structure(prepared, 0.0).linear(balance.omega)
+            direction = self.structure(prepared, 1.0).linear(balance.omega) - at_zero
+            found = Loads(replace(balance, linear=at_zero), direction, law)
+        return Logarithmic(found) if self.logarithmic else found
+
+
+def checked_parameter(name: str, system: System, values: Floats, joint: Joint = None) -> Parameter:
+    """A parameter by its name, checked against the values that it shall take.
+
+    Parameters
+    ----------
+    name : {"force", "mu", "interference"}
+    system : System
+    values : (p,) float
+    joint : str, sequence of str or (c,) bool, optional
+        The joints or contacts whose friction or interference varies; all by default.
+
+    Raises
+    ------
+    InputError
+        If the name or a joint is unknown, or a value is not possible.
+    """
+    check_option("parameter", name, NAMES)
+    if name == "force" and joint is not None:
+        raise InputError(f"joint: given {joint!r}: the force acts on no joint; leave it out")
+    if not len(values) or not np.all(np.isfinite(values)):
+        raise InputError("values: given none or not finite: needs a list of finite numbers")
+    positive = bool(np.all(values > 0))
+    if name != "interference" and not positive:
+        raise InputError(f"values: given {values.min():g}: {name} must be > 0")
+    contacts = closed_contacts(system.contacts, "all" if joint is None else joint)
+    if name == "interference" and not positive:
+        return Parameter(name, contacts, False)
+    return Parameter(name, contacts, True)
+
+
+def checked_values(values: ArrayLike) -> Floats:
+    """(p,) values of a parameter.
+
+    Raises
+    ------
+    InputError
+        If they are no list of numbers.
+    """
+    given = np.atleast_1d(np.asarray(values, float))
+    if given.ndim != 1:
+        raise InputError(f"values: given shape {given.shape}: needs a list")
+    return given
+
+
+@dataclass(frozen=True)
+class Logarithmic:
+    """A family by the logarithm of its parameter, which fits values over several decades.
+
+    Attributes
+    ----------
+    family : Family
+        Its parameter is positive.
+    """
+
+    family: Family
+
+    def at(self, parameter: float) -> Balance:
+        """The balance at a logarithm."""
+        return self.family.at(float(np.exp(parameter)))
+
+    def law(self, parameter: float) -> Law:
+        """The law of contact at a logarithm."""
+        return self.family.law(float(np.exp(parameter)))
+
+    def rate(self, parameter: float, w: Floats, deviation: Deviation, rows: Rows) -> Floats:
+        """Derivative of W to the logarithm at fixed w, on the given components of w."""
+        value = float(np.exp(parameter))
+        rates: Floats = value * self.family.rate(value, w, deviation, rows)
+        return rates

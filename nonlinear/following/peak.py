@@ -1,0 +1,257 @@
+"""The peak of a resonance itself: where the amplitude of an output is stationary in frequency.
+
+With A half the peak-to-peak of an output q(θ) = Re Σ_h q^(h) e^{ihθ}, at its extrema θ₁ and θ₂,
+
+    dA/dω = (q_ω(θ₁) - q_ω(θ₂)) / 2,      q_ω^(h) = dq^(h)/dω along the solutions,
+
+since q is stationary at both angles. How far a frequency is from the peak is measured in
+half-widths of the peak, δ = (-A/A'')^½ (half the half-power bandwidth, if the resonance is linear):
+the condition is A' δ / A = 0.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vanelock.nonlinear.balance.balance import Structure
+from vanelock.nonlinear.continuation.arc_length import Tangent, path, tangent_at
+from vanelock.nonlinear.continuation.events import locate
+from vanelock.nonlinear.continuation.families import Frequencies, fixed
+from vanelock.nonlinear.forced_response.response import amplitude_and_slope
+from vanelock.nonlinear.fourier.trigonometric import to_complex
+from vanelock.nonlinear.newton.linearised import Kept
+from vanelock.nonlinear.newton.newton import Solution, solve
+
+Floats = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+
+CONDITION = 1e-8
+"""Distance from the peak, in its half-widths, that counts as converged."""
+FINE = 1e-13
+"""Residual that a solution should have for its slope to be that exact."""
+LIMIT = 25
+FALL = 1.0
+"""Change of ln A between two frequencies beyond which they are not taken for one branch."""
+
+
+@dataclass(frozen=True)
+class Reading:
+    """Amplitude at a frequency.
+
+    Attributes
+    ----------
+    solution : Solution
+    tangent : Tangent
+    amplitude : float
+        A, m.
+    slope : float
+        dA/dω, m s/rad.
+    """
+
+    solution: Solution
+    tangent: Tangent
+    amplitude: float
+    slope: float
+
+
+@dataclass(frozen=True)
+class Peak:
+    """A peak of the resonance.
+
+    Attributes
+    ----------
+    solution : Solution
+        `iterations` counts all that led to it.
+    amplitude : float
+        A, m.
+    bend : float
+        A''/A, s²/rad², < 0.
+    distance : float
+        What is left of the extremum condition A' δ / A.
+    readings : int
+        Frequencies solved.
+    sharp : bool
+        The slope jumps over zero: the peak lies at a change of a contact's state.
+    """
+
+    solution: Solution
+    amplitude: float
+    bend: float
+    distance: float
+    readings: int
+    sharp: bool
+
+    @property
+    def width(self) -> float:
+        """Half-width δ, rad/s."""
+        return float(1 / np.sqrt(-self.bend))
+
+
+@dataclass(frozen=True)
+class Resonance:
+    """The amplitude of one output by frequency.
+
+    Attributes
+    ----------
+    family : Frequencies
+    component : (int, int)
+        Output node and direction.
+    tolerance : float
+        Relative residual of the solutions.
+    """
+
+    family: Frequencies
+    component: tuple[int, int]
+    tolerance: float
+
+    @property
+    def structure(self) -> Structure:
+        """The structure whose output it is."""
+        return self.family.structure
+
+    def measure(self, solution: Solution, tangent: Tangent) -> tuple[float, float]:
+        """A and dA/dω at a solution."""
+        prepared, omega = self.structure, solution.omega
+        stiffness = prepared.stiffness
+        moved = to_complex(tangent.z.reshape(-1, tangent.z.shape[2]))
+        q = np.zeros((2, prepared.harmonics + 1), complex)
+        for h, amplitude in enumerate(prepared.amplitudes(omega, solution.w)):
+            modes = prepared.at(h)
+            row = prepared.output_rows[prepared.nodal_diameters[h]][self.component]
+            changed = modes.pull @ (stiffness * moved[h])
+            rate = prepared.push_rate(h, omega, amplitude)
+            q[0, h] = row @ amplitude
+            q[1, h] = row @ modes.solve(h * omega, changed if rate is None else changed + rate)
+        return amplitude_and_slope(*q)
+
+    def read(self, omega: float, start: Floats, kept: Kept | None = None) -> Reading | None:
+        """Solve at a frequency, rad/s; None if that fails.
+
+        Slopes near zero want solutions better than others do: one more step where it may help.
+        """
+        held = fixed(self.family.at(omega), self.family.friction)
+        found = solve(held, start, 0.0, tolerance=self.tolerance, kept=kept)
+        if not found.converged:
+            return None
+        if found.residual > FINE:
+            again = solve(held, found.w, 0.0, None, FINE, 1, found.kept)
+            if again.residual < found.residual:
+                spent = found.iterations + again.iterations
+                found = replace(again, converged=True, iterations=spent)
+        return self.reading(replace(found, parameter=omega))
+
+    def reading(self, solution: Solution) -> Reading | None:
+        """Amplitude and slope of a solution; None where the path turns back."""
+        tangent = tangent_at(self.family, solution)
+        if tangent is None:
+            return None
+        return Reading(solution, tangent, *self.measure(solution, tangent))
+
+    def peak(
+        self, omega: float, start: Floats, bend: float, kept: Kept | None = None
+    ) -> Peak | None:
+        """The peak near a frequency, by a safeguarded secant of the slope.
+
+        Parameters
+        ----------
+        omega : float
+            First guess, rad/s.
+        start : (c, 3, 2H + 1) float
+            First guess of w there, m.
+        bend : float
+            First guess of A''/A, s²/rad².
+        kept : Kept, optional
+            Of a neighbouring solution.
+
+        Returns
+        -------
+        Peak or None
+            None where solutions are lost, or no maximum is near.
+        """
+        first = self.read(omega, start, kept)
+        if first is None:
+            return None
+        found = self._secant(first, bend)
+        if found is not None and not found.sharp:
+            return found
+        climbed = self._climb(first, bend)
+        return found if climbed is None else climbed
+
+    def _secant(self, first: Reading, bend: float) -> Peak | None:
+        here, known = first, [first]
+        for _ in range(LIMIT):
+            if len(known) > 1:
+                before = known[-2]
+                span = here.solution.omega - before.solution.omega
+                bend = (here.slope - before.slope) / span / here.amplitude
+            width = 1 / np.sqrt(abs(bend))
+            distance = here.slope * width / here.amplitude
+            if abs(distance) < CONDITION and bend < 0:
+                return _peak(here, bend, abs(distance), known, False)
+            low = max((r.solution.omega for r in known if r.slope > 0), default=None)
+            high = min((r.solution.omega for r in known if r.slope < 0), default=None)
+            step = -here.slope / (here.amplitude * bend) if bend < 0 else np.sign(distance) * width
+            omega = here.solution.omega + float(np.clip(step, -2 * width, 2 * width))
+            if low is not None and high is not None:
+                if not 0 < high - low:
+                    return None  # two maxima with a minimum between them
+                if high - low < 1e-13 * high:
+                    if abs(np.log(here.amplitude / before.amplitude)) > 1e-6:
+                        return None  # not a kink but a fold
+                    return _peak(here, bend, abs(distance), known, True)
+                slow = len(known) > 8 and len(known) % 2
+                if slow or not low < omega < high:
+                    omega = 0.5 * (low + high)
+            along = here.tangent.z * (omega - here.solution.omega)
+            following = self.read(omega, here.solution.w + along, here.solution.kept)
+            if following is None or omega == here.solution.omega:
+                return None
+            if abs(np.log(following.amplitude / here.amplitude)) > FALL:
+                return None
+            here = following
+            known.append(here)
+        return None
+
+    def _climb(self, first: Reading, bend: float) -> Peak | None:
+        """The peak uphill of a reading along the path of solutions, folds or not."""
+        width = 1 / np.sqrt(abs(bend))
+        target = first.solution.omega + float(np.sign(first.slope)) * 8 * width
+        begun = replace(first.solution, parameter=first.solution.omega)
+        spent, before, last = 0, None, 0.0
+
+        def rise(solution: Solution, tangent: Tangent) -> float:
+            """DA/ds but for a positive factor; s goes with the sign of det P."""
+            size = np.hypot(np.linalg.norm(tangent.z) * scale, 1.0)
+            return float(tangent.orientation * self.measure(solution, tangent)[1] / size)
+
+        scale = width / max(np.abs(first.solution.u).max(), np.finfo(float).tiny)
+        for count, step in enumerate(path(self.family, begun, target, 0.2)):
+            spent += step.solution.iterations
+            now = rise(step.solution, step.tangent)
+            if before is not None and now * last <= 0:
+                break
+            before, last = step, now
+            if count > 4 * LIMIT:
+                return None
+        else:
+            return None
+        found = locate(self.family, before, step, rise, (last, now), self.tolerance)
+        if found is None:
+            return None
+        amplitude, slope = self.measure(found.solution, found.tangent)
+        span = before.solution.omega - found.solution.omega
+        beside = self.measure(before.solution, before.tangent)[1]
+        bend = (beside - slope) / span / amplitude
+        if bend >= 0:
+            return None
+        distance = abs(slope) / np.sqrt(-bend) / amplitude
+        total = replace(found.solution, iterations=spent + found.solution.iterations)
+        return Peak(total, amplitude, bend, distance, found.spent, distance > CONDITION)
+
+
+def _peak(here: Reading, bend: float, distance: float, known: list[Reading], sharp: bool) -> Peak:
+    spent = sum(reading.solution.iterations for reading in known)
+    best = max(known[-2:], key=lambda each: each.amplitude) if sharp else here
+    total = replace(best.solution, iterations=spent)
+    return Peak(total, best.amplitude, bend, distance, len(known), sharp)

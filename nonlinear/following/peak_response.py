@@ -1,0 +1,332 @@
+"""Backbone-like curves: the peak of a resonance against force, friction or interference."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from vanelock.errors import InputError
+from vanelock.nonlinear.balance.balance import structure
+from vanelock.nonlinear.balance.receptance_tables import balances
+from vanelock.nonlinear.contact.sampling import checked_samples
+from vanelock.nonlinear.following.parameter_response import assembled
+from vanelock.nonlinear.following.parameters import Joint, checked_parameter, checked_values
+from vanelock.nonlinear.following.peak import CONDITION, Peak
+from vanelock.nonlinear.following.peak_tracking import Mark, Ridge, named_component
+from vanelock.nonlinear.forced_response.linear_response import (
+    check_band,
+    check_forces,
+    checked_range,
+)
+from vanelock.nonlinear.forced_response.replay import Journal, replaying
+from vanelock.nonlinear.forced_response.response import Response
+from vanelock.nonlinear.fourier.threads import one_thread
+from vanelock.nonlinear.fourier.trigonometric import TURN
+from vanelock.nonlinear.newton.newton import TOLERANCE
+from vanelock.product import Product
+from vanelock.rom.system import System
+
+Floats = NDArray[np.float64]
+Progress: TypeAlias = Callable[[int, int, float, float], None]
+
+HIGHER = 1e-3
+"""How much higher, relatively, another peak must be to count as one."""
+
+
+@dataclass(frozen=True)
+class PeakResponse(Product):
+    """The highest peak of a resonance at p values of a parameter.
+
+    Attributes
+    ----------
+    name : str
+        "force", "mu" or "interference".
+    parameter : (p,) float
+        Factor of the excitation, coefficient of friction, or interference in m.
+    output : str
+        Name of the output node whose peak it is.
+    direction : int
+        Its direction, 0, 1 or 2.
+    frequency : (p,) float
+        Of the peak, Hz.
+    amplitude : (p,) float
+        Half the peak-to-peak of the output at the peak, m.
+    width : (p,) float
+        Half-width of the peak, (-A/A'')^½, Hz: half the half-power bandwidth of a linear one.
+    distance : (p,) float
+        What is left of the extremum condition: the distance from the peak in its half-widths.
+    converged : (p,) bool
+        Whether the balance is solved, and the extremum condition too or the peak is sharp.
+    sharp : (p,) bool
+        The slope of the curve jumps over zero there, where a contact changes its state.
+    rival : (p,) float
+        Amplitude of a second, lower peak of the same output, m; nan where none was met.
+    readings : (p,) int
+        Frequencies solved, intermediate values of the parameter included.
+    response : Response
+        The whole state at each peak, a point for each value; its `mu` is the given system's.
+    mu : (p, c) float
+        Friction coefficients of each point.
+    """
+
+    name: str
+    parameter: Floats
+    output: str
+    direction: int
+    frequency: Floats = field(metadata={"unit": "Hz"})
+    amplitude: Floats = field(metadata={"unit": "m"})
+    width: Floats = field(metadata={"unit": "Hz"})
+    distance: Floats
+    converged: NDArray[np.bool_]
+    sharp: NDArray[np.bool_]
+    rival: Floats = field(metadata={"unit": "m"})
+    readings: NDArray[np.int64]
+    response: Response
+    mu: Floats
+
+    @property
+    def dissipation(self) -> Floats:
+        """(p,) friction work of all contacts in a period, J."""
+        return np.asarray(self.response.dissipation.sum(axis=1))
+
+    @property
+    def states(self) -> NDArray[np.int64]:
+        """(p, 4) numbers of contacts that are STUCK, SLIP, OPEN and SLIP_OPEN."""
+        return np.stack([(self.response.state == each).sum(axis=1) for each in range(4)], axis=1)
+
+    def at(self, point: int) -> Response:
+        """One peak as a response of its own, with its own friction coefficients."""
+        return replace(self.response.at([point]), mu=self.mu[point])
+
+
+@one_thread
+def peak_response(
+    system: System,
+    parameter: str,
+    values: ArrayLike | tuple[float, float],
+    near: tuple[float, float],
+    harmonics: int = 3,
+    output: tuple[str, int] | None = None,
+    joint: Joint = None,
+    harmonic_diameters: str = "wave",
+    samples: int | None = None,
+    tolerance: float = TOLERANCE,
+    progress: Progress | None = None,
+    journal: Journal | None = None,
+) -> PeakResponse:
+    """Frequency and amplitude of a resonance's peak against a parameter.
+
+    A sweep of frequencies finds the peak at the first value; from there on the peak itself is
+    followed, by its extremum condition dA/dω = 0, as long as it exists. Where it ends, and at the
+    last value, another sweep looks for a higher one, which is then followed backwards; the higher
+    one is reported, the other one named as its rival. A rival that is higher in between alone goes
+    unnoticed.
+
+    Parameters
+    ----------
+    system : System
+    parameter : {"force", "mu", "interference"}
+        "force": factor of the excitation of all harmonics h >= 1, the static load stays; "mu":
+        coefficient of friction; "interference": v0, m.
+    values : (p,) array_like or (float, float)
+        Values of the parameter in the order in which they are passed. A tuple (first, last): a
+        range, sampled as the curve needs it.
+    near : (float, float)
+        Range of frequencies in which sweeps look for the peak, Hz.
+    harmonics : int
+        H >= 1.
+    output : (str, int), optional
+        Name of the output node and direction, 0 to 2; by default those of the largest amplitude at
+        the first value.
+    joint : str, sequence of str or (c,) bool, optional
+        The joints or contacts whose friction or interference varies; all by default.
+    harmonic_diameters, samples, tolerance
+        As of `frequency_response`.
+    progress : callable, optional
+        Called after each peak with (peaks done, peaks in all, estimated for a range; value;
+        amplitude, m).
+    journal : Journal, optional
+        As of `frequency_response`.
+
+    Returns
+    -------
+    PeakResponse
+        `converged` says for each point whether it is to be trusted.
+
+    Raises
+    ------
+    InputError
+        If an option is not possible, or no peak lies in the range at the first value.
+    """
+    given = checked_values(values)
+    is_range = isinstance(values, tuple)
+    if is_range and (len(given) != 2 or given[0] == given[1]):
+        raise InputError(f"values: given {tuple(given)}: a range is (first, last)")
+    if len(np.unique(given)) < len(given):
+        raise InputError("values: given one of them twice: needs different ones")
+    hertz = checked_range(near, "near")
+    if harmonics < 1:
+        raise InputError(f"harmonics: given {harmonics}: a peak needs at least 1")
+    varied = checked_parameter(parameter, system, given, joint)
+    component = named_component(system.output_names, output)
+    samples = checked_samples(samples, harmonics)
+    prepared = structure(system, harmonics, harmonic_diameters)
+    check_forces(system, harmonics)
+    check_band(system, hertz)
+    low, high = TURN * hertz
+    places = [varied.coordinate(value) for value in given]
+    span = max(np.ptp(places), 1e-12)
+    source = balances(prepared, low, high, 1000)
+    replay = replaying(journal, Peak)
+    ridge = Ridge(source, varied, (low, high), component, samples, tolerance, span, replay)
+    tracks, ridge = traced(ridge, given.tolist(), is_range, progress)
+    best, rivals = chosen(tracks)
+    return collected(ridge, best, rivals)
+
+
+def traced(
+    ridge: Ridge, values: list[float], is_range: bool, progress: Progress | None
+) -> tuple[list[dict[float, Mark]], Ridge]:
+    """Tracks of peaks by value, and the ridge with its component chosen."""
+    swept = ridge.sweep(values[0])
+    ridge = ridge.with_component(values[0], swept)
+    begun = ridge.highest(values[0], swept)
+    if begun is None:
+        raise InputError(f"near: no peak was found in it at {ridge.varied.name} = {values[0]:g}")
+    first = Mark(ridge.varied.coordinate(values[0]), values[0], begun)
+    tracks = [{values[0]: first}]
+    report = Report(progress, values, is_range)
+    report(first)
+    forward(ridge, tracks, values, is_range, report)
+    passed = sorted({value for track in tracks for value in track}, reverse=values[0] < values[-1])
+    if not is_range:
+        passed = values[::-1]
+    last = passed[0]
+    again = ridge.highest(last, ridge.sweep(last))
+    if again is not None and last in tracks[-1]:
+        if again.amplitude > (1 + HIGHER) * tracks[-1][last].peak.amplitude:
+            tracks.append({last: Mark(ridge.varied.coordinate(last), last, again)})
+            backward(ridge, tracks[-1], passed[1:])
+    return tracks, ridge
+
+
+@dataclass
+class Report:
+    """Tells the progress of a curve."""
+
+    progress: Progress | None
+    values: list[float]
+    is_range: bool
+    done: int = 0
+
+    def __call__(self, mark: Mark) -> None:
+        """Tell of one more peak."""
+        self.done += 1
+        if self.progress is None:
+            return
+        expected = len(self.values)
+        if self.is_range:
+            expected = self.done if mark.value == self.values[-1] else max(self.done + 1, 50)
+        self.progress(self.done, expected, mark.value, mark.peak.amplitude)
+
+
+def forward(
+    ridge: Ridge,
+    tracks: list[dict[float, Mark]],
+    values: list[float],
+    is_range: bool,
+    report: Report,
+) -> None:
+    """Follow the peak through all values; where it is lost, the highest one there is."""
+    if is_range:
+        (first,) = tracks[0].values()
+        for mark in ridge.explore(first, values[-1]):
+            tracks[-1][mark.value] = mark
+            report(mark)
+        values = values[-1:]
+    known = list(tracks[-1].values())
+    for value in values:
+        if value in tracks[-1]:
+            continue
+        found = ridge.follow(known[-3:], value) if known else []
+        if found:
+            tracks[-1][value] = counted(found)
+            known.extend(found)
+            report(tracks[-1][value])
+            continue
+        swept = ridge.sweep(value)
+        peak = ridge.highest(value, swept) or ridge.unresolved(value, swept)
+        mark = Mark(ridge.varied.coordinate(value), value, peak)
+        earlier = [each for each in (*tracks[-1],) if each != value]
+        tracks.append({value: mark})
+        report(mark)
+        backward(ridge, tracks[-1], earlier[::-1])
+        known = [mark]
+
+
+def backward(ridge: Ridge, track: dict[float, Mark], values: Sequence[float]) -> None:
+    """Follow a track to further values as long as it exists."""
+    known = list(track.values())
+    for value in values:
+        found = ridge.follow(known[-3:], value)
+        if not found:
+            return
+        track[value] = counted(found)
+        known.extend(found)
+
+
+def counted(found: Sequence[Mark]) -> Mark:
+    """The last mark, with the cost of those before it too."""
+    last = found[-1].peak
+    solution = replace(
+        last.solution, iterations=sum(mark.peak.solution.iterations for mark in found)
+    )
+    readings = sum(mark.peak.readings for mark in found)
+    return replace(found[-1], peak=replace(last, solution=solution, readings=readings))
+
+
+def chosen(tracks: Sequence[dict[float, Mark]]) -> tuple[list[Mark], list[float]]:
+    """The highest mark at each value, and the amplitude of the next one or nan."""
+    best, rivals = [], []
+    for value in dict.fromkeys(value for track in tracks for value in track):
+        here = [track[value] for track in tracks if value in track]
+        here.sort(key=lambda mark: -mark.peak.amplitude)
+        best.append(here[0])
+        others = [
+            mark.peak.amplitude
+            for mark in here[1:]
+            if abs(mark.peak.solution.omega - here[0].peak.solution.omega)
+            > 1e-3 * here[0].peak.width
+        ]
+        rivals.append(max(others, default=np.nan))
+    return best, rivals
+
+
+def collected(ridge: Ridge, best: Sequence[Mark], rivals: Sequence[float]) -> PeakResponse:
+    """Put the marks into arrays."""
+    assert ridge.component is not None
+    varied = ridge.varied
+    solutions = [mark.peak.solution for mark in best]
+    values = [mark.value for mark in best]
+    response, mu = assembled(ridge.prepared, varied, values, solutions)
+    distance = np.array([mark.peak.distance for mark in best])
+    sharp = np.array([mark.peak.sharp for mark in best], bool)
+    node, direction = ridge.component
+    return PeakResponse(
+        name=varied.name,
+        parameter=np.array(values),
+        output=ridge.prepared.system.output_names[node],
+        direction=direction,
+        frequency=response.frequency,
+        amplitude=np.array([mark.peak.amplitude for mark in best]),
+        width=np.array([mark.peak.width for mark in best]) / TURN,
+        distance=distance,
+        converged=response.converged & ((distance < CONDITION) | sharp),
+        sharp=sharp,
+        rival=np.array(rivals),
+        readings=np.array([mark.peak.readings for mark in best], np.int64),
+        response=replace(response, samples=ridge.samples or 0),
+        mu=mu,
+    )

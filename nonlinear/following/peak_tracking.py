@@ -1,0 +1,260 @@
+"""Following the peak of a resonance along a parameter."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field, replace
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vanelock.errors import InputError
+from vanelock.nonlinear.balance.balance import Structure
+from vanelock.nonlinear.balance.receptance_tables import Tabulated
+from vanelock.nonlinear.contact.law import Law, contact_law
+from vanelock.nonlinear.continuation.families import Frequencies
+from vanelock.nonlinear.following.parameters import Parameter
+from vanelock.nonlinear.following.peak import Peak, Resonance
+from vanelock.nonlinear.forced_response.frequency_sweep import Solver
+from vanelock.nonlinear.forced_response.replay import Replay
+from vanelock.nonlinear.newton.newton import Solution
+
+Floats = NDArray[np.float64]
+
+NEAR = 2.0
+"""How many half-widths a peak may lie from where it was expected."""
+FINEST = 1 / 2000
+"""Shortest step, relative to the range of the parameter's coordinate."""
+
+
+@dataclass(frozen=True)
+class Mark:
+    """The peak at a value of the parameter.
+
+    Attributes
+    ----------
+    place : float
+        Coordinate of the parameter.
+    value : float
+    peak : Peak
+    """
+
+    place: float
+    value: float
+    peak: Peak
+
+
+@dataclass(frozen=True)
+class Ridge:
+    """What finds and follows the peak of one resonance.
+
+    Attributes
+    ----------
+    source : Structure or Tabulated
+        Gives the balances of the system as it is given.
+    varied : Parameter
+    range : (float, float)
+        Where the resonance is looked for, rad/s.
+    component : (int, int) or None
+        Output node and direction; None: that of the largest amplitude at the first peak.
+    samples : int or None
+        Of the contact law.
+    tolerance : float
+        Relative residual of the solutions.
+    span : float
+        Range of the parameter's coordinate.
+    replay : Replay, optional
+        What writes solutions and peaks down.
+    """
+
+    source: Structure | Tabulated
+    varied: Parameter
+    range: tuple[float, float]
+    component: tuple[int, int] | None
+    samples: int | None
+    tolerance: float
+    span: float
+    replay: Replay = field(default_factory=Replay)
+
+    @property
+    def prepared(self) -> Structure:
+        """The system as it is given."""
+        return self.source.structure
+
+    def solver(self, value: float) -> Solver:
+        """What solves by frequency at a value of the parameter."""
+        source = self.varied.source(self.source, value)
+        contacts = self.prepared.system.contacts
+
+        @lru_cache
+        def law(harmonics: int) -> Law:
+            given = contact_law(contacts, harmonics, self.samples)
+            return self.varied.law(self.prepared.system, given, value)
+
+        family = Frequencies(source, law(self.prepared.harmonics))
+        return Solver(family, law, self.tolerance, self.replay)
+
+    def resonance(self, value: float) -> Resonance:
+        """The resonance at a value of the parameter."""
+        assert self.component is not None
+        return Resonance(self.solver(value).family, self.component, self.tolerance)
+
+    def _peak(self, value: float, omega: float, near: Peak, w: Floats) -> Peak | None:
+        """The peak near a frequency, from a guess of w and of its neighbour's curvature."""
+        find = self.resonance(value).peak
+        asked = value, omega, near.bend, w
+        return self.replay("peak", asked, lambda: find(omega, w, near.bend, near.solution.kept))
+
+    def sweep(self, value: float) -> list[Solution]:
+        """Solutions over the range of frequencies, if any converged those."""
+        explored = list(self.solver(value).explore(*self.range))
+        return [solution for solution in explored if solution.converged] or explored
+
+    def highest(self, value: float, swept: Sequence[Solution]) -> Peak | None:
+        """The highest peak among solutions by frequency; None if no maximum lies within.
+
+        If it cannot be refined, the highest solution stands for it.
+        """
+        assert self.component is not None
+        size = self.amplitudes(value, swept)[:, *self.component]
+        tops = np.flatnonzero((size[1:-1] >= size[:-2]) & (size[1:-1] > size[2:])) + 1
+        if not len(tops):
+            return None
+        top = int(tops[size[tops].argmax()])
+        omega = np.array([swept[i].omega for i in (top - 1, top, top + 1)]) - swept[top].omega
+        curvature = 2 * np.polyfit(omega, size[top - 1 : top + 2], 2)[0] / size[top]
+        bend = min(curvature, -((self.range[1] - self.range[0]) ** -2.0))
+        spent = sum(solution.iterations for solution in swept)
+        here = Peak(swept[top], float(size[top]), bend, np.inf, 0, False)
+        found = self._peak(value, swept[top].omega, here, swept[top].w) or here
+        total = replace(found.solution, iterations=spent + found.solution.iterations)
+        return replace(found, solution=total, readings=found.readings + len(swept))
+
+    def unresolved(self, value: float, swept: Sequence[Solution]) -> Peak:
+        """The largest amplitude among solutions by frequency, where no peak lies within."""
+        assert self.component is not None
+        size = self.amplitudes(value, swept)[:, *self.component]
+        top = int(size.argmax())
+        bend = -((self.range[1] - self.range[0]) ** -2.0)
+        return Peak(swept[top], float(size[top]), bend, np.inf, len(swept), False)
+
+    def amplitudes(self, value: float, swept: Sequence[Solution]) -> Floats:
+        """(p, o, 3) amplitude of every output, m."""
+        outputs, solver = len(self.prepared.system.output_names), self.solver(value)
+        return np.array([solver.amplitude(each) for each in swept]).reshape(-1, outputs, 3)
+
+    def with_component(self, value: float, swept: Sequence[Solution]) -> "Ridge":
+        """The ridge of the output that peaks highest among solutions by frequency."""
+        if self.component is not None:
+            return self
+        size = self.amplitudes(value, swept)
+        peaks = (size[1:-1] >= size[:-2]) & (size[1:-1] > size[2:])
+        highest = np.where(peaks, size[1:-1], 0.0).max(axis=0, initial=0.0)
+        node, direction = np.unravel_index(highest.argmax(), highest.shape)
+        return replace(self, component=(int(node), int(direction)))
+
+    def follow(self, marks: Sequence[Mark], value: float) -> list[Mark]:
+        """Marks from the last of some to a value, intermediate ones where needed.
+
+        The list is empty where the peak is lost: it vanishes, or moves too fast.
+        """
+        place = self.varied.coordinate(value)
+        found: list[Mark] = []
+        wanted = [place]
+        while wanted:
+            known = [*marks, *found]
+            here = wanted[-1]
+            exact = value if here == place else self.value(here)
+            mark = self.step(known, here, exact)
+            if mark is not None:
+                found.append(mark)
+                wanted.pop()
+            elif abs(here - known[-1].place) < 2 * FINEST * self.span:
+                return []
+            else:
+                wanted.append(0.5 * (here + known[-1].place))
+        return found
+
+    def value(self, place: float) -> float:
+        """Value of the parameter at a coordinate."""
+        return float(np.exp(place)) if self.varied.logarithmic else place
+
+    def step(self, marks: Sequence[Mark], place: float, value: float) -> Mark | None:
+        """The peak at a place, expected from the last marks; None where it is not found there."""
+        omega, _, w = expected(marks, place)
+        last = marks[-1].peak
+        peak = self._peak(value, omega, last, w)
+        if peak is None or abs(peak.solution.omega - omega) > NEAR * max(peak.width, last.width):
+            return None
+        return Mark(place, value, peak)
+
+    def explore(self, first: Mark, end: float) -> Iterator[Mark]:
+        """Marks from the first one to a value at steps that follow the curve.
+
+        Ends early where the peak is lost.
+        """
+        target = self.varied.coordinate(end)
+        sign = np.sign(target - first.place)
+        marks, step = [first], self.span / 100
+        while marks[-1].place != target:
+            last = marks[-1]
+            finish = step >= 0.999 * abs(target - last.place)
+            place = target if finish else last.place + sign * step
+            mark = self.step(marks, place, end if finish else self.value(place))
+            if mark is None:
+                step *= 0.4
+                if step < FINEST * self.span:
+                    return
+                continue
+            error = surprise(marks, mark)
+            if error > 4 and step > 4 * FINEST * self.span:
+                step *= 0.4
+                continue
+            yield mark
+            marks = [*marks, mark][-3:]
+            growth = float(np.clip(0.9 / np.sqrt(max(error, 1e-9)), 0.4, 1.7))
+            step = float(np.clip(step * growth, FINEST * self.span, self.span / 25))
+
+
+def expected(marks: Sequence[Mark], place: float) -> tuple[float, float, Floats]:
+    """Frequency, amplitude and w of a peak at a place, by the parabola or line through the last."""
+    last = marks[-1].peak
+    if len(marks) == 1:
+        return last.solution.omega, last.amplitude, last.solution.w
+    before = marks[-2].peak
+    share = (place - marks[-1].place) / (marks[-1].place - marks[-2].place)
+    w = last.solution.w + share * (last.solution.w - before.solution.w)
+    known = marks[-3:]
+    x = np.array([mark.place for mark in known]) - marks[-1].place
+    both = np.array([[m.peak.solution.omega, np.log(m.peak.amplitude)] for m in known])
+    omega, size = (
+        float(np.polyval(np.polyfit(x, y, len(known) - 1), place - marks[-1].place)) for y in both.T
+    )
+    return omega, float(np.exp(size)), w
+
+
+def surprise(marks: Sequence[Mark], mark: Mark) -> float:
+    """How far a peak lies from where it was expected, in units of what a drawn curve forgives."""
+    omega, amplitude, _ = expected(marks, mark.place)
+    peak = mark.peak
+    aside = abs(peak.solution.omega - omega) / (0.5 * peak.width)
+    return float(max(aside, abs(np.log(peak.amplitude / amplitude)) / 0.03))
+
+
+def named_component(names: Sequence[str], output: tuple[str, int] | None) -> tuple[int, int] | None:
+    """Place of an output, given by its name and direction, among all outputs.
+
+    Raises
+    ------
+    InputError
+        If there is no such output.
+    """
+    if not names:
+        raise InputError("system: it has no output nodes; a peak needs one")
+    if output is None:
+        return None
+    name, direction = output
+    if name not in names:
+        raise InputError(f"output: given {name!r}: allowed: {', '.join(names)}")
+    if direction not in (0, 1, 2):
+        raise InputError(f"output: given direction {direction!r}: allowed: 0, 1, 2")
+    return list(names).index(name), direction

@@ -1,0 +1,226 @@
+"""One solution after another: a list of frequencies, or a range sampled as the curve needs it."""
+
+import time
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vanelock.nonlinear.contact.law import Law
+from vanelock.nonlinear.continuation.arc_length import follow
+from vanelock.nonlinear.continuation.families import Frequencies, fixed
+from vanelock.nonlinear.continuation.globalisation import at_once, from_nothing
+from vanelock.nonlinear.forced_response.replay import Replay
+from vanelock.nonlinear.forced_response.response import half_peak_to_peak
+from vanelock.nonlinear.fourier.trigonometric import to_complex
+from vanelock.nonlinear.newton.newton import Solution, sensitivity, solve
+
+Floats = NDArray[np.float64]
+
+BEND = 0.06
+"""How far, relatively, the amplitude may leave the line through the last two points. The curve then
+leaves the chord between two points by about an eighth of that."""
+
+FAR = 8.0
+"""How far back, in steps of the sweep, a path is followed behind a fold. What lies beyond is sooner
+found afresh, as the structure does that jumps."""
+
+JUMP = 400  # of the range: how closely a jump of the response is located
+ELSEWHERE = (0.8, 1.25, 0.5, 2.0, 3.0)  # frequencies to come from where nothing else helps
+EFFORT, CLOSE = 600, 1e-4  # Newton steps and shortest step on the way from there
+
+
+@dataclass(frozen=True)
+class Solver:
+    """What solves one point after another.
+
+    Attributes
+    ----------
+    family : Frequencies
+    law : callable
+        The contact law for a number of harmonics.
+    tolerance : float
+        Relative residual that counts as converged.
+    replay : Replay, optional
+        What writes solved points down.
+    """
+
+    family: Frequencies
+    law: Callable[[int], Law]
+    tolerance: float
+    replay: Replay = field(default_factory=Replay)
+
+    def sweep(self, omegas: Floats) -> Iterator[Solution]:
+        """Solve at each frequency, rad/s, from its predecessors."""
+        history: list[Solution] = []
+        for omega in omegas:
+            found = self.point(float(omega), history)
+            yield found
+            if found.converged:
+                history = [*history, found][-2:]
+
+    def explore(self, begin: float, end: float) -> Iterator[Solution]:
+        """Solve from `begin` to `end`, rad/s, at steps that follow the curve.
+
+        Steps are at most a fortieth of the range, at least an 80th of the half-power bandwidth.
+        """
+        span, sign = abs(end - begin), np.sign(end - begin)
+        ratio = self.family.structure.system.damping_ratio or 0.0
+        finest = max(2 * ratio * min(begin, end) / 80, span / 5000)
+        history = [self.point(begin, [])]
+        yield history[0]
+        step = span / 200
+        while history[-1].omega != end:
+            last = history[-1]
+            left = abs(end - last.omega)
+            omega = end if step >= 0.999 * left else last.omega + sign * step
+            known = [point for point in history if point.converged]
+            smooth = self.easily(omega, known)
+            if smooth is None and known and step > max(finest, span / JUMP):
+                step = max(finest, 0.3 * step)
+                continue
+            found = self.point(omega, known) if smooth is None else smooth
+            error = 0.0 if smooth is None else self._bend(history, found)
+            if error > BEND and step > finest:
+                step = max(finest, step * max(0.3, 0.8 * np.sqrt(BEND / error)))
+                continue
+            yield found
+            history = [found] if smooth is None else [*history, found][-2:]
+            growth = 0.9 * np.sqrt(BEND / max(error, 1e-12))
+            step = float(np.clip(step * min(1.5, growth), finest, span / 40))
+
+    def _bend(self, history: list[Solution], found: Solution) -> float:
+        """Relative distance of a new amplitude from the line through the last two."""
+        if len(history) < 2:
+            return 0.0
+        a, b = (self.amplitude(point) for point in history)
+        c = self.amplitude(found)
+        line = b + (b - a) * (found.omega - history[1].omega) / (
+            history[1].omega - history[0].omega
+        )
+        size = max(np.abs(b).max(initial=0.0), np.finfo(float).tiny)
+        return float(np.abs(c - line).max(initial=0.0) / size)
+
+    def amplitude(self, solution: Solution) -> Floats:
+        """Half the peak-to-peak of every output; of the contacts where there is none, m."""
+        structure = self.family.structure
+        if structure.system.output_names:
+            moved = structure.output(structure.amplitudes(solution.omega, solution.w))
+        else:
+            moved = to_complex(solution.u)
+        return half_peak_to_peak(moved).reshape(-1)
+
+    def point(self, omega: float, history: list[Solution]) -> Solution:
+        """Solve at one frequency, rad/s, given up to two converged neighbours, the nearest last."""
+
+        def solved() -> Solution:
+            begin = time.process_time()
+            return self._finished(self._point(omega, history), begin)
+
+        return self.replay("point", (omega, *(each.w for each in history)), solved)
+
+    def easily(self, omega: float, history: list[Solution]) -> Solution | None:
+        """The same if Newton's iteration finds it at once; None if not."""
+
+        def solved() -> Solution | None:
+            begin = time.process_time()
+            tried = self._newton(omega, history)
+            if not (tried and tried[-1].converged):
+                return None
+            return self._finished(_counted(tried, omega), begin)
+
+        return self.replay("easily", (omega, *(each.w for each in history)), solved)
+
+    def _finished(self, found: Solution, begin: float) -> Solution:
+        """A solution with the time since `begin` and, if modes are cut off, their error."""
+        found = replace(found, seconds=time.process_time() - begin)
+        cut = np.isfinite(self.family.structure.cutoff)
+        return replace(found, truncation=self._truncation(found)) if cut else found
+
+    def _truncation(self, found: Solution) -> float:
+        """Relative error of the vibration by modes that count by their static part alone."""
+        missed = self.family.structure.left_out(found.omega, found.w)
+        stiffness = self.family.friction.stiffness.reshape(-1)
+        moved = sensitivity(self.family.at(found.omega), found, missed, stiffness)
+        if moved is None:
+            return np.inf
+        sizes = (np.abs(to_complex(each)[1:]).max(initial=0.0) for each in (moved, found.u))
+        wrong, largest = (float(size) for size in sizes)
+        return wrong / largest if largest > 0 else 0.0
+
+    def _point(self, omega: float, history: list[Solution]) -> Solution:
+        tried = self._newton(omega, history)
+        if tried and tried[-1].converged:
+            return _counted(tried, omega)
+        if history:
+            nearer = self._nearer(omega, history)
+            tried += nearer
+            if nearer[-1].converged and nearer[-1].omega == omega:
+                return _counted(tried, omega)
+            reached = [each for each in (history[-1], *nearer) if each.converged][-1]
+            far = FAR * (omega - history[-1].omega) / (omega - reached.omega)
+            arc = follow(self.family, reached, omega, self.tolerance, limit=60, away=far)
+            if arc.solution is not None:
+                found = replace(arc.solution, continued=not arc.folds)
+                return _counted([*tried, found], omega)
+        afresh = from_nothing(self.family.at(omega), self.law, self.tolerance)
+        tried.append(replace(afresh, continued=not history))
+        if not history and not tried[-1].converged:
+            tried += self._from_elsewhere(omega)
+        return _counted(tried, omega)
+
+    def _newton(self, omega: float, history: list[Solution]) -> list[Solution]:
+        """Newton's iteration from what the history suggests; the last one tried may converge."""
+        problem = fixed(self.family.at(omega), self.family.friction)
+        kept = history[-1].kept if history else None
+        tried: list[Solution] = []
+        for start in starts(omega, history):
+            found = solve(problem, start, 0.0, tolerance=self.tolerance, kept=kept)
+            tried.append(replace(found, parameter=omega))
+            if found.converged:
+                break
+        return tried
+
+    def _nearer(self, omega: float, history: list[Solution]) -> list[Solution]:
+        """Towards a frequency by quarters of the step; ends where one is not solved."""
+        tried: list[Solution] = []
+        begin = history[-1].omega
+        for share in (0.25, 0.5, 0.75, 1.0):
+            at = omega if share == 1.0 else begin + share * (omega - begin)
+            found = self._newton(at, history)
+            tried += found
+            if not found[-1].converged:
+                break
+            history = [*history, found[-1]][-2:]
+        return tried
+
+    def _from_elsewhere(self, omega: float) -> Iterator[Solution]:
+        """From the first of some other frequencies that can be solved at once, along the path."""
+        for ratio in ELSEWHERE:
+            begin = ratio * omega
+            found = at_once(self.family.at(begin), self.law, self.tolerance)
+            if not found.converged:
+                continue
+            begun = replace(found, parameter=begin)
+            arc = follow(self.family, begun, omega, self.tolerance, effort=EFFORT, shortest=CLOSE)
+            if arc.solution is not None:
+                yield arc.solution
+                return
+
+
+def starts(parameter: float, history: Sequence[Solution]) -> Iterator[Floats]:
+    """First guesses: along the secant of the last two solutions, and the last one."""
+    if len(history) == 2 and history[0].parameter != history[1].parameter:
+        a, b = history
+        yield b.w + (parameter - b.parameter) / (b.parameter - a.parameter) * (b.w - a.w)
+    if history:
+        yield history[-1].w
+
+
+def _counted(tried: list[Solution], omega: float) -> Solution:
+    """The best of some attempts at a frequency, with the iterations of all on the way there."""
+    there = [each for each in tried if each.omega == omega]
+    best = min(there, key=lambda each: (not each.converged, each.residual))
+    spent = sum(each.iterations for each in tried)
+    return replace(best, parameter=omega, iterations=spent)

@@ -1,0 +1,278 @@
+"""Forced response: what the solver hands on."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, fields, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vanelock.nonlinear.balance.balance import Structure
+from vanelock.nonlinear.contact.law import Deviation
+from vanelock.nonlinear.fourier.trigonometric import TURN, basis, to_complex, to_real
+from vanelock.nonlinear.newton.newton import Solution
+from vanelock.product import Product
+
+Array = NDArray[np.complex128]
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class ErrorEstimates(Product):
+    """Estimated errors of the amplitude A of one output at p frequencies, see `error_estimates`.
+
+    Attributes
+    ----------
+    sources : tuple of str
+        What causes them, s names.
+    change : (p, s) float
+        By how much A is too small because of each source, to first order, m; NaN where unknown.
+    amplitude : (p,) float
+        A, half the peak-to-peak, m.
+    slope : (p,) float
+        dA/df along the solutions, m/Hz; NaN where the curve turns back.
+    harmonics : (p,) int
+        H of each point.
+    monitored : (2,) int
+        Place of the output node, and direction.
+    tried : int
+        Harmonics whose nodal diameters were asked for: those kept, and those to judge them by.
+    """
+
+    sources: tuple[str, ...]
+    change: Floats = field(metadata={"unit": "m"})
+    amplitude: Floats = field(metadata={"unit": "m"})
+    slope: Floats = field(metadata={"unit": "m/Hz"})
+    harmonics: NDArray[np.int64]
+    monitored: NDArray[np.int64]
+    tried: int
+
+    @property
+    def error(self) -> Floats:
+        """(p, s) relative error of A by each source."""
+        size = np.where(self.amplitude > 0, self.amplitude, np.finfo(float).tiny)
+        return np.asarray(np.abs(self.change) / size[:, None])
+
+    @property
+    def total(self) -> Floats:
+        """(p,) sum of the relative errors that are known."""
+        return np.asarray(np.nansum(self.error, axis=1))
+
+    def at(self, points: Sequence[int]) -> "ErrorEstimates":
+        """Those of some points."""
+        by_point = ("change", "amplitude", "slope", "harmonics")
+        return replace(self, **{name: getattr(self, name)[points] for name in by_point})
+
+
+CONSTANT = (
+    "stiffness",
+    "mu",
+    "harmonic_diameters",
+    "coupling",
+    "friction",
+    "samples",
+    "estimates",
+    "direction",
+)
+"""What a response does not have point by point."""
+
+
+@dataclass(frozen=True)
+class Response(Product):
+    """Periodic response at p frequencies, q(t) = Re Σ_h q^(h) e^{ihωt}.
+
+    Attributes
+    ----------
+    frequency : (p,) float
+        Hz.
+    x : dict of int to (p, n_h) complex; float for h = 0
+        All coordinates of the system, by harmonic, in the basis of the harmonic's diameter.
+    contact : (p, H + 1, c, 3) complex
+        Relative displacements (v, u1, u2), interference included in the mean of v, m.
+    force : (p, H + 1, c, 3) complex
+        Contact forces (n, t1, t2), N.
+    state : (p, c) int
+        STUCK, SLIP, OPEN or SLIP_OPEN.
+    dissipation : (p, c) float
+        Friction work of each contact in a period, J.
+    output : (p, H + 1, o, 3) complex
+        Displacement of the output nodes, m.
+    amplitude : (p, o, 3) float
+        Half the peak-to-peak of each output over a period, m.
+    converged : (p,) bool
+        Whether the residual is below the tolerance; if not, nothing here is to be trusted.
+    residual : (p,) float
+        Relative residual of the balance.
+    iterations : (p,) int
+        Newton steps spent, without those of paths that led nowhere; `seconds` has them all.
+    active : (p,) int
+        Contacts that deviate from sticking where they were assembled.
+    stiffness : (c, 3) float
+        (kn, kt1, kt2), N/m.
+    mu : (c,) float
+        Friction coefficients.
+    harmonic_diameters : (H + 1,) int
+        Nodal diameter of each harmonic.
+    seconds : (p,) float
+        Processor time spent on each point; 0 where it was not taken.
+    truncation : (p,) float
+        By how much the motion of the contacts is off, relative to the largest and to first order,
+        because some modes count by their static part alone (`static_beyond`); 0 without those.
+    coupling, friction : str
+        As of `frequency_response`. Unless it is "coupled", harmonic 0 of `x`, `contact`, `force`
+        and `output` is the static problem's.
+    samples : int
+        Of the period, on which the contact law was evaluated; 0: its events were located.
+    estimates : ErrorEstimates or None
+        Of one output's amplitude, where they were asked for.
+    direction : str or None
+        "up" or "down", the way the frequencies were passed; "both" where the largest of the
+        solutions of both ways was taken; None where they were not passed.
+    jump : (j, 2) int or None
+        Points before and after each jump, in that direction: neighbours that no curve of solutions
+        joins. None where jumps were not looked for.
+    """
+
+    frequency: Floats = field(metadata={"unit": "Hz"})
+    x: dict[int, NDArray[Any]]
+    contact: Array = field(metadata={"unit": "m"})
+    force: Array = field(metadata={"unit": "N"})
+    state: NDArray[np.int64]
+    dissipation: Floats = field(metadata={"unit": "J"})
+    output: Array = field(metadata={"unit": "m"})
+    amplitude: Floats = field(metadata={"unit": "m"})
+    converged: NDArray[np.bool_]
+    residual: Floats
+    iterations: NDArray[np.int64]
+    active: NDArray[np.int64]
+    stiffness: Floats = field(metadata={"unit": "N/m"})
+    mu: Floats
+    harmonic_diameters: NDArray[np.int64]
+    seconds: Floats = field(metadata={"unit": "s"})
+    truncation: Floats
+    coupling: str = "coupled"
+    friction: str = "orthogonal"
+    samples: int = 0
+    estimates: ErrorEstimates | None = None
+    direction: str | None = None
+    jump: NDArray[np.int64] | None = None
+
+    @property
+    def error(self) -> Floats:
+        """(p,) estimated relative error of the monitored output; NaN where none was estimated."""
+        if self.estimates is None:
+            return np.full(self.points, np.nan)
+        return np.where(self.converged, self.estimates.total, np.inf)
+
+    @property
+    def harmonics(self) -> int:
+        """H."""
+        return int(self.contact.shape[1]) - 1
+
+    def at(self, points: Sequence[int]) -> "Response":
+        """Some of the points, without the jumps between them."""
+        changed: dict[str, Any] = {"jump": None}
+        for each in fields(self):
+            value = getattr(self, each.name)
+            if isinstance(value, dict):
+                changed[each.name] = {key: item[points] for key, item in value.items()}
+            elif isinstance(value, ErrorEstimates):
+                changed[each.name] = value.at(points)
+            elif each.name not in (*CONSTANT, *changed):
+                changed[each.name] = value[points]
+        return replace(self, **changed)
+
+    @property
+    def points(self) -> int:
+        """Number of frequencies p."""
+        return len(self.frequency)
+
+
+def extremes(q: Array) -> Floats:
+    """Angles of the largest and smallest values of q(t), (2, k), from (H + 1, k) coefficients."""
+    harmonics = len(q) - 1
+    count, h = 32 * max(harmonics, 1), np.arange(harmonics + 1)
+    history = to_real(q) @ basis(harmonics, TURN * np.arange(count) / count).T
+    angles = TURN * np.array([history.argmax(axis=1), history.argmin(axis=1)]) / count
+    for angle, sign in zip(angles, (1.0, -1.0), strict=True):
+        sampled = angle.copy()
+        for _ in range(5):  # from the nearest sample Newton's iteration needs no more
+            wave = q * np.exp(1j * np.outer(h, angle))
+            slope = (1j * h[:, None] * wave).sum(axis=0).real
+            curvature = -(h[:, None] ** 2 * wave).sum(axis=0).real
+            step = np.divide(slope, curvature, out=np.zeros_like(slope), where=curvature != 0)
+            angle -= step.clip(-TURN / count, TURN / count)
+        lost = sign * values_at(q, angle) < sign * values_at(q, sampled)
+        angle[lost] = sampled[lost]
+    return np.asarray(angles)
+
+
+def values_at(q: Array, angle: Floats) -> Floats:
+    """(k,) values of q(t), given (H + 1, k) coefficients, each at an angle of its own."""
+    return np.asarray((q * np.exp(1j * np.outer(np.arange(len(q)), angle))).sum(axis=0).real)
+
+
+def half_peak_to_peak(q: Array) -> Floats:
+    """Half the peak-to-peak over a period of q(t), given one-sided coefficients (H + 1, ...)."""
+    harmonics = len(q) - 1
+    if harmonics < 2:
+        return np.asarray(np.abs(q[1:]).sum(axis=0))
+    flat = to_complex(to_real(q).reshape(-1, 2 * harmonics + 1))
+    top, bottom = (values_at(flat, angle) for angle in extremes(flat))
+    return np.asarray((top - bottom).reshape(q.shape[1:]) / 2)
+
+
+def amplitude_and_slope(q: Array, rates: Array) -> tuple[float, float]:
+    """Half the peak-to-peak of coefficients (H + 1,), and its derivative if they change at `rates`.
+
+    That of an extreme is the value of the rates at its angle, where the slope in time vanishes.
+    """
+    wave = np.exp(1j * np.outer(np.arange(len(q)), extremes(q[:, None])[:, 0]))
+    amplitude, slope = ((np.stack([q, rates]) @ wave).real @ [0.5, -0.5]).tolist()
+    return amplitude, slope
+
+
+def assemble_response(structure: Structure, solutions: Sequence[Solution]) -> Response:
+    """Collect solved points into a response, all coordinates recovered."""
+    H, system = structure.harmonics, structure.system
+    count, outputs = system.contacts.count, len(system.output_names)
+    m = 2 * H + 1
+    by_point = [structure.amplitudes(s.omega, s.w) for s in solutions]
+    x = {}
+    for h in range(H + 1):
+        modal = np.array([point[h] for point in by_point])
+        shapes = structure.at(h).shapes
+        moved = modal.reshape(-1, len(shapes.T)) @ shapes.T
+        x[h] = moved.real.copy() if h == 0 else moved.astype(complex)
+    stacked = np.array([s.u for s in solutions]).reshape(len(solutions), count, 3, m)
+    deviating = np.array([s.w for s in solutions]).reshape(stacked.shape)
+    pulled = (stacked - deviating) * system.contacts.stiffness[:, :, None]
+    output = np.array([structure.output(point) for point in by_point], complex)
+    output = output.reshape(len(solutions), H + 1, outputs, 3)
+    return Response(
+        frequency=np.array([s.omega for s in solutions]) / TURN,
+        x=x,
+        contact=to_complex(stacked).swapaxes(0, 1),
+        force=to_complex(pulled).swapaxes(0, 1),
+        state=np.array([s.deviation.state for s in solutions]).reshape(len(solutions), count),
+        dissipation=np.array([s.deviation.dissipation for s in solutions]).reshape(
+            len(solutions), count
+        ),
+        output=output,
+        amplitude=half_peak_to_peak(output.swapaxes(0, 1)),
+        converged=np.array([s.converged for s in solutions], bool),
+        residual=np.array([s.residual for s in solutions], float),
+        iterations=np.array([s.iterations for s in solutions], np.int64),
+        active=np.array([_active(s.deviation) for s in solutions], np.int64),
+        stiffness=system.contacts.stiffness,
+        mu=system.contacts.mu,
+        harmonic_diameters=np.array(structure.nodal_diameters),
+        seconds=np.array([s.seconds for s in solutions], float),
+        truncation=np.array([s.truncation for s in solutions], float),
+    )
+
+
+def _active(deviation: Deviation) -> int:
+    """Contacts with any w."""
+    deviating = np.asarray(deviation.w.any(axis=(1, 2)))
+    return int(np.count_nonzero(deviating))

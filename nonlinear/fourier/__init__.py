@@ -1,0 +1,1 @@
+"""Trigonometric polynomials, compiled, and how many threads they get."""

@@ -1,0 +1,50 @@
+"""Compiled kernels, kept on disk by the sources that they were made of.
+
+A cached kernel contains the code of the kernels that it calls, but Numba looks at the age of its
+own file only. Each state of the sources therefore gets its own folder of cached code.
+"""
+
+import hashlib
+import os
+from collections.abc import Callable
+from functools import lru_cache
+from pathlib import Path
+from typing import TypeVar, cast
+
+import numba
+
+Kernel = TypeVar("Kernel", bound=Callable[..., object])
+
+
+def sources() -> list[Path]:
+    """The files of `nonlinear` that hold kernels."""
+    files = sorted(Path(__file__).resolve().parents[1].rglob("*.py"))
+    return [path for path in files if "\n@kernel" in path.read_text("utf-8")]
+
+
+@lru_cache(maxsize=1)
+def _folder() -> str:
+    here = Path(__file__).resolve().parent
+    digest = hashlib.sha256()
+    for source in sources():
+        digest.update(source.read_bytes())
+    chosen = vars(numba.config)["CACHE_DIR"]
+    if chosen:
+        base = Path(chosen)
+    elif os.access(here, os.W_OK):
+        base = here / "__pycache__"
+    else:
+        base = Path.home() / ".cache" / "vanelock"
+    return str(base / f"kernels-{digest.hexdigest()[:12]}")
+
+
+def kernel(function: Kernel) -> Kernel:
+    """Compile a function when it is first called, or load what an earlier run compiled."""
+    settings = vars(numba.config)
+    given = settings["CACHE_DIR"]
+    settings["CACHE_DIR"] = _folder()
+    try:
+        compiled = numba.njit(cache=True)(function)
+    finally:
+        settings["CACHE_DIR"] = given
+    return cast(Kernel, compiled)

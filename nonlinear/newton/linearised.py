@@ -1,0 +1,323 @@
+"""The linearised balance P = I - (dW/du) R̂, solved directly or, where it is large, by GMRES.
+
+Along a path of solutions the parameter is one more unknown, and the plane across the path one more
+equation:
+
+    [ P    -r ] [ dw ]   [ gap      ]
+    [ nᵀ    c ] [ dp ] = [ distance ],      r = dW/dp.
+"""
+
+from dataclasses import dataclass, replace
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg.lapack import dgetrf, dgetrs
+
+from vanelock.nonlinear.balance.balance import Balance
+from vanelock.nonlinear.contact.law import Deviation
+from vanelock.nonlinear.newton.gmres import gmres
+from vanelock.nonlinear.newton.law_jacobian import slope_of
+from vanelock.nonlinear.newton.preconditioner import (
+    Basis,
+    gathered,
+    seen,
+    small_matrix,
+    spread_out,
+    strong_directions,
+)
+
+Floats = NDArray[np.float64]
+Rows = NDArray[np.int64]
+
+DIRECT = 150  # unknowns up to which factors are cheaper than an iteration
+LIMIT = 60
+STALE = 6  # iterations for each digit after which the kept matrix is made anew
+
+
+@dataclass(frozen=True)
+class Border:
+    """The unknown parameter, and the plane that it is looked for on.
+
+    Attributes
+    ----------
+    rate : (n,) float
+        dW/dp.
+    normal : (n,) float
+        Of the plane.
+    corner : float
+        Its normal's last component.
+    """
+
+    rate: Floats
+    normal: Floats
+    corner: float
+
+
+@dataclass(frozen=True)
+class Kept:
+    """What preconditions large balances, kept over steps and frequencies while it serves.
+
+    Attributes
+    ----------
+    basis : Basis
+    matrix : (r, r) float
+        I - M J L of `preconditioner`.
+    factors : tuple
+        Its LU factors.
+    stale : bool
+        Whether it serves no longer.
+    """
+
+    basis: Basis
+    matrix: Floats
+    factors: tuple[Floats, NDArray[np.int32]]
+    stale: bool = False
+
+
+def to_be_made(basis: Basis) -> Kept:
+    """A basis whose matrix serves no longer."""
+    none = np.empty((0, 0))
+    return Kept(basis, none, (none, np.empty(0, np.int32)), stale=True)
+
+
+class Linearised(Protocol):
+    """A linearised balance that can be solved."""
+
+    @property
+    def kept(self) -> Kept | None:
+        """What later ones may start from."""
+
+    def solve(self, gap: Floats, tolerance: float) -> Floats | None:
+        """(dw, dp) for gaps (n,) or, with a border, (n + 1,); None where it is singular."""
+
+    def merit(self, gap: Floats) -> float:
+        """Size of a gap as a step: about ‖P⁻¹ gap‖."""
+
+    def orientation(self) -> float:
+        """Sign of det P, after a solution."""
+
+
+def _distinct(ascending: Rows) -> tuple[Rows, Rows]:
+    """The different ones of ascending numbers, and which of them each is."""
+    new = np.ones(len(ascending), bool)
+    new[1:] = ascending[1:] != ascending[:-1]
+    return ascending[new], np.cumsum(new) - 1
+
+
+def newton_matrix(balance: Balance, deviation: Deviation, rows: Rows) -> Floats:
+    """P = I - (dW/du) R̂ on the given components of w."""
+    m = deviation.w.shape[2]
+    component, k = rows // m, rows % m
+    wanted, place = _distinct(component)
+    contacts, local = _distinct(component // 3)
+    slope = slope_of(deviation, contacts)
+    held = balance.columns.part(wanted, slope.components)
+    columns = slope.columns([each.T for each in held])
+    own = local * 3 * m + rows % (3 * m)
+    matrix: Floats = -columns.reshape(-1, columns.shape[2])[own[:, None], k * len(wanted) + place]
+    matrix[np.diag_indices_from(matrix)] += 1.0
+    return matrix
+
+
+class Direct:
+    """P factored.
+
+    Parameters
+    ----------
+    balance, deviation
+        Where it is linearised.
+    rows : (k,) int
+        Components of w that are unknown.
+    weight : (n,) float
+        Of each component in a norm.
+    border : Border, optional
+    """
+
+    def __init__(
+        self,
+        balance: Balance,
+        deviation: Deviation,
+        rows: Rows,
+        weight: Floats,
+        border: Border | None,
+        kept: Kept | None,
+    ) -> None:
+        matrix = newton_matrix(balance, deviation, rows)
+        self.unknowns = rows
+        if border is not None:
+            column = -border.rate[rows][:, None]
+            matrix = np.block([[matrix, column], [border.normal[rows], border.corner]])
+            self.unknowns = np.append(rows, deviation.w.size)
+        self.weight = weight
+        self.kept = kept
+        factors, pivots, info = dgetrf(matrix)
+        self.factors = factors, pivots
+        self.singular = info != 0 or not np.isfinite(factors.diagonal().sum())
+
+    def _apply(self, gap: Floats) -> Floats:
+        ahead = gap.copy()  # components outside P count as they are
+        ahead[self.unknowns] = dgetrs(*self.factors, gap[self.unknowns])[0]
+        return ahead
+
+    def solve(self, gap: Floats, tolerance: float) -> Floats | None:
+        """(dw, dp); None where P is singular."""
+        if self.singular:
+            return None
+        step = np.zeros_like(gap)
+        step[self.unknowns] = dgetrs(*self.factors, gap[self.unknowns])[0]
+        return step
+
+    def merit(self, gap: Floats) -> float:
+        """‖P⁻¹ gap‖."""
+        return float(np.linalg.norm(self._apply(gap) * self.weight))
+
+    def orientation(self) -> float:
+        """Sign of det P."""
+        diagonal, pivots = np.diagonal(self.factors[0]), self.factors[1]
+        swaps = np.count_nonzero(pivots != np.arange(len(pivots)))
+        return float(np.prod(np.sign(diagonal)) * (-1.0) ** swaps)
+
+
+class Iterative:
+    """P applied, preconditioned by the strong directions of the receptances."""
+
+    def __init__(
+        self,
+        balance: Balance,
+        deviation: Deviation,
+        rows: Rows,
+        weight: Floats,
+        border: Border | None,
+        kept: Kept | None,
+        stiffness: Floats,
+    ) -> None:
+        self.m = deviation.w.shape[2]
+        self.weight, self.border, self.size = weight, border, deviation.w.size
+        active = _distinct(rows // self.m)[0]
+        contacts = _distinct(active // 3)[0]
+        self.slope = slope_of(deviation, contacts)
+        self.components = self.slope.components
+        self.entries = (self.components[:, None] * self.m + np.arange(self.m)).reshape(-1)
+        self._places = self.entries if border is None else np.append(self.entries, self.size)
+        self.pick = np.searchsorted(self.components, active)
+        self.receptance = balance.columns.part(self.components[self.pick], self.components)
+        basis = strong_directions(balance, stiffness) if kept is None else kept.basis
+        self.basis = basis.of(self.components)
+        if kept is None or kept.stale:
+            matrix = small_matrix(self.basis, self.slope)
+            kept = Kept(basis, matrix, dgetrf(matrix)[:2])
+        self.kept: Kept = kept
+        self.factors = kept.factors
+        if border is not None:
+            self.factors = dgetrf(self._bordered(kept.matrix))[:2]
+
+    def _bordered(self, matrix: Floats) -> Floats:
+        """The small matrix with the parameter as one more unknown."""
+        assert self.border is not None
+        rate = self.border.rate[self.entries].reshape(-1, self.m)
+        normal = self.border.normal[self.entries].reshape(-1, self.m)
+        row = gathered(self.basis, self.slope.transposed(normal))
+        corner = float(np.vdot(normal, rate)) + self.border.corner
+        column = -seen(self.basis, rate)[:, None]
+        return np.block([[matrix, column], [row, corner]])
+
+    def _receptance(self, x: Floats) -> Floats:
+        """R̂ x on these contacts, (3a, m)."""
+        out = np.empty_like(x)
+        moving = x[self.pick]
+        for h, R in enumerate(self.receptance):
+            if h == 0:
+                out[:, 0] = moving[:, 0] @ R
+                continue
+            k = 2 * h - 1
+            moved = (moving[:, k] + 1j * moving[:, k + 1]) @ R
+            out[:, k], out[:, k + 1] = moved.real, moved.imag
+        return out
+
+    def _operator(self, y: Floats) -> Floats:
+        """P, bordered, on the entries of these contacts."""
+        x = y[: len(self.entries)].reshape(-1, self.m)
+        top = (x - self.slope(self._receptance(x))).reshape(-1)
+        if self.border is None:
+            return top
+        top -= self.border.rate[self.entries] * y[-1]
+        bottom = self.border.normal[self.entries] @ y[:-1] + self.border.corner * y[-1]
+        return np.append(top, bottom)
+
+    def _precondition(self, y: Floats) -> Floats:
+        """(I - J L M)⁻¹, bordered."""
+        count = len(self.entries)
+        x = y[:count].reshape(-1, self.m)
+        right = seen(self.basis, x)
+        if self.border is not None:
+            normal = self.border.normal[self.entries]
+            right = np.append(right, y[-1] - normal @ y[:-1])
+        small = dgetrs(*self.factors, right)[0]
+        inner = small if self.border is None else small[:-1]
+        moved = self.slope(spread_out(self.basis, inner, self.m))
+        out = y.copy()
+        out[:count] += moved.reshape(-1)
+        if self.border is not None:
+            out[:count] += self.border.rate[self.entries] * small[-1]
+            out[-1] = small[-1]
+        return out
+
+    def _within(self, gap: Floats) -> tuple[Floats, Floats]:
+        """Entries of these contacts, and their weights; the plane's with them."""
+        return gap[self._places], self.weight[self._places]
+
+    def solve(self, gap: Floats, tolerance: float) -> Floats | None:
+        """(dw, dp); None where the iteration does not get there."""
+        inner, weight = self._within(gap)
+
+        def scaled(z: Floats) -> Floats:
+            return self._operator(self._precondition(z / weight)) * weight
+
+        with np.errstate(all="ignore"):
+            reached = gmres(scaled, inner * weight, tolerance, LIMIT)
+        self.hessenberg = reached.hessenberg
+        if not reached.residual < max(tolerance, 0.1):
+            return None
+        if reached.iterations > STALE * max(1.0, -np.log10(tolerance)):
+            self.kept = replace(self.kept, stale=True)
+        step = np.zeros_like(gap)
+        solution = self._precondition(reached.solution / weight)
+        step[self.entries] = solution[: len(self.entries)]
+        if self.border is not None:
+            step[-1] = solution[-1]
+        return step
+
+    def orientation(self) -> float:
+        """Sign of det P = det(P M⁻¹) det M, M the preconditioner made at this very state.
+
+        P M⁻¹ is close to the identity: what eigenvalues have crossed zero lie apart from the
+        others, and GMRES has found those to solve with them.
+        """
+        values = np.linalg.eigvals(self.hessenberg)
+        real = np.abs(values.imag) <= 1e-8 * np.abs(values)
+        negative = int(np.count_nonzero(real & (values.real < 0)))
+        return float(np.linalg.slogdet(self.kept.matrix)[0] * (-1.0) ** negative)
+
+    def merit(self, gap: Floats) -> float:
+        """Preconditioned size of a gap."""
+        inner, weight = self._within(gap)
+        outside = gap * self.weight
+        outside[self._places] = 0.0  # components outside P count as they are
+        inside = np.linalg.norm(self._precondition(inner) * weight)
+        return float(np.hypot(inside, np.linalg.norm(outside)))
+
+
+def linearise(
+    balance: Balance,
+    deviation: Deviation,
+    rows: Rows,
+    weight: Floats,
+    border: Border | None,
+    kept: Kept | None,
+    stiffness: Floats,
+) -> Linearised:
+    """P at a state, ready to be solved; see `Direct`."""
+    if len(rows) <= DIRECT:
+        return Direct(balance, deviation, rows, weight, border, kept)
+    return Iterative(balance, deviation, rows, weight, border, kept, stiffness)

@@ -1,0 +1,1 @@
+"""Time integration of the whole ring, which assumes no period and no wave."""

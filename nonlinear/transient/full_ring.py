@@ -1,0 +1,173 @@
+"""The linear ring of all sectors, its contacts stuck, in nodal-diameter coordinates.
+
+The coordinates of sector j are x_j = Σ_k X_k e^{-2πikj/N}, k = 0 ... N - 1. They are real, so
+X_{N-k} is the conjugate of X_k and half of the diameters tell all:
+
+    x_j = Re Σ_k m_k X_k e^{-2πikj/N},   k = 0 ... ⌊N/2⌋,   m_k = 1 where k = N - k, otherwise 2.
+
+With the modes of the stuck structure (`stuck_modes`) the motion is X_k = V_k (a_k + y_k), where a_k
+is the steady linear vibration with every contact stuck, known in closed form, and y_k answers to
+the deviations w_j of the contacts from sticking,
+
+    Λ y_k'' + D y_k' + y_k = b_kᴴ K_c W_k,      W_k = 1/N Σ_j w_j e^{2πikj/N}.
+"""
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vanelock.errors import InputError
+from vanelock.nonlinear.balance.stuck_modes import StuckModes, stuck_modes
+from vanelock.rom.consistency import ROUND_OFF, check
+from vanelock.rom.system import Diameter, System
+
+Array = NDArray[Any]
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Ring:
+    """A ring, or a sector that stands for all where all move alike.
+
+    Attributes
+    ----------
+    system : System
+    sectors : int
+        Sectors that are followed: N, or 1.
+    diameters : tuple of int
+        k = 0 ... ⌊N/2⌋, or 0 alone.
+    modes : tuple of StuckModes
+        By diameter.
+    shift : (k, N) complex
+        e^{-2πikj/N}.
+    weight : (k,) float
+        m_k.
+    """
+
+    system: System
+    sectors: int
+    diameters: tuple[int, ...]
+    modes: tuple[StuckModes, ...]
+    shift: NDArray[np.complex128]
+    weight: Floats
+
+    @property
+    def stiffness(self) -> Floats:
+        """K_c, (3c,) N/m."""
+        return self.system.contacts.stiffness.reshape(-1)
+
+    def wave(self, harmonic: int) -> tuple[int, bool]:
+        """Place of a harmonic's diameter, and whether it is stored as its conjugate."""
+        k = self.system.nodal_diameter(harmonic) if self.sectors > 1 else 0
+        return (k, False) if k < len(self.diameters) else (self.sectors - k, True)
+
+    def modal(self, harmonic: int, x: Array) -> Array:
+        """Modal amplitudes VᴴK̃x of coordinates x (n,) in the basis of the harmonic's diameter."""
+        k, mirrored = self.wave(harmonic)
+        matrices = self.system.at(self.diameters[k])
+        B = self.system.contact_rows(self.diameters[k]).reshape(-1, len(x))
+        own = x.conj() if mirrored else x
+        force = matrices.K @ own + B.conj().T @ (self.stiffness * (B @ own))
+        amplitude: Array = self.modes[k].shapes.conj().T @ force
+        return amplitude.conj() if mirrored else amplitude
+
+    def linear(self, omega: float) -> dict[int, Array]:
+        """Modal amplitudes of the steady linear vibration by harmonic; 0 holds the interference."""
+        found: dict[int, Array] = {}
+        for h in sorted({0, *self.system.force}):
+            k, mirrored = self.wave(h)
+            modes, force = self.modes[k], self.system.force.get(h)
+            load = np.zeros(len(modes.compliance), complex)
+            if force is not None:
+                given = force.at(omega)
+                load += modes.shapes.conj().T @ (given.conj() if mirrored else given)
+            if h == 0:
+                offset = np.zeros((self.system.contacts.count, 3))
+                offset[:, 0] = self.system.contacts.v0
+                load -= modes.rows.conj().T @ (self.stiffness * offset.reshape(-1))
+            steady = modes.solve(-h * omega if mirrored else h * omega, load)
+            found[h] = steady.conj() if mirrored else steady
+        return found
+
+    def travelling(self, harmonic: int, amplitude: Array, angles: Floats) -> Floats:
+        """(s, N, d) history Re(q e^{ihθ}) of a harmonic's wave, q (d,) in the first sector."""
+        lag = np.exp(
+            -2j
+            * np.pi
+            * harmonic
+            * self.system.engine_order
+            / self.system.sectors
+            * np.arange(self.sectors)
+        )
+        turned = np.exp(1j * harmonic * angles)[:, None, None] * lag[:, None]
+        history: Floats = (turned * amplitude).real
+        return history
+
+    def rows(self, harmonic: int) -> Array:
+        """(3c, n) relative displacements in the modes of a harmonic's diameter."""
+        k, mirrored = self.wave(harmonic)
+        return self.modes[k].rows.conj() if mirrored else self.modes[k].rows
+
+    def in_sectors(self, amplitude: Array) -> Floats:
+        """Real values (..., N, d) in every sector from amplitudes (k, ..., d) by diameter."""
+        weighted = amplitude * self.weight.reshape(-1, *[1] * (amplitude.ndim - 1))
+        found: Floats = np.einsum("kj,k...d->...jd", self.shift, weighted).real
+        return found
+
+    def by_diameter(self, values: Floats) -> Array:
+        """Amplitudes (k, ..., d) by diameter from real values (..., N, d) in every sector."""
+        found: Array = np.einsum("kj,...jd->k...d", self.shift.conj(), values) / self.sectors
+        return found
+
+
+def ring(system: System) -> Ring:
+    """The ring of a system.
+
+    Raises
+    ------
+    InputError
+        If nodal diameters are missing, or the stuck modes do not leave a given damping diagonal.
+    """
+    check(system)
+    N = system.sectors
+    alike = system.engine_order % N == 0
+    diameters = (0,) if alike else tuple(range(N // 2 + 1))
+    have = set(system.diameters) | {(N - k) % N for k in system.diameters}
+    if missing := [k for k in diameters if k not in have]:
+        named = ", ".join(map(str, missing))
+        raise InputError(
+            f"system: nd: no matrices for nodal diameters {named}: time integration of the ring "
+            f"needs 0 to {diameters[-1]}"
+        )
+    standing = {k: _real(system.at(k), k) for k in diameters if (2 * k) % N == 0}
+    system = replace(system, diameters={**system.diameters, **standing})
+    modes = tuple(stuck_modes(system, k) for k in diameters)
+    for k, found in zip(diameters, modes, strict=True):
+        if found.coupled_damping is not None:
+            raise InputError(
+                f"system: nd/{k}/C: given one that couples the modes with all contacts stuck: "
+                "time integration allows damping/ratio and a C that they leave diagonal"
+            )
+    sectors = 1 if alike else N
+    order = np.array(diameters)
+    shift = np.exp(-2j * np.pi * np.outer(order, np.arange(sectors)) / N)
+    weight = np.where((2 * order) % N == 0, 1.0, 2.0)
+    return Ring(system, sectors, diameters, modes, shift, weight)
+
+
+def _real(matrices: Diameter, nodal_diameter: int) -> Diameter:
+    """Matrices of a diameter at which no wave travels, freed of round-off."""
+    real: dict[str, Array] = {}
+    for name in ("K", "M", "own", "next", "output", "C"):
+        value = getattr(matrices, name)
+        if value is None:
+            continue
+        if np.abs(value.imag).max(initial=0) > ROUND_OFF * np.abs(value).max(initial=0):
+            raise InputError(
+                f"system: nd/{nodal_diameter}/{name}: given complex values: time integration needs "
+                "real coordinates at the nodal diameters 0 and N/2, where no wave travels"
+            )
+        real[name] = value.real
+    return Diameter(**real)

@@ -1,0 +1,227 @@
+"""What a period of the ring's motion needs, prepared once, and the motion as it stands."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vanelock.nonlinear.forced_response.response import Response
+from vanelock.nonlinear.fourier.trigonometric import TURN
+from vanelock.nonlinear.transient.contact_step import follow
+from vanelock.nonlinear.transient.full_ring import Ring
+from vanelock.nonlinear.transient.modal_step import steps_of
+from vanelock.nonlinear.transient.time_marching import march
+
+Array = NDArray[Any]
+Floats = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+
+SMALL = 1e-9
+"""Change of a deviation at which a step counts as solved, relative to the linear vibration."""
+
+
+@dataclass
+class Motion:
+    """Where the ring is; moved on by `Integrator.period`.
+
+    Attributes
+    ----------
+    state : (k, 4, n) complex
+        What `modal_step` keeps of each mode, y first, by diameter.
+    load, static : (k, n), (k, 3c) complex
+        Modal loads of the deviations, and their displacements through modes without inertia.
+    u, w : (N, 3c) float
+        Relative displacements of the contacts and their deviations from sticking, m.
+    awake : (c,) bool
+        Contacts whose deviations change.
+    """
+
+    state: Complex
+    load: Complex
+    static: Complex
+    u: Floats
+    w: Floats
+    awake: NDArray[np.bool_]
+
+
+@dataclass(frozen=True)
+class Period:
+    """Histories of one period, s steps, the last of which ends where the next period begins.
+
+    Attributes
+    ----------
+    u, w : (s, N, 3c) float
+        Relative displacements of the contacts and their deviations from sticking, m.
+    y : (s, k, n) complex
+        What the deviations add to the modal amplitudes with inertia.
+    unsolved : int
+        Steps that were not solved.
+    """
+
+    u: Floats
+    w: Floats
+    y: Complex
+    unsolved: int
+
+
+@dataclass(frozen=True)
+class Integrator:
+    """A ring at one frequency, in `steps` steps a period; arrays as `time_marching` takes them."""
+
+    ring: Ring
+    omega: float
+    linear: Floats
+    rows: Complex
+    transition: Floats
+    hold: Floats
+    rise: Floats
+    rigid: Complex
+    response: Complex
+    coupling: Floats
+    alpha: Floats
+    small: float
+
+    @property
+    def steps(self) -> int:
+        """Steps a period."""
+        return len(self.linear)
+
+    def stuck(self) -> Motion:
+        """Steady linear vibration with all contacts stuck as they were assembled."""
+        diameters, d, n = self.rows.shape
+        return Motion(
+            state=np.zeros((diameters, 4, n), complex),
+            load=np.zeros((diameters, n), complex),
+            static=np.zeros((diameters, d), complex),
+            u=self.linear[-1].copy(),
+            w=np.zeros((self.ring.sectors, d)),
+            awake=np.zeros(len(self.alpha), bool),
+        )
+
+    def balanced(self, response: Response, point: int) -> Motion:
+        """The motion that a harmonic balance found, every sector at its own instant."""
+        motion, step = self.stuck(), TURN / self.omega / self.steps
+        n = motion.state.shape[2]
+        steady = self.ring.linear(self.omega)
+        for h in range(response.harmonics + 1):
+            amplitude = self.ring.modal(h, response.x[h][point]) - steady.get(h, 0.0)
+            k, mirrored = self.ring.wave(h)
+            rate = 1j * h * self.omega * step
+            for e in range(3):
+                moved = amplitude[:n] * rate**e
+                if self.ring.weight[k] == 1:
+                    motion.state[k, e, : len(moved)] += moved.real
+                else:
+                    motion.state[k, e, : len(moved)] += (moved.conj() if mirrored else moved) / 2
+        angles = TURN * np.arange(-2 * self.steps, 1) / self.steps
+        q = response.contact[point].reshape(response.harmonics + 1, -1)
+        u = sum(self.ring.travelling(h, q[h], angles) for h in range(response.harmonics + 1))
+        path = np.ascontiguousarray(u)
+        past = []
+        for piece in (path[:-2], path[-3:-1], path[-2:]):  # places at the last three instants
+            follow(piece, self.alpha, motion.w)
+            past.append(self.ring.by_diameter(motion.w))
+        motion.u[:] = path[-1]
+        motion.load[:] = self._loads(past[2])
+        motion.static[:] = np.einsum("kad,ka->kd", self.rigid, past[2])
+        change, before = self._loads(past[2] - past[1]), self._loads(past[1] - past[0])
+        corrected = self.rise[:, 3] > 0
+        motion.state[:, 2] = np.where(corrected, (before - change) / 12, motion.state[:, 2])
+        motion.state[:, 3] = np.where(corrected, change, 0.0)
+        return motion
+
+    def _loads(self, deviations: Complex) -> Complex:
+        """Modal loads (k, n) of deviations (k, 3c)."""
+        loads: Complex = np.einsum("kdn,kd->kn", self.rows.conj(), deviations * self.ring.stiffness)
+        return loads
+
+    def period(self, motion: Motion) -> Period:
+        """Move on by a period."""
+        sectors, d = motion.w.shape
+        u, w = np.empty((self.steps, sectors, d)), np.empty((self.steps, sectors, d))
+        y = np.empty((self.steps, *motion.load.shape), complex)
+        before = motion.w.copy()
+        unsolved = march(
+            self.linear,
+            self.rows,
+            self.transition,
+            self.hold,
+            self.rise,
+            self.rigid,
+            self.response,
+            self.coupling,
+            self.ring.shift,
+            self.ring.weight,
+            self.ring.stiffness,
+            self.alpha,
+            self.small,
+            motion.state,
+            motion.load,
+            motion.static,
+            motion.u,
+            motion.w,
+            motion.awake,
+            u,
+            w,
+            y,
+        )
+        moved = np.any(w != before, axis=(0, 1)).reshape(-1, 3).any(axis=1)
+        motion.awake[:] = moved
+        return Period(u, w, y, unsolved)
+
+
+def integrator(ring: Ring, omega: float, steps: int, modes: int | None = None) -> Integrator:
+    """Prepare the motion of a ring at ω, rad/s.
+
+    Parameters
+    ----------
+    ring : Ring
+    omega : float
+    steps : int
+        A period.
+    modes : int, optional
+        Modes of each diameter with inertia, lowest first; the others follow the deviations
+        statically, the excitation with theirs. All if not given.
+    """
+    contacts, step = ring.system.contacts, TURN / omega / steps
+    counts = [min(len(m.compliance), modes or len(m.compliance)) for m in ring.modes]
+    n, d = max(counts), 3 * contacts.count
+    diameters = len(ring.modes)
+    rows = np.zeros((diameters, d, n), complex)
+    transition, hold = np.zeros((diameters, 4, 4, n)), np.zeros((diameters, 4, n))
+    rise = np.zeros_like(hold)
+    rigid = np.zeros((diameters, d, d), complex)
+    response = np.zeros_like(rigid)
+    for k, (kept, found) in enumerate(zip(counts, ring.modes, strict=True)):
+        mode = steps_of(found.compliance[:kept], found.damping[:kept], step)
+        transition[k, :, :, :kept], hold[k, :, :kept] = mode.transition, mode.hold
+        rise[k, :, :kept] = mode.rise
+        near, far = found.rows[:, :kept], found.rows[:, kept:]
+        rows[k, :, :kept] = near
+        rigid[k] = ((far @ far.conj().T) * ring.stiffness).T
+        response[k] = rigid[k] + (((near * mode.rise[0]) @ near.conj().T) * ring.stiffness).T
+    weighted = response * ring.weight[:, None, None] / ring.sectors
+    coupling = np.einsum("kj,kab->jab", ring.shift, weighted).real.copy()
+    angles = TURN * np.arange(1, steps + 1) / steps
+    linear = np.zeros((steps, ring.sectors, d))
+    offset = np.zeros((contacts.count, 3))
+    offset[:, 0] = contacts.v0
+    linear += offset.reshape(-1)
+    for h, amplitude in ring.linear(omega).items():
+        linear += ring.travelling(h, ring.rows(h) @ amplitude, angles)
+    vibration = np.abs(linear - linear.mean(axis=0)).max(initial=0.0)
+    return Integrator(
+        ring=ring,
+        omega=omega,
+        linear=linear,
+        rows=rows,
+        transition=transition,
+        hold=hold,
+        rise=rise,
+        rigid=rigid,
+        response=response,
+        coupling=coupling,
+        alpha=(contacts.mu * contacts.kn)[:, None] / contacts.kt,
+        small=SMALL * float(vibration or np.abs(linear).max(initial=1.0)),
+    )

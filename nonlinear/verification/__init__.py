@@ -1,0 +1,1 @@
+"""Checks of solved points by other means than those that solved them."""

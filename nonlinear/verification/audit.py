@@ -1,0 +1,262 @@
+"""An independent check of solved points: the balance in all coordinates, and of power.
+
+Nothing here comes from the solver but the response: matrices of the system as given, modal damping
+built from its definition, contacts marched through their three states (`marched_contact`). With
+B_h = own + next e^{-ihφ}, D_h = K - (hω)² M + ihω C and one-sided coefficients,
+
+    r_h = D_h x^(h) + B_hᴴ λ^(h) - f^(h),
+    Σ_h ½ hω Im(x^(h)ᴴ f^(h)) = Σ_h ½ (hω)² x^(h)ᴴ C x^(h) + Σ_c (1/T) ∮ t dw,
+
+all for one sector. The friction power is that of the marched loops: taken from the balanced
+coefficients instead, the sum of powers would follow from r = 0 and check nothing.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+import scipy.linalg as la
+from numpy.typing import NDArray
+
+from vanelock.errors import InputError
+from vanelock.nonlinear.forced_response.response import Response
+from vanelock.nonlinear.verification.marched_contact import Marched, march_contacts
+from vanelock.product import Product
+from vanelock.rom.system import Diameter, System
+
+Array = NDArray[Any]
+Floats = NDArray[np.float64]
+
+SAMPLES = 2**17
+FINEST = 1e-4
+"""Static or vibrating forces are compared with the others times this where they are smaller."""
+
+
+@dataclass(frozen=True)
+class Audit(Product):
+    """Figures of each checked point; those of power are for one sector.
+
+    Attributes
+    ----------
+    frequency : (p,) float
+        Hz.
+    residual : (p,) float
+        Largest entry of r_h over `scale`: of the static balance over the first, of the harmonics
+        h >= 1 over the second.
+    scale : (p, 2) float
+        Largest entry of f, B^H λ or D x in the static balance, and in all others; none below 1e-4
+        of the other.
+    residual_error : (p,) float
+        How far off `residual` itself may be: the change from half the samples to all of them, or
+        a quarter of that from a quarter to half of them if larger (the error falls to a quarter),
+        and rounding.
+    force_difference : (p,) float
+        Largest difference between the contact forces in the response and the marched ones, over
+        the largest marched one.
+    excitation_power : (p,) float
+        Power of the excitation, W.
+    viscous_power : (p,) float
+        Power of the damping, W.
+    friction_power : (p, c) float
+        Power of friction in each contact, W.
+    imbalance : (p,) float
+        Difference of the powers over the largest of them.
+    imbalance_error : (p,) float
+        How far off `imbalance` itself may be, likewise.
+    """
+
+    frequency: Floats = field(metadata={"unit": "Hz"})
+    residual: Floats
+    scale: Floats = field(metadata={"unit": "N"})
+    residual_error: Floats
+    force_difference: Floats
+    excitation_power: Floats = field(metadata={"unit": "W"})
+    viscous_power: Floats = field(metadata={"unit": "W"})
+    friction_power: Floats = field(metadata={"unit": "W"})
+    imbalance: Floats
+    imbalance_error: Floats
+
+
+def audit_response(
+    system: System,
+    response: Response,
+    points: Sequence[int] | None = None,
+    samples: int = SAMPLES,
+) -> Audit:
+    """Check points of a nonlinear response by other means than those that found it.
+
+    Parameters
+    ----------
+    system : System
+        The one that was solved.
+    response : Response
+        Solved with located events; with `samples` its error shows as a residual.
+    points : sequence of int, optional
+        Which; all by default. A point that has not converged is checked like any other.
+    samples : int
+        Of the marched period, a power of two.
+
+    Returns
+    -------
+    Audit
+        One row for each point, in the order of `points`.
+
+    Raises
+    ------
+    InputError
+        If a point does not exist, the response is not one of this system, or `samples` does not
+        suffice or is no power of two.
+    """
+    if samples & (samples - 1) or samples < 64 * (response.harmonics + 1):
+        needed = 64 * (response.harmonics + 1)
+        raise InputError(f"samples: given {samples}: a power of two, at least {needed}")
+    if (response.coupling, response.friction) != ("coupled", "orthogonal"):
+        raise InputError(
+            f"response: {response.coupling}, friction {response.friction}: an audit is of coupled "
+            "balances with orthogonal friction"
+        )
+    chosen = range(response.points) if points is None else points
+    for point in chosen:
+        if not 0 <= point < response.points:
+            raise InputError(f"points: given {point}: there are {response.points}, counted from 0")
+    sizes = {int(k): len(system.at(int(k)).K) for k in response.harmonic_diameters}
+    fits = len(response.mu) == system.contacts.count and all(
+        response.x[h].shape[1] == sizes[int(k)] for h, k in enumerate(response.harmonic_diameters)
+    )
+    if not fits:
+        raise InputError("response: has other coordinates or contacts than the system")
+    if not len(chosen):
+        raise InputError("points: given none: needs one at least")
+    damping = {k: damping_matrix(system, k) for k in sizes}
+    rows = [_checked(system, response, point, damping, samples) for point in chosen]
+    columns = {name: np.array([row[name] for row in rows]) for name in rows[0]}
+    return Audit(frequency=response.frequency[list(chosen)], **columns)
+
+
+def damping_matrix(system: System, nodal_diameter: int) -> Array:
+    """C + Σ_j 2ζω_j (M V_j)(M V_j)ᴴ, V_j the mass-normalised modes with all contacts stuck.
+
+    Massless coordinates have no modes: those of M against the stuck stiffness serve there.
+    """
+    matrices = system.at(nodal_diameter)
+    n = len(matrices.K)
+    C = np.zeros((n, n)) if matrices.C is None else matrices.C
+    if not system.damping_ratio:
+        return C
+    B = system.contact_rows(nodal_diameter).reshape(-1, n)
+    stuck = matrices.K + (B.conj().T * system.contacts.stiffness.reshape(-1)) @ B
+    try:
+        omega2, V = la.eigh(stuck, matrices.M)
+        weight = 2 * system.damping_ratio * np.sqrt(omega2)
+    except la.LinAlgError:
+        inverse, V = la.eigh(matrices.M, stuck)
+        moving = inverse > 1e-14 * inverse.max()
+        V = V[:, moving] / np.sqrt(inverse[moving])
+        weight = 2 * system.damping_ratio / np.sqrt(inverse[moving])
+    MV = matrices.M @ V
+    return np.asarray(C + (MV * weight) @ MV.conj().T)
+
+
+@dataclass(frozen=True)
+class _Harmonic:
+    """One harmonic of one point: matrices, coordinates, excitation."""
+
+    matrices: Diameter
+    B: Array  # (3c, n)
+    C: Array
+    x: Array
+    f: Array
+    s: float  # hω
+
+    def inner(self) -> Array:
+        """D x."""
+        motion: Array = self.matrices.K @ self.x - self.s**2 * (self.matrices.M @ self.x)
+        return motion + 1j * self.s * (self.C @ self.x)
+
+    def rounding(self, stiffness: Floats) -> float:
+        """What rounding of the terms of the residual may come to."""
+        size = np.abs(self.x)
+        K, M, C = (np.abs(matrix) for matrix in (self.matrices.K, self.matrices.M, self.C))
+        terms = K @ size + self.s**2 * (M @ size) + self.s * (C @ size)
+        B = np.abs(self.B)
+        terms += B.T @ (stiffness * (B @ size))
+        return float(np.finfo(float).eps * len(size) * terms.max(initial=0.0))
+
+
+def _harmonics(
+    system: System, response: Response, point: int, damping: dict[int, Array]
+) -> list[_Harmonic]:
+    omega = 2 * np.pi * float(response.frequency[point])
+    found = []
+    for h, k in enumerate(response.harmonic_diameters):
+        matrices, x = system.at(int(k)), response.x[h][point]
+        force = system.force.get(h)
+        f = np.zeros(len(x), complex) if force is None else force.at(omega)
+        B = system.contact_rows(int(k)).reshape(-1, len(x))
+        found.append(_Harmonic(matrices, B, damping[int(k)], x, f, h * omega))
+    return found
+
+
+def _checked(
+    system: System, response: Response, point: int, damping: dict[int, Array], samples: int
+) -> dict[str, Any]:
+    """One row of the audit."""
+    contacts = system.contacts
+    harmonics = _harmonics(system, response, point, damping)
+    moved = np.array([each.B @ each.x for each in harmonics], complex)
+    moved = moved.reshape(len(harmonics), contacts.count, 3)
+    moved[0, :, 0] += contacts.v0
+    fine = march_contacts(contacts, moved, samples)
+    coarse = [march_contacts(contacts, moved, samples // part) for part in (2, 4)]
+    stiffness = contacts.stiffness.reshape(-1)
+    rounded = stiffness * np.abs(moved).sum(axis=0).reshape(-1)  # springs on which forces are taken
+    residual, scale, error = _balance(harmonics, stiffness, rounded, fine, coarse)
+    largest = np.abs(fine.force).max(initial=0.0)
+    apart = np.abs(fine.force - response.force[point]).max(initial=0.0)
+    hertz = float(response.frequency[point])
+    excitation = sum(0.5 * each.s * np.vdot(each.x, each.f).imag for each in harmonics)
+    viscous = sum(0.5 * each.s**2 * np.vdot(each.x, each.C @ each.x).real for each in harmonics)
+    friction = fine.work * hertz
+    total = friction.sum()
+    power = max(abs(excitation), abs(viscous), abs(total))
+    half, quarter = (each.work.sum() * hertz for each in coarse)
+    doubt = max(abs(total - half), 0.25 * abs(half - quarter)) + sum(
+        each.s * np.linalg.norm(each.x) * each.rounding(stiffness) for each in harmonics
+    )
+    return {
+        "residual": residual,
+        "scale": scale,
+        "residual_error": error,
+        "force_difference": apart / largest if largest > 0 else 0.0,
+        "excitation_power": excitation,
+        "viscous_power": viscous,
+        "friction_power": friction,
+        "imbalance": abs(excitation - viscous - total) / power if power > 0 else 0.0,
+        "imbalance_error": doubt / power if power > 0 else 0.0,
+    }
+
+
+def _balance(
+    harmonics: list[_Harmonic],
+    stiffness: Floats,
+    rounded: Floats,
+    fine: Marched,
+    coarse: list[Marched],
+) -> tuple[float, Floats, float]:
+    """Largest relative residual, its scales, and how far off it may be."""
+    size, gap, doubt = np.zeros((3, len(harmonics)))
+    for h, each in enumerate(harmonics):
+        inner = each.inner()
+        pull = each.B.conj().T @ fine.force[h].reshape(-1)
+        half, quarter = (marched.force[h] for marched in coarse)
+        changes = np.array([fine.force[h] - half, 0.25 * (half - quarter)]).reshape(2, -1)
+        change = each.B.conj().T @ changes.T
+        size[h] = max(np.abs(term).max(initial=0.0) for term in (inner, pull, each.f))
+        gap[h] = np.abs(inner + pull - each.f).max(initial=0.0)
+        lost = np.finfo(float).eps * (np.abs(each.B).T @ rounded).max(initial=0.0)
+        doubt[h] = np.abs(change).max(initial=0.0) + lost + each.rounding(stiffness)
+    moving = size[1:].max(initial=0.0)
+    scale = np.maximum([size[0], moving], FINEST * np.array([moving, size[0]]))
+    by_harmonic = np.where(scale > 0, scale, 1.0)[np.minimum(np.arange(len(harmonics)), 1)]
+    return float((gap / by_harmonic).max()), scale, float((doubt / by_harmonic).max())

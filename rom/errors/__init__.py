@@ -1,0 +1,1 @@
+"""Errors of reduced models, by residuals and by the unreduced sector."""

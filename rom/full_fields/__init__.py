@@ -1,0 +1,1 @@
+"""From reduced coordinates back to displacement, strain and stress of every node."""

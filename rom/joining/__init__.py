@@ -1,0 +1,1 @@
+"""Reduced parts joined by ties and contacts, and the modes of what they make."""

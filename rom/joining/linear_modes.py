@@ -1,0 +1,71 @@
+"""Linear modes of a joined system, its contacts linear springs or open."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vanelock.errors import InputError
+from vanelock.rom.fixed_interface.massless import lowest
+from vanelock.rom.system import Matrix, System
+
+
+def linear_modes(
+    system: System,
+    nodal_diameter: int,
+    count: int,
+    closed: NDArray[np.bool_] | None = None,
+) -> tuple[NDArray[np.float64], NDArray[np.complex128]]:
+    """Lowest modes at a nodal diameter.
+
+    Parameters
+    ----------
+    system : System
+        The joined parts.
+    nodal_diameter : int
+        ND.
+    count : int
+        Number of modes.
+    closed : (c,) bool, optional
+        Contacts that act as linear springs; the others are open. Default: all.
+
+    Returns
+    -------
+    frequency : (count,) float
+        Hz, ascending.
+    shapes : (n, count)
+        Mass-normalised.
+
+    Where fewer coordinates have a mass, there are fewer modes.
+
+    Raises
+    ------
+    InputError
+        If the system has not so many coordinates, the mass is negative in some direction, or
+        nothing holds a massless coordinate.
+    """
+    matrices = system.at(nodal_diameter)
+    if not 1 <= count <= len(matrices.K):
+        raise InputError(f"{count} modes of a system of {len(matrices.K)} coordinates")
+    K = linear_stiffness(system, nodal_diameter, closed)
+    omega2, shapes = lowest(K, matrices.M, count)
+    return np.sqrt(omega2.clip(0)) / (2 * np.pi), shapes
+
+
+def linear_stiffness(
+    system: System, nodal_diameter: int, closed: NDArray[np.bool_] | None = None
+) -> Matrix:
+    """(n, n) stiffness at a nodal diameter, contacts as for `linear_modes`."""
+    K = system.at(nodal_diameter).K
+    chosen = np.ones(system.contacts.count, bool) if closed is None else np.asarray(closed, bool)
+    B = system.contact_rows(nodal_diameter)[chosen].reshape(-1, len(K))
+    stiffness = system.contacts.stiffness[chosen].ravel()
+    return np.asarray(K + (B.conj().T * stiffness) @ B)
+
+
+def mac(
+    a: NDArray[np.complex128], b: NDArray[np.complex128], M: NDArray[np.complex128]
+) -> NDArray[np.float64]:
+    """Modal assurance criterion |aᴴMb|² / (aᴴMa · bᴴMb) of each pair of columns, (j, k)."""
+    cross = np.abs(a.conj().T @ (M @ b)) ** 2
+    norm_a = np.einsum("ij,ij->j", a.conj(), M @ a).real
+    norm_b = np.einsum("ij,ij->j", b.conj(), M @ b).real
+    return np.asarray(cross / np.outer(norm_a, norm_b))

@@ -1,0 +1,1 @@
+"""Routes of reduction: Craig-Bampton, cyclic symmetry and Tran."""

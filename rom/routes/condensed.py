@@ -1,0 +1,182 @@
+"""A cyclic part condensed to its faces and masters by one real factorisation, for all diameters.
+
+With b the dofs of both faces and t those of the masters, all held in K_ss,
+
+    S = K_mm - K_ms K_ss⁻¹ K_sm,    Ψ = -K_ss⁻¹ K_sm,    m = (b, t),
+
+S is dense and small. At a nodal diameter the faces follow one another, x_b = W x_l, and K with the
+masters held is solved by block elimination:
+
+    (Wᴴ S_bb W) x_l = f_l + Wᴴ (Ψᵀ f_s)_b,    x_s = K_ss⁻¹ f_s + Ψ_b W x_l.
+
+So a nodal diameter costs one dense Cholesky factorisation of its faces, instead of a sparse complex
+one of the sector, and one real forward and backward sweep for each real column.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.linalg as sl
+import scipy.sparse as sp
+
+from vanelock.errors import InputError
+from vanelock.fem import Interior, SingularError, free_motion
+from vanelock.rom.fixed_interface.held import hermitian
+from vanelock.rom.routes.cyclic import cyclic_constraint
+from vanelock.rom.routes.problem import Problem, Rows, condense
+from vanelock.rom.system import Matrix
+
+FREE = 1e-11
+"""Stiffness that the other dofs leave of one, relative to it, below which it moves freely."""
+
+
+@dataclass(frozen=True)
+class Condensed:
+    """A part whose faces and masters are condensed out.
+
+    Attributes
+    ----------
+    problem : Problem
+        The part.
+    matrix : (b + t, b + t)
+        S, rows of the faces first.
+    interior : fem.Interior
+        The factors of K_ss.
+    """
+
+    problem: Problem
+    matrix: Matrix
+    interior: Interior
+
+    @property
+    def slaves(self) -> Rows:
+        """(s,) rows of K_ss."""
+        rows: Rows = self.interior.rest
+        return rows
+
+    @property
+    def faces(self) -> int:
+        """Number of dofs of both faces."""
+        return len(self.problem.face_rows)
+
+    def follow(self, nodal_diameter: int) -> sp.csr_array:
+        """W: both faces from the left one, (6b, 3b)."""
+        return self._constraint(0, nodal_diameter)
+
+    def stiffness(self, nodal_diameter: int) -> Matrix:
+        """S at a nodal diameter, over the left face's dofs and the masters'."""
+        W = self._constraint(len(self.problem.rows), nodal_diameter)
+        return hermitian(W.conj().T @ (self.matrix @ W))
+
+    def transform(self, nodal_diameter: int) -> sp.csc_array:
+        """All dofs from those that move with the masters held: the left face's, the slaves'."""
+        W = self.follow(nodal_diameter).tocoo()
+        n, faces = self.problem.K.shape[0], W.shape[1]
+        rows = np.concatenate([self.problem.face_rows[W.coords[0]], self.slaves])
+        columns = np.concatenate([W.coords[1], faces + np.arange(len(self.slaves))])
+        values = np.concatenate([W.data, np.ones(len(self.slaves))])
+        shape = (n, faces + len(self.slaves))
+        return sp.csc_array((values, (rows, columns)), shape=shape)
+
+    def held(self, nodal_diameter: int) -> "Sector":
+        """The sector's stiffness at a nodal diameter, its masters held."""
+        W, S = self.follow(nodal_diameter), self.stiffness(nodal_diameter)
+        left = slice(W.shape[1])
+        factor = definite_factor(S[left, left])
+        if factor is None:
+            raise InputError(self._free_motion(nodal_diameter, S[left, left]))
+        return Sector(self, W, S, factor)
+
+    def _constraint(self, others: int, nodal_diameter: int) -> sp.csr_array:
+        sectors = self.problem.model.part.sectors
+        return cyclic_constraint(len(self.problem.left), others, nodal_diameter, sectors)
+
+    def _free_motion(self, nodal_diameter: int, on_face: Matrix) -> str:
+        """What moves freely at a nodal diameter although the masters are held."""
+        scale = 1 / np.sqrt(np.diagonal(on_face).real)
+        values, V = sl.eigh(scale[:, None] * on_face * scale)
+        free = V[:, : max(1, int(np.sum(values < FREE)))] * scale[:, None]
+        moved = np.concatenate(
+            [self.follow(nodal_diameter) @ free, np.zeros((len(self.problem.rows), free.shape[1]))]
+        )
+        motions = np.concatenate([free, self.interior.extend(moved)])
+        error = SingularError(np.linalg.qr(motions)[0])
+        T, means = self.transform(nodal_diameter), self.problem.means
+        found = free_motion(self.problem.model, error, T if means is None else means @ T)
+        return f"{found} (at nodal diameter {nodal_diameter}, the masters held)"
+
+
+@dataclass(frozen=True)
+class Sector:
+    """A sector at a nodal diameter with its masters held, in the order of `Condensed.transform`.
+
+    Attributes
+    ----------
+    part : Condensed
+        The part.
+    follow : (6b, 3b) sparse
+        W.
+    condensed : (3b + m, 3b + m)
+        S at the nodal diameter.
+    factor : (3b, 3b)
+        Cholesky factor of its part of the left face.
+    """
+
+    part: Condensed
+    follow: sp.csr_array
+    condensed: Matrix
+    factor: Matrix
+
+    @property
+    def stiffness(self) -> Matrix:
+        """(m, m) stiffness of the part moved by its masters."""
+        b = len(self.factor)
+        half = sl.solve_triangular(self.factor, self.condensed[:b, b:], lower=True)
+        return np.asarray(self.condensed[b:, b:] - half.conj().T @ half)
+
+    def solve(self, b: Matrix) -> Matrix:
+        """Displacements (3b + s, k) under loads."""
+        halfway, _, on_face = self._down(b)
+        x_l = sl.cho_solve((self.factor, True), on_face)
+        held = np.zeros((len(self.part.problem.rows), b.shape[1]), x_l.dtype)
+        return self._up(halfway, x_l, held)
+
+    def extend(self, x_m: Matrix) -> Matrix:
+        """Ψ x_m: static displacements (3b + s, k) when the masters move."""
+        b = len(self.factor)
+        x_l = -sl.cho_solve((self.factor, True), self.condensed[:b, b:] @ x_m)
+        return self._up(np.zeros((len(self.part.slaves), x_m.shape[1])), x_l, x_m)
+
+    def gather(self, b: Matrix) -> tuple[Matrix, Matrix]:
+        """Ψᴴ b, (m, k), and bᴴ K_ss⁻¹ b, (k, k)."""
+        halfway, on_masters, on_face = self._down(b)
+        half = sl.solve_triangular(self.factor, on_face, lower=True)
+        energy = self.part.interior.energy(b[len(self.factor) :], halfway) + half.conj().T @ half
+        nodes = len(self.factor)
+        x_l = sl.solve_triangular(self.factor, half, lower=True, trans=2)
+        return on_masters - self.condensed[nodes:, :nodes] @ x_l, energy
+
+    def _down(self, b: Matrix) -> tuple[Matrix, Matrix, Matrix]:
+        """Half a solution for the slaves, and the loads that reach masters and left face."""
+        nodes, faces = len(self.factor), self.part.faces
+        halfway, gathered = self.part.interior.down(b[nodes:])
+        return halfway, gathered[faces:], b[:nodes] + self.follow.conj().T @ gathered[:faces]
+
+    def _up(self, halfway: Matrix, x_l: Matrix, x_m: Matrix) -> Matrix:
+        moved = np.concatenate([self.follow @ x_l, x_m])
+        return np.concatenate([x_l, self.part.interior.up(halfway, moved)])
+
+
+def definite_factor(A: Matrix) -> Matrix | None:
+    """Lower Cholesky factor; None where A is singular but for round-off, or indefinite."""
+    try:
+        factor = np.asarray(sl.cholesky(A, lower=True))
+    except sl.LinAlgError:
+        return None
+    left = np.diagonal(factor).real ** 2 / np.diagonal(A).real
+    return factor if left.min(initial=1.0) > FREE else None
+
+
+def condensed(problem: Problem) -> Condensed:
+    """Condense a part to its faces and masters: one real factorisation."""
+    return Condensed(problem, *condense(problem))

@@ -1,0 +1,193 @@
+"""Craig-Bampton reduction of matrices alone: some rows are kept, the rest follows.
+
+At a nodal diameter of a sector whose faces `high` follow `low`, x_high = T x_low e^{-iφ} with
+φ = 2π k/N and T the turn from one face's directions to the other's, the matrices are those of
+
+    x = W x',    K' = Wᴴ K W,    M' = Wᴴ M W,
+
+complex Hermitian, whose kept rows and vectors then are chosen as for a part in one piece
+(`vanelock.rom.routes.whole`).
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+
+from vanelock.cyclic import phase_factor
+from vanelock.fem import schur_complement
+from vanelock.rom.component import Reduced
+from vanelock.rom.fixed_interface.held import HeldPart, Piece, held_part, hermitian
+from vanelock.rom.fixed_interface.selection import DEFAULT, Selection
+from vanelock.rom.routes.projection import Projected, projected
+from vanelock.rom.system import Matrix
+
+Rows = NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class ReducedRows:
+    """Matrices over kept rows, in their order, and fixed-interface vectors behind them.
+
+    Attributes
+    ----------
+    matrices : Reduced
+        Stiffness, mass, and what the reduction leaves out.
+    C : (r, r) or None
+        Damping of the same coordinates, N s/m.
+    vectors : int
+        Number of fixed-interface vectors.
+    band : float or None
+        Frequency up to which an accuracy was asked for, Hz.
+    """
+
+    matrices: Reduced
+    C: Matrix | None
+    vectors: int
+    band: float | None = None
+
+    @property
+    def reach(self) -> float | None:
+        """Frequency up to which it answers, Hz, as of `Component`."""
+        return self.matrices.reach if self.band is None else self.band
+
+
+@dataclass(frozen=True)
+class Faces:
+    """How the rows of a high cyclic face follow those of the low one.
+
+    Attributes
+    ----------
+    low, high : (f,) int
+        Rows of the faces.
+    turn : (f, f) sparse
+        Motion of the high rows from that of the low ones, each in its sector's own directions
+        turned by 2π/N; the unit matrix where directions are cylindrical.
+    sectors : int
+        N.
+    """
+
+    low: Rows
+    high: Rows
+    turn: sp.csc_array
+    sectors: int
+
+    def follow(self, size: int, nodal_diameter: int) -> tuple[sp.csc_array, Rows]:
+        """W, (size, size - f), and the rows of the sector that are its columns."""
+        left = np.setdiff1d(np.arange(size), self.high)
+        place = np.full(size, -1)
+        place[left] = np.arange(len(left))
+        phase = phase_factor(nodal_diameter, self.sectors)
+        turn = (phase * self.turn).tocoo()
+        rows = np.concatenate([left, self.high[turn.coords[0]]])
+        columns = np.concatenate([np.arange(len(left)), place[self.low[turn.coords[1]]]])
+        values = np.concatenate([np.ones(len(left)), turn.data])
+        return sp.csc_array((values, (rows, columns)), shape=(size, len(left))), left
+
+
+def reduce_rows(
+    K: sp.csc_array,
+    M: sp.csc_array,
+    rows: Rows,
+    wanted: Selection | None = None,
+    C: sp.csc_array | None = None,
+) -> ReducedRows:
+    """Reduce matrices to some of their rows and fixed-interface vectors.
+
+    Parameters
+    ----------
+    K, M : (n, n) sparse
+        Stiffness and mass, symmetric or Hermitian.
+    rows : (m,) int
+        Rows that are kept as coordinates, at most n - 1.
+    wanted : Selection, optional
+        How many vectors; by accuracy 1e-4 unless given.
+    C : (n, n) sparse, optional
+        Damping.
+
+    Raises
+    ------
+    SingularError
+        If something moves although the kept rows are held.
+    InputError
+        If fewer vectors exist than are asked for.
+    """
+    part = held_rows(K, M, rows)
+    chosen = (wanted or Selection(accuracy=DEFAULT)).within(part)
+    return replace(_kept(part, projected(part, chosen.of(part)), C, rows), band=chosen.band)
+
+
+def reduce_sector(
+    K: sp.csc_array,
+    M: sp.csc_array,
+    rows: Rows,
+    faces: Faces,
+    nodal_diameters: Sequence[int],
+    wanted: Selection | None = None,
+    C: sp.csc_array | None = None,
+) -> dict[int, ReducedRows]:
+    """Reduce one sector of a ring at nodal diameters; all keep equally many vectors.
+
+    Parameters
+    ----------
+    K, M, rows, wanted, C
+        As for `reduce_rows`, of the sector with both faces free; no kept row lies on one.
+    faces : Faces
+        What joins it to its neighbours.
+    nodal_diameters : sequence of int
+        0 to N - 1.
+    """
+    selection, found = wanted or Selection(accuracy=DEFAULT), {}
+    for k in nodal_diameters:
+        W, left = faces.follow(K.shape[0], k)
+        own = np.searchsorted(left, rows)
+        part = held_rows(_through(W, K), _through(W, M), own)
+        chosen = selection.within(part)
+        products, damping = projected(part, chosen.of(part)), None if C is None else _through(W, C)
+        found[k] = part, products, damping, own, chosen.band
+    count = max(products.candidates.count for _, products, *_ in found.values())
+    reduced = {}
+    for k, (part, products, damping, own, band) in found.items():
+        if count > products.candidates.most:
+            products = projected(part, products.candidates.filled(part, count))
+        reduced[k] = replace(_kept(part, products, damping, own, count), band=band)
+    return reduced
+
+
+def held_rows(K: sp.csc_array, M: sp.csc_array, rows: Rows) -> HeldPart:
+    """The matrices with their kept rows held."""
+    return held_piece(Piece(*schur_complement(K, rows)), M, rows)
+
+
+def held_piece(held: Piece, M: sp.csc_array, rows: Rows) -> HeldPart:
+    """A part whose stiffness is condensed to its kept rows, with its mass."""
+    s = held.slaves.rest
+    M_s, M_m = M[s], M[rows]
+    return held_part(held, M_s[:, rows].tocsc(), M_s[:, s].tocsc(), M_m[:, rows])
+
+
+def _kept(
+    part: HeldPart,
+    products: Projected,
+    C: sp.csc_array | None,
+    rows: Rows,
+    count: int | None = None,
+) -> ReducedRows:
+    count = products.candidates.count if count is None else count
+    damping = None
+    if C is not None:
+        m, n = len(rows), C.shape[0]
+        basis = np.zeros((n, m + count), np.result_type(part.K_mm, C.dtype))
+        rest = np.setdiff1d(np.arange(n), rows)
+        basis[rows, np.arange(m)] = 1
+        basis[rest, :m] = part.held.extend(np.eye(m, dtype=part.K_mm.dtype))
+        basis[rest, m:] = products.vectors(count)
+        damping = hermitian(basis.conj().T @ (C @ basis))
+    return ReducedRows(products.reduced(count), damping, count)
+
+
+def _through(W: sp.csc_array, A: sp.csc_array) -> sp.csc_array:
+    found = sp.csc_array(W.conj().T @ A @ W)
+    return sp.csc_array((found + found.conj().T) / 2)

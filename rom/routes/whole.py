@@ -1,0 +1,34 @@
+"""Craig-Bampton reduction of a part in one piece.
+
+    { x_m }   [ I  0 ] { x_m }
+    { x_s } = [ Ψ  B ] { η   },      Ψ = -K_ss⁻¹ K_sm,    B: fixed-interface modes and more,
+
+R. R. Craig and M. C. C. Bampton, Coupling of substructures for dynamic analyses, AIAA Journal 6
+(1968) 1313-1319; which vectors B holds is told in `vanelock.rom.fixed_interface.vectors`.
+"""
+
+from vanelock.rom.component import Component
+from vanelock.rom.fixed_interface.held import Piece
+from vanelock.rom.fixed_interface.selection import Selection
+from vanelock.rom.routes.problem import Problem, condense
+from vanelock.rom.routes.projection import projected
+from vanelock.rom.routes.rows import held_piece
+
+
+def whole(problem: Problem, wanted: Selection) -> Component:
+    """Reduce a part in one piece to its masters and fixed-interface vectors."""
+    part = held_piece(Piece(*condense(problem)), problem.M, problem.rows)
+    wanted = wanted.within(part)
+    products = projected(part, wanted.of(part))
+    count = products.candidates.count
+    return Component(
+        masters=problem.masters,
+        cyclic=False,
+        route="whole",
+        interface_modes=0,
+        fixed_modes=count,
+        diameters={0: products.reduced(count)},
+        boundary_nodes=problem.boundary_nodes,
+        vectors=products.vectors(count),
+        band=wanted.band,
+    )

@@ -1,0 +1,294 @@
+"""Sparse factorisation against dense solutions and closed forms, on every installed backend."""
+
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+import scipy.sparse as sp
+
+from vanelock.errors import InputError
+from vanelock.fem import Material, SingularError, assemble, backends, factorise
+from vanelock.fem.solvers import blocks
+
+BACKENDS = backends()
+both_kinds = pytest.mark.parametrize("is_complex", [False, True], ids=["real", "Hermitian"])
+every_backend = pytest.mark.parametrize("backend", BACKENDS)
+
+
+def grid(n, phase=0.0):
+    """Laplacian of an n x n x n grid whose layers are coupled with a phase, n³ rows."""
+    one = sp.diags_array([-np.ones(n - 1), np.full(n, 2.0), -np.ones(n - 1)], offsets=[-1, 0, 1])
+    last = one
+    if phase:
+        step = np.full(n - 1, np.exp(1j * phase))
+        last = sp.diags_array([-step.conj(), np.full(n, 2.0), -step], offsets=[-1, 0, 1])
+    i = sp.eye_array(n)
+    return sp.csc_array(
+        sp.kron(sp.kron(one, i), i) + sp.kron(sp.kron(i, one), i) + sp.kron(sp.kron(i, i), last)
+    )
+
+
+def chain(n, phase=0.0):
+    """Springs of stiffness one between n masses, held nowhere, n rows."""
+    step = np.full(n - 1, np.exp(1j * phase) if phase else 1.0)
+    middle = np.r_[1.0, np.full(n - 2, 2.0), 1.0]
+    return sp.diags_array([-step.conj(), middle, -step], offsets=[-1, 0, 1])
+
+
+def sides(n, k, seed=1):
+    rng = np.random.default_rng(seed)
+    return rng.standard_normal((n, k)) + 1j * rng.standard_normal((n, k))
+
+
+@every_backend
+@both_kinds
+def test_solution_equals_the_dense_one(backend, is_complex):
+    A = grid(6, 0.7 if is_complex else 0.0)
+    factor = factorise(A, backend)
+    assert (factor.backend, factor.size, factor.is_complex) == (backend, 216, is_complex)
+    b = sides(216, 5)
+    for side in (b, b.real, b[:, 0], b[:, 0].real, b.real.astype(np.float32)):
+        x = factor.solve(side)
+        exact = np.linalg.solve(A.toarray(), side)
+        assert x.shape == side.shape
+        assert np.iscomplexobj(x) == (is_complex or np.iscomplexobj(side))
+        np.testing.assert_allclose(x, exact, atol=1e-13 * abs(exact).max())
+
+
+@every_backend
+def test_discrete_sine_is_an_eigenvector(backend):
+    # The grid's eigenvalues are known: λ = 3 (2 - 2 cos π/(n+1)) for the product of half-sines.
+    n = 20
+    half = np.sin(np.pi * np.arange(1, n + 1) / (n + 1))
+    x = np.kron(np.kron(half, half), half)
+    for phase in (0.0, 0.4):
+        turned = x * np.tile(np.exp(-1j * phase * np.arange(n)), n * n) if phase else x
+        solution = factorise(grid(n, phase), backend).solve(turned)
+        exact = turned / (3 * (2 - 2 * np.cos(np.pi / (n + 1))))
+        np.testing.assert_allclose(solution, exact, atol=1e-12 * abs(exact).max())
+
+
+@every_backend
+@both_kinds
+def test_many_sides_are_solved_in_blocks(backend, is_complex, monkeypatch):
+    A = grid(5, 0.3 if is_complex else 0.0)
+    factor = factorise(A, backend)
+    b = sides(125, 300)  # more than one block
+    x = factor.solve(b)
+    assert abs(A @ x - b).max() < 1e-13
+    monkeypatch.setattr(blocks, "BYTES", 1)  # a block of one column
+    np.testing.assert_allclose(factor.solve(b), x, atol=1e-14)
+    monkeypatch.undo()
+    unit = sp.random_array((125, 200), density=0.02, rng=3, format="csr")
+    np.testing.assert_allclose(A @ factor.solve(unit), unit.toarray(), atol=1e-14)
+
+
+@every_backend
+@pytest.mark.parametrize("index", [np.int32, np.int64])
+def test_indices_of_either_width(backend, index):
+    A = grid(6, 0.7)
+    wide = sp.csc_array((A.data, A.indices.astype(index), A.indptr.astype(index)), shape=A.shape)
+    b = sides(216, 2)
+    np.testing.assert_allclose(A @ factorise(wide, backend).solve(b), b, atol=1e-13)
+    np.testing.assert_allclose(A.real @ factorise(wide.real, backend).solve(b), b, atol=1e-13)
+
+
+def test_backends_agree_on_an_elastic_part(lattice):
+    part = lattice((6, 3, 2), lambda p: p * [0.3, 0.1, 0.02])
+    model = assemble(part, Material(E=210e9, nu=0.3, rho=7850.0), fixed="x0")
+    b = sides(model.K.shape[0], 3)
+    first, *others = [factorise(model.K, backend).solve(b) for backend in BACKENDS]
+    assert others, "SuperLU and one fast solver are needed to compare"
+    for other in others:
+        np.testing.assert_allclose(other, first, atol=1e-10 * abs(first).max())
+
+
+@every_backend
+@both_kinds
+def test_indefinite_matrix_is_refused(backend, is_complex):
+    A = grid(6, 0.7 if is_complex else 0.0)
+    lowest = 3 * (2 - 2 * np.cos(np.pi / 7))
+    for shift in (1.01 * lowest, 3.0):
+        with pytest.raises(InputError, match="not positive definite"):
+            factorise(A - shift * sp.eye_array(216), backend)
+    above = factorise(A - 0.99 * lowest * sp.eye_array(216), backend)
+    assert np.linalg.norm(above.solve(np.ones(216))) > 1
+
+
+@every_backend
+@pytest.mark.parametrize("hinge", [False, True], ids=["free", "hinged"])
+def test_free_rigid_motion_is_refused(lattice, backend, hinge):
+    # Six free motions leave six zero pivots, of which round-off makes one negative; a single one,
+    # here the rotation about a clamped edge, may leave all of them positive.
+    for counts, size in (((3, 3, 3), (1, 1, 1)), ((40, 1, 1), (1, 0.02, 0.02))):
+        for tilt in (0.0, 0.3, 1.0):
+            c, s = np.cos(tilt), np.sin(tilt)
+            turn = np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]])
+            part = lattice(counts, lambda p, size=size, turn=turn: p * size @ turn.T)
+            edge = np.intersect1d(part.node_sets["x0"], part.node_sets["y0"])
+            part.node_sets["fixed"] = edge if hinge else edge[:0]
+            model = assemble(part, Material(E=210e9, nu=0.3, rho=7850.0))
+            with pytest.raises(InputError, match="free to move as a rigid body"):
+                factorise(model.K, backend)
+
+
+@every_backend
+def test_slender_but_clamped_part_is_not_refused(lattice, backend):
+    # A strip 500 times as long as thick: the condition number is 1e13 and it is still regular.
+    part = lattice((50, 2, 1), lambda p: p * [1.0, 0.05, 0.002])
+    E, load = 210e9, 1.0
+    model = assemble(part, Material(E=E, nu=0.0, rho=7850.0), fixed="x0")
+    tip = model.rows("x1")
+    weight = np.zeros(model.K.shape[0])
+    middle = tip[len(tip) // 2]
+    weight[middle[2]] = load
+    deflection = factorise(model.K, backend).solve(weight)[middle[2]]
+    inertia = 0.05 * 0.002**3 / 12
+    assert deflection == pytest.approx(load / (3 * E * inertia), rel=0.01)
+
+
+def test_bad_matrix_and_bad_request_are_refused():
+    A = grid(3)
+    with pytest.raises(InputError, match=r"backend = 'mumps': the installed solvers are"):
+        factorise(A, "mumps")
+    with pytest.raises(InputError, match=r"shape \(27, 20\): it must be square"):
+        factorise(A[:, :20])
+    broken = A.copy()
+    broken.data[5] = np.nan
+    with pytest.raises(InputError, match="not finite"):
+        factorise(broken)
+    empty = A.tolil()
+    empty[4, 4] = 0
+    with pytest.raises(InputError, match=r"not positive definite.*row 4"):
+        factorise(empty.tocsc())
+    with pytest.raises(ValueError, match=r"shape \(26,\) for a matrix of 27 rows"):
+        factorise(A).solve(np.ones(26))
+
+
+def test_factorisation_loads_neither_scikit_fem_nor_gmsh():
+    code = (
+        "import sys; from vanelock.fem import factorise, eigenpairs, cyclic_transform, modes; "
+        "print(sorted({'skfem', 'gmsh', 'meshio', 'vtkmodules'} & set(sys.modules)))"
+    )
+    out = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert out.stdout.strip() == "[]"
+
+
+@every_backend
+@both_kinds
+def test_indefinite_matrix_counts_its_negative_eigenvalues(backend, is_complex):
+    A = grid(6, 0.7 if is_complex else 0.0)
+    values = np.linalg.eigvalsh(A.toarray())
+    b = sides(216, 3)
+    for below in (1, 40, 150):
+        shift = values[below - 1] * (1 + 1e-6)
+        shifted = A - shift * sp.eye_array(216)
+        factor = factorise(shifted, backend, definite=False)
+        assert factor.negative == (values < shift).sum()
+        exact = np.linalg.solve(shifted.toarray(), b)
+        # The distance to the eigenvalue, 1e-6 of it, costs six digits.
+        np.testing.assert_allclose(factor.solve(b), exact, atol=1e-8 * abs(exact).max())
+    assert factorise(A, backend, definite=False).negative == 0
+
+
+@every_backend
+@both_kinds
+def test_shift_at_an_eigenvalue_is_refused(backend, is_complex):
+    # The chain's eigenvalues are 2 - 2 cos(π k / 30); that of k = 10 is one, to the last bit.
+    shifted = chain(30, 0.7 if is_complex else 0.0) - sp.eye_array(30)
+    with pytest.raises(
+        SingularError, match="a motion is free.*the shift is an eigenvalue"
+    ) as caught:
+        factorise(shifted, backend, definite=False)
+    shape = np.cos(np.pi / 3 * (np.arange(30) + 0.5))
+    motion = abs(caught.value.motions[:, 0])
+    np.testing.assert_allclose(motion, abs(shape) / np.linalg.norm(shape), atol=1e-12)
+
+
+@every_backend
+@both_kinds
+def test_zero_diagonal_needs_pivots(backend, is_complex):
+    # [A B; Bᴴ 0], as of constraints: the pivots on the diagonal vanish.
+    A = grid(4, 0.7 if is_complex else 0.0)
+    B = sp.random_array((64, 10), density=0.1, rng=5) + sp.eye_array(64, 10)
+    saddle = sp.block_array([[None, B.T], [B, A]], format="csc")
+    b = sides(74, 2)
+    factor = factorise(saddle, backend, definite=False)
+    np.testing.assert_allclose(saddle @ factor.solve(b), b, atol=1e-11)
+    assert factor.negative in (None, 10)  # Sylvester: as many as constraints
+
+
+@every_backend
+@both_kinds
+@pytest.mark.parametrize("small", [1e-4, 1e-9, 1e-13, 1e-18])
+def test_small_pivots_do_not_spoil_the_solution(backend, is_complex, small):
+    # Chains of pairs [s 1; 1 s]: elimination without exchanges loses 1/s², s being small.
+    n = 40
+    turn = np.exp(0.7j) if is_complex else 1.0
+    pairs = np.tile([turn, 0.01], n)[: 2 * n - 1]
+    A = sp.diags_array([pairs.conj(), np.full(2 * n, small), pairs], offsets=[-1, 0, 1])
+    b = sides(2 * n, 2)
+    factor = factorise(A, backend, definite=False)
+    exact = np.linalg.solve(A.toarray(), b)
+    np.testing.assert_allclose(factor.solve(b), exact, atol=1e-11)
+    assert factor.negative in (None, n)
+
+
+@every_backend
+@both_kinds
+@pytest.mark.parametrize("definite", [True, False])
+def test_analysis_is_shared_by_one_pattern(backend, is_complex, definite):
+    first = factorise(grid(6, 0.7 if is_complex else 0.0), backend, definite=definite)
+    b = sides(216, 2)
+    for phase in (0.3, 1.1, 0.0):  # zero: real
+        A = grid(6, phase)
+        like = factorise(A, backend, like=first, definite=definite)
+        again = factorise(2 * A, backend, like=like, definite=definite)
+        other = factorise(A, backend, like=like, definite=not definite)
+        for factor, matrix in ((like, A), (again, 2 * A), (other, A)):
+            np.testing.assert_allclose(matrix @ factor.solve(b), b, atol=1e-13)
+        if backend == "cholmod":
+            assert again._analysis is like._analysis
+            if is_complex == (phase > 0):
+                assert like._analysis is first._analysis
+            for factor in (like, other):
+                order = factor._analysis.order
+                if factor._analysis is not first._analysis:  # of another kind: the ordering alone
+                    assert np.array_equal(order, first._analysis.symbolic.P())
+    larger = grid(7)
+    b = sides(343, 2)
+    x = factorise(larger, backend, like=first).solve(b)
+    np.testing.assert_allclose(larger @ x, b, atol=1e-13)
+
+
+@every_backend
+def test_matrix_that_is_not_hermitian_is_refused(backend):
+    A = grid(4, 0.7)
+    for wrong in (sp.triu(A), A @ sp.diags_array(np.arange(1.0, 65)), A.real + 1j * A.real):
+        with pytest.raises(InputError, match="not Hermitian"):
+            factorise(wrong, backend)
+
+
+@every_backend
+@both_kinds
+@pytest.mark.parametrize("definite", [True, False])
+def test_singular_matrix_names_the_rows_that_move(backend, is_complex, definite):
+    # Beside a regular grid, two chains that nothing holds: each may slide as a whole.
+    phase = 0.7 if is_complex else 0.0
+    A = grid(5, phase) - (0.0 if definite else 2.5) * sp.eye_array(125)
+    chains = [chain(6, phase), 0.3 * chain(4, phase)]
+    order = np.random.default_rng(7).permutation(135)
+    singular = sp.block_diag([A, *chains], format="csc")[order][:, order]
+    verdict = "is not positive definite" if definite else "is singular"
+    with pytest.raises(SingularError, match=f"{verdict}: 2 motions are free") as caught:
+        factorise(singular, backend, definite=definite)
+    error = caught.value
+    assert set(order[error.rows]) == set(range(125, 135))
+    assert error.count == 2
+    motions = error.motions[np.argsort(order)]
+    moved = np.zeros((135, 2), complex)
+    moved[125:131, 0] = np.exp(-1j * phase * np.arange(6)) / np.sqrt(6)
+    moved[131:, 1] = np.exp(-1j * phase * np.arange(4)) / 2
+    cosines = np.linalg.svd(moved.conj().T @ motions)[1]
+    assert cosines == pytest.approx([1, 1], abs=1e-12)

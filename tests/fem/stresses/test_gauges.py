@@ -1,0 +1,186 @@
+"""Strain gauges: uniform strain, bending, the surface they sit on, and refusals."""
+
+from functools import lru_cache
+
+import numpy as np
+import pytest
+from scipy.spatial import KDTree
+
+from vanelock import mesh
+from vanelock.errors import InputError
+from vanelock.fem import Material, assemble, factorise, free_rows, gauge, strain
+from vanelock.fem.elements.reference import reference_element, shape_functions
+from vanelock.fem.stresses.skin import skin
+
+CELLS = ["tetra", "tetra10", "hexahedron", "hexahedron20", "hexahedron27"]
+GRADIENT = np.array([[0.3, -0.2, 0.5], [0.7, -0.4, 0.1], [0.9, -0.8, 0.6]])
+
+
+@lru_cache(maxsize=1)
+def vane():
+    return mesh.vane_segment(size="coarse")
+
+
+def shell(p):
+    """A piece of a cylinder of radius 1 to 1.2 about the axis z."""
+    r, angle = 1 + 0.2 * p[:, 0], p[:, 1]
+    return np.column_stack([r * np.cos(angle), r * np.sin(angle), p[:, 2]])
+
+
+@pytest.mark.parametrize("length", [None, 0.05])
+@pytest.mark.parametrize("cell_type", CELLS)
+def test_uniform_strain_on_a_box_in_any_direction(lattice, cell_type, length):
+    part = lattice((3, 3, 2), lambda p: p * [1.0, 0.8, 0.5], cell_type)
+    u = part.points @ GRADIENT.T
+    rng = np.random.default_rng(0)
+    for axis, side in ((0, 0.0), (1, 0.8), (2, 0.5)):
+        position = rng.uniform(0.1, 0.4, 3)
+        position[axis] = side
+        direction = rng.standard_normal(3)
+        found = gauge(part, position, direction, length)
+        flat = np.where(np.arange(3) == axis, 0.0, direction)
+        flat /= np.linalg.norm(flat)
+        assert found.direction == pytest.approx(flat, abs=1e-14)
+        assert abs(found.normal[axis]) == pytest.approx(1)
+        assert found.position == pytest.approx(position, abs=1e-14)
+        assert found.strain(u) == pytest.approx(flat @ GRADIENT @ flat, rel=1e-12)
+        both = found.strain(np.stack([u, 3j * u], axis=2))
+        assert both == pytest.approx(flat @ GRADIENT @ flat * np.array([1, 3j]), rel=1e-12)
+
+
+@pytest.mark.parametrize("cell_type", ["tetra10", "hexahedron20", "hexahedron27"])
+def test_uniform_strain_on_a_curved_surface(lattice, cell_type):
+    part = lattice((1, 4, 3), shell, cell_type, curved=True)
+    u = part.points @ GRADIENT.T
+    for angle in (0.1, 0.4, 0.77):
+        out = np.array([np.cos(angle), np.sin(angle), 0])
+        found = gauge(part, 1.201 * out + [0, 0, 0.6], [0, 0, 1] + 0.5 * out)
+        assert found.normal == pytest.approx(out, abs=5e-3)  # the face is a parabola
+        assert found.distance == pytest.approx(1e-3, abs=1e-4)
+        d = found.direction
+        assert d @ found.normal == pytest.approx(0, abs=1e-14)
+        assert found.strain(u) == pytest.approx(d @ GRADIENT @ d, rel=1e-11)
+
+
+def test_it_reads_the_nodal_strain_field(lattice):
+    part = lattice((3, 2, 2), shell, "tetra10", curved=True)
+    u = np.random.default_rng(1).standard_normal((len(part.points), 3))
+    node = part.node_sets["x1"][7]
+    found = gauge(part, part.points[node], [0, 0, 1])
+    assert found.strain(u) == pytest.approx(strain(part, u)[node, 2], rel=1e-11)
+
+
+def test_mean_over_a_length_is_the_change_of_that_length(lattice):
+    # In bending of a box of tetrahedra the strain field is exact, and so is its mean.
+    part = lattice((3, 2, 2), lambda p: p * [0.4, 0.3, 0.2])
+    x, y, z = part.points.T
+    u = np.column_stack([x * y, -0.5 * (x**2 + 0.3 * (y**2 - z**2)), -0.3 * y * z])
+    L, d = 0.09, np.array([3.0, 4.0, 0]) / 5
+    middle = np.array([0.17, 0.12, 0.2])
+
+    def displacement(p):
+        x, y, z = p
+        return np.array([x * y, -0.5 * (x**2 + 0.3 * (y**2 - z**2)), -0.3 * y * z])
+
+    change = d @ (displacement(middle + L / 2 * d) - displacement(middle - L / 2 * d)) / L
+    assert gauge(part, middle, d, L).strain(u) == pytest.approx(change, rel=1e-11)
+
+
+@pytest.mark.parametrize("length", [0.15, 0.3])
+def test_mean_of_a_strain_that_curves_tells_the_length(lattice, length):
+    """Strain 3 x² has the mean 3 (x² + L²/12) over a length L."""
+    part = lattice((32, 1, 1), lambda p: p * [0.8, 0.1, 0.1], "hexahedron27")
+    u = np.zeros_like(part.points)
+    u[:, 0] = part.points[:, 0] ** 3
+    found = gauge(part, [0.2, 0.05, 0.1], [1, 0, 0], length).strain(u)
+    assert found == pytest.approx(3 * (0.2**2 + length**2 / 12), rel=5e-3)
+
+
+def test_bending_strain_of_a_cantilever(lattice):
+    # Tip force F on length L, width b, height h: strain 6 F (L - x) / (E b h²) on top, to within
+    # what the clamp and the force's ends disturb.
+    L, b, h, E, F = 0.3, 0.02, 0.01, 200e9, 50.0
+    part = lattice((12, 2, 1), lambda p: p * [L, b, h], "hexahedron20")
+    model = assemble(part, Material(E, 0.3, 7800.0), fixed="x0")
+    tip = model.rows("x1")[:, 2]
+    load = np.zeros(model.K.shape[0])
+    load[tip] = F / len(tip)
+    x = factorise(model.K).solve(load)
+    top = gauge(part, [0.14, 0.011, h], [1, 0, 0], length=2e-3)
+    expected = -6 * F * (L - 0.14) / (E * b * h**2)
+    assert top.strain(model.field(x)) == pytest.approx(expected, rel=2e-3)
+    across = gauge(part, [0.14, 0.011, h], [0, 1, 0])
+    assert across.strain(model.field(x)) == pytest.approx(-0.3 * expected, rel=2e-2)
+    assert (free_rows(model, top.row) @ x)[0] == pytest.approx(top.strain(model.field(x)), rel=1e-9)
+
+
+@pytest.mark.parametrize("cell_type", ["tetra10", "hexahedron20"])
+def test_no_sample_of_a_curved_surface_is_nearer(lattice, cell_type):
+    part = lattice((1, 2, 1), shell, cell_type, curved=True)
+    surface = skin(part)
+    triangle = cell_type == "tetra10"
+    t = np.stack(np.meshgrid(*2 * [np.linspace(0, 1, 21)]), axis=-1).reshape(-1, 2)
+    t = t[t.sum(axis=1) < 1 + 1e-9] if triangle else t
+    # Where the faces of the reference cell are: a corner and two sides.
+    middle = np.full(3, 0.25 if triangle else 0.5)
+    samples = []
+    for cell, corners in zip(surface.cells, surface.corners, strict=True):
+        nodes = part.cells[cell]
+        at = reference_element(cell_type).nodes[np.flatnonzero(np.isin(nodes, corners))]
+        by_distance = np.argsort(np.linalg.norm(at - at[0], axis=1))
+        origin, sides = at[0], (at - at[0])[by_distance[1:3]]
+        assert abs(np.linalg.det(np.vstack([sides, middle - origin]))) > 0.1
+        samples.append(shape_functions(cell_type, origin + t @ sides)[0] @ part.points[nodes])
+    tree = KDTree(np.concatenate(samples))
+    rng = np.random.default_rng(2)
+    for position in part.points[::9] + 0.1 * rng.standard_normal(part.points[::9].shape):
+        found = surface.nearest(position).position
+        assert np.linalg.norm(found - position) <= tree.query(position)[0] + 1e-12
+        assert tree.query(found)[0] < 0.06  # it lies among them
+
+
+def test_where_the_surface_is_off_the_position(lattice):
+    part = lattice((2, 2, 2))
+    found = gauge(part, [0.3, 0.4, 1.1], [1, 0, 0], tolerance=0.2)
+    assert found.position == pytest.approx([0.3, 0.4, 1.0])
+    assert found.distance == pytest.approx(0.1)
+    assert gauge(part, [1.2, 0.4, 1.1], [0, 1, 0], tolerance=0.3).position == pytest.approx(
+        [1.0, 0.4, 1.0]
+    )
+    inside = gauge(part, [0.3, 0.4, 0.9], [1, 0, 0], normal=[0, 0, -1], tolerance=1.0)
+    assert inside.position == pytest.approx([0.3, 0.4, 0.0])
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ({"position": [0.3, 0.4, 2.0]}, r"gauge at \(0.3, 0.4, 2\) m: the surface is 1 m away"),
+        ({"direction": [0, 0, 1]}, r"gauge direction \(0, 0, 1\) leaves the surface"),
+        ({"direction": [0, 1]}, r"gauge direction = \[0, 1\]: needed are three numbers"),
+        ({"length": 0.0}, "gauge length = 0 m: must be positive"),
+        ({"length": 0.7}, "an end lies off the surface"),
+    ],
+)
+def test_what_is_refused(lattice, given, message):
+    gauge_at = {"position": [0.3, 0.4, 1.0], "direction": [1, 0, 0]} | given
+    with pytest.raises(InputError, match=message):
+        gauge(lattice((2, 2, 2)), **gauge_at)
+
+
+@pytest.mark.parametrize("side", ["suction", "pressure"])
+def test_on_the_vane_it_sits_within_the_sagitta_of_the_elements(side):
+    # Straight element sides of length s cut a camber line of curvature 8·camber/chord short by
+    # s²/8 of it.
+    part, sizes = vane(), mesh.VaneDimensions()
+    corners = part.points[part.cells[:, :4]]
+    side_length = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max()
+    sagitta = side_length**2 * sizes.camber / sizes.chord
+    u = part.points @ GRADIENT.T
+    for number, span, chord in ((1, 0.1, 0.5), (2, 0.5, 0.25), (4, 0.93, 0.8)):
+        place = mesh.on_aerofoil(sizes, 16, number, span, chord, side, "span")
+        found = gauge(part, place.position, place.direction, normal=place.normal)
+        assert found.distance < sagitta
+        assert found.normal @ place.normal > 0.95
+        d = found.direction
+        assert d @ place.direction > 0.99
+        assert found.strain(u) == pytest.approx(d @ GRADIENT @ d, rel=1e-10)

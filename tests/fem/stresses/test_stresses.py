@@ -1,0 +1,154 @@
+"""Strains and stresses at nodes against closed forms, and extremes of a period against sampling."""
+
+import numpy as np
+import pytest
+
+from vanelock.errors import InputError
+from vanelock.fem import (
+    Material,
+    assemble,
+    peak_von_mises,
+    principal_amplitude,
+    strain,
+    strain_energy,
+    stress,
+    von_mises,
+)
+from vanelock.fem.stresses import strains
+from vanelock.fem.stresses.stresses import turned
+
+CELLS = ["tetra", "tetra10", "hexahedron", "hexahedron20", "hexahedron27"]
+STEEL = Material(E=210e9, nu=0.3, rho=7850.0)
+
+
+def bent(p):
+    return p * [0.4, 0.3, 0.2] + 0.03 * np.sin(3 * p[:, [1, 2, 0]])
+
+
+def tensor(s):
+    """(n, 3, 3) stress tensors of Voigt vectors."""
+    x, y, z, yz, zx, xy = np.moveaxis(s, 1, 0)
+    return np.array([[x, xy, zx], [xy, y, yz], [zx, yz, z]]).transpose(2, 0, 1)
+
+
+@pytest.mark.parametrize("cell_type", CELLS)
+def test_a_linear_field_gives_its_strain_at_every_node(lattice, cell_type):
+    part = lattice((2, 3, 2), bent, cell_type, curved=True)
+    G = np.array([[0.3, -0.2, 0.5], [0.7, -0.4, 0.1], [0.9, -0.8, 0.6]])  # ∂u_i/∂x_j
+    fields = np.stack([part.points @ G.T, 2j * part.points @ G.T], axis=2)
+    expected = [0.3, -0.4, 0.6, 0.1 - 0.8, 0.5 + 0.9, -0.2 + 0.7]
+    found = strain(part, fields)
+    np.testing.assert_allclose(found[:, :, 0], np.tile(expected, (len(found), 1)), atol=1e-13)
+    np.testing.assert_allclose(found[:, :, 1], 2j * found[:, :, 0], atol=1e-13)
+    assert np.array_equal(strain(part, fields[..., 1]), found[..., 1])
+
+
+def test_blocks_of_elements_change_nothing(lattice, monkeypatch):
+    part = lattice((3, 3, 2), bent, "tetra10", curved=True)
+    u = np.random.default_rng(1).standard_normal((len(part.points), 3, 2))
+    model = assemble(part, STEEL)
+    whole, energy = strain(part, u), strain_energy(model, u)
+    monkeypatch.setattr(strains, "ENTRIES", 5000)
+    assert np.abs(strain(part, u) - whole).max() < 1e-13 * np.abs(whole).max()
+    np.testing.assert_allclose(strain_energy(model, u), energy, rtol=1e-13)
+
+
+def test_hooke_of_tension_and_shear(lattice):
+    model = assemble(lattice((1, 1, 1), cell_type="tetra10"), STEEL)
+    x, y, z = model.part.points.T
+    e = 1e-3
+    tension = e * np.column_stack([x, -0.3 * y, -0.3 * z])
+    s = stress(model, tension)
+    assert s[0] == pytest.approx([210e6, 0, 0, 0, 0, 0], abs=1e-6)
+    shear = np.column_stack([0 * x, e * z, 0 * x])  # γ_yz
+    assert stress(model, shear)[3] == pytest.approx([0, 0, 0, 210e6 / 2.6, 0, 0], abs=1e-6)
+
+
+@pytest.mark.parametrize("cell_type", ["tetra10", "hexahedron20", "hexahedron27"])
+def test_pure_bending_is_exact(lattice, cell_type):
+    # σ_xx = E κ y alone: a displacement of the second degree, which these elements hold. The
+    # hexahedra are boxes, the tetrahedra any with straight sides.
+    place = bent if cell_type == "tetra10" else lambda p: p * [0.4, 0.3, 0.2]
+    model = assemble(lattice((3, 2, 2), place, cell_type), STEEL)
+    x, y, z = model.part.points.T
+    k, nu = 0.01, 0.3
+    u = k * np.column_stack([x * y, -0.5 * (x**2 + nu * (y**2 - z**2)), -nu * y * z])
+    exact = np.zeros((len(x), 6))
+    exact[:, 0] = 210e9 * k * y
+    np.testing.assert_allclose(stress(model, u), exact, atol=1e-11 * np.abs(exact).max())
+
+
+@pytest.mark.parametrize("cell_type", CELLS)
+def test_energy_of_the_stresses_is_that_of_the_stiffness(lattice, cell_type):
+    model = assemble(lattice((2, 2, 2), bent, cell_type, curved=True), STEEL)
+    rng = np.random.default_rng(3)
+    x = rng.standard_normal((model.K.shape[0], 2)) @ np.array([[1, 0], [0, 1j]]) + 0.5
+    expected = 0.5 * np.einsum("nk,nk->k", x.conj(), model.K @ x).real
+    np.testing.assert_allclose(strain_energy(model, model.field(x)), expected, rtol=1e-13)
+
+
+def test_turning_the_body_turns_stress_and_strain():
+    rng = np.random.default_rng(4)
+    s = rng.standard_normal((5, 6))
+    angle = 0.7
+    R = np.array([[np.cos(angle), -np.sin(angle), 0], [np.sin(angle), np.cos(angle), 0], [0, 0, 1]])
+    np.testing.assert_allclose(tensor(turned(s, R)), R @ tensor(s) @ R.T, atol=1e-14)
+    e = s * [1, 1, 1, 2, 2, 2]
+    np.testing.assert_allclose(turned(e, R, shear=2.0), turned(s, R) * [1, 1, 1, 2, 2, 2])
+    assert von_mises(turned(s, R)) == pytest.approx(von_mises(s), rel=1e-13)
+
+
+def test_von_mises_is_the_deviator_s_norm():
+    s = np.random.default_rng(5).standard_normal((7, 6))
+    deviator = tensor(s) - np.eye(3) * (s[:, :3].sum(axis=1) / 3)[:, None, None]
+    expected = np.sqrt(1.5 * np.sum(deviator**2, axis=(1, 2)))
+    assert von_mises(s) == pytest.approx(expected, rel=1e-13)
+
+
+def test_peak_over_a_period_against_closed_forms():
+    tension = np.zeros((2, 3, 6), complex)
+    tension[0, :, 0] = [100.0, -30.0, 0.0]
+    tension[1, :, 0] = [50j, 40, -30 + 40j]
+    assert peak_von_mises(tension) == pytest.approx([150, 70, 50], rel=1e-14)
+    # A shear that turns in the plane, τ (cos, sin): its size never changes.
+    turning = np.zeros((2, 1, 6), complex)
+    turning[1, 0, 3:5] = 10 * np.array([1, -1j])
+    assert peak_von_mises(turning) == pytest.approx([10 * np.sqrt(3)], rel=1e-14)
+    assert peak_von_mises(np.ones((1, 1, 6), complex)) == pytest.approx([3.0], rel=1e-14)
+
+
+@pytest.mark.parametrize("harmonics", [1, 3])
+def test_peak_over_a_period_against_fine_sampling(harmonics):
+    rng = np.random.default_rng(6)
+    s = rng.standard_normal((harmonics + 1, 300, 6)) + 1j * rng.standard_normal(
+        (harmonics + 1, 300, 6)
+    )
+    s[0] = s[0].real
+    sampled = np.zeros(300)
+    for angle in np.linspace(0, 2 * np.pi, 5001):
+        now = np.einsum("h,hnc->nc", np.exp(1j * np.arange(harmonics + 1) * angle), s).real
+        sampled = np.maximum(sampled, von_mises(now))
+    found = peak_von_mises(s)
+    # The samples lie below by at most half the curvature (2H)² times their half distance squared.
+    assert np.all(found >= sampled * (1 - 1e-13))
+    assert np.max(found / sampled - 1) < (2 * harmonics) ** 2 * (np.pi / 5000) ** 2 / 2
+
+
+def test_principal_amplitude_against_fine_sampling():
+    rng = np.random.default_rng(7)
+    s = rng.standard_normal((200, 6)) + 1j * rng.standard_normal((200, 6))
+    sampled = np.zeros(200)
+    for angle in np.linspace(0, 2 * np.pi, 2001):
+        largest = np.linalg.eigvalsh(tensor((s * np.exp(1j * angle)).real))[:, -1]
+        sampled = np.maximum(sampled, largest)
+    found = principal_amplitude(s)
+    assert np.all(found >= sampled * (1 - 1e-13))
+    assert np.max(found / sampled - 1) < 1e-5
+    assert principal_amplitude(np.array([[3 + 4j, 0, 0, 0, 0, 0]])) == pytest.approx([5.0])
+    assert principal_amplitude(np.zeros((1, 6), complex)).tolist() == [0.0]
+
+
+def test_a_field_of_another_part_is_refused(lattice):
+    part = lattice((1, 1, 1))
+    with pytest.raises(InputError, match=r"displacement of shape \(5, 3\): needed is \(27, 3\)"):
+        strain(part, np.zeros((5, 3)))

@@ -1,0 +1,255 @@
+"""Mesh files: written from parts that are known, read back, and broken in every way."""
+
+import meshio
+import numpy as np
+import pytest
+
+from vanelock.errors import InputError
+from vanelock.mesh import read_mesh, write_msh
+from vanelock.mesh.cells import SOLIDS, solid, surface
+from vanelock.mesh.files.nastran import read_nastran
+from vanelock.mesh.gmsh_session import session
+
+TYPES = {
+    ".inp": SOLIDS,
+    ".bdf": ("tetra", "tetra10", "hexahedron", "hexahedron20"),
+    ".msh": SOLIDS,
+    ".gmsh.msh": ("tetra10",),
+    ".vtu": SOLIDS,
+}
+CUBE = np.array(
+    [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]]
+)
+
+
+def complaint(path, **options):
+    with pytest.raises(InputError) as told:
+        read_mesh(path, **options)
+    text = str(told.value)
+    assert "\n" not in text
+    assert str(path) in text
+    return text.replace(str(path), path.name)
+
+
+def bent(p):
+    """The unit cube as a curved piece of a ring, so that no two of its sides are alike."""
+    r, angle = 0.5 + 0.1 * p[:, 0], 0.4 * p[:, 1]
+    return np.column_stack([r * np.cos(angle), r * np.sin(angle), 0.2 * p[:, 2] + 0.02 * p[:, 1]])
+
+
+@pytest.fixture
+def ring(lattice):
+    def build(cell_type="tetra10", counts=(2, 2, 2)):
+        return lattice(counts, bent, cell_type, curved=True)
+
+    return build
+
+
+def by_place(points):
+    return np.lexsort(np.round(points, 9).T)
+
+
+@pytest.mark.parametrize(
+    ("ending", "cell_type"), [(ending, kind) for ending, kinds in TYPES.items() for kind in kinds]
+)
+def test_reads_back(tmp_path, ring, write_mesh, ending, cell_type):
+    part = ring(cell_type)
+    path = tmp_path / f"part{ending}"
+    called = write_mesh(path, part)
+    found = read_mesh(path, "mm")
+    assert found.cell_type == cell_type
+    own, other = by_place(part.points), by_place(found.points)
+    assert np.abs(part.points[own] - found.points[other]).max() < 1e-15 + 1e-13 * 0.6
+    # The same elements with their nodes in the same order, whatever the nodes are called.
+    rank, known = np.argsort(own), np.argsort(other)
+    wanted = {tuple(row) for row in rank[part.cells].tolist()}
+    assert {tuple(row) for row in known[found.cells].tolist()} == wanted
+    upper = {name.casefold(): nodes for name, nodes in found.node_sets.items()}
+    for name, nodes in part.node_sets.items():
+        read = upper[called.get(name, name)]
+        assert sorted(known[read].tolist()) == sorted(rank[nodes].tolist())
+
+
+def test_meshio_and_gmsh_number_tetra10_alike(tmp_path, ring):
+    """Middle nodes of a file by gmsh's own mesher lie between the corners they belong to."""
+    path = tmp_path / "ball.msh"
+    with session("ball") as gmsh:
+        gmsh.model.occ.addBox(0, 0, 0, 1, 2, 3)
+        gmsh.model.occ.synchronize()
+        gmsh.model.addPhysicalGroup(3, [1], name="all")
+        low = next(
+            tag
+            for _, tag in gmsh.model.getEntities(2)
+            if gmsh.model.occ.getCenterOfMass(2, tag)[2] < 1e-9
+        )
+        gmsh.model.addPhysicalGroup(2, [low], name="floor")
+        gmsh.option.setNumber("Mesh.MeshSizeMax", 0.8)
+        gmsh.model.mesh.generate(3)
+        gmsh.model.mesh.setOrder(2)
+        gmsh.write(str(path))
+    found = read_mesh(path)
+    edges = [(0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3)]
+    for middle, (a, b) in enumerate(edges, start=4):
+        ends = found.points[found.cells[:, [a, b]]]
+        assert np.abs(found.points[found.cells[:, middle]] - ends.mean(axis=1)).max() < 1e-12
+    floor = np.flatnonzero(np.abs(found.points[:, 2]) < 1e-12)
+    assert set(found.node_sets["floor"].tolist()) == set(floor.tolist())
+    corners = found.points[found.face_sets["floor"]]
+    area = np.linalg.norm(
+        np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1
+    )
+    assert area.sum() / 2 == pytest.approx(2.0, rel=1e-12)
+
+
+def test_middle_nodes_in_another_order_are_put_right(tmp_path, ring):
+    """Abaqus's order in a VTK file: the coordinates tell which node belongs to which side."""
+    part = ring("hexahedron27")
+    wrong = part.cells[:, [*range(8), *np.roll(np.arange(8, 27), 5)]]
+    path = tmp_path / "part.vtu"
+    meshio.Mesh(part.points, [("hexahedron27", wrong)]).write(path)
+    found = read_mesh(path)
+    assert np.array_equal(found.cells, part.cells)
+
+
+def test_set_keeps_the_order_of_a_deck(tmp_path):
+    path = tmp_path / "one.inp"
+    path.write_text(
+        "*NODE, NSET=all\n5, 0,0,0\n6, 1,0,0\n7, 0,1,0\n8, 0,0,1\n9, 3,3,3\n"
+        "*ELEMENT, TYPE=C3D4, ELSET=solid\n1, 5,6,7,8\n*NSET, NSET=Some\n8, 6\n"
+        "*NSET, NSET=some\n5\n*NSET, NSET=steps, GENERATE\n5, 7, 2\n"
+        "*NSET, NSET=both\nsteps, 6\n*NSET, NSET=of, ELSET=solid\n"
+        "*SURFACE, NAME=faces\nsolid, S2\n1, S3\n*SURFACE, NAME=few, TYPE=NODE\nsome, 1.\n7\n"
+        "*NODE PRINT\n*STEP\n"
+    )
+    found = read_mesh(path)
+    numbers = {name: found.numbers[nodes].tolist() for name, nodes in found.node_sets.items()}
+    assert numbers == {
+        "ALL": [5, 6, 7, 8],
+        "SOME": [8, 6, 5],
+        "STEPS": [5, 7],
+        "BOTH": [5, 7, 6],
+        "OF": [5, 6, 7, 8],
+        "SOLID": [5, 6, 7, 8],
+        "FACES": [5, 6, 8, 7],
+        "FEW": [8, 6, 5, 7],
+    }
+    faces = {frozenset(found.numbers[face].tolist()) for face in found.face_sets["FACES"]}
+    assert faces == {frozenset({5, 6, 8}), frozenset({6, 7, 8})}
+    assert found.absent["ALL"].tolist() == [9]
+
+
+def test_abaqus_faces_are_those_of_the_cube(tmp_path):
+    """S1 to S6 of a unit cube, with the middle nodes: the manual's faces by their centres."""
+    steps = solid("hexahedron20").nodes
+    path = tmp_path / "cube.inp"
+    nodes = "".join(f"{i}, {x}, {y}, {z}\n" for i, (x, y, z) in enumerate(steps.tolist(), 1))
+    faces = "".join(f"*SURFACE, NAME=F{i}\n1, S{i}\n" for i in range(1, 7))
+    path.write_text(
+        f"*NODE\n{nodes}*ELEMENT, TYPE=C3D20\n1, {', '.join(map(str, range(1, 16)))},\n"
+        f"16, 17, 18, 19, 20\n{faces}"
+    )
+    found = read_mesh(path)
+    centres = [found.points[found.node_sets[f"F{i}"]].mean(axis=0) for i in range(1, 7)]
+    wanted = [[0.5, 0.5, 0], [0.5, 0.5, 1], [0.5, 0, 0.5], [1, 0.5, 0.5], [0.5, 1, 0.5]]
+    assert np.abs(centres - np.array([*wanted, [0, 0.5, 0.5]])).max() < 1e-15
+    assert [len(found.node_sets[f"F{i}"]) for i in range(1, 7)] == [8] * 6
+
+
+GRIDS = "GRID,1,,0.,0.,0.\nGRID,2,,1.,0.,0.\nGRID,3,,0.,1.,0.\nGRID,4,,0.,0.,1.\n"
+
+
+@pytest.mark.parametrize(
+    ("card", "nodes"),
+    [
+        ("SET1,7,1,THRU,3", [1, 2, 3]),
+        ("SET1    7       4       1       THRU    2", [4, 1, 2]),
+        ("SET1*   7               4               2               1\n*       3", [4, 2, 1, 3]),
+        ("SET1,7,1,2,3,4,5,6,7,+A\n+A,8,9", [1, 2, 3, 4, 5, 6, 7, 8, 9]),
+        ("SET3,7,GRID,4,3", [4, 3]),
+        ("SET3,7,ELEM,4,3", None),
+        ("SET 7 = 1 THRU 9 EXCEPT 3, 5, 12", [1, 2, 4, 6, 7, 8, 9, 12]),
+        ("SET 7 = 4,\n  2, 3", [4, 2, 3]),
+        ("set 7 = 1 thru 9 by 4", [1, 5, 9]),
+    ],
+)
+def test_nastran_sets(card, nodes):
+    raw = read_nastran("deck", f"{card}\n{GRIDS}")
+    found = raw.node_sets.get("7")
+    assert (None if found is None else found.tolist()) == nodes
+
+
+@pytest.mark.parametrize(
+    ("card", "place"),
+    [
+        ("GRID,9,,1.5-3,-2.+1,7.", (1.5e-3, -20.0, 7.0)),
+        ("GRID    9               1.5-3   -2.+1   7.0E0", (1.5e-3, -20.0, 7.0)),
+        ("GRID    9               1.      -.5D1", (1.0, -5.0, 0.0)),
+        ("GRID*   9                               1.234567890123-1 2.\n*       -3.", None),
+        ("GRID*,9,,.1234567890123,2.\n*,-3.", None),
+    ],
+)
+def test_nastran_numbers(card, place):
+    raw = read_nastran("deck", f"BEGIN BULK\n{card}  $ a comment\nENDDATA\nnothing")
+    assert raw.numbers.tolist() == [9]
+    assert tuple(raw.points[0]) == (place or (0.1234567890123, 2.0, -3.0))
+
+
+def test_what_is_not_solid_serves_sets_only(tmp_path):
+    """Shells on a face make a set of it; nodes that no solid uses are dropped."""
+    points = np.vstack([CUBE, [[5.0, 5.0, 5.0]]])
+    cells = [("hexahedron", np.arange(8)[None]), ("quad", np.array([[0, 1, 2, 3]]))]
+    path = tmp_path / "cube.msh"
+    tags = [np.array([1]), np.array([2])]
+    names = {"body": np.array([1, 3]), "low": np.array([2, 2])}
+    data = {"gmsh:physical": tags, "gmsh:geometrical": tags}
+    meshio.Mesh(points, cells, cell_data=data, field_data=names).write(path, file_format="gmsh22")
+    found = read_mesh(path)
+    assert len(found.points) == 8
+    assert sorted(found.points[found.node_sets["low"]].tolist()) == sorted(CUBE[:4].tolist())
+    assert len(found.face_sets["low"]) == 1
+
+
+def test_gmsh_numbers_its_nodes(tmp_path, ring, write_mesh):
+    path = tmp_path / "part.gmsh.msh"
+    write_mesh(path, ring())
+    assert read_mesh(path, "mm").numbers.min() >= 1000
+
+
+def test_paths_and_units(tmp_path, ring):
+    assert complaint(tmp_path / "none.inp") == "none.inp: no such file"
+    folder = tmp_path / "folder.inp"
+    folder.mkdir()
+    assert complaint(folder) == "folder.inp: is a folder, a mesh file is needed"
+    path = tmp_path / "part.msh"
+    write_msh(path, ring())
+    size = np.ptp(read_mesh(path).points, axis=0)
+    assert np.allclose(np.ptp(read_mesh(path, "inch").points, axis=0), 0.0254 * size, rtol=1e-14)
+    with pytest.raises(InputError, match='unit = "kg": expected a unit of length'):
+        read_mesh(path, unit="kg")
+
+
+@pytest.mark.parametrize("cell_type", SOLIDS)
+def test_reference_cells(cell_type):
+    """Shape functions are one at their node; the faces look outwards and close the cell."""
+    cell = solid(cell_type)
+    assert np.abs(cell.values(cell.nodes) - np.eye(len(cell.nodes))).max() < 1e-12
+    step = 1e-6 * np.eye(3)
+    inside = np.full((1, 3), 0.21)
+    numeric = [(cell.values(inside + h) - cell.values(inside - h))[0] / 2e-6 for h in step]
+    assert np.abs(cell.slopes(inside)[0] - np.array(numeric).T).max() < 1e-9
+    middle = cell.nodes[: cell.corners].mean(axis=0)
+    for face in cell.faces:
+        flat = surface(len(face))
+        tangents = np.einsum("kx,qkd->qdx", cell.nodes[face], flat.slopes(flat.nodes))
+        normal = np.cross(tangents[:, 0], tangents[:, 1])
+        assert (np.sum(normal * (cell.nodes[face] - middle), axis=1) > 0).all()
+
+
+def test_product_round_trip(tmp_path, ring):
+    path = tmp_path / "part.msh"
+    write_msh(path, ring())
+    found = read_mesh(path)
+    found.save(tmp_path / "part.h5")
+    again = type(found).load(tmp_path / "part.h5")
+    assert np.array_equal(again.cells, found.cells)
+    assert again.node_sets.keys() == found.node_sets.keys()

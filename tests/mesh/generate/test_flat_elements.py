@@ -1,0 +1,50 @@
+"""An element without height goes, and its face keeps its nodes and its rim."""
+
+import numpy as np
+import pytest
+
+from vanelock.mesh.generate.flat_elements import level
+from vanelock.mesh.gmsh_session import session
+
+A, B, C, D, E = range(1, 6)
+SQUARE = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)]
+
+
+def pyramid(gmsh, height, diagonal_held=False):
+    """Two tetrahedra under a square, over which a third one lies, whose sides are the face's."""
+    model = gmsh.model
+    curve = model.addDiscreteEntity(1)
+    face, *walls = (model.addDiscreteEntity(2) for _ in range(5))
+    body = model.addDiscreteEntity(3)
+    places = np.array([*SQUARE, (0.5, 0.5, -1)], float)
+    places[[0, 2], 2] = height
+    model.mesh.addNodes(3, body, [A, B, C, D, E], places.ravel())
+    if diagonal_held:
+        model.mesh.addElementsByType(curve, 1, [], [A, C])
+    model.mesh.addElementsByType(face, 2, [], [A, B, C, A, C, D])
+    for wall, ends in zip(walls, [(A, B), (B, C), (C, D), (D, A)], strict=True):
+        model.mesh.addElementsByType(wall, 2, [], [*ends, E])
+    model.mesh.addElementsByType(body, 4, [], [A, B, C, D, A, B, D, E, B, C, D, E])
+    return face, body
+
+
+def sets_of(gmsh, kind, count, entity):
+    _, nodes = gmsh.model.mesh.getElementsByType(kind, entity)
+    return {frozenset(row) for row in np.reshape(nodes, (-1, count)).tolist()}
+
+
+def test_a_flat_element_leaves_the_other_diagonal():
+    with session("pyramid") as gmsh:
+        face, body = pyramid(gmsh, 1e-9)
+        assert level(gmsh) == 0
+        assert sets_of(gmsh, 4, 4, body) == {frozenset((A, B, D, E)), frozenset((B, C, D, E))}
+        assert sets_of(gmsh, 2, 3, face) == {frozenset((A, B, D)), frozenset((B, C, D))}
+
+
+@pytest.mark.parametrize(("height", "held"), [(-0.1, False), (1e-9, True)])
+def test_it_stays_where_it_has_height_or_a_curve_runs_along_it(height, held):
+    with session("pyramid") as gmsh:
+        face, body = pyramid(gmsh, height, held)
+        assert level(gmsh) == 1
+        assert len(sets_of(gmsh, 4, 4, body)) == 3
+        assert frozenset((A, B, C)) in sets_of(gmsh, 2, 3, face)

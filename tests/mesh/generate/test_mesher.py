@@ -1,0 +1,39 @@
+"""Which of several meshes is kept."""
+
+import pytest
+
+from vanelock.mesh.generate import mesher
+
+
+@pytest.mark.parametrize(
+    ("qualities", "sizes"),
+    [
+        ([0.2], [1.0]),  # the size asked for, where it serves
+        ([0.01, 0.2], [1.0, 0.95]),
+        ([-1.0, 0.0, 0.021], [1.0, 0.95, 0.9]),  # none at all, then an element without height
+        ([0.01, 0.019, 0.0, 0.01], [1.0, 0.95, 0.9, 0.85, 0.95]),  # the best again
+        ([0.01, 0.01, 0.01, 0.015], [1.0, 0.95, 0.9, 0.85]),  # it is there already
+    ],
+)
+def test_sizes_are_tried_until_one_serves(monkeypatch, qualities, sizes):
+    tried = []
+
+    def attempt(gmsh, size):
+        tried.append(size)
+        quality = qualities[(len(tried) - 1) % len(qualities)]
+        if quality < 0:
+            raise Exception("no mesh")  # as gmsh does
+        return quality
+
+    monkeypatch.setattr(mesher, "_attempt", attempt)
+    mesher.tetrahedra(None, 1.0)
+    assert tried == sizes
+
+
+def test_what_cannot_be_meshed_at_any_size_says_why(monkeypatch):
+    def attempt(gmsh, size):
+        raise Exception(f"no mesh at {size}")
+
+    monkeypatch.setattr(mesher, "_attempt", attempt)
+    with pytest.raises(Exception, match="no mesh at 1.0"):
+        mesher.tetrahedra(None, 1.0)

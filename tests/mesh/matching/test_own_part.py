@@ -1,0 +1,74 @@
+"""A user's sets: found by name or number, and refused where they cannot be what they must."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from vanelock.errors import InputError
+from vanelock.mesh import read_mesh
+from vanelock.mesh.matching.own_part import own_part
+
+
+def complaints(build):
+    with pytest.raises(InputError) as told:
+        build()
+    return str(told.value).splitlines()
+
+
+@pytest.mark.parametrize(
+    ("sets", "told"),
+    [
+        ({"accessory": "absent"}, "no set absent for vane.accessory; it has "),
+        ({"key": [1, 2]}, "belongs to no solid element"),
+        ({"accessory": "hollow"}, "it has no nodes"),
+        ({"key": "accessory"}, "belongs to neither hook: its nodes must be some of theirs"),
+        ({"fixed": "interlock_left"}, "is in the sets fixed and interlock_left, which must not"),
+        (
+            {"interlock_left": "interlock_right"},
+            "is in the sets interlock_left and interlock_right",
+        ),
+    ],
+)
+def test_sets_are_checked(tmp_path, ring, write_mesh, sets, told):
+    part = ring("vane")
+    path = tmp_path / "vane.inp"
+    write_mesh(path, part)
+    path.write_text(path.read_text() + "*NSET, NSET=hollow\n")
+    (line,) = complaints(lambda: own_part(read_mesh(path, "mm"), "vane", sets))
+    assert line.startswith(str(path))
+    assert told in line
+
+
+@pytest.mark.parametrize("name", ["force", "accessory"])
+@pytest.mark.parametrize("face", ["left", "right"])
+def test_loads_and_outputs_are_not_on_a_cut_face(tmp_path, ring, write_mesh, name, face):
+    """The node is called by the file's number."""
+    part = ring("casing")
+    node = part.node_sets[face][5]
+    path = tmp_path / "casing.inp"
+    write_mesh(path, replace(part, node_sets=part.node_sets | {name: np.array([node])}))
+    mesh = read_mesh(path, "mm")
+    (line,) = complaints(lambda: own_part(mesh, "casing"))
+    wanted = mesh.numbers[np.linalg.norm(mesh.points - part.points[node], axis=1).argmin()]
+    assert f"node {wanted} is in the sets {name} and {face}, which must not share" in line
+
+
+def test_set_with_a_node_of_no_element_is_refused(tmp_path, ring, write_mesh):
+    path = tmp_path / "vane.inp"
+    write_mesh(path, ring("vane"))
+    text = path.read_text().replace("*NODE\n", "*NODE\n7, 0., 0., 0.\n")
+    path.write_text(text + "*NSET, NSET=accessory\n7\n")
+    (line,) = complaints(lambda: own_part(read_mesh(path, "mm"), "vane"))
+    assert line.endswith("set ACCESSORY: 1 of its nodes belong to no solid element, such as 7")
+
+
+def test_interlock_sets_are_needed_only_with_contacts(tmp_path, ring, write_mesh):
+    part = ring("vane")
+    names = ("hook_front", "hook_rear", "key", "accessory")
+    path = tmp_path / "vane.inp"
+    write_mesh(path, replace(part, node_sets={name: part.node_sets[name] for name in names}))
+    found = own_part(read_mesh(path, "mm"), "vane", interlock=False)
+    assert set(found.node_sets) == set(names)
+    (line,) = complaints(lambda: own_part(read_mesh(path, "mm"), "vane"))
+    assert "no set interlock_left for vane.interlock_left" in line

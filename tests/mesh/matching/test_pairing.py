@@ -1,0 +1,296 @@
+"""Meshes from files matched to each other and to the program's own: places, frames, reports."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from vanelock import fem
+from vanelock.cyclic import turn
+from vanelock.errors import InputError
+from vanelock.mesh import pair, read_mesh, read_sector
+from vanelock.mesh.cells import SOLIDS
+from vanelock.mesh.matching.own_part import own_part
+
+SECTORS = 12
+RADIUS = 1.0
+
+
+def complaints(build):
+    with pytest.raises(InputError) as told:
+        build()
+    return str(told.value).splitlines()
+
+
+def matched(found, sectors=SECTORS, **options):
+    return pair(found.vane(), found.casing(), sectors, **options)
+
+
+@pytest.mark.parametrize("cell_type", SOLIDS)
+def test_ring_sectors_meet(given, cell_type):
+    """Mates at one place, cyclic faces exact, frames those of a cylinder and of its radial cuts."""
+    both = matched(given(cell_type))
+    vane, casing = both.vane, both.casing
+    assert vane.cell_type == cell_type
+    onto = turn(SECTORS).T
+    for name in ("hook_front", "hook_rear", "key"):
+        own, other = vane.points[vane.node_sets[name]], casing.points[casing.node_sets[name]]
+        assert np.array_equal(own, other)
+    for part, one, other_name in (
+        (vane, "interlock_left", "interlock_right"),
+        (casing, "left", "right"),
+    ):
+        images = part.points[part.node_sets[one]] @ onto
+        assert np.abs(images - part.points[part.node_sets[other_name]]).max() < 1e-12 * RADIUS
+    for name in ("hook_front", "hook_rear"):
+        places = vane.points[vane.node_sets[name]]
+        angle = np.arctan2(places[:, 1], places[:, 0])
+        c, s, zero = np.cos(angle), np.sin(angle), np.zeros(len(angle))
+        rows = [[c, s, zero], [-s, c, zero], [zero, zero, 1 + zero]]
+        wanted = np.array(rows).transpose(2, 0, 1)
+        assert np.abs(vane.frames[name] - wanted).max() < 1e-12
+        sign = np.array([-1.0, 1.0, -1.0])[:, None]
+        assert np.abs(casing.frames[name] - sign * wanted).max() < 1e-12
+    half = np.pi / SECTORS
+    wanted_left = [
+        [-np.sin(half), -np.cos(half), 0],
+        [np.cos(half), -np.sin(half), 0],
+        [0, 0, 1],
+    ]
+    assert np.abs(vane.frames["interlock_left"] - wanted_left).max() < 1e-12
+    right = np.array([-1.0, 1.0, -1.0])[:, None] * np.array(wanted_left) @ onto
+    assert np.abs(vane.frames["interlock_right"] - right).max() < 1e-12
+
+
+def test_whole_faces_have_areas(given):
+    """The interlock's sets are the whole side, 0.1 m by 0.2 m; those of the hooks are not."""
+    areas = matched(given()).vane.areas
+    for name in ("interlock_left", "interlock_right"):
+        assert areas[name].sum() == pytest.approx(0.02, rel=1e-13)
+    assert "hook_front" not in areas
+
+
+def test_order_does_not_depend_on_the_numbering(given):
+    """Pairs come band by band, by axial position, then by angle, keys in their order."""
+    both = matched(given(ending=".inp"))
+    places = both.vane.points[both.vane.node_sets["hook_front"]]
+    steps = np.round(places[:, 2], 6), np.arctan2(places[:, 1], places[:, 0])
+    assert np.array_equal(np.lexsort(steps[::-1]), np.arange(len(places)))
+    hooks = np.concatenate([both.vane.node_sets[name] for name in ("hook_front", "hook_rear")])
+    rank = [int(np.flatnonzero(hooks == node)[0]) for node in both.vane.node_sets["key"]]
+    assert rank == sorted(rank)
+
+
+@pytest.mark.parametrize("own", ["vane", "casing"])
+def test_one_part_is_the_programs(given, own):
+    """The user's part goes to the program's, which stays as it is, frames and order included."""
+
+    def moved(part):
+        points = part.points.copy()
+        points[part.node_sets["hook_front"]] += [0, 0, 4e-6]
+        return replace(part, points=points)
+
+    files = given(change=moved)
+    ours = matched(given())
+    other = "casing" if own == "vane" else "vane"
+    known = getattr(ours, other)
+    sides = {other: known, own: getattr(files, own)()}
+    both = pair(sides["vane"], sides["casing"], SECTORS)
+    assert getattr(both, other) is known
+    part = getattr(both, own)
+    for name in ("hook_front", "hook_rear", "key"):
+        assert np.array_equal(
+            part.points[part.node_sets[name]], known.points[known.node_sets[name]]
+        )
+    for name in ("hook_front", "hook_rear"):
+        assert np.array_equal(part.frames[name], np.array([[-1], [1], [-1]]) * known.frames[name])
+
+
+def shifted(name, which, by):
+    """Change that moves some nodes of a set of a part."""
+
+    def change(part):
+        if part.name != name[0]:
+            return part
+        points = part.points.copy()
+        for node, distance in zip(part.node_sets[name[1]][which], by, strict=True):
+            points[node] += [0, 0, distance]
+        return replace(part, points=points)
+
+    return change
+
+
+def number(own, part, node):
+    """What the file calls a node of the part that was written, found by its place."""
+    distance = np.linalg.norm(own.mesh.points - part.points[node], axis=1)
+    return own.mesh.numbers[int(distance.argmin())]
+
+
+def test_hook_mismatch_names_nodes_and_distances(given):
+    change = shifted(("casing", "hook_front"), [1, 2, 4], [2e-4, 5e-4, 3e-6])
+    found = given(ending=".inp", change=change)
+    (line,) = complaints(lambda: matched(found))
+    casing, made = found.casing(), change(found.made_casing)
+    worse, better = (number(casing, made, made.node_sets["hook_front"][i]) for i in (2, 1))
+    count = len(made.node_sets["hook_front"])
+    assert line.startswith("casing (")
+    assert f"hook_front: 2 of {count} nodes are further than 0.01 mm from the nearest" in line
+    vane, apart = found.vane(), found.made_vane
+    mate = number(vane, apart, apart.node_sets["hook_front"][2])
+    assert line.endswith(
+        f"node {worse} 0.5 mm, node {better} 0.2 mm; the other way round 2 of {count}, such as "
+        f"node {mate} 0.5 mm"
+    )
+    near = matched(found, tolerance=6e-4)
+    assert np.array_equal(
+        near.vane.points[near.vane.node_sets["hook_front"]],
+        near.casing.points[near.casing.node_sets["hook_front"]],
+    )
+
+
+def test_parts_far_apart_ask_for_the_unit(given):
+    """The casing in cm that is in mm: ten times as large, its hooks 9 m away."""
+
+    def change(part):
+        return replace(part, points=part.points * (10 if part.name == "casing" else 1))
+
+    lines = complaints(lambda: matched(given(change=change)))
+    assert len(lines) == 2
+    assert all(line.endswith(": is the unit right?") for line in lines)
+
+
+def test_missing_node_is_told_with_its_place(given):
+    def change(part):
+        if part.name == "vane":
+            return part
+        sets = dict(part.node_sets)
+        sets["hook_rear"] = sets["hook_rear"][1:]
+        return replace(part, node_sets=sets)
+
+    found = given(change=change)
+    (line,) = complaints(lambda: matched(found))
+    made = found.made_vane
+    alone = number(found.vane(), made, made.node_sets["hook_rear"][0])
+    places = made.points[made.node_sets["hook_rear"]]
+    spacing = np.linalg.norm(places[1:] - places[0], axis=1).min()
+    assert "hook_rear: 1 of " in line
+    assert line.endswith(f"node {alone} {1e3 * spacing:.4g} mm")
+
+
+def test_cyclic_faces_are_matched_in_this_ring_only(given):
+    found = given()
+    lines = complaints(lambda: matched(found, sectors=SECTORS + 1))
+    assert [line.split(":")[0].split(", ")[1] for line in lines] == [
+        "interlock_right",
+        "right",
+    ]
+    gap = 2 * np.pi / SECTORS - 2 * np.pi / (SECTORS + 1)
+    assert f" {1e3 * 2 * (RADIUS + 0.1) * np.sin(gap / 2):.4g} mm, node" in lines[1]
+
+
+def test_moved_face_node_is_told(given):
+    change = shifted(("casing", "right"), [3], [2e-5])
+    (line,) = complaints(lambda: matched(given(change=change)))
+    assert ", right: 1 of 27 nodes is further than 0.01 mm from the nearest node of" in line
+    assert line.count(" 0.02 mm") == 2
+    assert "unit" not in line
+    change = shifted(("vane", "interlock_right"), [0], [5e-6])
+    both = matched(given(change=change))
+    left, right = (
+        both.vane.points[both.vane.node_sets[f"interlock_{s}"]] for s in ("left", "right")
+    )
+    assert np.abs(left @ turn(SECTORS).T - right).max() < 1e-12 * RADIUS
+
+
+def test_cut_faces_of_the_casing_must_be_whole(given):
+    """Every other node of both cut faces listed: their mates meet, the others would be a gap."""
+
+    def change(part):
+        sets = {
+            name: nodes[::2] if name in ("left", "right") else nodes
+            for name, nodes in part.node_sets.items()
+        }
+        return replace(part, node_sets=sets)
+
+    (line,) = complaints(lambda: matched(given(change=change)))
+    assert ", left and right: " in line
+    assert "nodes of either face are missing, such as node" in line
+
+
+@pytest.mark.parametrize("held", ["neither", "vane"])
+def test_something_must_be_clamped(given, held):
+    """A ring in the air has no static answer; one whose vanes are clamped has."""
+
+    def change(part):
+        sets = {name: nodes for name, nodes in part.node_sets.items() if name != "fixed"}
+        if part.name == held:
+            sets["fixed"] = sets["accessory"][:1]
+            sets["accessory"] = sets["accessory"][1:]
+        return replace(part, node_sets=sets)
+
+    found = given(ending=".inp", change=change)
+    if held == "vane":
+        assert len(matched(found).vane.node_sets["fixed"]) == 1
+        return
+    (line,) = complaints(lambda: matched(found))
+    assert line.startswith("casing (")
+    assert "no clamped nodes: name the set in [casing.sets] fixed = ...; the file has " in line
+    assert line.endswith("ACCESSORY, FORCE, HOOK_FRONT, HOOK_REAR, KEY, LEFT, RIGHT, SOLID")
+
+
+def test_keys_must_meet(given):
+    def change(part):
+        sets = dict(part.node_sets)
+        if part.name == "casing":
+            sets["key"] = np.array([sets["hook_front"][0], sets["hook_rear"][1]])
+        return replace(part, node_sets=sets)
+
+    missing, extra = complaints(lambda: matched(given(change=change)))
+    assert "casing (" in missing
+    assert "key: of its nodes that meet keys of vane (" in missing
+    assert "), 1 is missing, such as node" in missing
+    assert "key: 1 of its nodes meets no key of vane (" in extra
+
+
+def test_faces_must_be_opposed(given, ring, tmp_path, write_mesh):
+    """The casing laid over the vane instead of around it: its faces look the same way."""
+    found = given()
+    inside = ring("vane")
+    casing = replace(
+        inside,
+        name="casing",
+        node_sets={
+            **{name: inside.node_sets[name] for name in ("hook_front", "hook_rear", "key")},
+            "left": inside.node_sets["interlock_left"],
+            "right": inside.node_sets["interlock_right"],
+            "force": inside.node_sets["accessory"],
+            "accessory": inside.node_sets["accessory"],
+            "fixed": np.flatnonzero(inside.points[:, 2] < 1e-9),
+        },
+    )
+    path = tmp_path / "wrong.inp"
+    write_mesh(path, casing)
+    other = own_part(read_mesh(path, "mm"), "casing")
+    lines = complaints(lambda: pair(found.vane(), other, SECTORS))
+    assert len(lines) == 2
+    assert "hook_front: at " in lines[0]
+    assert "the faces are not opposed to those of vane (" in lines[0]
+    assert " 180.0" in lines[0]
+
+
+def test_anyones_sector(tmp_path, ring, write_mesh):
+    """A cyclic sector from a file has the frequencies of the one that was written."""
+    part = ring("casing")
+    path = tmp_path / "sector.inp"
+    write_mesh(path, part)
+    found = read_sector(path, SECTORS, "mm")
+    assert found.name == "sector"
+    steel = fem.Material(E=210e9, nu=0.3, rho=7800)
+    own, other = (fem.modes(fem.assemble(p, steel), 5, 2).frequency for p in (part, found))
+    assert np.abs(other / own - 1).max() < 1e-10
+    assert read_sector(path, unit="mm").sectors == 1
+    (line,) = complaints(lambda: read_sector(path, SECTORS - 1, "mm"))
+    assert ", right: 27 of 27 nodes are further than" in line
+    write_mesh(path, replace(part, node_sets={"left": part.node_sets["left"]}))
+    (line,) = complaints(lambda: read_sector(path, SECTORS, "mm"))
+    assert line.endswith("no set right; it has LEFT, SOLID")

@@ -1,0 +1,68 @@
+"""Sizes of meshes told beforehand, against meshes that were made."""
+
+from typing import Any
+
+import pytest
+
+from vanelock.errors import InputError
+from vanelock.mesh import (
+    CasingDimensions,
+    HookDimensions,
+    VaneDimensions,
+    casing_sector,
+    quality,
+    vane_segment,
+)
+from vanelock.mesh.refinement.dof_estimate import casing_dofs, casing_plates, check_size, vane_dofs
+
+DESIGNS: dict[str, tuple[int, dict[str, Any], dict[str, Any]]] = {
+    "scene": (16, {}, {}),
+    "thick": (16, {"thickness": 0.010, "edge_thickness": 0.004}, {"outer_radius": 0.612}),
+    "short": (24, {"aerofoils": 2, "chord": 0.03, "interlock_slant": 20}, {}),
+    "three aerofoils": (18, {"aerofoils": 3, "chord": 0.054}, {}),
+}
+
+
+@pytest.mark.parametrize("size", [0.025, 0.009])
+@pytest.mark.parametrize("design", DESIGNS)
+def test_estimates_are_near_the_meshes(design: str, size: float) -> None:
+    sectors, *changes = DESIGNS[design]
+    vane, casing = VaneDimensions(**changes[0]), CasingDimensions(**changes[1])
+    made = vane_segment(vane, sectors, size), casing_sector(casing, vane.hook, sectors, size)
+    told = vane_dofs(vane, sectors, size), casing_dofs(casing, vane.hook, sectors, size)
+    for part, dofs in zip(made, told, strict=True):
+        assert dofs == pytest.approx(3 * len(part.points), rel=0.25)
+    volume = sum(area * thickness for area, thickness in casing_plates(casing, vane.hook, sectors))
+    assert volume == pytest.approx(quality(made[1]).volume, rel=0.04)
+
+
+@pytest.mark.parametrize(
+    ("size", "vane", "casing"),
+    [  # degrees of freedom of meshes that are too large to be made in a test
+        (0.006, 117732, 108777),
+        (0.005, 177696, 161760),
+        (0.004, 288219, 259428),
+    ],
+)
+def test_estimates_are_near_large_meshes(size: float, vane: int, casing: int) -> None:
+    assert vane_dofs(VaneDimensions(), 16, size) == pytest.approx(vane, rel=0.2)
+    told = casing_dofs(CasingDimensions(), HookDimensions(), 16, size)
+    assert told == pytest.approx(casing, rel=0.2)
+
+
+def test_too_large_meshes_are_refused_with_the_smallest_size() -> None:
+    vane, casing = VaneDimensions(), CasingDimensions()
+    with pytest.raises(InputError) as caught:
+        check_size(0.002, vane, casing, 16)
+    told = str(caught.value)
+    assert told.startswith(
+        "mesh.size = 0.002 m: about 3,100,000 degrees of freedom: at most 1,000,"
+    )
+    assert told.endswith("sizes from 3.2 mm here")
+    check_size(0.0032, vane, casing, 16)
+    with pytest.raises(InputError):
+        check_size(0.0031, vane, casing, 16)
+    # A name is refused as well where the parts are large.
+    large = CasingDimensions(outer_radius=4.9, flange_radius=5.0)
+    with pytest.raises(InputError, match=r'^mesh\.size = "medium": about'):
+        check_size("medium", vane, large, 6)

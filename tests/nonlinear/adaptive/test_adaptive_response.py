@@ -1,0 +1,268 @@
+"""Responses to an accuracy: harmonics, samples and frequencies chosen by their errors."""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import scipy.linalg as la
+
+from vanelock.cyclic import folded
+from vanelock.errors import InputError
+from vanelock.nonlinear import Shares, System, adaptive_response, frequency_response, peak_errors
+from vanelock.nonlinear.adaptive import sampling
+from vanelock.nonlinear.adaptive.interpolant import Curve
+from vanelock.rom.system import Contacts, Diameter, Force
+
+Make = Callable[..., System]
+
+
+class Asked:
+    """Systems by number of harmonics, with no diameters but those needed; notes what is asked."""
+
+    def __init__(self, system: System) -> None:
+        self.system = system
+        self.harmonics: list[int] = []
+
+    def __call__(self, harmonics: int) -> System:
+        """The system that they need."""
+        self.harmonics.append(harmonics)
+        N = self.system.sectors
+        excited = self.system.force
+        needed = {self.system.nodal_diameter(h) for h in (*range(harmonics + 1), *excited)}
+        needed = {folded(k, N) for k in needed}
+        kept = {k: d for k, d in self.system.diameters.items() if k in needed}
+        return replace(self.system, diameters=kept)
+
+
+@pytest.mark.parametrize("accuracy", [3e-2, 1e-2, 1e-3])
+@pytest.mark.parametrize("case", [{}, {"preload": 0.3}, {"amplitude": 3.0}])
+def test_peak_and_curve_are_as_exact_as_asked(
+    rubbing_system: Make, case: dict[str, float], accuracy: float
+) -> None:
+    system = rubbing_system(**case)
+    systems = Asked(system)
+    shares = Shares(0.6 * accuracy, 0.3 * accuracy)
+    found = adaptive_response(systems, (0.14, 0.22), shares, (0, 0))
+    told = found.estimates
+    assert told is not None
+    assert found.converged.all()
+    assert systems.harmonics == sorted(set(systems.harmonics))  # growing, and none twice
+    ahead = 2 if accuracy > 0.02 else 6  # how far resonances are looked for
+    assert systems.harmonics[-1] == told.tried <= found.harmonics + ahead
+    assert told.harmonics.max() == found.harmonics
+    peak = peak_errors(found)
+    near = peak.frequency * np.linspace(0.99, 1.01, 81)
+    best = frequency_response(system, near, 19).amplitude[:, 0, 0]
+    assert abs(peak.amplitude / best.max() - 1) < accuracy
+    assert abs(peak.frequency / near[best.argmax()] - 1) < accuracy
+    assert peak.total < 1.2 * accuracy
+    # Between its points the curve is as good.
+    grid = np.linspace(0.141, 0.219, 57)
+    dense = frequency_response(system, grid, 19).amplitude[:, 0, 0]
+    curve = Curve(found.frequency, told.amplitude, told.slope)
+    assert np.abs(curve.at(grid) - dense).max() < 2 * accuracy * best.max()
+
+
+def test_more_accuracy_costs_more_points_and_harmonics(rubbing_system: Make) -> None:
+    system, spent = rubbing_system(), []
+    for accuracy in (3e-2, 1e-3, 1e-4):
+        shares = Shares(accuracy, accuracy)
+        found = adaptive_response(lambda _: system, (0.14, 0.22), shares, (0, 0))
+        assert found.estimates is not None
+        spent.append((found.points, int(found.estimates.harmonics.sum())))
+        least, most = found.estimates.harmonics.min(), found.estimates.harmonics.max()
+    assert spent == sorted(spent)
+    assert (least, most) != (most, most)  # each point as many as it needs
+    fewer = found.estimates.harmonics < found.harmonics
+    assert np.all(found.output[fewer, found.harmonics] == 0)
+
+
+def test_without_slip_one_harmonic_is_enough(rubbing_system: Make) -> None:
+    systems = Asked(rubbing_system(mu=100.0))
+    found = adaptive_response(systems, (0.14, 0.22), Shares(1e-3, 1e-3), (0, 0))
+    assert systems.harmonics == [1]
+    assert found.harmonics == 1
+    assert np.all(found.error < 1e-12)
+
+
+def test_a_resonance_of_a_harmonic_far_ahead_is_found(rubbing_system: Make) -> None:
+    # At its own diameter harmonic 9 meets a mode; nothing at the diameters before it tells of that.
+    plain = rubbing_system(sectors=24)
+    mode = 9 * 2 * np.pi * 0.16856
+    own, B = plain.diameters[9], plain.contact_rows(9).reshape(-1, 2)
+    stuck = own.K + (B.conj().T * plain.contacts.stiffness.reshape(-1)) @ B
+    factor = la.eigh(stuck, own.M, eigvals_only=True)[0] / mode**2
+    system = replace(plain, diameters=plain.diameters | {9: replace(own, M=own.M * factor)})
+    near = np.linspace(0.1675, 0.1695, 41)
+    exact, few = (frequency_response(system, near, H).amplitude[:, 0, 0].max() for H in (15, 3))
+    assert few > 1.02 * exact
+    for accuracy in (1e-2, 1e-3):
+        shares = Shares(0.6 * accuracy, 0.3 * accuracy)
+        found = adaptive_response(Asked(system), (0.14, 0.22), shares, (0, 0))
+        assert abs(peak_errors(found).amplitude / exact - 1) < accuracy
+
+
+def test_a_crowded_curve_gets_its_last_points_where_it_is_high(
+    rubbing_system: Make, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    system, shares = rubbing_system(), Shares(1e-4, 1e-6)
+    many = adaptive_response(lambda _: system, (0.1, 0.3), shares, (0, 0))
+    monkeypatch.setattr(sampling, "CROWD", 48)
+    few = adaptive_response(lambda _: system, (0.1, 0.3), shares, (0, 0))
+    assert few.points == 48 < many.points
+    assert peak_errors(few).amplitude == pytest.approx(peak_errors(many).amplitude, rel=1e-5)
+
+
+def test_points_are_solved_in_any_order(rubbing_system: Make) -> None:
+    system, shares = rubbing_system(), Shares(1e-2, 1e-2)
+    hertz = np.linspace(0.17, 0.19, 7)
+    order = np.array([3, 0, 6, 1, 5, 2, 4])
+    up, mixed = (
+        adaptive_response(lambda _: system, each, shares, (0, 0)) for each in (hertz, hertz[order])
+    )
+    np.testing.assert_allclose(mixed.frequency, hertz[order])
+    np.testing.assert_allclose(mixed.amplitude, up.amplitude[order])
+
+
+def test_a_force_at_a_higher_harmonic_begins_there_or_is_refused(rubbing_system: Make) -> None:
+    system = rubbing_system()
+    size = len(system.at(system.nodal_diameter(3)).K)
+    system = replace(system, force={**system.force, 3: Force(np.full(size, 0.01 + 0j))})
+    shares, hertz = Shares(1e-2, 1e-2), [0.1]
+    with pytest.raises(InputError, match="harmonics: given 1: the system has force/3"):
+        adaptive_response(lambda _: system, hertz, shares, (0, 0), harmonics=1)
+    systems = Asked(system)
+    found = adaptive_response(systems, hertz, shares, (0, 0))
+    assert systems.harmonics[:2] == [1, 3]
+    assert found.estimates is not None
+    assert found.estimates.harmonics.min() >= 3
+    assert np.all(found.x[3] != 0)
+
+
+def test_diameters_that_are_not_there_are_stood_in_for(rubbing_system: Make) -> None:
+    # Sizes of the matrices may differ between diameters: here one has an idle coordinate more.
+    system = rubbing_system()
+
+    def larger(d: Diameter) -> Diameter:
+        def grown(a: np.ndarray) -> np.ndarray:
+            return np.concatenate([a, np.zeros((*a.shape[:-1], 1))], axis=-1)
+
+        assert d.next is not None
+        assert d.output is not None
+        K, M = (np.block([[a, np.zeros((2, 1))], [np.zeros((1, 2)), 1.0]]) for a in (d.K, d.M))
+        return Diameter(K, M, grown(d.own), grown(d.next), output=grown(d.output))
+
+    mixed = system.diameters | {3: larger(system.diameters[3])}
+    mixed_system = replace(system, diameters=mixed)
+    shares = Shares(1e-4, 1e-3)
+    hertz = np.linspace(0.17, 0.19, 5)
+    whole = adaptive_response(lambda _: mixed_system, hertz, shares, (0, 0))
+    piece = adaptive_response(Asked(mixed_system), hertz, shares, (0, 0))
+    assert whole.harmonics >= 5
+    np.testing.assert_allclose(piece.amplitude, whole.amplitude, rtol=1e-4)
+
+
+def gap_oscillator() -> System:
+    """A mass with a gap to a stop: its curve bends over and folds twice."""
+    row = np.array([[[1.0], [0.0], [0.0]]])
+    one = Diameter(K=np.ones((1, 1)), M=np.ones((1, 1)), own=row, output=row)
+    return System(
+        sectors=1,
+        engine_order=0,
+        diameters={0: one},
+        contacts=Contacts(np.ones(1), np.ones((1, 2)), np.zeros(1), np.full(1, -1.0)),
+        force={1: Force(np.array([0.15], complex))},
+        output_names=("mass",),
+        damping_ratio=0.01,
+    )
+
+
+def test_curve_takes_the_larger_of_two_solutions() -> None:
+    # Hardening: upwards the upper branch is kept to its end. Mirrored, it is found from above.
+    system = gap_oscillator()
+    low, high = 0.9 / (2 * np.pi), 1.5 / (2 * np.pi)
+    up = frequency_response(system, (low, high), 3)
+    found = adaptive_response(lambda _: system, (low, high), Shares(1e-2, 1e-2), (0, 0), 3)
+    largest = up.amplitude[:, 0, 0].max()
+    assert peak_errors(found).amplitude > 0.98 * largest
+    softened = replace(
+        system,
+        contacts=Contacts(np.ones(1), np.ones((1, 2)), np.zeros(1), np.full(1, 1.0)),
+    )
+    down = frequency_response(softened, (0.7 * low, high), 3, direction="down")
+    upwards = frequency_response(softened, (0.7 * low, high), 3)
+    assert down.amplitude.max() > 1.05 * upwards.amplitude.max()  # the sweep upwards misses it
+    found = adaptive_response(lambda _: softened, (0.7 * low, high), Shares(1e-2, 1e-2), (0, 0), 3)
+    assert found.amplitude.max() > 0.98 * down.amplitude.max()
+
+
+def test_listed_frequencies_take_the_larger_of_two_solutions() -> None:
+    # Softening: downwards the upper branch is kept to its end.
+    system = gap_oscillator()
+    closed = Contacts(np.ones(1), np.ones((1, 2)), np.zeros(1), np.full(1, 1.0))
+    system = replace(system, contacts=closed)
+    hertz = np.linspace(0.63, 1.5, 59)[::-1] / (2 * np.pi)
+    up = frequency_response(system, hertz, 3)
+    down = frequency_response(system, hertz, 3, direction="down")
+    larger = np.maximum(up.amplitude, down.amplitude)[:, 0, 0]
+    assert np.sum(larger > 1.05 * up.amplitude[:, 0, 0]) > 2  # the sweep upwards misses these
+    found = adaptive_response(lambda _: system, hertz, Shares(1e-2, 1e-2), (0, 0), 3)
+    np.testing.assert_allclose(found.amplitude[:, 0, 0], larger, rtol=1e-6)
+    assert found.direction == "both"
+    assert found.jump is not None
+    jumped = found.frequency[found.jump]
+    assert len(jumped)
+    assert np.all(jumped[:, 0] < jumped[:, 1])
+
+
+def test_listed_frequencies_without_a_jump_are_swept_once(rubbing_system: Make) -> None:
+    seen: list[float] = []
+    found = adaptive_response(
+        lambda _: rubbing_system(preload=0.3),
+        np.linspace(0.17, 0.19, 5),
+        Shares(1e-2, 1e-2),
+        (0, 0),
+        progress=lambda done, total, hertz, size: seen.append(hertz),
+    )
+    assert seen == sorted(found.frequency)
+    assert found.direction == "up"
+
+
+@pytest.mark.parametrize("coupling", ["uncoupled", "constant-load"])
+def test_pinned_harmonics_give_the_plain_response(rubbing_system: Make, coupling: str) -> None:
+    system, hertz = rubbing_system(preload=0.3), np.linspace(0.17, 0.19, 4)
+    plain = frequency_response(system, hertz, 3, coupling)
+    found = adaptive_response(
+        lambda _: system, hertz, Shares(1e-9, 1e-9), harmonics=3, coupling=coupling
+    )
+    np.testing.assert_allclose(found.output, plain.output, rtol=1e-6, atol=1e-9)
+    np.testing.assert_allclose(found.contact[:, 0], plain.contact[:, 0], rtol=1e-8)
+
+
+def test_isotropic_friction_gets_the_samples_it_needs(rubbing_system: Make) -> None:
+    system, counts = rubbing_system(preload=0.3), []
+    for share in (1e-1, 1e-5):
+        found = adaptive_response(
+            lambda _: system, [0.175], Shares(share, share), harmonics=3, friction="isotropic"
+        )
+        counts.append(found.samples)
+    assert counts[0] < counts[1]
+
+
+def test_what_cannot_be_is_refused(rubbing_system: Make) -> None:
+    system = rubbing_system()
+    given = lambda _: system  # noqa: E731
+    shares = Shares(0.1, 0.1)
+    with pytest.raises(InputError, match=r"shares.harmonics: given 0.0: allowed are numbers"):
+        adaptive_response(given, (1.0, 2.0), Shares(0.0, 0.1))
+    with pytest.raises(InputError, match="a range is"):
+        adaptive_response(given, (2.0, 1.0), shares)
+    with pytest.raises(InputError, match="coupling: given 'x'"):
+        adaptive_response(given, (1.0, 2.0), shares, coupling="x")
+    with pytest.raises(InputError, match="samples: given 4: needs at least"):
+        adaptive_response(given, (1.0, 2.0), shares, samples=4)
+    mute = {k: replace(d, output=None) for k, d in system.diameters.items()}
+    silent = replace(system, diameters=mute, output_names=())
+    with pytest.raises(InputError, match="has no output nodes"):
+        adaptive_response(lambda _: silent, (1.0, 2.0), shares)

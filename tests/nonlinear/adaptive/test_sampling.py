@@ -1,0 +1,141 @@
+"""The choice of frequencies on branches given in closed form, ends and all."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from vanelock.nonlinear.adaptive.sampling import Exploring
+
+
+@dataclass(frozen=True)
+class Branch:
+    """Solutions from one frequency to another."""
+
+    low: float
+    high: float
+    height: Callable[[float], float]
+
+    def at(self, omega: float) -> Any:
+        """A point as the solver makes it."""
+        step = 1e-5
+        slope = (self.height(omega + step) - self.height(omega - step)) / (2 * step)
+        return SimpleNamespace(
+            omega=omega,
+            amplitude=self.height(omega),
+            slope=slope,
+            harmonics=1,
+            wanted=1,
+            estimate=True,
+            solution=SimpleNamespace(converged=True),
+            branch=self,
+        )
+
+
+class Solver:
+    """Stays on a branch where it goes on, else takes the first that there is."""
+
+    shares = SimpleNamespace(frequencies=1e-3, harmonics=1e-3)
+    chooses_harmonics = False
+    least = 1
+
+    def __init__(self, *branches: Branch) -> None:
+        self.branches, self.count = branches, 0
+        system = SimpleNamespace(damping_ratio=0.01)
+        self.ladder = SimpleNamespace(structure=lambda _: SimpleNamespace(system=system))
+
+    def easily(self, omega: float, neighbours: Sequence[Any]) -> Any:
+        """The branch of the neighbour."""
+        if not neighbours or not neighbours[-1].branch.low <= omega <= neighbours[-1].branch.high:
+            return None
+        return neighbours[-1].branch
+
+    def point(
+        self, omega: float, neighbours: Sequence[Any], found: Any = None, least: int = 0
+    ) -> Any:
+        """A point."""
+        self.count += 1
+        branch = found or self.easily(omega, neighbours)
+        own = (each for each in self.branches if each.low <= omega <= each.high)
+        return (branch or next(own)).at(omega)
+
+    def with_harmonics(self, harmonics: int) -> "Solver":
+        """One that takes the same number everywhere."""
+        return Solver(*self.branches)
+
+    def settled(self, point: Any) -> Any:
+        """The same."""
+        return point
+
+
+class Changing(Solver):
+    """Leaves a branch where the number of harmonics changes."""
+
+    chooses_harmonics = True
+    change = 1.6
+
+    def easily(self, omega: float, neighbours: Sequence[Any]) -> Any:
+        """Not on the other side of the change."""
+        if neighbours and (neighbours[-1].omega < self.change) != (omega < self.change):
+            return None
+        return super().easily(omega, neighbours)
+
+
+def highest(solver: Solver) -> tuple[float, float]:
+    """Frequency and height of the curve's largest point."""
+    points = Exploring(solver, 1.0, 2.0, lambda *_: None).curve()  # type: ignore[arg-type]
+    top = max(points, key=lambda p: p.amplitude)
+    assert [p.omega for p in points] == sorted(p.omega for p in points)
+    return top.omega, top.amplitude
+
+
+def bump(middle: float, height: float, width: float = 0.05) -> Callable[[float], float]:
+    """A resonance."""
+    return lambda omega: height / np.sqrt(1 + ((omega - middle) / width) ** 2)
+
+
+def test_a_higher_branch_that_only_a_sweep_down_meets_is_found() -> None:
+    first = Branch(1.0, 1.6, bump(1.6, 1.0, 0.3))
+    other = Branch(1.25, 2.0, bump(1.3, 2.0))  # at 1.6 a sixth as high as the first
+    omega, height = highest(Solver(first, other))
+    assert omega == pytest.approx(1.3, abs=1e-3)
+    assert height == pytest.approx(2.0, rel=1e-3)
+
+
+def test_a_lower_branch_is_followed_from_a_jump_until_it_comes_out_higher() -> None:
+    """A sweep down comes from the third branch to the first, and never meets the second."""
+    first = Branch(1.0, 1.6, bump(1.5, 1.0, 0.4))
+    second = Branch(1.2, 1.7, bump(1.3, 2.0))
+    third = Branch(1.55, 2.0, bump(1.9, 0.5))
+    omega, height = highest(Solver(first, second, third))
+    assert omega == pytest.approx(1.3, abs=1e-3)
+    assert height == pytest.approx(2.0, rel=1e-3)
+
+
+def test_where_there_is_one_branch_the_second_sweep_is_no_waste() -> None:
+    solver = Solver(Branch(1.0, 2.0, bump(1.4, 1.0)))
+    omega, height = highest(solver)
+    assert omega == pytest.approx(1.4, abs=1e-3)
+    assert height == pytest.approx(1.0, rel=1e-3)
+    assert solver.count < 130
+
+
+def test_a_branch_that_a_change_of_harmonics_leads_away_from_is_found() -> None:
+    """Both sweeps, and what is followed from the jump at 1.8, leave it at 1.6 for the first one."""
+    first = Branch(1.0, 1.8, bump(1.5, 1.0, 0.3))
+    second = Branch(1.3, 2.0, bump(1.4, 2.0))
+    omega, height = highest(Changing(first, second))
+    assert omega == pytest.approx(1.4, abs=1e-3)
+    assert height == pytest.approx(2.0, rel=1e-3)
+
+
+def test_where_nothing_jumps_no_sweep_with_the_same_harmonics_is_made(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.delattr(Solver, "with_harmonics")
+    solver = Solver(Branch(1.0, 2.0, bump(1.4, 1.0)))
+    solver.chooses_harmonics = True
+    assert highest(solver)[1] == pytest.approx(1.0, rel=1e-3)

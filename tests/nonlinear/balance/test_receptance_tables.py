@@ -1,0 +1,49 @@
+"""Receptances tabulated over a range of frequencies against those summed over all modes."""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from vanelock.nonlinear import System
+from vanelock.nonlinear.balance.balance import Structure, structure
+from vanelock.nonlinear.balance.receptance_tables import Tabulated, balances
+
+Make = Callable[..., System]
+Lowest = Callable[[System], float]
+
+
+def checked(system: System, lowest: float) -> Structure | Tabulated:
+    """What gives the balances around the lowest frequency, Hz, its receptances checked."""
+    prepared = structure(system, 3)
+    low, high = 2 * np.pi * lowest * np.array([0.6, 1.6])
+    source = balances(prepared, low, high, 100)
+    for omega in np.linspace(low, high, 7):
+        for h in range(4):
+            expected = prepared.balance(omega).columns.all(h)
+            error = np.abs(source.balance(omega).columns.all(h) - expected).max()
+            assert error < 1e-13 * np.abs(expected).max()
+    return source
+
+
+def test_interpolated_receptances_are_those_of_all_modes(
+    random_system: Make, first_frequency: Lowest
+) -> None:
+    system = random_system(9, size=60)
+    table = checked(system, first_frequency(system))
+    assert isinstance(table, Tabulated)
+    assert any(each.low for each in table.tables)
+
+
+@pytest.mark.parametrize("beta", [0.02, 0.5, 2.0, 10.0])
+def test_receptances_are_exact_with_overdamped_modes(
+    random_system: Make, first_frequency: Lowest, beta: float
+) -> None:
+    system = random_system(9, size=60, damping_ratio=None)
+    damped = {}
+    for k, matrices in system.diameters.items():
+        B = system.contact_rows(k).reshape(-1, len(matrices.K))
+        stuck = matrices.K + (B.conj().T * system.contacts.stiffness.reshape(-1)) @ B
+        damped[k] = replace(matrices, C=beta * stuck)
+    checked(replace(system, diameters=damped), first_frequency(system))

@@ -1,0 +1,311 @@
+"""Hysteresis of a sweep against the closed form of an oscillator that hits a stop."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from scipy.integrate import solve_ivp
+from scipy.optimize import brentq, minimize_scalar
+
+from vanelock.errors import InputError
+from vanelock.nonlinear import OPEN, SLIP_OPEN, Hysteresis, System, frequency_response, hysteresis
+from vanelock.nonlinear.fourier.trigonometric import TURN
+from vanelock.rom.system import Contacts, Diameter, Force
+
+Floats = NDArray[np.float64]
+
+DAMPING, FORCE = 0.02, 0.15
+LOW, HIGH = 0.85, 1.6
+
+
+def gap_oscillator() -> System:
+    """A unit mass on a unit spring with a unit gap to another one."""
+    row = np.array([[[1.0], [0.0], [0.0]]])
+    one = Diameter(
+        K=np.ones((1, 1)), M=np.ones((1, 1)), C=np.full((1, 1), DAMPING), own=row, output=row
+    )
+    return System(
+        sectors=1,
+        engine_order=0,
+        diameters={0: one},
+        contacts=Contacts(np.ones(1), np.ones((1, 2)), np.zeros(1), np.full(1, -1.0)),
+        force={1: Force(np.array([FORCE], complex))},
+        output_names=("mass",),
+    )
+
+
+def frequencies_of(X: float) -> Floats:
+    """The two frequencies, rad/s, at which its first harmonic has the amplitude X; or none."""
+
+    def integrals(mean: float) -> tuple[float, float]:
+        gap = 1 - mean
+        if gap >= X:
+            return 0.0, 0.0
+        touch = np.arccos(gap / X)
+        zero = (X * np.sin(touch) - gap * touch) / np.pi
+        first = X * (touch / 2 + np.sin(2 * touch) / 4) - gap * np.sin(touch)
+        return zero, 2 / np.pi * first
+
+    mean = brentq(lambda mean: mean + integrals(mean)[0], -X, 0.0, xtol=1e-15)
+    spring = 1 + integrals(mean)[1] / X
+    middle = spring - DAMPING**2 / 2
+    root = middle**2 - spring**2 + (FORCE / X) ** 2
+    if root < 0:
+        return np.full(2, np.nan)
+    squares = middle + np.sqrt(root) * np.array([-1, 1])
+    return np.sqrt(np.where(squares > 0, squares, np.nan))
+
+
+def closed_folds() -> tuple[tuple[float, float], tuple[float, float]]:
+    """(ω, X) of the upper fold, near the tip of the peak, and of the lower one."""
+    X = np.linspace(1.0, 8.0, 4001)
+    both = np.array([frequencies_of(x) for x in X])
+    both = both[np.isfinite(both[:, 0])]
+    X = X[: len(both)]
+    tip = X[-1]
+    side = int(np.argmax(both.max(axis=0)))
+    options = {"xatol": 1e-12}
+    high = X[np.argmax(both[:, side])]
+    near = (high - 0.02, min(tip, high + 0.02))
+    top = minimize_scalar(
+        lambda x: -frequencies_of(x)[side], bounds=near, method="bounded", options=options
+    )
+    bottom = minimize_scalar(
+        lambda x: frequencies_of(x)[1], bounds=(1.0, 1.5), method="bounded", options=options
+    )
+    return (-top.fun, top.x), (bottom.fun, bottom.x)
+
+
+def amplitude_after(omega: float, position: float, velocity: float, periods: int) -> float:
+    """Half the peak-to-peak after some periods, by Runge and Kutta's integration."""
+    steps = 200
+    dt = TURN / omega / steps
+
+    def rate(t: float, y: Floats) -> Floats:
+        x, v = y
+        push = FORCE * np.cos(omega * t) - x - DAMPING * v - max(x - 1, 0.0)
+        return np.array([v, push])
+
+    y = np.array([position, velocity])
+    history = []
+    for i in range(periods * steps):
+        t = i * dt
+        a = rate(t, y)
+        b = rate(t + dt / 2, y + dt / 2 * a)
+        c = rate(t + dt / 2, y + dt / 2 * b)
+        y = y + dt / 6 * (a + 2 * b + 2 * c + rate(t + dt, y + dt * c))
+        history.append(y[0])
+    return float(np.ptp(history[-steps:]) / 2)
+
+
+def test_branch_is_the_closed_form_with_both_folds() -> None:
+    found = hysteresis(gap_oscillator(), (LOW / TURN, HIGH / TURN), 1)
+    assert found.complete
+    assert found.connected
+    assert found.branch.converged.all()
+    omega, X = TURN * found.branch.frequency, found.branch.amplitude[:, 0, 0]
+    for one, amplitude in zip(omega, X, strict=True):
+        assert np.nanmin(np.abs(frequencies_of(amplitude) - one)) < 1e-7
+    # Drawn as a polygon it is smooth: neighbours differ little.
+    assert np.abs(np.diff(omega)).max() < 0.06 * (HIGH - LOW)
+    assert np.abs(np.diff(X)).max() < 0.06 * X.max()
+    (top, high), (bottom, low) = closed_folds()
+    assert found.upper.tolist() == [True, False]
+    assert not found.sharp.any()
+    np.testing.assert_allclose(omega[found.fold], [top, bottom], rtol=1e-9)
+    np.testing.assert_allclose(X[found.fold], [high, low], rtol=1e-5)
+    np.testing.assert_allclose(TURN * found.several, [[bottom, top]], rtol=1e-9)
+    first, last = found.fold
+    assert found.unstable[first + 1 : last].all()
+    assert not found.unstable[: first + 1].any()
+    assert not found.unstable[last:].any()
+    np.testing.assert_array_equal(np.unique(found.passed), [0, 1, 2])
+    assert found.branch.state[0, 0] == OPEN
+    assert found.branch.state[first, 0] == SLIP_OPEN
+
+
+def test_sweeps_differ_between_the_folds_alone() -> None:
+    (top, _), (bottom, _) = closed_folds()
+    hertz = np.linspace(LOW, HIGH, 61) / TURN
+    found = hysteresis(gap_oscillator(), hertz, 1)
+    np.testing.assert_allclose(found.up.frequency, hertz, rtol=1e-14)
+    np.testing.assert_allclose(found.down.frequency, hertz, rtol=1e-14)
+    omega = TURN * hertz
+    np.testing.assert_array_equal(found.differ, (omega > bottom) & (omega < top))
+    assert found.differ.sum() > 3
+    higher = found.up.amplitude[found.differ, 0, 0] / found.down.amplitude[found.differ, 0, 0]
+    assert higher.min() > 1.5
+
+
+@pytest.mark.slow
+def test_a_state_between_the_folds_is_left_and_the_others_are_kept() -> None:
+    omega = 1.11
+    found = hysteresis(gap_oscillator(), np.linspace(LOW, HIGH, 5) / TURN, 1)
+    first, last = found.fold
+    at = TURN * found.branch.frequency
+    kept = []
+    for piece in (slice(0, first), slice(first + 1, last), slice(last + 1, None)):
+        nearest = piece.indices(len(at))[0] + int(np.argmin(np.abs(at[piece] - omega)))
+        q = found.branch.output[nearest, :, 0, 0]
+        speed = (1j * at[nearest] * q[1]).real
+        reached = amplitude_after(at[nearest], q.sum().real, speed, 150)
+        assert found.unstable[nearest] == (found.passed[nearest] == 1)
+        kept.append(reached / abs(q[1]))
+    assert abs(kept[0] - 1) < 0.1  # one harmonic is not all of it
+    assert abs(kept[2] - 1) < 0.01
+    assert abs(kept[1] - 1) > 0.3
+
+
+def test_a_curve_without_folds_is_the_same_both_ways(tmp_path: Path) -> None:
+    system = gap_oscillator()
+    weak = {1: Force(np.array([0.01], complex))}  # never reaches the stop
+    linear = System(**{**vars(system), "force": weak})
+    found = hysteresis(linear, (LOW / TURN, HIGH / TURN), 1)
+    assert found.complete
+    assert found.connected
+    assert len(found.fold) == 0
+    assert not found.differ.any()
+    assert not found.unstable.any()
+    assert found.several.shape == (0, 2)
+    found.save(tmp_path / "both.h5")
+    again = Hysteresis.load(tmp_path / "both.h5")
+    np.testing.assert_array_equal(again.branch.contact, found.branch.contact)
+    assert again.complete is True
+
+
+def test_impossible_ranges_are_refused() -> None:
+    with pytest.raises(InputError, match="frequencies: given"):
+        hysteresis(gap_oscillator(), [1.0], 1)
+    with pytest.raises(InputError, match="frequencies: given"):
+        hysteresis(gap_oscillator(), (1.0, 1.0), 1)
+
+
+def two_masses() -> System:
+    """Two unit masses in a chain, a stiff spring behind a gap at the first (Krack and Gross, 2019).
+
+    Example 3 of the program NLvib that comes with their book on harmonic balance: period-one
+    solutions fold, double their period and become quasi-periodic between 0.5 and 0.8 rad/s.
+    """
+    rows = np.zeros((2, 3, 2))
+    rows[0, 0, 0] = rows[1, 0, 1] = 1.0
+    K = np.array([[1.0, -1.0], [-1.0, 2.0]])
+    return System(
+        sectors=1,
+        engine_order=0,
+        diameters={0: Diameter(K=K, M=np.eye(2), C=0.03 * K, own=rows[:1], output=rows)},
+        contacts=Contacts(np.full(1, 100.0), np.full((1, 2), 100.0), np.zeros(1), np.full(1, -1.0)),
+        force={1: Force(np.array([0, 0.1], complex))},
+        output_names=("first", "second"),
+    )
+
+
+def period_later(system: System, omega: float, state: Floats) -> Floats:
+    """Positions and velocities of the two masses a period later, from contact to contact."""
+    K, C = system.diameters[0].K, system.diameters[0].C
+    assert C is not None
+
+    def rate(t: float, y: Floats, closed: bool) -> Floats:
+        pushed = np.array([-100.0 * (y[0] - 1) if closed else 0.0, 0.1 * np.cos(omega * t)])
+        return np.concatenate([y[2:], pushed - K @ y[:2] - C @ y[2:]])
+
+    def touch(t: float, y: Floats, closed: bool) -> float:
+        return float(y[0] - 1)
+
+    t, y, closed, end = 0.0, state, bool(state[0] > 1), TURN / omega
+    event: Any = touch
+    event.terminal = True
+    while t < end:
+        event.direction = -1 if closed else 1
+        piece = solve_ivp(
+            rate, (t, end), y, args=(closed,), events=event, rtol=1e-9, atol=1e-12, method="DOP853"
+        )
+        t, y = piece.t[-1], piece.y[:, -1]
+        closed = closed != (piece.status == 1)
+    return y
+
+
+@pytest.fixture(scope="module")
+def both_masses() -> Hysteresis:
+    return hysteresis(two_masses(), [0.5 / TURN, 0.8 / TURN], 5)
+
+
+@pytest.mark.slow
+def test_a_contact_that_opens_wide_is_followed_in_a_few_hundred_points(
+    both_masses: Hysteresis,
+) -> None:
+    found = both_masses
+    assert found.complete
+    assert found.connected
+    assert found.ended == ""
+    assert found.branch.converged.all()
+    assert len(found.branch.frequency) < 400
+    assert found.upper.tolist() == [True, False]
+    # Where one solution exists a sweep by frequency finds the same; above, it may jump off early.
+    alone = TURN * found.branch.frequency < 0.65
+    picked = np.flatnonzero(alone & (found.passed == 0))[::8]
+    swept = frequency_response(two_masses(), found.branch.frequency[picked], 5)
+    np.testing.assert_allclose(swept.amplitude, found.branch.amplitude[picked], rtol=1e-7)
+
+
+@pytest.mark.slow
+def test_points_of_the_path_are_where_integration_in_time_is_after_a_period(
+    both_masses: Hysteresis,
+) -> None:
+    found, system = both_masses, two_masses()
+    omega = TURN * found.branch.frequency
+    left = []
+    for i in range(0, len(omega), 20):
+        q = found.branch.output[i, :, (0, 1), (0, 0)]
+        speed = (1j * np.arange(q.shape[1]) * omega[i] * q).real.sum(axis=1)
+        position = q.real.sum(axis=1)
+        later = period_later(system, omega[i], np.concatenate([position, speed]))[:2]
+        left.append(np.abs(later - position).max())
+    touching = found.branch.state[::20, 0] == SLIP_OPEN
+    assert 4 < touching.sum() < len(left) - 4
+    assert np.max(left, where=~touching, initial=0.0) < 1e-8
+    assert np.max(left, where=touching, initial=0.0) < 0.1  # five harmonics are not all of it
+
+
+def test_a_path_that_ends_early_says_where_and_why(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("vanelock.nonlinear.following.hysteresis.LIMIT", 20)
+    with pytest.warns(RuntimeWarning, match="hysteresis: the path ended at") as warned:
+        found = hysteresis(gap_oscillator(), [LOW / TURN, HIGH / TURN], 1)
+    assert not found.complete
+    assert not found.connected
+    assert str(warned[0].message) == f"hysteresis: {found.ended}"
+    assert warned[0].filename == __file__
+    at = f"{found.branch.frequency[-1]:g} Hz of {LOW / TURN:g} ... {HIGH / TURN:g}, after 20 points"
+    assert at in found.ended
+    assert found.ended.endswith("it goes on, but 20 points are the most")
+
+
+def test_a_path_goes_on_where_another_branch_crosses_it() -> None:
+    """The sign of det P changes there, but the path does not turn back."""
+    springs = [1.75, 0.59, 1.74, 0.75]
+    chain = np.diag(np.add(springs[:-1], springs[1:]))
+    chain -= np.diag(springs[1:-1], 1) + np.diag(springs[1:-1], -1)
+    K = np.kron(np.eye(2), chain)  # three masses, each of two directions
+    own = np.zeros((3, 3, 6))
+    own[[0, 2], 0, 0], own[1, 0, 1] = -1.0, 1.0
+    own[[0, 2], 1, 3], own[1, 1, 4] = 1.0, 1.0
+    push = np.zeros(6, complex)
+    push[0] = 0.15
+    system = System(
+        sectors=1,
+        engine_order=0,
+        diameters={0: Diameter(K=K, M=np.eye(6), C=0.03 * K, own=own)},
+        contacts=Contacts(
+            np.full(3, 7.8), np.full((3, 2), 5.5), np.full(3, 0.3), np.array([0.1, -0.1, 0.1])
+        ),
+        force={1: Force(push)},
+    )
+    found = hysteresis(system, [0.8 / TURN, 2.2 / TURN], 1)
+    assert found.complete
+    assert found.upper.tolist() == [True, False]
+    assert len(found.several) == 1
+    crossed = np.flatnonzero(np.diff(found.unstable) != 0) + 1
+    fallen = np.setdiff1d(crossed, np.concatenate([found.fold, found.fold + 1]))
+    assert len(fallen) > 0  # stability is lost where nothing turns back
+    assert (np.diff(found.branch.frequency[found.fold[-1] :]) > 0).all()

@@ -1,0 +1,254 @@
+"""Peaks followed along a parameter, against closed forms and dense sweeps of frequency."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from scipy.optimize import brentq, minimize_scalar
+
+from vanelock.errors import InputError
+from vanelock.nonlinear import (
+    STUCK,
+    PeakResponse,
+    System,
+    frequency_response,
+    linear_response,
+    peak_response,
+)
+from vanelock.nonlinear.balance.balance import structure
+from vanelock.nonlinear.contact.law import contact_law
+from vanelock.nonlinear.continuation.families import Frequencies
+from vanelock.nonlinear.following.peak import Resonance
+from vanelock.nonlinear.fourier.trigonometric import TURN
+from vanelock.nonlinear.newton.newton import solve
+from vanelock.rom.system import Contacts, Diameter, Force
+
+Floats = NDArray[np.float64]
+Make = Callable[..., System]
+Lowest = Callable[[System], float]
+
+K, KT, DAMPING = 1.0, 0.6, 0.01
+
+
+def jenkins(force: float = 1.0, mu: float = 0.5, v0: float = 1.0) -> System:
+    """A unit mass on a spring and a friction element of constant normal load, 2 N/m · v0."""
+    return System(
+        sectors=1,
+        engine_order=0,
+        diameters={
+            0: Diameter(
+                K=np.full((1, 1), K),
+                M=np.ones((1, 1)),
+                C=np.full((1, 1), DAMPING),
+                own=np.array([[[0.0], [1.0], [0.0]]]),
+                output=np.array([[[0.0], [1.0], [0.0]]]),
+            )
+        },
+        contacts=Contacts(
+            np.full(1, 2.0), np.full((1, 2), KT), np.full(1, mu), np.full(1, v0), ("pad",)
+        ),
+        force={1: Force(np.array([force], complex))},
+        output_names=("mass",),
+    )
+
+
+def jenkins_peak(force: float, limit: float) -> tuple[float, float]:
+    """Frequency, Hz, and amplitude of its peak at H = 1, with the friction limit μn.
+
+    With the describing function of the Jenkins element, F = X |Z(X, ω)|; the peak at a given
+    force is where |Z| is stationary in ω, a cubic equation in ω at every X.
+    """
+
+    def impedance(X: float) -> tuple[float, float]:
+        slip = limit / KT
+        if slip >= X:
+            spring, loss = KT, 0.0
+        else:
+            angle = np.arccos(1 - 2 * slip / X)
+            spring = KT / np.pi * (angle - 0.5 * np.sin(2 * angle))
+            loss = 4 * limit / (np.pi * X) * (1 - slip / X)
+        # d/dω [(k - ω²)² + (cω + b)²] = 0
+        roots = np.roots([2, 0, DAMPING**2 - 2 * (K + spring), DAMPING * loss])
+        omega = max(roots[np.abs(roots.imag) < 1e-12].real)
+        return omega, abs(K + spring - omega**2 + 1j * (DAMPING * omega + loss))
+
+    X = brentq(lambda X: X * impedance(X)[1] - force, 1e-9, 1e4, xtol=1e-15, rtol=1e-14)
+    return impedance(X)[0] / TURN, X
+
+
+def check_against_closed_form(found: PeakResponse, peaks: list[tuple[float, float]]) -> None:
+    assert found.converged.all()
+    frequency, amplitude = np.array(peaks).T
+    np.testing.assert_allclose(found.amplitude, amplitude, rtol=1e-9)
+    np.testing.assert_allclose(found.frequency, frequency, rtol=1e-8)
+
+
+def test_backbone_of_a_jenkins_oscillator_is_that_of_its_describing_function() -> None:
+    limit = 0.5 * 2.0
+    values = np.geomspace(1e-3, 10, 33)
+    found = peak_response(jenkins(), "force", values, (0.1, 0.3), 1)
+    assert found.output == "mass"
+    assert found.direction == 1
+    np.testing.assert_array_equal(found.parameter, values)
+    check_against_closed_form(found, [jenkins_peak(float(value), limit) for value in values])
+    stuck = found.states[:, STUCK] == 1
+    assert 3 < stuck.sum() < 30
+    # Where it sticks, half the half-power bandwidth is c / 2.
+    np.testing.assert_allclose(found.width[stuck] * TURN, DAMPING / 2, rtol=2e-3)
+    # Friction and the damper take what the force gives: at the peak of so light a damping the
+    # force is nearly in quadrature.
+    omega, X = TURN * found.frequency, found.amplitude
+    lost = found.dissipation + np.pi * DAMPING * omega * X**2
+    velocity = found.response.output[:, 1, 0, 1]
+    given = np.pi * values * -velocity.imag
+    np.testing.assert_allclose(lost, given, rtol=1e-8)
+
+
+def test_backbones_from_the_other_side_and_at_steps_of_their_own() -> None:
+    up = peak_response(jenkins(), "force", [0.05, 0.5, 5.0], (0.1, 0.3), 1)
+    down = peak_response(jenkins(), "force", [5.0, 0.5, 0.05], (0.1, 0.3), 1)
+    np.testing.assert_allclose(up.amplitude, down.amplitude[::-1], rtol=1e-9)
+    told: list[tuple[int, int, float, float]] = []
+    own = peak_response(
+        jenkins(), "force", (1e-2, 10.0), (0.1, 0.3), 1, progress=lambda *each: told.append(each)
+    )
+    assert own.parameter[[0, -1]].tolist() == [1e-2, 10.0]
+    assert 25 < len(own.parameter) < 200
+    check_against_closed_form(own, [jenkins_peak(float(value), 1.0) for value in own.parameter])
+    assert [each[0] for each in told] == list(range(1, len(told) + 1))
+    assert told[-1][:3] == (len(told), len(told), 10.0)
+    # A straight line between two points, both logarithmic, is as good as the eye needs.
+    middle = np.sqrt(own.parameter[1:] * own.parameter[:-1])
+    drawn = np.sqrt(own.amplitude[1:] * own.amplitude[:-1])
+    exact = [jenkins_peak(float(value), 1.0)[1] for value in middle]
+    np.testing.assert_allclose(drawn, exact, rtol=0.03)
+
+
+@pytest.mark.parametrize(("name", "factor"), [("mu", 2.0), ("interference", 1.0)])
+def test_friction_that_damps_most_is_the_one_known(name: str, factor: float) -> None:
+    # Without a damper X = (μn)² / (kt (μn - πF/4)): least at μn = πF/2, where X = πF/kt.
+    values = np.geomspace(0.1, 10, 41)
+    found = peak_response(jenkins(mu=0.5, v0=1.0), name, values, (0.1, 0.3), 1, joint="pad")
+    limits = factor * values
+    check_against_closed_form(found, [jenkins_peak(1.0, float(limit)) for limit in limits])
+    best = int(np.argmin(found.amplitude))
+    assert 0.8 < limits[best] / (np.pi / 2) < 1.2
+    assert 0.9 < found.amplitude[best] / (np.pi / KT) < 1.0  # the damper helps a little
+
+
+def unbalanced(random_system: Make, seed: int) -> System:
+    """A random system, well preloaded, on a rotating unbalance."""
+    system = random_system(seed, preload=10.0, damping_ratio=0.01)
+    power = Force(system.force[1].vector * 20, omega_power=2)
+    return replace(system, force={1: power})
+
+
+@pytest.mark.parametrize("harmonics", [1, 3])
+def test_slope_of_the_amplitude_is_exact(
+    random_system: Make, first_frequency: Lowest, harmonics: int
+) -> None:
+    system = unbalanced(random_system, 5)
+    family = Frequencies(structure(system, harmonics), contact_law(system.contacts, harmonics))
+    resonance = Resonance(family, (0, 2), 1e-13)
+    omega = TURN * 1.4 * first_frequency(system)
+    zero = np.zeros((6, 3, 2 * harmonics + 1))
+    found = solve(family, zero, omega, tolerance=1e-13)
+    assert found.converged
+    assert np.count_nonzero(found.deviation.state != STUCK) > 1
+    step = 1e-5 * omega
+    sides = [resonance.read(omega + sign * step, found.w) for sign in (-1, 0, 1)]
+    assert all(side is not None for side in sides)
+    below, here, above = (side for side in sides if side is not None)
+    measured = (above.amplitude - below.amplitude) / (2 * step)
+    np.testing.assert_allclose(here.slope, measured, rtol=1e-6)
+    response = frequency_response(system, [omega / TURN], harmonics)
+    np.testing.assert_allclose(here.amplitude, response.amplitude[0, 0, 2], rtol=1e-9)
+
+
+def loosely_coupled(system: System) -> System:
+    """The system with normal displacements a tenth as large: resonances that do not fold."""
+    scale = np.array([0.1, 1.0, 1.0])[:, None]
+    diameters = {
+        k: replace(
+            each, own=each.own * scale, next=None if each.next is None else each.next * scale
+        )
+        for k, each in system.diameters.items()
+    }
+    return replace(system, diameters=diameters)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("seed", "harmonics"), [(1, 1), (2, 3)])
+def test_peaks_are_those_of_dense_sweeps(
+    random_system: Make, first_frequency: Lowest, seed: int, harmonics: int
+) -> None:
+    system = loosely_coupled(random_system(seed, preload=10.0, damping_ratio=0.01))
+    hertz = np.linspace(1, 6, 2001) * first_frequency(system)
+    curve = linear_response(system, hertz, "all").amplitude[:, 0].max(axis=1)
+    stuck = hertz[1 + np.argmax((curve[1:-1] > curve[:-2]) & (curve[1:-1] > curve[2:]))]
+    values = np.geomspace(1e-3, 3.0, 12)
+    found = peak_response(system, "force", values, (0.7 * stuck, 1.2 * stuck), harmonics)
+    assert found.converged.all()
+    smooth = ~found.sharp  # where contacts change their states the slope may jump over zero
+    assert smooth.sum() >= 10
+    assert found.distance[smooth].max() < 1e-8
+    assert found.states[0, STUCK] == 6
+    assert found.states[-1, STUCK] < 3
+    for i in np.flatnonzero(smooth)[[0, 4, 8, -1]]:
+        moved = replace(system, force={1: Force(values[i] * system.force[1].vector)})
+
+        def size(frequency: Floats, moved: System = moved) -> Floats:
+            swept = frequency_response(moved, frequency, harmonics)
+            return np.asarray(swept.amplitude[:, 0, found.direction])
+
+        across = size(found.frequency[i] + found.width[i] * np.linspace(-1, 1, 21))
+        assert across.argmax() == 10
+        np.testing.assert_allclose(across[10], found.amplitude[i], rtol=1e-9)
+        aside = 0.05 * found.width[i]
+        best = minimize_scalar(
+            lambda frequency: -float(size(np.array([frequency]))[0]),
+            bracket=(found.frequency[i] - aside, found.frequency[i] + 0.5 * aside),
+            method="golden",
+            options={"xtol": 1e-7},
+        )
+        np.testing.assert_allclose(found.frequency[i], best.x, rtol=1e-6)
+        np.testing.assert_allclose(found.amplitude[i], -best.fun, rtol=1e-9)
+
+
+def test_peaks_survive_a_file(tmp_path: Path) -> None:
+    found = peak_response(jenkins(), "mu", [0.1, 1.0], (0.1, 0.3), 1)
+    found.save(tmp_path / "peaks.h5")
+    again = PeakResponse.load(tmp_path / "peaks.h5")
+    np.testing.assert_array_equal(again.amplitude, found.amplitude)
+    np.testing.assert_array_equal(again.mu, [[0.1], [1.0]])
+    np.testing.assert_array_equal(again.at(1).mu, [1.0])
+    np.testing.assert_array_equal(again.response.contact, found.response.contact)
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"values": (1.0, 1.0)}, "values: given .*: a range is"),
+        ({"near": (0.3, 0.1)}, "near: given"),
+        ({"near": (0.3, 0.5)}, "near: no peak was found in it at force = 1"),
+        ({"harmonics": 0}, "harmonics: given 0"),
+        ({"output": ("tip", 0)}, "output: given 'tip': allowed: mass"),
+        ({"output": ("mass", 3)}, "output: given direction 3"),
+    ],
+)
+def test_impossible_options_are_refused(options: dict[str, object], message: str) -> None:
+    arguments: dict[str, object] = {
+        "parameter": "force",
+        "values": [1.0],
+        "near": (0.1, 0.3),
+        "harmonics": 1,
+        **options,
+    }
+    with pytest.raises(InputError, match=message):
+        peak_response(jenkins(), **arguments)
+    bare = replace(jenkins(), output_names=())
+    with pytest.raises(InputError, match="no output nodes"):
+        peak_response(bare, "force", [1.0], (0.1, 0.3), 1)

@@ -1,0 +1,124 @@
+"""Time integration of the ring: its own accuracy, against other integrators and the whole ring."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from vanelock.errors import InputError
+from vanelock.nonlinear import frequency_response, time_response
+from vanelock.nonlinear.transient.modal_step import steps_of
+from vanelock.rom.system import Contacts, Diameter, Force, System
+
+
+def test_modes_step_exactly_or_settle() -> None:
+    # A slow mode, followed through its free decay; a fast one, under a load that rises steadily.
+    omega, ratio, step = 2.0, 0.1, 0.3
+    slow = steps_of(np.array([omega**-2]), np.array([2 * ratio / omega]), step)
+    state = np.array([1.0, 0.0, 0.0, 0.0])
+    for _ in range(7):
+        state = slow.transition[:, :, 0] @ state
+    rate = omega * np.sqrt(1 - ratio**2)
+    t = 7 * step
+    decay = np.exp(-ratio * omega * t) * (
+        np.cos(rate * t) + ratio * omega / rate * np.sin(rate * t)
+    )
+    assert state[0] == pytest.approx(decay, abs=1e-13)
+    fast = steps_of(np.array([1e-6]), np.array([1e-5]), step)
+    state = np.zeros(4)
+    for i in range(40):
+        state = fast.transition[:, :, 0] @ state + fast.hold[:, 0] * i + fast.rise[:, 0]
+    # Λ y'' + D y' + y = t/τ settles at t/τ - D/τ.
+    assert state[0] == pytest.approx(40 - 1e-5 / step, abs=1e-9)
+    assert np.all(0 <= fast.rise[0])
+    assert np.all(fast.rise[0] < 1)
+
+
+def single(mu: float, force: float, v0: float) -> System:
+    """A mass on a spring of 1 N/m that rubs on the ground, and one that bounces."""
+    return System(
+        sectors=1,
+        engine_order=0,
+        diameters={
+            0: Diameter(K=np.eye(2), M=np.eye(2), own=np.array([[[0, 1], [1, 0.3], [0, 0]]], float))
+        },
+        contacts=Contacts(np.ones(1), np.full((1, 2), 0.8), np.array([mu]), np.array([v0])),
+        force={1: Force(np.array([force, 0.3 * force], complex))},
+        damping_ratio=0.03,
+    )
+
+
+def test_a_load_that_curves_is_followed_to_third_order() -> None:
+    # Λ y'' + y = cos t from rest, Λ = 1/9: y = 9/8 (cos t - cos 3t).
+    errors = []
+    for count in (50, 100):
+        step = 5.0 / count
+        mode = steps_of(np.array([1 / 9]), np.zeros(1), step)
+        load = np.cos(step * np.arange(-2, count + 1))
+        change = np.diff(load)
+        state = np.array([0.0, 0.0, -(change[1] - change[0]) / 12, change[1]])
+        for i in range(2, count + 2):
+            state = mode.transition[:, :, 0] @ state
+            state += mode.hold[:, 0] * load[i] + mode.rise[:, 0] * change[i]
+        errors.append(abs(state[0] - 9 / 8 * (np.cos(5.0) - np.cos(15.0))))
+    assert errors[1] < 2e-4
+    assert errors[1] < errors[0] / 6
+
+
+@pytest.mark.parametrize("v0", [1.0, 0.1, -0.1])
+def test_error_falls_with_the_square_of_the_step(v0: float) -> None:
+    # Where in a step a state changes scatters the error; the order shows over many steps.
+    system, steps = single(0.4, 0.5, v0), np.array([50, 100, 200, 400, 800, 1600])
+    exact = time_response(system, 0.17, 60, 12800).contact
+    found = [time_response(system, 0.17, 60, int(count)).contact for count in steps]
+    errors = np.array([np.abs(each - exact).max() for each in found]) / np.abs(exact[1]).max()
+    assert np.polyfit(np.log(steps), np.log(errors), 1)[0] < -1.7
+    assert errors[3] < 5e-5
+
+
+def test_missing_diameters_are_named(random_system) -> None:
+    system = random_system(1, sectors=7, harmonics=1)
+    with pytest.raises(InputError, match="nodal diameters 2, 3"):
+        time_response(system, 0.1)
+
+
+def test_start_from_a_balance_stays_there() -> None:
+    system = single(0.4, 0.5, 0.1)
+    response = frequency_response(system, [0.17], harmonics=15)
+    found = time_response(system, 0.17, 3, steps=2000, start=(response, 0))
+    assert found.departure.max() < 2e-3
+    assert found.defect.max() < 2e-3
+
+
+def test_what_the_integration_does_not_know_is_refused(random_system) -> None:
+    system = single(0.4, 0.5, 0.1)
+    response = frequency_response(system, [0.17, 0.2], harmonics=3)
+    for start, message in (
+        ((response, 2), "given point 2: the response has 2"),
+        ((response, 1), "given a point at 0.2 Hz: needs one at 0.17 Hz"),
+        ((replace(response, friction="isotropic"), 0), "isotropic friction"),
+        ((replace(response, harmonic_diameters=np.array([0, 0, 0, 1])), 0), "nodal diameters"),
+    ):
+        with pytest.raises(InputError, match=message):
+            time_response(system, 0.17, start=start)
+    matrices = replace(system.at(0), C=np.array([[0.1, 0.05], [0.05, 0.1]]))
+    with pytest.raises(InputError, match="nd/0/C: given one that couples the modes"):
+        time_response(replace(system, diameters={0: matrices}), 0.17)
+    with pytest.raises(InputError, match="steps: given 30: allowed: 40 or more"):
+        time_response(system, 0.17, steps=30)
+
+
+def test_linear_ring_is_in_its_steady_state_at_once(random_system) -> None:
+    # So much preload and friction that all sticks: the motion is the balance's, nothing to settle.
+    system = random_system(3, preload=1e3, mu=50.0, sectors=6, engine_order=-1, harmonics=5)
+    response = frequency_response(system, [0.3], harmonics=2)
+    found = time_response(system, 0.3, 2, 64, 2)
+    assert found.defect.max() < 1e-12
+    lag = np.exp(2j * np.pi * np.arange(6) / 6)[:, None, None]
+    for name in ("contact", "force", "output"):
+        given, expected = getattr(found, name), getattr(response, name)[0]
+        for h in range(3):
+            scale = np.abs(expected[:2]).max()
+            assert np.abs(given[h] - lag**h * expected[h]).max() < 1e-10 * scale
+    for h in range(3):
+        assert np.abs(found.x[h] - response.x[h][0]).max() < 1e-10 * np.abs(response.x[1]).max()

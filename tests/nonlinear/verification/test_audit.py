@@ -1,0 +1,233 @@
+"""The check of solved points: its own marching and damping, and that it finds what is wrong."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from vanelock.errors import InputError
+from vanelock.nonlinear import System, audit_response, frequency_response, static_response
+from vanelock.nonlinear.verification.audit import damping_matrix
+from vanelock.nonlinear.verification.marched_contact import coefficients, histories, march_contacts
+from vanelock.rom.system import Contacts, Diameter, Force
+
+Floats = NDArray[np.float64]
+Array = NDArray[np.complex128]
+
+
+def drawn(count: int, harmonics: int, mean: float, seed: int) -> tuple[Contacts, Array]:
+    """Contacts and loops, closed throughout if `mean` is large."""
+    rng = np.random.default_rng(seed)
+    made = Contacts(
+        kn=rng.uniform(0.5, 2, count),
+        kt=rng.uniform(0.5, 2, (count, 2)),
+        mu=rng.choice([0.0, 0.1, 0.3, 1.0], count),
+        v0=np.zeros(count),
+    )
+    q: Array = rng.normal(size=(harmonics + 1, count, 3)).astype(np.complex128)
+    q[1:] += 1j * rng.normal(size=(harmonics, count, 3))
+    for h in range(harmonics + 1):
+        q[h] /= h + 1
+    q[0, :, 0] += mean
+    return made, q
+
+
+def test_blocks_of_a_period_march_as_one_step_after_the_other(
+    march: Callable[[Contacts, Array, int], Floats],
+) -> None:
+    made, q = drawn(count=20, harmonics=3, mean=7.0, seed=1)
+    stepwise = march(made, q, 4096)
+    assert stepwise[:, :, 0].min() > 0
+    found = march_contacts(made, q, 4096)
+    np.testing.assert_allclose(found.force, coefficients(stepwise, 3), atol=1e-13)
+    rubbing = found.work > 0
+    assert 5 <= rubbing.sum() <= 15
+
+
+def test_error_of_marching_falls_with_the_square_of_the_samples() -> None:
+    made, q = drawn(count=40, harmonics=3, mean=0.5, seed=2)
+    assert np.mean(histories(q, 64)[:, :, 0].min(axis=0) < 0) > 0.5
+    best = march_contacts(made, q, 2**18)
+    errors = []
+    for samples in (2**10, 2**12, 2**14):
+        found = march_contacts(made, q, samples)
+        errors.append(
+            [np.abs(found.force - best.force).max(), np.abs(found.work - best.work).max()]
+        )
+    coarse, middle, fine = np.array(errors)
+    assert np.all(fine < 1e-6)
+    assert np.all(middle < coarse / 6)
+    assert np.all(fine < middle / 6)
+
+
+def test_marched_jenkins_loop_has_its_closed_form() -> None:
+    kn, kt, mu, n0, amplitude = 2e6, 3e6, 0.3, 50.0, 2e-5
+    made = Contacts(np.array([kn]), np.array([[kt, kt]]), np.array([mu]), np.zeros(1))
+    q = np.zeros((2, 1, 3), complex)
+    q[0, 0, 0], q[1, 0, 1] = n0 / kn, amplitude
+    found = march_contacts(made, q, 2**14)
+    limit = mu * n0
+    area = 4 * limit * (amplitude - limit / kt)
+    psi = np.arccos(1 - 2 * limit / (kt * amplitude))
+    in_phase = kt * amplitude / np.pi * (psi - 0.5 * np.sin(2 * psi))
+    np.testing.assert_allclose(found.work, area, rtol=1e-6)
+    np.testing.assert_allclose(found.force[1, 0, 1], in_phase + 1j * area / np.pi / amplitude, 1e-6)
+    np.testing.assert_allclose(found.force[0, 0], [n0, 0, 0], atol=1e-8)
+
+
+def test_damping_matrix_squares_to_the_stuck_stiffness(
+    random_system: Callable[..., System],
+) -> None:
+    # With C = 2ζ M (M⁻¹K̃)^½, C M⁻¹ C = 4ζ² K̃.
+    system = random_system(3, damping_ratio=0.02)
+    for k, matrices in system.diameters.items():
+        B = system.contact_rows(k).reshape(-1, len(matrices.K))
+        stuck = matrices.K + (B.conj().T * system.contacts.stiffness.reshape(-1)) @ B
+        C = damping_matrix(system, k)
+        squared = C @ np.linalg.solve(matrices.M, C) / (4 * 0.02**2)
+        np.testing.assert_allclose(squared, stuck, atol=1e-11 * np.abs(stuck).max())
+
+
+def test_damping_matrix_of_a_massless_coordinate_is_that_without_it() -> None:
+    # The coordinate in the middle condenses to a spring of 1/(1/2 + 1/3) = 1.2 N/m.
+    K = np.array([[3.0, -2.0, 0.0], [-2.0, 5.0, -3.0], [0.0, -3.0, 4.0]])
+    own = np.zeros((1, 3, 3), complex)
+    made = System(
+        sectors=1,
+        engine_order=0,
+        diameters={0: Diameter(K, np.diag([1.0, 0.0, 2.0]), own)},
+        contacts=Contacts(np.ones(1), np.ones((1, 2)), np.ones(1), np.zeros(1)),
+        damping_ratio=0.1,
+    )
+    small = np.array([[2.2, -1.2], [-1.2, 2.2]])
+    condensed = Diameter(small, np.diag([1.0, 2.0]), own[:, :, :2])
+    expected = damping_matrix(replace(made, diameters={0: condensed}), 0)
+    found = damping_matrix(made, 0)
+    np.testing.assert_allclose(found[np.ix_([0, 2], [0, 2])], expected, atol=1e-14)
+    np.testing.assert_allclose(found[1], 0, atol=1e-14)
+
+
+CASES: dict[str, dict[str, Any]] = {
+    "forward": {"sectors": 5, "engine_order": 1},
+    "backward": {"sectors": 7, "engine_order": -2},
+    "alone": {"sectors": 1, "engine_order": 0},
+    "opening": {"preload": 0.05, "sectors": 6, "engine_order": 3},
+    "stuck": {"amplitude": 1e-6},
+}
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_solved_points_pass(
+    case: str,
+    random_system: Callable[..., System],
+    first_frequency: Callable[[System], float],
+) -> None:
+    system = random_system(11, **CASES[case])
+    system = replace(system, force=system.force | {0: Force(np.full(20, 0.1 + 0j))})
+    response = frequency_response(system, first_frequency(system) * np.array([0.9, 1.0]))
+    assert response.converged.all()
+    found = audit_response(system, response)
+    assert np.all(found.residual_error < 1e-8)
+    assert np.all(found.residual < 3 * found.residual_error)
+    assert np.all(found.imbalance < 1e-7)
+    assert np.all(found.imbalance < 3 * found.imbalance_error)
+    assert np.all(found.force_difference < 1e-8)
+    assert np.all(found.friction_power >= 0)
+    hertz = response.frequency[:, None]
+    work = found.friction_power / hertz
+    np.testing.assert_allclose(work, response.dissipation, atol=1e-7 * max(work.max(), 1e-300))
+    share = found.friction_power.sum(axis=1) / found.excitation_power
+    assert np.all(share == 0) if case == "stuck" else np.all(share > 0.1)
+
+
+@pytest.fixture(name="solved")
+def solved_fixture(
+    random_system: Callable[..., System], first_frequency: Callable[[System], float]
+) -> tuple[System, Any]:
+    system = random_system(4)
+    response = frequency_response(system, [first_frequency(system)], harmonics=3)
+    assert response.converged.all()
+    return system, response
+
+
+def test_a_wrong_coordinate_shows_as_its_residual(solved: tuple[System, Any]) -> None:
+    system, response = solved
+    away = 1e-6 * np.abs(response.x[2]).max()
+    x = dict(response.x)
+    x[2] = x[2].copy()
+    x[2][0, 3] += away
+    found = audit_response(system, replace(response, x=x))
+    k = system.nodal_diameter(2)
+    M, C, s = system.at(k).M, damping_matrix(system, k), 4 * np.pi * response.frequency[0]
+    free = system.at(k).K - s**2 * M + 1j * s * C
+    B = system.contact_rows(k).reshape(-1, 20)
+    stuck = free + (B.conj().T * system.contacts.stiffness.reshape(-1)) @ B
+    sizes = sorted(np.abs(D[:, 3]).max() * away for D in (free, stuck))
+    assert 0.3 * sizes[0] < found.residual[0] * found.scale[0, 1] < 3 * sizes[1]
+    assert found.residual[0] > 30 * found.residual_error[0]
+
+
+@pytest.mark.parametrize("change", ["friction", "damping", "interference", "force", "phase"])
+def test_a_response_of_another_system_fails(change: str, solved: tuple[System, Any]) -> None:
+    system, response = solved
+    contacts = system.contacts
+    others = {
+        "friction": replace(system, contacts=replace(contacts, mu=1.001 * contacts.mu)),
+        "interference": replace(system, contacts=replace(contacts, v0=1.001 * contacts.v0)),
+        "damping": replace(system, damping_ratio=0.006),
+        "force": replace(system, force={1: Force(1.001 * system.force[1].vector)}),
+        "phase": replace(
+            system,
+            diameters={k: replace(d, own=d.next, next=d.own) for k, d in system.diameters.items()},
+        ),
+    }
+    found = audit_response(others[change], response)
+    assert found.residual[0] > 1e-5
+    assert found.residual[0] > 1000 * found.residual_error[0]
+    assert change == "interference" or found.imbalance[0] > 100 * found.imbalance_error[0]
+
+
+def test_error_of_plain_samples_shows(solved: tuple[System, Any]) -> None:
+    system, exact = solved
+    response = frequency_response(system, exact.frequency, harmonics=3, samples=64)
+    assert response.residual[0] < 1e-10
+    found = audit_response(system, response)
+    assert 1e-5 < found.residual[0] < 1e-1
+    assert 1e-5 < found.force_difference[0] < 1e-1
+
+
+def test_state_at_rest(random_system: Callable[..., System]) -> None:
+    system = random_system(5, mu=0.05)
+    system = replace(system, force={0: Force(np.ones(20, complex))})
+    found = audit_response(system, static_response(system))
+    assert found.residual[0] < 1e-12
+    assert found.scale[0, 0] > 0
+    np.testing.assert_array_equal(found.friction_power, 0)
+    np.testing.assert_array_equal(found.imbalance, 0)
+
+
+def test_points_are_those_asked_for(
+    random_system: Callable[..., System], first_frequency: Callable[[System], float]
+) -> None:
+    system = random_system(6)
+    hertz = first_frequency(system) * np.array([0.9, 1.0, 1.1])
+    response = frequency_response(system, hertz, harmonics=1)
+    found = audit_response(system, response, points=[2, 0])
+    np.testing.assert_array_equal(found.frequency, response.frequency[[2, 0]])
+    every = audit_response(system, response)
+    np.testing.assert_array_equal(found.excitation_power, every.excitation_power[[2, 0]])
+
+
+def test_what_does_not_fit_is_refused(
+    solved: tuple[System, Any], random_system: Callable[..., System]
+) -> None:
+    system, response = solved
+    with pytest.raises(InputError, match="points: given 1: there are 1"):
+        audit_response(system, response, points=[1])
+    with pytest.raises(InputError, match="samples: given 1000: a power of two, at least 256"):
+        audit_response(system, response, samples=1000)
+    with pytest.raises(InputError, match="other coordinates or contacts"):
+        audit_response(random_system(1, contacts=7), response)

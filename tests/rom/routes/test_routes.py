@@ -1,0 +1,223 @@
+"""The three routes against one another, dense definitions, and solvers of another kind."""
+
+import numpy as np
+import pytest
+import scipy.linalg as sl
+
+from vanelock import rom
+from vanelock.fem import factorise, schur_complement
+from vanelock.rom.routes import craig_bampton, problem
+
+N = 8
+DIAMETERS = (0, 1, N // 2, N - 1)
+both_interfaces = pytest.mark.parametrize("interface", ["published", "followed"])
+
+
+def fields(component, model, k):
+    """Displacements (free dofs, n) of unit reduced coordinates."""
+    u = rom.recovery(component, model).displacement(np.eye(component.size), k)
+    return u[model.dofs[:, 0] >= 0].reshape(model.K.shape[0], -1)
+
+
+def orthonormal(x, M):
+    """M-orthonormal basis of the columns of x."""
+    L = np.linalg.cholesky(M.toarray())
+    return np.linalg.qr(L.T @ (x / np.linalg.norm(x, axis=0)))[0]
+
+
+def frequencies(component, k):
+    reduced = component.at(k)
+    return np.sqrt(sl.eigvalsh(reduced.K, reduced.M).clip(0)) / (2 * np.pi)
+
+
+@both_interfaces
+@pytest.mark.parametrize("k", DIAMETERS)
+@pytest.mark.parametrize("count", [1, 6, 36], ids=["one", "some", "all"])
+def test_paper_and_direct_span_the_same_subspace(ring_sector, interface, k, count):
+    """Largest principal angle in the metric of the mass, and every frequency."""
+    model = ring_sector(sectors=N)
+    found = {
+        route: rom.reduce(
+            model,
+            ("force",),
+            5,
+            nodal_diameters=[k],
+            route=route,
+            interface=interface,
+            interface_modes=count,
+        )
+        for route in ("paper", "direct")
+    }
+    a, b = (orthonormal(fields(part, model, k), model.M) for part in found.values())
+    assert np.abs(a - b @ (b.conj().T @ a)).max() < 1e-9
+    expected = frequencies(found["paper"], k)
+    np.testing.assert_allclose(frequencies(found["direct"], k), expected, rtol=1e-9)
+    assert np.isrealobj(found["direct"].at(k).K) == (k in (0, N // 2))
+
+
+@both_interfaces
+def test_tran_by_its_definition(ring_sector, exact, interface):
+    """The subspace of "direct", built from dense matrices of the sector alone."""
+    model, k, count = ring_sector(sectors=N), 1, 4
+    part = rom.reduce(
+        model,
+        ("force",),
+        0,
+        nodal_diameters=[k],
+        route="direct",
+        interface=interface,
+        interface_modes=count,
+    )
+    K, M, t = exact.dense(model, "force", k)
+    T = exact.transform(model, k).tocsr()
+    b = T.indices[T.indptr[model.dofs[model.part.node_sets["left"]].ravel()[free(model)]]]
+    if interface == "published":
+        s = np.setdiff1d(np.arange(len(K)), b)
+        Psi = np.zeros((len(K), len(b)), complex)
+        Psi[b], Psi[s] = np.eye(len(b)), -np.linalg.solve(K[np.ix_(s, s)], K[np.ix_(s, b)])
+    held = np.concatenate([b, t])
+    s = np.setdiff1d(np.arange(len(K)), held)
+    static = np.zeros((len(K), len(held)), complex)
+    static[held] = np.eye(len(held))
+    static[s] = -np.linalg.solve(K[np.ix_(s, s)], K[np.ix_(s, held)])
+    onto_face, onto_masters = static[:, : len(b)], static[:, len(b) :]
+    if interface == "published":
+        # Guyan to the faces: the modes of the auxiliary model, then lifted with masters at rest.
+        values = sl.eigh(Psi.conj().T @ K @ Psi, Psi.conj().T @ M @ Psi)[1][:, :count]
+        basis = np.hstack([onto_face @ values, onto_masters])
+    else:
+        G, H = (onto_face.conj().T @ A @ onto_face for A in (K, M))
+        values = sl.eigh(G, H)[1][:, :count]
+        follow = -np.linalg.solve(G, onto_face.conj().T @ K @ onto_masters)
+        basis = np.hstack([onto_face @ values, onto_masters + onto_face @ follow])
+    a = orthonormal(T @ basis, model.M)
+    c = orthonormal(fields(part, model, k), model.M)
+    assert a.shape == c.shape
+    assert np.abs(a - c @ (c.conj().T @ a)).max() < 1e-8
+
+
+def free(model):
+    """Which dofs of the left face are free."""
+    return model.dofs[model.part.node_sets["left"]].ravel() >= 0
+
+
+@pytest.mark.parametrize("route", ["paper", "direct"])
+def test_the_whole_face_is_craig_bampton_and_cyclic_symmetry(ring_sector, route):
+    """With every face dof kept, both bases give the same model."""
+    model = ring_sector(sectors=N)
+    found = [
+        frequencies(
+            rom.reduce(
+                model,
+                ("force",),
+                5,
+                nodal_diameters=[1],
+                route=route,
+                interface=interface,
+                interface_modes=36,
+            ),
+            1,
+        )
+        for interface in ("published", "followed")
+    ]
+    np.testing.assert_allclose(found[0], found[1], rtol=1e-9)
+
+
+@pytest.mark.parametrize("interface_modes", [3, 36])
+@both_interfaces
+def test_a_free_ring_by_both_routes(ring_sector, interface, interface_modes):
+    """Nothing holds the ring but its masters: two rigid-body motions at ND 0 and ND 1."""
+    model = ring_sector(sectors=N, clamped=False)
+    if interface_modes == 36:
+        interface_modes = 3 * len(model.part.node_sets["left"])
+    for k in (0, 1, 2):
+        found = [
+            rom.reduce(
+                model,
+                ("force",),
+                8,
+                nodal_diameters=[k],
+                route=route,
+                interface=interface,
+                interface_modes=interface_modes,
+            )
+            for route in ("paper", "direct")
+        ]
+        a, b = (orthonormal(fields(part, model, k), model.M) for part in found)
+        assert np.abs(a - b @ (b.conj().T @ a)).max() < 1e-8
+        paper, direct = (frequencies(part, k) for part in found)
+        rigid = 2 if k < 2 else 0
+        assert paper[:rigid].max(initial=0) < 1.0
+        assert direct[:rigid].max(initial=0) < 1.0
+        np.testing.assert_allclose(direct[rigid:], paper[rigid:], rtol=1e-8)
+
+
+@pytest.mark.parametrize("route", ["cyclic", "paper", "direct"])
+def test_no_route_falls_below_the_sector(ring_sector, exact, route):
+    """Ritz models: above the sector's dense frequencies, and nearer with every mode added."""
+    model = ring_sector(sectors=N)
+    for k in DIAMETERS:
+        K, M, _ = exact.dense(model, "force", k)
+        truth = exact.frequencies(K, M, 10)
+        last = np.full(10, np.inf)
+        for modes in (0, 4, 8, 16, 32):
+            found = frequencies(
+                rom.reduce(model, ("force",), modes, nodal_diameters=[k], route=route), k
+            )[:10]
+            assert np.all(found > truth * (1 - 1e-9))
+            assert np.all(found < last * (1 + 1e-9))
+            last = found
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        {"accuracy": 1e-4, "band": 8000.0},
+        {"modes": 6},
+        {"modes": 6, "route": "direct", "interface_modes": 5},
+        {"modes": 6, "route": "paper", "interface_modes": 5},
+    ],
+    ids=["accuracy", "cyclic", "direct", "paper"],
+)
+def test_other_solvers_give_the_same_model(ring_sector, monkeypatch, options):
+    """Without CHOLMOD the factors stand in for a condensed matrix by one solve a column."""
+    model = ring_sector(sectors=N)
+
+    def reduced():
+        return rom.reduce(model, ("force",), nodal_diameters=[0, 1], **options)
+
+    used = []
+
+    def by_solves(K, rows):
+        used.append(rows)
+        return schur_complement(K, rows, backend="superlu")
+
+    def by_superlu(K):
+        used.append(K)
+        return factorise(K, backend="superlu")
+
+    usual = reduced()
+    monkeypatch.setattr(problem, "schur_complement", by_solves)
+    monkeypatch.setattr(craig_bampton, "factorise", by_superlu)
+    other = reduced()
+    assert len(used) == 1  # one factorisation for both diameters
+    assert other.size == usual.size
+    for k in (0, 1):
+        np.testing.assert_allclose(frequencies(other, k), frequencies(usual, k), rtol=1e-9)
+        m = slice(usual.interface_modes, usual.interface_modes + 12)
+        scale = np.abs(usual.at(k).K).max()
+        np.testing.assert_allclose(other.at(k).K[m, m], usual.at(k).K[m, m], atol=1e-11 * scale)
+
+
+def test_a_part_in_one_piece_by_another_solver(bar, exact, monkeypatch):
+    model = bar()
+    usual = rom.reduce(model, ("held",), accuracy=1e-5, band=3000.0).at(0)
+    monkeypatch.setattr(
+        problem, "schur_complement", lambda K, rows: schur_complement(K, rows, backend="superlu")
+    )
+    other = rom.reduce(model, ("held",), accuracy=1e-5, band=3000.0).at(0)
+    a, b = (exact.frequencies(part.K, part.M, 20) for part in (usual, other))
+    np.testing.assert_allclose(a[6:], b[6:], rtol=1e-9)
+    for G, H in zip(usual.neglected, other.neglected, strict=True):
+        # The sign of each vector is free; the masters' block is not.
+        np.testing.assert_allclose(G[:18, :18], H[:18, :18], atol=1e-9 * np.abs(G).max())
