@@ -9,7 +9,7 @@ import numpy as np
 import scipy.linalg as la
 from numpy.typing import NDArray
 
-from vanelock.cyclic import folded
+from vanelock.common.cyclic import folded
 from vanelock.nonlinear import Contacts, Diameter, Force, System
 
 FIRST = 200.0

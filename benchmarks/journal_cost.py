@@ -12,7 +12,7 @@ import h5py
 import numpy as np
 
 from vanelock.nonlinear import System, frequency_response
-from vanelock.study.journal import journal
+from vanelock.pipeline.journal import journal
 
 
 def main() -> None:

@@ -21,12 +21,11 @@ import numpy as np
 from clock import page
 from segment import CASING_MASTERS, MATERIAL, VANE_MASTERS
 
-from vanelock import fem, mesh
+from vanelock import fem, load_study, mesh, run_study
 from vanelock.fem.solvers.storage import factor_bytes
-from vanelock.study import load_study, run_study
-from vanelock.study.estimate import estimated
-from vanelock.study.progress import Begun, Event
-from vanelock.study.sweep import cases
+from vanelock.input.cases.sweep import cases
+from vanelock.pipeline.progress import Begun, Event
+from vanelock.stages.accuracy.cost_estimate import estimated
 
 EXAMPLE = Path(__file__).parents[1] / "examples" / "vane.toml"
 STUDIES = {"coarse": '[mesh]\nsize = "coarse"\n', "examples/vane.toml": EXAMPLE.read_text("utf-8")}

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from segment import CASES, MATERIAL
 
 from vanelock import fem, mesh, rom
-from vanelock.errors import InputError
+from vanelock.common.errors import InputError
 from vanelock.mesh import Part
 from vanelock.mesh.generate import extract
 from vanelock.mesh.geometry import contact_places

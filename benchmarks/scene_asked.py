@@ -7,15 +7,15 @@ from scene_models import Prepared
 from scene_runs import Outcome, outcome
 from scenes import Scene
 
+from vanelock.input.cases.sweep import cases
 from vanelock.nonlinear import Response, peak_errors
-from vanelock.study.cache import Cache
-from vanelock.study.limits import frequencies
-from vanelock.study.monitor import monitor
-from vanelock.study.plan import plan
-from vanelock.study.progress import silent
-from vanelock.study.settle import settle
-from vanelock.study.steps import Stages
-from vanelock.study.sweep import cases
+from vanelock.pipeline.cache import Cache
+from vanelock.pipeline.progress import silent
+from vanelock.pipeline.step import Stages
+from vanelock.stages.accuracy.choose_mesh import settle
+from vanelock.stages.plan import plan
+from vanelock.stages.response.limits import frequencies
+from vanelock.stages.response.monitor import monitor
 
 
 def asked(scene: Scene, accuracy: float, folder: Path) -> Outcome:

@@ -11,12 +11,12 @@ from typing import TypeVar
 from scenes import Scene
 
 from vanelock import fem, nonlinear, rom
+from vanelock.common.product import Product
 from vanelock.mesh import Part
-from vanelock.product import Product
-from vanelock.study.limits import Limits, dense, frequencies, hooks, limits
-from vanelock.study.meshes import mesh_step
-from vanelock.study.monitor import Monitor, monitor
-from vanelock.study.stages import MASTERS, PARTS, averaged, joints, model_step
+from vanelock.stages.parts.components import MASTERS, PARTS, averaged, joints, model_step
+from vanelock.stages.parts.meshes import mesh_step
+from vanelock.stages.response.limits import Limits, dense, frequencies, hooks, limits
+from vanelock.stages.response.monitor import Monitor, monitor
 
 P = TypeVar("P", bound=Product)
 

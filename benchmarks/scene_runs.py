@@ -11,7 +11,7 @@ from scene_models import Models, Prepared, prepared
 from scenes import Scene
 
 from vanelock.nonlinear import Response, frequency_response
-from vanelock.study.diameters import diameter_of
+from vanelock.stages.parts.diameters import diameter_of
 
 Floats = NDArray[np.float64]
 

@@ -11,9 +11,9 @@ from typing import Any
 
 import numpy as np
 
-from vanelock.errors import InputError
-from vanelock.study import Study
-from vanelock.study.sweep import misfits
+from vanelock import Study
+from vanelock.common.errors import InputError
+from vanelock.input.cases.sweep import misfits
 
 Values = dict[str, Any]
 

@@ -13,7 +13,7 @@ import numpy as np
 from blocks import Curve, Floats, between, straight
 from scipy.optimize import brentq
 
-from vanelock.errors import InputError
+from vanelock.common.errors import InputError
 from vanelock.mesh import VaneDimensions
 from vanelock.mesh.geometry import aerofoil
 

@@ -13,10 +13,10 @@ from pathlib import Path
 
 from clock import page
 
-from vanelock.study import choose_listener, converge_study, load_study
-from vanelock.study.converged import markdown
-from vanelock.study.model import Study
-from vanelock.study.sweep import with_values
+from vanelock import choose_listener, converge_study, load_study
+from vanelock.commands.converge.table import markdown
+from vanelock.input.cases.sweep import with_values
+from vanelock.input.schema.study import Study
 
 ROOT = Path(__file__).parents[1]
 NAME = "speed-against-error"

@@ -12,18 +12,18 @@ from pathlib import Path
 
 import h5py
 
-from vanelock.errors import InputError
-from vanelock.study import load_study, parse_study
-from vanelock.study.bundles import bundle
-from vanelock.study.cache import Cache
-from vanelock.study.crew import Crew
-from vanelock.study.local import Processes
-from vanelock.study.plan import plan
-from vanelock.study.progress import silent
-from vanelock.study.running import Run
-from vanelock.study.steps import Stages
-from vanelock.study.sweep import cases
-from vanelock.study.tasks import Task
+from vanelock import load_study, parse_study
+from vanelock.commands.run.cases import Run
+from vanelock.common.errors import InputError
+from vanelock.input.cases.sweep import cases
+from vanelock.pipeline.cache import Cache
+from vanelock.pipeline.executor.executor import Crew
+from vanelock.pipeline.executor.processes import Processes
+from vanelock.pipeline.executor.tasks import Task
+from vanelock.pipeline.progress import silent
+from vanelock.pipeline.step import Stages
+from vanelock.stages.plan import plan
+from vanelock.stages.sweep.graph import bundle
 
 STUDY = """
 [mesh]

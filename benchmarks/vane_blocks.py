@@ -13,7 +13,7 @@ import numpy as np
 from blocks import Curve, Floats, Sizes, between, glued, straight, swept
 from section import Section
 
-from vanelock.errors import InputError
+from vanelock.common.errors import InputError
 from vanelock.mesh import Part, VaneDimensions
 from vanelock.mesh.geometry import aerofoil
 

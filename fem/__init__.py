@@ -1,6 +1,6 @@
 """Linear elasticity: stiffness and mass, sparse factorisation, linear modes, stress."""
 
-from vanelock import lazy
+from vanelock.common import lazy
 
 _modules = {
     "Factor": "solvers.factor",

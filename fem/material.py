@@ -3,8 +3,8 @@
 import math
 from dataclasses import dataclass, field
 
-from vanelock.errors import InputError
-from vanelock.product import Product
+from vanelock.common.errors import InputError
+from vanelock.common.product import Product
 
 
 @dataclass(frozen=True)

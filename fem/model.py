@@ -7,10 +7,10 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from vanelock.errors import InputError
+from vanelock.common.errors import InputError
+from vanelock.common.product import Product
 from vanelock.fem.material import Material
 from vanelock.mesh import Part
-from vanelock.product import Product
 
 
 @dataclass(frozen=True)

@@ -1,6 +1,6 @@
 """Geometry and meshes: vane segment, casing sector, named node sets."""
 
-from vanelock import lazy
+from vanelock.common import lazy
 
 _modules = {
     "CasingDimensions": "geometry.dimensions",

@@ -6,8 +6,8 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
-from vanelock.errors import InputError
-from vanelock.signals import preserved
+from vanelock.common.errors import InputError
+from vanelock.common.process.signals import preserved
 
 PACKAGES = "libglu1-mesa libxft2 libxcursor1 libxinerama1 libgomp1 libgl1"
 _LIBRARIES = (

@@ -6,7 +6,7 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from vanelock.product import Product
+from vanelock.common.product import Product
 
 
 @dataclass(frozen=True)

@@ -1,6 +1,6 @@
 """Friction contacts, harmonic balance and continuation on a System of arrays."""
 
-from vanelock import lazy
+from vanelock.common import lazy
 
 _modules = {
     "Audit": "verification.audit",

@@ -1,6 +1,6 @@
 """Reduced-order models: Craig-Bampton, cyclic symmetry, Tran, joining components, recovery."""
 
-from vanelock import lazy
+from vanelock.common import lazy
 
 _modules = {
     "Component": "component",

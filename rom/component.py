@@ -5,8 +5,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from vanelock.errors import InputError
-from vanelock.product import Product
+from vanelock.common.errors import InputError
+from vanelock.common.product import Product
 from vanelock.rom.masters import Masters
 from vanelock.rom.system import Matrix, common_band
 

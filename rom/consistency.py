@@ -4,7 +4,7 @@ from collections.abc import Collection
 
 import numpy as np
 
-from vanelock.errors import InputError
+from vanelock.common.errors import InputError
 from vanelock.rom.system import Contacts, Diameter, Matrix, System
 
 ROUND_OFF = 1e-9

@@ -18,7 +18,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from vanelock.errors import InputError
+from vanelock.common.errors import InputError
 from vanelock.rom.component import Component, Reduced
 
 

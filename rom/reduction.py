@@ -6,7 +6,7 @@ from typing import Literal
 
 import numpy as np
 
-from vanelock.errors import InputError
+from vanelock.common.errors import InputError
 from vanelock.fem import Model
 from vanelock.rom.component import Component
 from vanelock.rom.fixed_interface.selection import DEFAULT, Selection

@@ -18,10 +18,10 @@ import h5py
 import numpy as np
 from numpy.typing import NDArray
 
-from vanelock.arrays import as_whole, hold_arrays
-from vanelock.cyclic import phase_factor
-from vanelock.errors import InputError
-from vanelock.product import Product, Summarised
+from vanelock.common.arrays import as_whole, hold_arrays
+from vanelock.common.cyclic import phase_factor
+from vanelock.common.errors import InputError
+from vanelock.common.product import Product, Summarised
 
 Matrix: TypeAlias = NDArray[Any]
 """Real where the physics is, at the nodal diameters 0 and N/2, and complex elsewhere."""

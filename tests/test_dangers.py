@@ -6,9 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from vanelock.errors import MOST_TOLD, cut_short, first_mistakes, printable
-from vanelock.study.csv_table import write_columns
-from vanelock.study.tables import Column, Table
+from vanelock.common.errors import MOST_TOLD, cut_short, first_mistakes, printable
+from vanelock.common.files.csv_table import write_columns
+from vanelock.pipeline.tables import Column, Table
 
 ROOT = Path(__file__).resolve().parents[1]
 STARTERS = ("run", "Popen", "call", "check_output", "check_call")
@@ -94,7 +94,7 @@ def test_what_is_harmless():
 def test_sources_are_found():
     assert len(SOURCES) > 300
     folders = {path.relative_to(ROOT).parts[0] for path in SOURCES}
-    assert {"vanelock", "mesh", "study", "matrices", "assembly", "report"} <= folders
+    assert {"vanelock", "mesh", "fem", "rom", "nonlinear"} <= folders
 
 
 def test_no_source_runs_what_a_file_says():

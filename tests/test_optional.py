@@ -63,8 +63,8 @@ def test_a_full_file_without_its_reader(bare: dict[str, str], tmp_path: Path) ->
     (tmp_path / "a.full").write_bytes(bytes(1000))
     code = (
         "from pathlib import Path\n"
-        "from vanelock.errors import InputError\n"
-        "from vanelock.matrices import load_matrices\n"
+        "from vanelock.common.errors import InputError\n"
+        "from vanelock.fem.matrix_files import load_matrices\n"
         "try: load_matrices(Path('a.full'), None)\n"
         "except InputError as error: print(error)"
     )

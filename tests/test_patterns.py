@@ -21,9 +21,9 @@ from scipy.sparse.csgraph import connected_components
 
 code, parser = import_module("re._constants"), import_module("re._parser")  # not in stubs
 ROOT = Path(__file__).parents[1]
-FOLDERS = ("vanelock", "mesh", "matrices", "study", "assembly", "campaign")
+FOLDERS = ("vanelock", "mesh", "fem")
 ALL = frozenset(map(chr, range(128))) | {"µ", "é", "\u2003"}
-SHORT = {"quantities._QUANTITY"}
+SHORT = {"common.quantities._QUANTITY"}
 """Patterns for texts of bounded length (of 40 characters)."""
 ONCE = 3
 """Repetitions at which a bounded one is cut: a few have all of its places' neighbours."""

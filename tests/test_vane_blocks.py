@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
-from vanelock.errors import InputError
+from vanelock.common.errors import InputError
 from vanelock.fem import Material, assemble, modes
 from vanelock.mesh import VaneDimensions
 from vanelock.mesh.geometry import aerofoil

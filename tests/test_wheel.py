@@ -10,18 +10,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).resolve().parent.parent
-STAGES = [
-    "mesh",
-    "matrices",
-    "fem",
-    "rom",
-    "nonlinear",
-    "render",
-    "report",
-    "study",
-    "campaign",
-    "assembly",
-]
+STAGES = ["mesh", "fem", "rom", "nonlinear"]
 
 
 def pip(*arguments: str | Path) -> None:
@@ -46,15 +35,13 @@ def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def test_wheel_holds_the_package_and_nothing_else(wheel: Path) -> None:
-    modules = {f"vanelock/{path.name}" for path in (ROOT / "vanelock").glob("*.py")}
+    modules = {str(path.relative_to(ROOT)) for path in (ROOT / "vanelock").rglob("*.py")}
     for stage in STAGES:
         modules |= {f"vanelock/{path.relative_to(ROOT)}" for path in (ROOT / stage).rglob("*.py")}
-    data = {"vanelock/py.typed", "vanelock/assembly/template.toml", "vanelock/study/template.toml"}
-    data |= {
-        f"vanelock/report/{path.name}"
-        for path in (ROOT / "report").iterdir()
-        if path.suffix in {".html", ".css", ".js"}
-    }
+    data = {"vanelock/py.typed"}
+    for folder in ("vanelock/input/templates", "vanelock/report/page"):
+        data |= {f"{folder}/{p.name}" for p in (ROOT / folder).iterdir() if p.is_file()}
+    data -= modules | {"vanelock/input/templates/__init__.py"}
     with zipfile.ZipFile(wheel) as archive:
         held = {name for name in archive.namelist() if ".dist-info/" not in name}
         metadata = {Path(name).name for name in archive.namelist() if ".dist-info/" in name}

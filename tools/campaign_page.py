@@ -75,8 +75,8 @@ def agreement(folder: Path) -> str:
 
 def shares(folder: Path) -> str:
     """Shares of each map in which statements hold."""
-    from vanelock.campaign import Plane
-    from vanelock.campaign.map_exhibits import holds
+    from vanelock.published.maps.map_figures import holds
+    from vanelock.published.maps.plane import Plane
 
     with h5py.File(folder / "results.h5") as file:
         planes = {

@@ -10,7 +10,7 @@ from pathlib import Path
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
-from vanelock import render
+from vanelock import Study, render
 from vanelock.mesh import (
     CasingDimensions,
     HookDimensions,
@@ -19,7 +19,6 @@ from vanelock.mesh import (
     vane_segment,
 )
 from vanelock.mesh.geometry.element_size import SIZES
-from vanelock.study import Study
 
 DOCS = Path(__file__).resolve().parent.parent / "docs"
 PAGE = DOCS / "geometry.md"

@@ -15,8 +15,8 @@ from typing import Annotated, Any, Literal, Union, get_args, get_origin
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
+from vanelock import Study, template_text
 from vanelock.mesh.geometry.element_size import LARGEST, SIZES, SMALLEST
-from vanelock.study import Study, template_text
 
 PAGE = Path(__file__).resolve().parent.parent / "docs" / "keys.md"
 HEAD = """# Every key of the study file

@@ -21,12 +21,12 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parent.parent
 DIST = ROOT / "dist"
 TESTS = (
-    "test_product.py",
-    "test_quantities.py",
-    "test_guidance.py",
+    "vanelock/common/test_product.py",
+    "vanelock/common/test_quantities.py",
+    "vanelock/commands/test_guidance.py",
     "mesh/geometry/test_dimensions.py",
-    "study/test_read.py",
-    "study/test_sweep.py",
+    "vanelock/input/test_read_study.py",
+    "vanelock/input/cases/test_sweep.py",
     "docs/test_theory.py",
 )
 """Part of the tests that needs no browser and little time."""

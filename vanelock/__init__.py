@@ -1,7 +1,39 @@
 """Friction-damped forced response of turbine stator vane segments.
 
-The stages, each importing only those before it: `vanelock.mesh`, `vanelock.fem`, `vanelock.rom`,
-`vanelock.nonlinear`, `vanelock.render`, `vanelock.report`, `vanelock.study`.
+The physics: `vanelock.mesh`, `vanelock.fem`, `vanelock.rom`, `vanelock.nonlinear`, each importing
+only those before it. The program on top of it: what files may say (`input`), steps that are kept
+(`pipeline`), what they compute (`stages`, `quantities`), what is shown of it (`render`, `report`,
+`results`), and the commands. What a script needs of the program has its name here.
 """
 
+from vanelock.common import lazy
+
 __version__ = "0.1.0"
+_modules = {
+    "Case": "input.cases.sweep",
+    "Outcome": "commands.converge.converge",
+    "Scene": "input.schema.scene",
+    "Study": "input.schema.study",
+    "cases": "input.cases.sweep",
+    "check_file": "commands.check.scene",
+    "check_scene": "input.read_scene",
+    "choose_listener": "pipeline.progress",
+    "compare_runs": "commands.compare.compare",
+    "converge_study": "commands.converge.converge",
+    "fit_study": "commands.fit.fit",
+    "is_scene": "input.read_scene",
+    "load_scene": "input.read_scene",
+    "load_study": "input.read_study",
+    "load_system": "results.files.results_file",
+    "mesh_study": "commands.mesh",
+    "open_results": "results.files.results_file",
+    "parse_study": "input.read_study",
+    "run_campaign": "published.command",
+    "run_scene": "commands.run.scene",
+    "run_study": "commands.run.study",
+    "scene_cases": "input.cases.scene_cases",
+    "template_text": "input.templates.template",
+    "write_template": "input.templates.template",
+}
+__all__ = list(_modules)
+__getattr__, __dir__ = lazy.attributes(__name__, _modules)

@@ -18,10 +18,10 @@ from typer._completion_classes import completion_init
 from typer._completion_shared import get_completion_script
 
 import vanelock
-from vanelock import signals, streams
-from vanelock.errors import InputError, cut_short, first_mistakes, printable
-from vanelock.guidance import FIRST_STUDY, add_guidance, knob_keys, study_files
-from vanelock.memory import is_shortage, refusal, require_least
+from vanelock.commands.guidance import FIRST_STUDY, add_guidance, knob_keys, study_files
+from vanelock.common.errors import InputError, cut_short, first_mistakes, printable
+from vanelock.common.process import signals, streams
+from vanelock.common.process.memory import is_shortage, refusal, require_least
 
 app = typer.Typer(
     name="vanelock",
@@ -122,7 +122,7 @@ Insecure = Annotated[
 
 def _bytes(text: str) -> float:
     """An amount of memory."""
-    from vanelock.quantities import si
+    from vanelock.common.quantities import si
 
     try:
         found = float(str(si(text, "byte")))
@@ -160,16 +160,18 @@ def run(
 
     Exit status 1 if some cases of a sweep could not be computed; they are listed.
     """
-    from vanelock.assembly import is_scene
-    from vanelock.study import choose_listener, load_study, read_text, run_study
-    from vanelock.study.local import cores
-    from vanelock.study.progress import Counter
-    from vanelock.toml import toml_tables
+    from vanelock.commands.run.study import run_study
+    from vanelock.common.toml import toml_tables
+    from vanelock.input.read_scene import is_scene
+    from vanelock.input.read_study import load_study, read_text
+    from vanelock.pipeline.executor.processes import cores
+    from vanelock.pipeline.progress import Counter, choose_listener
 
     folder, text = output or Path("runs") / study.stem, read_text(study)
     computing = workers or cores(), scheduler, insecure_scheduler
     if is_scene(toml_tables(text, str(study))):
-        from vanelock.assembly import load_scene, run_scene
+        from vanelock.commands.run.scene import run_scene
+        from vanelock.input.read_scene import load_scene
 
         scene = load_scene(study, allow_outside)
         with _going_on_later(folder), choose_listener(quiet, as_json) as listener:
@@ -186,7 +188,7 @@ def run(
             if counter.failed:
                 raise typer.Exit(1)
         else:
-            from vanelock.campaign import run_campaign
+            from vanelock.published.command import run_campaign
 
             run_campaign(loaded, folder, listener, text, *computing)
 
@@ -200,7 +202,9 @@ def mesh(
     as_json: AsJson = False,
 ) -> None:
     """Mesh both parts of a study: files for ParaView and Gmsh, figures, counts, a picture."""
-    from vanelock.study import choose_listener, load_study, mesh_study
+    from vanelock.commands.mesh import mesh_study
+    from vanelock.input.read_study import load_study
+    from vanelock.pipeline.progress import choose_listener
 
     loaded = load_study(study, allow_outside)
     folder = output or Path("runs") / study.stem
@@ -227,7 +231,9 @@ def converge(
     ] = None,
 ) -> None:
     """Measure error against cost: run a study again with each of its knobs raised alone."""
-    from vanelock.study import choose_listener, converge_study, load_study
+    from vanelock.commands.converge.converge import converge_study
+    from vanelock.input.read_study import load_study
+    from vanelock.pipeline.progress import choose_listener
 
     loaded = load_study(study, allow_outside)
     folder = output or Path("runs") / study.stem
@@ -255,7 +261,8 @@ def compare(
     as_json: AsJson = False,
 ) -> None:
     """Compare two runs: inputs that differ, results side by side, curves over one another."""
-    from vanelock.study import choose_listener, compare_runs
+    from vanelock.commands.compare.compare import compare_runs
+    from vanelock.pipeline.progress import choose_listener
 
     with choose_listener(quiet, as_json) as listener:
         compare_runs(one, other, output, listener)
@@ -270,7 +277,9 @@ def fit(
     as_json: AsJson = False,
 ) -> None:
     """Fit friction, stiffness, interference, load or damping to measured curves."""
-    from vanelock.study import choose_listener, fit_study, load_study, read_text
+    from vanelock.commands.fit.fit import fit_study
+    from vanelock.input.read_study import load_study, read_text
+    from vanelock.pipeline.progress import choose_listener
 
     loaded = load_study(study, allow_outside)
     folder = output or Path("runs") / study.stem
@@ -291,8 +300,8 @@ def check(
     as_json: AsJson = False,
 ) -> None:
     """Check a file without computing: what a study would compute, what results hold."""
-    from vanelock.assembly import check_file
-    from vanelock.study import choose_listener
+    from vanelock.commands.check.scene import check_file
+    from vanelock.pipeline.progress import choose_listener
 
     with choose_listener(quiet, as_json) as listener:
         listener(check_file(file, allow_outside))
@@ -318,9 +327,9 @@ def init(
     ] = False,
 ) -> None:
     """Write a commented study file."""
-    from vanelock.study import write_template
+    from vanelock.input.templates.template import write_template
 
-    write_template(path, "assembly" if scene else "study")
+    write_template(path, "scene" if scene else "study")
     print(f"{path} written; run it with: vanelock run {path}")
 
 

@@ -1,7 +1,7 @@
-"""Reference pages of all stages: every public name, from the lists in the stages' `__init__`.
+"""Reference pages: every public name, from the lists in the packages' `__init__`.
 
-Before Sphinx looks for pages, reference/<stage>.md is written for every stage that the package
-has, so that a new stage or name needs no page of its own.
+Before Sphinx looks for pages, reference/<package>.md is written for every package that lists names,
+so that a new package or name needs no page of its own.
 """
 
 import importlib
@@ -19,10 +19,10 @@ from vanelock.__main__ import app as cli
 HEADINGS = {"function": "Functions", "class": "Classes", "data": "Constants"}
 INDEX = """# Python reference
 
-Every public name of every stage. Each stage is a function, or a few, from one product to the next;
-products are frozen, and save and load themselves. Examples: [From Python](../python.md).
+Every public name. Each stage is a function, or a few, from one product to the next; products are
+frozen, and save and load themselves. Examples: [From Python](../python.md).
 
-| stage | what |
+| package | what |
 |---|---|
 {table}
 
@@ -36,26 +36,35 @@ products are frozen, and save and load themselves. Examples: [From Python](../py
 OPTIONS = {"function": "autofunction", "class": "autoclass", "data": "autodata"}
 
 
-def stages() -> list[str]:
-    """Names of the stages' folders, by the links in the package."""
-    folder = Path(vanelock.__file__).parent
-    return sorted(init.parent.name for init in folder.glob("*/__init__.py"))
+def packages() -> list[str]:
+    """Full names of the packages that list public names."""
+    root = Path(vanelock.__file__).parent
+    folders = [root, *(link for link in root.iterdir() if (link / "__init__.py").exists())]
+    found = [folders[0] / "__init__.py", *(i for f in folders[1:] for i in f.rglob("__init__.py"))]
+    listing = [init.parent for init in found if "__all__" in init.read_text("utf-8")]
+    return sorted(".".join(("vanelock", *folder.relative_to(root).parts)) for folder in listing)
 
 
-def page(stage: str) -> str:
-    """Markdown of the reference page of a stage."""
-    module = importlib.import_module(f"vanelock.{stage}")
+def _home(value: Any) -> str:
+    """The package that lists what is defined in a module, if one does."""
+    module = getattr(value, "__module__", None) or ""
+    inside = [name for name in packages() if module.startswith(f"{name}.")]
+    return max(inside, key=len, default="")
+
+
+def page(package: str) -> str:
+    """Markdown of the reference page of a package."""
+    module = importlib.import_module(package)
     names: dict[str, list[str]] = {kind: [] for kind in HEADINGS}
     elsewhere = []
     for name in sorted(module.__all__, key=str.lower):
         value = getattr(module, name)
-        home = getattr(value, "__module__", None) or ""
-        if home.startswith("vanelock.") and home.split(".")[1] != stage:
-            elsewhere.append(f"[`{name}`](#vanelock.{home.split('.')[1]}.{name})")
+        if (home := _home(value)) not in ("", package):
+            elsewhere.append(f"[`{name}`](#{home}.{name})")
         else:
             names[_kind(value)].append(name)
-    lines = [f"# vanelock.{stage}", "", module.__doc__ or "", ""]
-    lines += [_table(module, stage, [n for kind in HEADINGS for n in names[kind]]), ""]
+    lines = [f"# {package}", "", module.__doc__ or "", ""]
+    lines += [_table(module, [n for kind in HEADINGS for n in names[kind]]), ""]
     if elsewhere:
         lines += [f"Also here: {', '.join(elsewhere)}.", ""]
     for kind, heading in HEADINGS.items():
@@ -63,7 +72,7 @@ def page(stage: str) -> str:
             lines += [f"## {heading}", "", "```{eval-rst}"]
             for name in names[kind]:
                 value = getattr(module, name)
-                lines += [f".. {OPTIONS[kind]}:: vanelock.{stage}.{name}"]
+                lines += [f".. {OPTIONS[kind]}:: {package}.{name}"]
                 if inspect.isclass(value) and issubclass(value, BaseModel):
                     lines += ["   :no-members:"]
                 elif kind == "data":
@@ -73,8 +82,8 @@ def page(stage: str) -> str:
     return "\n".join(lines)
 
 
-def _purpose(stage: str) -> str:
-    return (importlib.import_module(f"vanelock.{stage}").__doc__ or "").partition("\n")[0]
+def _purpose(package: str) -> str:
+    return (importlib.import_module(package).__doc__ or "").partition("\n")[0]
 
 
 def _kind(value: Any) -> str:
@@ -83,14 +92,14 @@ def _kind(value: Any) -> str:
     return "function" if callable(value) else "data"
 
 
-def _table(module: Any, stage: str, names: list[str]) -> str:
+def _table(module: Any, names: list[str]) -> str:
     lines = ["| name | what |", "|---|---|"]
     for name in names:
         value = getattr(module, name)
         documented = _kind(value) != "data"
         first = (inspect.getdoc(value) or "").partition("\n")[0] if documented else "constant"
         told = first.replace("|", "\\|").replace("<", "&lt;")
-        lines.append(f"| [`{name}`](#vanelock.{stage}.{name}) | {told} |")
+        lines.append(f"| [`{name}`](#{module.__name__}.{name}) | {told} |")
     return "\n".join(lines)
 
 
@@ -111,9 +120,10 @@ def commands() -> str:
 def _write(app: Any, config: Any) -> None:
     folder = Path(app.srcdir) / "reference"
     folder.mkdir(exist_ok=True)
-    pages = {f"{stage}.md": page(stage) for stage in stages()}
-    table = "\n".join(f"| [vanelock.{name}]({name}.md) | {_purpose(name)} |" for name in stages())
-    pages["index.md"] = INDEX.format(table=table, names="\n".join(stages()))
+    names = packages()
+    pages = {f"{name}.md": page(name) for name in names}
+    table = "\n".join(f"| [{name}]({name}.md) | {_purpose(name)} |" for name in names)
+    pages["index.md"] = INDEX.format(table=table, names="\n".join(names))
     pages["commands.md"] = commands()
     for old in folder.glob("*.md"):
         if old.name not in pages:

@@ -14,7 +14,7 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from vanelock.errors import InputError
+from vanelock.common.errors import InputError
 from vanelock.fem.elements.reference import ReferenceElement, reference_element
 from vanelock.fem.material import Material
 from vanelock.fem.model import Model

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from skfem import element, quadrature
 
-from vanelock.errors import InputError
+from vanelock.common.errors import InputError
 from vanelock.fem.elements.tetrahedron_rule import tetrahedron_rule
 
 Array = NDArray[np.float64]

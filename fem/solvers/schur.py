@@ -15,7 +15,7 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from vanelock.errors import InputError
+from vanelock.common.errors import InputError
 from vanelock.fem.solvers import storage
 from vanelock.fem.solvers.backend import BreakdownError, Matrix, Solve
 from vanelock.fem.solvers.blocks import in_blocks

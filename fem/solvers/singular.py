@@ -6,7 +6,7 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from vanelock.errors import InputError
+from vanelock.common.errors import InputError
 from vanelock.fem.solvers.backend import Matrix, Solve
 
 # All thresholds are on eigenvalues of the matrix scaled to a unit diagonal.

@@ -8,7 +8,7 @@ with walls of one or two elements lie near the former:
 fitted to both parts of the example with elements of 4.8 to 25 mm (docs/benchmarks/memory.md).
 """
 
-from vanelock import memory
+from vanelock.common.process import memory
 
 BYTES, POWER = 2450.0, 0.1
 """B and P, of the real factor of a definite matrix by CHOLMOD."""

@@ -7,7 +7,7 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import ArrayLike, NDArray
 
-from vanelock.errors import InputError
+from vanelock.common.errors import InputError
 from vanelock.fem.model import Model
 from vanelock.fem.stresses.skin import Skin, SkinPoint, skin
 from vanelock.fem.stresses.strains import strain_rows

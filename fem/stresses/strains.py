@@ -14,7 +14,7 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from vanelock.errors import InputError
+from vanelock.common.errors import InputError
 from vanelock.fem.elements.reference import reference_element, sampling, shape_functions
 from vanelock.fem.material import Material
 from vanelock.fem.model import Model

@@ -5,8 +5,8 @@ import scipy.linalg
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from vanelock.cyclic import phase_factor, turn
-from vanelock.errors import InputError
+from vanelock.common.cyclic import phase_factor, turn
+from vanelock.common.errors import InputError
 from vanelock.fem.model import Model
 from vanelock.mesh import Part
 

@@ -8,7 +8,7 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 from scipy.sparse.linalg import LinearOperator, eigsh
 
-from vanelock.errors import InputError
+from vanelock.common.errors import InputError
 from vanelock.fem.solvers.factor import Factor, factorise
 
 Matrix = NDArray[Any]

@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from vanelock.common.product import Product
 from vanelock.fem.model import Model
 from vanelock.fem.vibration.cyclic_symmetry import cyclic_transform
 from vanelock.fem.vibration.eigen import eigenpairs
-from vanelock.product import Product
 
 
 @dataclass(frozen=True)

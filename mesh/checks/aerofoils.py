@@ -9,8 +9,8 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from vanelock.cyclic import rotation
-from vanelock.errors import InputError
+from vanelock.common.cyclic import rotation
+from vanelock.common.errors import InputError
 from vanelock.mesh.geometry import aerofoil, contact_places
 from vanelock.mesh.geometry.dimensions import CLEARANCE, VaneDimensions
 

@@ -7,7 +7,7 @@ the other part, is checked here.
 from collections.abc import Sequence
 from itertools import pairwise
 
-from vanelock.errors import InputError
+from vanelock.common.errors import InputError
 from vanelock.mesh.checks.aerofoils import check_aerofoils
 from vanelock.mesh.checks.fillets import check_casing_fillet, check_clear_fillets, check_vane_fillet
 from vanelock.mesh.generate.bosses import check_bosses

@@ -1,6 +1,6 @@
 """Refuse fillets that do not fit, before anything is meshed."""
 
-from vanelock.errors import InputError
+from vanelock.common.errors import InputError
 from vanelock.mesh.geometry.dimensions import (
     CLEARANCE,
     CasingDimensions,

@@ -6,7 +6,7 @@ from itertools import permutations
 import numpy as np
 from numpy.typing import NDArray
 
-from vanelock.errors import InputError
+from vanelock.common.errors import InputError
 from vanelock.mesh.part import Part
 
 # Corners of the reference tetrahedron, then the middles of its edges in meshio's order.

@@ -19,7 +19,7 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from vanelock.errors import InputError
+from vanelock.common.errors import InputError
 from vanelock.mesh.checks.tetrahedra import quadratic_shapes, quadratic_slopes
 from vanelock.mesh.contact.patches import Patch, hook_patches, interlock_patches
 from vanelock.mesh.generate.occ_solids import TOLERANCE

@@ -13,7 +13,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from vanelock.cyclic import turn
+from vanelock.common.cyclic import turn
 from vanelock.mesh.geometry import contact_places
 from vanelock.mesh.geometry.dimensions import CasingDimensions, HookDimensions, VaneDimensions
 

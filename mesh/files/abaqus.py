@@ -8,7 +8,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from vanelock.errors import InputError
+from vanelock.common.errors import InputError
 from vanelock.mesh.files.abaqus_deck import Deck, nodes_of_type, resolved
 from vanelock.mesh.files.raw import RawMesh, counted, shortened, span, whole
 

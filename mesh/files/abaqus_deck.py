@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from vanelock.errors import InputError
+from vanelock.common.errors import InputError
 from vanelock.mesh.files.raw import Block, Integers, RawMesh, distinct
 
 # A solid's name ends in letters for its formulation, which do not change its nodes.

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from vanelock.files import placed
+from vanelock.common.files.files import placed
 from vanelock.mesh.part import Part
 
 SOLID = 1

@@ -5,8 +5,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from vanelock.common.product import Product
 from vanelock.mesh.part import Part
-from vanelock.product import Product
 
 
 @dataclass(frozen=True)

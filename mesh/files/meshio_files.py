@@ -12,8 +12,8 @@ from typing import Any
 
 import numpy as np
 
-from vanelock.errors import InputError, raised
-from vanelock.limited import Fallen, limited
+from vanelock.common.errors import InputError, raised
+from vanelock.common.files.limited import Fallen, limited
 from vanelock.mesh.files.gmsh_numbers import node_numbers
 from vanelock.mesh.files.raw import Array, Block, Integers, RawMesh, distinct
 

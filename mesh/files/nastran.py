@@ -9,7 +9,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from vanelock.errors import InputError
+from vanelock.common.errors import InputError
 from vanelock.mesh.files.raw import (
     Block,
     Integers,

@@ -7,7 +7,7 @@ import scipy.sparse as sp
 from scipy.optimize import linear_sum_assignment
 from scipy.sparse.csgraph import connected_components
 
-from vanelock.errors import InputError
+from vanelock.common.errors import InputError
 from vanelock.mesh.cells import SOLIDS, Cell, solid
 from vanelock.mesh.exterior import exterior
 from vanelock.mesh.files.file_mesh import FileMesh

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from vanelock.errors import InputError
+from vanelock.common.errors import InputError
 from vanelock.mesh.generate import occ_solids
 from vanelock.mesh.geometry import contact_places
 from vanelock.mesh.geometry.dimensions import CLEARANCE, CasingDimensions

@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from vanelock.cyclic import turn
-from vanelock.errors import InputError
+from vanelock.common.cyclic import turn
+from vanelock.common.errors import InputError
 from vanelock.mesh.checks.dimensions import check_casing
 from vanelock.mesh.checks.fillets import check_resolved
 from vanelock.mesh.checks.tetrahedra import valid

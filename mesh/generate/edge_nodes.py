@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from vanelock.cyclic import rotation
+from vanelock.common.cyclic import rotation
 from vanelock.mesh.generate.extract import Mesh
 from vanelock.mesh.geometry import aerofoil
 from vanelock.mesh.geometry.dimensions import VaneDimensions

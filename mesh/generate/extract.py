@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from vanelock.errors import InputError
+from vanelock.common.errors import InputError
 from vanelock.mesh.checks.tetrahedra import jacobian_bounds
 from vanelock.mesh.generate.mesher import tetrahedra
 from vanelock.mesh.generate.occ_solids import TOLERANCE

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from vanelock.errors import InputError
+from vanelock.common.errors import InputError
 from vanelock.mesh.checks.fillets import ASPECT
 from vanelock.mesh.geometry.outline import PIECE, Corner, edges
 

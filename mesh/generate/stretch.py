@@ -9,7 +9,7 @@ stay plane, and what lies evenly around the sector still does.
 import numpy as np
 from numpy.typing import NDArray
 
-from vanelock.errors import InputError
+from vanelock.common.errors import InputError
 from vanelock.mesh.geometry.dimensions import CasingDimensions
 
 MOST = 8

@@ -7,8 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from vanelock.cyclic import turn
-from vanelock.errors import InputError
+from vanelock.common.cyclic import turn
+from vanelock.common.errors import InputError
 from vanelock.mesh.checks.dimensions import check_vane
 from vanelock.mesh.checks.fillets import check_resolved
 from vanelock.mesh.checks.tetrahedra import valid

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from vanelock.cyclic import rotation
+from vanelock.common.cyclic import rotation
 from vanelock.mesh.geometry.dimensions import VaneDimensions
 
 Array = NDArray[np.float64]

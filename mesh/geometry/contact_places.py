@@ -7,7 +7,7 @@ them or every second, third, ... node of the mesh there.
 import numpy as np
 from numpy.typing import NDArray
 
-from vanelock.cyclic import rotation, turn
+from vanelock.common.cyclic import rotation, turn
 from vanelock.mesh.geometry.dimensions import CasingDimensions, HookDimensions, VaneDimensions
 
 STRETCH = 1.2

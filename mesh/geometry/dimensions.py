@@ -13,8 +13,8 @@ from typing import Any, ClassVar
 
 from pydantic import BaseModel, ConfigDict, Field, field_validator
 
-from vanelock.checked import Check, Checked, NotKnown
-from vanelock.quantities import Angle, Length
+from vanelock.common.checked import Check, Checked, NotKnown
+from vanelock.common.quantities import Angle, Length
 
 CLEARANCE = 5e-4  # m; thinner walls and gaps are beyond any mesh
 

@@ -1,6 +1,6 @@
 """Element sizes by name."""
 
-from vanelock.errors import InputError
+from vanelock.common.errors import InputError
 
 SIZES = {  # m
     "coarse": {"vane": 0.025, "casing": 0.025},

@@ -6,8 +6,8 @@ from typing import Literal, get_args
 import numpy as np
 from numpy.typing import NDArray
 
-from vanelock.cyclic import rotation
-from vanelock.errors import InputError
+from vanelock.common.cyclic import rotation
+from vanelock.common.errors import InputError
 from vanelock.mesh.geometry.aerofoil import angles, on_side, spanwise
 from vanelock.mesh.geometry.dimensions import VaneDimensions
 

@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from vanelock.cyclic import turn
+from vanelock.common.cyclic import turn
 from vanelock.mesh.cells import solid
 from vanelock.mesh.exterior import exterior
 from vanelock.mesh.matching.side import Side

@@ -6,10 +6,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from vanelock.errors import InputError
+from vanelock.common.errors import InputError
+from vanelock.common.product import Product
 from vanelock.mesh.files.file_mesh import FileMesh
 from vanelock.mesh.files.raw import distinct
-from vanelock.product import Product
 
 Integers = NDArray[np.int64]
 

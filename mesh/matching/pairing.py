@@ -9,8 +9,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from vanelock.cyclic import turn
-from vanelock.errors import InputError
+from vanelock.common.cyclic import turn
+from vanelock.common.errors import InputError
+from vanelock.common.product import Product
 from vanelock.mesh.contact import frames as contact
 from vanelock.mesh.geometry.contact_places import opposite
 from vanelock.mesh.matching.cut_faces import check_cut_faces
@@ -18,7 +19,6 @@ from vanelock.mesh.matching.nodes import mates
 from vanelock.mesh.matching.own_part import HOOKS, INTERLOCKS, OwnPart
 from vanelock.mesh.matching.side import Side
 from vanelock.mesh.part import Part
-from vanelock.product import Product
 
 Array = NDArray[np.float64]
 Integers = NDArray[np.int64]

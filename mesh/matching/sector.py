@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from vanelock.errors import InputError
+from vanelock.common.errors import InputError
 from vanelock.mesh.files.read import read_mesh
 from vanelock.mesh.matching.cut_faces import check_cut_faces
 from vanelock.mesh.matching.own_part import OwnPart, called

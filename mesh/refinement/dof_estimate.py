@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from vanelock.errors import InputError
+from vanelock.common.errors import InputError
 from vanelock.mesh.checks.fillets import check_resolved
 from vanelock.mesh.generate.aerofoil_faces import ROUND, divisions
 from vanelock.mesh.generate.bosses import check_meshable

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vanelock.errors import InputError
+from vanelock.common.errors import InputError
 from vanelock.mesh.geometry.dimensions import CasingDimensions, HookDimensions, VaneDimensions
 from vanelock.mesh.geometry.element_size import LARGEST, SMALLEST
 from vanelock.mesh.refinement.dof_estimate import MOST, casing_dofs, vane_dofs

@@ -13,7 +13,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from vanelock.errors import InputError
+from vanelock.common.errors import InputError
 from vanelock.nonlinear.adaptive.error_estimates import SOURCES, Estimate, Estimator
 from vanelock.nonlinear.adaptive.harmonic_levels import Climbed, Ladder
 from vanelock.nonlinear.adaptive.neighbours import places_of_jumps, settled

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from vanelock.cyclic import folded
+from vanelock.common.cyclic import folded
 from vanelock.nonlinear.balance.balance import Structure, structure
 from vanelock.nonlinear.balance.receptance_tables import Deferred
 from vanelock.nonlinear.balance.stuck_modes import StuckModes

@@ -17,7 +17,7 @@ import numpy as np
 import scipy.linalg as la
 from numpy.typing import NDArray
 
-from vanelock.errors import InputError
+from vanelock.common.errors import InputError
 from vanelock.rom.system import System
 
 Array: TypeAlias = NDArray[Any]

@@ -21,7 +21,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from vanelock.errors import InputError
+from vanelock.common.errors import InputError
 from vanelock.nonlinear.contact.exact_law import located_law
 from vanelock.nonlinear.contact.isotropic_law import isotropic_law
 from vanelock.nonlinear.contact.normal import ALWAYS, CLOSED

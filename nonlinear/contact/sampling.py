@@ -1,7 +1,7 @@
 """On how many samples of a period the contact law may be evaluated."""
 
-from vanelock.arrays import as_whole
-from vanelock.errors import InputError
+from vanelock.common.arrays import as_whole
+from vanelock.common.errors import InputError
 
 FRICTIONS = ("orthogonal", "isotropic")
 

@@ -18,7 +18,8 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from vanelock.errors import InputError
+from vanelock.common.errors import InputError
+from vanelock.common.product import Product
 from vanelock.nonlinear.balance.balance import structure
 from vanelock.nonlinear.balance.receptance_tables import balances
 from vanelock.nonlinear.contact.law import contact_law
@@ -36,7 +37,6 @@ from vanelock.nonlinear.forced_response.response import Response, assemble_respo
 from vanelock.nonlinear.fourier.threads import one_thread
 from vanelock.nonlinear.fourier.trigonometric import TURN
 from vanelock.nonlinear.newton.newton import TOLERANCE, Family, Solution, scales, solve
-from vanelock.product import Product
 from vanelock.rom.system import System
 
 Floats = NDArray[np.float64]

@@ -8,7 +8,8 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from vanelock.errors import InputError
+from vanelock.common.errors import InputError
+from vanelock.common.product import Product
 from vanelock.nonlinear.balance.balance import Balance, Structure, structure
 from vanelock.nonlinear.contact.law import Law, contact_law
 from vanelock.nonlinear.contact.sampling import checked_samples
@@ -30,7 +31,6 @@ from vanelock.nonlinear.forced_response.response import CONSTANT, Response, asse
 from vanelock.nonlinear.fourier.threads import one_thread
 from vanelock.nonlinear.fourier.trigonometric import TURN
 from vanelock.nonlinear.newton.newton import TOLERANCE, Family, Solution, solve
-from vanelock.product import Product
 from vanelock.rom.system import System
 
 Floats = NDArray[np.float64]

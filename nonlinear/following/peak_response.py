@@ -7,7 +7,8 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from vanelock.errors import InputError
+from vanelock.common.errors import InputError
+from vanelock.common.product import Product
 from vanelock.nonlinear.balance.balance import structure
 from vanelock.nonlinear.balance.receptance_tables import balances
 from vanelock.nonlinear.contact.sampling import checked_samples
@@ -25,7 +26,6 @@ from vanelock.nonlinear.forced_response.response import Response
 from vanelock.nonlinear.fourier.threads import one_thread
 from vanelock.nonlinear.fourier.trigonometric import TURN
 from vanelock.nonlinear.newton.newton import TOLERANCE
-from vanelock.product import Product
 from vanelock.rom.system import System
 
 Floats = NDArray[np.float64]

@@ -7,7 +7,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from vanelock.errors import InputError
+from vanelock.common.errors import InputError
 from vanelock.nonlinear.balance.balance import Structure
 from vanelock.nonlinear.balance.receptance_tables import Tabulated
 from vanelock.nonlinear.contact.law import Law, contact_law

@@ -8,7 +8,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from vanelock.errors import InputError
+from vanelock.common.errors import InputError
 from vanelock.nonlinear.balance.balance import structure
 from vanelock.nonlinear.balance.receptance_tables import balances
 from vanelock.nonlinear.balance.stuck_modes import StuckModes

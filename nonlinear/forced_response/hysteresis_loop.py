@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from vanelock.errors import InputError
+from vanelock.common.errors import InputError
 from vanelock.nonlinear.contact.isotropic_law import place_history
 from vanelock.nonlinear.contact.law import contact_law
 from vanelock.nonlinear.contact.slider import (

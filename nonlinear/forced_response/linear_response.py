@@ -7,8 +7,8 @@ import numpy as np
 import scipy.linalg as la
 from numpy.typing import ArrayLike, NDArray
 
-from vanelock.arrays import as_array
-from vanelock.errors import InputError
+from vanelock.common.arrays import as_array
+from vanelock.common.errors import InputError
 from vanelock.nonlinear.balance.balance import Balance, structure
 from vanelock.nonlinear.balance.receptance_tables import balances
 from vanelock.nonlinear.contact.law import OPEN, STUCK, Deviation

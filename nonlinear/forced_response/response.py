@@ -7,11 +7,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from vanelock.common.product import Product
 from vanelock.nonlinear.balance.balance import Structure
 from vanelock.nonlinear.contact.law import Deviation
 from vanelock.nonlinear.fourier.trigonometric import TURN, basis, to_complex, to_real
 from vanelock.nonlinear.newton.newton import Solution
-from vanelock.product import Product
 
 Array = NDArray[np.complex128]
 Floats = NDArray[np.float64]

@@ -14,7 +14,7 @@ response is the static problem's.
 from collections.abc import Callable
 from dataclasses import replace
 
-from vanelock.errors import InputError
+from vanelock.common.errors import InputError
 from vanelock.nonlinear.balance.balance import Structure
 from vanelock.nonlinear.contact.law import Law
 from vanelock.nonlinear.continuation.globalisation import from_nothing

@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from vanelock.errors import InputError
+from vanelock.common.errors import InputError
 from vanelock.nonlinear.balance.stuck_modes import StuckModes, stuck_modes
 from vanelock.rom.consistency import ROUND_OFF, check
 from vanelock.rom.system import Diameter, System

@@ -8,7 +8,8 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from vanelock.errors import InputError
+from vanelock.common.errors import InputError
+from vanelock.common.product import Product
 from vanelock.nonlinear.contact.law import OPEN, SLIP, SLIP_OPEN, STUCK
 from vanelock.nonlinear.forced_response.linear_response import check_band
 from vanelock.nonlinear.forced_response.response import Response
@@ -16,7 +17,6 @@ from vanelock.nonlinear.fourier.threads import one_thread
 from vanelock.nonlinear.fourier.trigonometric import TURN
 from vanelock.nonlinear.transient.full_ring import Ring, ring
 from vanelock.nonlinear.transient.integration import Integrator, Period, integrator
-from vanelock.product import Product
 from vanelock.rom.system import System
 
 Array = NDArray[np.complex128]

@@ -19,10 +19,10 @@ import numpy as np
 import scipy.linalg as la
 from numpy.typing import NDArray
 
-from vanelock.errors import InputError
+from vanelock.common.errors import InputError
+from vanelock.common.product import Product
 from vanelock.nonlinear.forced_response.response import Response
 from vanelock.nonlinear.verification.marched_contact import Marched, march_contacts
-from vanelock.product import Product
 from vanelock.rom.system import Diameter, System
 
 Array = NDArray[Any]

@@ -23,7 +23,7 @@ import numpy as np
 import scipy.linalg as sl
 from numpy.typing import NDArray
 
-from vanelock.errors import InputError
+from vanelock.common.errors import InputError
 from vanelock.rom.component import Component, Reduced
 from vanelock.rom.errors.neglected import Neglected
 from vanelock.rom.fixed_interface.held import hermitian

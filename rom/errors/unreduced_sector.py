@@ -9,7 +9,7 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from vanelock.cyclic import phase_factor
+from vanelock.common.cyclic import phase_factor
 from vanelock.fem import Model, cyclic_transform
 from vanelock.rom.joining.pairs import (
     HOOK_SETS,

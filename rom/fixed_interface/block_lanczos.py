@@ -19,7 +19,7 @@ import numpy as np
 import scipy.linalg as sl
 from numpy.typing import NDArray
 
-from vanelock.errors import InputError
+from vanelock.common.errors import InputError
 from vanelock.rom.system import Matrix
 
 Apply = Callable[[Matrix], Matrix]

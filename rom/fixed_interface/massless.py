@@ -14,7 +14,7 @@ import numpy as np
 import scipy.linalg as sl
 from numpy.typing import NDArray
 
-from vanelock.errors import InputError
+from vanelock.common.errors import InputError
 
 Matrix = NDArray[Any]
 NONE = 1e-11

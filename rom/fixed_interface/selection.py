@@ -8,7 +8,7 @@ import numpy as np
 import scipy.linalg as sl
 import scipy.sparse as sp
 
-from vanelock.errors import InputError
+from vanelock.common.errors import InputError
 from vanelock.rom.fixed_interface.held import HeldPart, Solve
 from vanelock.rom.fixed_interface.massless import lowest
 from vanelock.rom.fixed_interface.vectors import Candidates, Fixed, accurate, fixed_modes, heavy

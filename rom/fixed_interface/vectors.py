@@ -31,7 +31,7 @@ import scipy.linalg as sl
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from vanelock.errors import InputError
+from vanelock.common.errors import InputError
 from vanelock.rom.fixed_interface.block_lanczos import BLOCK, TOLERANCE, lowest_modes
 from vanelock.rom.fixed_interface.held import HeldPart, Solve, hermitian
 from vanelock.rom.system import Matrix

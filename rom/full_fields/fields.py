@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vanelock import fem
-from vanelock.cyclic import phase_factor, turn
+from vanelock.common.cyclic import phase_factor, turn
 
 if TYPE_CHECKING:
     from vanelock.rom.full_fields.recover import Recovery

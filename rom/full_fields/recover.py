@@ -8,9 +8,9 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from vanelock.errors import InputError
+from vanelock.common.errors import InputError
+from vanelock.common.process.memory import latest
 from vanelock.fem import Model, factorise
-from vanelock.memory import latest
 from vanelock.rom.component import Component
 from vanelock.rom.fixed_interface.held import Solve
 from vanelock.rom.full_fields import fields

@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from vanelock.errors import InputError
+from vanelock.common.errors import InputError
 from vanelock.rom.fixed_interface.massless import lowest
 from vanelock.rom.system import Matrix, System
 

@@ -7,8 +7,8 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from vanelock.cyclic import turn
-from vanelock.errors import InputError
+from vanelock.common.cyclic import turn
+from vanelock.common.errors import InputError
 from vanelock.rom.masters import Masters
 from vanelock.rom.system import Contacts
 

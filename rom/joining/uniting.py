@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import replace
 
-from vanelock.errors import InputError
+from vanelock.common.errors import InputError
 from vanelock.rom.system import System, common_band
 
 

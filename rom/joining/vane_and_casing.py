@@ -11,8 +11,8 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from vanelock.cyclic import folded
-from vanelock.errors import InputError
+from vanelock.common.cyclic import folded
+from vanelock.common.errors import InputError
 from vanelock.rom.component import Component
 from vanelock.rom.joining.pairs import Joint, contact_pairs, key_pairs, merged_dofs, relative_rows
 from vanelock.rom.system import Diameter, Force, Matrix, System, common_band

@@ -19,7 +19,7 @@ import numpy as np
 import scipy.linalg as sl
 import scipy.sparse as sp
 
-from vanelock.errors import InputError
+from vanelock.common.errors import InputError
 from vanelock.fem import Interior, SingularError, free_motion
 from vanelock.rom.fixed_interface.held import hermitian
 from vanelock.rom.routes.cyclic import cyclic_constraint

@@ -13,7 +13,7 @@ import numpy as np
 import scipy.linalg as sl
 from numpy.typing import NDArray
 
-from vanelock.errors import InputError
+from vanelock.common.errors import InputError
 from vanelock.fem import SingularError, factorise
 from vanelock.rom.fixed_interface.held import hermitian
 from vanelock.rom.fixed_interface.selection import Selection

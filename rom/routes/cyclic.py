@@ -6,7 +6,7 @@ face are also turned by 2π/N about the engine axis.
 
 import scipy.sparse as sp
 
-from vanelock.cyclic import phase_factor, turn
+from vanelock.common.cyclic import phase_factor, turn
 
 
 def cyclic_constraint(faces: int, others: int, nodal_diameter: int, sectors: int) -> sp.csr_array:

@@ -16,7 +16,7 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from vanelock.cyclic import phase_factor
+from vanelock.common.cyclic import phase_factor
 from vanelock.fem import schur_complement
 from vanelock.rom.component import Reduced
 from vanelock.rom.fixed_interface.held import HeldPart, Piece, held_part, hermitian

@@ -16,7 +16,7 @@ from typing import Literal
 import numpy as np
 import scipy.linalg as sl
 
-from vanelock.errors import InputError
+from vanelock.common.errors import InputError
 from vanelock.rom.fixed_interface.held import hermitian
 from vanelock.rom.system import Matrix
 

@@ -7,8 +7,8 @@ from types import ModuleType
 
 import pytest
 
-from vanelock.study import Study
-from vanelock.study.messages import known_keys
+from vanelock import Study
+from vanelock.input.messages import known_keys
 
 ROOT = Path(__file__).resolve().parents[2]
 

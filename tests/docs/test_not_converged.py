@@ -11,7 +11,7 @@ import pytest
 
 from vanelock import rom
 from vanelock.nonlinear import Response, frequency_response
-from vanelock.study.results import Results, put, put_system
+from vanelock.results.files.results_file import Results, put, put_system
 
 ROOT = Path(__file__).resolve().parents[2]
 PAGE = (ROOT / "docs" / "not_converged.md").read_text("utf-8")

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from vanelock.errors import InputError
+from vanelock.common.errors import InputError
 from vanelock.mesh import Part, casing_sector, vane_segment
 from vanelock.mesh.gmsh_session import PACKAGES, load, missing_libraries, session
 

@@ -8,7 +8,7 @@ import pytest
 import scipy.sparse as sp
 
 from vanelock import rom
-from vanelock.errors import InputError
+from vanelock.common.errors import InputError
 
 CYCLIC = {"nodal_diameters": [0, 1]}
 PAPER = {**CYCLIC, "route": "paper"}

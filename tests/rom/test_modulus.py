@@ -5,7 +5,7 @@ import pytest
 import scipy.linalg as sl
 
 from vanelock import fem, rom
-from vanelock.errors import InputError
+from vanelock.common.errors import InputError
 
 N = 8
 FACTOR = 0.71

@@ -7,8 +7,8 @@ import pytest
 import scipy.linalg as sl
 
 from vanelock import fem, rom
-from vanelock.cyclic import turn
-from vanelock.errors import InputError
+from vanelock.common.cyclic import turn
+from vanelock.common.errors import InputError
 
 pytestmark = pytest.mark.slow
 

@@ -19,8 +19,8 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import ValidationError
 
-from vanelock.cyclic import turn
-from vanelock.errors import InputError
+from vanelock.common.cyclic import turn
+from vanelock.common.errors import InputError
 from vanelock.mesh import (
     CasingDimensions,
     HookDimensions,

@@ -10,7 +10,7 @@ import numpy as np
 
 from tests.verification.hostile import bits, cut, flips
 from tests.verification.hostile_words import VALUES, WORDS
-from vanelock.digests import DIGEST, seal
+from vanelock.common.files.digests import DIGEST, seal
 
 Random = np.random.Generator
 Edit = Callable[[Random, h5py.File, str], None]

@@ -24,11 +24,23 @@ PATIENCE = 120
 """Seconds after which a command that takes no processor time is taken to hang."""
 LOADED = (
     "meshio",
-    "vanelock.__main__", "vanelock.assembly.checking", "vanelock.assembly.run", "vanelock.mesh",
-    "vanelock.mesh.files.read", "vanelock.mesh.matching.pairing", "vanelock.study.checking",
-    "vanelock.study.compare", "vanelock.study.progress", "vanelock.report.writer", "pint", "h5py",
-    "vanelock.campaign.command", "scipy.io", "scipy.sparse.csgraph", "vanelock.matrices.load",
-)  # fmt: skip
+    "vanelock.__main__",
+    "vanelock.commands.check.scene",
+    "vanelock.commands.run.scene",
+    "vanelock.mesh",
+    "vanelock.mesh.files.read",
+    "vanelock.mesh.matching.pairing",
+    "vanelock.commands.check.study",
+    "vanelock.commands.compare.compare",
+    "vanelock.pipeline.progress",
+    "vanelock.report.writer",
+    "pint",
+    "h5py",
+    "vanelock.published.command",
+    "scipy.io",
+    "scipy.sparse.csgraph",
+    "vanelock.fem.matrix_files.load",
+)
 
 
 @dataclass(frozen=True)
@@ -148,7 +160,7 @@ if __name__ == "__main__":
 
     for module in LOADED:
         import_module(module)
-    from vanelock.quantities import si
+    from vanelock.common.quantities import si
 
     si("1 mm", "m")  # the registry of units
     with tempfile.TemporaryDirectory() as place:

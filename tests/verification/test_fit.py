@@ -10,15 +10,15 @@ import numpy as np
 import pytest
 from scipy.stats import binom
 
-from vanelock.study import parse_study
-from vanelock.study.cache import Cache
-from vanelock.study.fit_command import rejoined
-from vanelock.study.fit_solution import Parameter
-from vanelock.study.fit_tables import doubts
-from vanelock.study.fitting import fit
-from vanelock.study.measured import Measured
-from vanelock.study.residuals import LEVEL
-from vanelock.study.steps import Stages
+from vanelock import parse_study
+from vanelock.commands.fit.fit import rejoined
+from vanelock.commands.fit.least_squares import fit
+from vanelock.commands.fit.residuals import LEVEL
+from vanelock.commands.fit.solution import Parameter
+from vanelock.commands.fit.tables import doubts
+from vanelock.input.measured import Measured
+from vanelock.pipeline.cache import Cache
+from vanelock.pipeline.step import Stages
 
 FULL = os.environ.get("VANELOCK_VERIFY") == "full"
 MU, KT = "joints.interlock.mu", "joints.interlock.kt"

@@ -15,18 +15,18 @@ import h5py
 import numpy as np
 import pytest
 
-from tests.matrices import test_formats
-from tests.matrices.conftest import Model
+from tests.fem.matrix_files import test_formats
+from tests.fem.matrix_files.conftest import Model
 from tests.mesh.conftest import ring_sectors
 from tests.verification import hostile
 from tests.verification.hostile_hdf5 import mutated_hdf5, sealed
 from tests.verification.hostile_server import SECONDS, Outcome, Server
+from vanelock import template_text
 from vanelock.mesh import read_mesh
 from vanelock.mesh.matching.own_part import own_part
 from vanelock.mesh.matching.pairing import pair
 from vanelock.nonlinear import System
-from vanelock.study import template_text
-from vanelock.study.results import put
+from vanelock.results.files.results_file import put
 
 FULL = os.environ.get("VANELOCK_VERIFY") == "full"
 ROOT = Path(__file__).resolve().parents[2]

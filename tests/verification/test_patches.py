@@ -16,7 +16,7 @@ from scipy.spatial import cKDTree
 from skfem import MeshTet
 
 from vanelock import fem, mesh, rom
-from vanelock.cyclic import turn
+from vanelock.common.cyclic import turn
 from vanelock.mesh import HookDimensions, VaneDimensions
 from vanelock.mesh.checks.tetrahedra import quadratic_shapes
 from vanelock.mesh.contact.patch_means import averages, cylinder, plane

@@ -11,7 +11,7 @@ import scipy.linalg as sl
 from scipy.spatial import KDTree
 
 from vanelock import fem, mesh, rom
-from vanelock.cyclic import turn
+from vanelock.common.cyclic import turn
 
 pytestmark = pytest.mark.slow
 

@@ -12,7 +12,7 @@ from skfem.helpers import dot
 from skfem.io.meshio import INV_HEX_MAPPING
 from skfem.models.elasticity import linear_elasticity
 
-from vanelock.errors import InputError
+from vanelock.common.errors import InputError
 from vanelock.fem import Material, Model, assemble, factorise
 from vanelock.fem.elements import assembly as module
 from vanelock.fem.elements.tetrahedron_rule import tetrahedron_rule

@@ -8,7 +8,7 @@ import meshio
 import numpy as np
 import pytest
 
-from vanelock.errors import InputError
+from vanelock.common.errors import InputError
 from vanelock.fem.elements.reference import reference_element
 
 DEGREE = {"tetra": 1, "tetra10": 2, "hexahedron": 1, "hexahedron20": 2, "hexahedron27": 2}

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import scipy.sparse as sp
 
-from vanelock.errors import InputError
+from vanelock.common.errors import InputError
 from vanelock.fem import Material, SingularError, assemble, backends, factorise
 from vanelock.fem.solvers import blocks
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import scipy.sparse as sp
 
-from vanelock.errors import InputError
+from vanelock.common.errors import InputError
 from vanelock.fem import (
     Material,
     SingularError,

@@ -7,7 +7,7 @@ import pytest
 from scipy.spatial import KDTree
 
 from vanelock import mesh
-from vanelock.errors import InputError
+from vanelock.common.errors import InputError
 from vanelock.fem import Material, assemble, factorise, free_rows, gauge, strain
 from vanelock.fem.elements.reference import reference_element, shape_functions
 from vanelock.fem.stresses.skin import skin

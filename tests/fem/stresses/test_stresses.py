@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from vanelock.errors import InputError
+from vanelock.common.errors import InputError
 from vanelock.fem import (
     Material,
     assemble,

@@ -7,7 +7,7 @@ import pytest
 import scipy.linalg
 from scipy.spatial import KDTree
 
-from vanelock.errors import InputError
+from vanelock.common.errors import InputError
 from vanelock.fem import Material, Modes, assemble, cyclic_transform, modes
 from vanelock.mesh import FileMesh
 

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from vanelock.errors import InputError
+from vanelock.common.errors import InputError
 from vanelock.mesh import (
     CasingDimensions,
     Part,

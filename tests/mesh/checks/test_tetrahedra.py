@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from vanelock.errors import InputError
+from vanelock.common.errors import InputError
 from vanelock.mesh import Part, quality
 from vanelock.mesh.checks.tetrahedra import jacobian_bounds, jacobians, valid
 from vanelock.mesh.gmsh_session import session

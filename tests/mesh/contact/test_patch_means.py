@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from vanelock.errors import InputError
+from vanelock.common.errors import InputError
 from vanelock.mesh import Part, VaneDimensions
 from vanelock.mesh.checks.tetrahedra import jacobian_bounds
 from vanelock.mesh.contact import patch_means as module

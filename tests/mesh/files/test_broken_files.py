@@ -6,7 +6,7 @@ import meshio
 import numpy as np
 import pytest
 
-from vanelock.errors import InputError
+from vanelock.common.errors import InputError
 from vanelock.mesh import read_mesh
 
 

@@ -4,7 +4,7 @@ import meshio
 import numpy as np
 import pytest
 
-from vanelock.errors import InputError
+from vanelock.common.errors import InputError
 from vanelock.mesh import Part, read_mesh, vane_segment, write_msh
 from vanelock.mesh.gmsh_session import session
 

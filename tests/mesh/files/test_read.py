@@ -4,7 +4,7 @@ import meshio
 import numpy as np
 import pytest
 
-from vanelock.errors import InputError
+from vanelock.common.errors import InputError
 from vanelock.mesh import read_mesh, write_msh
 from vanelock.mesh.cells import SOLIDS, solid, surface
 from vanelock.mesh.files.nastran import read_nastran

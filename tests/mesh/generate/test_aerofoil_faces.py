@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from vanelock.cyclic import rotation
+from vanelock.common.cyclic import rotation
 from vanelock.mesh import VaneDimensions, quality, vane_segment
 from vanelock.mesh.generate.aerofoil_faces import SLENDER, divisions
 from vanelock.mesh.geometry import aerofoil

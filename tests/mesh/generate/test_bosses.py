@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from vanelock.errors import InputError
+from vanelock.common.errors import InputError
 from vanelock.mesh import CasingDimensions, casing_sector, check_fit, quality
 from vanelock.mesh.generate import occ_solids
 from vanelock.mesh.generate.bosses import add_bosses, boss_angles

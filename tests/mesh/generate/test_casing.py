@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from vanelock.errors import InputError
+from vanelock.common.errors import InputError
 from vanelock.mesh import CasingDimensions, HookDimensions, Part, casing_sector, quality
 
 FACES = np.array([(0, 2, 1), (0, 1, 3), (1, 2, 3), (0, 3, 2)])  # of a tetrahedron

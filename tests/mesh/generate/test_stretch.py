@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from vanelock.errors import InputError
+from vanelock.common.errors import InputError
 from vanelock.fem import Material, assemble, cyclic_faces, modes
 from vanelock.mesh import CasingDimensions, HookDimensions, Part, casing_sector, quality
 from vanelock.mesh.refinement.dof_estimate import casing_dofs, check_size

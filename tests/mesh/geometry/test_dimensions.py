@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
-from vanelock.errors import InputError
+from vanelock.common.errors import InputError
 from vanelock.mesh import (
     CasingDimensions,
     HookDimensions,

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from vanelock.errors import InputError
+from vanelock.common.errors import InputError
 from vanelock.mesh import read_mesh
 from vanelock.mesh.matching.own_part import own_part
 

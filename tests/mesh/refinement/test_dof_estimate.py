@@ -4,7 +4,7 @@ from typing import Any
 
 import pytest
 
-from vanelock.errors import InputError
+from vanelock.common.errors import InputError
 from vanelock.mesh import (
     CasingDimensions,
     HookDimensions,

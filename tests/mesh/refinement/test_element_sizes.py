@@ -2,7 +2,7 @@
 
 import pytest
 
-from vanelock.errors import InputError
+from vanelock.common.errors import InputError
 from vanelock.mesh import CasingDimensions, HookDimensions, Sizes, VaneDimensions, sizes_for
 from vanelock.mesh.refinement.dof_estimate import MOST, casing_dofs, vane_dofs
 

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 import scipy.linalg as la
 
-from vanelock.cyclic import folded
-from vanelock.errors import InputError
+from vanelock.common.cyclic import folded
+from vanelock.common.errors import InputError
 from vanelock.nonlinear import Shares, System, adaptive_response, frequency_response, peak_errors
 from vanelock.nonlinear.adaptive import sampling
 from vanelock.nonlinear.adaptive.interpolant import Curve

@@ -8,7 +8,7 @@ import pytest
 import scipy.linalg as la
 from numpy.typing import NDArray
 
-from vanelock.errors import InputError
+from vanelock.common.errors import InputError
 from vanelock.nonlinear import (
     OPEN,
     SLIP,

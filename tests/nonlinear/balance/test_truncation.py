@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from vanelock.errors import InputError
+from vanelock.common.errors import InputError
 from vanelock.nonlinear import SLIP, SLIP_OPEN, Force, System, frequency_response
 
 Make = Callable[..., System]

@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 import pytest
 
-from vanelock.errors import InputError
+from vanelock.common.errors import InputError
 from vanelock.nonlinear import (
     System,
     frequency_response,

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq, minimize_scalar
 
-from vanelock.errors import InputError
+from vanelock.common.errors import InputError
 from vanelock.nonlinear import OPEN, SLIP_OPEN, Hysteresis, System, frequency_response, hysteresis
 from vanelock.nonlinear.fourier.trigonometric import TURN
 from vanelock.rom.system import Contacts, Diameter, Force

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from vanelock.cyclic import folded
+from vanelock.common.cyclic import folded
 from vanelock.nonlinear import (
     Shares,
     System,

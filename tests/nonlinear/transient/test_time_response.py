@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from vanelock.errors import InputError
+from vanelock.common.errors import InputError
 from vanelock.nonlinear import frequency_response, time_response
 from vanelock.nonlinear.transient.modal_step import steps_of
 from vanelock.rom.system import Contacts, Diameter, Force, System

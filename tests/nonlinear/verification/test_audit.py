@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from vanelock.errors import InputError
+from vanelock.common.errors import InputError
 from vanelock.nonlinear import System, audit_response, frequency_response, static_response
 from vanelock.nonlinear.verification.audit import damping_matrix
 from vanelock.nonlinear.verification.marched_contact import coefficients, histories, march_contacts

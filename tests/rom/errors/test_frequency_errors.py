@@ -7,7 +7,7 @@ import pytest
 import scipy.linalg as sl
 
 from vanelock import fem, rom
-from vanelock.errors import InputError
+from vanelock.common.errors import InputError
 from vanelock.rom.joining.vane_and_casing import joined_dofs
 
 STEEL = fem.Material(E=200e9, nu=0.3, rho=7800.0)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from vanelock.errors import InputError
+from vanelock.common.errors import InputError
 from vanelock.rom.fixed_interface.block_lanczos import BLOCK, lowest_modes
 
 

@@ -9,7 +9,7 @@ import scipy.sparse as sp
 from scipy.spatial import KDTree
 
 from vanelock import fem, rom
-from vanelock.cyclic import turn
+from vanelock.common.cyclic import turn
 from vanelock.mesh import Part
 
 N = 5

@@ -10,7 +10,7 @@ import scipy.sparse as sp
 from scipy.sparse.linalg import spsolve
 
 from vanelock import fem, mesh, rom
-from vanelock.errors import InputError
+from vanelock.common.errors import InputError
 from vanelock.mesh.contact.patch_means import averages, plane
 from vanelock.mesh.contact.patches import Patch
 from vanelock.rom.joining.pairs import contact_pairs, key_pairs

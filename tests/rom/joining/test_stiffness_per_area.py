@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from vanelock.errors import InputError
+from vanelock.common.errors import InputError
 from vanelock.rom import Joint
 from vanelock.rom.joining.pairs import contact_pairs
 from vanelock.rom.masters import Masters

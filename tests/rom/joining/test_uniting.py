@@ -7,7 +7,7 @@ import pytest
 
 from tests.conftest import CASING_MASTERS, JOINTS
 from vanelock import rom
-from vanelock.errors import InputError
+from vanelock.common.errors import InputError
 from vanelock.nonlinear import frequency_response
 
 LOAD = rom.Excitation(1, force=30.0)

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from vanelock import rom
-from vanelock.errors import InputError
+from vanelock.common.errors import InputError
 
 
 def test_the_scene_has_66_contacts(scene):

@@ -1,0 +1,180 @@
+"""A matrix as its file lists it, and what is made of that: finite, whole, Hermitian, sparse.
+
+A file that stores one triangle of a symmetric matrix stands for A = T + Tᴴ - diag(T); a structure's
+matrices are Hermitian, A = Aᴴ, and one that is not is some other matrix or only part of it.
+"""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+
+from vanelock.common.errors import InputError
+
+Integers = NDArray[np.int64]
+
+ASYMMETRY = 1e-8
+"""Largest |A - Aᴴ| over the largest |A| that is taken for round-off of a printed number."""
+FULL, SYMMETRIC, HERMITIAN = "full", "symmetric", "hermitian"
+
+
+@dataclass(frozen=True)
+class Entries:
+    """Entries of a square matrix, and its rows' labels where the file tells them.
+
+    Attributes
+    ----------
+    source : str
+        What errors call the file.
+    size : int
+        Rows n.
+    rows, columns : (k,) int
+        Places from 0.
+    values : (k,) float or complex
+        The entries.
+    form : str
+        `FULL`; or `SYMMETRIC`, `HERMITIAN` where one triangle stands for both.
+    node, direction : (n,) int or None
+        Labels of the rows, directions as in `Matrices`.
+    leaves_out : bool
+        Whether the format leaves out rows in which all entries are zero.
+    fixed : frozenset of (int, int)
+        Labels that the file marks as held by a boundary condition, and which it is left without.
+    """
+
+    source: str
+    size: int
+    rows: Integers
+    columns: Integers
+    values: NDArray[Any]
+    form: str = FULL
+    node: Integers | None = None
+    direction: Integers | None = None
+    leaves_out: bool = False
+    fixed: frozenset[tuple[int, int]] = frozenset()
+
+
+def dense_entries(source: str, array: NDArray[Any]) -> Entries:
+    """Entries of a full square array.
+
+    Raises
+    ------
+    InputError
+        If it is not a square array of numbers.
+    """
+    square(source, array.shape)
+    numbers(source, array.dtype)
+    rows, columns = np.nonzero(array)
+    return Entries(source, len(array), rows, columns, array[rows, columns])
+
+
+def square(source: str, shape: tuple[int, ...]) -> None:
+    """Refuse what is not square, or has no rows."""
+    if len(shape) != 2 or shape[0] != shape[1] or shape[0] < 1:
+        given = " x ".join(map(str, shape)) or "a single number"
+        raise InputError(f"{source}: {given}: a square matrix is needed")
+
+
+def numbers(source: str, dtype: np.dtype[Any]) -> None:
+    """Refuse what does not hold real or complex numbers."""
+    if dtype.kind not in "iufc":
+        raise InputError(f"{source}: holds {dtype}, not real or complex numbers")
+
+
+def assembled(entries: Entries, what: str) -> sp.csc_array:
+    """(n, n) the matrix, exactly Hermitian; complex only where it must be.
+
+    Parameters
+    ----------
+    entries : Entries
+    what : str
+        "stiffness", "mass" or "damping", for messages.
+
+    Raises
+    ------
+    InputError
+        Naming the file and the first entry at fault.
+    """
+    source, n = entries.source, entries.size
+    rows, columns = np.asarray(entries.rows), np.asarray(entries.columns)
+    values = np.asarray(entries.values)
+    values = values.astype(np.complex128 if np.iscomplexobj(values) else np.float64)
+    for name, places in (("row", rows), ("column", columns)):
+        outside = (places < 0) | (places >= n)
+        if outside.any():
+            first = int(places[outside][0]) + 1
+            raise InputError(f"{source}: an entry in {name} {first}: there are rows 1 to {n}")
+    if not np.isfinite(values).all():
+        k = int(np.flatnonzero(~np.isfinite(values))[0])
+        place = f"({rows[k] + 1}, {columns[k] + 1})"
+        raise InputError(f"{source}: entry {place} is {values[k]}: finite numbers are needed")
+    _refuse_repeated(source, rows, columns, n)
+    if entries.form != FULL:
+        rows, columns, values = _one_triangle(entries, rows, columns, values)
+    matrix = sp.coo_array((values, (rows, columns)), shape=(n, n)).tocsc()
+    return _hermitian(source, matrix, what)
+
+
+def _refuse_repeated(source: str, rows: Integers, columns: Integers, n: int) -> None:
+    """An entry given twice is added by some programs and replaced by others."""
+    keys = np.sort(rows.astype(np.int64) * n + columns)
+    again = keys[1:][keys[1:] == keys[:-1]]
+    if len(again):
+        row, column = divmod(int(again[0]), n)
+        raise InputError(f"{source}: entry ({row + 1}, {column + 1}) is given twice")
+
+
+def _one_triangle(
+    entries: Entries, rows: Integers, columns: Integers, values: NDArray[Any]
+) -> tuple[Integers, Integers, NDArray[Any]]:
+    """Both triangles; where the file gives both, they must agree."""
+    n, conjugate = entries.size, entries.form == HERMITIAN
+    upper = rows < columns
+    mirrored = np.where(upper, values.conj() if conjugate else values, values)
+    low, high = np.maximum(rows, columns), np.minimum(rows, columns)
+    _, first, inverse = np.unique(
+        low.astype(np.int64) * n + high, return_index=True, return_inverse=True
+    )
+    differs = np.abs(mirrored - mirrored[first][inverse]) > ASYMMETRY * np.abs(mirrored)
+    if differs.any():
+        k = int(np.flatnonzero(differs)[0])
+        place = f"({rows[k] + 1}, {columns[k] + 1})"
+        raise InputError(f"{entries.source}: entry {place} differs from the one mirrored to it")
+    low, high, kept = low[first], high[first], mirrored[first]
+    off = low != high
+    both = kept[off].conj() if conjugate else kept[off]
+    return (
+        np.concatenate([low, high[off]]),
+        np.concatenate([high, low[off]]),
+        np.concatenate([kept, both]),
+    )
+
+
+def _hermitian(source: str, matrix: sp.csc_array, what: str) -> sp.csc_array:
+    """The Hermitian part, which differs by round-off at most."""
+    largest = float(np.abs(matrix.data).max()) if matrix.nnz else 0.0
+    if not largest:
+        raise InputError(f"{source}: all entries of the {what} matrix are zero")
+    if largest > 1e150:
+        raise InputError(f"{source}: the {what} matrix has an entry of {largest:.0e}")
+    adjoint = matrix.conj().T.tocsc()
+    difference = matrix - adjoint
+    off = float(np.abs(difference.data).max()) if difference.nnz else 0.0
+    if off > ASYMMETRY * largest:
+        worst = difference.tocoo()
+        k = int(np.argmax(np.abs(worst.data)))
+        i, j = int(worst.row[k]), int(worst.col[k])
+        kind = "Hermitian" if np.iscomplexobj(matrix.data) else "symmetric"
+        raise InputError(
+            f"{source}: the {what} matrix is not {kind}: entries ({i + 1}, {j + 1}) and "
+            f"({j + 1}, {i + 1}) differ by {off / largest:.0e} of its largest entry"
+        )
+    if off:
+        matrix = (0.5 * (matrix + adjoint)).tocsc()
+    if np.iscomplexobj(matrix.data) and not np.any(matrix.data.imag):
+        matrix = matrix.real.tocsc()
+    matrix.sum_duplicates()
+    matrix.eliminate_zeros()
+    return matrix

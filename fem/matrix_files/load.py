@@ -1,0 +1,240 @@
+"""Stiffness, mass and damping of a component, from the files that another program wrote."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+
+from vanelock.common.errors import InputError
+from vanelock.fem.matrix_files.choosing import NoMatrixError, Wanted
+from vanelock.fem.matrix_files.entries import Entries, assembled
+from vanelock.fem.matrix_files.formats import holds_several, read_entries
+from vanelock.fem.matrix_files.labels import Labels, check_labels, named, read_labels
+from vanelock.fem.matrix_files.masses import check_mass
+from vanelock.fem.matrix_files.model import GENERALISED, Matrices
+from vanelock.fem.matrix_files.tables import load_pairs
+from vanelock.fem.matrix_files.units import units
+
+
+def load_matrices(
+    stiffness: Path,
+    mass: Path | None = None,
+    damping: Path | None = None,
+    dofs: Path | None = None,
+    nodes: Path | None = None,
+    names: Mapping[str, str] | None = None,
+    length: str = "m",
+    mass_unit: str = "kg",
+    force: str = "N",
+) -> Matrices:
+    """Read a component's matrices.
+
+    Which row is which is told by the file itself (Nastran's DMIG, Abaqus's .mtx, Ansys's .full), by
+    `dofs`, or else by `nodes`: x, y and z of its nodes in their order.
+
+    Parameters
+    ----------
+    stiffness, mass, damping : Path or None
+        Files; a mass or damping that is not given is looked for in the stiffness file where that
+        can hold several matrices. "file.h5:/group/K" is a dataset of a file.
+    dofs : Path or None
+        Ansys's .mapping or a table (CSV): node and direction of each row.
+    nodes : Path or None
+        A table (CSV) with the columns node, x, y, z.
+    names : mapping of str to str
+        Name of the matrix "stiffness", "mass" or "damping" in its file.
+    length, mass_unit, force : str
+        Units of the numbers in all files, `nodes` too, such as "mm", "t" and "N"; the unit of time
+        is the one that makes them consistent.
+
+    Returns
+    -------
+    Matrices
+        In SI units; without a mass where no file holds one.
+
+    Raises
+    ------
+    InputError
+        One line that names the file: it cannot be read, is malformed or not Hermitian, or does not
+        agree with the others.
+    """
+    used = units(length, mass_unit, force)
+    names = dict(names or {})
+    if unknown := sorted(set(names) - {"stiffness", "mass", "damping"}):
+        raise InputError(f"names: {unknown[0]!r}: stiffness, mass or damping can be named")
+    stiffness = Path(stiffness)
+    position_node, position = _positions(nodes)
+    first = read_entries(stiffness, Wanted("stiffness", names.get("stiffness")))
+    _refuse_vast(first)
+    labels = _labels(first, dofs, position_node)
+    parts = {"stiffness": _Part(first, assembled(first, "stiffness"), labels)}
+    for what, path in (("mass", mass), ("damping", damping)):
+        entries = _other(stiffness, path, what, names.get(what))
+        if entries is not None:
+            parts[what] = _part(entries, what, dofs, position_node, parts["stiffness"])
+    node, direction, matrices = _aligned(parts)
+    node, direction = check_labels(first.source, node, direction)
+    if "mass" in matrices:
+        check_mass(parts["mass"].entries.source, matrices["mass"], node, direction)
+    found = {what: used.converted(m, what, direction) for what, m in matrices.items()}
+    return Matrices(
+        K=found["stiffness"],
+        M=found.get("mass"),
+        C=found.get("damping"),
+        node=node,
+        direction=direction,
+        position=None if position is None else position * used.length,
+        position_node=position_node,
+    )
+
+
+@dataclass(frozen=True)
+class _Part:
+    """A matrix and its rows' labels."""
+
+    entries: Entries
+    matrix: sp.csc_array
+    labels: Labels
+
+
+def _other(stiffness: Path, path: Path | None, what: str, name: str | None) -> Entries | None:
+    """Mass or damping from its own file, or from the stiffness's where that has it."""
+    if path is not None:
+        return read_entries(Path(path), Wanted(what, name))
+    if not holds_several(stiffness):
+        if name is not None:
+            raise InputError(f'names: {what} = "{name}": {stiffness} holds one matrix: give a file')
+        return None
+    try:
+        return read_entries(stiffness, Wanted(what, name, alone=False))
+    except NoMatrixError:
+        if name is not None:
+            raise
+        return None
+
+
+def _part(
+    entries: Entries,
+    what: str,
+    dofs: Path | None,
+    position_node: NDArray[np.int64],
+    first: _Part,
+) -> _Part:
+    unlabelled = entries.node is None
+    if unlabelled and entries.size != first.entries.size:
+        raise InputError(
+            f"{entries.source}: {entries.size:,} rows, but {first.entries.source} has "
+            f"{first.entries.size:,}"
+        )
+    if not unlabelled:
+        _refuse_vast(entries)
+    labels = first.labels if unlabelled else _labels(entries, dofs, position_node)
+    return _Part(entries, assembled(entries, what), labels)
+
+
+def _refuse_vast(entries: Entries) -> None:
+    """A row without entries costs memory, not bytes of the file."""
+    if entries.size > 1000 + 10 * len(entries.values):
+        raise InputError(
+            f"{entries.source}: {entries.size:,} rows, but only {len(entries.values):,} entries"
+        )
+
+
+def _labels(entries: Entries, dofs: Path | None, position_node: NDArray[np.int64]) -> Labels:
+    """Of each row, from the file itself, the table `dofs`, or the order of the nodes."""
+    if entries.node is not None and entries.direction is not None:
+        return entries.node, entries.direction
+    if dofs is not None:
+        return read_labels(Path(dofs), entries.size)
+    if len(position_node) and entries.size == 3 * len(position_node):
+        return np.repeat(position_node, 3), np.tile(np.arange(3), len(position_node))
+    raise InputError(
+        f"{entries.source}: does not say which node and direction its {entries.size:,} rows are: "
+        "give dofs (Ansys's .mapping or a table of node and direction)"
+    )
+
+
+def _aligned(
+    parts: Mapping[str, _Part],
+) -> tuple[NDArray[np.int64], NDArray[np.int64], dict[str, sp.csc_array]]:
+    """Matrices in the order of one list of labels, the longest.
+
+    A format that lists entries by label leaves out rows of zeros: the mass of massless freedoms,
+    the stiffness of a statically determinate interface. Other labels must be the same.
+    """
+    fixed = frozenset().union(*(part.entries.fixed for part in parts.values()))
+    parts = {what: _without(part, fixed) for what, part in parts.items()}
+    longest = max(parts.values(), key=lambda part: len(part.labels[0]))
+    place = {key: k for k, key in enumerate(_keys(longest.labels))}
+    if len(place) < len(longest.labels[0]):
+        check_labels(longest.entries.source, *longest.labels)
+        raise InputError(f"{longest.entries.source}: two rows have the same label")
+    n = len(place)
+    aligned = {}
+    for what, part in parts.items():
+        if part.labels is longest.labels:
+            aligned[what] = part.matrix
+            continue
+        keys = _keys(part.labels)
+        source, other = part.entries.source, longest.entries.source
+        if lacking := next((key for key in keys if key not in place), None):
+            raise InputError(f"{source}: {_told(lacking)} is not in {other}")
+        places = np.array([place[key] for key in keys], np.int64)
+        if len(places) < n and not part.entries.leaves_out:
+            absent = sorted(set(place) - set(keys))[0]
+            raise InputError(f"{source}: {_told(absent)} of {other} is missing")
+        coo = part.matrix.tocoo()
+        aligned[what] = sp.coo_array(
+            (coo.data, (places[coo.row], places[coo.col])), shape=(n, n)
+        ).tocsc()
+    return *longest.labels, aligned
+
+
+def _without(part: _Part, fixed: frozenset[tuple[int, int]]) -> _Part:
+    """A matrix without the rows of freedoms that any of the files holds fixed."""
+    if not fixed:
+        return part
+    free = np.array([key not in fixed for key in _keys(part.labels)], bool)
+    if free.all():
+        return part
+    kept = np.flatnonzero(free)
+    matrix = part.matrix[:, kept].tocsr()[kept].tocsc()
+    return _Part(part.entries, matrix, (part.labels[0][kept], part.labels[1][kept]))
+
+
+def _keys(labels: Labels) -> list[tuple[int, int]]:
+    """Labels that are unique: generalised coordinates without a number count 0, -1, -2, ..."""
+    node, direction = labels
+    unnumbered = (direction == GENERALISED) & (node == 0)
+    numbers = np.where(unnumbered, 1 - np.cumsum(unnumbered), node)
+    return list(zip(numbers.tolist(), direction.tolist(), strict=True))
+
+
+def _told(key: tuple[int, int]) -> str:
+    node, direction = key
+    if direction == GENERALISED:
+        return f"generalised coordinate {node}"
+    return f"node {node}, direction {named(direction)}"
+
+
+def _positions(nodes: Path | None) -> tuple[NDArray[np.int64], NDArray[np.float64] | None]:
+    """Numbers and coordinates of the nodes, in the file's unit."""
+    if nodes is None:
+        return np.empty(0, np.int64), None
+    nodes = Path(nodes)
+    columns = {name.lower(): values for name, values in load_pairs(nodes).items()}
+    for name in ("node", "x", "y", "z"):
+        if name not in columns:
+            raise InputError(f"{nodes}: no column {name!r}: needed are node, x, y, z")
+        if columns[name].dtype.kind not in ("i" if name == "node" else "if"):
+            raise InputError(f"{nodes}: column {name!r}: numbers are needed")
+    node = columns["node"].astype(np.int64)
+    if (node < 1).any():
+        raise InputError(f"{nodes}: node {int(node.min())}: nodes are numbered from 1")
+    distinct, count = np.unique(node, return_counts=True)
+    if (count > 1).any():
+        raise InputError(f"{nodes}: node {int(distinct[count > 1][0])} is listed twice")
+    return node, np.column_stack([columns[name] for name in "xyz"]).astype(float)

@@ -1,0 +1,1 @@
+"""Readers of matrices, one format each."""

@@ -1,0 +1,128 @@
+"""Matrices in HDF5 files: a data set, or a group that holds a sparse matrix.
+
+"file.h5:/group/K" names the place in the file. A sparse matrix is a group with MATLAB's data, ir,
+jc (MathWorks, MAT-File Format, version 7.3; full arrays stand transposed there), or with data,
+indices, indptr of compressed columns and the attribute shape, as vanelock's results have it. What
+leads out of the file - external links and storage, virtual data sets - is not followed.
+"""
+
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+from numpy.typing import NDArray
+
+from vanelock.common.errors import InputError
+from vanelock.common.files.hdf5 import opened
+from vanelock.fem.matrix_files.choosing import NoMatrixError, Wanted, chosen
+from vanelock.fem.matrix_files.contents import room, size_of
+from vanelock.fem.matrix_files.entries import Entries, dense_entries, numbers, square
+
+_FAULTS = (
+    OSError, KeyError, ValueError, TypeError, RuntimeError, MemoryError, OverflowError, IndexError,
+    AttributeError,
+)  # fmt: skip
+_INDICES = (("ir", "jc"), ("indices", "indptr"))
+
+
+def read_hdf5(path: Path, wanted: Wanted) -> Entries:
+    """Read a matrix of an HDF5 file.
+
+    Raises
+    ------
+    InputError
+        One line with the file's name.
+    """
+    file, inside = split_path(path)
+    size = size_of(file)
+    try:
+        with opened(file) as held:
+            place = wanted.name or (inside if wanted.alone else None)
+            if place is None:
+                place = chosen(str(file), _tables(held), wanted)
+            return _matrix(str(file), held, place, room(size))
+    except InputError:
+        raise
+    except _FAULTS:
+        raise InputError(f"{file}: not a readable HDF5 file") from None
+
+
+def split_path(path: Path) -> tuple[Path, str | None]:
+    """The file, and the place in it behind a colon."""
+    name, colon, inside = str(path).rpartition(":")
+    if colon and inside and not path.exists() and name.lower().endswith((".h5", ".hdf5", ".mat")):
+        return Path(name), inside
+    return path, None
+
+
+def _tables(file: h5py.File) -> list[str]:
+    """What at the top of a file may be a matrix."""
+    found = []
+    for name in list(file)[:1000]:
+        if isinstance(file.get(name, getlink=True), h5py.ExternalLink):
+            continue
+        item = file.get(name)
+        full = isinstance(item, h5py.Dataset) and len(item.shape or ()) == 2
+        if full or (isinstance(item, h5py.Group) and "data" in item):
+            found.append(name)
+    return found
+
+
+def _matrix(source: str, file: h5py.File, inside: str, most: int) -> Entries:
+    where, item = f"{source}:{inside}", _item(source, file, inside)
+    of_matlab = "MATLAB_class" in item.attrs
+    if isinstance(item, h5py.Dataset):
+        array = _values(where, item, most)
+        return dense_entries(where, array.T if of_matlab else array)
+    for row, column in _INDICES:
+        if all(name in item and isinstance(_item(source, item, name), h5py.Dataset)
+               for name in ("data", row, column)):  # fmt: skip
+            parts = [_values(f"{where}/{name}", item[name], most) for name in ("data", row, column)]
+            return _sparse(where, item, parts)
+    raise InputError(f"{where}: neither a data set nor a sparse matrix (data, indices, indptr)")
+
+
+def _item(source: str, group: h5py.Group, inside: str) -> h5py.Group | h5py.Dataset:
+    """What is at a place, without leaving the file."""
+    item: Any = group
+    for name in inside.strip("/").split("/"):
+        if not isinstance(item, h5py.Group) or not name or name not in item:
+            raise NoMatrixError(f"{source}: there is no {inside[:80]!a} in it")
+        if isinstance(item.get(name, getlink=True), h5py.ExternalLink):
+            raise InputError(f"{source}: {inside[:80]!a} is a link to another file")
+        item = item[name]
+    if not isinstance(item, h5py.Group | h5py.Dataset):
+        raise InputError(f"{source}: {inside[:80]!a} is not a data set")
+    return item
+
+
+def _values(where: str, data: h5py.Dataset, most: int) -> NDArray[Any]:
+    """An array of numbers; MATLAB's complex ones are pairs of real and imag."""
+    if data.external or data.is_virtual:
+        raise InputError(f"{where}: its numbers are in another file")
+    if data.shape is None or data.nbytes > most:
+        raise InputError(f"{where}: claims {data.nbytes:,} bytes, which cannot stand in the file")
+    if data.dtype.names == ("real", "imag"):
+        pairs = data[()]
+        real: NDArray[Any] = pairs["real"] + 1j * pairs["imag"]
+        return real
+    numbers(where, data.dtype)
+    found: NDArray[Any] = np.asarray(data[()])
+    return found
+
+
+def _sparse(where: str, group: h5py.Group, parts: list[NDArray[Any]]) -> Entries:
+    """Compressed columns."""
+    data, row, pointer = parts
+    n = len(pointer) - 1
+    rows = group.attrs.get("MATLAB_sparse", n)
+    shape = tuple(int(k) for k in np.ravel(group.attrs.get("shape", [rows, n]))[:2])
+    square(where, shape)
+    if shape[0] != n or any(each.ndim != 1 or each.dtype.kind not in "iu" for each in parts[1:]):
+        raise InputError(f"{where}: parts of the sparse matrix do not fit together")
+    row, pointer = row.astype(np.int64), pointer.astype(np.int64)
+    counts = np.diff(pointer)
+    if pointer[0] != 0 or (counts < 0).any() or not len(row) == len(data) == pointer[-1]:
+        raise InputError(f"{where}: parts of the sparse matrix do not fit together")
+    return Entries(where, n, row, np.repeat(np.arange(n), counts), data)

@@ -1,0 +1,323 @@
+"""What cannot be used is refused in one line that names the file."""
+
+import gzip
+import io
+import pickle
+import zipfile
+from collections.abc import Callable
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+import scipy.io
+
+from tests.fem.matrix_files.conftest import Model
+from vanelock.common.errors import InputError
+from vanelock.fem.matrix_files import load_matrices, load_nodes, load_pairs, tables
+
+BANNER = "%%MatrixMarket matrix coordinate real symmetric\n"
+GOOD = BANNER + "3 3 3\n1 1 2\n2 2 2\n3 3 2\n"
+LABELS = "node,direction\n1,x\n1,y\n1,z\n"
+ONE_COLUMN = (
+    "DMIG    KAAX    0       6       2\nDMIG    KAAX    1       1               1       {}\n"
+)
+
+TEXTS = {
+    "10^12 entries": ("k.mtx", BANNER + "9 9 1000000000000\n1 1 1\n", "entries are announced"),
+    "10^12 rows": ("k.mtx", BANNER + "1000000000000 1000000000000 1\n1 1 1\n", "rows"),
+    "10^12 in an array": (
+        "k.mtx", "%%MatrixMarket matrix array real general\n1000000 1000000\n1\n", "announced"
+    ),
+    "rows without entries": ("k.mtx", BANNER + "5000 5000 1\n" + "1 1 1\n" + " " * 9000, "only 1"),
+    "nan": ("k.mtx", GOOD.replace("2 2 2", "2 2 nan"), "finite"),
+    "inf": ("k.mtx", GOOD.replace("2 2 2", "2 2 inf"), "finite"),
+    "overflow": ("k.mtx", GOOD.replace("2 2 2", "2 2 1e999"), ""),
+    "negative index": ("k.mtx", GOOD.replace("2 2 2", "-2 2 2"), ""),
+    "index beyond": ("k.mtx", GOOD.replace("2 2 2", "4 2 2"), ""),
+    "text": ("k.mtx", GOOD.replace("2 2 2", "2 two 2"), ""),
+    "twice": ("k.mtx", GOOD.replace("2 2 2", "3 3 2"), "given twice"),
+    "pattern": ("k.mtx", GOOD.replace("real", "pattern"), "pattern"),
+    "skew": ("k.mtx", GOOD.replace("symmetric", "skew-symmetric"), "skew-symmetric"),
+    "not square": ("k.mtx", GOOD.replace("3 3 3", "3 4 3"), "square"),
+    "no sizes": ("k.mtx", BANNER, "sizes"),
+    "half a file": ("k.mtx", GOOD[:-8], ""),
+    "all zero": ("k.mtx", GOOD.replace(" 2\n", " 0\n"), "zero"),
+    "not symmetric": (
+        "k.mtx", GOOD.replace("symmetric", "general").replace("1 1 2", "1 2 2"), "not symmetric"
+    ),
+    "empty": ("k.mtx", "", "empty"),
+    "binary": ("k.mtx", "1 2\0 3", "not a text"),
+    "abaqus, internal node": ("k.mtx", "-3,1, -3,1, 4.0\n", "internal"),
+    "abaqus, freedom": ("k.mtx", "3,11, 3,11, 4.0\n", "freedom 11"),
+    "abaqus, half a node": ("k.mtx", "3.5,1, 3,1, 4.0\n", "3.5"),
+    "abaqus, text": ("k.mtx", "3,1, 3,1, 4.0\n3,x, 3,1, 4.0\n", ""),
+    "abaqus, ragged": ("k.mtx", "3,1, 3,1, 4.0\n3,1, 3\n", ""),
+    "abaqus, vast": ("k.mtx", "1 1 1.0\n900000000 900000000 1.0\n", "only 2"),
+    "abaqus, differs": ("k.mtx", "1,1,1,2,4.0\n1,2,1,1,5.0\n", "differs"),
+    "abaqus, all fixed": ("k.mtx", "1,1,1,1,1e36\n", "fixed"),
+    "superelement, entries": (
+        "k.mtx",
+        "*USER ELEMENT, NODES=1\n** ELEMENT NODES\n** 7\n1,2\n*MATRIX,TYPE=STIFFNESS\n1,2\n",
+        "triangle of 2",
+    ),
+    "superelement, place": (
+        "k.mtx",
+        "*USER ELEMENT, NODES=1\n** ELEMENT NODES\n** 7\n1\n4,1\n*MATRIX,TYPE=STIFFNESS\n1\n",
+        "place 4",
+    ),
+    "harwell, short": ("k.hb", "title\n1 1 1 1\nRSA 3 3 3 0\n(1I3) (1I3) (1E9.3)\n1\n", ""),
+    "harwell, vast": (
+        "k.hb",
+        "t\n9 3 3 3\nRSA 9000000000 9000000000 3 0\n(1I3) (1I3) (1E9.3)\n1\n1\n1\n1\n",
+        "",
+    ),
+    "harwell, elements": ("k.hb", "t\n1 1 1 1\nRSE 3 3 3 0\n(1I3) (1I3) (1E9.3)\n1\n", "RSE"),
+    "dmig, no head": ("k.pch", "DMIG,KAAX,1,1,,1,1,2.\n", "head"),
+    "dmig, rectangular": ("k.pch", "DMIG    KAAX    0       9       2\n", "form 9"),
+    "dmig, component": ("k.pch", ONE_COLUMN.format("8       2."), "component 8"),
+    "dmig, text": ("k.pch", ONE_COLUMN.format("1       two"), "two"),
+    "dmig, none": ("k.bdf", "GRID,1,,0.,0.,0.\n", "no matrix"),
+    "no reader": ("k.xls", "1", "end in"),
+    "more numbers than announced": ("k.mtx", GOOD + "1 2 1\n", "4 lines of 3"),
+    "a number too many": ("k.mtx", GOOD.replace("2 2 2", "2 2 2 2"), ""),
+    "half a row": ("k.mtx", GOOD.replace("2 2 2", "2.5 2 2"), "2.5"),
+    "array of too few": (
+        "k.mtx", "%%MatrixMarket matrix array real symmetric\n3 3\n" + "1.0\n" * 5, "5 lines"
+    ),
+    "not npz": ("k.npz", "PK nothing", "npz"),
+    "not npy": ("k.npy", "nothing", "NumPy"),
+    "not mat": ("k.mat", "nothing" * 40, "mat"),
+    "not hdf5": ("k.h5", "nothing" * 40, "HDF5"),
+    "not full": ("k.full", "nothing" * 400, "full"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("case", TEXTS)
+def test_broken_text(case: str, tmp_path: Path) -> None:
+    name, text, told = TEXTS[case]
+    (tmp_path / name).write_text(text)
+    (tmp_path / "dofs.csv").write_text(LABELS)
+    with pytest.raises(InputError) as refused:
+        load_matrices(tmp_path / name, dofs=tmp_path / "dofs.csv")
+    message = str(refused.value)
+    assert name in message
+    assert told in message
+    assert len(message.splitlines()) == 1
+
+
+def bomb(path: Path) -> None:
+    """Entries of zeros without an end, a thousandth of their size."""
+    path.write_bytes(gzip.compress(GOOD.encode() + b"\n" * (64 << 20)))
+
+
+def cut(path: Path) -> None:
+    path.write_bytes(gzip.compress(GOOD.encode())[:-12])
+
+
+def header_of_a_terabyte(path: Path) -> None:
+    held = io.BytesIO()
+    np.lib.format.write_array_header_1_0(
+        held, {"descr": "<f8", "fortran_order": False, "shape": (10**6, 10**6)}
+    )
+    path.write_bytes(held.getvalue() + bytes(80))
+
+
+def zipped_zeros(path: Path) -> None:
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
+        archive.writestr("K.npy", bytes(64 << 20))
+
+
+class Trap:
+    """Runs when it is unpickled."""
+
+    def __reduce__(self) -> tuple[Callable[..., object], tuple[str]]:
+        return (exec, ("raise SystemExit('unpickled')",))
+
+
+def pickled(path: Path) -> None:
+    np.save(path, np.array([[Trap()]], object), allow_pickle=True)
+
+
+def bare_pickle(path: Path) -> None:
+    path.write_bytes(pickle.dumps(Trap()))
+
+
+def cells(path: Path) -> None:
+    held = np.empty((3, 3), object)
+    held[:] = 1.0
+    scipy.io.savemat(path, {"K": held})
+
+
+def outside(path: Path) -> None:
+    with h5py.File(path.with_name("other.h5"), "w") as other:
+        other["K"] = np.eye(3)
+    with h5py.File(path, "w") as file:
+        file["K"] = h5py.ExternalLink("other.h5", "/K")
+
+
+def never_written(path: Path) -> None:
+    with h5py.File(path, "w") as file:
+        file.create_dataset("K", (10**6, 10**6), "f8", chunks=(1000, 1000))
+
+
+FILES = {
+    "packed bomb": ("k.mtx.gz", bomb, "unpacks to more"),
+    "packed, cut": ("k.mtx.gz", cut, "not a whole"),
+    "npy of a terabyte": ("k.npy", header_of_a_terabyte, "bytes"),
+    "npz of zeros": ("k.npz", zipped_zeros, "claim"),
+    "objects": ("k.npy", pickled, "objects"),
+    "a pickle": ("k.npy", bare_pickle, "NumPy"),
+    "cells": ("k.mat", cells, "no matrix"),
+    "a link": ("k.h5", outside, "link to another file"),
+    "data never written": ("k.h5", never_written, "packed, and more than"),
+}
+
+
+@pytest.mark.parametrize("case", FILES)
+def test_broken_file(case: str, tmp_path: Path) -> None:
+    name, write, told = FILES[case]
+    write(tmp_path / name)
+    (tmp_path / "dofs.csv").write_text(LABELS)
+    with pytest.raises(InputError, match=told) as refused:
+        load_matrices(tmp_path / name, dofs=tmp_path / "dofs.csv")
+    assert name in str(refused.value)
+
+
+def test_an_unfinished_header_of_numpy_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "k.npy"
+    header = b"{'descr': '<f8', 'fortran_order': False, 'shape': (3L, (3), }"
+    path.write_bytes(b"\x93NUMPY\x01\x00" + len(header).to_bytes(2, "little") + header)
+    with pytest.raises(InputError, match="not NumPy's format"):
+        load_matrices(path)
+
+
+@pytest.mark.parametrize("symmetry", ["general", "symmetric"])
+def test_an_array_with_a_number_too_many_is_refused(symmetry: str, tmp_path: Path) -> None:
+    """SciPy's reader crashes on it."""
+    path, count = tmp_path / "k.mtx", {"general": 9, "symmetric": 6}[symmetry]
+    head = f"%%MatrixMarket matrix array real {symmetry}\n3 3\n"
+    (tmp_path / "dofs.csv").write_text("node,direction\n1,x\n1,y\n1,z\n")
+    for given in (count + 40, count - 1):
+        path.write_text(head + "1.0\n" * given)
+        with pytest.raises(InputError, match="k.mtx"):
+            load_matrices(path, dofs=tmp_path / "dofs.csv")
+
+
+def test_link_to_another_file_is_refused_by_name(tmp_path: Path) -> None:
+    outside(tmp_path / "k.h5")
+    (tmp_path / "dofs.csv").write_text(LABELS)
+    inside = Path(f"{tmp_path / 'k.h5'}:K")
+    with pytest.raises(InputError, match="link to another file"):
+        load_matrices(inside, dofs=tmp_path / "dofs.csv")
+
+
+@pytest.mark.parametrize(
+    ("labels", "told"),
+    [
+        ("node,direction\n1,x\n1,x\n1,z\n", "labels two rows"),
+        ("node,direction\n1,x\n1,y\n", "2 lines"),
+        ("node,direction\n-1,x\n1,y\n1,z\n", "numbered from 1"),
+        ("node,direction\n1,x\n1,up\n1,z\n", "up"),
+        ("node,dof\n1,1\n1,7\n1,3\n", "1 to 6"),
+        ("row,node,dof\n1,1,1\n1,1,2\n3,1,3\n", "each once"),
+        ("node\n1\n2\n3\n", "no column"),
+        ("node,direction\n1.5,x\n1,y\n1,z\n", "whole numbers"),
+    ],
+)
+def test_labels(labels: str, told: str, tmp_path: Path) -> None:
+    (tmp_path / "k.mtx").write_text(GOOD)
+    (tmp_path / "dofs.csv").write_text(labels)
+    with pytest.raises(InputError, match=told) as refused:
+        load_matrices(tmp_path / "k.mtx", dofs=tmp_path / "dofs.csv")
+    assert "dofs.csv" in str(refused.value) or "k.mtx" in str(refused.value)
+
+
+def test_freedom_that_is_no_displacement_in_a_mapping(tmp_path: Path) -> None:
+    (tmp_path / "k.mtx").write_text(GOOD)
+    (tmp_path / "k.mapping").write_text("Eqn Node DOF\n1 1 UX\n2 1 TEMP\n3 1 UZ\n")
+    with pytest.raises(InputError, match=r"k.mapping: line 3: TEMP"):
+        load_matrices(tmp_path / "k.mtx", dofs=tmp_path / "k.mapping")
+
+
+def test_mass_of_other_size(model: Model, tmp_path: Path) -> None:
+    np.save(tmp_path / "k.npy", model.K)
+    np.save(tmp_path / "m.npy", model.M[:6, :6])
+    with pytest.raises(InputError, match=r"m\.npy: 6 rows, but .*k\.npy has 9"):
+        load_matrices(tmp_path / "k.npy", tmp_path / "m.npy", nodes=model.write_nodes(tmp_path))
+
+
+def test_mass_of_other_labels(tmp_path: Path) -> None:
+    (tmp_path / "k.mtx").write_text("1,1,1,1,4.0\n2,1,2,1,4.0\n")
+    (tmp_path / "m.mtx").write_text("1,1,1,1,4.0\n3,1,3,1,4.0\n")
+    with pytest.raises(InputError, match=r"m\.mtx: node 3, direction x is not in .*k\.mtx"):
+        load_matrices(tmp_path / "k.mtx", tmp_path / "m.mtx")
+
+
+def test_no_labels(tmp_path: Path) -> None:
+    (tmp_path / "k.mtx").write_text(GOOD)
+    with pytest.raises(InputError, match="give dofs"):
+        load_matrices(tmp_path / "k.mtx")
+
+
+@pytest.mark.parametrize("unit", ["furlongs per fortnight", "kg", "0 mm", "mm**9**9**9", ""])
+def test_units(unit: str, model: Model, tmp_path: Path) -> None:
+    np.save(tmp_path / "k.npy", model.K)
+    with pytest.raises(InputError, match="length"):
+        load_matrices(tmp_path / "k.npy", nodes=model.write_nodes(tmp_path), length=unit)
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        ("1 2 x", "x"), ("1 2 1", "twice"), ("0", "0"), ("-4", "-4"), ("# none\n", "no nodes"),
+        ("1.5", "1.5"), ("99999999999999999999", "node's number"),
+    ],
+)  # fmt: skip
+def test_nodes(text: str, told: str, tmp_path: Path) -> None:
+    (tmp_path / "nodes.txt").write_text(text)
+    with pytest.raises(InputError, match=r"nodes\.txt") as refused:
+        load_nodes(tmp_path / "nodes.txt")
+    assert told in str(refused.value)
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        ("a,b\n1\n", "line 2"), ("a,a\n1,2\n", "twice"), ("1,2\n3,4\n", "column names"),
+        ("a,b\n1,nan\n2,3\n", "nan"), ("a,b\n", "no rows"), ("a,b\n1,\n", "line 2"),
+        ("a\n1\ninf\n", "inf"), ("a\n1\n1e999\n", "1e999"),
+    ],
+)  # fmt: skip
+def test_pairs(text: str, told: str, tmp_path: Path) -> None:
+    (tmp_path / "pairs.csv").write_text(text)
+    with pytest.raises(InputError, match=r"pairs\.csv") as refused:
+        load_pairs(tmp_path / "pairs.csv")
+    assert told in str(refused.value)
+
+
+def test_names_of_columns_are_compared_in_proportion_to_their_number(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The last of them is named twice; comparing each with each would take n² / 2."""
+    compared = 0
+
+    class Name(str):
+        __slots__ = ()
+        __hash__ = str.__hash__
+
+        def __eq__(self, other: object) -> bool:
+            nonlocal compared
+            compared += 1
+            return str.__eq__(self, other)
+
+    counts = []
+    for n in (1000, 2000):
+        names = [Name(f"c{i}") for i in range(n)] + [Name(f"c{n - 1}")]
+        monkeypatch.setattr(tables, "_cells", lambda *_, names=names: names)
+        (tmp_path / "pairs.csv").write_text("names\n")
+        compared = 0
+        with pytest.raises(InputError, match=f"column 'c{n - 1}' is named twice"):
+            load_pairs(tmp_path / "pairs.csv")
+        counts.append(compared)
+    assert counts[1] <= 2 * counts[0] + 10

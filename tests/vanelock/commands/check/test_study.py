@@ -1,0 +1,67 @@
+"""What a check says of a study that is not computed, and of the results of a run."""
+
+import pytest
+
+from vanelock import check_file
+from vanelock.common.errors import InputError
+from vanelock.results.files.results_file import Results
+
+
+def rows(path):
+    return dict(check_file(path).rows)
+
+
+@pytest.mark.parametrize(
+    ("text", "elements"),
+    [
+        ("", "medium"),
+        ('[mesh]\nsize = "5 mm"', "5 mm"),
+        ('[sweep]\n"mesh.size" = ["coarse", 0.004]', "coarse, 4 mm"),
+        ("accuracy = 0.02", "chosen for an error of 2 %"),
+        ('accuracy = 0.02\n[mesh]\nsize = "coarse"', "coarse"),
+    ],
+)
+def test_elements_are_those_that_a_run_has(tmp_path, text, elements):
+    (tmp_path / "my.toml").write_text(text)
+    found = rows(tmp_path / "my.toml")
+    assert found["vane"] == found["casing"] == f"from dimensions, elements {elements}"
+    assert ("accuracy" in found) == ("accuracy" in text)
+
+
+def test_an_accuracy_says_what_it_chooses(tmp_path):
+    (tmp_path / "my.toml").write_text("accuracy = 0.02\n[response]\nharmonics = 3")
+    told = rows(tmp_path / "my.toml")["accuracy"]
+    assert told == "an error of 2 %: the run chooses mesh, modes, frequencies"
+
+
+def test_measured_files_do_not_hide_behind_other_mistakes(tmp_path):
+    (tmp_path / "bad.csv").write_text("frequency (Hz), amplitude (kg)\n1, 2\n")
+    tables = "".join(f'[[measured]]\nfile = "{name}.csv"\n' for name in ("absent", "bad"))
+    (tmp_path / "my.toml").write_text(f"{tables}[damping]\nratio = 2")
+    with pytest.raises(InputError) as caught:
+        rows(tmp_path / "my.toml")
+    lines = [line.partition(": ")[2] for line in str(caught.value).splitlines()]
+    assert [line.partition(" ")[0] for line in lines] == [
+        "measured[0].file:",
+        "measured[1].file:",
+        "damping.ratio",
+    ]
+    assert lines[0].endswith("absent.csv: no such file")
+    assert "column amplitude" in lines[1]
+
+
+@pytest.mark.parametrize(
+    ("failed", "told"),
+    [(0, "0"), (2, "2: mu=0, mu=1"), (7, "7: mu=0, mu=1, mu=2, mu=3, mu=4, ...")],
+)
+def test_failed_cases_are_counted(tmp_path, failed, told):
+    results = Results(tmp_path / "results.h5")
+    with results.edit("provenance") as file:
+        about = file.create_group("provenance")
+        about.create_group("versions")
+        about.attrs.update({"date": "2026-01-01", "settings": "{}"})
+        file.create_group("response")
+        for i in range(failed):
+            file.create_group(f"failed/mu={i}")
+    results.flush()
+    assert rows(tmp_path)["failed"] == told

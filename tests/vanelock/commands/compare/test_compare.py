@@ -1,0 +1,157 @@
+"""Which cases of two runs belong together, and what is said of those that do not."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from vanelock import compare_runs, parse_study
+from vanelock.commands.compare.compare import compared, matched, tables
+from vanelock.commands.compare.load import CaseFound, Loaded
+from vanelock.commands.compare.page import compare_page
+from vanelock.common.errors import InputError
+from vanelock.input.settings import settings, told
+from vanelock.report import Answers, Text
+from vanelock.results.files.results_file import Results
+
+
+def case(name, values, peak=1e-5):
+    f = np.array([1.0, 2, 3])
+    numbers = {"peak_amplitude": peak, "peak_frequency": 250.0}
+    return CaseFound(name, values, numbers, f, f)
+
+
+def run(label, *cases, text="", complete=True, monitor="vane accessory 1, radial"):
+    return Loaded(
+        folder=Path(label),
+        label=label,
+        complete=complete,
+        date="2026-01-01",
+        settings=parse_study(text).model_dump(mode="json"),
+        versions={"vanelock": "0.1.0"},
+        monitor=monitor,
+        sizes={"contacts": 66},
+        cases={each.name: each for each in cases},
+    )
+
+
+MU, H = "joints.interlock.mu", "response.harmonics"
+
+
+def test_cases_are_paired_by_name_values_and_order():
+    one = run("A", case("mu=0.1", {MU: 0.1}), case("mu=0.2", {MU: 0.2}), case("nominal", {}))
+    other = run(
+        "B",
+        case("mu=0.2,harmonics=3", {MU: 0.2, H: 3}),
+        case("mu=0.1", {MU: 0.1}),
+        case("force=2", {"excitation.force": 2.0}),
+        case("force=3", {"excitation.force": 3.0}),
+    )
+    pairs, notes = matched(one, other)
+    assert [(p.one.name, p.other.name, p.by) for p in pairs] == [
+        ("mu=0.1", "mu=0.1", "name"),
+        ("mu=0.2", "mu=0.2,harmonics=3", "values"),
+        ("nominal", "force=2", "order"),
+    ]
+    assert notes[-1] == "force=3 is in B alone"
+    assert "by values" in notes[0]
+
+
+def test_values_that_fit_two_cases_are_not_guessed():
+    one = run("A", case("mu=0.2", {MU: 0.2}))
+    other = run("B", *(case(f"mu=0.2,harmonics={h}", {MU: 0.2, H: h}) for h in (1, 3)))
+    pairs, notes = matched(one, other)
+    assert [p.by for p in pairs] == ["order"]
+    assert notes[-1] == "mu=0.2,harmonics=3 is in B alone"
+
+
+def test_differences_are_those_of_the_second_over_the_first():
+    found = compared(
+        run("A", case("nominal", {}, 4e-5)),
+        run("B", case("nominal", {}, 3e-5), text='[vane]\nthickness = "5 mm"'),
+    )
+    assert found.inputs == [("vane.thickness", "4.5 mm", "5 mm")]
+    peak = found.results[0]
+    assert (peak.one, peak.other) == pytest.approx((40, 30))
+    assert peak.change == pytest.approx(-0.25)
+    rows = next(table for table in tables(found) if table.key == "results").rows
+    assert rows[0] == ("nominal", "peak", "40 µm", "30 µm", "-25 %")
+    assert rows[1] == ("nominal", "peak frequency", "250 Hz", "250 Hz", "same")
+
+
+def test_the_case_that_changes_most_stands_on_top():
+    peaks = ((1e-5, 1e-5), (2e-5, 2.2e-5), (3e-5, 1.5e-5), (4e-5, 4.1e-5))
+    one = run("A", *(case(f"mu=0.{i}", {}, a) for i, (a, _) in enumerate(peaks)))
+    other = run("B", *(case(f"mu=0.{i}", {}, b) for i, (_, b) in enumerate(peaks)))
+    top = compare_page(compared(one, other)).sections[0].blocks
+    assert isinstance(top[0], Answers)
+    assert [(each.label, each.value) for each in top[0].items] == [
+        ("Peak, μ = 0.2", "-50 %"),
+        ("Frequency, μ = 0.2", "+0 %"),
+        ("Peak, μ = 0.1", "+10 %"),
+        ("Frequency, μ = 0.1", "+0 %"),
+    ]
+    assert isinstance(top[1], Text)
+    assert "of 4 cases the 2 whose peak" in top[1].text
+
+
+def test_counts_get_no_percentages():
+    both = case("nominal", {}), case("nominal", {})
+    for each, (h, points) in zip(both, ((3, 50), (5, 60)), strict=True):
+        each.numbers.update(harmonics=h, points=points, converged=points, seconds=h)
+    found = compared(run("A", both[0]), run("B", both[1]))
+    changes = {line.what: line.change for line in found.results}
+    assert (changes["harmonics"], changes["points"], changes["converged"]) == (None, None, None)
+    assert changes["time"] == pytest.approx(2 / 3)
+
+
+def test_what_is_missing_is_said():
+    found = compared(
+        run("A", case("nominal", {})),
+        run("B", complete=False, monitor="vane accessory 2, axial"),
+    )
+    assert found.notes[0].startswith("B: the run is not complete; what it has, 0 cases,")
+    assert "different displacements: vane accessory 1, radial in A" in found.notes[1]
+    assert found.notes[2] == "nominal is in A alone"
+
+
+def test_folders_without_results_are_refused(tmp_path):
+    (tmp_path / "empty").mkdir()
+    with pytest.raises(InputError, match=r"empty: holds no results.h5: not the folder of a run"):
+        compare_runs(tmp_path / "empty", tmp_path / "none")
+    with pytest.raises(InputError, match="none: no such folder"):
+        compare_runs(tmp_path / "none", tmp_path / "empty")
+
+
+def test_results_that_lack_something_are_refused_in_one_line(tmp_path):
+    for name in ("a", "b"):
+        (tmp_path / name).mkdir()
+        with Results(tmp_path / name / "results.h5").edit("/") as file:
+            file.attrs["complete"] = True
+    with pytest.raises(InputError, match=r"a/results.h5: lacks what a run writes .*provenance"):
+        compare_runs(tmp_path / "a", tmp_path / "b")
+
+
+def test_settings_are_told_in_peoples_units():
+    values = {
+        "vane.thickness": (0.0045, "4.5 mm"),
+        "vane.fillet": (0.0, "0 mm"),
+        "joints.hook.interference": (20e-6, "20 µm"),
+        "joints.hook.kn": (1.67e7, "16.7 N/µm"),
+        "material.vane.E": (170e9, "170 GPa"),
+        "material.vane.fatigue_limit": (250e6, "250 MPa"),
+        "vane.stagger": (35.0, "35°"),
+        "response.frequencies": ([250.0, 260.0], "250, 260 Hz"),
+        "outputs.shapes": (False, "no"),
+        "mesh.size": (0.012, "12 mm"),
+        "sweep.mesh.size": ("coarse", "coarse"),
+        "accuracy": (None, "not set"),
+    }
+    assert {key: told(key, value) for key, (value, _) in values.items()} == {
+        key: text for key, (_, text) in values.items()
+    }
+
+
+def test_changed_settings_are_those_that_differ_from_the_defaults():
+    text = '[excitation]\nforce = 30\n[vane]\nthickness = "4.5 mm"\nchord = "50 mm"'
+    assert [each.key for each in settings(parse_study(text)) if each.changed] == ["vane.chord"]

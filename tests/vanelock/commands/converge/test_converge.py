@@ -1,0 +1,162 @@
+"""Error against cost, measured: the coarse scene with few frequencies, and what knobs there are."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from vanelock import converge_study, parse_study
+from vanelock.commands.converge.converge import vertex
+from vanelock.commands.converge.settings import chosen, knobs
+from vanelock.commands.converge.table import markdown, table
+from vanelock.common.errors import InputError
+from vanelock.pipeline.progress import Done, Event, Finished, Notice
+from vanelock.pipeline.tables import Table
+
+STUDY = """
+name = "coarse"
+[mesh]
+size = "coarse"
+[response]
+harmonics = 1
+range = [268, 284]
+points = 9
+[joints.interlock]
+mu = 0.15
+[sweep]
+"joints.interlock.mu" = [0.1, 0.2]
+"""
+
+
+def values(text, key):
+    found = {knob.key: knob for knob in knobs(parse_study(text))}
+    return [level.shown for level in found[key].levels], [
+        level.shown for level in found[key].levels if level.own
+    ]
+
+
+def test_every_knob_has_the_studys_own_value_once():
+    found = knobs(parse_study(""))
+    assert [knob.key for knob in found] == [
+        "mesh.size",
+        "rom.accuracy",
+        "response.harmonics",
+        "response.samples",
+        "response.points",
+        "response.coupling",
+        "joints.hook.patch",
+    ]
+    for knob in found:
+        assert sum(level.own for level in knob.levels) == 1, knob.key
+        assert len({level.shown for level in knob.levels}) == len(knob.levels)
+
+
+def test_values_around_what_the_study_has():
+    assert values("[rom]\naccuracy = 5e-4", "rom.accuracy")[1] == ["0.0005"]
+    assert values("[rom]\nvane_modes = 8", "rom.vane_modes") == (["4", "8", "16", "32"], ["8"])
+    assert values('[rom]\nroute = "direct"', "rom.interface_modes")[1] == ["10"]
+    assert values("[response]\nharmonics = 12", "response.harmonics")[0][-1] == "23"
+    assert values("[response]\npoints = 50", "response.points")[1] == ["50"]
+    isotropic = values('[joints]\nfriction = "isotropic"', "response.samples")
+    assert isotropic == (["64", "128", "256", "512", "1024", "2048", "4096"], ["256"])
+
+
+def test_meshes_grow_up_to_the_limit_alone():
+    study = parse_study('[mesh]\nsize = "coarse"\nface_nodes = 120')
+    few, many = (
+        {knob.key: knob for knob in knobs(study, dofs)}["mesh.size"] for dofs in (6e4, 1.5e5)
+    )
+    assert [level.shown for level in few.levels] == ["coarse", "17.7 mm", "12.5 mm"]
+    assert len(many.levels) > len(few.levels)
+    assert [level.study.mesh.face_nodes for level in few.levels] == [120, None, None]
+
+
+def test_listed_frequencies_leave_nothing_to_raise_there():
+    study = parse_study("[response]\nfrequencies = [250, 260]")
+    assert "response.points" not in {knob.key for knob in knobs(study)}
+
+
+def test_an_unknown_knob_is_told_with_those_there_are():
+    with pytest.raises(InputError, match=r'--knob "mesh": this study has mesh.size, rom.accuracy'):
+        chosen(parse_study(""), ("mesh",), 1e5)
+
+
+def test_the_vertex_of_a_parabola():
+    f = np.linspace(9.0, 11.0, 9)
+    a = 3 - (f - 10.1) ** 2
+    np.testing.assert_allclose(vertex(f, a), (3, 10.1), rtol=1e-12)
+    at_end = vertex(f, f)
+    assert at_end == (11.0, 11.0)
+    jump = np.where(f > 10, 0.1, f)  # no parabola passes a jump
+    assert vertex(f, jump) == (10.0, 10.0)
+    lost = np.where(f == 10.25, np.nan, a)
+    assert vertex(f, lost) == (a[f == 10.0][0], 10.0)
+
+
+@pytest.fixture(scope="module")
+def measured(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("converge")
+    heard: list[Event] = []
+    only = ("response.harmonics", "response.coupling")
+    found = converge_study(parse_study(STUDY), folder, heard.append, only)
+    return folder, found, heard
+
+
+def test_the_finest_value_is_the_reference(measured):
+    _, found, _ = measured
+    by_knob = {name: [o for o in found if o.knob == name] for name in {o.knob for o in found}}
+    assert {name: [o.value for o in each] for name, each in by_knob.items()} == {
+        "response.harmonics": ["1", "2", "3", "5", "7", "9"],
+        "response.coupling": ["constant-load", "uncoupled", "coupled"],
+    }
+    for outcomes in by_knob.values():
+        *rest, last = outcomes
+        assert np.isnan(last.amplitude_error)
+        for o in rest:
+            assert o.amplitude_error == pytest.approx(abs(o.amplitude / last.amplitude - 1))
+            assert o.frequency_error == pytest.approx(abs(o.frequency / last.frequency - 1))
+        assert sum(o.own for o in outcomes) == 1
+    harmonics = by_knob["response.harmonics"]
+    assert harmonics[0].amplitude_error > 10 * harmonics[-2].amplitude_error
+    assert harmonics[-2].amplitude_error < 1e-3
+    own = {o.knob: o for o in found if o.own}
+    assert own["response.harmonics"].amplitude == own["response.coupling"].amplitude
+
+
+def test_more_harmonics_cost_more_nodal_diameters(measured):
+    _, found, heard = measured
+    reduced = [e.stage for e in heard if isinstance(e, Done) and "ND" in e.stage]
+    assert sorted(reduced) == [f"rom casing, ND {k}" for k in range(9)]  # each of them once
+    cost = {o.value: o.cost for o in found if o.knob == "response.harmonics"}
+    assert 0 < cost["1"] < cost["3"] < cost["9"]
+
+
+def test_what_a_measurement_leaves(measured):
+    folder, found, heard = measured
+    assert any(isinstance(e, Notice) and "unswept" in e.text for e in heard)
+    records = json.loads((folder / "converge.json").read_text())
+    assert [r["amplitude"] for r in records] == [o.amplitude for o in found]
+    assert (folder / "converge.md").read_text() == markdown(found)
+    assert (folder / "figures" / "converge.png").stat().st_size > 20_000
+    (shown,) = [e for e in heard if isinstance(e, Table)]
+    assert shown == table(found, "coarse")
+    assert isinstance(heard[-1], Finished)
+
+
+def test_measuring_again_computes_nothing_and_finds_the_same(measured):
+    folder, found, _ = measured
+    heard: list[Event] = []
+    again = converge_study(parse_study(STUDY), folder, heard.append, ("response.coupling",))
+    assert not [e for e in heard if isinstance(e, Done) and not e.cached and "rom" in e.stage]
+    before = [o for o in found if o.knob == "response.coupling"]
+    assert [(o.amplitude, o.frequency) for o in again] == [
+        (o.amplitude, o.frequency) for o in before
+    ]
+    assert [o.cpu for o in again] == pytest.approx([o.cpu for o in before])
+
+
+def test_lost_points_are_told(measured):
+    _, found, _ = measured
+    bad = replace(found[0], lost=2)
+    assert "response.harmonics = 1: 2 points DID NOT CONVERGE" in table([bad], "x").notes

@@ -1,0 +1,194 @@
+"""Least squares and its doubts on models with known answers, against SciPy's own covariance."""
+
+import numpy as np
+import pytest
+from scipy.optimize import curve_fit
+
+from vanelock.commands.fit.least_squares import fit
+from vanelock.commands.fit.solution import Parameter
+from vanelock.commands.fit.tables import doubts, fit_table, json_of, notes
+from vanelock.common.errors import InputError
+
+HERTZ = np.linspace(0.9, 1.1, 41)
+TRUTH = np.array([2.0, 1.01, 0.02])
+
+
+def resonance(f, height, place, ratio):
+    return height * ratio / np.hypot(1 - (f / place) ** 2, 2 * ratio * f / place)
+
+
+def predict(theta):
+    return resonance(HERTZ, *theta)
+
+
+def parameters(low=0.1, high=10.0, start=(1.0, 1.0, 0.05)):
+    keys = ("height", "place", "damping.ratio")
+    return [Parameter(key, s, s * low, s * high) for key, s in zip(keys, start, strict=True)]
+
+
+@pytest.mark.parametrize("given", [True, False])
+def test_values_and_errors_are_scipy_s(given):
+    """Relative standard errors of logarithms are those of the values over the values."""
+    sigma = np.full(41, 0.02)
+    data = predict(TRUTH) + sigma * np.random.default_rng(4).standard_normal(41)
+    found = fit(predict, data, sigma if given else None, parameters())
+    value, covariance = curve_fit(
+        resonance, HERTZ, data, TRUTH, sigma if given else None, absolute_sigma=given
+    )
+    np.testing.assert_allclose(found.value, value, rtol=1e-4)
+    error = np.sqrt(np.diag(covariance)) / value * (found.scale if given else 1)
+    np.testing.assert_allclose(found.deviation, error, rtol=0.02)
+    related = covariance / np.outer(*2 * [np.sqrt(np.diag(covariance))])
+    np.testing.assert_allclose(found.correlation, related, atol=0.02)
+    left = data - resonance(HERTZ, *value)
+    unit = 0.02 if given else 1.0
+    assert found.after == pytest.approx(np.sqrt(np.mean(left**2)) / unit, rel=1e-4)
+    assert found.undetermined == ()
+    assert doubts(found) == []
+
+
+def test_a_fit_in_small_units_goes_as_far():
+    """In metres residuals are of the order of 1e-7, and gradients of 1e-12."""
+    data = predict(TRUTH) + 0.02 * np.random.default_rng(4).standard_normal(41)
+    found = fit(predict, data, None, parameters())
+    small = fit(lambda theta: 1e-6 * predict(theta), 1e-6 * data, None, parameters())
+    np.testing.assert_allclose(small.value, found.value, rtol=1e-4)
+
+
+def test_a_model_that_misses_its_data_has_larger_errors():
+    """A bump that no resonance has: errors grow by the misfit, and it is said."""
+    sigma = np.full(41, 0.005)
+    data = predict(TRUTH) * (1 + 0.3 * np.sin(40 * HERTZ))
+    found = fit(predict, data, sigma, parameters())
+    free = np.sum(((predict(found.value) - data) / sigma) ** 2) / (41 - 3)
+    assert found.scale == pytest.approx(np.sqrt(free), rel=1e-6)
+    assert any("THE MODEL MISSES THE DATA" in text for text in doubts(found))
+
+
+def test_a_product_alone_is_determined():
+    """The curve depends on height and load as their product: which one, no data can tell."""
+    sigma = np.full(41, 0.02)
+
+    def product(theta):
+        return resonance(HERTZ, theta[0] * theta[1], 1.01, 0.02)
+
+    data = product(TRUTH) + sigma * np.random.default_rng(0).standard_normal(41)
+    pair = [Parameter("joints.interlock.mu", 1.0, 0.1, 10.0), Parameter("force", 1.5, 0.1, 10.0)]
+    found = fit(product, data, sigma, pair)
+    (lost,) = found.undetermined
+    assert abs(lost.along) == pytest.approx([0.5**0.5] * 2, abs=1e-3)
+    assert lost.along[0] * lost.along[1] < 0
+    assert found.value[0] * found.value[1] == pytest.approx(2.02, rel=0.02)
+    (text,) = [text for text in doubts(found) if text.startswith("NOT DETERMINED")]
+    assert "interlock.mu" in text
+    assert "force" in text
+    assert "+10 %" in text
+    assert "-9.1 %" in text
+    best = found.directions[0]
+    assert best.along == pytest.approx([0.5**0.5] * 2, abs=1e-3)
+    assert best.deviation < 0.01
+
+
+def test_a_parameter_without_effect():
+    data = predict(TRUTH)
+    idle = [*parameters(), Parameter("joints.hook.mu", 0.3, 0.03, 3.0)]
+    found = fit(lambda theta: predict(theta[:3]), data, np.full(41, 0.01), idle)
+    (text,) = [text for text in doubts(found) if text.startswith("NOT DETERMINED")]
+    assert text.startswith("NOT DETERMINED: hook.mu: standard error")
+    assert "hardly depend on it" in text
+    assert found.value[3] == pytest.approx(0.3)
+
+
+def test_a_bound_that_holds():
+    data, wide = predict(TRUTH), parameters()
+    narrow = [Parameter("height", 1.0, 0.5, 1.2), *wide[1:]]
+    found = fit(predict, data, np.full(41, 0.02), narrow)
+    assert found.held == (True, False, False)
+    assert any("height LIES ON A BOUND" in text for text in doubts(found))
+
+
+def test_lost_points_do_not_count():
+    sigma = np.full(41, 0.02)
+    data = predict(TRUTH)
+
+    def with_holes(theta):
+        values = predict(theta)
+        values[5:9] = np.nan
+        return values
+
+    found = fit(with_holes, data, sigma, parameters())
+    np.testing.assert_allclose(found.value, TRUTH, rtol=1e-3)
+    assert found.lost == 4
+    assert any("4 measured points have no converged response" in text for text in doubts(found))
+
+
+def test_losing_the_worst_points_does_not_pay():
+    """Far off, where half of the points would be missed most, they are lost instead."""
+    data, sigma = predict(TRUTH), np.full(41, 0.02)
+
+    def shy(theta):
+        values = predict(theta)
+        off = np.abs(values - data)
+        values[(off > np.median(off)) & (off > 0.1)] = np.nan
+        return values
+
+    rough = fit(shy, data, sigma, parameters())
+    np.testing.assert_allclose(rough.value, TRUTH, rtol=1e-3)
+    # What the start lost counts as the worst that it kept.
+    begun = [each.start for each in parameters()]
+    off, kept = np.abs(predict(np.array(begun)) - data), ~np.isnan(shy(np.array(begun)))
+    assert 0 < kept.sum() < 41
+    counted = np.where(kept, off, off[kept].max())
+    assert rough.before == pytest.approx(np.sqrt(np.mean(counted**2)) / 0.02)
+
+
+def test_further_starts_find_what_the_first_does_not():
+    """Far from the resonance nothing pulls towards it; equal misfits elsewhere are told."""
+    data = predict(TRUTH)
+    start = [Parameter("height", 2.0, 1.0, 4.0), Parameter("place", 3.0, 0.5, 3.1)]
+
+    def two(theta):
+        return resonance(HERTZ, theta[0], theta[1], 0.02)
+
+    one = fit(two, data, np.full(41, 0.02), start)
+    many = fit(two, data, np.full(41, 0.02), start, 4)
+    assert one.after > 1
+    assert many.after < 0.1
+    np.testing.assert_allclose(many.value, TRUTH[:2], rtol=1e-3)
+    assert len(many.starts) == 4
+
+
+def test_two_fits_as_good_as_each_other():
+    """The sign of a gap that only its square shows."""
+    pair = [Parameter("joints.interlock.interference", 1e-6, -5e-6, 5e-6)]
+    x = np.linspace(0, 1, 9)
+    data = 1 + x * 4.0
+    found = fit(lambda theta: 1 + x * (1e6 * theta[0]) ** 2, data, np.full(9, 0.1), pair, 6)
+    assert abs(found.value[0]) == pytest.approx(2e-6, rel=1e-4)
+    texts = [text for text in doubts(found) if text.startswith("ANOTHER FIT IS AS GOOD")]
+    assert texts
+    error = found.deviation[0] * 5e-6
+    slope = 2 * 1e12 * abs(found.value[0]) * x / 0.1
+    assert error == pytest.approx(1 / np.sqrt(np.sum(slope**2)), rel=1e-3)
+
+
+def test_table_and_record():
+    data = predict(TRUTH)
+    found = fit(predict, data, np.full(41, 0.02), parameters())
+    table = fit_table(found, "rig")
+    assert [row[0] for row in table.rows] == ["height", "place", "damping.ratio"]
+    _, start, value, _, _, low, high, _ = table.rows[0]
+    assert [start, value] == pytest.approx([1.0, 2.0], rel=1e-3)
+    assert float(low or 0) < 2.0 < float(high or 0)
+    assert notes(found)[0].startswith("root mean square misfit: ")
+    told = json_of(found)
+    assert told["parameters"][0]["value"] == pytest.approx(2.0, rel=1e-3)
+    assert told["misfit_unit"] == "standard deviations"
+
+
+def test_too_few_points():
+    with pytest.raises(InputError, match="3 measured points for 3 parameters"):
+        fit(predict, np.ones(3), None, parameters())
+    nothing = np.full(41, np.nan)
+    with pytest.raises(InputError, match="no solution at any start"):
+        fit(lambda theta: nothing, predict(TRUTH), None, parameters())

@@ -1,0 +1,126 @@
+"""Several engine orders, couplings and kinds of friction in runs of the scene's coarsest mesh."""
+
+import numpy as np
+import pytest
+
+from vanelock import load_system, open_results, parse_study, run_study
+from vanelock.nonlinear import STUCK, Response, frequency_response
+from vanelock.pipeline.progress import Done, Event
+from vanelock.pipeline.tables import Table
+
+pytestmark = pytest.mark.slow
+
+HEAD = """
+[mesh]
+size = "coarse"
+[outputs]
+shapes = false
+loops = false
+report = false
+[response]
+harmonics = 1
+"""
+
+
+def run(text, folder):
+    heard: list[Event] = []
+    found = run_study(parse_study(HEAD + text), folder, heard.append)
+    return found, heard
+
+
+def response(folder, case):
+    with open_results(folder / "results.h5") as file:
+        return Response.load(file[f"response/{case}"])
+
+
+def computed(heard):
+    return [event.stage for event in heard if isinstance(event, Done) and not event.cached]
+
+
+def test_engine_orders_are_responses_of_their_own(tmp_path):
+    frequencies = "frequencies = [266, 274]\n"
+    orders = (1, -2, 16)
+    found, heard = run(f"{frequencies}[excitation]\nengine_orders = {list(orders)}", tmp_path)
+    names = [f"engine_order={order}" for order in orders]
+    assert [each.case for each in found] == names
+    assert computed(heard).count("rom casing") == 1
+    table = next(event for event in heard if isinstance(event, Table) and event.key == "cases")
+    assert [row[0] for row in table.rows] == names
+    assert (tmp_path / "figures" / "response.png").exists()
+    for order, name in zip(orders, names, strict=True):
+        kept = response(tmp_path, name)
+        system = load_system(tmp_path / "results.h5", name)
+        assert system.engine_order == order
+        assert set(system.diameters) == {0, 1, 2}  # of the casing, for all orders at once
+        assert kept.harmonic_diameters.tolist() == [0, order % 16]
+        assert kept.converged.all()
+        again = frequency_response(system, kept.frequency, 1)
+        np.testing.assert_array_equal(again.contact, kept.contact)
+    _, again = run(f"{frequencies}[excitation]\nengine_orders = {list(orders)}", tmp_path)
+    assert not computed(again)
+    # A study of one order has the same response, but for the round-off of its own reduction.
+    together = response(tmp_path, "engine_order=-2")
+    run(f"{frequencies}[excitation]\nengine_order = -2", tmp_path)
+    alone = response(tmp_path, "nominal")
+    np.testing.assert_allclose(together.amplitude, alone.amplitude, rtol=1e-5)
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """A folder whose cache several runs share."""
+    return tmp_path_factory.mktemp("run")
+
+
+def test_couplings_and_friction_are_swept_like_numbers(folder):
+    text = (
+        'frequencies = [274, 278]\n[excitation]\nforce = 15\n[sweep]\n"response.coupling" = '
+        '["coupled", "uncoupled", "constant-load"]\n"joints.friction" = ["orthogonal", "isotropic"]'
+    )
+    found, heard = run(text, folder)
+    assert [each.case for each in found] == [
+        f"coupling={coupling},friction={friction}"
+        for coupling in ("coupled", "uncoupled", "constant-load")
+        for friction in ("orthogonal", "isotropic")
+    ]
+    stages = computed(heard)
+    assert stages.count("preload") == 2  # one for each kind of friction
+    assert stages.count("linear response, free") == 1
+    peaks = {}
+    for each in found:
+        kept = response(folder, each.case)
+        assert kept.converged.all()
+        settings = dict(item.split("=") for item in each.case.split(","))
+        assert (kept.coupling, kept.friction) == (settings["coupling"], settings["friction"])
+        assert kept.samples == (256 if kept.friction == "isotropic" else 0)
+        assert np.any(kept.state != STUCK)
+        peaks[kept.coupling, kept.friction] = each.peak.amplitude
+        with open_results(folder / "results.h5") as file:
+            group = file[f"response/{each.case}"]
+            assert group.attrs["sweep response.coupling"] == kept.coupling
+            static = Response.load(group["preload"])
+        assert static.friction == kept.friction
+        if kept.coupling != "coupled":
+            np.testing.assert_allclose(kept.force[0, 0], static.force[0, 0], atol=1e-6)
+    assert len(set(peaks.values())) == 6
+
+
+def test_samples_of_the_study_reach_the_law(folder):
+    run("frequencies = [276]\nsamples = 64", folder)
+    kept = response(folder, "nominal")
+    assert kept.samples == 64
+    system = load_system(folder / "results.h5", "nominal")
+    again = frequency_response(system, [276.0], 1, samples=64)
+    np.testing.assert_array_equal(again.contact, kept.contact)
+
+
+def test_nodal_diameters_of_the_study_reach_the_balance(folder):
+    text = 'frequencies = [276]\nharmonic_diameters = "sector"'
+    run(text, folder)
+    kept = response(folder, "nominal")
+    assert kept.harmonic_diameters.tolist() == [0, 1]
+    two = text.replace("276]", "276]\nharmonics = 3").replace("[response]", "")
+    found = run_study(parse_study(HEAD.replace("harmonics = 1", "") + two), folder)
+    assert found[0].converged == 1
+    kept = response(folder, "nominal")
+    assert kept.harmonic_diameters.tolist() == [0, 1, 1, 1]
+    assert set(load_system(folder / "results.h5", "nominal").diameters) == {0, 1}

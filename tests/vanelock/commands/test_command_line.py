@@ -1,0 +1,147 @@
+"""The command line: exit status and messages, in processes of their own."""
+
+import subprocess
+import sys
+
+import pytest
+
+import vanelock
+from vanelock import parse_study, template_text
+
+VANELOCK = [sys.executable, "-m", "vanelock"]
+
+
+def call(*arguments, cwd):
+    return subprocess.run(
+        [*VANELOCK, *map(str, arguments)], cwd=cwd, capture_output=True, text=True, timeout=1800
+    )
+
+
+def refused(*arguments, cwd):
+    """The one line on standard error of a call that must fail with status 2."""
+    done = call(*arguments, cwd=cwd)
+    assert done.returncode == 2, done.stderr
+    assert done.stdout == ""
+    assert "Traceback" not in done.stderr
+    (line,) = done.stderr.splitlines()
+    return line
+
+
+def test_version(tmp_path):
+    done = call("--version", cwd=tmp_path)
+    assert (done.returncode, done.stdout) == (0, f"vanelock {vanelock.__version__}\n")
+
+
+def test_init_writes_a_study_that_can_be_read_once(tmp_path):
+    assert call("init", "mine.toml", cwd=tmp_path).returncode == 0
+    text = (tmp_path / "mine.toml").read_text("utf-8")
+    assert text == template_text()
+    assert parse_study(text).name == "vane segment"
+    line = refused("init", "mine.toml", cwd=tmp_path)
+    assert line == "vanelock: mine.toml: exists already; name another file"
+
+
+def test_usage_errors_are_one_line(tmp_path):
+    assert refused("run", "--fast", "a.toml", cwd=tmp_path).startswith(
+        "vanelock: No such option: --fast"
+    )
+    assert "Missing argument" in refused("run", cwd=tmp_path)
+    assert "No such command" in refused("walk", cwd=tmp_path)
+
+
+def test_help_is_plain_where_nothing_is_asked(tmp_path):
+    done = call(cwd=tmp_path)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert done.stdout == call("--help", cwd=tmp_path).stdout
+    assert done.stdout.startswith("Usage: vanelock ")
+
+
+def test_empty_paths_are_refused(tmp_path):
+    (tmp_path / "a.toml").write_text("")
+    told = "vanelock: Invalid value for {}: must not be empty"
+    assert refused("run", "a.toml", "-o", "", cwd=tmp_path) == told.format("'--output' / '-o'")
+    assert refused("run", "", cwd=tmp_path) == told.format("'STUDY'")
+    assert refused("init", "", cwd=tmp_path) == told.format("'PATH'")
+    assert [path.name for path in tmp_path.iterdir()] == ["a.toml"]
+
+
+@pytest.mark.parametrize(
+    ("text", "line"),
+    [
+        (None, "a.toml: no such file"),
+        (b"\xff\xfe\x00", "a.toml: not a text file in UTF-8"),
+        (b"[joints", "a.toml: line 1: not valid TOML: "),
+        (
+            b"[joints.interlock]\nmu = -0.1",
+            "a.toml: joints.interlock.mu = -0.1: friction coefficient must be >= 0",
+        ),
+        (b"colour = 1", "a.toml: colour = 1: unknown key"),
+        (b"[vane]\nchord = 10", "a.toml: vane.chord = 10: chord of an aerofoil must be <= 0.5 m"),
+    ],
+)
+def test_bad_studies(tmp_path, text, line):
+    if text is not None:
+        (tmp_path / "a.toml").write_bytes(text)
+    assert refused("run", "a.toml", cwd=tmp_path).startswith(f"vanelock: {line}")
+    assert not (tmp_path / "runs").exists()
+
+
+def test_bad_folders(tmp_path):
+    (tmp_path / "a.toml").write_text("")
+    (tmp_path / "taken").write_text("a file")
+    for folder in ("taken", "taken/below"):
+        line = refused("run", "a.toml", "--output", folder, cwd=tmp_path)
+        assert line.startswith(f"vanelock: {folder}: cannot be used as a folder to write to")
+    # A results file that is damaged, or is something else, is left as it is.
+    for content in (b"\x89HDF\r\n\x1a\n then nothing", b"my own notes"):
+        mine = tmp_path / "mine" / "results.h5"
+        mine.parent.mkdir(exist_ok=True)
+        mine.write_bytes(content)
+        line = refused("run", "a.toml", "-o", "mine", cwd=tmp_path)
+        assert line.startswith("vanelock: mine/results.h5: not a readable HDF5 file")
+        assert mine.read_bytes() == content
+        assert not (tmp_path / "mine" / "cache").exists()
+
+
+def test_a_refused_run_leaves_no_folder(tmp_path):
+    (tmp_path / "a.toml").write_text('[[measured]]\nfile = "none.csv"\n')
+    refused("run", "a.toml", "-o", "out", cwd=tmp_path)
+    assert not (tmp_path / "out").exists()
+    (tmp_path / "out").mkdir()  # one that was there stays
+    refused("run", "a.toml", "-o", "out", cwd=tmp_path)
+    assert (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize("name", ["figures", "shapes", "cache"])
+def test_files_where_folders_go(tmp_path, name):
+    (tmp_path / "a.toml").write_text("")
+    (tmp_path / "out").mkdir()
+    (tmp_path / "out" / name).write_text("mine")
+    line = refused("run", "a.toml", "-o", "out", cwd=tmp_path)
+    assert line.startswith(f"vanelock: out/{name}: is not a folder; move it away or name another")
+    assert (tmp_path / "out" / name).read_text() == "mine"
+
+
+def test_a_folder_where_the_results_go(tmp_path):
+    (tmp_path / "a.toml").write_text("")
+    (tmp_path / "out" / "results.h5").mkdir(parents=True)
+    line = refused("run", "a.toml", "-o", "out", cwd=tmp_path)
+    assert line == (
+        "vanelock: out/results.h5: is a folder, not a results file; "
+        "move it away or name another folder with --output"
+    )
+
+
+def test_a_full_disk(tmp_path):
+    """A limit on the size of files stands in for one."""
+    (tmp_path / "a.toml").write_text('[mesh]\nsize = "coarse"\n')
+    done = subprocess.run(
+        ["bash", "-c", 'ulimit -f 100; exec "$@"', "bash", *VANELOCK, "run", "a.toml", "--quiet"],
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        timeout=1800,
+    )
+    assert (done.returncode, done.stdout) == (2, "")
+    assert done.stderr == "vanelock: runs/a/cache: cannot be written: File too large\n"
+    assert not list(tmp_path.glob("runs/a/**/*.tmp"))

@@ -1,0 +1,133 @@
+"""Every command teaches by `--help`, and the Tab key knows commands, study files and knobs."""
+
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+from vanelock import Study, __main__
+from vanelock.__main__ import app
+from vanelock.commands.converge.settings import knobs
+from vanelock.commands.guidance import knob_keys, study_files
+
+ROOT = Path(__file__).resolve().parents[3]
+COMMANDS = sorted(
+    each.name or getattr(each.callback, "__name__", "") for each in app.registered_commands
+)
+
+
+def told(*words: str) -> str:
+    done = CliRunner().invoke(app, [*words, "--help"], prog_name="vanelock", terminal_width=200)
+    assert done.exit_code == 0
+    return done.output
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_a_command_has_purpose_example_statuses_and_pages(name: str) -> None:
+    text = told(name)
+    missing = "add the command to vanelock/commands/guidance.py"
+    purpose = text.partition("Arguments:")[0].partition("Usage:")[2]
+    assert len(purpose.split()) > 8, missing
+    assert f"\n    vanelock {name} " in text, missing
+    for status in ("0 done", "2 input that cannot be used", "130 stopped"):
+        assert status in " ".join(text.split()), missing
+    assert ("some cases of a sweep failed" in " ".join(text.split())) == (name == "run")
+    pages = re.search(r"More: (.*)", text)
+    assert pages, missing
+    for page in pages[1].split(", "):
+        assert (ROOT / page).is_file(), page
+
+
+def test_the_help_of_all_shows_the_way_of_a_first_study() -> None:
+    text = told()
+    steps = re.findall(r"^    vanelock (\w+) ", text, re.MULTILINE)
+    assert steps == ["init", "check", "mesh", "run", "converge", "compare"]
+    assert set(steps) <= set(COMMANDS)
+    for page in re.findall(r"docs/\S+?\.md", text):
+        assert (ROOT / page).is_file(), page
+    listed = re.findall(r"^  (\w+)  +(\S.*)$", text.partition("Commands:")[2], re.MULTILINE)
+    assert [name for name, _ in listed if name in COMMANDS] == [
+        each.callback.__name__ for each in app.registered_commands if each.callback
+    ]
+    assert [line for _, line in listed if line.endswith("...")] == []
+
+
+@pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
+def test_a_completion_script_names_the_program(shell: str) -> None:
+    done = CliRunner().invoke(app, ["completion", shell])
+    assert done.exit_code == 0
+    assert f"_VANELOCK_COMPLETE=complete_{shell}" in done.output
+
+
+def test_other_shells_are_refused() -> None:
+    done = CliRunner().invoke(app, ["completion", "tcsh"])
+    assert done.exit_code == 2
+    assert "'bash', 'zsh', 'fish'" in done.output
+
+
+def test_bash_completes_what_is_typed(tmp_path: Path) -> None:
+    """By bash itself, with the script that the program prints."""
+    for name in ("mine.toml", "other.toml", "notes.txt"):
+        (tmp_path / name).write_text("")
+    program = tmp_path / "vanelock"
+    program.write_text(f'#!/bin/sh\nexec {sys.executable} -m vanelock "$@"\n')
+    program.chmod(0o755)
+    code = """
+        eval "$(vanelock completion bash)"
+        COMP_WORDS=(vanelock "$@"); COMP_CWORD=$#
+        _vanelock_completion vanelock
+        printf '%s\\n' "${COMPREPLY[@]}"
+    """
+    paths = os.pathsep.join([str(tmp_path), os.environ["PATH"]])
+
+    def typed(*words: str) -> list[str]:
+        done = subprocess.run(
+            ["bash", "-c", code, "bash", *words],
+            cwd=tmp_path,
+            env={**os.environ, "PATH": paths},
+            capture_output=True,
+            text=True,
+            check=True,
+        )
+        return done.stdout.split()
+
+    assert typed("conv") == ["converge"]
+    assert typed("run", "") == ["mine.toml", "other.toml"]
+    assert typed("converge", "mine.toml", "--knob", "response.h") == ["response.harmonics"]
+
+
+def test_study_files_are_those_that_begin_so(tmp_path: Path) -> None:
+    (tmp_path / "a.toml").write_text("")
+    (tmp_path / "a.csv").write_text("")
+    assert study_files(f"{tmp_path}/") == [f"{tmp_path}/a.toml"]
+    assert study_files(f"{tmp_path}/b") == []
+    assert study_files(f"{tmp_path}/none/") == []
+
+
+def test_every_knob_of_a_study_is_completed() -> None:
+    studies = [
+        {},
+        {"rom": {"route": "paper", "vane_modes": 5}},
+        {"rom": {"vane_modes": 5, "casing_modes": 5}},
+    ]
+    found = {knob.key for each in studies for knob in knobs(Study.model_validate(each))}
+    assert found <= set(knob_keys(""))
+    assert knob_keys("mesh") == ["mesh.size"]
+
+
+def test_too_little_memory_is_one_line_and_status_2(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def greedy(*arguments: object, **options: object) -> None:
+        raise MemoryError("Unable to allocate 50 GiB")
+
+    monkeypatch.setattr(__main__, "app", greedy)
+    with pytest.raises(SystemExit) as ended:
+        __main__.main(["run", "study.toml"])
+    assert ended.value.code == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert line.startswith("vanelock: not enough memory (Unable to allocate 50 GiB): ")

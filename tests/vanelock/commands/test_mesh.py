@@ -1,0 +1,216 @@
+"""`vanelock mesh`: what it writes, prints and refuses."""
+
+import csv
+import json
+import subprocess
+import sys
+from typing import Any
+
+import meshio
+import numpy as np
+import pytest
+
+from vanelock import choose_listener, load_study, mesh, mesh_study, parse_study
+from vanelock.mesh import Part
+from vanelock.pipeline.progress import Done, Notice
+from vanelock.quantities.meshes.quality import figures
+from vanelock.quantities.meshes.tables import sets_table
+from vanelock.render.scenes import offscreen
+
+STUDY = '[mesh]\nsize = "coarse"\n[material.casing]\nrho = 7800\n'
+FILES = {f"{name}.{kind}" for name in ("vane", "casing") for kind in ("vtu", "msh")} | {
+    "quality.csv",
+    "sets.csv",
+    "mesh.png",
+    "drawing_vane.png",
+    "drawing_casing.png",
+}
+
+
+def call(*arguments, cwd):
+    return subprocess.run(
+        [sys.executable, "-m", "vanelock", "mesh", *map(str, arguments)],
+        cwd=cwd,
+        capture_output=True,
+        text=True,
+        timeout=1800,
+    )
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory):
+    """A folder with a study and its meshes, and what the command said."""
+    folder = tmp_path_factory.mktemp("made")
+    (folder / "a.toml").write_text(STUDY)
+    done = call("a.toml", cwd=folder)
+    assert done.returncode == 0, done.stderr
+    return folder, done
+
+
+@pytest.fixture(scope="module")
+def parts():
+    return mesh.vane_segment(size="coarse"), mesh.casing_sector(size="coarse")
+
+
+def rows(path):
+    with path.open() as file:
+        return list(csv.DictReader(file))
+
+
+@pytest.mark.slow
+def test_every_file_is_there_and_nothing_else(made):
+    folder = made[0] / "runs" / "a" / "mesh"
+    assert {path.name for path in folder.iterdir()} == FILES
+
+
+@pytest.mark.slow
+def test_the_files_hold_the_parts(made, parts):
+    for part in parts:
+        path = made[0] / "runs" / "a" / "mesh" / part.name
+        shown = offscreen.pyvista().read(path.with_suffix(".vtu"))
+        np.testing.assert_array_equal(shown.points, part.points)
+        for name, nodes in part.node_sets.items():
+            marked = np.flatnonzero(shown.point_data[name])
+            np.testing.assert_array_equal(marked, np.sort(nodes))
+        read = meshio.read(path.with_suffix(".msh"))
+        np.testing.assert_array_equal(read.points[read.cells[0].data], part.points[part.cells])
+
+
+@pytest.mark.slow
+def test_the_tables_are_those_of_the_parts(made, parts):
+    folder = made[0] / "runs" / "a" / "mesh"
+    counts = {row["set"]: row for row in rows(folder / "sets.csv")}
+    assert set(counts) == {name for part in parts for name in part.node_sets}
+    for part, row, density in zip(parts, rows(folder / "quality.csv"), (8200, 7800), strict=True):
+        found = mesh.quality(part)
+        assert (row["part"], row["cell_type"]) == (part.name, "tetra10")
+        assert int(row["nodes"]) == len(part.points)
+        assert int(row["dofs"]) == 3 * len(part.points)
+        assert int(row["elements"]) == len(part.cells)
+        assert float(row["volume_cm3"]) == pytest.approx(1e6 * found.volume, rel=1e-12)
+        against_cad = found.volume / part.cad_volume - 1
+        assert float(row["against_cad"]) == pytest.approx(against_cad, rel=1e-6, abs=1e-12)
+        assert float(row["mass_kg"]) == pytest.approx(density * found.volume, rel=1e-12)
+        assert float(row["smallest_jacobian"]) == pytest.approx(found.smallest_jacobian, rel=1e-9)
+        assert float(row["sicn_min"]) == pytest.approx(found.smallest_sicn, rel=1e-9)
+        assert found.smallest_sicn < float(row["sicn_1_percent"]) < float(row["sicn_median"]) < 1
+        for name, nodes in part.node_sets.items():
+            assert int(counts[name][part.name]) == len(nodes)
+    assert counts["left"]["vane"] == ""
+
+
+@pytest.mark.slow
+def test_what_is_printed(made):
+    out = made[1].stdout
+    lines = {line.split()[0]: line.split() for line in out.splitlines() if line.strip()}
+    assert lines["hook_front"] == ["hook_front", "30", "30"]
+    assert lines["interlock_right"] == ["interlock_right", "10", "-"]
+    assert lines["force"] == ["force", "-", "16"]
+    assert "Contact pairs: 56 hook + 10 interlock = 66." in out
+    assert made[1].stderr.splitlines()[-1].endswith(": runs/a/mesh")
+
+
+@pytest.mark.slow
+def test_a_second_call_meshes_nothing_and_json_says_so(made, monkeypatch, capsys):
+    monkeypatch.setattr("vanelock.commands.mesh._pictures", lambda *_: [])
+    folder = made[0]
+    with choose_listener(False, True) as listener:
+        mesh_study(load_study(folder / "a.toml"), folder / "runs" / "a", listener)
+    events = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
+    stages = {e["stage"]: e["cached"] for e in events if e["event"] == "done"}
+    assert stages == {"mesh vane": True, "mesh casing": True}
+    tables = {e["table"]: e["rows"] for e in events if e["event"] == "table"}
+    assert [row["part"] for row in tables["quality"]] == ["vane", "casing"]
+    kept = rows(folder / "runs" / "a" / "mesh" / "quality.csv")
+    assert [row["seconds"] for row in tables["quality"]] == [float(row["seconds"]) for row in kept]
+    assert {row["set"]: row["casing"] for row in tables["sets"]}["hook_rear"] == 30
+    written = {file.rpartition("/")[2] for file in events[-1]["summary"]["files"]}
+    assert written == {name for name in FILES if not name.endswith(".png")}
+
+
+@pytest.mark.slow
+def test_its_files_serve_as_own_meshes(made, tmp_path, monkeypatch):
+    monkeypatch.setattr("vanelock.commands.mesh._pictures", lambda *_: [])
+    before = made[0] / "runs" / "a" / "mesh"
+    study = f'[vane]\nmesh = "{before}/vane.msh"\n[casing]\nmesh = "{before}/casing.vtu"\n'
+    mesh_study(parse_study(study), tmp_path)
+    assert (tmp_path / "mesh" / "sets.csv").read_text() == (before / "sets.csv").read_text()
+    for old, new in zip(
+        rows(before / "quality.csv"), rows(tmp_path / "mesh" / "quality.csv"), strict=True
+    ):
+        for name in ("nodes", "elements", "cell_type"):
+            assert old[name] == new[name]
+        assert new["against_cad"] == ""
+        for name in ("volume_cm3", "smallest_jacobian", "sicn_min", "largest_edge_mm"):
+            assert float(old[name]) == pytest.approx(float(new[name]), rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("text", "arguments", "line"),
+    [
+        ("[mesh]\nsize = 2\n", (), "a.toml: mesh.size = 2: element size must be "),
+        ("", ("-o", "taken"), "taken: cannot be used as a folder to write to"),
+        ("", ("-o", "half"), "half/mesh: is not a folder; move it away or name another"),
+    ],
+)
+def test_what_cannot_be_used_is_one_line(tmp_path, text, arguments, line):
+    (tmp_path / "a.toml").write_text(text)
+    (tmp_path / "taken").write_text("a file")
+    (tmp_path / "half").mkdir()
+    (tmp_path / "half" / "mesh").write_text("a file")
+    done = call("a.toml", *arguments, cwd=tmp_path)
+    assert (done.returncode, done.stdout) == (2, "")
+    (told,) = done.stderr.splitlines()
+    assert told.startswith(f"vanelock: {line}")
+
+
+@pytest.mark.slow
+def test_a_sweep_of_dimensions_is_not_meshed_silently(tmp_path, monkeypatch):
+    monkeypatch.setattr("vanelock.commands.mesh._pictures", lambda *_: [])
+    text = STUDY + '[sweep]\n"vane.chord" = [0.046, 0.047]\n'
+    told: list[Any] = []
+    found = mesh_study(parse_study(text), tmp_path, told.append)
+    assert {event.stage for event in told if isinstance(event, Done)} == {
+        "mesh vane",
+        "mesh casing",
+    }
+    (notice,) = (event.text for event in told if isinstance(event, Notice))
+    assert notice == "the sweep changes the geometry; these meshes have the unswept values"
+    assert found["vane"].dofs == 3 * found["vane"].nodes
+
+
+@pytest.mark.parametrize("cell_type", ["tetra", "tetra10", "hexahedron", "hexahedron20"])
+def test_figures_of_boxes(lattice, cell_type):
+    """A block of 2 x 1 x 3 m cut in boxes of 1 m: regular hexahedra, or Kuhn's tetrahedra."""
+    part = lattice((2, 1, 3), lambda p: p * [2, 1, 3], cell_type)
+    found = figures(part)
+    tetra = cell_type.startswith("tetra")
+    assert found.elements == (36 if tetra else 6)
+    assert found.volume == pytest.approx(6, rel=1e-12)
+    assert found.smallest_jacobian > 0
+    assert found.largest_edge == pytest.approx(np.sqrt(3) if tetra else 1, rel=1e-12)
+    # Kuhn's tetrahedra are all alike.
+    assert np.ptp(found.sicn) == pytest.approx(0, abs=1e-12)
+    assert found.sicn[0] == pytest.approx(mesh.quality(part).smallest_sicn if tetra else 1)
+
+
+def test_a_bent_hexahedron_is_told_by_its_smallest_corner(lattice):
+    def stretched(p):
+        return p * np.column_stack([1 + 0 * p[:, 0], 1 - 0.5 * p[:, 0], 1 + 0 * p[:, 0]])
+
+    found = figures(lattice((1, 1, 1), stretched, "hexahedron"))
+    assert found.volume == pytest.approx(0.75, rel=1e-12)
+    assert found.smallest_jacobian == pytest.approx(0.5 / 0.75, rel=1e-12)
+
+
+def test_what_the_notes_say_of_faces():
+    points = np.array([[1.0, 0, 0], [0, 1, 0], [1, 0, 2], [0, 1, 2.5]])
+    cells = np.array([[0, 1, 2, 3]])
+    sets = {"left": np.array([0, 2]), "right": np.array([1, 3]), "mine": np.array([0])}
+    casing = Part("casing", points, cells, "tetra", sets, {}, 4)
+    vane = Part("vane", points, cells, "tetra", {"interlock_left": np.array([0])}, {}, 4)
+    table = sets_table({"vane": vane, "casing": casing}, 3)
+    assert [row[0] for row in table.rows] == ["left", "right", "interlock_left", "mine"]
+    assert "Nodes on each cyclic face of the casing: 2, mesh.face_nodes asked for 3." in table.notes
+    assert table.notes[-1].endswith("cyclic faces of the casing 5.0e-01 m.")
+    assert "2, as asked for." in sets_table({"vane": vane, "casing": casing}, 2).notes[1]

@@ -1,0 +1,212 @@
+"""Runs that a signal or a lost output ends: exit status, one line, and no unfinished files."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import textwrap
+from pathlib import Path
+
+import h5py
+import pytest
+
+from vanelock import open_results
+from vanelock.common.files.hdf5 import written
+from vanelock.common.process.signals import Stopped, held, raised
+from vanelock.results.files.run_folder import claimed
+
+VANELOCK = [sys.executable, "-m", "vanelock"]
+
+STUDY = """
+[mesh]
+size = "coarse"
+[response]
+range = [250, 300]
+points = 100
+harmonics = 1
+[sweep]
+"joints.interlock.mu" = [0.15, 0.3]
+[outputs]
+shapes = false
+loops = false
+report = false
+"""
+GOES_ON = (
+    "vanelock: stopped; finished work is kept in runs/a, and the same command goes on from there\n"
+)
+# The command, which sends itself a signal as soon as it tells that a stage begins, or is done.
+STOPPED = """
+import os, sys
+from vanelock import __main__ as command
+from vanelock.pipeline import progress
+
+tell, (event, stage, number, *arguments) = progress.json_lines, sys.argv[1:]
+
+def told(said):
+    tell(said)
+    if type(said).__name__ == event and said.stage == stage:
+        os.kill(os.getpid(), int(number))
+
+progress.json_lines = told
+command.main(arguments)
+"""
+
+
+def started(program, *arguments, **options):
+    """A child, run to its end."""
+    command = [*program, *map(str, arguments)]
+    options = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, **options}
+    return subprocess.run(command, text=True, check=False, timeout=1800, **options)
+
+
+def stopped(folder, stage, number, event="Begun"):
+    """Run until a stage begins or is done, then send a signal: status and standard error."""
+    run = ("run", "a.toml", "--json", "--workers", "1")
+    done = started([sys.executable, "-c", STOPPED], event, stage, int(number), *run, cwd=folder)
+    return done.returncode, done.stderr
+
+
+def unfinished(folder):
+    return [str(path) for path in Path(folder).rglob("*.tmp")]
+
+
+@pytest.mark.slow
+def test_interrupted_and_killed_runs_keep_what_was_finished(tmp_path):
+    (tmp_path / "a.toml").write_text(STUDY)
+    results = tmp_path / "runs" / "a" / "results.h5"
+
+    assert stopped(tmp_path, "response mu=0.3", signal.SIGINT) == (130, GOES_ON)
+    with open_results(results) as file:
+        assert set(file["response"]) == {"free", "stuck", "mu=0.15"}
+        assert not file.attrs["complete"]
+
+    assert stopped(tmp_path, "response mu=0.3", signal.SIGKILL)[0] == -signal.SIGKILL
+    with open_results(results) as file:  # what the cache holds need not be in it yet
+        assert set(file.get("response", ())) <= {"free", "stuck", "mu=0.15"}
+
+    done = started(VANELOCK, "run", "a.toml", "--json", "--workers", "1", cwd=tmp_path)
+    assert (done.returncode, done.stderr) == (0, "")
+    events = [json.loads(line) for line in done.stdout.splitlines()]
+    computed = {e["stage"] for e in events if e["event"] == "done" and not e["cached"]}
+    assert {stage for stage in computed if not stage.startswith("figures/")} == {
+        "response mu=0.3"
+    } | ({"preload"} & computed)
+    summary = events[-1]["summary"]
+    assert [case["case"] for case in summary["cases"]] == ["mu=0.15", "mu=0.3"]
+    with h5py.File(results) as file:
+        assert file.attrs["complete"]
+        assert set(file["response"]) == {"free", "stuck", "mu=0.15", "mu=0.3"}
+        peaks = [file[f"response/mu={mu}"].attrs["peak_amplitude"] for mu in (0.15, 0.3)]
+    assert peaks == [case["peak"]["amplitude"] for case in summary["cases"]]
+
+    quiet = started(VANELOCK, "run", "a.toml", "--quiet", cwd=tmp_path)
+    assert (quiet.returncode, quiet.stdout, quiet.stderr) == (0, "", "")
+    plain = started(VANELOCK, "run", "a.toml", cwd=tmp_path)
+    assert "Responses of vane accessory 1" in plain.stdout
+    assert "response mu=0.3: unchanged" in plain.stderr
+    assert "\x1b" not in plain.stdout + plain.stderr
+
+
+@pytest.mark.slow
+def test_a_stopped_run_leaves_no_unfinished_file(tmp_path):
+    (tmp_path / "a.toml").write_text(STUDY.replace("points = 100", "points = 3"))
+    moments = {
+        signal.SIGTERM: ("Done", "mesh vane"),  # gmsh has been at the signals
+        signal.SIGHUP: ("Begun", "response mu=0.3"),
+        signal.SIGINT: ("Done", "figures/response.png"),
+    }
+    for number, (event, stage) in moments.items():
+        assert stopped(tmp_path, stage, number, event) == (128 + number, GOES_ON)
+        assert not unfinished(tmp_path)
+
+
+def test_children_of_tests_hear_signals_wherever_tests_are_started():
+    """As under nohup, or in the background of a shell without job control."""
+    shown = "import signal; print(signal.getsignal(2).__name__, signal.getsignal(1).name)"
+    program = f"""
+    import signal, subprocess, sys
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    signal.signal(signal.SIGHUP, signal.SIG_IGN)
+    {{}}
+    subprocess.run([sys.executable, "-c", {shown!r}], check=True)
+    """
+    root = Path(__file__).parents[3]
+    for line, heard in (("", None), ("import conftest", "default_int_handler SIG_DFL\n")):
+        done = started([sys.executable, "-c"], textwrap.dedent(program).format(line), cwd=root)
+        assert (done.stdout == heard) == bool(line), done.stderr
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+def test_a_signal_waits_until_a_file_is_whole(tmp_path, number):
+    def write():
+        with raised(), held(), written(tmp_path / "a.h5") as file:
+            os.kill(os.getpid(), number)
+            os.kill(os.getpid(), number)
+            file["x"] = [1.0, 2.0]
+
+    with pytest.raises(Stopped) as caught:
+        write()
+    assert caught.value.status == 128 + number
+    with h5py.File(tmp_path / "a.h5") as file:
+        assert file["x"][1] == 2
+
+
+def test_what_is_ignored_stays_ignored():
+    before = signal.signal(signal.SIGHUP, signal.SIG_IGN)
+    try:
+        with raised():
+            os.kill(os.getpid(), signal.SIGHUP)
+    finally:
+        signal.signal(signal.SIGHUP, before)
+
+
+def test_a_folder_is_swept_when_its_run_ends(tmp_path):
+    left = [tmp_path / ".results.h5.1.tmp", tmp_path / "cache" / "ab" / ".mesh.2.tmp"]
+
+    def run():
+        with claimed(tmp_path):
+            for path in left:
+                path.parent.mkdir(parents=True, exist_ok=True)
+                path.touch()
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        run()
+    assert not unfinished(tmp_path)
+
+
+def check(folder, *arguments, **options):
+    (folder / "a.toml").write_text(STUDY)
+    return started(VANELOCK, "check", "a.toml", *arguments, cwd=folder, **options)
+
+
+def test_output_that_nobody_reads_ends_it_quietly(tmp_path):
+    reading, writing = os.pipe()
+    os.close(reading)
+    done = check(tmp_path, stdout=writing)
+    assert (done.returncode, done.stderr) == (141, "")
+    assert started(VANELOCK, "--help", cwd=tmp_path, stdout=writing).returncode == 141
+    os.close(writing)
+
+
+def test_output_that_cannot_be_written_is_one_line(tmp_path):
+    with open("/dev/full", "w") as full:
+        done = check(tmp_path, stdout=full)
+        assert (done.returncode, done.stderr) == (
+            2,
+            "vanelock: standard output: cannot be written: No space left on device\n",
+        )
+        done = started(VANELOCK, "check", "none.toml", cwd=tmp_path, stderr=full)
+        assert (done.returncode, done.stdout) == (2, "")
+
+
+def test_streams_that_are_closed_are_done_without(tmp_path):
+    expected = check(tmp_path)
+    assert expected.returncode == 0
+    closed = ["bash", "-c", 'exec "$@" 2>&-', "bash", *VANELOCK]
+    done = started(closed, "check", "a.toml", cwd=tmp_path)
+    assert (done.returncode, done.stdout) == (0, expected.stdout)
+    closed[2] = 'exec "$@" >&-'
+    done = started(closed, "check", "a.toml", cwd=tmp_path)
+    assert (done.returncode, done.stderr) == (0, expected.stderr)

@@ -1,0 +1,51 @@
+"""Every file of the program is written beside its place, which it takes when it is whole."""
+
+import ast
+from pathlib import Path
+
+import vanelock
+
+WRITES = {"write_text", "write_bytes", "savez", "savetxt", "tofile", "savefig", "mmwrite", "dump"}
+BESIDE = ("placed(", "os.replace(")
+"""What a function that writes a file has in it: the file is written beside its place."""
+ELSEWHERE = {
+    "hdf5.py:written": "the others call it",
+    "vanelock/pipeline/journal.py": "grows by records with checksums",
+    "vanelock/pipeline/executor/tasks.py:store": "in memory",
+    "vanelock/results/files/run_folder.py:claimed": "an empty file that is locked",
+    "fem/matrix_files/readers/ansys_full.py:_child": "a temporary file, for the parent alone",
+    "fem/matrix_files/readers/ansys_full.py:main": "a temporary file, for the parent alone",
+}
+
+
+def test_every_file_is_written_beside_its_place() -> None:
+    root = Path(vanelock.__file__).resolve().parent
+    found, unknown = 0, []
+    stages = [init.parent for init in root.glob("*/__init__.py")]
+    for path in sorted([*root.glob("*.py"), *(p for stage in stages for p in stage.rglob("*.py"))]):
+        tree, text = ast.parse(path.read_text("utf-8")), path.read_text("utf-8")
+        for node in ast.walk(tree):
+            if not isinstance(node, ast.FunctionDef):
+                continue
+            own = ast.get_source_segment(text, node) or ""
+            calls = [each for each in ast.walk(node) if isinstance(each, ast.Call)]
+            if not any(writes(each) for each in calls):
+                continue
+            found += 1
+            place = str(path.relative_to(root))
+            known = {place, f"{place}:{node.name}"} & ELSEWHERE.keys()
+            if not known and not any(each in own for each in BESIDE):
+                unknown.append(f"{place}:{node.name}")
+    assert unknown == []
+    assert found > 6
+
+
+def writes(call: ast.Call) -> bool:
+    """Whether a call writes a file."""
+    name = call.func.attr if isinstance(call.func, ast.Attribute) else getattr(call.func, "id", "")
+    if name in WRITES:
+        return True
+    modes = [each.value for each in call.args if isinstance(each, ast.Constant)]
+    modes += [each.value.value for each in call.keywords if isinstance(each.value, ast.Constant)]
+    opens = name in ("open", "File")
+    return opens and any(m in ("w", "a", "x", "wb", "ab", "xb", "a+b", "r+", "w+b") for m in modes)

@@ -1,0 +1,67 @@
+"""Quantities with units."""
+
+import pytest
+from pydantic import BaseModel, ValidationError
+
+from vanelock.common.quantities import (
+    Angle,
+    Force,
+    Frequency,
+    Length,
+    Stiffness,
+    Unbalance,
+    rpm,
+    si,
+)
+
+
+@pytest.mark.parametrize(
+    ("text", "unit", "value"),
+    [
+        ("0.05 mm", "m", 5e-5),
+        ("20 um", "m", 2e-5),
+        ("1.67e7 N/m", "N/m", 1.67e7),
+        ("16.7 N/um", "N/m", 1.67e7),
+        ("170 GPa", "Pa", 170e9),
+        ("8.2 g/cm^3", "kg/m^3", 8200.0),
+        ("0.25 kHz", "Hz", 250.0),
+        ("1.5 kg*mm", "kg*m", 1.5e-3),
+        (0.25, "m", 0.25),
+    ],
+)
+def test_units(text, unit, value):
+    assert si(text, unit) == pytest.approx(value, rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["5 s", "mm", "", "5 parsnips", "9**9**9**9", "__import__('os')", "1 mm" + " " * 99, "nan m m"],
+)
+def test_text_that_is_no_length_is_refused(text):
+    with pytest.raises(ValueError, match="expected a number in m"):
+        si(text, "m")
+
+
+class Plate(BaseModel):
+    length: Length
+    angle: Angle = 0.0
+    force: Force = 0.0
+    frequency: Frequency = 0.0
+    stiffness: Stiffness = 0.0
+    unbalance: Unbalance = 0.0
+
+
+def test_in_a_model():
+    plate = Plate(length="4 mm", angle="0.5 turn", stiffness="2 N/um")  # type: ignore[arg-type]
+    assert plate.length == pytest.approx(0.004)
+    assert plate.angle == pytest.approx(180.0)
+    assert plate.stiffness == pytest.approx(2e6)
+    with pytest.raises(ValidationError, match="expected a number in m"):
+        Plate(length="4 kg")  # type: ignore[arg-type]
+
+
+def test_revolutions_are_not_radians():
+    assert rpm("16000 rpm") == rpm("1.6e4rpm") == rpm(16000) == 16000
+    for text in ("270 Hz", "16000", "1.2.3 rpm", "rpm"):
+        with pytest.raises(ValueError, match="expected a number in rpm"):
+            rpm(text)

@@ -1,0 +1,160 @@
+"""Samples of keys that scatter: each key's own distribution, evenly covered, the same each time."""
+
+import numpy as np
+import pytest
+from scipy import stats
+
+from vanelock import cases, parse_study
+from vanelock.common.errors import InputError
+from vanelock.input.cases.samples import samples
+
+MU = '"joints.interlock.mu"'
+KT = '"joints.interlock.kt"'
+
+
+def study(text, count=64, seed=1):
+    return parse_study(f"[scatter]\nsamples = {count}\nseed = {seed}\n[scatter.keys]\n{text}")
+
+
+@pytest.mark.parametrize(
+    ("text", "law"),
+    [
+        ("{ low = 0.1, high = 0.5 }", stats.uniform(0.1, 0.4)),
+        ('{ distribution = "normal", mean = 0.3, deviation = 0.02 }', stats.norm(0.3, 0.02)),
+        (
+            '{ distribution = "lognormal", mean = 0.3, deviation = 0.1 }',
+            stats.lognorm(np.sqrt(np.log(1 + 1 / 9)), scale=0.3 / np.sqrt(1 + 1 / 9)),
+        ),
+        (
+            '{ distribution = "normal", mean = 0.2, deviation = 0.2, low = 0.1, high = 0.3 }',
+            stats.truncnorm(-0.5, 0.5, 0.2, 0.2),
+        ),
+        (
+            '{ distribution = "normal", mean = 0.1, deviation = 0.2, truncate = true }',
+            stats.truncnorm(-0.5, np.inf, 0.1, 0.2),
+        ),
+    ],
+)
+def test_one_sample_lies_in_each_part_of_the_distribution(text, law):
+    (found,) = samples(study(f"{MU} = {text}\n")).values()
+    part = np.floor(64 * law.cdf(found)).astype(int)
+    assert sorted(part) == list(range(64))
+
+
+def test_keys_are_paired_at_random_and_the_seed_says_how():
+    text = f"{MU} = {{ low = 0.1, high = 0.5 }}\n{KT} = {{ low = 1e6, high = 2e6 }}\n"
+    one, same, other = (samples(study(text, seed=seed)) for seed in (3, 3, 4))
+    assert one == same != other
+    assert abs(stats.spearmanr(*one.values()).statistic) < 0.4
+    (first, *_) = found = cases(study(text, seed=3))
+    assert [case.name for case in found][:2] == ["sample=01", "sample=02"]
+    assert first.values == {key: values[0] for key, values in one.items()}
+    assert {"joints.interlock.mu": first.study.joints.interlock.mu}.items() <= first.values.items()
+    assert not first.study.scatter
+
+
+def test_numbers_carry_units_and_keys_may_stand_without_quotes():
+    text = 'joints.interlock.interference = { low = "1 um", high = 3e-6 }\n'
+    (found,) = samples(study(text)).values()
+    assert 1e-6 <= min(found) < 1.1e-6
+    assert 2.9e-6 < max(found) <= 3e-6
+
+
+@pytest.mark.parametrize(
+    ("text", "line"),
+    [
+        (
+            '"joints.interlock.muu" = { low = 0, high = 1 }',
+            'scatter.keys."joints.interlock.muu": unknown key; nearest known key: '
+            "joints.interlock.mu",
+        ),
+        (
+            '"response.harmonics" = { low = 1, high = 3 }',
+            'scatter.keys."response.harmonics": '
+            "only keys that hold a number with a fraction can scatter",
+        ),
+        (f"{MU} = {{ low = 0.5, high = 0.1 }}", f"scatter.keys.{MU}.high = 0.1: must be above low"),
+        (
+            f'{MU} = {{ distribution = "normal", mean = 0.3, deviation = 0 }}',
+            f"scatter.keys.{MU}.deviation = 0: must be > 0",
+        ),
+        (
+            f'{MU} = {{ distribution = "lognormal", mean = -1, deviation = 1 }}',
+            f"scatter.keys.{MU}.mean = -1: must be > 0",
+        ),
+        (
+            f'{KT} = {{ low = "1 N", high = 2e6 }}',
+            f'scatter.keys.{KT}.low = "1 N": expected a number in N/m, or text with a unit such as '
+            '"1 N/m"',
+        ),
+        (
+            f'{MU} = {{ distribution = "normal", mean = 1, deviation = 0.1, low = 9 }}',
+            f"scatter.keys.{MU}: leaves nothing between low and high",
+        ),
+        (f"{MU} = {{ low = 0, high = 1 }}\n[sweep]\n{KT} = [1e6]", "scatter: give either this, or"),
+    ],
+)
+def test_mistakes(text, line):
+    with pytest.raises(InputError) as caught:
+        cases(study(text))
+    assert str(caught.value).startswith(line)
+
+
+def test_a_sample_that_the_key_does_not_allow_is_named():
+    text = f'{MU} = {{ distribution = "normal", mean = 0.1, deviation = 0.1 }}'
+    with pytest.raises(InputError, match=r"sample \d+: joints.interlock.mu = -.*truncate = true"):
+        cases(study(text))
+
+
+@pytest.mark.parametrize(
+    ("text", "line"),
+    [
+        ("{ low = 0.1 }", "a uniform distribution needs low and high"),
+        ('{ distribution = "normal", mean = 1 }', "needs mean and deviation"),
+        ("{ low = 0.1, high = 1, mean = 2 }", "takes low and high, no mean or deviation"),
+        ("{ low = true, high = 1 }", "expected a number, or text with a unit"),
+    ],
+)
+def test_distributions_that_say_too_little_or_too_much(text, line):
+    with pytest.raises(InputError, match=line):
+        study(f"{MU} = {text}")
+
+
+def test_rows_vary_together():
+    text = f'[rows]\n{MU} = [0.1, 0.2, 0.3]\n{KT} = [1e6, "2 N/um", 1e6]\n'
+    found = cases(parse_study(text + '[sweep]\n"response.harmonics" = [1, 3]'))
+    assert [tuple(case.values.values()) for case in found] == [
+        (0.1, 1e6, 1),
+        (0.1, 1e6, 3),
+        (0.2, 2e6, 1),
+        (0.2, 2e6, 3),
+        (0.3, 1e6, 1),
+        (0.3, 1e6, 3),
+    ]
+    assert found[0].name == "mu=0.1,kt=1000000,harmonics=1"
+
+
+@pytest.mark.parametrize(
+    ("text", "line"),
+    [
+        (f"{MU} = [0.1, 0.2]\n{KT} = [1e6]", "rows: lists must be equally long, not"),
+        (f"{MU} = [0.1, 0.1]", "rows: mu=0.1 is there twice"),
+        (f"{MU} = []", f"rows.{MU} = []: needs at least one value"),
+        ('"joints.mu" = [1]', 'rows."joints.mu": unknown key'),
+        (f"{MU} = [-1]", "rows: joints.interlock.mu = -1: friction coefficient must be >= 0"),
+        (
+            f"{MU} = [-1]\n[sweep]\n{KT} = [1e6]",
+            "rows and sweep: joints.interlock.mu = -1, joints.interlock.kt = 1000000.0: "
+            "joints.interlock.mu = -1: friction coefficient must be >= 0",
+        ),
+        (
+            '"vane.thickness" = ["9 m"]',
+            "rows: vane.thickness = 9.0: thickness of an aerofoil",
+        ),
+        (f"{MU} = [0.1]\n[sweep]\n{MU} = [0.2]", f"rows.{MU}: is in sweep too"),
+    ],
+)
+def test_mistakes_in_rows(text, line):
+    with pytest.raises(InputError) as caught:
+        cases(parse_study(f"[rows]\n{text}"))
+    assert str(caught.value).startswith(line)

@@ -1,0 +1,267 @@
+"""Studies whose parts are meshes from files: keys, refusals, cache, and the same response."""
+
+import json
+
+import numpy as np
+import pytest
+
+from vanelock import load_study, parse_study, run_study
+from vanelock.commands.mesh import mesh_study
+from vanelock.common.errors import InputError
+from vanelock.input.cases.sweep import cases
+from vanelock.input.schema.own_mesh import OwnCasing, OwnVane
+from vanelock.input.schema.study import Study
+from vanelock.mesh import read_mesh
+from vanelock.pipeline.cache import Cache
+from vanelock.pipeline.progress import Event
+from vanelock.pipeline.step import Stages
+from vanelock.stages.parts.components import PARTS, rom_step
+from vanelock.stages.parts.meshes import mesh_step
+from vanelock.stages.plan import plan
+
+VANE = '[vane]\nmesh = "vane.inp"\nunit = "mm"\n'
+CASING = '[casing]\nmesh = "casing.bdf"\nunit = "mm"\n'
+
+
+def complaint(text):
+    with pytest.raises(InputError) as told:
+        parse_study(text)
+    return str(told.value)
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        (VANE + "chord = 0.05", "vane.chord = 0.05: a mesh is given, so dimensions cannot be"),
+        (CASING + "length = 1", "casing.length = 1: a mesh is given, so dimensions cannot be"),
+        ("[vane]\nmesh = 3", "vane.mesh = 3: expected text"),
+        ('[vane]\nmesh = ""', 'vane.mesh = "": mesh file must have at least 1 characters'),
+        (
+            VANE + "tolerance = 0",
+            "vane.tolerance = 0: largest distance between mates must be > 0 m",
+        ),
+        ('[vane]\nmesh = "a"\nunit = "kg"', 'vane.unit = "kg": expected a unit of length, such as'),
+        (VANE + "units = 1", "vane.units = 1: unknown key; nearest known key: vane.unit"),
+        (VANE + "[vane.sets]\nleft = 'A'", 'vane.sets.left = "A": unknown key'),
+        (
+            VANE + "[vane.sets]\nkey = 5",
+            "vane.sets.key = 5: expected the name of a set in the mesh",
+        ),
+        (VANE + "[vane.sets]\nkey = []", "vane.sets.key = []: expected the name of a set"),
+        (VANE + "[vane.sets]\nkey = [1.5]", "vane.sets.key = [1.5]: expected the name of a set"),
+        ("[vane.sets]\nkey = 'A'", "vane.mesh: must be given"),
+        ("vane = 3", "vane = 3: expected a table"),
+        ("[vane]\nchrd = 3", "vane.chrd = 3: unknown key; nearest known key: vane.chord"),
+        (
+            "[vane]\nchord = 9",
+            "vane.chord = 9: chord of an aerofoil must be <= 0.5 m",
+        ),
+        (
+            VANE + '[joints.hook]\npatch = "area"',
+            'joints.hook.patch = "area": needs dimensions, while vane.mesh is given',
+        ),
+        (
+            CASING + '[joints.hook]\npatch = "area"',
+            'joints.hook.patch = "area": needs dimensions, while casing.mesh is given',
+        ),
+        (
+            VANE + '[joints.interlock]\npatch = "area"',
+            'joints.interlock.patch = "area": needs dimensions, while vane.mesh is given',
+        ),
+        (
+            VANE + "[outputs]\ngauges = [{ aerofoil = 1, span = 0.1, chord = 0.5 }]",
+            "outputs.gauges: a gauge's place needs dimensions, while vane.mesh is given",
+        ),
+        (
+            VANE + "[joints.hook]\nkn = 1e7\nkn_area = 1e11",
+            "joints.hook.kn_area = 1e+11: give either this or kn, not both",
+        ),
+        (
+            CASING + "[joints.interlock]\nkt_area = '1 N/mm^3'",
+            "joints.interlock.kt_area = 1e+09: needs vane.mesh, whose contact sets consist of",
+        ),
+        (CASING + "[mesh]\nface_nodes = 326", "mesh.face_nodes = 326: casing.mesh is given"),
+        (VANE + "[vane.hook]\nlip_radius = 0.58\n" + CASING, "vane.hook: both parts are given as"),
+        (
+            CASING + '[outputs]\nmonitor = "vane accessory 4"',
+            'outputs.monitor = "vane accessory 4": expected an output node',
+        ),
+    ],
+)
+def test_refusals_are_one_line(text, told):
+    line = complaint(text)
+    assert "\n" not in line
+    assert line.removeprefix("study: ").startswith(told)
+
+
+def test_what_goes_with_a_mesh():
+    study = parse_study(VANE + "[vane.sets]\nkey = [7, 5]\nhook_rear = 'B'\n" + CASING)
+    assert isinstance(study.vane, OwnVane)
+    assert isinstance(study.casing, OwnCasing)
+    assert (study.vane.sets.key, study.vane.sets.hook_rear) == ((7, 5), "B")
+    assert study.vane.tolerance == 1e-5
+    assert parse_study(CASING + '[joints.interlock]\npatch = "area"').casing == study.casing
+    wanted = '[outputs]\nmonitor = "vane accessory 12, axial"'
+    assert parse_study(VANE + wanted).outputs.monitor == "vane accessory 12, axial"
+    assert Study.model_validate(study.model_dump()) == study
+
+
+def test_paths_start_at_the_study(tmp_path):
+    folder = tmp_path / "deep"
+    folder.mkdir()
+    path = folder / "study.toml"
+    path.write_text('[vane]\nmesh = "meshes/vane.inp"\n')
+    with pytest.raises(InputError) as told:
+        load_study(path)
+    wanted = folder / "meshes" / "vane.inp"
+    text = str(wanted)
+    shown = text if len(text) + 2 <= 60 else text[:56] + "..."
+    assert str(told.value).startswith(f'{path}: vane.mesh = "{shown[:40]}')
+    assert str(told.value).endswith("no such file")
+    wanted.parent.mkdir()
+    wanted.write_text("*NODE\n")
+    assert load_study(path).vane.mesh == text
+
+
+def test_sweeps(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "vane.inp").write_text("*NODE\n")
+    dimensions = VANE + '[sweep]\n"casing.outer_radius" = [0.604, 0.605]\n'
+    assert len(cases(parse_study(dimensions))) == 2
+    with pytest.raises(InputError) as told:
+        cases(parse_study(VANE + '[sweep]\n"vane.chord" = [0.04, 0.05]\n'))
+    assert "a mesh is given, so dimensions cannot be" in str(told.value).splitlines()[0]
+    with pytest.raises(InputError, match="only keys that hold a number or a choice"):
+        cases(parse_study(VANE + '[sweep]\n"vane.mesh" = ["a", "b"]\n'))
+
+
+@pytest.fixture
+def folder(tmp_path, coarse, write_mesh):
+    """The program's own meshes as files; tables tell their sets, output nodes by number."""
+    for part, ending in zip(coarse, (".inp", ".bdf"), strict=True):
+        path = tmp_path / f"{part.name}{ending}"
+        called = write_mesh(path, part)
+        found = read_mesh(path, "mm")
+        outputs = part.points[part.node_sets["accessory"]]
+        rows = np.linalg.norm(found.points - outputs[:, None], axis=2).argmin(axis=1)
+        called["accessory"] = found.numbers[rows].tolist()
+        table = "".join(f"{name} = {json.dumps(value)}\n" for name, value in called.items())
+        (tmp_path / f"{part.name}.toml").write_text(f"[{part.name}.sets]\n{table}")
+    return tmp_path
+
+
+def written(folder, text, own=("vane", "casing")):
+    heads = {"vane": VANE, "casing": CASING}
+    path = folder / "study.toml"
+    parts = [heads[name] + (folder / f"{name}.toml").read_text() for name in own]
+    path.write_text("".join(parts) + text)
+    return load_study(path)
+
+
+SMALL = '[mesh]\nsize = "coarse"\n'
+
+
+def keys(study):
+    planned = plan(cases(study), lambda *_: None)[0]
+    meshes = [mesh_step(study, part).key for part in PARTS]
+    return [*meshes, *(step.key for step in planned.rom.values()), planned.system.key]
+
+
+@pytest.mark.slow
+def test_cache_follows_the_contents(folder):
+    """A new friction coefficient or place recomputes no mesh; a node moved by a nanometre does."""
+    study = written(folder, SMALL)
+    before = keys(study)
+    harder = keys(written(folder, SMALL + "[joints.hook]\nmu = 0.5\n"))
+    assert harder[:4] == before[:4]
+    assert harder[4] != before[4]
+    elsewhere = folder / "moved"
+    elsewhere.mkdir()
+    for name in ("vane.inp", "casing.bdf", "vane.toml", "casing.toml"):
+        (elsewhere / name).write_bytes((folder / name).read_bytes())
+    assert keys(written(elsewhere, SMALL)) == before
+    text = (folder / "vane.inp").read_text()
+    (folder / "vane.inp").write_text(text.replace("*HEADING", "*HEADING\nchanged", 1))
+    after = keys(study)
+    assert all(a != b for a, b in zip(after, before, strict=True))
+    (folder / "vane.inp").write_text(text)
+    assert keys(study) == before
+    inches = (folder / "study.toml").read_text().replace('unit = "mm"', 'unit = "inch"')
+    (folder / "study.toml").write_text(inches)
+    larger = keys(load_study(folder / "study.toml"))
+    assert all(a != b for a, b in zip(larger, before, strict=True))
+    table = (folder / "casing.toml").read_text()
+    (folder / "casing.toml").write_text(table.replace("[casing.sets]\n", "[casing.sets]\n#\n"))
+    assert keys(written(folder, SMALL)) == before
+    (folder / "casing.toml").write_text(table.partition("fixed = ")[0])
+    assert keys(written(folder, SMALL))[0] != before[0]
+
+
+@pytest.mark.slow
+def test_mesh_is_read_once(folder):
+    """From the second run on both parts come matched out of the cache, the files unread."""
+    study = written(folder, SMALL)
+    steps = [mesh_step(study, part) for part in PARTS]
+    found = []
+    for _ in range(2):
+        stages = Stages(Cache(folder / "cache", lambda told: None), lambda told: None)
+        found.append([stages.get(step) for step in steps])
+        names = [done.stage for done in stages.done.values() if not done.cached]
+        assert ("read vane" in names) == (len(found) == 1)
+    assert (found[0][0].points == found[1][0].points).all()
+    assert found[1][1].frames.keys() == {"hook_front", "hook_rear"}
+    without = written(folder, SMALL + "[joints.interlock]\nenabled = false\n")
+    assert rom_step(without, "vane", ()).key != rom_step(study, "vane", ()).key
+
+
+RESPONSE = """
+[mesh]
+size = "coarse"
+[rom]
+vane_modes = 6
+casing_modes = 6
+[joints.hook]
+kt = 1e7
+[joints.interlock]
+mu = 0.1
+kt = 6e5
+[excitation]
+force = 80
+[response]
+harmonics = 1
+frequencies = [264, 268]
+[outputs]
+monitor = "casing accessory 1, radial"
+shapes = false
+loops = false
+"""
+
+
+@pytest.mark.slow
+def test_same_response_from_files(folder):
+    """The program's own meshes, and the same ones from files: equal peaks, contacts sliding."""
+    found = []
+    for i, own in enumerate([(), ("vane", "casing")]):
+        (summary,) = run_study(written(folder, RESPONSE, own), folder / f"run{i}")
+        assert summary.converged == 2
+        assert summary.slipping > 0
+        found.append(summary.peak)
+    assert found[1].frequency == found[0].frequency
+    assert found[1].amplitude == pytest.approx(found[0].amplitude, rel=1e-8)
+
+
+@pytest.mark.slow
+def test_areas_are_asked_for_before_the_reductions(folder):
+    """Rows of nodes have no area: told at once, with the key and the set."""
+    text = SMALL + "[joints.interlock]\nkn_area = 1e11\nkt_area = 1e11\n"
+    study = written(folder, text)
+    stages: list[Event] = []
+    for action in (run_study, mesh_study):
+        with pytest.raises(InputError) as told:
+            action(study, folder / action.__name__, stages.append)
+        assert str(told.value) == (
+            "joints.interlock.kn_area = 1e+11: the vane's set interlock_left does not consist of "
+            "whole faces: give stiffnesses per node pair"
+        )
+    assert not any("rom" in str(event) for event in stages)
+    assert any("match" in str(event) for event in stages)

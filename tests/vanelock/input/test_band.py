@@ -1,0 +1,156 @@
+"""Reduced models answer as far as a study asks, or the run is refused with the line to write."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+import scipy.sparse.linalg as spl
+
+from vanelock import nonlinear, parse_study
+from vanelock.common.errors import InputError
+from vanelock.fem import cyclic_transform
+from vanelock.input.band import asked_by, least_band, softest
+from vanelock.input.cases.sweep import cases
+from vanelock.pipeline.cache import Cache
+from vanelock.pipeline.step import Stages
+from vanelock.rom.errors.unreduced_sector import unreduced
+from vanelock.rom.joining.pairs import key_pairs, merged_dofs
+from vanelock.rom.masters import everything
+from vanelock.stages.parts.components import joints, reduced_step, reference_step
+from vanelock.stages.plan import fixed
+from vanelock.stages.response.limits import frequencies, limits
+from vanelock.stages.response.responses import without_friction
+
+
+@pytest.mark.slow
+def test_a_study_far_above_the_tenth_mode_answers_like_the_unreduced_sector(
+    tmp_path: Path,
+) -> None:
+    """At 4,000 Hz the band of the vane's tenth elastic mode, 2,368 Hz, is 1.3 % off."""
+    study = parse_study(
+        '[mesh]\nsize = "coarse"\n[response]\nrange = [3990, 4000]\nharmonics = 1\n'
+        "[damping]\nratio = 1e-7\n"
+    )
+    stages = Stages(Cache(tmp_path, print), lambda event: None)
+    (case,) = cases(study)
+    planned = fixed(case, [0, 1], lambda *told: None)
+    system = stages.get(planned.linear.system)
+    assert system.band is not None
+    assert system.band > 4000
+    hertz = np.linspace(3990, 4000, 3)
+    found = nonlinear.linear_response(system, hertz).output[:, 1]
+    blade, shell = (stages.get(reference_step(study, part)) for part in ("vane", "casing"))
+    models = blade, shell
+    K, M = unreduced(blade, shell, joints(without_friction(study)), 1)
+    casing = stages.get(planned.rom["casing"])
+    force = shell.dofs[casing.masters.set("force")].ravel()
+    own = system.force[1].vector[casing.dofs(casing.masters.set("force")).ravel()]
+    load = np.zeros(K.shape[0], complex)
+    load[columns(shell, force)] = own
+    seen = blade.part.node_sets["accessory"][0]
+    assert system.output_names[0] == "vane accessory 1"
+    for i, f in enumerate(hertz):
+        x = spl.spsolve(K - (2 * np.pi * f) ** 2 * M, load)
+        true = np.abs(x[of_vane(models, seen)])
+        assert np.linalg.norm(found[i, 0]) == pytest.approx(np.linalg.norm(true), rel=1e-4)
+
+
+def test_what_a_study_asks_for() -> None:
+    text = "[response]\nrange = [240, 300]\n[campbell]\nspeeds = [0, 20000]\nengine_orders = [7]\n"
+    asked = asked_by(parse_study(text))
+    assert asked == {"response.range": 300, "campbell.speeds": pytest.approx(20000 / 60 * 7)}
+    least = least_band(asked)
+    assert least is not None
+    assert 1.05 * 20000 / 60 * 7 <= least <= 1.05 * 2 ** (1 / 3) * 20000 / 60 * 7
+    warm = '[material.vane]\nE_at = [[20, "200 GPa"], [600, "50 GPa"]]\nE = "200 GPa"\n'
+    assert softest(parse_study(warm + "[temperature]\nvane = 480\n")) == pytest.approx(0.25)
+    assert least_band({}) is None
+
+
+def test_a_little_wider_range_needs_no_new_models() -> None:
+    keys = {
+        reduced_step(parse_study(f"[response]\nrange = [240, {high}]"), "vane", ()).key
+        for high in (315, 340, 380)
+    }
+    assert len(keys) == 1
+
+
+@pytest.mark.parametrize(
+    ("text", "line"),
+    [
+        (
+            '[rom]\nband = "500 Hz"\n[response]\nrange = [9000, 9100]',
+            r"rom\.band = 500: response\.range reaches 9100 Hz.*write \"9600 Hz\"",
+        ),
+        (
+            '[rom]\nband = "500 Hz"\n[campbell]\nspeeds = [0, 10000]\nengine_orders = [4]',
+            r"rom\.band = 500: campbell\.speeds reaches 666\.667 Hz.*write \"700 Hz\"",
+        ),
+    ],
+)
+def test_a_band_that_does_not_hold_the_range_is_refused(text: str, line: str) -> None:
+    with pytest.raises(InputError, match=line):
+        parse_study(text)
+
+
+@pytest.mark.parametrize(
+    ("text", "line"),
+    [
+        ("response.range = [200, 900]", r'response\.range reaches 900 Hz.*rom\.band = "950 Hz"$'),
+        (
+            "response.range = [200, 900]\nrom.vane_modes = 2",
+            r'rom\.band = "950 Hz" instead of rom\.vane_modes',
+        ),
+        (
+            'response.frequencies = [900]\nrom.route = "paper"',
+            r"response\.frequencies reaches 900 Hz.*give more rom\.vane_modes",
+        ),
+        ("", r"response\.mode = 2 reaches"),
+    ],
+)
+def test_frequencies_beyond_what_modes_answer_are_refused(ring, text: str, line: str) -> None:
+    """Modes of the two masses lie at 195 to 480 Hz."""
+    found = replace(limits(ring, 2), band=300.0)
+    with pytest.raises(InputError, match=line):
+        frequencies(parse_study(text), found)
+
+
+def test_a_system_with_a_band_refuses_frequencies_beyond_it(ring, tmp_path: Path) -> None:
+    known = replace(ring, band=300.0)
+    place = tmp_path / "system.h5"
+    known.save(place)
+    assert nonlinear.System.load(place).band == 300.0
+    line = r"frequencies: given 400 Hz: .* answer up to 300 Hz .*reduce them with band = 420"
+    asked = {
+        "frequency": lambda s: nonlinear.frequency_response(s, [250.0, 400.0], 1),
+        "range": lambda s: nonlinear.frequency_response(s, (250.0, 400.0), 1),
+        "linear": lambda s: nonlinear.linear_response(s, [400.0]),
+        "adaptive": lambda s: nonlinear.adaptive_response(
+            lambda h: s, [400.0], nonlinear.Shares(0.01, 0.01), harmonics=1
+        ),
+        "parameter": lambda s: nonlinear.parameter_response(s, 400.0, "mu", [0.1], harmonics=1),
+        "peak": lambda s: nonlinear.peak_response(s, "mu", [0.1], (100.0, 400.0), harmonics=1),
+        "hysteresis": lambda s: nonlinear.hysteresis(s, (250.0, 400.0), harmonics=1),
+        "time": lambda s: nonlinear.time_response(s, 400.0, periods=1),
+    }
+    for ask in asked.values():
+        with pytest.raises(InputError, match=line):
+            ask(known)
+    assert nonlinear.linear_response(known, [300.0]).converged.all()
+
+
+def columns(model, rows):
+    """Coordinates of the cyclic casing that are rows of its model, off the faces."""
+    T = cyclic_transform(model, 1).tocsr()
+    return T.indices[T.indptr[rows]]
+
+
+def of_vane(models, node):
+    """Coordinates of a node of the vane in the unreduced sector."""
+    vane, casing = models
+    pieces = [everything(each.part, ()) for each in models]
+    n_casing, n_vane = cyclic_transform(casing, 1).shape[1], vane.K.shape[0]
+    own, mate = key_pairs(*pieces)
+    keys, mates = vane.dofs[own].ravel(), columns(casing, casing.dofs[mate].ravel())
+    return merged_dofs(n_vane, n_casing, keys, mates)[vane.dofs[node]]

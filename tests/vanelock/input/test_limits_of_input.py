@@ -1,0 +1,147 @@
+"""Input of any size ends in one line, soon and in little memory; nothing is written elsewhere."""
+
+import os
+import resource
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from vanelock import load_study, parse_study
+from vanelock.common.errors import InputError
+from vanelock.common.toml import LARGEST, toml_tables
+from vanelock.results.files.run_folder import claimed
+
+MEGABYTES = 900
+
+
+def told(path: Path) -> str:
+    """The one line that `vanelock check` says under a limit of memory and processor time."""
+
+    def limit() -> None:
+        resource.setrlimit(resource.RLIMIT_DATA, (MEGABYTES << 20,) * 2)
+        resource.setrlimit(resource.RLIMIT_CPU, (30, 30))  # ten times what a study takes
+
+    done = subprocess.run(
+        [sys.executable, "-m", "vanelock", "check", path.name],
+        cwd=path.parent,
+        preexec_fn=limit,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 2, done.stderr[-500:]
+    lines = done.stderr.splitlines()
+    assert len(lines) <= 22
+    return lines[0]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("x" * 100_000_000, "more than 2,000,000 bytes"),
+        ("".join(f"k{i} = 1\n" for i in range(1_000_000)), "more than 2,000,000 bytes"),
+        ("".join(f"k{i}=1\n" for i in range(100_000)), "k0 = 1: unknown key"),
+        (".".join("a" * 900_000) + " = 1", "line 1: nested too deeply"),
+        ("a = " + "[" * 900_000, "nested too deeply"),
+        ("a = " + "{b = " * 300 + "1" + "}" * 300, "nested too deeply"),
+        (
+            "[material.vane]\nE_at = [" + "[20, 1e11]," * 150_000 + "]",
+            "material.vane.E_at",
+        ),
+        (
+            "[sweep]\n" + "".join(
+                f'"joints.{j}.{k}" = [' + ",".join(f"{0.1 + i / 1e5:.5f}" for i in range(50))
+                + "]\n"
+                for j in ("interlock", "hook")
+                for k in ("mu", "kn")
+            ),
+            "sweep: 6250000 cases: at most 100000 are allowed",
+        ),
+        ("name = " + "1" * 10_000, "not valid TOML"),
+        ("name = 0x" + "f" * 10_000, "more than 64 bits"),
+    ],
+    ids=[
+        "100 MB", "a million keys", "many keys", "a long key", "brackets", "tables", "a long table",
+        "a billion cases", "digits", "hexadecimal digits",
+    ],
+)  # fmt: skip
+def test_large_studies(tmp_path, text, expected):
+    path = tmp_path / "study.toml"
+    path.write_text(text)
+    assert expected in told(path)
+
+
+def test_the_limits_leave_room():
+    text = "\n".join(f"# {'comment ' * 20}" for _ in range(10_000))
+    assert len(text) < LARGEST
+    assert toml_tables(text, "study") == {}
+    assert toml_tables("a.b.c.d.e.f = 1", "study")["a"]["b"]["c"]["d"]["e"]["f"] == 1
+    assert toml_tables('n = "1.2.3.4.5.6.7.8.9.10.11.12.13"', "study")
+
+
+def test_mistakes_are_counted(tmp_path):
+    with pytest.raises(InputError) as error:
+        parse_study("".join(f"k{i} = 1\n" for i in range(1000)))
+    lines = str(error.value).splitlines()
+    assert len(lines) == 21
+    assert lines[-1] == "study: and 980 more mistakes"
+
+
+def test_a_pipe_is_not_waited_for(tmp_path):
+    os.mkfifo(tmp_path / "study.toml")
+    with pytest.raises(InputError, match="is no regular file"):
+        load_study(tmp_path / "study.toml")
+
+
+@pytest.mark.parametrize("name", ["cache", "figures", "shapes", "mesh"])
+def test_links_in_the_folder_are_not_followed(tmp_path, name):
+    folder, other = tmp_path / "run", tmp_path / "other"
+    folder.mkdir()
+    other.mkdir()
+    (folder / name).symlink_to(other)
+    with (
+        pytest.raises(InputError, match=f"{name}: is a link, which is not followed"),
+        claimed(folder),
+    ):
+        pass
+    (folder / name).unlink()
+    (folder / ".lock").unlink()
+    (folder / ".lock").symlink_to(other / "made")
+    with pytest.raises(InputError, match="cannot be used as a folder"), claimed(folder):
+        pass
+    assert list(other.iterdir()) == []
+
+
+def test_a_folder_that_holds_something_else_is_left_alone(tmp_path):
+    (tmp_path / "letters").mkdir()
+    (tmp_path / "letters" / "mother.txt").write_text("Dear")
+    for folder in (tmp_path / "letters", Path("/")):
+        before = sorted(folder.iterdir())
+        with (
+            pytest.raises(InputError, match="is not the folder of a run; name an empty folder"),
+            claimed(folder),
+        ):
+            pass
+        assert sorted(folder.iterdir()) == before
+
+
+def test_a_folder_is_used_that_is_new_empty_or_of_a_run(tmp_path):
+    (tmp_path / "empty").mkdir()
+    (tmp_path / "empty" / ".gitkeep").touch()
+    for name in ("new", "empty"):
+        with claimed(tmp_path / name):
+            (tmp_path / name / "report.html").write_text("page")
+        with claimed(tmp_path / name):
+            pass
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["9^9^9^9 m", "9⁹⁹⁹⁹⁹⁹⁹⁹⁹ m", "9 cubed cubed cubed m", "9**9**9 m", "(9)^(9)^9 m", "9e9^9"],
+)
+def test_arithmetic_is_not_evaluated(text):
+    with pytest.raises(InputError, match="expected a number"):
+        parse_study(f'[joints.hook]\ninterference = "{text}"')

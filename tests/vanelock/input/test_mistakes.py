@@ -1,0 +1,92 @@
+"""Every mistake of a study is told, in the order of the file, and none that nobody made."""
+
+import pytest
+
+from vanelock import load_study
+from vanelock.common.errors import InputError
+
+MANY = """
+accuracy = 0.01
+[sweep]
+"joints.interlock.mu" = [0.1, -0.1, 0.1]
+"joints.interlok.kn" = [1e6]
+[response]
+harmonics = 5
+samples = 20
+[vane]
+chord = "4 m"
+leg_front = 0.09
+thickness = 0.001
+[rom]
+route = "direct"
+band = 100
+[scatter.keys]
+"joints.hook.mu" = { low = 0.5, high = 0.1 }
+[[measured]]
+file = "absent.csv"
+gauge = 3
+[fit]
+parameters = ["joints.interlock.mu", "joints.hook.kn"]
+bounds = { "joints.interlock.mu" = [2, 1] }
+"""
+
+
+def mistakes(folder, text):
+    path = folder / "vane.toml"
+    path.write_text(text)
+    with pytest.raises(InputError) as caught:
+        load_study(path)
+    return [line.removeprefix(f"{path}: ") for line in str(caught.value).splitlines()]
+
+
+def test_every_mistake_gets_its_line(tmp_path):
+    lines = mistakes(tmp_path, "[joints.hook]\nmu = -1\nkn = 0\n[ring]\nsectors = 2")
+    assert lines == [
+        "joints.hook.mu = -1: friction coefficient must be >= 0",
+        "joints.hook.kn = 0: normal stiffness must be > 0 N/m",
+        "ring.sectors = 2: number of sectors must be >= 6",
+    ]
+
+
+def test_no_mistake_hides_another(tmp_path):
+    """A wrong dimension, contradictions in its table and others, and lists of values."""
+    heads = [line.partition(": ")[0] for line in mistakes(tmp_path, MANY)]
+    assert heads == [
+        "accuracy = 0.01",  # the route
+        'sweep."joints.interlock.mu"[1] = -0.1',
+        'sweep."joints.interlock.mu"[2] = 0.1',
+        'sweep."joints.interlok.kn"',
+        "response.samples = 20",
+        "vane.leg_rear = 0.0885 m",  # not in the file: at the head of its table
+        "vane.edge_thickness = 0.0022",
+        'vane.chord = "4 m"',
+        "rom.band = 100",
+        "scatter",  # beside a sweep
+        'scatter.keys."joints.hook.mu".high = 0.1',
+        "measured[0].gauge = 3",
+        "fit.bounds",
+    ]
+
+
+def test_what_hangs_on_a_wrong_value_is_not_judged(tmp_path):
+    """Not with the default in its place, which would be a mistake that nobody made."""
+    for text in (
+        "[response]\nharmonics = 200\nsamples = 20",
+        "[vane]\nleg_front = 0.09\nleg_rear = -1",
+        "[ring]\nsectors = 3\n[vane]\naerofoils = 12",
+        '[joints]\nfriction = "none"\n[campaign]',
+        "[temperature]\nvane = 1e9\nspeed = 3000",
+        "[outputs]\ngauges = [{ aerofoil = 0, span = 0.5, chord = 0.5 }]",  # needed and wrong
+        "[outputs]\ngauges = [{ aerofoil = 9, span = 0.5 }]",
+    ):
+        (line,) = mistakes(tmp_path, text)
+        assert "must" in line or "at least" in line
+
+
+def test_dimensions_that_do_not_fit_are_all_told(tmp_path):
+    text = "[casing]\nrail_inner_radius = 0.572\ngroove_mouth = 0.084\n[damping]\nratio = 2"
+    assert [line.partition(" = ")[0] for line in mistakes(tmp_path, text)] == [
+        "vane.outer_shroud_outer_radius",
+        "casing.groove_mouth",
+        "damping.ratio",
+    ]

@@ -1,0 +1,352 @@
+"""Study files: what is accepted, and one clear line for everything that is not."""
+
+import pytest
+from pydantic import BaseModel
+
+from vanelock import Study, load_study, parse_study, template_text
+from vanelock.common.errors import InputError
+from vanelock.input.schema.comparison import CampbellKeys, Fit, MeasuredCurve
+from vanelock.input.schema.distributions import Distribution, Scatter
+from vanelock.input.schema.published import Campaign
+
+
+def complaint(text):
+    with pytest.raises(InputError) as caught:
+        parse_study(text, "vane.toml")
+    return str(caught.value)
+
+
+def test_smallest_studies_are_the_scene():
+    assert parse_study("") == Study()
+    named = parse_study('name = "mine"')
+    assert named.name == "mine"
+    assert named.joints.hook.interference == 20e-6
+    assert named.joints.interlock.kn == 1e6
+    assert named.vane.interlock_slant == 35
+    assert named.excitation.force_per_node == 30
+    assert named.damping.ratio == 0.003
+
+
+def leaves(table, prefix=""):
+    for key, value in table.items():
+        if isinstance(value, dict):
+            yield from leaves(value, f"{prefix}{key}.")
+        else:
+            yield prefix + key, value
+
+
+def test_template_states_every_default():
+    written = dict(leaves(parse_study(template_text()).model_dump()))
+    defaults = dict(leaves(Study().model_dump())) | {"excitation.force": 30.0}
+    assert written.keys() == defaults.keys()
+    for key, value in defaults.items():
+        close = pytest.approx(value, rel=1e-12) if isinstance(value, float) else value
+        assert written[key] == close, key
+
+
+def test_template_mentions_every_key():
+    text = template_text()
+    tables: dict[str, type[BaseModel]] = {
+        "campaign": Campaign,
+        "campbell": CampbellKeys,
+        "measured": MeasuredCurve,
+        "fit": Fit,
+        "scatter": Scatter,
+        "scatter.keys": Distribution,
+    }
+    for key, _ in leaves(Study().model_dump()):
+        if key not in tables:
+            assert f"{key.rpartition('.')[2]} = " in text, key
+    for key in ("mesh", "unit", "tolerance", "kn_area", "kt_area"):
+        assert f"# {key} = " in text, key
+    for name, table in tables.items():
+        _, _, after = text.partition(f"# [{name}]" if f"# [{name}]" in text else f"# [[{name}]]")
+        own = after.partition("\n# [")[0]
+        for key in table.model_fields.keys() - {"keys"}:
+            inside = f" {key} = " if name == "scatter.keys" else f"\n# {key} = "
+            assert inside in own, f"{name}.{key}"
+
+
+def test_what_the_template_shows_of_measurements_is_valid():
+    """The commented tables, with the gauge that they name."""
+    _, _, after = template_text().partition("# A Campbell diagram")
+    gauge = "[outputs]\ngauges = [{ aerofoil = 2, span = 0.1, chord = 0.5 }]\n"
+    lines = [line.removeprefix("# ") for line in after.splitlines() if line.startswith("# ")]
+    tables = [line for line in lines if line.startswith("[") or " = " in line.partition("#")[0]]
+    found = parse_study(gauge + "\n".join(tables))
+    assert found.campbell == CampbellKeys(speeds=(0.0, 20000.0))
+    assert found.fit is not None
+    assert found.fit.starts == Fit().starts
+    (curve,) = found.measured
+    assert curve.direction == MeasuredCurve(file="a").direction
+
+
+@pytest.mark.parametrize(
+    ("text", "si"),
+    [
+        ("0.05", 0.05),
+        ('"50 mm"', 0.05),
+        ('"5 cm"', 0.05),
+        ('"50000 um"', 0.05),
+        ('"50e3 µm"', 0.05),
+        ('"0.05"', None),
+        ('"50 kg"', None),
+    ],
+)
+def test_lengths(text, si):
+    source = f"[vane]\nchord = {text}"
+    if si is None:
+        assert complaint(source).startswith(f"vane.toml: vane.chord = {text}: expected a number in")
+    else:
+        assert parse_study(source).vane.chord == pytest.approx(si, rel=1e-14)
+
+
+def test_other_units():
+    study = parse_study(
+        """
+        [material.vane]
+        E = "200 GPa"
+        rho = "8.1 g/cm^3"
+        [joints.hook]
+        kn = "20 N/um"
+        [excitation]
+        unbalance = "1500 g*mm"
+        [response]
+        range = ["0.24 kHz", 300]
+        [vane]
+        stagger = "0.5 rad"
+        """
+    )
+    assert study.material.vane.E == pytest.approx(200e9)
+    assert study.material.casing.E == 170e9
+    assert study.material.vane.rho == pytest.approx(8100)
+    assert study.joints.hook.kn == pytest.approx(2e7)
+    assert study.excitation.unbalance == pytest.approx(1.5e-3)
+    assert study.excitation.force_per_node == 0
+    assert study.response.range == pytest.approx((240, 300))
+    assert study.vane.stagger == pytest.approx(28.64788975654116)
+
+
+@pytest.mark.parametrize(
+    ("text", "line"),
+    [
+        (
+            "[joints.interlock]\nmu = -0.1",
+            "joints.interlock.mu = -0.1: friction coefficient must be >= 0",
+        ),
+        (
+            "[joints.interlock]\nmuu = 0.1",
+            "joints.interlock.muu = 0.1: unknown key; nearest known key: joints.interlock.mu",
+        ),
+        ("mu = 0.1", "mu = 0.1: unknown key; nearest known key: joints.hook.mu"),
+        ("[joint.hook]\nmu = 0.1", "joint: unknown key; nearest known key: joints"),
+        ("[ring]\nsectors = 16.0", "ring.sectors = 16.0: expected a whole number"),
+        ("[ring]\nsectors = true", "ring.sectors = true: expected a whole number"),
+        ("[joints.hook]\nmu = nan", "joints.hook.mu = nan: expected a finite number"),
+        ('[joints.hook]\nmu = "high"', 'joints.hook.mu = "high": expected a number'),
+        ("joints = 3", "joints = 3: expected a table"),
+        ("name = 3", "name = 3: expected text"),
+        (
+            '[joints.hook]\nkn = "-2 N/m"',
+            'joints.hook.kn = "-2 N/m": normal stiffness must be > 0 N/m',
+        ),
+        (
+            '[rom]\nroute = "fast"',
+            'rom.route = "fast": route must be one of "cyclic", "direct" or "paper"',
+        ),
+        (
+            '[mesh]\nsize = "tiny"',
+            'mesh.size = "tiny": element size must be "coarse", "medium", "paper", "fine" or '
+            "1 mm to 50 mm where that makes at most 1,000,000 degrees of freedom",
+        ),
+        (
+            '[mesh]\nsize = "2 mm"',
+            "mesh.size = 0.002 m: about 3,100,000 degrees of freedom: "
+            "at most 1,000,000 are allowed, that is sizes from 3.2 mm here",
+        ),
+        (
+            "[joints.interlock]\nfriction = 0.1",
+            "joints.interlock.friction = 0.1: unknown key; nearest known key: joints.friction",
+        ),
+        (
+            "[joints]\nfriction = 0.1",
+            "joints.friction = 0.1: friction in the tangential plane must be one of "
+            '"orthogonal" or "isotropic"',
+        ),
+        (
+            "[joints.hook]\nmu = 1001",
+            "joints.hook.mu = 1001: friction coefficient must be <= 1000",
+        ),
+        (
+            "[joints.interlock]\nmu = 1e6",
+            "joints.interlock.mu = 1000000.0: friction coefficient must be <= 1000",
+        ),
+        (
+            '[joints.hook]\ninterference = "2 mm"',
+            'joints.hook.interference = "2 mm": interference must be <= 0.001 m',
+        ),
+        (
+            "[excitation]\nforce = 1e-20",
+            "excitation.force = 1e-20: radial force per node must be >= 1e-06 N",
+        ),
+        (
+            "[excitation]\nforce = 0",
+            "excitation.force = 0: radial force per node must be >= 1e-06 N",
+        ),
+        (
+            '[excitation]\nforce = "2 MN"',
+            'excitation.force = "2 MN": radial force per node must be <= 1000000 N',
+        ),
+        (
+            "[excitation]\nunbalance = 1e-10",
+            "excitation.unbalance = 1e-10: unbalance must be >= 1e-09 kg m",
+        ),
+        (
+            "[excitation]\nunbalance = 101",
+            "excitation.unbalance = 101: unbalance must be <= 100 kg m; 101 is 101 kg m: "
+            '"101 g*mm"?',
+        ),
+        (
+            '[vane]\nchord = "1 km"',
+            'vane.chord = "1 km": chord of an aerofoil must be <= 0.5 m',
+        ),
+        (
+            "[excitation]\nforce = 1\nunbalance = 1e-3",
+            "excitation.unbalance = 0.001: give either unbalance or excitation.force, not both",
+        ),
+        (
+            "[excitation]\nengine_order = 2\nunbalance = 1e-3",
+            "excitation.unbalance = 0.001: "
+            "an unbalance excites excitation.engine_order 1 or -1 only",
+        ),
+        (
+            "[excitation]\nengine_orders = [-1, 2]\nunbalance = 1e-3",
+            "excitation.unbalance = 0.001: "
+            "an unbalance excites excitation.engine_order 1 or -1 only",
+        ),
+        (
+            "[excitation]\nengine_order = 1\nengine_orders = [1, 2]",
+            "excitation.engine_orders = [1, 2]: "
+            "give either this or excitation.engine_order, not both",
+        ),
+        (
+            "[excitation]\nengine_orders = [1, 2, 1]",
+            "excitation.engine_orders = [1, 2, 1]: engine orders must differ from each other",
+        ),
+        (
+            "[excitation]\nengine_orders = [1, 0]",
+            "excitation.engine_orders[1] = 0: "
+            "engine order must not be 0; negative is a backward wave",
+        ),
+        (
+            "[excitation]\nengine_orders = []",
+            "excitation.engine_orders = []: engine orders: expected at least 1 of them",
+        ),
+        (
+            '[response]\ncoupling = "loose"',
+            'response.coupling = "loose": coupling of the static and the dynamic balance must be '
+            'one of "coupled", "uncoupled" or "constant-load"',
+        ),
+        (
+            "[response]\nharmonics = 5\nsamples = 20",
+            "response.samples = 20: number of samples must be >= 24 for 5 harmonics and "
+            "orthogonal friction",
+        ),
+        (
+            '[response]\nsamples = 40\n[joints]\nfriction = "isotropic"',
+            "response.samples = 40: number of samples must be >= 48 for 3 harmonics and "
+            "isotropic friction",
+        ),
+        (
+            "[excitation]\nengine_order = 0",
+            "excitation.engine_order = 0: engine order must not be 0; negative is a backward wave",
+        ),
+        (
+            "[response]\nrange = [300, 200]",
+            "response.range = [300, 200]: must be [low, high] with low < high",
+        ),
+        (
+            "[response]\nfrequencies = [250, 240]",
+            "response.frequencies = [250, 240]: frequencies must ascend",
+        ),
+        (
+            "[response]\nfrequencies = [1, 2, -3]",
+            "response.frequencies[2] = -3: excitation frequency must be > 0 Hz",
+        ),
+        (
+            "[material.vane]\nfatigue_limit = 250",
+            "material.vane.fatigue_limit = 250: fatigue limit must be >= 100000 Pa; "
+            '250 is 250 Pa: "250 MPa"?',
+        ),
+        (
+            "[vane]\nchord = 40",
+            'vane.chord = 40: chord of an aerofoil must be <= 0.5 m; 40 is 40 m: "40 mm"?',
+        ),
+        (
+            "[excitation]\nunbalance = 1500",
+            "excitation.unbalance = 1500: unbalance must be <= 100 kg m; 1500 is 1500 kg m: "
+            '"1500 g*mm"?',
+        ),
+        (
+            "[joints.hook]\ninterference = 20",
+            'joints.hook.interference = 20: interference must be <= 0.001 m; 20 is 20 m: "20 um"?',
+        ),
+        (
+            "[material.vane]\nE = 170",
+            'material.vane.E = 170: Young\'s modulus must be >= 1000 Pa; 170 is 170 Pa: "170 GPa"?',
+        ),
+        ("a = = 1", "line 1: not valid TOML: Invalid value"),
+        ('name = "a"\nname = "b"', "line 2: not valid TOML: Cannot overwrite a value"),
+        ("[ring]\nsectors = [1,\n", "line 2: not valid TOML: Invalid value"),
+    ],
+)
+def test_one_line_for_one_mistake(text, line):
+    assert complaint(text) == f"vane.toml: {line}"
+
+
+def test_dimensions_that_contradict_one_another():
+    told = complaint("[vane]\nleg_front = 0.09")
+    assert told.startswith("vane.toml: vane.leg_rear = 0.0885")
+    assert "leg_front = 0.09" in told
+    assert len(told.splitlines()) == 1
+
+
+def test_an_accuracy_is_refused_where_it_could_not_be_told():
+    told = "vane.toml: accuracy = 0.5: relative error of the largest response must be < 0.3"
+    assert complaint("accuracy = 0.5") == told
+    assert "must be >= 0.0001" in complaint("accuracy = 1e-5")
+    direct = complaint('accuracy = 0.01\n[rom]\nroute = "direct"')
+    assert direct == (
+        'vane.toml: accuracy = 0.01: rom.route = "direct" does not tell what it leaves out; '
+        'choose "cyclic"'
+    )
+    few = complaint("accuracy = 0.01\n[response]\npoints = 3")
+    assert few == "vane.toml: accuracy = 0.01: response.points = 3: needs at least 5"
+
+
+def test_wrong_entries_do_not_make_a_list_too_short():
+    with pytest.raises(InputError) as error:
+        parse_study("[campaign]\ninterference = [0.5, 1]", "vane.toml")
+    assert str(error.value).splitlines() == [
+        f"vane.toml: campaign.interference[{i}] = {value}: interference must be <= 0.001 m; "
+        f'{value} is {value} m: "{value} um"?'
+        for i, value in enumerate(("0.5", "1"))
+    ]
+
+
+def test_monitor_names_a_node_and_a_component():
+    wanted = "casing accessory 2, axial"
+    assert parse_study(f'[outputs]\nmonitor = "{wanted}"').outputs.monitor == wanted
+    for absent in ("blade", "vane accessory 9, radial", "casing accessory 0"):
+        told = complaint(f'[outputs]\nmonitor = "{absent}"')
+        assert told.startswith(f'vane.toml: outputs.monitor = "{absent}": expected an output node')
+        assert "accessory 1 to 3" in told
+
+
+def test_parts_that_do_not_fit_are_refused_on_reading(tmp_path):
+    path = tmp_path / "vane.toml"
+    path.write_text("[vane]\naerofoils = 12")
+    with pytest.raises(InputError) as caught:
+        load_study(path)
+    assert str(caught.value).startswith(f"{path}: vane.")
+    assert len(str(caught.value).splitlines()) == 1

@@ -1,0 +1,277 @@
+"""A sweep by one process, by two and by a Dask cluster: the same results to the last bit."""
+
+import json
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from contextlib import contextmanager
+from multiprocessing import active_children
+from pathlib import Path
+
+import h5py
+import numpy as np
+import psutil
+import pytest
+
+import vanelock
+from vanelock import nonlinear, parse_study, run_study
+from vanelock.common.errors import InputError
+from vanelock.pipeline.executor import dask as clusters
+from vanelock.pipeline.executor.dask import Cluster, protected
+from vanelock.pipeline.progress import Failed, Finished, Notice, Tasks
+
+pytestmark = pytest.mark.slow
+
+STUDY = """
+[mesh]
+size = "coarse"
+[response]
+frequencies = [262, 266, 270]
+harmonics = 1
+[outputs]
+shapes = false
+loops = false
+animations = false
+report = false
+[sweep]
+"joints.interlock.mu" = [0.1, 0.15, 0.2, 0.3, 0.4, 0.5]
+"""
+BEFORE = "DASK_DISTRIBUTED__COMM__TLS__"
+TIMES = ("date", "seconds", "cached", "digest")
+
+
+def contents(path):
+    """Everything in a results file but times: attributes and bytes of the datasets, by place."""
+    found = {}
+
+    def visit(name, item):
+        if isinstance(item, h5py.Dataset):
+            data = item[()]
+            if not name.endswith("/seconds"):
+                found[item.name] = (
+                    data.tolist() if item.dtype.kind == "O" else np.array(data).tobytes()
+                )
+        for key, value in item.attrs.items():
+            if key not in TIMES:
+                found[f"{item.name}@{key}"] = np.asarray(value).tolist()
+
+    with h5py.File(path) as file:
+        assert file.attrs["complete"]
+        for place in set(file) - {"provenance"}:  # which tells what was computed when
+            file[place].visititems(visit)
+        assert len(file["response"]) > 2
+    return {name: repr(value) for name, value in found.items()}
+
+
+def run(folder, text=STUDY, **options):
+    heard = []
+
+    def listener(event):
+        heard.append(event)
+        if options.get("hook"):
+            options["hook"](event)
+
+    passed = {name: value for name, value in options.items() if name != "hook"}
+    found = run_study(parse_study(text), folder, listener, text, **passed)
+    return found, heard
+
+
+@pytest.fixture(scope="module")
+def alone(tmp_path_factory):
+    """A run by this process alone."""
+    folder = tmp_path_factory.mktemp("alone")
+    return folder, *run(folder)
+
+
+@pytest.fixture
+def begun(alone, tmp_path):
+    """A folder with the meshes and reduced parts of that run, but no response."""
+    shutil.copytree(alone[0] / "cache", tmp_path / "run" / "cache")
+    for path in (tmp_path / "run" / "cache").rglob("*.h5"):
+        if path.name.startswith(("preload", "response")):
+            path.unlink()
+    return tmp_path / "run"
+
+
+@contextmanager
+def dask_of(folder, count, protocol="tcp", **more):
+    """Address of a scheduler on the loopback interface, and the processes of its workers."""
+    where = folder / "scheduler.json"
+    path = os.pathsep.join([str(Path(vanelock.__path__[0]).parent), *sys.path])
+    environment = {**os.environ, **more, "PYTHONPATH": path}
+    own = folder / "dask"
+    own.mkdir()
+
+    def start(module, *options):
+        command = [sys.executable, "-m", f"distributed.cli.{module}", *options]
+        return subprocess.Popen(command, env=environment, cwd=own, stderr=-3, stdout=-3)
+
+    options = ("--host", "127.0.0.1", "--port", "0", "--no-dashboard", "--protocol", protocol)
+    scheduler = start("dask_scheduler", *options, "--no-jupyter", "--scheduler-file", str(where))
+    processes = [scheduler]
+    try:
+        of = ["--scheduler-file", str(where), "--nthreads", "1", "--host", "127.0.0.1"]
+        of += ["--protocol", protocol, "--no-dashboard"]
+        workers = [start("dask_worker", *of) for _ in range(count)]
+        processes += workers
+        while not where.exists() or not where.read_text().strip():
+            assert scheduler.poll() is None
+            time.sleep(0.1)
+        yield json.loads(where.read_text())["address"], workers
+    finally:
+        for each in processes:
+            for child in psutil.Process(each.pid).children(recursive=True):
+                child.kill()
+            each.kill()
+            each.wait()
+
+
+@pytest.fixture
+def cluster(tmp_path):
+    """A cluster of two workers."""
+    with dask_of(tmp_path, 2) as found:
+        yield found
+
+
+def test_two_processes_one_of_them_killed_find_the_same_bits(alone, begun):
+    killed: list[int] = []
+
+    def kill(event):
+        if isinstance(event, Tasks) and event.done == 2 and not killed:
+            killed.append(active_children()[0].pid or 0)
+            os.kill(killed[0], signal.SIGKILL)
+
+    found, heard = run(begun, workers=2, hook=kill)
+    assert killed
+    assert [each.case for each in found] == [each.case for each in alone[1]]
+    assert contents(begun / "results.h5") == contents(alone[0] / "results.h5")
+    assert not [event for event in heard if isinstance(event, Failed)]
+    assert max(event.done for event in heard if isinstance(event, Tasks)) == 6
+    assert not active_children()
+
+
+def test_a_cluster_that_loses_a_worker_finds_the_same_bits(alone, begun, cluster):
+    address, workers = cluster
+    killed: list[int] = []
+
+    def kill(event):
+        if isinstance(event, Tasks) and event.done == 1 and not killed:
+            killed.append(workers[0].pid)
+            for child in psutil.Process(workers[0].pid).children(recursive=True):
+                child.kill()
+            workers[0].kill()
+
+    found, heard = run(begun, scheduler=address, hook=kill)
+    assert killed
+    assert len(found) == 6
+    assert contents(begun / "results.h5") == contents(alone[0] / "results.h5")
+    assert not [event for event in heard if isinstance(event, Failed)]
+    (finished,) = [event for event in heard if isinstance(event, Finished)]
+    assert finished.summary["failed"] == {}
+
+
+def test_meshes_that_differ_are_made_by_the_processes_too(alone, begun):
+    text = STUDY[: STUDY.index("[sweep]")] + (
+        '[sweep]\n"casing.outer_radius" = ["604 mm", "605 mm"]\n'
+        '"joints.interlock.mu" = [0.1, 0.3]\n'
+    )
+    found, heard = run(begun, text, workers=2)
+    assert len(found) == 4
+    same = {each.case: each.peak for each in alone[1]}
+    assert found[0].peak == same["mu=0.1"]
+    assert found[1].peak == same["mu=0.3"]
+    assert len({each.peak.amplitude for each in found}) == 4
+    assert not [event for event in heard if isinstance(event, Notice) and "again" in event.text]
+
+
+def test_a_case_that_cannot_be_computed_is_listed_and_the_rest_is_there(alone, begun, monkeypatch):
+    real = nonlinear.frequency_response
+
+    def response(system, *rest, **options):
+        if system.contacts.mu.min() == 0.2:
+            raise MemoryError
+        return real(system, *rest, **options)
+
+    monkeypatch.setattr(nonlinear, "frequency_response", response)
+    found, heard = run(begun)
+    assert [each.values["joints.interlock.mu"] for each in found] == [0.1, 0.15, 0.3, 0.4, 0.5]
+    (failed,) = [event for event in heard if isinstance(event, Failed)]
+    assert failed == Failed("mu=0.2", "out of memory", 2)
+    with h5py.File(begun / "results.h5") as file:
+        assert file["failed/mu=0.2"].attrs["reason"] == "out of memory"
+        assert file["failed/mu=0.2"].attrs["sweep joints.interlock.mu"] == 0.2
+        assert "mu=0.2" not in file["response"]
+    monkeypatch.undo()
+    run(begun)  # the same again goes on with what is missing
+    assert contents(begun / "results.h5") == contents(alone[0] / "results.h5")
+
+
+def test_no_scheduler_there():
+    with pytest.raises(InputError, match="no answer"):
+        Cluster("tcp://127.0.0.1:9", print)
+
+
+@pytest.fixture
+def certificates(tmp_path):
+    """What Dask's configuration, here in the environment, says of certificates made for a test."""
+    key, certificate = tmp_path / "key.pem", tmp_path / "certificate.pem"
+    made = ["openssl", "req", "-x509", "-newkey", "rsa:2048", "-nodes", "-days", "2"]
+    made += ["-subj", "/CN=vanelock", "-keyout", str(key), "-out", str(certificate)]
+    subprocess.run(made, check=True, capture_output=True)
+    found = {f"{BEFORE}CA_FILE": str(certificate)}
+    for role in ("SCHEDULER", "WORKER", "CLIENT"):
+        found |= {f"{BEFORE}{role}__CERT": str(certificate), f"{BEFORE}{role}__KEY": str(key)}
+    return found
+
+
+def test_an_encrypted_cluster_is_told_by_dasks_configuration(tmp_path, certificates):
+    import dask.config
+    import distributed  # noqa: F401  # brings its part of the configuration
+
+    of = "distributed.comm.tls"
+    names = {"CA_FILE": "ca-file", "CLIENT__CERT": "client.cert", "CLIENT__KEY": "client.key"}
+    own = {f"{of}.{k}": certificates[f"{BEFORE}{name}"] for name, k in names.items()}
+    with dask_of(tmp_path, 1, "tls", **certificates) as (address, _):
+        assert address.startswith("tls://127.0.0.1:")
+        with pytest.raises(InputError, match="no answer") as caught:
+            Cluster(address, print)
+        assert len(str(caught.value).splitlines()) == 1
+        with dask.config.set(own):
+            found = Cluster(address, print)
+            assert found.slots == 2
+            assert found._client.scheduler.address == address
+            found.close()
+        with pytest.raises(InputError, match="no answer"):
+            Cluster(address.replace("tls", "tcp"), print)
+
+
+@pytest.mark.parametrize(
+    ("address", "safe"),
+    [
+        ("tls://node7:8786", True),
+        ("wss://10.0.0.7:8786", True),
+        ("tcp://127.0.0.1:8786", True),
+        ("localhost:8786", True),
+        ("tcp://[::1]:8786", True),
+        ("tcp://10.0.0.7:8786", False),
+        ("node7:8786", False),
+        ("tcp://127.0.0.1.example:8786", False),
+        ("ucx://node7:8786", False),
+        ("ws://[fe80::1]:8786", False),
+        ("tcp://[bad", False),
+    ],
+)
+def test_what_is_neither_encrypted_nor_on_this_machine_takes_an_option(address, safe):
+    assert protected(address) == safe
+    if not safe:
+        with pytest.raises(InputError, match="without encryption.*--insecure-scheduler"):
+            Cluster(address, print)
+
+
+def test_the_option_lets_an_unencrypted_scheduler_be_asked(monkeypatch):
+    monkeypatch.setattr(clusters, "PATIENCE", 0.5)
+    with pytest.raises(InputError, match="no answer"):
+        Cluster("tcp://192.0.2.1:9", print, insecure=True)

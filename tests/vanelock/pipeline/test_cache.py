@@ -1,0 +1,375 @@
+"""The cache: keys, and entries that come back whole or not at all."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from vanelock import parse_study
+from vanelock.common.errors import InputError
+from vanelock.common.product import Product
+from vanelock.input.cases.names import slug, words
+from vanelock.input.cases.sweep import cases, with_values
+from vanelock.input.schema.structure import leaves
+from vanelock.pipeline.cache import Cache, key_of
+from vanelock.pipeline.progress import silent
+from vanelock.pipeline.step import Stages, step
+from vanelock.results.files.redrawn import Easel
+from vanelock.stages.plan import plan
+
+
+@dataclass(frozen=True)
+class Numbers(Product):
+    values: NDArray[np.float64] = field(metadata={"unit": "m"})
+    name: str
+
+
+@pytest.fixture
+def noticed():
+    return []
+
+
+@pytest.fixture
+def cache(tmp_path, noticed):
+    return Cache(tmp_path / "cache", noticed.append)
+
+
+def entry(cache):
+    (path,) = cache.folder.rglob("*.h5")
+    return path
+
+
+def test_entries_come_back_to_the_last_bit(cache, noticed):
+    product = Numbers(np.random.default_rng(1).normal(size=1000), "mine")
+    cache.store("a stage", "key", product, 1.25)
+    found = cache.load("a stage", "key", Numbers)
+    assert np.array_equal(found.product.values, product.values)
+    assert (found.product.name, found.seconds) == ("mine", 1.25)
+    assert cache.load("a stage", "other", Numbers) is None
+    assert noticed == []
+
+
+@pytest.mark.parametrize("damage", ["bit", "cut", "empty", "text"])
+def test_damaged_entries_are_noticed_and_dropped(cache, noticed, damage):
+    cache.store("a stage", "key", Numbers(np.arange(1000.0), "mine"), 1.0)
+    path = entry(cache)
+    content = bytearray(path.read_bytes())
+    if damage == "bit":
+        content[len(content) // 2] ^= 1
+    elif damage == "cut":
+        del content[-100:]
+    else:
+        content = bytearray(b"" if damage == "empty" else b"not HDF5")
+    path.write_bytes(content)
+    assert cache.load("a stage", "key", Numbers) is None
+    assert not path.exists()
+    assert len(noticed) == 1
+    assert str(path) in noticed[0]
+    assert "computing a stage again" in noticed[0]
+
+
+def test_an_entry_under_another_name_is_noticed(cache, noticed):
+    """As of two cases whose files were exchanged: a fit or a run would start from the other's."""
+    for key in ("aa11", "aa22"):
+        cache.store("a stage", key, Numbers(np.arange(3.0), key), 1.0)
+    one, other = sorted(cache.folder.rglob("*.h5"))
+    between = one.with_name("between")
+    digests = [path.stem.rpartition("-")[2] for path in (one, other)]
+    one.rename(between)
+    other.rename(other.with_name(f"a-stage-aa11-{digests[1]}.h5"))
+    between.rename(one.with_name(f"a-stage-aa22-{digests[0]}.h5"))
+    assert cache.load("a stage", "aa11", Numbers) is None
+    assert cache.load("a stage", "aa22", Numbers) is None
+    assert len(noticed) == 2
+    assert all("it is the entry of another stage or study" in each for each in noticed)
+
+
+def test_a_failed_store_leaves_nothing(cache):
+    with pytest.raises(TypeError, match="cannot store"):
+        cache.store("a stage", "key", Numbers(np.array([object()]), "mine"), 1.0)
+    assert list(cache.folder.iterdir()) == []
+
+
+def test_a_file_in_the_place_of_the_folder(tmp_path, cache):
+    cache.folder.write_text("in the way")
+    with pytest.raises(InputError, match="cannot be written"):
+        cache.store("a stage", "key", Numbers(np.zeros(1), ""), 1.0)
+
+
+def test_keys_follow_inputs_and_what_is_upstream():
+    base = key_of("s", "rom", {"a": 1, "b": [0.1, 2]}, ("up",))
+    assert key_of("s", "rom", {"b": (0.1, 2), "a": 1}, ("up",)) == base
+    assert key_of("s", "rom", {"a": 1, "b": [0.1 + 1e-16, 2]}, ("up",)) == base
+    others = [
+        key_of("t", "rom", {"a": 1, "b": [0.1, 2]}, ("up",)),
+        key_of("s", "fem", {"a": 1, "b": [0.1, 2]}, ("up",)),
+        key_of("s", "rom", {"a": 1, "b": [0.1, 3]}, ("up",)),
+        key_of("s", "rom", {"a": 1, "b": [0.1 + 1e-9, 2]}, ("up",)),
+        key_of("s", "rom", {"a": 1, "b": [0.1, 2]}, ("down",)),
+        key_of("s", "rom", {"a": 1, "b": [0.1, 2]}, ()),
+    ]
+    assert len({base, *others}) == 7
+
+
+def test_steps_run_once_and_only_when_needed(cache):
+    calls = []
+
+    def number(name, value, *needs):
+        def compute(*given):
+            calls.append(name)
+            return Numbers(np.array([value + sum(g.values[0] for g in given)]), name)
+
+        return step(name, "rom", {"value": value}, Numbers, needs, compute)
+
+    def chain(top):
+        low = number("low", 1.0)
+        return number("high", top, number("middle", 10.0, low), low)
+
+    assert Stages(cache, silent).get(chain(100.0)).values[0] == 112
+    assert calls == ["low", "middle", "high"]
+    assert Stages(cache, silent).get(chain(100.0)).values[0] == 112
+    assert calls == ["low", "middle", "high"]  # all from the cache
+    stages = Stages(cache, silent)
+    assert stages.get(chain(200.0)).values[0] == 212
+    assert calls == ["low", "middle", "high", "high"]
+    assert [(d.stage, d.cached) for d in stages.done.values()] == [
+        ("middle", True),
+        ("low", True),
+        ("high", False),
+    ]
+    entry_of_middle = next(cache.folder.rglob("middle-*.h5"))
+    entry_of_middle.write_bytes(entry_of_middle.read_bytes()[:-1])
+    assert Stages(cache, silent).get(chain(300.0)).values[0] == 312
+    assert calls[4:] == ["middle", "high"]
+
+
+def keys(text):
+    """Key of each step of a one-case study."""
+    return keys_of(parse_study(text))
+
+
+def keys_of(study):
+    (planned,) = plan(cases(study), lambda *_: None)
+    found = {}
+    waiting = [planned.preload, planned.response, *planned.linear.responses.values()]
+    while waiting:
+        one = waiting.pop()
+        found[f"{one.name}, linear" if one is planned.linear.system else one.name] = one.key
+        waiting += one.needs
+    return found
+
+
+EVERYTHING = {
+    "mesh vane",
+    "mesh casing",
+    "fem vane",
+    "fem casing",
+    "rom vane",
+    "rom casing",
+    "system",
+    "system, linear",
+    "linear limits",
+    "linear response, free",
+    "linear response, stuck",
+    "preload",
+    "response nominal",
+}
+MESHES_ON = EVERYTHING
+CASING_ON = EVERYTHING - {"mesh vane", "fem vane", "rom vane"}
+SYSTEM_ON = EVERYTHING - {f"{a} {b}" for a in ("mesh", "fem", "rom") for b in ("vane", "casing")}
+CASE = {"system", "preload", "response nominal"}
+
+
+@pytest.mark.parametrize(
+    ("text", "changed"),
+    [
+        ('name = "other"', set()),
+        ("[outputs]\nshapes = false\nloops = false", set()),
+        ("[joints.hook]\nkn = 16700000", set()),
+        ('[joints.hook]\ninterference = "20 um"', set()),
+        ("[joints.interlock]\nmu = 0.2", CASE),
+        ('[joints.interlock]\ninterference = "5 um"', CASE),
+        ("[joints.interlock]\nkt = 2e6", SYSTEM_ON),
+        ("[excitation]\nforce = 10", SYSTEM_ON),
+        ("[damping]\nratio = 0.001", SYSTEM_ON),
+        (
+            "[response]\nharmonics = 5",
+            EVERYTHING
+            - {f"{s} vane" for s in ("mesh", "fem", "rom")}
+            - {"mesh casing", "fem casing"},
+        ),
+        (
+            "[response]\nrange = [200, 300]",
+            {"linear response, free", "linear response, stuck", "response nominal"},
+        ),
+        (
+            "[response]\nmode = 3",
+            {
+                "linear limits",
+                "linear response, free",
+                "linear response, stuck",
+                "response nominal",
+            },
+        ),
+        ("[rom]\ncasing_modes = 12", CASING_ON - {"mesh casing", "fem casing"}),
+        ("[material.casing]\nrho = 8000", CASING_ON - {"mesh casing"}),
+        ('[casing]\nouter_radius = "605 mm"', CASING_ON),
+        ("[vane.hook]\nband_extent = 0.91", EVERYTHING),
+        ('[mesh]\nsize = "coarse"', EVERYTHING),
+        ("[ring]\nsectors = 17", EVERYTHING),
+    ],
+)
+def test_a_change_reaches_exactly_what_depends_on_it(text, changed):
+    before, after = keys(""), keys(text)
+    assert before.keys() == EVERYTHING
+    assert {name for name in before if before[name] != after[name]} == changed
+
+
+SHOWN_ALONE = {"outputs.steps"}
+"""Numbers that no product depends on."""
+ANSWERED = {
+    f"material.{part}.{key}"
+    for part in ("vane", "casing")
+    for key in ("fatigue_limit", "tensile_strength")
+}
+"""Numbers that only the report's margins depend on."""
+
+
+def test_every_number_of_a_study_is_in_some_key():
+    """A number that no key holds would be changed without a word, and old results shown."""
+    study = parse_study("[response]\nrange = [240, 300]\npoints = 31\nsamples = 64")
+    before, tried = keys_of(study), 0
+    for key, value in leaves(study.model_dump()):
+        if isinstance(value, bool) or not isinstance(value, int | float):
+            continue
+        if key in SHOWN_ALONE | ANSWERED:
+            continue
+        other = other_number(study, key, value)
+        assert keys_of(other) != before, key
+        tried += 1
+    assert tried > 50
+
+
+def other_number(study, key, value):
+    """The study with another number in a key, one that its neighbours allow."""
+    whole = isinstance(value, int)
+    for change in (1, 2, -1) if whole else (1e-3, -1e-3, 1e-2):
+        changed = value + change * (1 if whole else abs(value) or 1.0)
+        try:
+            return with_values(study, {key: changed})
+        except ValueError:
+            continue
+    raise AssertionError(f"{key}: no other value is allowed beside {value}")
+
+
+def test_cases_share_what_they_can():
+    found = plan(
+        cases(
+            parse_study(
+                '[sweep]\n"joints.interlock.mu" = [0.15, 0.3]\n"response.harmonics" = [1, 3]'
+            )
+        ),
+        lambda *_: None,
+    )
+    assert len({each.rom["casing"].key for each in found}) == 1
+    assert len({each.system.key for each in found}) == 2
+    assert len({each.linear.key for each in found}) == 1
+    assert len({each.response.key for each in found}) == 4
+    assert [each.preload_name for each in found] == ["mu=0.15"] * 2 + ["mu=0.3"] * 2
+
+
+def test_pictures_are_drawn_again_only_when_they_would_change(tmp_path):
+    drawn = []
+
+    def write(text):
+        def function(path):
+            drawn.append(text)
+            path.parent.mkdir(exist_ok=True)
+            path.write_text(text)
+
+        return function
+
+    def draw(shows, text):
+        easel = Easel(tmp_path, silent)
+        path = easel.draw("figures/a.png", shows, write(text))
+        easel.tidy()
+        return path
+
+    for shows, text in (([1], "one"), ([1], "one again"), ([2], "two")):
+        path = draw(shows, text)
+    assert drawn == ["one", "two"]
+    path.write_text("spoilt")
+    draw([2], "repaired")
+    assert path.read_text() == "repaired"
+    (tmp_path / "cache" / "pictures.json").write_text('{"figures/a.png": 3')
+    draw([2], "list lost")
+    assert path.read_text() == "list lost"
+
+
+def test_what_is_drawn_last_of_all_is_known_to_the_next_run(tmp_path):
+    drawn = []
+    for _ in range(2):
+        easel = Easel(tmp_path, silent)
+        easel.tidy(keep=["report.html"])
+        easel.draw("report.html", [], lambda path: drawn.append(path.write_text("drawn")))
+    assert len(drawn) == 1
+
+
+def test_animations_come_after_the_page_which_is_then_written_again(tmp_path):
+    order = []
+
+    def write(path):
+        path.parent.mkdir(exist_ok=True)
+        path.write_text("drawn")
+        order.append(path.name)
+
+    def run(shows):
+        easel = Easel(tmp_path, silent)
+        easel.animate("figures/a.gif", shows, write)
+        easel.draw("figures/a.png", shows, write)
+        easel.tidy()
+        there = lambda: [path.name for path in (tmp_path / "figures").iterdir()]  # noqa: E731
+        easel.finish(lambda: order.append(sorted(there())))
+
+    run(1)
+    assert order == ["a.png", ["a.png"], "a.gif", ["a.gif", "a.png"]]
+    order.clear()
+    run(1)
+    assert order == [["a.gif", "a.png"]]
+    order.clear()
+    run(2)  # that of other results has gone before the page is written
+    assert order == ["a.png", ["a.png"], "a.gif", ["a.gif", "a.png"]]
+
+
+def test_pictures_of_other_results_are_removed(tmp_path):
+    def write(path):
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text("drawn")
+
+    (tmp_path / "figures").mkdir()
+    (tmp_path / "figures" / "mine.png").write_text("not ours")
+    for names in (("a", "b"), ("b", "c")):
+        easel = Easel(tmp_path, silent)
+        for name in names:
+            easel.draw(f"figures/{name}.png", [], write)
+        easel.draw(f"shapes/{names[0]}/step.vtu", [], write)
+        easel.tidy()
+    assert [path.name for path in (tmp_path / "shapes").iterdir()] == ["b"]  # nor empty folders
+    assert {path.stem for path in (tmp_path / "figures").iterdir()} == {"b", "c", "mine"}
+
+
+def test_places_that_cannot_be_drawn_to_are_named(tmp_path):
+    (tmp_path / "figures").write_text("a file")
+    (tmp_path / "shapes" / "a.png").mkdir(parents=True)
+    for name in ("figures/a.png", "shapes/a.png"):
+        with pytest.raises(InputError) as caught:
+            Easel(tmp_path, silent).draw(name, [], lambda path: path.write_text("drawn"))
+        assert str(caught.value).startswith(f"{tmp_path / name}: cannot be written: ")
+
+
+def test_names_of_cases_in_words_and_in_files():
+    assert words("mu=0.15,harmonics=3", without="harmonics") == "μ = 0.15"
+    assert words("mu=0.15,harmonics=3") == "μ = 0.15, H = 3"
+    assert words("nominal") == "nominal"
+    assert slug("hook.mu=0.15,kn=1e+06") == "hook.mu0.15_kn1e+06"

@@ -1,0 +1,206 @@
+"""What a run says: tables, lines and JSON."""
+
+import json
+from io import StringIO
+
+import numpy as np
+import pytest
+from rich.console import Console
+from rich.progress import Progress, TextColumn
+
+from vanelock.input.cases.sweep import cases
+from vanelock.input.read_study import parse_study
+from vanelock.nonlinear import linear_response
+from vanelock.pipeline.progress import (
+    Bar,
+    Begun,
+    Done,
+    Finished,
+    Lines,
+    Notice,
+    Point,
+    Tasks,
+    Trial,
+    json_lines,
+    print_table,
+)
+from vanelock.pipeline.tables import Column, Table
+from vanelock.results.listing import response_table, stage_times
+from vanelock.stages.plan import plan
+from vanelock.stages.response.limits import Limits
+from vanelock.stages.response.summary import Peak, Summary, peak_of, summarise
+from vanelock.stages.sweep.time_left import Clock
+
+
+def summary(**changed):
+    values = {
+        "case": "mu=0.3",
+        "values": {},
+        "harmonics": 3,
+        "mu": 0.3,
+        "peak": Peak(4, 252.5, 4.5e-5, False),
+        "of_free": 0.34,
+        "of_stuck": 0.19,
+        "position": 0.09,
+        "slipping": 1.0,
+        "opening": 0.9,
+        "hook_slipping": 0.0,
+        "friction_share": 1.0,
+        "converged": 10,
+        "points": 10,
+        "worst": 0.0,
+        "seconds": 1.5,
+    }
+    return Summary(**{**values, **changed})
+
+
+def printed(table, width=60):
+    out = StringIO()
+    print_table(Console(file=out, width=width, markup=False), table)
+    return out.getvalue().splitlines()
+
+
+def test_tables_keep_units_and_numbers_on_a_narrow_console():
+    columns = (Column("joint", "joint"), Column("n", "n [N]", ".2f"), Column("x", "x", ".1f"))
+    table = Table("t", "A title", columns, (("hook", 280.126, None),), ("a note [um]",))
+    assert printed(table, width=10) == [
+        "",
+        "A title",
+        " joint    n [N]   x",
+        " " + "─" * 18,
+        " hook    280.13   -",
+        "a note [um]",
+    ]
+
+
+def test_response_table_says_what_did_not_converge():
+    lost = summary(case="lost", peak=None, converged=8, worst=3e-4, of_free=float("nan"))
+    edge = summary(case="edge", peak=Peak(0, 240.0, 1e-5, True))
+    table = response_table([summary(), lost, edge], "vane accessory 1, radial")
+    rows = table.record()["rows"]
+    assert rows[0]["peak_um"] == 45
+    assert rows[0]["slipping_percent"] == 100
+    assert (rows[1]["peak_um"], rows[1]["of_free"]) == (None, None)
+    assert rows[1]["converged"] == "8/10"
+    notes = "\n".join(table.notes)
+    assert "lost: 2 of 10 points DID NOT CONVERGE (largest residual 3.0e-04)" in notes
+    assert "edge: the largest point is at the end of the frequency range" in notes
+    assert "mu=0.3" not in notes
+
+
+def test_a_range_beside_free_and_stuck_has_no_place_between_them(ring):
+    """Free at 250 and stuck at 280 Hz, a range about either, and one far from both."""
+    limits = Limits(
+        1, 3, True, np.array([250.0]), np.array([280.0]), 0, 0, 1.0, np.zeros(1), np.zeros(1)
+    )
+    (case,) = cases(parse_study(""))
+    none: dict[str, Peak | None] = {"free": None, "stuck": None}
+
+    def position(*hertz):
+        response = linear_response(ring, list(hertz), np.array([True, True]))
+        peak = peak_of(response, response.amplitude[:, 0, 1])
+        found = summarise(case, ("hook", "interlock"), response, peak, limits, none, 0.0)
+        return found.position
+
+    assert position(265.0) == pytest.approx(0.5)
+    assert np.isnan(position(245.0))
+    assert np.isnan(position(1000.0))
+    assert "- where the range holds none between" in response_table([summary()], "o").notes[0]
+
+
+def test_stage_times_add_up():
+    done = [
+        Done("mesh vane", 2.0, True),
+        Done("response mu=0.1", 3.0, False),
+        Done("response mu=0.2", 4.0, False),
+        Done("figures/response.png", 0.5, False),
+        Done("shapes/mode.png", 1.0, True),
+    ]
+    rows = {row["stage"]: row for row in stage_times(done).record()["rows"]}
+    assert rows["responses"]["count"] == 2
+    assert rows["responses"]["seconds_now"] == 7
+    assert (rows["pictures"]["computed"], rows["pictures"]["seconds"]) == (1, 1.5)
+    assert (rows["total"]["seconds_now"], rows["total"]["seconds"]) == (7.5, 10.5)
+
+
+def test_json_is_one_valid_object_a_line(capsys):
+    told = {"cases": [{"x": np.nan, "y": float("inf"), "z": (1, 2.5)}]}
+    json_lines(Done("mesh", 1.5, False))
+    json_lines(Finished("runs/a", 2.0, told))
+    lines = capsys.readouterr().out.splitlines()
+    assert json.loads(lines[0]) == {
+        "event": "done",
+        "stage": "mesh",
+        "seconds": 1.5,
+        "cached": False,
+    }
+    assert json.loads(lines[1])["summary"] == {"cases": [{"x": None, "y": None, "z": [1, 2.5]}]}
+
+
+def test_plain_lines_keep_tables_apart(capsys):
+    lines = Lines()
+    lines(Done("mesh", 1.25, False))
+    lines(Done("rom", 9.0, True))
+    lines(Notice("look"))
+    lines(Table("t", "Title", (Column("a", "a"),), (("b",),)))
+    heard = capsys.readouterr()
+    assert heard.err == "mesh: 1.2 s\nrom: unchanged\nnote: look\n"
+    assert heard.out.splitlines()[1] == "Title"
+
+
+def test_a_fit_tells_its_responses(capsys, monkeypatch):
+    """One at once on a terminal, every few seconds elsewhere."""
+    lines = Lines()
+    monkeypatch.setattr(lines, "interval", 0.0)
+    trial = Trial(7, 1.25, 1.125, "standard deviations")
+    lines(trial)
+    said = "response 7, misfit 1.25 standard deviations, least so far 1.12"
+    assert capsys.readouterr().err == f"  {said}\n"
+    with Progress(TextColumn("{task.fields[said]}"), console=Console(file=StringIO())) as shown:
+        bar = Bar(shown)
+        bar(trial)
+        bar(Begun("fit"))
+        bar(trial)
+        assert [task.fields["said"] for task in shown.tasks] == [said]
+
+
+def test_time_left_follows_the_work(monkeypatch):
+    """Equal cases of ten points, each point a second."""
+    text = '[response]\nrange = [1, 2]\npoints = 10\n[sweep]\n"joints.hook.mu" = [0.1, 0.2, 0.3]'
+    planned = plan(cases(parse_study(text)), lambda *_: None)
+    now = [100.0]
+    monkeypatch.setattr("vanelock.stages.sweep.time_left.time.perf_counter", lambda: now[0])
+    clock = Clock(planned)
+    clock.begin(planned[0])
+    now[0] += 2
+    point = clock.point(2, 10, 3e-6)
+    assert point.peak == 3e-6
+    assert round(point.left, 9) == 28
+    now[0] += 8
+    assert clock.point(10, 10, 1e-6).peak == 3e-6
+    clock.end(computed=True)
+    clock.begin(planned[1])  # from the cache
+    clock.end(computed=False)
+    clock.begin(planned[2])
+    now[0] += 5
+    assert round(clock.point(5, 10, 1e-6).left, 9) == 5
+
+
+def test_no_time_left_is_told_where_nobody_knows_it(monkeypatch, capsys):
+    text = "accuracy = 0.05\n[response]\nrange = [1, 2]"
+    planned = plan(cases(parse_study(text)), lambda *_: None)
+    clock = Clock(planned)
+    clock.begin(planned[0])
+    point = clock.point(16, 16, 3e-6)
+    assert point.total is None
+    assert np.isnan(point.left)
+    lines = Lines()
+    lines.interval = 0.0
+    lines(point)
+    lines(Point("b", 3, 9, 1e-6, 75.0))
+    lines(Tasks(16, 16, 0, 0.0, float("nan")))
+    assert capsys.readouterr().err.splitlines() == [
+        "  nominal: point 16, peak 3.0 um",
+        "  b: point 3/9, peak 1.0 um, 1:15 left",
+        "  16 of 16 cases",
+    ]

@@ -1,0 +1,357 @@
+"""Nothing finished is lost: journals, full disks, files that something else spoils or removes."""
+
+import ctypes
+import os
+import resource
+import subprocess
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+import vanelock
+from vanelock import write_template
+from vanelock.common.errors import InputError
+from vanelock.common.files.csv_table import write_columns
+from vanelock.common.product import Product
+from vanelock.nonlinear import Journal
+from vanelock.pipeline.cache import Cache
+from vanelock.pipeline.journal import journal
+from vanelock.pipeline.progress import silent
+from vanelock.pipeline.step import Stages, Step, step
+from vanelock.results.files.results_file import Results
+from vanelock.results.files.run_folder import claimed, record
+
+
+@dataclass(frozen=True)
+class Numbers(Product):
+    values: NDArray[np.float64] = field(metadata={"unit": "m"})
+
+
+@contextmanager
+def disk_of(size: int) -> Iterator[None]:
+    """No file may become larger than so many bytes: writing fails as it does on a full disk."""
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (size, before[1]))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+
+
+def told(caught: pytest.ExceptionInfo[InputError], path: Path) -> str:
+    """The reason in an error of one line about a path."""
+    line = str(caught.value)
+    assert "\n" not in line
+    assert line.startswith(f"{path}: cannot be written: ")
+    return line.removeprefix(f"{path}: cannot be written: ")
+
+
+RECORDS = [b"one", b"", bytes(range(256)) * 20, b"last"]
+
+
+@pytest.fixture
+def written(tmp_path: Path) -> Path:
+    """A journal of four records."""
+    path = tmp_path / "a.journal"
+    with journal(path) as opened:
+        for each in RECORDS:
+            opened.add(each)
+    return path
+
+
+def read(path: Path) -> tuple[list[bytes], list[str]]:
+    """Records of a journal and what was said about it."""
+    said: list[str] = []
+    found = []
+    with journal(path, said.append) as opened:
+        while (each := opened.next()) is not None:
+            found.append(each)
+    return found, said
+
+
+def test_a_journal_comes_back_and_goes_on(written: Path) -> None:
+    assert read(written) == (RECORDS, [])
+    with journal(written) as opened:
+        assert [opened.next() for _ in range(5)] == [*RECORDS, None]
+        opened.add(b"more")
+    assert read(written) == ([*RECORDS, b"more"], [])
+
+
+def test_a_torn_tail_is_left_out_wherever_it_tears(written: Path) -> None:
+    content = written.read_bytes()
+    ends = [19]  # behind the head
+    for each in RECORDS:
+        ends.append(ends[-1] + 12 + len(each))
+    assert ends[-1] == len(content)
+    for size in [*range(40), *range(5100, 5190, 7), *range(len(content) - 20, len(content))]:
+        written.write_bytes(content[:size])
+        whole = sum(size >= end for end in ends[1:])
+        found, said = read(written)
+        assert found == RECORDS[:whole]
+        assert bool(said) == (0 < size not in ends), (size, said)
+        with journal(written) as opened:  # the tail is gone: what follows is in its place
+            for each in found:
+                assert opened.next() == each
+            opened.add(b"next")
+        assert read(written) == ([*found, b"next"], [])
+
+
+def test_a_flipped_bit_ends_a_journal_there(written: Path) -> None:
+    content = bytearray(written.read_bytes())
+    content[19 + 15 + 12 + 12 + 100] ^= 4
+    written.write_bytes(content)
+    found, said = read(written)
+    assert found == RECORDS[:2]
+    assert len(said) == 1
+    assert str(written) in said[0]
+
+
+def test_points_of_another_computation_are_dropped_with_those_behind_them(written: Path) -> None:
+    with journal(written) as opened:
+        opened.next()
+        opened.next()
+        opened.drop()
+        opened.add(b"other")
+    assert read(written)[0] == [b"one", b"other"]
+
+
+def test_two_processes_do_not_write_into_one_journal(written: Path) -> None:
+    with journal(written) as first, journal(written) as second:
+        assert second.next() is None
+        second.add(b"of the second")
+        assert first.next() == b"one"
+    assert read(written) == (RECORDS, [])
+
+
+def test_a_journal_on_a_full_disk_ends_with_a_whole_record(written: Path) -> None:
+    with disk_of(written.stat().st_size + 500), journal(written) as opened:
+        while opened.next() is not None:
+            pass
+        opened.add(b"x" * 400)
+        with pytest.raises(InputError) as caught:
+            opened.add(b"y" * 400)
+    assert told(caught, written) == "File too large"
+    assert read(written) == ([*RECORDS, b"x" * 400], [])
+
+
+def counting(kills: list[int]) -> Step[Numbers]:
+    """A stage of ten points that is killed before each of some points in turn."""
+
+    def compute(journal: Journal) -> Numbers:
+        found = []
+        for i in range(10):
+            known = journal.next()
+            if known is None:
+                if kills and kills[0] == i:
+                    del kills[0]
+                    raise KeyboardInterrupt
+                solved.append(i)
+                known = str(i * i).encode()
+                journal.add(known)
+            found.append(float(known))
+        return Numbers(np.array(found))
+
+    return step("long stage", "rom", {}, Numbers, (), compute, resumes=True)
+
+
+solved: list[int] = []
+
+
+def test_a_stage_goes_on_where_it_was_killed(tmp_path: Path) -> None:
+    solved.clear()
+    long = counting([0, 3, 3, 9])
+    said: list[str] = []
+    for _ in range(4):
+        with pytest.raises(KeyboardInterrupt):
+            Stages(Cache(tmp_path, said.append), silent).get(long)
+    assert [path.suffix for path in tmp_path.iterdir()] == [".journal"]
+    found = Stages(Cache(tmp_path, said.append), silent).get(long)
+    assert found.values.tolist() == [i * i for i in range(10)]
+    assert solved == list(range(10))
+    assert [path.suffix for path in tmp_path.rglob("*.*")] == [".h5"]  # it has served
+    assert said == []
+
+
+def test_a_product_is_handed_on_as_the_cache_gives_it_back(tmp_path: Path) -> None:
+    fortran = np.asfortranarray(np.random.default_rng(1).normal(size=(40, 30)))
+    seen = []
+
+    def compute(given: Numbers) -> Numbers:
+        seen.append(given.values)
+        return given
+
+    first = step("first", "rom", {}, Numbers, (), lambda: Numbers(fortran[::2]))
+    second = step("second", "rom", {}, Numbers, (first,), compute)
+    cache = Cache(tmp_path, print)
+    Stages(cache, silent).get(second)
+    for path in tmp_path.rglob("second*"):
+        path.unlink()
+    Stages(cache, silent).get(second)
+    new, again = seen
+    assert new.flags.c_contiguous
+    assert new.strides == again.strides
+    assert new.tobytes() == again.tobytes()
+
+
+def test_a_full_disk_leaves_the_cache_as_it_was(tmp_path: Path) -> None:
+    cache = Cache(tmp_path / "cache", print)
+    cache.store("small", "key", Numbers(np.arange(10.0)), 1.0)
+    before = sorted(cache.folder.rglob("*"))
+    with disk_of(100_000), pytest.raises(InputError) as caught:
+        cache.store("large", "key", Numbers(np.arange(1e5)), 1.0)
+    assert told(caught, cache.folder) == "File too large"
+    assert sorted(cache.folder.rglob("*")) == before
+    assert cache.load("small", "key", Numbers) is not None
+    cache.store("large", "key", Numbers(np.arange(1e5)), 1.0)
+
+
+def test_a_full_disk_leaves_the_results_as_they_were(tmp_path: Path) -> None:
+    results = Results(tmp_path / "results.h5")
+    with results.edit() as file:
+        file["one"] = np.arange(10.0)
+    results.flush()
+    before = results.path.read_bytes()
+    with disk_of(100_000), pytest.raises(InputError) as caught, results.edit() as file:
+        file["two"] = np.arange(1e5)
+    assert told(caught, results.path) == "File too large"
+    assert results.path.read_bytes() == before
+    assert [path.name for path in tmp_path.iterdir()] == ["results.h5"]
+
+
+def test_a_complete_file_of_the_same_study_stays_until_the_next_one_is(tmp_path: Path) -> None:
+    def begun(settings: str) -> Results:
+        results = Results(tmp_path / "results.h5")
+        results.wait_for_the_end(settings)
+        with results.edit() as file:
+            file.require_group("provenance").attrs["settings"] = settings
+        return results
+
+    def seen() -> tuple[str, bool, bool]:
+        with h5py.File(tmp_path / "results.h5") as file:
+            settings = file["provenance"].attrs["settings"]
+            return str(settings), bool(file.attrs["complete"]), "more" in file
+
+    first = begun("a")
+    with first.edit() as file:
+        file.attrs["complete"] = True
+    first.end()
+    second = begun("a")
+    assert seen() == ("a", True, False)
+    with second.edit() as file:
+        file["more"] = 1
+        file.attrs["complete"] = True
+    second.flush()
+    assert seen() == ("a", True, False)
+    second.end()
+    assert seen() == ("a", True, True)
+    third = begun("b")
+    third.flush()
+    assert seen() == ("b", False, False)
+
+
+def test_results_removed_under_a_run_are_told(tmp_path: Path) -> None:
+    results = Results(tmp_path / "results.h5")
+    with results.edit() as file:
+        file["one"] = 1
+    results.flush()
+    results.end()
+    results.path.unlink()
+    with pytest.raises(InputError) as caught, results.edit() as file:
+        file["two"] = 2
+    assert told(caught, results.path) == "No such file or directory"
+
+
+def test_a_folder_is_held_by_one_run(tmp_path: Path) -> None:
+    with claimed(tmp_path / "run"):
+        with pytest.raises(InputError, match="another run is using this folder"):
+            with claimed(tmp_path / "run"):
+                pass
+        (tmp_path / "run" / "kept.txt").write_text("")
+    with claimed(tmp_path / "run"):
+        pass
+
+
+def test_parts_of_files_that_a_kill_left_are_swept_up(tmp_path: Path) -> None:
+    parts = [".results.h5.1.tmp", "cache/.a.1.tmp", "figures/.a.png.1.tmp", "shapes/a/.b.vtu.1.tmp"]
+    for name in (*parts, "figures/mine.tmp", "elsewhere/.a.1.tmp"):
+        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / name).touch()
+    with claimed(tmp_path):
+        there = {str(p.relative_to(tmp_path)) for p in tmp_path.rglob("*") if p.is_file()}
+    assert there == {".lock", "figures/mine.tmp", "elsewhere/.a.1.tmp"}
+
+
+WRITERS: dict[str, Callable[[Path], object]] = {
+    "record": lambda path: record(path, "x" * 5000),
+    "table": lambda path: write_columns(path, {"a": np.arange(2000.0)}),
+    "product": lambda path: Numbers(np.arange(2000.0)).save(path),
+    "template": write_template,
+}
+
+
+@pytest.mark.parametrize("name", WRITERS)
+def test_writers_leave_no_part_of_a_file(tmp_path: Path, name: str) -> None:
+    path = tmp_path / "made.txt"
+    with disk_of(2000), pytest.raises(InputError) as caught:
+        WRITERS[name](path)
+    assert told(caught, path) == "File too large"
+    assert list(tmp_path.iterdir()) == []
+
+
+def without_privileges() -> None:
+    """Before a program begins: root, too, shall be bound by permissions."""
+    system = ctypes.CDLL(None)
+    for capability in (1, 2):  # CAP_DAC_OVERRIDE, CAP_DAC_READ_SEARCH
+        system.prctl(24, capability, 0, 0, 0)  # PR_CAPBSET_DROP; refused where there are none
+
+
+def command(*arguments: str | Path, **options: Any) -> subprocess.CompletedProcess[str]:
+    """The program, in a process of its own."""
+    return subprocess.run(
+        [sys.executable, "-m", "vanelock", *map(str, arguments)],
+        capture_output=True,
+        text=True,
+        check=False,
+        env=os.environ | {"PYTHONPATH": str(Path(vanelock.__file__).resolve().parents[1])},
+        **options,
+    )
+
+
+def test_a_folder_that_may_not_be_written_is_told_in_a_line(tmp_path: Path) -> None:
+    study = tmp_path / "study.toml"
+    study.write_text("")
+    folder = tmp_path / "run"
+    folder.mkdir()
+    (folder / ".lock").touch()
+    folder.chmod(0o555)
+    made = command("run", study, "-o", folder, preexec_fn=without_privileges)
+    folder.chmod(0o755)
+    assert made.returncode == 2, made.stderr
+    assert made.stderr == f"vanelock: {folder}/results.h5: cannot be written: Permission denied\n"
+    assert [path.name for path in folder.iterdir()] == [".lock"]
+
+
+def test_results_open_in_another_program_are_told_in_a_line(tmp_path: Path) -> None:
+    study, folder = tmp_path / "study.toml", tmp_path / "run"
+    study.write_text("")
+    results = Results(folder / "results.h5")
+    folder.mkdir()
+    with results.edit() as file:
+        file["one"] = 1
+    results.flush()
+    results.end()
+    with h5py.File(results.path, "a") as file:  # holds HDF5's lock
+        made = command("run", study, "-o", folder)
+        assert file["one"][()] == 1
+    assert made.returncode == 2
+    (line,) = made.stderr.splitlines()
+    assert line.startswith(f"vanelock: {results.path}: ")
+    assert "another program" in line

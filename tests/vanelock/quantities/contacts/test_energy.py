@@ -1,0 +1,90 @@
+"""Energy balance and damping ratios against oscillators done by hand."""
+
+import numpy as np
+import pytest
+
+from vanelock import nonlinear
+from vanelock.nonlinear import Contacts, Diameter, Force, System
+from vanelock.quantities.contacts.energy import balance, bandwidth_ratio, half_power
+
+ZETA, K, M = 0.02, 4e6, 1.0
+F = np.sqrt(K / M) / (2 * np.pi)
+MU, KT, LOAD = 0.3, 1e5, 40.0
+
+
+def oscillator(force, mu=MU):
+    """A mass on a spring with a contact of constant load at its side, ζ with that stuck."""
+    own = np.zeros((1, 3, 2))
+    own[0, 0, 1] = own[0, 1, 0] = 1
+    return System(
+        sectors=1,
+        engine_order=0,
+        diameters={0: Diameter(np.diag([K - KT, 1e6]), np.diag([M, 1e-9]), own)},
+        contacts=Contacts(
+            kn=np.array([1e6]),
+            kt=np.array([[KT, KT]]),
+            mu=np.array([mu]),
+            v0=np.array([2 * LOAD / 1e6]),
+        ),
+        force={1: Force(np.array([force + 0j, 0]))},
+        damping_ratio=ZETA,
+    )
+
+
+def test_linear_oscillator_at_resonance_has_its_own_damping_ratio():
+    system = oscillator(1.0)
+    response = nonlinear.linear_response(system, [F])
+    found = balance(system, response)
+    X = 1.0 / (2 * ZETA * K)
+    assert found.stored == pytest.approx(0.5 * K * X**2)
+    assert found.input == pytest.approx(np.pi * X)
+    assert found.damping_ratio == pytest.approx(ZETA)
+    assert found.friction == 0
+    assert found.viscous == pytest.approx(found.input)
+
+
+def test_linear_curve_has_its_damping_ratio_by_bandwidth():
+    system = oscillator(1.0)
+    hertz = np.linspace(0.8 * F, 1.2 * F, 2001)
+    curve = nonlinear.linear_response(system, hertz)
+    amplitude = np.abs(curve.x[1][:, 0])
+    # Where |H|² is half its largest value: r² = 1 - 2ζ² ± 2ζ√(1 - ζ²), so nearly ζ.
+    r = [np.sqrt(1 - 2 * ZETA**2 + s * 2 * ZETA * np.sqrt(1 - ZETA**2)) for s in (-1, 1)]
+    assert half_power(hertz, amplitude) == pytest.approx([F * each for each in r], rel=1e-5)
+    assert bandwidth_ratio(hertz, amplitude) == pytest.approx(ZETA, rel=2e-3)
+
+
+def test_friction_and_viscous_work_are_those_of_the_motion():
+    system = oscillator(50.0)
+    hertz = np.linspace(0.97 * F, F, 61)
+    response = nonlinear.frequency_response(system, hertz, harmonics=5)
+    point = int(np.abs(response.x[1][:, 0]).argmax())
+    found = balance(system, response, point)
+    assert found.friction > 0.01 * found.input
+    # Viscous work of the mass alone: π c ω |hX_h|² with c = 2 ζ √(K M).
+    omega = 2 * np.pi * response.frequency[point]
+    c = 2 * ZETA * np.sqrt(K * M)
+    speed = sum((h * abs(response.x[h][point, 0])) ** 2 for h in range(1, 6))
+    assert found.viscous == pytest.approx(np.pi * c * omega * speed, rel=1e-6)
+    # Friction by Jenkins' loop: 4 μn (U - μn/kt), U from the motion.
+    angle = 2 * np.pi * np.arange(2000) / 2000
+    u = sum((response.x[h][point, 0] * np.exp(1j * h * angle)).real for h in range(1, 6))
+    U = np.ptp(u) / 2
+    assert found.friction == pytest.approx(4 * MU * LOAD * (U - MU * LOAD / KT), rel=1e-3)
+
+
+def test_a_lost_point_beside_the_peak_tells_no_bandwidth():
+    f = np.linspace(90, 110, 401)
+    a = 1 / np.hypot(1 - (f / 100) ** 2, 2 * 0.01 * f / 100)
+    assert bandwidth_ratio(f, a) == pytest.approx(0.01, rel=2e-3)
+    inside, outside = a.copy(), a.copy()
+    inside[np.abs(f - 100.5).argmin()] = np.nan
+    outside[np.abs(f - 105).argmin()] = np.nan
+    assert np.isnan(bandwidth_ratio(f, inside))
+    assert bandwidth_ratio(f, outside) == bandwidth_ratio(f, a)
+
+
+def test_curve_that_does_not_fall_to_half_power_tells_no_bandwidth():
+    f, a = np.linspace(1, 2, 50), np.linspace(1, 1.2, 50)
+    assert half_power(f, a) is None
+    assert np.isnan(bandwidth_ratio(f, a))

@@ -1,0 +1,101 @@
+"""Wear indicators against loops done by hand."""
+
+import numpy as np
+import pytest
+
+from vanelock import nonlinear
+from vanelock.nonlinear import Contacts, Diameter, Force, System
+from vanelock.quantities.contacts.wear import travel, wear
+
+K, KT, MU, N = 4e5, 2e6, 0.4, 50.0
+
+
+def jenkins(force, constant=N):
+    """A mass on a spring, dragged over a contact of constant normal load, at rest with it."""
+    kn = 1e6
+    own = np.zeros((1, 3, 2))
+    own[0, 0, 1] = own[0, 1, 0] = 1
+    return System(
+        sectors=1,
+        engine_order=0,
+        diameters={0: Diameter(np.diag([K, kn]), np.diag([1e-9, 1e-9]), own)},
+        contacts=Contacts(
+            kn=np.array([kn]),
+            kt=np.array([[KT, KT]]),
+            mu=np.array([MU]),
+            v0=np.array([2 * constant / kn]),
+            joint=("interlock",),
+        ),
+        force={1: Force(np.array([force + 0j, 0]))},
+    )
+
+
+@pytest.fixture(scope="module")
+def loop():
+    """Exact loop of a slider dragged by U cos θ at constant load: displacement, force."""
+    U = 5 * MU * N / KT
+    angle = 2 * np.pi * np.arange(4096) / 4096
+    u, w = U * np.cos(angle), np.empty(4096)
+    play, place = MU * N / KT, U - MU * N / KT  # after a first quarter it is at the lower bound
+    for i, each in enumerate(np.concatenate([u, u])):
+        place = min(max(place, each - play), each + play)
+        w[i % 4096] = place
+    displacement = np.column_stack([np.full(4096, 1e-5), u, np.zeros(4096)])
+    force = np.column_stack([np.full(4096, N), KT * (u - w), np.zeros(4096)])
+    return U, displacement, force
+
+
+def test_slip_of_a_jenkins_element_is_four_times_what_exceeds_its_play(loop):
+    U, displacement, force = loop
+    slip, work = travel(displacement, force, np.array([1e6, KT, KT]))
+    assert slip == pytest.approx(4 * (U - MU * N / KT), rel=1e-5)
+    assert MU * work == pytest.approx(4 * MU * N * (U - MU * N / KT), rel=1e-5)
+
+
+def test_slip_along_both_directions_is_that_along_their_plane(loop):
+    _, displacement, force = loop
+    both, pushed = displacement.copy(), force.copy()
+    both[:, 1:] = displacement[:, [1]] * [0.6, 0.8]
+    pushed[:, 1:] = force[:, [1]] * [0.6, 0.8]
+    stiffness = np.array([1e6, KT, KT])
+    assert travel(both, pushed, stiffness) == pytest.approx(travel(displacement, force, stiffness))
+
+
+def test_nothing_is_counted_while_the_contact_is_open(loop):
+    _, displacement, force = loop
+    open_now = force.copy()
+    open_now[:2048] = 0
+    slip, work = travel(displacement, open_now, np.array([1e6, KT, KT]))
+    whole, load = travel(displacement, force, np.array([1e6, KT, KT]))
+    assert slip == pytest.approx(whole / 2, rel=1e-2)
+    assert work == pytest.approx(load / 2, rel=1e-2)
+
+
+def test_solved_response_dissipates_what_its_slider_travels_under_load():
+    response = nonlinear.frequency_response(jenkins(60.0), [10.0], harmonics=9)
+    assert response.converged.all()
+    found = wear(response, area=np.array([2e-6]), coefficient=np.array([1e-15]))
+    assert found.slip[0] > 0
+    assert MU * found.work[0] == pytest.approx(response.dissipation[0, 0], rel=1e-4)
+    # By hand: at constant load the slider travels 4 (U - μn/kt) and dissipates μn times that.
+    U = np.ptp(nonlinear.contact_loop(response, 0, 0)[0][:, 1]) / 2
+    assert found.slip[0] == pytest.approx(4 * (U - MU * N / KT), rel=1e-3)
+    assert found.mean_load[0] == found.largest_load[0] == pytest.approx(N)
+    assert found.mean_pressure[0] == pytest.approx(N / 2e-6)
+    assert found.slip_per_hour[0] == pytest.approx(found.slip[0] * 36000)
+    assert found.depth_per_hour[0] == pytest.approx(1e-15 * found.work[0] * 36000 / 2e-6)
+
+
+def test_stuck_contact_travels_nowhere():
+    response = nonlinear.frequency_response(jenkins(1.0), [10.0], harmonics=3)
+    found = wear(response)
+    assert found.slip[0] == found.work[0] == found.energy[0] == 0
+    assert np.isnan(found.energy_per_area[0])
+    assert np.isnan(found.volume_per_hour[0])
+
+
+def test_sampled_friction_has_no_exact_slip():
+    response = nonlinear.frequency_response(jenkins(60.0), [10.0], harmonics=3, samples=256)
+    found = wear(response)
+    assert np.isnan(found.slip[0])
+    assert found.energy[0] > 0

@@ -1,0 +1,82 @@
+"""Several solutions: what is said of jumps, and runs in both directions."""
+
+import h5py
+import numpy as np
+import pytest
+
+from vanelock import parse_study
+from vanelock.commands.run.study import run_study
+from vanelock.common.errors import InputError
+from vanelock.nonlinear import Response
+from vanelock.pipeline.progress import Event
+from vanelock.pipeline.tables import Table
+from vanelock.quantities.jumps import notes
+from vanelock.stages.response.summary import Jump, Peak, Sweep
+
+JUMP = Jump((250.0, 250.2), (5e-6, 2e-6))
+UP = Sweep("up", Peak(3, 250.0, 5e-6, False), (JUMP,))
+DOWN = Sweep("down", Peak(7, 248.0, 6e-6, False), ())
+
+
+def test_a_jump_is_told_with_its_place_and_heights() -> None:
+    first, second = notes([UP])
+    assert first == "sweeping up JUMPS from 5 to 2 um between 250 and 250.2 Hz"
+    assert second.endswith('may reach higher: response.direction = "both"')
+    both = Sweep("both", UP.peak, (JUMP,))
+    assert "looked for from every jump" in list(notes([both]))[1]
+    assert not list(notes([DOWN]))
+
+
+def test_of_two_sweeps_the_lower_is_told_beside_the_peak() -> None:
+    told = list(notes([DOWN, UP]))
+    assert told[-1] == ("the peak is that of the sweep down; sweeping up reaches 5 um at 250 Hz")
+    alike = Sweep("up", DOWN.peak, ())
+    assert list(notes([DOWN, alike])) == []
+
+
+def test_of_many_jumps_the_largest_are_named() -> None:
+    jumps = tuple(Jump((200.0 + i, 200.5 + i), (1e-6 * i, 0.0)) for i in range(1, 8))
+    (told, _) = notes([Sweep("down", None, jumps)])
+    assert told.count("between") == 4
+    assert "between 207 and 207.5 Hz" in told
+    assert told.endswith("; and 3 smaller jumps")
+
+
+@pytest.mark.parametrize("also", ["accuracy = 0.01\n", "[campaign]\n"])
+@pytest.mark.parametrize("direction", ["down", "both"])
+def test_where_both_directions_are_taken_anyway_or_none_none_is_given(
+    also: str, direction: str
+) -> None:
+    text = f'[response]\ndirection = "{direction}"\n'
+    text = also + text if also.startswith("accuracy") else text + also
+    with pytest.raises(InputError, match=r"response\.direction"):
+        parse_study(text)
+
+
+STUDY = """
+[mesh]
+size = "coarse"
+[response]
+frequencies = [262, 270]
+harmonics = 1
+direction = "both"
+[outputs]
+shapes = false
+animations = false
+report = false
+"""
+
+
+@pytest.mark.slow
+def test_a_study_is_swept_in_both_directions(tmp_path) -> None:
+    heard: list[Event] = []
+    (found,) = run_study(parse_study(STUDY), tmp_path, heard.append, STUDY)
+    assert [sweep.direction for sweep in found.sweeps] == ["up", "down"]
+    with h5py.File(tmp_path / "results.h5") as file:
+        case = file["response/nominal"]
+        up, down = Response.load(case), Response.load(case["lower"])
+        assert case["jumps"].shape == case["lower/jumps"].shape == (0, 4)
+    assert (up.direction, down.direction) == ("up", "down")
+    np.testing.assert_allclose(down.amplitude, up.amplitude, rtol=1e-6)
+    (table,) = (each for each in heard if isinstance(each, Table) and each.key == "cases")
+    assert not any("sweep" in line for line in table.notes)

@@ -1,0 +1,213 @@
+"""Percentiles of peaks, where the distribution of the peaks is known in closed form."""
+
+import re
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy import stats
+
+from vanelock import cases, parse_study
+from vanelock.input.settings import settings
+from vanelock.nonlinear import linear_response
+from vanelock.quantities.scatter import (
+    PERCENT,
+    correlations,
+    percentile_table,
+    percentiles,
+    scattered,
+    sensitivity_table,
+    spacing,
+)
+from vanelock.report import Page, Table, write_page
+from vanelock.results.page_sections.inputs import inputs
+from vanelock.results.page_sections.scatter import scatter
+from vanelock.rom import Contacts, Diameter, Force, System
+from vanelock.stages.response.summary import Peak, peak_of
+
+ZETA = 0.01
+FORCE = stats.lognorm(np.sqrt(np.log(1 + 0.3**2)), scale=30 / np.sqrt(1 + 0.3**2))
+STIFFNESS = stats.norm(1e6, 1e5)
+STUDY = """
+[scatter]
+samples = {count}
+[scatter.keys]
+"excitation.force" = {{ distribution = "lognormal", mean = 30, deviation = 9 }}
+"joints.interlock.kt" = {{ distribution = "normal", mean = 1e6, deviation = 1e5 }}
+"""
+
+
+def oscillator(force, stiffness):
+    """A mass of 1 kg on a contact that sticks, and nothing else."""
+    matrices = Diameter(
+        K=np.zeros((1, 1)),
+        M=np.eye(1),
+        own=np.array([[[0.0], [1.0], [0.0]]]),
+        next=None,
+        output=np.array([[[1.0], [0.0], [0.0]]]),
+    )
+    contacts = Contacts(
+        np.array([1e6]), np.array([[stiffness, 1.0]]), np.array([0.3]), np.array([1e-5]), ("c",)
+    )
+    return System(1, 1, {0: matrices}, contacts, {1: Force(np.array([force + 0j]))}, ("o",), ZETA)
+
+
+def peak(force, stiffness):
+    """Of the oscillator, solved over frequencies about its own."""
+    near = np.sqrt(stiffness) / (2 * np.pi) * np.linspace(0.999, 1.001, 41)
+    found = linear_response(oscillator(force, stiffness), near, np.array([True]))
+    return peak_of(found, found.amplitude[:, 0, 0])
+
+
+@pytest.fixture(scope="module")
+def oscillators():
+    """Samples of the oscillator's force and stiffness, and their peaks."""
+    every = cases(parse_study(STUDY.format(count=300)))
+    found = [SimpleNamespace(case=case.name, peak=peak(*case.values.values())) for case in every]
+    return every, scattered(every, found)  # type: ignore[arg-type]
+
+
+def test_percentiles_are_those_of_the_closed_form(oscillators):
+    """The frequency is sqrt(k) / 2π times sqrt(1 - 2ζ²), so its percentiles are those of k."""
+    _, found = oscillators
+    k = STIFFNESS.ppf(np.array(PERCENT) / 100)
+    expected = np.sqrt(k) / (2 * np.pi) * np.sqrt(1 - 2 * ZETA**2)
+    np.testing.assert_allclose(found.frequency_percentile[:, 0], expected, rtol=1e-3)
+    assert np.all(found.frequency_percentile[:, 1] < expected)
+    assert np.all(expected < found.frequency_percentile[:, 2])
+
+
+def test_amplitudes_follow_their_distribution(oscillators):
+    """The peak is F / (2ζk sqrt(1-ζ²)), whose percentiles a million draws of F and k tell."""
+    _, found = oscillators
+    random = np.random.default_rng(5)
+    force, k = FORCE.rvs(1_000_000, random), STIFFNESS.rvs(1_000_000, random)
+    expected = np.percentile(force / (2 * ZETA * k * np.sqrt(1 - ZETA**2)), PERCENT)
+    middle, low, high = found.amplitude_percentile.T
+    assert np.all((low < expected) & (expected < high))
+    np.testing.assert_allclose(middle, expected, rtol=0.05)
+
+
+def test_what_the_scatter_comes_from(oscillators):
+    """Of the amplitude's logarithm, var(ln F) = 0.0862 of 0.0862 + 0.01 is the force's."""
+    _, found = oscillators
+    of_force, of_stiffness = found.amplitude_correlation
+    assert of_force[0] == pytest.approx(np.sqrt(0.0862 / 0.0962), abs=0.03)
+    assert of_stiffness[1] < -np.sqrt(0.01 / 0.0962) < of_stiffness[2]
+    assert found.frequency_correlation[1, 0] == pytest.approx(1)
+    assert found.frequency_correlation[0, 1] < 0 < found.frequency_correlation[0, 2]
+
+
+def test_limits_hold_as_often_as_they_say():
+    random = np.random.default_rng(2)
+    law = stats.gumbel_r(3, 2)
+    expected = law.ppf(np.array(PERCENT) / 100)
+    hits = np.zeros(5)
+    for _ in range(300):
+        _, low, high = percentiles(law.rvs(100, random_state=random)).T
+        hits += (low <= expected) & (expected <= high)
+    assert np.all(hits / 300 >= 0.92)
+    random = np.random.default_rng(3)
+    inside = 0
+    for _ in range(300):
+        x, y = random.multivariate_normal([0, 0], [[1, 0.6], [0.6, 1]], 60).T
+        ((_, low, high),) = correlations(x[:, None], y)
+        inside += low <= 6 / np.pi * np.arcsin(0.3) <= high  # Spearman's of a normal pair
+    assert 0.91 <= inside / 300 <= 0.99
+
+
+def test_few_samples_tell_no_limits_and_fewer_nothing():
+    every = cases(parse_study(STUDY.format(count=12)))
+    found: list[Any] = [
+        SimpleNamespace(case=case.name, peak=Peak(0, 250.0 + i, 1e-5 * (i + 1), False))
+        for i, case in enumerate(every)
+    ]
+    told = scattered(every, found[:11])
+    assert told is not None
+    assert np.isnan(told.amplitude[11])
+    table = percentile_table(told, "o")
+    assert table.rows[0][2] is None  # nothing lies below the 5th percentile for sure
+    assert table.rows[2][1] == pytest.approx(60)
+    assert "1 samples without a peak are left out" in table.notes
+    assert [row[0] for row in sensitivity_table(told).rows] == list(every[0].values)
+    assert scattered(every, found[:9]) is None
+
+
+def test_frequencies_on_a_coarse_grid_are_told_as_such():
+    """Peaks at 250 to 250.9 Hz: 0.1 Hz apart they are told, 1 Hz apart they are not."""
+    every = cases(parse_study(STUDY.format(count=10)))
+    found: list[Any] = [
+        SimpleNamespace(case=case.name, peak=Peak(0, 250 + 0.1 * i, 1e-5, False))
+        for i, case in enumerate(every)
+    ]
+    for apart, notes in ((0.1, 0), (1.0, 1)):
+        told = scattered(every, found, [apart] * 10)
+        assert told is not None
+        coarse = [note for note in percentile_table(told, "o").notes if "located" in note]
+        assert len(coarse) == notes
+    assert coarse[0].startswith("frequencies are told to 1 Hz alone")
+    assert spacing(np.array([10.0, 11, 13, 13.5]), 1) == 2
+    assert spacing(np.array([13.5, 13, 11, 10]), 0) == 0.5
+    assert spacing(np.array([250.0]), 0) == 0
+
+
+def test_tables_on_the_page_have_units_and_stand_right(tmp_path):
+    every = cases(parse_study(STUDY.format(count=10)))
+    found: list[Any] = [
+        SimpleNamespace(case=case.name, peak=Peak(0, 250 + i, 1e-5 * (i + 1), False))
+        for i, case in enumerate(every)
+    ]
+    told: Any = SimpleNamespace(scattered=scattered(every, found), monitor="o")
+    section = scatter(told)
+    text = write_page(tmp_path / "page.html", Page("", "", [section])).read_text("utf-8")
+    assert "[um]" not in text
+    heads = re.findall(r'<th([^>]*)>(?:peak|at)\s*<span class="unit">(µm|Hz)</span>', text)
+    assert [unit for _, unit in heads] == ["µm", "Hz"]
+    assert all("n" in css for css, _ in heads)
+
+
+def tables(text):
+    """Tables of the inputs on the page, by the first word of their captions."""
+    blocks = inputs(parse_study(text)).blocks
+    return {block.caption.split()[0]: block for block in blocks if isinstance(block, Table)}
+
+
+def test_the_page_tells_what_scatters_and_not_as_fixed():
+    shown = tables(STUDY.format(count=100) + 'vane.thickness = { low = "4 mm", high = 0.005 }')
+    assert shown["Scattering:"].rows == [
+        ("excitation.force", "radial force per node", "lognormal, mean 30 N, deviation 9 N"),
+        (
+            "joints.interlock.kt",
+            "tangential stiffness",
+            "normal, mean 1 N/µm, deviation 0.1 N/µm",
+        ),
+        ("vane.thickness", "thickness of an aerofoil at mid-chord", "uniform, low 4 mm, high 5 mm"),
+    ]
+    fixed = [row[0] for row in shown["Main"].rows]
+    assert "joints.interlock.mu" in fixed
+    assert not {"excitation.force", "joints.interlock.kt"} & set(fixed)
+    assert "Set" not in shown  # the number of samples is the default
+
+
+def test_the_page_tells_what_varies_together_and_not_as_fixed():
+    shown = tables('[rows]\n"joints.interlock.mu" = [0.1, 0.2]\n"excitation.force" = [10, 20]')
+    assert [row[2] for row in shown["Varied"].rows] == ["0.1, 0.2", "10, 20 N"]
+    fixed = {row[0] for row in shown["Main"].rows}
+    assert not {"joints.interlock.mu", "excitation.force"} & fixed
+
+
+def test_keys_of_optional_tables_know_their_defaults():
+    text = STUDY.format(count=50) + "[campbell]\nmodes = 5"
+    found = {each.key: each for each in settings(parse_study(text))}
+    assert (found["scatter.samples"].default, found["scatter.seed"].default) == (100, 1)
+    assert found["scatter.samples"].changed
+    assert not found["scatter.seed"].changed
+    law = "scatter.keys.joints.interlock.kt."
+    assert (found[f"{law}distribution"].default, found[f"{law}truncate"].default) == (
+        "uniform",
+        False,
+    )
+    assert not found[f"{law}truncate"].changed
+    assert found["campbell.modes"].default == 4
+    assert not found["campbell.engine_orders"].changed

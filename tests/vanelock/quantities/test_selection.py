@@ -1,0 +1,126 @@
+"""Sweeps of many cases: which of them are looked into, and how their curves are on the page."""
+
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from vanelock import cases, parse_study, render
+from vanelock.quantities.answers import looked_into
+from vanelock.quantities.curves_and_fields import Board, Shown
+from vanelock.quantities.selection import named
+from vanelock.report import Page, Section, write_page
+from vanelock.report.plots import figure
+from vanelock.results.figures.pictures import Gallery
+from vanelock.results.page_sections.curves import response_plot
+from vanelock.stages.response.monitor import Monitor
+from vanelock.stages.response.summary import Peak
+
+F = np.linspace(240.0, 300.0, 7)
+SAMPLES = """
+[scatter]
+samples = {}
+[scatter.keys]
+"joints.interlock.kt" = {{ low = 1e6, high = 2e6 }}
+"""
+
+
+def board(text, own_limits=False, folder=None):
+    """Cases whose peaks go down and up again, with limits of their own or shared."""
+    study = parse_study(text)
+    shown = Shown(Monitor("vane accessory 1, radial", 0, 0))
+    planned: list[Any] = []
+    for i, case in enumerate(cases(study)):
+        height = 1e-6 * (1 + (2 + 4 * i) % 5 + 0.01 * i)
+        name = case.name if own_limits else ""
+        planned.append(SimpleNamespace(case=case, linear=SimpleNamespace(name=name)))
+        shown.peak[case.name] = Peak(3, 270.0, height, False)
+        shown.curve[case.name] = (F, height / (1 + abs(F - 270)), np.ones(7, bool))
+        for which in ("free", "stuck"):
+            shown.linear[name, which] = (F, 1e-5 * (1 + i * own_limits) * np.ones(7))
+    told: list[Any] = []
+    easel: Any = SimpleNamespace(folder=folder, listener=told.append)
+    stages: Any = None
+    return Board(study, planned, stages, shown, easel), told
+
+
+def test_samples_that_are_looked_into_are_those_with_pictures():
+    many, _ = board(SAMPLES.format(30))
+    peaks = many.shown.peak
+    order = sorted(peaks, key=lambda name: peaks[name].amplitude)
+    assert set(looked_into(many)) == {order[0], order[15], order[-1]}
+    assert looked_into(many) == [each.case.name for each in named(many)]
+
+
+def test_of_a_sweep_the_ends_and_the_extremes_are_looked_into():
+    values = [round(0.1 + 0.01 * i, 2) for i in range(10)]
+    many, _ = board(f'[sweep]\n"joints.interlock.mu" = {values}')
+    assert looked_into(many) == ["mu=0.1", "mu=0.12", "mu=0.18", "mu=0.19"]
+    assert [each.case.name for each in named(many)] == ["mu=0.1", "mu=0.19"]
+
+
+@pytest.mark.parametrize(
+    ("wanted", "said"),
+    [
+        ("", ["loops and shapes"]),
+        ("loops = false", ["shapes"]),
+        ("shapes = false", ["loops"]),
+        ("shapes = false\nloops = false", []),
+    ],
+)
+def test_pictures_of_a_few_are_told_where_there_are_any(wanted, said):
+    many, told = board(f"{SAMPLES.format(30)}\n[outputs]\n{wanted}")
+    Gallery(many.study, many.planned, many.stages, many.shown, many.easel)._detailed()
+    expected = "pictures of {} for the lowest, the middle and the largest peak of 30"
+    assert [event.text for event in told] == [expected.format(each) for each in said]
+
+
+def plot(made, folder):
+    told: Any = SimpleNamespace(board=made, monitor="vane accessory 1, radial")
+    made.easel.folder = folder
+    return response_plot(told)
+
+
+def test_linear_curves_have_the_line_styles_of_the_picture(tmp_path):
+    made, _ = board('[sweep]\n"joints.interlock.mu" = [0.1, 0.2]')
+    shown = plot(made, tmp_path)
+    assert [(t.name, t.dash) for t in shown.traces] == [
+        ("linear, free", "dash"),
+        ("linear, stuck", "dot"),
+        ("μ = 0.1", "solid"),
+        ("μ = 0.2", "solid"),
+    ]
+    assert {t.colour for t in shown.traces[:2]} == {render.style.GREY}
+    assert "Dashed and dotted: linear, interlock free and stuck." in shown.caption
+
+
+def test_linear_curves_of_a_case_have_its_colour(tmp_path):
+    made, _ = board('[sweep]\n"joints.hook.kn" = [5, 6]', own_limits=True)
+    colours = {t.name: t.colour for t in plot(made, tmp_path).traces}
+    assert len(colours) == 6
+    for case in ("kn = 5", "kn = 6"):
+        assert len({colour for name, colour in colours.items() if case in name}) == 1
+    assert len(set(colours.values())) == 2
+
+
+def test_many_samples_are_shaded_as_in_the_picture(tmp_path):
+    made, _ = board(SAMPLES.format(30), own_limits=True)
+    shown = plot(made, tmp_path)
+    outer, inner, middle = shown.traces[:3]
+    assert [t.name for t in (outer, inner, middle)] == [
+        "5 to 95 % of 30 samples",
+        "25 to 75 % of 30 samples",
+        "median of 30 samples",
+    ]
+    assert (outer.fill, inner.fill, middle.fill) == (0.15, 0.3, 0)
+    np.testing.assert_array_equal(outer.x, np.append(F, F[::-1]))
+    heights = 1e6 * np.array([amplitude for _, amplitude, _ in made.shown.curve.values()])
+    low, high = np.percentile(heights, [5, 95], axis=0)
+    np.testing.assert_allclose(outer.y, np.append(low, high[::-1]))
+    drawn = figure(shown)["data"][0]
+    assert (drawn["fill"], drawn["fillcolor"]) == ("toself", "rgba(0,114,178,0.15)")
+    page = Page("Many", "today", [Section("Curves", [shown])])
+    written = write_page(tmp_path / "page.html", page).read_text("utf-8")
+    assert 'fill-opacity="0.15"' in written
+    assert sum("linear" in t.name for t in shown.traces) == 6  # of the three samples alone

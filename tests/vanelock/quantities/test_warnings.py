@@ -1,0 +1,176 @@
+"""What is to be known of a case is said once, wherever its numbers stand."""
+
+from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
+
+import h5py
+import numpy as np
+import pytest
+
+from tests.vanelock.pipeline.test_progress import summary
+from vanelock import parse_study, run_study
+from vanelock.nonlinear import frequency_response, static_response
+from vanelock.pipeline.progress import Event
+from vanelock.pipeline.tables import Table
+from vanelock.quantities import warnings
+from vanelock.results.listing import limits_table, response_table
+from vanelock.results.page_sections.summary import MU, best_friction
+from vanelock.rom import Contacts, Diameter, Force, System
+from vanelock.stages.response.limits import limits
+from vanelock.stages.response.summary import Peak, peak_of
+
+HEIGHT = 1e-5
+
+
+def oscillator(v0=1e-5, force=1.0, mu=0.3):
+    """A mass on a spring at 50 Hz that two contacts 3 mm apart press on, rubbing along y."""
+    own = np.zeros((2, 3, 2))
+    own[:, 0, 0] = own[:, 1, 1] = 1
+    K = np.diag([1e5, (2 * np.pi * 50) ** 2])
+    output = np.zeros((1, 3, 2))
+    output[0, 1, 1] = 1
+    return System(
+        1,
+        1,
+        {0: Diameter(K, np.eye(2), own, None, output)},
+        Contacts(np.full(2, 1e5), np.full((2, 2), 1e5), np.full(2, mu), np.full(2, v0)),
+        {1: Force(np.array([0, force + 0j]))},
+        ("o",),
+        0.02,
+    )
+
+
+def peak(response):
+    return peak_of(response, response.amplitude[:, 0, 1])
+
+
+def test_motion_that_is_not_small_is_told():
+    """30 N on 1 kg at resonance slides by metres; a thousandth of it by less than the spacing."""
+    places = np.array([[0, 0, 0], [3e-3, 0, 0]])
+    hertz = np.linspace(45, 60, 16)
+    found = frequency_response(oscillator(force=3000.0), hertz, 1)
+    top = found.amplitude[peak(found).point, 0, 1]
+    lines = warnings.large(found, peak(found), 4.5e-3, "the thickness", places)
+    assert top > 4.5e-3
+    assert f"{1e3 * top:.3g} mm, is more than the thickness, 4.5 mm" in lines[0]
+    assert f"slide by up to {2e3 * top:.3g} mm" in lines[1]
+    assert "further than to the next node, 3 mm" in lines[1]
+    small = frequency_response(oscillator(force=3.0), hertz, 1)
+    assert small.amplitude.max() < 4.5e-3
+    assert warnings.large(small, peak(small), 4.5e-3, "the thickness", places) == []
+    assert warnings.large(small, peak(small), np.nan, "unknown", None) == []
+
+
+def test_hooks_that_are_open_at_rest_are_told(ring):
+    """A gap opens the hook; what is pressed is not told of."""
+    open_hook = replace(ring, contacts=replace(ring.contacts, v0=np.array([-1e-5, 3e-5])))
+    static = static_response(open_hook)
+    joints = ring.contacts.joint
+    (line,) = warnings.open_at_rest(static, joints, ["hook"])
+    assert line.startswith("1 of 1 contacts of hook are open at rest: the linear limits")
+    assert warnings.open_at_rest(static_response(ring), joints, ["hook", "interlock"]) == []
+
+
+def test_modes_of_interest_that_differ_are_told(ring):
+    """The two masses' modes free and stuck: MAC as in test_limits, and a worse one."""
+    found = limits(ring, 1)
+    assert (warnings.alike(found.mac) == []) == (found.mac >= 0.8)
+    (line,) = warnings.alike(0.55)
+    assert "alike by MAC 0.55 only" in line
+    assert line in limits_table("", replace(found, mac=0.55)).notes
+
+
+@pytest.mark.parametrize(
+    ("frequency", "size", "fits"),
+    [(265.0, 0.43, True), (265.0, 430.0, False), (0.008, 0.43, False), (2.6e8, 0.43, False)],
+)
+def test_frequencies_that_no_solid_has_are_told(frequency, size, fits):
+    """A vane in m; the same in mm; E in GPa instead of Pa; rho in t/mm^3 instead of kg/m^3."""
+    nodes = np.array([[0, 0, 0], [0.1 * size, size, 0.1 * size]])
+    assert (warnings.implausible(frequency, nodes) == []) == fits
+    assert warnings.implausible(frequency, np.empty((0, 3))) == []
+
+
+def test_harmonics_beyond_the_band_are_told_where_they_count():
+    """Contacts that open hard at 20 Hz, a third of what harmonics 2 and 3 would be at."""
+    found = frequency_response(oscillator(v0=2e-5, force=50.0), np.linspace(45, 60, 16), 3)
+    at = peak(found)
+    share = np.linalg.norm(found.contact[at.point, 2:]) / np.linalg.norm(found.contact[at.point, 1])
+    told = warnings.beyond_band(found, at, 70.0)
+    assert (told != []) == (share > warnings.HARMONICS)
+    assert warnings.beyond_band(found, at, 1000.0) == []
+    assert warnings.beyond_band(found, at, None) == []
+
+
+def test_harmonics_that_count_are_named():
+    found = frequency_response(oscillator(), [50.0, 51.0], 3)
+    contact = found.contact.copy()
+    contact[:, 2] = 0.5 * contact[:, 1]
+    (line,) = warnings.beyond_band(replace(found, contact=contact), Peak(0, 50.0, 1.0, False), 70.0)
+    assert line.startswith("harmonics from 2 on, beyond the 70 Hz")
+    assert "50 % of the contacts' motion" in line
+
+
+def test_keys_without_effect_are_named():
+    """Mu changes the peak at H = 1 and not at H = 3; a third key never does."""
+    rows = []
+    for mu in (0.1, 0.2):
+        for order in ("a", "b"):
+            values = {"joints.interlock.mu": mu, "response.coupling": order}
+            rows.append((values, summary(peak=Peak(3, 250.0, HEIGHT * mu, False))))
+    (line,) = warnings.without_effect(rows)
+    assert line.startswith("response.coupling has no effect")
+    alone = [(values, replace(found, peak=rows[0][1].peak)) for values, found in rows]
+    assert len(warnings.without_effect(alone)) == 2
+    assert warnings.without_effect(rows[:1]) == []
+    notes = response_table([replace(f, values=v) for v, f in rows], "monitor").notes
+    assert any(note.startswith("response.coupling has no effect") for note in notes)
+
+
+def test_a_line_names_its_cases_once():
+    found = {f"mu={i}": summary(warnings=("something",)) for i in range(3)}
+    assert warnings.by_text(found) == ["all cases: something."]
+    found["mu=9"] = summary()
+    assert warnings.by_text(found, str) == ["mu=0; mu=1; mu=2: something."]
+    many = {f"mu={i}": summary(warnings=("it",) if i else ()) for i in range(50)}
+    assert warnings.by_text(many, str)[0].endswith("mu=8 and 41 more: it.")
+
+
+def test_the_friction_that_damps_best_is_withheld_where_a_peak_may_lie_beyond():
+    height = {0.1: 2e-5, 0.2: 1e-5, 0.3: 3e-5}
+    known = [
+        summary(case=f"mu={mu}", mu=mu, values={MU: mu}, peak=Peak(3, 250.0, top, False))
+        for mu, top in height.items()
+    ]
+    told: Any = SimpleNamespace(known=known)
+    (card,) = best_friction(told)
+    assert card.value == "μ = 0.2"
+    known[2] = replace(known[2], peak=replace(known[2].peak, at_edge=True))
+    (card,) = best_friction(told)
+    assert (card.value, card.flag) == ("withheld", "warn")
+    assert "a peak may lie beyond: widen response.range" in card.note
+
+
+@pytest.mark.slow
+def test_warnings_stand_in_the_table_on_the_page_and_in_the_results(tmp_path):
+    """The coarse example peaks at 268 Hz; its friction works at the interlock alone."""
+    text = (
+        '[mesh]\nsize = "coarse"\n[response]\nfrequencies = [262, 264]\nharmonics = 1\n'
+        "[outputs]\nshapes = false\nloops = false\nanimations = false\n"
+        '[sweep]\n"joints.hook.mu" = [0.3, 0.4]\n'
+    )
+    heard: list[Event] = []
+    run_study(parse_study(text), tmp_path, heard.append, text)
+    edge = "the largest point is at the end of the frequency range; a peak may lie beyond"
+    same = "joints.hook.mu has no effect: cases that differ in it alone are the same"
+    (table,) = [each for each in heard if isinstance(each, Table) and each.key == "cases"]
+    page = (tmp_path / "report.html").read_text("utf-8")
+    assert f"all cases: {edge}." in table.notes
+    assert same in table.notes
+    assert edge in page
+    assert same in page
+    assert page.count(">withheld<") == 1  # n, and no friction is swept that damps best
+    with h5py.File(tmp_path / "results.h5") as file:
+        for case in ("mu=0.3", "mu=0.4"):
+            assert list(file[f"response/{case}"].attrs["warnings"]) == [edge]

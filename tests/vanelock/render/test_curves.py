@@ -1,0 +1,241 @@
+"""Response curves: peaks, what does not converge, and how curves are told apart."""
+
+import subprocess
+import sys
+
+import matplotlib as mpl
+import numpy as np
+import pytest
+from matplotlib.colors import same_color, to_rgb
+from matplotlib.image import imread
+
+from vanelock.common.errors import InputError
+from vanelock.render import Curve, Peak, response_curves, style
+from vanelock.render.plots.curve import peak
+
+F = np.linspace(240.0, 260.0, 41)
+
+
+def resonance(at, height, ratio=0.005):
+    """Amplitude of an oscillator, scaled to `height` at its natural frequency."""
+    return height * 2 * ratio * at**2 / np.hypot(at**2 - F**2, 2 * ratio * at * F)
+
+
+@pytest.fixture
+def figures(monkeypatch):
+    """Figures that would be written."""
+    kept = []
+    monkeypatch.setattr(style, "write", lambda figure, path: kept.append(figure))
+    return kept
+
+
+def labels(figure):
+    texts = [text.get_text() for text in figure.legends[0].get_texts()]
+    return [text.replace("\N{NO-BREAK SPACE}", " ") for text in texts]
+
+
+def crosses(axes):
+    """Flagged points: (colour, x, y) of all crosses."""
+    lines = [line for line in axes.lines if line.get_marker() == "x" and len(line.get_xdata())]
+    return [(line.get_color(), list(line.get_xdata()), list(line.get_ydata())) for line in lines]
+
+
+def test_peak_is_the_largest_converged_point():
+    amplitude = resonance(250.0, 40e-6)
+    assert peak(Curve(F, amplitude)) == Peak(250.0, amplitude.max(), False)
+    without = peak(Curve(F, amplitude, converged=F != 250.0))
+    assert without is not None
+    assert without.amplitude == amplitude[[19, 21]].max()
+    assert abs(without.frequency - 250.0) == 0.5
+
+
+def test_a_peak_at_the_end_of_the_range_is_said_to_be_there(figures):
+    rising = Curve(F, F * 1e-7)
+    found = peak(rising)
+    assert found is not None
+    assert found.at_edge
+    response_curves("x.png", [rising])
+    assert labels(figures[0]) == ["response\n26.0 µm at 260.0 Hz, end of range"]
+
+
+def test_the_legend_tells_case_and_peak(figures):
+    made = [
+        Curve(F, resonance(245.0, 130e-6), kind="free"),
+        Curve(F, resonance(255.0, 230e-6), kind="stuck"),
+        Curve(F, resonance(250.0, 70e-6), "μ = 0.15", 3),
+    ]
+    response_curves("x.png", made, "Title", "vane accessory 1, radial", engine_order=2)
+    assert labels(figures[0]) == [
+        "linear, free\n130 µm at 245.0 Hz",
+        "linear, stuck\n230 µm at 255.0 Hz",
+        "μ = 0.15, H = 3\n70.0 µm at 250.0 Hz",
+    ]
+    texts = [text.get_text() for text in figures[0].texts]
+    assert texts == ["Title", "Monitored: vane accessory 1, radial"]
+    (axes,) = figures[0].axes
+    assert (axes.get_xlabel(), axes.get_ylabel()) == ("excitation frequency (Hz)", "amplitude (µm)")
+    speed = axes.child_axes[0]
+    figures[0].canvas.draw()
+    assert speed.get_xlabel() == "rotor speed at EO 2 (rpm)"
+    assert speed.get_xlim() == pytest.approx((240 * 30, 260 * 30))
+
+
+def test_colours_tell_friction_and_line_styles_harmonics(figures):
+    made = [
+        Curve(F, resonance(250.0 + mu, 1e-5 * h), f"μ = {mu}", h)
+        for mu in (0.1, 0.3)
+        for h in (1, 3)
+    ]
+    response_curves("x.png", made)
+    drawn = [line for line in figures[0].axes[0].lines if len(line.get_xdata()) == len(F)]
+    assert [line.get_linestyle() for line in drawn] == ["--", "-", "--", "-"]
+    colours = [line.get_color() for line in drawn]
+    assert same_color(colours[0], colours[1])
+    assert same_color(colours[2], colours[3])
+    assert not same_color(colours[0], colours[2])
+
+
+def test_points_that_did_not_converge_are_crossed_out_and_break_the_line(figures):
+    amplitude, converged = resonance(250.0, 40e-6), np.ones(41, bool)
+    converged[[10, 11, 20]] = False
+    amplitude[11] = np.nan
+    response_curves("x.png", [Curve(F, amplitude, "μ = 0.3", 3, converged)])
+    (axes,) = figures[0].axes
+    drawn = axes.lines[0]
+    assert list(np.flatnonzero(np.isnan(drawn.get_ydata()))) == [10, 11, 20]
+    placed, foot = crosses(axes)
+    assert placed[1] == [F[10], F[20]]
+    np.testing.assert_allclose(placed[2], 1e6 * amplitude[[10, 20]])
+    assert foot[1] == [F[11]]
+    assert 0 < foot[2][0] < 0.1  # in fractions of the axes' height
+    assert labels(figures[0])[1] == "3 points not converged\n(at the foot: no amplitude)"
+    low, high = axes.get_ylim()
+    assert low <= min(placed[2])
+    assert max(placed[2]) <= high
+
+
+def test_a_wild_lost_point_does_not_squeeze_the_curves(figures):
+    amplitude, converged = resonance(250.0, 40e-6), np.ones(41, bool)
+    converged[5], amplitude[5] = False, 1.0
+    response_curves("x.png", [Curve(F, amplitude, converged=converged)])
+    (axes,) = figures[0].axes
+    assert axes.get_ylim()[1] < 60
+    assert crosses(axes)[0][1] == [F[5]]
+
+
+def test_a_curve_without_any_converged_point_is_still_told(figures):
+    lost = Curve(F, np.full(41, np.nan), "μ = 0.3")
+    response_curves("x.png", [lost, Curve(F, resonance(250.0, 1e-5), "μ = 0.1")])
+    assert labels(figures[0])[0] == "μ = 0.3\nno converged point"
+    assert len(crosses(figures[0].axes[0])[0][1]) == 41
+
+
+def test_the_picture_shows_curves_and_crosses(tmp_path):
+    converged = F < 259
+    made = [Curve(F, resonance(250.0, 40e-6), "μ = 0.3", 3, converged)]
+    path = response_curves(tmp_path / "figures" / "response.png", made, logarithmic=True)
+    assert path == tmp_path / "figures" / "response.png"
+    pixels = imread(path)[:, :, :3]
+    blue = np.linalg.norm(pixels - to_rgb(style.BLUE), axis=2) < 0.05
+    assert np.count_nonzero(blue) > 2000
+    assert 0.8 < np.mean(pixels.min(axis=2) > 0.99) < 0.98
+
+
+@pytest.mark.parametrize(
+    ("curve", "message"),
+    [
+        (Curve(F, F[:-1]), r"frequency of shape \(41,\) and amplitude of shape \(40,\)"),
+        (Curve(F, F, converged=[True]), r"converged of shape \(1,\): \(41,\) is needed"),
+    ],
+)
+def test_arrays_that_do_not_fit_are_refused(curve, message, tmp_path):
+    with pytest.raises(InputError, match=message):
+        response_curves(tmp_path / "x.png", [curve])
+
+
+def test_no_curve_is_refused(tmp_path):
+    with pytest.raises(InputError, match="curves: none given"):
+        response_curves(tmp_path / "x.png", [])
+
+
+def test_nothing_of_the_callers_matplotlib_changes(tmp_path):
+    before = dict(mpl.rcParams)
+    response_curves(tmp_path / "x.png", [Curve(F, F * 1e-7)])
+    assert dict(mpl.rcParams) == before
+
+
+def test_curves_need_neither_pyplot_nor_vtk(tmp_path):
+    program = (
+        "import sys; from vanelock.render import Curve, response_curves;"
+        f"response_curves({str(tmp_path / 'x.png')!r}, [Curve([1.0, 2.0], [1e-6, 2e-6])]);"
+        "print([m for m in ('matplotlib.pyplot', 'vtkmodules', 'pyvista') if m in sys.modules])"
+    )
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True)
+    assert (done.returncode, done.stdout.strip()) == (0, "[]"), done.stderr
+
+
+def test_listed_points_are_dots_that_end_no_range(figures):
+    lone = Curve([265.0], [2e-5], "μ = 0.3", joined=False)
+    some = Curve([240.0, 265.0], [1e-5, 3e-5], "μ = 0.1", joined=False)
+    response_curves("x.png", [lone, some])
+    assert labels(figures[0]) == ["μ = 0.3\n20.0 µm at 265.0 Hz", "μ = 0.1\n30.0 µm at 265.0 Hz"]
+    lines = [line for line in figures[0].axes[0].lines if line.get_linestyle() != "None"]
+    assert all(len(line.get_xdata()) < 2 for line in lines)
+    assert peak(Curve([265.0], [2e-5])) == Peak(265.0, 2e-5, False)
+
+
+def test_frequencies_far_apart_get_a_logarithmic_axis(figures):
+    response_curves("x.png", [Curve([1e-9, 265.0, 1e9], [1e-6, 2e-6, 0.0])], engine_order=1)
+    figures[0].canvas.draw()
+    (axes,) = figures[0].axes
+    assert axes.get_xscale() == "log"
+    assert axes.child_axes[0].get_xlim() == pytest.approx((6e-8, 6e10))
+    response_curves("x.png", [Curve(F, F * 1e-7)])
+    assert figures[1].axes[0].get_xscale() == "linear"
+
+
+def test_linear_limits_of_several_groups_are_told_apart(figures):
+    made = [Curve(F, F * 1e-7 * i, f"EO = {i}", kind="free") for i in (1, 2, 3)]
+    response_curves("x.png", [*made, Curve(F, F * 2e-8, "EO = 2")])
+    drawn = [line for line in figures[0].axes[0].lines if len(line.get_xdata()) == len(F)]
+    colours = [line.get_color() for line in drawn]
+    assert len(set(colours[:3])) == 3
+    assert colours[1] == colours[3]
+
+
+def test_a_label_never_breaks_inside_a_quantity(figures):
+    group = "interlock.mu = 0.3, excitation.force = 12, chord = 0.047"
+    response_curves("x.png", [Curve(F, F * 1e-7, group)])
+    lines = labels(figures[0])[0].split("\n")
+    assert lines[:-1] == ["interlock.mu = 0.3,", "excitation.force = 12,", "chord = 0.047"]
+
+
+def test_a_reference_scales_both_axes_and_every_peak(figures):
+    reference = Peak(250.0, 40e-6, False)
+    drawn = [
+        Curve(F, resonance(250.0, 40e-6), group="free"),
+        Curve(F, resonance(255.0, 10e-6), group="damped"),
+    ]
+    response_curves("x.png", drawn, reference=reference, engine_order=1)
+    free, damped = labels(figures[0])
+    assert free == "free\n1.00 at 1.0000"
+    assert damped.startswith("damped\n0.250 at 1.02")
+    axes = figures[0].axes[0]
+    assert axes.get_xlim() == (F[0] / 250, F[-1] / 250)
+    assert axes.get_ylabel() == "amplitude / reference peak"
+    assert len(figures[0].axes) == 1  # no speed on a relative axis
+    assert not axes.child_axes
+
+
+def test_a_variant_takes_a_line_style_and_the_group_its_colour(figures):
+    drawn = [
+        Curve(F, resonance(250.0, 1e-5), group=group, variant=variant)
+        for group in ("μ = 0.1", "μ = 0.3")
+        for variant in ("coupled", "uncoupled")
+    ]
+    response_curves("x.png", drawn)
+    lines = [line for line in figures[0].axes[0].lines if len(line.get_xdata()) == len(F)]
+    assert [line.get_linestyle() for line in lines] == ["-", "--", "-", "--"]
+    assert same_color(lines[0].get_color(), lines[1].get_color())
+    assert not same_color(lines[0].get_color(), lines[2].get_color())
+    assert labels(figures[0])[1].startswith("μ = 0.1, uncoupled\n")

@@ -1,0 +1,163 @@
+"""The data beside the pictures of a run: the numbers of its results, and captions that tell it."""
+
+import csv
+from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
+
+import h5py
+import numpy as np
+import pytest
+
+from vanelock import fem, mesh, nonlinear, parse_study, rom, run_study
+from vanelock.nonlinear import Response, static_response
+from vanelock.pipeline.progress import Event, Finished
+from vanelock.quantities.curves_and_fields import Around
+from vanelock.render.scenes import offscreen
+from vanelock.results.figures.contacts import columns as contact_columns
+from vanelock.results.figures.loops import Loop
+from vanelock.results.figures.preload import columns as preload_columns
+
+STUDY = """
+[mesh]
+size = "coarse"
+[response]
+frequencies = [262, 266, 270]
+harmonics = 2
+[outputs]
+shapes = false
+report = false
+"""
+
+
+def read(path):
+    """Columns of a CSV file by their headers, text as it stands."""
+    lines = [line for line in path.read_text("utf-8").splitlines() if not line.startswith("# ")]
+    header, *rows = csv.reader(lines)
+    assert len(set(header)) == len(header)
+    return {name: [row[i] for row in rows] for i, name in enumerate(header)}
+
+
+def numbers(cells):
+    return np.array([float(cell) for cell in cells if cell])
+
+
+def test_preload_columns_are_the_state_at_rest(ring):
+    gap = replace(ring, contacts=replace(ring.contacts, v0=np.array([1e-5, -1e-5])))
+    rest = static_response(gap)
+    columns = preload_columns(rest, gap.contacts.joint)
+    found = {name: np.asarray(column) for name, column in columns.items()}
+    assert found["joint"].tolist() == ["hook", "interlock"]
+    assert found["contact"].tolist() == [1, 1]
+    assert found["state"][1] == "open"
+    np.testing.assert_array_equal(found["normal force n (N)"], rest.force[0, 0, :, 0].real)
+    assert np.isnan(found["|t| / (mu n) (-)"][1])
+
+
+@pytest.mark.slow
+def test_data_beside_the_pictures_are_the_results(tmp_path):
+    heard: list[Event] = []
+    run_study(parse_study(STUDY), tmp_path, heard.append)
+    with h5py.File(tmp_path / "results.h5") as file:
+        response, free, stuck = (
+            Response.load(file[f"response/{name}"]) for name in ("nominal", "free", "stuck")
+        )
+    table = read(tmp_path / "figures" / "response.csv")
+    # The monitored component is the one that moves most where the interlock is free.
+    component = int(free.amplitude[:, 0].max(axis=0).argmax())
+    for name, found in (("linear, free", free), ("linear, stuck", stuck), ("H = 2", response)):
+        (label,) = (head for head in table if head.startswith("amplitude") and name in head)
+        amplitude = numbers(table[label])
+        np.testing.assert_allclose(amplitude, 1e6 * found.amplitude[:, 0, component], rtol=1e-15)
+        label = label.replace("amplitude (µm)", "frequency (Hz)")
+        np.testing.assert_array_equal(numbers(table[label]), found.frequency)
+    table = read(tmp_path / "figures" / "loop_nominal.csv")
+    peak = int(response.amplitude[:, 0, component].argmax())
+    own = response.dissipation[peak] * (np.arange(66) >= 56)  # the interlock's
+    u, f = nonlinear.contact_loop(response, peak, int(own.argmax()))
+    np.testing.assert_allclose(numbers(table["sliding u2 (µm)"]), 1e6 * u[:, 2], rtol=1e-14)
+    np.testing.assert_array_equal(numbers(table["friction force t2 (N)"]), f[:, 2])
+    told = heard[-1]
+    assert isinstance(told, Finished)
+    names = {str(tmp_path / "figures" / name) for name in ("response.csv", "preload.csv")}
+    assert names <= set(told.summary["pictures"])
+    written = {path: path.stat().st_mtime_ns for path in (tmp_path / "figures").iterdir()}
+    run_study(parse_study(STUDY), tmp_path)
+    assert {path: path.stat().st_mtime_ns for path in written} == written
+    run_study(parse_study(STUDY + "loops = false"), tmp_path)
+    left = {path.name for path in (tmp_path / "figures").iterdir()}
+    assert left == {"response.png", "response.csv", "preload.png", "preload.csv"}
+
+
+def test_a_loop_knows_its_bounds(ring):
+    hertz = np.array([250.0])
+    for coupling in ("coupled", "constant-load"):
+        response = nonlinear.frequency_response(ring, hertz, harmonics=1, coupling=coupling)
+        loop = Loop(response, 1)
+        n = loop.history[1][:, 0]
+        expected = n if coupling == "coupled" else np.full(len(n), response.force[0, 0, 1, 0].real)
+        bound = np.asarray(loop.columns()["bound of friction mu n (N)"])
+        np.testing.assert_allclose(bound, 0.3 * expected)
+
+
+def test_contacts_are_shown_at_the_peak_and_where_half_as_much_moves():
+    frequency = np.array([250.0, 251, 252, 253, 254, 255])
+    amplitude = np.array([1.0, 4, 10, 7, 5.2, np.nan])
+    response: Any = SimpleNamespace(
+        frequency=frequency,
+        converged=np.isfinite(amplitude),
+        state=np.array([0, 1, 2, 0, 3, 0])[:, None],
+        dissipation=1e-6 * np.arange(6.0)[:, None],
+    )
+    found = Around.of(response, amplitude, 2)
+    assert found.headings == ("below the peak", "at the peak", "above the peak")
+    assert found.frequency.tolist() == [251, 252, 254]
+    assert found.state[:, 0].tolist() == [1, 2, 3]
+    assert Around.of(response, amplitude, 0).headings == ("at the peak", "above the peak")
+    columns = contact_columns(found, ("hook",), [7], np.ones((1, 3)))
+    energy = np.asarray(columns["energy (µJ): above the peak, 254.000 Hz"])
+    assert energy == pytest.approx([4.0])
+
+
+@pytest.mark.slow
+def test_a_period_for_paraview_is_the_response_evaluated(tmp_path):
+    """Instants read back by VTK against harmonics recovered here from the results file."""
+    text = STUDY.replace("[262, 266, 270]", "[266]").replace("shapes = false", "steps = 5")
+    run_study(parse_study(text + "animations = false\nloops = false"), tmp_path)
+    study = parse_study(text)
+    with h5py.File(tmp_path / "results.h5") as file:
+        response = Response.load(file["response/nominal"])
+        components = [rom.Component.load(file[f"rom/{part}"]) for part in ("vane", "casing")]
+        parts = [mesh.Part.load(file[f"mesh/{part}"]) for part in ("vane", "casing")]
+    elastic = fem.Material(**study.material.vane.model_dump(include={"E", "nu", "rho"}))
+    recoveries = [
+        rom.recovery(component, fem.assemble(part, elastic))
+        for component, part in zip(components, parts, strict=True)
+    ]
+    angle = 2 * np.pi * 3 / 5
+    moved: list[Any] = [0.0, 0.0]
+    stress: Any = 0.0
+    for h in range(3):
+        k = int(response.harmonic_diameters[h])
+        pieces = rom.split(*components, np.asarray(response.x[h][0], complex))
+        turned = np.exp(1j * h * angle)
+        for i, (recovery, q) in enumerate(zip(recoveries, pieces, strict=True)):
+            moved[i] = moved[i] + (recovery.displacement(q, k) * turned).real
+        stress = stress + (recoveries[0].stress(pieces[0], k) * turned).real
+    reader = offscreen.pyvista().get_reader(tmp_path / "shapes" / "response_nominal.pvd")
+    np.testing.assert_allclose(reader.time_values, np.arange(5) / 5 / 266)
+    reader.set_active_time_value(reader.time_values[3])
+    blocks = reader.read()
+    for block, u in zip(blocks, moved, strict=True):
+        size = np.abs(u).max()
+        np.testing.assert_allclose(block.point_data["displacement"], u, atol=1e-6 * size)
+    found = blocks[0].point_data["von_mises"]
+    expected = fem.von_mises(stress)
+    np.testing.assert_allclose(found, expected, atol=1e-6 * expected.max())
+    assert (tmp_path / "figures" / "contacts_nominal.png").is_file()
+    table = read(tmp_path / "figures" / "contacts_nominal.csv")
+    energy = numbers(table["energy (µJ): at the peak, 266.000 Hz"])
+    np.testing.assert_allclose(energy, 1e6 * response.dissipation[0], rtol=1e-14)
+    place = parts[0].points[np.array(table["node of the vane (from 0)"], int)]
+    np.testing.assert_allclose(numbers(table["z (mm)"]), 1e3 * place[:, 2])
+    assert table["joint"] == ["hook"] * 56 + ["interlock"] * 10

@@ -1,0 +1,183 @@
+"""Which curves and modes a sweep draws, and what it calls them."""
+
+from dataclasses import replace
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+
+from vanelock import parse_study
+from vanelock.input.cases.names import merged, words
+from vanelock.input.cases.sweep import cases
+from vanelock.nonlinear import static_response
+from vanelock.quantities.curves_and_fields import Board, Shown
+from vanelock.results.figures.curves import linear as linear_curves
+from vanelock.results.figures.figure import Exhibit
+from vanelock.results.figures.pictures import Gallery
+from vanelock.results.figures.shapes import all_modes
+from vanelock.results.listing import preload_table
+from vanelock.stages.response.limits import Limits
+from vanelock.stages.response.monitor import Monitor
+
+F = np.linspace(240.0, 300.0, 7)
+
+
+def board(text, limits=(), linear=None):
+    """A board of cases with the given limits; the easel keeps what it is told."""
+    study = parse_study(text)
+    shown = Shown(Monitor("vane accessory 1, radial", 0, 0), linear or {})
+    planned: list[Any] = [
+        SimpleNamespace(
+            case=case,
+            rom={part: SimpleNamespace(key=part) for part in ("vane", "casing")},
+            linear=SimpleNamespace(limits=found, system=None),
+        )
+        for case, found in zip(cases(study), limits, strict=False)
+    ]
+    told: list[Any] = []
+    stages: Any = SimpleNamespace(get=lambda found: replace(found) if found else found)
+    for found in limits:
+        object.__setattr__(found, "key", "key")
+    drawn = {"draw": lambda *_: None, "animate": lambda *_: None}
+    easel: Any = SimpleNamespace(listener=told.append, **drawn)
+    return Board(study, planned, stages, shown, easel), told
+
+
+def found(k=1, free=250.0):
+    return Limits(
+        k,
+        18,
+        True,
+        np.array([100, free]),
+        np.array([120, 280.0]),
+        1,
+        1,
+        0.9,
+        np.zeros(2),
+        np.zeros(2),
+    )
+
+
+def modes(monkeypatch, drawn):
+    """(file, title, subtitle) of each mode picture."""
+    heard = []
+
+    def picture(board, each, field, *_):
+        heard.append((field.name, field.title, field.subtitle))
+
+    monkeypatch.setattr("vanelock.results.figures.shapes._picture", picture)
+    monkeypatch.setattr("vanelock.results.figures.shapes._data", lambda *_: ())
+    all_modes(drawn)
+    return heard
+
+
+def test_each_distinct_limit_has_its_modes_drawn(monkeypatch):
+    text = '[ring]\nsectors = 18\n[vane]\naerofoils = 3\nchord = "54 mm"\nthickness = "4.8 mm"\n'
+    text += '[sweep]\n"excitation.engine_order" = [-1, 1]\n"excitation.force" = [10, 20]'
+    drawn, _ = board(text, [found(17), found(17), found(1), found(1)])
+    assert modes(monkeypatch, drawn) == [
+        (
+            f"mode_{which}_engine_order{order}",
+            f"Mode 2 of {wave}, interlock {which}: {frequency} Hz",
+            f"EO = {order}",
+        )
+        for order, wave in ((-1, "nodal diameter 1, backward wave"), (1, "nodal diameter 1"))
+        for which, frequency in (("free", "250.00"), ("stuck", "280.00"))
+    ]
+
+
+def test_one_limit_needs_no_name_and_many_are_not_all_drawn(monkeypatch):
+    drawn, _ = board('[sweep]\n"joints.interlock.mu" = [0.1, 0.3]', [found(), found()])
+    assert [name for name, _, _ in modes(monkeypatch, drawn)] == ["mode_free", "mode_stuck"]
+    values = [round(5 + 0.1 * i, 1) for i in range(9)]
+    text = f'[sweep]\n"joints.hook.kn" = {values}'
+    drawn, told = board(text, [found(free=250.0 + i) for i in range(9)])
+    names = [name for name, _, _ in modes(monkeypatch, drawn)]
+    assert names == [f"mode_{w}_kn{v}" for v in ("5", "5.8") for w in ("free", "stuck")]
+    assert "the first and the last of 9 linear limits" in told[0].text
+
+
+def test_equal_linear_limits_are_one_curve_and_others_are_named():
+    rising, other = (F, 1e-7 * F), (F, 2e-7 * F)
+    linear = {
+        ("engine_order=-1", "free"): rising,
+        ("engine_order=1", "free"): (F, 1e-7 * F * (1 + 1e-12)),
+        ("engine_order=2", "free"): other,
+        ("engine_order=-1", "stuck"): other,
+        ("engine_order=1", "stuck"): other,
+        ("engine_order=2", "stuck"): other,
+    }
+    labels = [curve.label for curve in linear_curves(board("", (), linear)[0])]
+    assert labels == ["linear, free: EO = -1 or 1", "linear, free: EO = 2", "linear, stuck"]
+    without = linear_curves(board("[joints.interlock]\nenabled = false", (), linear)[0])
+    assert [curve.kind for curve in without] == ["free", "free"]
+
+
+def test_words_for_cases():
+    assert words("engine_order=-2,coupling=constant-load,friction=isotropic,mu=0.3") == (
+        "EO = -2, constant-load, isotropic friction, μ = 0.3"
+    )
+
+
+def test_words_for_merged_cases():
+    assert merged(["mu=0.1,kn=5", "mu=0.3,kn=5"]) == "μ = 0.1 or 0.3, kn = 5"
+
+
+def test_an_open_joint_has_no_preload(ring):
+    gap = replace(ring, contacts=replace(ring.contacts, v0=np.array([1e-5, -1e-5])))
+    rest = static_response(gap)
+    rest.force[0, 0] = [[2, 0, 0], [4e-16, 1e-16, 0]]
+    hook, interlock = preload_table("", gap.contacts.joint, rest).record()["rows"]
+    assert (hook["closed"], hook["open"]) == (1, 0)
+    assert (interlock["closed"], interlock["open"], interlock["slipped"]) == (0, 1, 0)
+    assert (interlock["n_min"], interlock["n_max"], interlock["t_over_n"]) == (0, 0, None)
+    assert hook["n_mean"] == 2
+
+
+def test_without_friction_no_share_of_the_bound_is_round_off(ring):
+    smooth = replace(ring, contacts=replace(ring.contacts, mu=np.zeros(2)))
+    rest = static_response(smooth)
+    rest.force[0, 0, :, 1] = 1e-17
+    rows = preload_table("", smooth.contacts.joint, rest).record()["rows"]
+    assert [(row["closed"], row["slipped"], row["t_over_n"]) for row in rows] == [(1, 1, 0)] * 2
+
+
+def test_tables_print_four_digits_of_any_size(ring):
+    rest = static_response(ring)
+    rest.force[0, 0, 0, 0], rest.force[0, 0, 1, 0] = 1.23456e-7, 1.23456e300
+    shown = preload_table("", ring.contacts.joint, rest)
+    cells = [format(row[3], shown.columns[3].form) for row in shown.rows]
+    assert cells == ["1.235e-07", "1.235e+300"]
+
+
+def test_the_first_and_the_last_case_of_a_sweep_move(monkeypatch):
+    text = '[sweep]\n"joints.interlock.mu" = [0.1, 0.2, 0.3]\n[outputs]\nreport = false\n'
+    heard = []
+
+    def noted(board, each, animated):
+        heard.append((each.case.name, animated))
+        return []
+
+    for name in ("curves", "stress", "contacts", "mesh"):
+        monkeypatch.setattr(
+            f"vanelock.results.figures.pictures.{name}", lambda *_: Exhibit(Path(), "", "")
+        )
+    for name in ("campbells", "preloads", "all_modes"):
+        monkeypatch.setattr(f"vanelock.results.figures.pictures.{name}", lambda *_: [])
+    for name in ("loops", "response"):
+        monkeypatch.setattr(f"vanelock.results.figures.pictures.{name}", noted)
+
+    def moving(text, cases_shown):
+        drawn, _ = board(text, [found()] * 3)
+        drawn.shown.peak.update({name: None for name in cases_shown})
+        drawn.easel.tidy = lambda keep: None
+        heard.clear()
+        Gallery(drawn.study, drawn.planned, drawn.stages, drawn.shown, drawn.easel).draw()
+        assert heard[: len(heard) // 2] == heard[len(heard) // 2 :]
+        return dict(heard)
+
+    every = ["mu=0.1", "mu=0.2", "mu=0.3"]
+    assert moving(text, every) == {"mu=0.1": True, "mu=0.2": False, "mu=0.3": True}
+    assert moving(text, every[:1]) == {"mu=0.1": True}
+    assert not any(moving(text + "animations = false", every).values())

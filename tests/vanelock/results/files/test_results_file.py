@@ -1,0 +1,118 @@
+"""The results file: what goes in comes out, whole at every moment."""
+
+from dataclasses import replace
+
+import h5py
+import numpy as np
+import pytest
+
+from vanelock import load_system, open_results
+from vanelock.common.errors import InputError
+from vanelock.nonlinear import Response, frequency_response
+from vanelock.results.files.results_file import Results, check_results, put, put_system
+from vanelock.rom import System
+
+
+def same(a, b):
+    assert a.contacts.joint == b.contacts.joint
+    assert a.diameters.keys() == b.diameters.keys()
+    for k in a.diameters:
+        for name in ("K", "M", "own", "next", "output"):
+            np.testing.assert_array_equal(
+                getattr(a.diameters[k], name), getattr(b.diameters[k], name)
+            )
+    for name in ("kn", "kt", "mu", "v0"):
+        np.testing.assert_array_equal(getattr(a.contacts, name), getattr(b.contacts, name))
+    assert a.damping_ratio == b.damping_ratio
+    np.testing.assert_array_equal(a.force[1].vector, b.force[1].vector)
+
+
+def test_round_trip(tmp_path, ring):
+    slippery = replace(ring, contacts=replace(ring.contacts, mu=np.array([0.1, 0.2])))
+    response = frequency_response(ring, [150.0, 300.0], harmonics=1)
+    results = Results(tmp_path / "results.h5")
+    with results.edit("system") as file:
+        put_system(file, "system", ring)
+    with results.edit("response/mu=0.1") as file:
+        put(file, "response/mu=0.1", response, {"mu": 0.1})
+        put_system(file, "response/mu=0.1/system", slippery, "system")
+    results.flush()
+    with open_results(results.path) as file:
+        same(System.load(file["system"]), ring)
+        # Cases that differ in their contacts share their matrices in the file.
+        assert file["response/mu=0.1/system/nd"] == file["system/nd"]
+        found = Response.load(file["response/mu=0.1"])
+        assert file["response/mu=0.1"].attrs["mu"] == 0.1
+        assert file["response/mu=0.1/frequency"].attrs["unit"] == "Hz"
+        where = file["response/mu=0.1"]
+        assert where["state"].attrs["codes"] == "0 stuck, 1 slips, 2 open, 3 slips and opens"
+        assert {x.attrs["unit"] for x in where["x"].values()} == {"m; modal coordinates kg^0.5 m"}
+        assert not file.attrs["complete"]
+    same(load_system(results.path, "mu=0.1"), slippery)
+    for name in ("frequency", "contact", "force", "state", "amplitude", "residual"):
+        np.testing.assert_array_equal(getattr(found, name), getattr(response, name))
+    np.testing.assert_array_equal(found.x[1], response.x[1])
+
+
+def test_an_edit_that_fails_changes_nothing(tmp_path, ring):
+    results = Results(tmp_path / "results.h5")
+    with results.edit("system") as file:
+        put_system(file, "system", ring)
+    before = results.path.read_bytes()
+
+    def stopped():
+        with results.edit() as file:
+            file["half"] = np.ones(3)
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        stopped()
+    assert results.path.read_bytes() == before
+    assert [path.name for path in tmp_path.iterdir()] == ["results.h5"]
+
+
+def test_a_new_run_replaces_the_old_results(tmp_path, ring):
+    path = tmp_path / "results.h5"
+    for text in ("old", "new"):
+        with Results(path).edit() as file:
+            file[text] = 1
+    with open_results(path) as file:
+        assert set(file) == {"new"}
+
+
+@pytest.mark.parametrize("content", ["damaged", "cut", "foreign", "version", "folder"])
+def test_files_that_are_not_ours(tmp_path, ring, content):
+    path = tmp_path / "results.h5"
+    expected = "not a readable HDF5 file"
+    if content == "folder":
+        path.mkdir()
+        expected = "is a folder, an HDF5 file is needed"
+    elif content == "damaged":
+        path.write_bytes(b"\x00" * 4000)
+    else:
+        with Results(path).edit() as file:
+            put_system(file, "system", ring)
+            if content == "version":
+                file.attrs["version"] = 99
+                expected = "results of format version 99, this program writes 2"
+        if content == "cut":
+            path.write_bytes(path.read_bytes()[:-500])
+        elif content == "foreign":
+            with h5py.File(path, "w") as file:
+                file["mine"] = 1
+            expected = "not a vanelock results file"
+    with pytest.raises(InputError) as caught:
+        check_results(path)
+    assert str(caught.value).startswith(f"{path}: {expected}")
+    assert "--output" in str(caught.value)
+    assert len(str(caught.value).splitlines()) == 1
+
+
+def test_missing_files_and_cases(tmp_path, ring):
+    check_results(tmp_path / "results.h5")
+    with pytest.raises(InputError, match="no such file"), open_results(tmp_path / "results.h5"):
+        pass
+    with Results(tmp_path / "results.h5").edit() as file:
+        file.create_group("response/nominal")
+    with pytest.raises(InputError, match=r"no case 'other' \(it has nominal\)"):
+        load_system(tmp_path / "results.h5", "other")

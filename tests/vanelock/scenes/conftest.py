@@ -1,0 +1,72 @@
+"""Small components as files: nodes on springs, written by scipy."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TypeAlias
+
+import numpy as np
+import pytest
+import scipy.io
+import scipy.sparse as sp
+from numpy.typing import NDArray
+
+from vanelock import load_scene
+from vanelock.pipeline.cache import Cache
+from vanelock.pipeline.step import Stages
+from vanelock.rom import System
+from vanelock.stages.scene.steps import system_step
+
+Matrix = NDArray[np.float64]
+Write: TypeAlias = Callable[[str], Path]
+
+
+@dataclass(frozen=True)
+class Chain:
+    """Nodes in a row, 3 dofs each, neighbours joined by springs; the first may hang on ground."""
+
+    K: Matrix
+    M: Matrix
+    nodes: NDArray[np.int64]
+
+    def write(self, folder: Path, name: str, stiffness: float = 1.0, mass: float = 1.0) -> str:
+        """Its table of a scene file, and files in the folder, in other units."""
+        scipy.io.mmwrite(folder / f"{name}_K.mtx", sp.coo_array(self.K * stiffness))
+        scipy.io.mmwrite(folder / f"{name}_M.mtx", sp.coo_array(self.M * mass))
+        rows = [f"{n},{d}" for n in self.nodes for d in "xyz"]
+        (folder / f"{name}_dofs.csv").write_text("\n".join(["node,direction", *rows]) + "\n")
+        return (
+            f'[components.{name}]\nstiffness = "{name}_K.mtx"\nmass = "{name}_M.mtx"\n'
+            f'dofs = "{name}_dofs.csv"\n'
+        )
+
+
+def chain(
+    first: int, count: int, stiffness: Sequence[float], ground: float = 0.0, mass: float = 0.1
+) -> Chain:
+    """Nodes `first`, `first` + 1, ... with springs of x, y and z stiffness between them."""
+    K, M = np.zeros((3 * count, 3 * count)), mass * np.eye(3 * count)
+    each = np.diag(stiffness)
+    for i in range(count - 1):
+        at = np.ix_(range(3 * i, 3 * i + 6), range(3 * i, 3 * i + 6))
+        K[at] += np.block([[each, -each], [-each, each]])
+    K[:3, :3] += ground * each
+    return Chain(K, M, np.arange(first, first + count))
+
+
+def joined(path: Path) -> System:
+    """The system of a scene file."""
+    stages = Stages(Cache(path.parent / "cache", print), lambda event: None)
+    return stages.get(system_step(load_scene(path)))
+
+
+@pytest.fixture
+def scene_file(tmp_path: Path) -> Write:
+    """Writes a scene file beside the matrices."""
+
+    def write(text: str) -> Path:
+        path = tmp_path / "scene.toml"
+        path.write_text(text)
+        return path
+
+    return write

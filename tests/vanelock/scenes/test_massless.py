@@ -1,0 +1,82 @@
+"""Rows without mass: pilot nodes, and rotations of elements without rotary inertia."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import scipy.linalg as sl
+
+from tests.vanelock.scenes.conftest import Chain, Write, chain, joined
+from vanelock import load_scene, run_scene
+from vanelock.common.errors import InputError
+from vanelock.rom import linear_modes
+
+SPRINGS = (3e5, 2e5, 1e5)
+TOUCHES = (
+    '[contacts.pad]\nbetween = ["one", "ground"]\npairs = [6]\nnormal = [1, 0, 0]\nkn = 1e4\n'
+    'kt = 1e4\nmu = 0.3\ninterference = 1e-6\n[[loads]]\ncomponent = "one"\nnodes = [3]\n'
+    "direction = [0, 0, 1]\namplitude = 1\n[response]\nmode = 1\n[outputs]\nreport = false\n"
+)
+WITHOUT = {
+    "inner": slice(3, 6),
+    "at the contact": slice(15, 18),
+    "at the load": slice(6, 9),
+    "every y": slice(1, None, 3),
+}
+
+
+def scene_of(one: Chain, folder: Path, keys: str, scene_file: Write) -> Path:
+    return scene_file(one.write(folder, "one") + keys + TOUCHES)
+
+
+@pytest.mark.parametrize("keys", ['kind = "superelement"\n', "", "modes = 8\n", "cutoff = 1e4\n"])
+@pytest.mark.parametrize("without", WITHOUT)
+def test_massless_rows_follow_the_others(
+    tmp_path: Path, scene_file: Write, without: str, keys: str
+) -> None:
+    """Frequencies are those of the matrices with these rows condensed by hand; the scene runs."""
+    one = chain(1, 6, SPRINGS, ground=1.0)
+    one.M[WITHOUT[without]] = 0
+    path = scene_of(one, tmp_path, keys, scene_file)
+    frequency, shapes = linear_modes(joined(path), 0, 4)
+
+    K = one.K.copy()
+    K[15:, 15:] += 1e4 * np.eye(3)
+    a = one.M.diagonal() > 0
+    condensed = K[np.ix_(a, a)] - K[np.ix_(a, ~a)] @ sl.solve(K[np.ix_(~a, ~a)], K[np.ix_(~a, a)])
+    exact = np.sqrt(sl.eigvalsh(condensed, one.M[np.ix_(a, a)])[:4]) / (2 * np.pi)
+    np.testing.assert_allclose(frequency, exact, rtol=1e-3 if "modes" in keys else 1e-9)
+    M = joined(path).diameters[0].M
+    np.testing.assert_allclose(shapes.T @ M @ shapes, np.eye(4), atol=1e-9)
+
+    (found,) = run_scene(load_scene(path), tmp_path / "run")
+    assert found.converged == found.points
+
+
+@pytest.mark.parametrize(
+    ("keys", "told"),
+    [
+        ('kind = "superelement"\n', "components.one: the mass matrix is not positive"),
+        ("modes = 4\n", "components.one"),
+    ],
+)
+def test_negative_mass_is_refused(tmp_path: Path, scene_file: Write, keys: str, told: str) -> None:
+    one = chain(1, 6, SPRINGS, ground=1.0)
+    one.M[3:9, 3:9] = np.kron([[0.1, 0.2], [0.2, 0.1]], np.eye(3))
+    with pytest.raises(InputError, match=told):
+        joined(scene_of(one, tmp_path, keys, scene_file))
+
+
+def test_more_modes_than_masses_are_refused(tmp_path: Path, scene_file: Write) -> None:
+    one = chain(1, 6, SPRINGS, ground=1.0)
+    one.M[3:6] = 0
+    with pytest.raises(InputError, match="allowed are 0 to 9"):
+        joined(scene_of(one, tmp_path, "modes = 10\n", scene_file))
+
+
+def test_a_massless_row_that_nothing_holds_is_refused(tmp_path: Path, scene_file: Write) -> None:
+    one = chain(1, 6, SPRINGS, ground=1.0)
+    one.M[3] = one.K[3] = one.K[:, 3] = 0
+    path = scene_of(one, tmp_path, 'kind = "superelement"\n', scene_file)
+    with pytest.raises(InputError, match="held"):
+        run_scene(load_scene(path), tmp_path / "run")

@@ -1,0 +1,234 @@
+"""What a scene's author gets wrong: refused, or told, before a number is believed."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.vanelock.scenes.conftest import Chain, Write, chain, joined
+from vanelock import check_file, load_scene, run_scene
+from vanelock.common.errors import InputError
+from vanelock.pipeline.progress import Event, Notice
+from vanelock.pipeline.tables import Table
+from vanelock.rom import linear_modes
+
+SPRINGS = (3e5, 2e5, 1e5)
+LAP = (
+    '[contacts.lap]\nbetween = ["one", "two"]\npairs = {pairs}\nnormal = [1, 0, 0]\nkn = 4e4\n'
+    "kt = 7e4\nmu = 0.2\n"
+)
+LOAD = '[[loads]]\ncomponent = "one"\nnodes = [2]\ndirection = [0, 1, 1]\namplitude = 1\n'
+QUIET = "[response]\nmode = 1\nfrequencies = [40, 60]\n[outputs]\nreport = false\n"
+
+
+def two(folder: Path, ground: float = 1.0) -> str:
+    """Two chains of three nodes, the second held or not."""
+    one, other = chain(1, 3, SPRINGS, ground=1.0), chain(11, 3, SPRINGS, ground=ground)
+    return one.write(folder, "one") + other.write(folder, "two")
+
+
+def told(path: Path) -> tuple[list[str], list[str]]:
+    """Notices of a run, and notes of its tables."""
+    heard: list[Event] = []
+    run_scene(load_scene(path), path.parent / "run", heard.append)
+    notices = [event.text for event in heard if isinstance(event, Notice)]
+    return notices, [n for event in heard if isinstance(event, Table) for n in event.notes]
+
+
+@pytest.mark.parametrize(
+    ("extra", "message"),
+    [
+        (
+            LAP.format(pairs="[[3, 11], [3, 11]]"),
+            r"contacts\.lap\.pairs: pair 3, 11 is listed twice",
+        ),
+        (
+            LAP.format(pairs="[[3, 11]]")
+            + '[ties.t]\nbetween = ["one", "two"]\npairs = [[3, 11]]\n',
+            r"contacts\.lap: nodes 3 and 11 are one: nothing moves there",
+        ),
+        (
+            LAP.format(pairs="[[3, 3]]").replace('"two"', '"one"'),
+            r"contacts\.lap: nodes 3 and 3 are one",
+        ),
+        (
+            LAP.format(pairs='"wild.csv"'),
+            r"interference = 30 in .*wild\.csv: must be >= -1 and <= 1 m",
+        ),
+        (
+            '[ties.t]\nbetween = ["one", "two"]\npairs = "wild.csv"\n',
+            r"wild\.csv: column 'interference': a tie has node and mate only",
+        ),
+        (
+            LOAD + "harmonic = 4\n",
+            r"loads\[1\]\.harmonic: given 4: must be <= response\.harmonics, 3",
+        ),
+        (
+            "[excitation]\nengine_order = 3\n",
+            r"excitation\.engine_order: needs ring\.sectors of at least 2",
+        ),
+        (
+            LAP.format(pairs="[[3, 11]]") + '[sweep]\n"contacts.lag.mu" = [0.1]\n',
+            r"no contacts\.lag; there are lap",
+        ),
+    ],
+)
+def test_it_is_refused(tmp_path: Path, scene_file: Write, extra: str, message: str) -> None:
+    (tmp_path / "wild.csv").write_text("node,mate,interference\n3,11,30\n")
+    with pytest.raises(InputError, match=message):
+        run_scene(load_scene(scene_file(two(tmp_path) + LOAD + extra)), tmp_path / "run")
+
+
+def test_no_mistake_hides_another(tmp_path: Path, scene_file: Write) -> None:
+    """Wrong keys, contradictions within tables and between them, paths, and swept values."""
+    path = scene_file(
+        two(tmp_path)
+        + "modes = -1\nlow = [3]\n"
+        + LOAD
+        + "harmonic = 4\n"
+        + LAP.format(pairs='"../elsewhere.csv"')
+        + "[contacts.open]\nmu = 0.1\n[excitation]\nengine_order = 3\n"
+        + '[sweep]\n"contacts.lap.mu" = [-0.1, 0.2, 0.2]\n"contacts.lag.mu" = [0.1]\n'
+    )
+    with pytest.raises(InputError) as caught:
+        load_scene(path)
+    lines = [line.removeprefix(f"{path}: ") for line in str(caught.value).splitlines()]
+    assert [line.partition(": ")[0] for line in lines] == [
+        "components.two.modes = -1",
+        "components.two.low",
+        "loads[0].harmonic",
+        'contacts.lap.pairs = "../elsewhere.csv"',
+        "contacts.open.between",
+        "contacts.open.pairs",
+        "excitation.engine_order",
+        'sweep."contacts.lap.mu"[0] = -0.1',
+        'sweep."contacts.lap.mu"[2] = 0.2',
+        'sweep."contacts.lag.mu"[0] = 0.1',
+    ]
+
+
+def test_the_component_of_a_missing_file_is_named(tmp_path: Path, scene_file: Write) -> None:
+    path = scene_file(two(tmp_path) + LOAD)
+    (tmp_path / "two_M.mtx").unlink()
+    with pytest.raises(InputError, match=r"components\.two\.mass: .*two_M\.mtx"):
+        joined(path)
+
+
+def planar(folder: Path) -> str:
+    """A chain whose nodes move along x and z alone."""
+    one = chain(1, 3, SPRINGS, ground=1.0)
+    kept = [i for i in range(9) if i % 3 != 1]
+    flat = Chain(one.K[np.ix_(kept, kept)], one.M[np.ix_(kept, kept)], one.nodes)
+    text = flat.write(folder, "one")
+    rows = [f"{n},{d}" for n in one.nodes for d in "xz"]
+    (folder / "one_dofs.csv").write_text("\n".join(["node,direction", *rows]) + "\n")
+    return text
+
+
+def test_a_load_along_a_direction_without_a_row_is_refused(
+    tmp_path: Path, scene_file: Write
+) -> None:
+    with pytest.raises(InputError, match=r"loads\[0\]\.direction: node 2 .* no y displacement"):
+        joined(scene_file(planar(tmp_path) + LOAD))
+
+
+def test_a_normal_along_a_direction_without_a_row_is_told(
+    tmp_path: Path, scene_file: Write
+) -> None:
+    text = planar(tmp_path) + LOAD.replace("[0, 1, 1]", "[1, 0, 0]")
+    text += (
+        '[contacts.pad]\nbetween = ["one", "ground"]\npairs = [3]\nnormal = [0, 1, 0]\nkn = 1e5\n'
+        'kt = 1e5\nmu = 0.3\ninterference = "20 um"\n'
+    )
+    notices, _ = told(scene_file(text + QUIET))
+    assert "pad: nothing moves along the normal of 1 of its contacts" in notices[0]
+
+
+def test_a_part_that_nothing_joins_is_told(tmp_path: Path, scene_file: Write) -> None:
+    notices, _ = told(scene_file(two(tmp_path) + LOAD + QUIET))
+    assert "components.two: no contact or tie joins it to another component" in notices
+
+
+@pytest.mark.parametrize(("push", "word"), [(5, "DID NOT CONVERGE"), (0, "NOT DETERMINED")])
+def test_a_loose_part_has_no_answer(
+    tmp_path: Path, scene_file: Write, push: float, word: str
+) -> None:
+    """Pushed away by a static load, or left lying anywhere."""
+    text = two(tmp_path, ground=0.0) + LOAD.replace("[0, 1, 1]", "[1, 1, 0]")
+    text += LAP.format(pairs="[[3, 11]]") + 'interference = "-30 um"\n'
+    if push:
+        text += (
+            '[[loads]]\ncomponent = "two"\nnodes = [13]\ndirection = [1, 0, 0]\n'
+            f"amplitude = {push}\nharmonic = 0\n"
+        )
+    _, notes = told(scene_file(text + QUIET))
+    assert any(word in note for note in notes)
+
+
+def test_a_tied_rotation_that_the_part_does_not_resist(tmp_path: Path, scene_file: Write) -> None:
+    """A rotation with neither stiffness nor mass of its own, held by what it is tied to."""
+    text = ""
+    for name, twist in (("one", 0.0), ("two", 50.0)):
+        part = chain(1, 60, SPRINGS, ground=1.0)
+        K, M = np.zeros((181, 181)), np.zeros((181, 181))
+        K[:180, :180], M[:180, :180], K[180, 180] = part.K, part.M, twist
+        text += Chain(K, M, np.arange(1, 2)).write(tmp_path, name) + "accuracy = 1e-4\n"
+        rows = [f"{n},{d}" for n in part.nodes for d in "xyz"] + ["60,rx"]
+        (tmp_path / f"{name}_dofs.csv").write_text("\n".join(["node,direction", *rows]) + "\n")
+    text += '[ties.t]\nbetween = ["one", "two"]\npairs = [[60, 60]]\n' + LOAD
+    frequency, _ = linear_modes(joined(scene_file(text)), 0, 6)
+    assert np.isfinite(frequency).all()
+
+
+def test_modal_rows_need_no_numbers(tmp_path: Path, scene_file: Write) -> None:
+    one = chain(1, 3, SPRINGS, ground=1.0)
+    text = one.write(tmp_path, "one") + 'kind = "superelement"\n'
+    rows = ["1,x", "1,y", "1,z", *["0,modal"] * 3, "2,x", "2,y", "2,z"]
+    (tmp_path / "one_dofs.csv").write_text("\n".join(["node,direction", *rows]) + "\n")
+    frequency, _ = linear_modes(joined(scene_file(text + LOAD)), 0, 9)
+    expected = np.sqrt(np.linalg.eigvalsh(one.K) / 0.1) / (2 * np.pi)
+    np.testing.assert_allclose(frequency, expected, rtol=1e-9)
+
+
+def test_pairs_in_the_file_go_with_a_sweep(tmp_path: Path, scene_file: Write) -> None:
+    text = two(tmp_path) + LOAD + LAP.format(pairs="[[3, 11]]") + 'interference = "1 um"\n'
+    sweep = '[sweep]\n"contacts.lap.mu" = [0.1, 0.3]\n"loads[0].amplitude" = [1, 2]\n'
+    found = run_scene(load_scene(scene_file(text + sweep + QUIET)), tmp_path / "run")
+    assert found[0].case.name == "mu=0.1,loads[0].amplitude=1"
+    assert len(found) == 4
+
+
+@pytest.mark.parametrize("keys", ["modes = 5\n", "accuracy = 1e-3\n", "cutoff = 3000\n"])
+def test_a_mass_matrix_is_one(tmp_path: Path, scene_file: Write, keys: str) -> None:
+    one = chain(1, 30, SPRINGS, ground=1.0)
+    text = one.write(tmp_path, "one") + keys + LOAD + QUIET
+    one.M[44, 44] *= -1  # node 15, along z
+    one.write(tmp_path, "one")
+    with pytest.raises(InputError, match=r"node 15, direction z: the mass on the diagonal is -0"):
+        joined(scene_file(text))
+    one.M[44, 44] *= -1
+    Chain(one.M, one.K, one.nodes).write(tmp_path, "one")
+    with pytest.raises(
+        InputError, match=r"one_M\.mtx: most of its rows .*: are stiffness and mass swapped\?"
+    ):
+        joined(scene_file(text))
+
+
+def test_modes_slower_than_any_structure_are_refused(tmp_path: Path, scene_file: Write) -> None:
+    """Of stiffnesses that hold every node to the ground, which a mass may look like."""
+    one = chain(1, 3, SPRINGS, ground=1.0)
+    text = Chain(1e-12 * one.M, 1e6 * one.M, one.nodes).write(tmp_path, "one") + LOAD
+    with pytest.raises(InputError, match=r"response\.mode = 1: lies at .*: are stiffness and mass"):
+        run_scene(load_scene(scene_file(text)), tmp_path / "run")
+
+
+def test_a_number_of_another_unit_is_told(tmp_path: Path, scene_file: Write) -> None:
+    text = chain(1, 3, (3e5, 2e5, 1e5), ground=1.0).write(tmp_path, "one")
+    text += (
+        '[contacts.pad]\nbetween = ["one", "ground"]\npairs = [3]\nnormal = [1, 0, 0]\nkn = 1e-4\n'
+        'kt = 1e5\nmu = 0.3\n[[loads]]\ncomponent = "one"\nnodes = [2]\ndirection = [0, 1, 1]\n'
+        "amplitude = 1\n"
+    )
+    told = [text for what, text in check_file(scene_file(text)).rows if what == "careful"]
+    assert len(told) == 1
+    assert str(told[0]).startswith("contacts.pad.kn = 0.0001 N/m: normal stiffness of a pair is")

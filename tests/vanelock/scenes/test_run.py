@@ -1,0 +1,207 @@
+"""A scene's run: files, cache, sweeps, systems from files, mistakes."""
+
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+
+from tests.vanelock.scenes.conftest import Write, chain, joined
+from vanelock import load_scene, nonlinear, run_scene, scene_cases
+from vanelock.__main__ import main
+from vanelock.common.errors import InputError
+from vanelock.pipeline.progress import Done, Failed
+
+SPRINGS = (3e5, 2e5, 1e5)
+PAD = (
+    '[contacts.pad]\nbetween = ["arm", "ground"]\npairs = [3]\nnormal = [0, 0, 1]\n'
+    'kn = 4e4\nkt = 7e4\nmu = 0.2\ninterference = "400 um"\n'
+    '[[loads]]\ncomponent = "arm"\nnodes = [4]\ndirection = [0, 1, 0]\namplitude = 1\n'
+)
+
+
+def arm(folder: Path) -> str:
+    """A chain on ground, its third node pressed on a pad, its last one loaded."""
+    return 'name = "arm <b>"\n' + chain(1, 4, SPRINGS, ground=1.0).write(folder, "arm")
+
+
+def test_a_run_leaves_results_figures_and_a_page(tmp_path: Path, scene_file: Write) -> None:
+    path = scene_file(
+        arm(tmp_path) + "modes = 2\n" + PAD + '[sweep]\n"contacts.pad.mu" = [0.05, 0.2]'
+    )
+    folder = tmp_path / "run"
+    text = path.read_text()
+    found = run_scene(load_scene(path), folder, text=text)
+    assert [each.case.name for each in found] == ["mu=0.05", "mu=0.2"]
+    assert all(each.converged == each.points and each.peak is not None for each in found)
+    assert found[0].work["pad"] > 0
+    with h5py.File(folder / "results.h5") as file:
+        assert file.attrs["complete"]
+        for name in ("mu=0.05", "mu=0.2"):
+            system = nonlinear.System.load(file[f"response/{name}/system"])
+            response = nonlinear.Response.load(file[f"response/{name}"])
+            again = nonlinear.frequency_response(system, response.frequency, 3)
+            top = int(response.amplitude[:, 0, 1].argmax())
+            assert again.amplitude[top, 0, 1] == pytest.approx(
+                response.amplitude[top, 0, 1], rel=1e-6
+            )
+    for name in ("figures/response.png", "figures/response.csv", "figures/loop_mu0.05.png"):
+        assert (folder / name).stat().st_size > 500
+    page = (folder / "report.html").read_text()
+    assert "arm &lt;b&gt;" in page
+    assert "arm <b>" not in page
+
+    done: list[Done] = []
+
+    def listen(event: object) -> None:
+        if isinstance(event, Done):
+            done.append(event)
+
+    run_scene(load_scene(path), folder, listen, text)
+    assert sum(each.stage.startswith("response") for each in done) == 2
+    assert all(each.cached for each in done if each.stage != "system")
+
+
+def test_a_system_from_a_file_is_the_scene_that_made_it(tmp_path: Path, scene_file: Write) -> None:
+    path = scene_file(arm(tmp_path) + "modes = 2\n" + PAD)
+    joined(path).save(tmp_path / "joined.h5")
+    whole = run_scene(load_scene(path), tmp_path / "whole")
+    path = scene_file('[system]\nfile = "joined.h5"\n[contacts.pad]\nmu = 0.2\n')
+    ready = run_scene(load_scene(path), tmp_path / "ready")
+    assert ready[0].peak == whole[0].peak
+    path = scene_file('[system]\nfile = "joined.h5"\n[contacts.pad]\nmu = 0.1\n')
+    changed = run_scene(load_scene(path), tmp_path / "ready")
+    assert changed[0].peak != whole[0].peak
+
+
+def test_damping_by_a_matrix(tmp_path: Path, scene_file: Write) -> None:
+    """C = β K, no ratio: each linear peak falls with the mode's own ζ = β ω / 2."""
+    import scipy.io
+    import scipy.sparse as sp
+
+    one = chain(1, 4, SPRINGS, ground=1.0)
+    scipy.io.mmwrite(tmp_path / "arm_C.mtx", sp.coo_array(2e-5 * one.K))
+    text = arm(tmp_path) + 'damping = "arm_C.mtx"\nmodes = 3\n'
+    system = joined(scene_file(text + PAD))
+    assert system.damping_ratio is None
+    np.testing.assert_allclose(system.diameters[0].C, 2e-5 * system.diameters[0].K, atol=1e-9)
+
+
+def test_the_command_runs_a_scene(
+    tmp_path: Path, scene_file: Write, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = scene_file(arm(tmp_path) + "modes = 2\n" + PAD + "[outputs]\nreport = false\n")
+    with pytest.raises(SystemExit) as status:
+        main(["run", str(path), "-o", str(tmp_path / "run")])
+    assert not status.value.code
+    assert "Responses of arm 4, y" in capsys.readouterr().out
+
+
+def test_swept_values_are_checked_as_their_keys(tmp_path: Path, scene_file: Write) -> None:
+    text = arm(tmp_path) + PAD
+    found = scene_cases(
+        load_scene(
+            scene_file(
+                text + '[sweep]\n"loads[0].amplitude" = [1, "2 N"]\n"contacts.pad.mu" = [0.1]'
+            )
+        )
+    )
+    assert [each.name for each in found] == [
+        "loads[0].amplitude=1,mu=0.1",
+        "loads[0].amplitude=2,mu=0.1",
+    ]
+    for sweep, told in (
+        ('"contacts.pad.mu" = [-1]', r'sweep."contacts.pad.mu"\[0\] = -1: .* must be >= 0'),
+        ('"contacts.bad.mu" = [1]', "no contacts.bad; there are pad"),
+        ('"loads[3].amplitude" = [1]', "nothing of that name"),
+        ('"name" = ["a"]', "cannot be swept"),
+        ('"contacts.pad.mu" = []', "needs at least one value"),
+        ('"contacts.pad.mu" = [1, 1]', "the same as entry 0"),
+    ):
+        with pytest.raises(InputError, match=told):
+            scene_cases(load_scene(scene_file(f"{text}[sweep]\n{sweep}")))
+
+
+@pytest.mark.parametrize(
+    ("change", "told"),
+    [
+        (("kn = 4e4", "kn = 0"), "contacts.pad.kn = 0: normal stiffness of a pair must be > 0 N/m"),
+        (("mu = 0.2", "muu = 0.2"), "contacts.pad.muu = 0.2: unknown key; nearest known key: .*mu"),
+        (("mu = 0.2\n", ""), "contacts.pad.mu: must be given"),
+        (('"arm", "ground"', '"leg", "ground"'), 'contacts.pad.between: no component "leg"'),
+        (("pairs = [3]", "pairs = [[3, 4]]"), "contacts.pad.pairs: expected node numbers"),
+        (("pairs = [3]", "pairs = [7]"), "node 7"),
+        (("normal = [0, 0, 1]", "normal = [0, 0, 0]"), "contacts.pad.normal: must not be zero"),
+        (("direction = [0, 1, 0]", "direction = [0, 1]"), "loads.0..direction"),
+        (
+            ('stiffness = "arm_K.mtx"', 'stiffness = "gone.mtx"'),
+            "gone.mtx: cannot be read: No such file",
+        ),
+        (('mass = "arm_M.mtx"\n', ""), "components.arm.mass: must be given"),
+        (("[[loads]]", '[system]\nfile = "x.h5"\n[[loads]]'), "system.file holds it already"),
+        (("amplitude = 1", "amplitude = 0"), "loads: nothing vibrates: give one"),
+        (
+            ("[contacts.pad]", '[contacts."a pad"]'),
+            'contacts."a pad": a name must consist',
+        ),
+        (("modes = 2", "modes = 2\ncutoff = 3"), "give either this or modes, not both"),
+    ],
+)
+def test_mistakes_are_one_clear_line(
+    tmp_path: Path, scene_file: Write, change: tuple[str, str], told: str
+) -> None:
+    text = arm(tmp_path) + "modes = 2\n" + PAD
+    assert change[0] in text
+    with pytest.raises(InputError, match=told) as error:
+        joined(scene_file(text.replace(*change)))
+    assert len(str(error.value).splitlines()) == 1
+
+
+def test_two_processes_leave_the_same_bits(tmp_path: Path, scene_file: Write) -> None:
+    text = arm(tmp_path) + "modes = 2\n" + PAD + '[sweep]\n"contacts.pad.mu" = [0.05, 0.1, 0.2]\n'
+    scene = load_scene(scene_file(text + "[outputs]\nreport = false\n"))
+    held: list[dict[str, bytes]] = []
+    for workers in (1, 2):
+        run_scene(scene, tmp_path / f"run{workers}", workers=workers)
+        arrays: dict[str, bytes] = {}
+
+        def note(name: str, item: object, arrays: dict[str, bytes] = arrays) -> None:
+            if isinstance(item, h5py.Dataset) and not name.endswith("seconds"):
+                arrays[name] = np.asarray(item[()]).tobytes() if item.dtype.kind != "O" else b""
+
+        with h5py.File(tmp_path / f"run{workers}" / "results.h5") as file:
+            file.visititems(note)
+        held.append(arrays)
+    assert held[0] == held[1]
+    assert any("response/mu=0.2" in name for name in held[0])
+
+
+def test_a_case_that_cannot_be_computed_is_told_and_the_rest_goes_on(
+    tmp_path: Path, scene_file: Write
+) -> None:
+    """Mode 9 of six is refused; a sweep over it has one case."""
+    text = arm(tmp_path) + "modes = 0\n" + PAD + '[sweep]\n"response.mode" = [1, 9]\n'
+    heard: list[object] = []
+    scene = load_scene(scene_file(text + "[outputs]\nreport = false\n"))
+    found = run_scene(scene, tmp_path / "run", heard.append)
+    assert [each.case.name for each in found] == ["mode=1"]
+    (failed,) = [event for event in heard if isinstance(event, Failed)]
+    assert failed.case == "mode=9"
+    assert "has 6 modes" in failed.reason
+    with h5py.File(tmp_path / "run" / "results.h5") as file:
+        assert "mode=9" in file["failed"]
+
+
+def test_a_range_beyond_the_reduced_components_is_followed_or_refused(
+    tmp_path: Path, scene_file: Write
+) -> None:
+    """The band follows the range; a band or modes that do not hold it are refused."""
+    text, wide = arm(tmp_path), "[response]\nrange = [8000, 9000]\n"
+    narrow = r"components\.arm\.band = 100: response\.range reaches 9000 Hz.*\"9500 Hz\""
+    with pytest.raises(InputError, match=narrow):
+        load_scene(scene_file(text + "band = 100\n" + PAD + wide))
+    few = r"response\.range reaches 9000 Hz, and the reduced models answer up to .*\"9500 Hz\""
+    with pytest.raises(InputError, match=few):
+        run_scene(load_scene(scene_file(text + "modes = 1\n" + PAD + wide)), tmp_path / "few")
+    followed = joined(scene_file(text + PAD + wide))
+    assert followed.band is None or followed.band > 9000

@@ -1,0 +1,169 @@
+"""What an accuracy settles before the response: areas, reduction, element size."""
+
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from vanelock import parse_study
+from vanelock.common.errors import InputError
+from vanelock.common.process import memory
+from vanelock.mesh.geometry.element_size import element_size
+from vanelock.mesh.refinement.dof_estimate import casing_dofs, vane_dofs
+from vanelock.pipeline.progress import silent
+from vanelock.pipeline.step import Stages
+from vanelock.stages.accuracy import choose_mesh, mesh_sizes
+from vanelock.stages.accuracy.budget import budget
+from vanelock.stages.accuracy.mesh_errors import MeshErrors
+
+FREE = "accuracy = 0.05"
+NOTHING: Any = None
+NOWHERE = Stages(NOTHING, silent)
+"""Stages that nothing is asked of."""
+
+
+def settled(text):
+    return choose_mesh.settle(parse_study(text), NOWHERE)
+
+
+def estimating(monkeypatch, error_of, dofs=lambda size: 27_000 * (0.025 / size) ** 2):
+    """Let errors follow from element sizes alone; returns the studies that were asked about."""
+    asked = []
+
+    def estimates(study, stages):
+        asked.append(study)
+        size = element_size(study.mesh.size, "vane")
+        error = error_of(size)
+        if isinstance(error, Exception):
+            raise error
+        found = MeshErrors(np.array([250.0]), np.array([[error, 0]]), np.array([0.0, 0.0]), 0)
+        told = np.array([3e-4])
+        limits = SimpleNamespace(free_error=told, stuck_error=told, free_mode=0, stuck_mode=0)
+        return found, limits
+
+    def counted(study, errors, stages):
+        size = element_size(study.mesh.size, "vane")
+        return choose_mesh.Round(f"{size:g}", int(dofs(size)), errors.interest)
+
+    monkeypatch.setattr(choose_mesh, "_estimates", estimates)
+    monkeypatch.setattr(choose_mesh, "_round", counted)
+    return asked
+
+
+def test_the_first_mesh_within_its_share_is_taken(monkeypatch):
+    asked = estimating(monkeypatch, lambda size: 0.07 * (size / 0.025) ** 1.0)
+    found = settled(FREE)
+    share = found.budget.shares["mesh"]
+    assert [choose_mesh.AMPLITUDE * each.error <= share for each in found.rounds] == [False] * (
+        len(asked) - 1
+    ) + [True]
+    assert asked[0].mesh.size == "coarse"
+    assert len(asked) <= 3
+    assert (
+        choose_mesh.AMPLITUDE * found.rounds[-1].error > 0.6 * share
+    )  # and not much finer than that
+    assert found.short == ""
+    assert found.study.mesh.size == asked[-1].mesh.size
+    assert found.given == parse_study(FREE)
+
+
+def test_a_rough_accuracy_takes_the_coarse_mesh(monkeypatch):
+    asked = estimating(monkeypatch, lambda size: 0.07)
+    found = settled("accuracy = 0.2")
+    assert len(asked) == 1
+    assert found.study.mesh.size == "coarse"
+
+
+def test_the_largest_mesh_is_taken_where_the_share_is_out_of_reach(monkeypatch):
+    estimating(monkeypatch, lambda size: 0.07 * (size / 0.025) ** 0.5)
+    found = settled("accuracy = 0.001")
+    size = found.study.mesh.size
+    assert 0.004 < size < 0.008
+    vane, casing = found.study.vane, found.study.casing
+    dofs = vane_dofs(vane, 16, size) + casing_dofs(casing, vane.hook, 16, size, 3)
+    assert 0.9 * mesh_sizes.DOFS < dofs <= 1.001 * mesh_sizes.DOFS
+    assert f"about {choose_mesh.AMPLITUDE * found.rounds[-1].error:.1e} remains" in found.short
+    assert "was its share" in found.short
+
+
+def test_no_mesh_is_chosen_that_memory_does_not_hold(monkeypatch):
+    estimating(monkeypatch, lambda size: 0.07 * (size / 0.025) ** 0.5)
+    monkeypatch.setattr(memory, "bounds", lambda: [memory.Bound(4e9, 1e9, "a test's memory")])
+    most = mesh_sizes.most_dofs()
+    assert mesh_sizes.peak_memory(most) == pytest.approx(mesh_sizes.SHARE * 4e9)
+    found = settled("accuracy = 0.001")
+    dofs = mesh_sizes.unknowns(found.study, found.study.mesh.size)
+    assert 0.9 * most < dofs <= 1.001 * most
+    assert f"none larger than {most:,.0f} fit the memory" in found.short
+    assert mesh_sizes.most_dofs(2e9) < most
+    assert mesh_sizes.most_dofs(8e9) == most
+    with pytest.raises(InputError, match=r"^memory = 1 GB: a coarse mesh takes 1\.\d GB$"):
+        mesh_sizes.most_dofs(1e9)
+
+
+def test_errors_that_do_not_fall_end_the_search(monkeypatch):
+    asked = estimating(monkeypatch, lambda size: 0.07)
+    found = settled(FREE)
+    assert len(asked) <= choose_mesh.ROUNDS
+    assert found.short
+
+
+def test_patches_that_a_mesh_cannot_hold_ask_for_a_finer_one(monkeypatch):
+    told = InputError("vane: the mesh is too coarse to tell the contact patches apart")
+    asked = estimating(monkeypatch, lambda size: told if size > 0.02 else 0.01)
+    found = settled(FREE)
+    assert [study.mesh.size for study in asked] == ["coarse", 0.0177]
+    assert len(found.rounds) == 1
+    estimating(monkeypatch, lambda size: InputError("vane: something else"))
+    with pytest.raises(InputError, match="something else"):
+        settled(FREE)
+
+
+def test_fillets_begin_with_elements_that_hold_them():
+    study = parse_study('accuracy = 0.05\n[mesh]\nsize = "medium"\n[casing]\nfillet = "1 mm"')
+    coarsest = choose_mesh._coarsest(study)
+    assert coarsest == "coarse" or coarsest < 0.025
+
+
+def test_the_casings_elements_are_drawn_out_where_they_may_be(monkeypatch):
+    estimating(monkeypatch, lambda size: 0.01)
+    assert settled(FREE).study.mesh.stretch == choose_mesh.STRETCH
+    assert settled(f"{FREE}\n[mesh]\nstretch = 1").study.mesh.stretch == 1
+    assert settled(f"{FREE}\n[casing]\nbosses = 1").study.mesh.stretch == 1
+    assert settled(f'{FREE}\n[mesh]\nsize = "coarse"').study.mesh.stretch == 1
+
+
+def test_contacts_act_on_areas_unless_told_otherwise(monkeypatch):
+    estimating(monkeypatch, lambda size: 0.01)
+    joints = settled(FREE).study.joints
+    assert (joints.hook.patch, joints.interlock.patch) == ("area", "area")
+    told = parse_study(f'{FREE}\n[joints.hook]\npatch = "node"')
+    joints = choose_mesh.settle(told, NOWHERE).study.joints
+    assert (joints.hook.patch, joints.interlock.patch) == ("node", "area")
+
+
+def test_a_given_mesh_is_kept_and_estimated(monkeypatch):
+    asked = estimating(monkeypatch, lambda size: 0.07)
+    found = settled(f'{FREE}\n[mesh]\nsize = "medium"')
+    assert [study.mesh.size for study in asked] == ["medium"]
+    assert found.rounds[0].error == 0.07
+    assert found.short == ""
+    assert "mesh" not in found.budget.shares
+
+
+def test_modes_get_their_share_or_take_their_error_off(monkeypatch):
+    estimating(monkeypatch, lambda size: 0.01)
+    open_to = settled(FREE)
+    assert open_to.study.rom.accuracy == pytest.approx(open_to.budget.shares["modes"])
+    pinned = settled(f"{FREE}\n[rom]\naccuracy = 1e-3")
+    assert pinned.study.rom.accuracy == 1e-3
+    assert sum(pinned.budget.shares.values()) == pytest.approx(0.05 - 3e-4)
+    assert sum(budget(parse_study(FREE)).shares.values()) == pytest.approx(0.05)
+
+
+def test_errors_of_other_frequencies_follow_those_known():
+    parts = np.array([[0.01, 0.02], [0.03, 0.03]])
+    found = MeshErrors(np.array([100.0, 300.0]), parts, np.array([0.05, 0.02]), 1)
+    np.testing.assert_allclose(found.at(3, np.array([50.0, 200.0, np.inf])), [0.03, 0.045, 0.06])
+    assert found.interest == pytest.approx(0.07)

@@ -1,0 +1,75 @@
+"""What a run will take."""
+
+import pytest
+
+from vanelock import check_file, parse_study, run_study
+from vanelock.common.errors import InputError
+from vanelock.input.cases.sweep import cases
+from vanelock.stages.accuracy import cost_estimate, mesh_sizes
+
+COARSE = '[mesh]\nsize = "coarse"\n'
+
+
+def estimated(text, given=None):
+    found = cost_estimate.estimated(cases(parse_study(text)), given)
+    assert found is not None
+    return found
+
+
+def test_a_coarse_run_is_known_to_a_factor_of_two():
+    """Measured: 27,060 degrees of freedom, 1.24 GB, 195 MB; 52,000 and 41,000 of "medium"."""
+    found = estimated(COARSE)
+    assert found.dofs == pytest.approx(27060, rel=0.25)
+    assert found.memory == pytest.approx(1.24e9, rel=0.3)
+    assert found.disk == pytest.approx(195e6, rel=0.3)
+
+
+def test_what_an_accuracy_takes_is_within_what_is_chosen_at_most():
+    fine, rough = estimated("accuracy = 0.01"), estimated("accuracy = 0.2")
+    assert fine.dofs == pytest.approx(mesh_sizes.most_dofs())
+    assert rough.dofs < 0.2 * fine.dofs
+    assert estimated("accuracy = 0.01", 2e9).memory == pytest.approx(2e9)
+
+
+def test_cases_add_time_and_disk_and_meshes_more_of_it():
+    one = estimated(COARSE)
+    more = estimated(COARSE + '[sweep]\n"joints.interlock.mu" = [0.1, 0.2, 0.3, 0.4]')
+    meshes = estimated(COARSE + '[sweep]\n"mesh.size" = [0.025, 0.0251, 0.0252, 0.0253]')
+    assert more.dofs == one.dofs
+    assert one.seconds < more.seconds < meshes.seconds
+    assert one.disk < more.disk < meshes.disk
+
+
+def test_words_round_to_what_is_known():
+    words = cost_estimate.Estimate(62870.0, 1.69e9, 88.0, 3.3e8).words()
+    assert words == {
+        "unknowns": "63,000 degrees of freedom",
+        "memory": "1.7 GB of memory",
+        "time": "90 s on one core",
+        "disk": "0.33 GB on disk",
+    }
+    for seconds, told in ((3.2, "3 s"), (130, "2 min"), (8000, "2 h"), (3e6, "30 days")):
+        assert cost_estimate.Estimate(1, 1, seconds, 1).words()["time"] == f"{told} on one core"
+
+
+def test_check_says_what_a_run_takes(tmp_path):
+    (tmp_path / "study.toml").write_text(COARSE)
+    rows = dict(check_file(tmp_path / "study.toml").rows)
+    for what, unit in (
+        ("unknowns", "degrees of freedom"),
+        ("memory", "GB of memory"),
+        ("time", "s on one core"),
+        ("disk", "GB on disk"),
+    ):
+        assert rows[what].startswith("about ")
+        assert rows[what].endswith(unit)
+
+
+def test_memory_that_no_mesh_fits_is_refused(tmp_path):
+    with pytest.raises(InputError, match=r"^memory = 0.2 GB: a coarse mesh takes 1\.\d GB$"):
+        run_study(parse_study(COARSE), tmp_path / "run", memory=2e8)
+
+
+def test_processes_are_as_many_as_fit():
+    assert mesh_sizes.processes(1e9, 3.5e9) == 3
+    assert mesh_sizes.processes(1e9, 0.5e9) == 1

@@ -1,0 +1,169 @@
+"""Linear limits against the closed form of two masses."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from vanelock import parse_study
+from vanelock.common.errors import InputError
+from vanelock.nonlinear import linear_response
+from vanelock.results.listing import limits_table, linear_table
+from vanelock.stages.response.limits import Limits, dense, fine, frequencies, limits
+from vanelock.stages.response.monitor import monitor
+from vanelock.stages.response.summary import Peak, peak_of
+
+HOOK, INTERLOCK, SPRING = 3e6, 1e6, 2e6
+
+
+def two_masses(a, b, c):
+    """Frequencies of K = [[a, b], [b, c]], M = 1, in Hz."""
+    mean, spread = (a + c) / 2, np.hypot((a - c) / 2, b)
+    return np.sqrt([mean - spread, mean + spread]) / (2 * np.pi)
+
+
+def test_frequencies_of_both_limits(ring):
+    found = limits(ring, 2)
+    assert found.nodal_diameter == 1
+    np.testing.assert_allclose(found.free, two_masses(HOOK + SPRING, -SPRING, SPRING), rtol=1e-12)
+    np.testing.assert_allclose(
+        found.stuck, two_masses(HOOK + SPRING, -SPRING, SPRING + 3 * INTERLOCK), rtol=1e-12
+    )
+    assert (found.free_mode, found.stuck_mode) == (1, 1)
+    assert found.rise == pytest.approx(found.stuck[1] / found.free[1] - 1)
+
+
+def test_mode_of_interest_and_its_likeness(ring):
+    """The angle between eigenvectors (cos α, sin α), tan 2α = 2b/(a - c), gives the MAC."""
+    found = limits(ring, 1)
+    free = np.arctan2(-2 * SPRING, HOOK) / 2
+    stuck = np.arctan2(-2 * SPRING, HOOK - 3 * INTERLOCK) / 2
+    assert found.mac == pytest.approx(np.cos(free - stuck) ** 2, rel=1e-12)
+
+
+def test_a_mode_that_is_not_there(ring):
+    with pytest.raises(InputError, match=r"response\.mode = 3: the reduced model has 2 modes"):
+        limits(ring, 3)
+
+
+def some_limits(free=250.0, stuck=280.0):
+    return Limits(
+        1,
+        16,
+        True,
+        np.array([100, free]),
+        np.array([120, stuck]),
+        1,
+        1,
+        0.9,
+        np.zeros(2),
+        np.zeros(2),
+    )
+
+
+def test_default_range_spans_free_to_stuck():
+    low, high = frequencies(parse_study(""), some_limits())
+    assert low < 250 < 280 < high
+    assert low == pytest.approx(250 - 7.5)
+    assert high == pytest.approx(280 + 7.5)
+    low, high = frequencies(parse_study(""), some_limits(stuck=250.0))
+    assert (low, high) == pytest.approx((242.5, 257.5))
+
+
+def test_frequencies_that_a_study_names():
+    exact = frequencies(parse_study("[response]\nfrequencies = [1, 2, 4]"), some_limits())
+    assert list(exact) == [1, 2, 4]
+    assert frequencies(parse_study("[response]\nrange = [240, 300]"), some_limits()) == (240, 300)
+    even = frequencies(parse_study("[response]\nrange = [240, 300]\npoints = 4"), some_limits())
+    assert list(even) == [240, 260, 280, 300]
+
+
+@pytest.mark.parametrize("text", ["", "frequencies = [1, 2]", "range = [240, 300]"])
+@pytest.mark.parametrize(("free", "stuck"), [(0.0, 280.0), (1e-4, 2e-4)])
+def test_rigid_motion_is_no_mode_of_interest(text, free, stuck):
+    """Frequencies of rounding alone, 1e-4 Hz beside 120 Hz, count as none."""
+    with pytest.raises(InputError, match=r"response\.mode = 2: a rigid-body motion, 0 Hz: choose"):
+        frequencies(parse_study(f"[response]\n{text}"), some_limits(free, stuck))
+
+
+def test_position_between_the_limits():
+    found = some_limits()
+    assert [found.position(f) for f in (250, 265, 280)] == [0, 0.5, 1]
+    assert np.isnan(some_limits(stuck=250.0).position(260))
+
+
+def test_fine_frequencies_find_the_linear_peak(ring):
+    """With modal damping a mode's peak is |Φ_out Φ_in F| / (2 ζ ω²) within ζ²."""
+    found = limits(ring, 2)
+    response = linear_response(ring, fine(found.stuck_frequency, 0.01), "all")
+    watched = monitor(None, ring, response)
+    assert watched.name == "vane accessory 1, circumferential"
+    peak = peak_of(response, watched.amplitude(response))
+    assert peak is not None
+    omega = 2 * np.pi * found.stuck
+    angle = np.arctan2(-2 * SPRING, HOOK - 3 * INTERLOCK) / 2
+    residues = np.sin(angle) * np.cos(angle) * np.array([-1, 1])
+    f = 2 * np.pi * np.linspace(0.97, 1.03, 20001) * found.stuck_frequency
+    exact = abs((residues / (omega**2 - f[:, None] ** 2 + 0.02j * omega * f[:, None])).sum(axis=1))
+    assert peak.amplitude == pytest.approx(exact.max(), rel=5e-4)
+    assert peak.frequency == pytest.approx(f[exact.argmax()] / (2 * np.pi), rel=1e-3)
+    assert not peak.at_edge
+
+
+def test_monitor_that_is_not_there(ring):
+    response = linear_response(ring, [100.0], "all")
+    assert monitor("vane accessory 1, axial", ring, response).component == 2
+    with pytest.raises(InputError, match='monitor = "vane accessory 2, axial": allowed nodes are'):
+        monitor("vane accessory 2, axial", ring, response)
+
+
+@pytest.mark.parametrize("wanted", [[120.0], [1e-9, 265.0, 1e9], (100.0, 400.0), (10.0, 20.0)])
+@pytest.mark.parametrize("stuck", [False, True])
+def test_straight_lines_between_dense_frequencies_are_a_true_curve(wanted, stuck):
+    """Against Σ 1 / (f² - ν² + 2iζfν) of the modes in between, the closed form."""
+    known, ratio = some_limits(), 0.003
+    wanted = wanted if isinstance(wanted, tuple) else np.array(wanted)
+    drawn = dense(wanted, known, stuck, ratio)
+    assert np.isin(wanted, drawn).all()
+    modes = known.stuck if stuck else known.free
+
+    def amplitude(f):
+        return abs((1 / (modes**2 - f[:, None] ** 2 + 2j * ratio * modes * f[:, None])).sum(axis=1))
+
+    between = np.append(np.linspace(drawn[0], min(drawn[-1], 2000), 20001), drawn[-1])
+    between = np.concatenate([between, *(f * np.linspace(0.97, 1.03, 2001) for f in modes)])
+    between = between[(between >= drawn[0]) & (between <= drawn[-1])]
+    line = np.interp(between, drawn, amplitude(drawn))
+    exact = amplitude(between)
+    assert abs(line - exact).max() < 0.01 * exact.max()
+
+
+def test_a_system_without_interlock_has_one_limit(ring):
+    contacts = replace(ring.contacts, joint=("hook", "hook"))
+    assert limits(ring, 1).interlock
+    found = limits(replace(ring, contacts=contacts), 1)
+    assert not found.interlock
+    table = limits_table("", found)
+    assert [row[0] for row in table.rows] == ["free"]
+    linear = linear_table(
+        {"free": Peak(1, 9.0, 1e-5, False), "stuck": Peak(1, 9.0, 1e-5, False)}, "", ""
+    )
+    assert [row[0] for row in linear.rows] == ["free"]
+
+
+def test_the_table_of_limits_names_the_wave(ring):
+    title = limits_table(
+        "",
+        limits(
+            replace(ring, engine_order=-1, diameters={**ring.diameters, 2: ring.diameters[1]}), 1
+        ),
+    ).title
+    assert title == "Linear limits: modes of nodal diameter 1, backward wave"
+
+
+def test_the_table_tells_the_largest_error_down_to_the_mode_of_interest():
+    frequencies, errors = np.arange(100.0, 110.0), np.linspace(1e-5, 1e-4, 10)
+    for free, stuck in ((1, 2), (8, 9)):
+        found = Limits(1, 16, True, frequencies, frequencies, free, stuck, 1.0, errors, 2 * errors)
+        told = [row[-1] for row in limits_table("", found).rows]
+        assert told == [errors[max(5, free)], 2 * errors[max(5, stuck)]]

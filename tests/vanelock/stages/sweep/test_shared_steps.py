@@ -1,0 +1,98 @@
+"""Steps that cases of a sweep share are made once, with the keys that each case has alone."""
+
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+from vanelock import parse_study
+from vanelock.commands.run.cases import Run
+from vanelock.input.cases.sweep import cases, with_values
+from vanelock.pipeline import step
+from vanelock.pipeline.cache import Cache, key_of
+from vanelock.pipeline.executor.tasks import reachable
+from vanelock.pipeline.progress import silent
+from vanelock.pipeline.step import Stages
+from vanelock.stages.parts import components, meshes
+from vanelock.stages.plan import fixed, plan, shared_diameters
+from vanelock.stages.response import responses
+from vanelock.stages.sweep.graph import bundle, steps_of
+
+SWEPT = """
+[sweep]
+"joints.interlock.mu" = [0.1, 0.2, 0.3]
+"joints.interlock.kt" = [1e6, 2e6]
+"material.vane.E" = ["170 GPa", "171 GPa"]
+"vane.thickness" = ["4.5 mm", "4.6 mm"]
+"response.harmonics" = [1, 3]
+"""
+
+
+def test_cases_planned_together_have_the_keys_that_they_have_alone():
+    """What workers rely on, who plan one case each, and so do runs that are taken up again."""
+    found = cases(parse_study(SWEPT))
+    planned = plan(found, lambda *_: None)
+    diameters = shared_diameters(found)
+    for i in (0, 17, 30, 47):
+        forget()
+        alone = fixed(found[i], diameters[i], lambda *_: None)
+        assert names_of(alone) == names_of(planned[i])
+
+
+def names_of(planned):
+    return {step.key: step.name for step in reachable(steps_of(planned))}
+
+
+def forget():
+    """All steps that cases share."""
+    for module in (meshes, components, responses):
+        for value in vars(module).values():
+            if hasattr(value, "cache_clear"):
+                value.cache_clear()
+
+
+def test_a_key_that_cases_share_is_made_once(monkeypatch):
+    made = []
+
+    def counted(*given):
+        made.append(given)
+        return key_of(*given)
+
+    bare = []
+
+    def without_friction(study):
+        bare.append(study)
+        return forced_without(study)
+
+    forced_without = responses.without_friction
+    monkeypatch.setattr(responses, "without_friction", without_friction)
+    monkeypatch.setattr(step, "key_of", counted)
+    forget()
+    values = ", ".join(f"{0.1 + 0.01 * i:.2f}" for i in range(40))
+    planned = plan(cases(parse_study(f"[sweep]\njoints.interlock.mu = [{values}]")), print)
+    bundle(planned, Cache(Path("none"), print))
+    distinct = {step.key for each in planned for step in reachable(steps_of(each))}
+    assert len(made) == len(distinct) == 10 + 3 * 40
+    assert len(bare) == 40
+
+
+def test_cases_with_the_same_values_in_a_table_share_it():
+    study = parse_study(SWEPT)
+    found = cases(study)
+    for table, count in (("joints", 6), ("material", 2), ("response", 2)):
+        assert len({id(getattr(case.study, table)) for case in found}) == count
+    assert all(case.study == with_values(study, case.values) for case in found)
+
+
+def test_no_more_products_are_held_than_a_case_needs():
+    """However many meshes a sweep has, and although the next but one has this one's."""
+    planned = plan(cases(parse_study(SWEPT)), lambda *_: None)
+    memory = Stages(Cache(Path("none"), print), silent)
+    run: Any = SimpleNamespace(planned=planned, failed={}, stages=memory)
+    held = []
+
+    def compute(each):
+        memory._products.update(names_of(each))
+        held.append(len(memory._products))
+
+    Run._each(run, compute, lambda each, _: None)
+    assert held == [len(names_of(each)) for each in planned]

@@ -1,0 +1,1 @@
+"""The commands: each checks what it was given, computes, and writes."""

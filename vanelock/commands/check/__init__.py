@@ -1,0 +1,1 @@
+"""`vanelock check`: every mistake of a file, and what a run of it would take."""

@@ -1,0 +1,80 @@
+"""Check a file without computing: a scene's files and names, or what a study or a run holds."""
+
+import os
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+
+from vanelock.commands.check import study
+from vanelock.common.errors import InputError
+from vanelock.common.toml import toml_tables
+from vanelock.input.cases.scene_cases import scene_cases
+from vanelock.input.plausible import unusual
+from vanelock.input.read_scene import ND, is_scene, load_scene
+from vanelock.input.read_study import read_text
+from vanelock.input.schema.scene import Scene
+from vanelock.pipeline.tables import Column, Table
+from vanelock.stages.scene.gather import gathered, nodes
+from vanelock.stages.scene.steps import diameters, matrices
+
+Row = tuple[str, str]
+
+
+def check_file(path: str | os.PathLike[str], outside: bool = False) -> Table:
+    """Check a scene or study file, a results file or a run's folder, or a joined system.
+
+    Parameters
+    ----------
+    path : path
+        The file; a folder stands for the results in it.
+    outside : bool
+        Whether the files that it names may lie outside its folder.
+
+    Returns
+    -------
+    Table
+        What would be computed, or what is there.
+
+    Raises
+    ------
+    InputError
+        As running it, or comparing the results, would.
+    """
+    place = Path(path)
+    if study.is_hdf5(place) or place.is_dir():
+        return study.check_file(place, outside)
+    if not is_scene(toml_tables(read_text(place), str(path))):
+        return study.check_file(place, outside)
+    rows = list(_planned(load_scene(place, outside)))
+    title = f"{place}: a scene that can be run"
+    return Table("check", title, (Column("what", "what"), Column("found", "found")), tuple(rows))
+
+
+def _planned(scene: Scene) -> Iterator[Row]:
+    cases = scene_cases(scene)
+    yield "name", scene.name
+    swept = ", ".join(cases[0].values)
+    yield "cases", f"{len(cases):,} over {swept}" if swept else "1"
+    yield from (("careful", text) for text in unusual(scene))
+    if scene.system is not None:
+        found = study.check_file(scene.system.file)
+        yield from ((f"system, {what}", str(told)) for what, told in found.rows)
+        return
+    given = gathered(scene)
+    for name, keys in scene.components.items():
+        all_of = diameters(scene) if ND in keys.stiffness else (0,)
+        read = [matrices(name, keys, k) for k in all_of]
+        kept = given.kept[name][0]
+        if len(missing := np.setdiff1d(kept, read[0].node)):
+            raise InputError(f"components.{name}: node {missing[0]} is not among its nodes")
+        for side in ("fixed", "low", "high"):
+            if (value := getattr(keys, side)) is not None:
+                nodes(value, f"components.{name}.{side}")
+        entries = ", ".join(f"{each.K.nnz:,}" for each in read)
+        told = f"{read[0].size:,} rows, {entries} entries, {len(kept)} nodes kept"
+        yield f"component {name}", told
+    yield "contacts", f"{sum(len(each.mu) for each in given.contacts):,}"
+    yield "ties, loads", f"{len(given.ties)}, {len(given.loads)}"
+    yield from (("careful", text) for text in given.apart())
+    yield "output nodes", f"{sum(len(own) for _, own in given.outputs)}"

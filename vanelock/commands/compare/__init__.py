@@ -1,0 +1,1 @@
+"""`vanelock compare`: two runs side by side."""

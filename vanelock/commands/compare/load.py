@@ -1,0 +1,236 @@
+"""What two runs' folders hold, read for comparison."""
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+from numpy.typing import NDArray
+
+from vanelock.common.cyclic import COMPONENTS
+from vanelock.common.errors import InputError, printable
+from vanelock.results.files.results_file import NAME, open_results
+
+Floats = NDArray[np.float64]
+CARTESIAN = ("x", "y", "z")
+
+
+@dataclass(frozen=True)
+class CaseFound:
+    """A case of a run.
+
+    Attributes
+    ----------
+    name : str
+    values : dict of str to number or str
+        The swept keys.
+    numbers : dict of str to number
+        Its summary and answers, SI.
+    frequency, amplitude : (p,) float
+        The monitored curve, Hz and m; NaN where a point did not converge.
+    """
+
+    name: str
+    values: dict[str, Any]
+    numbers: dict[str, float]
+    frequency: Floats
+    amplitude: Floats
+
+
+@dataclass(frozen=True)
+class Loaded:
+    """A run's results.
+
+    Attributes
+    ----------
+    folder : Path
+    label : str
+        What tables call it.
+    complete : bool
+        False where the run was stopped or is under way.
+    date : str
+    settings : dict
+        The study with all defaults.
+    versions : dict of str to str
+    monitor : str
+        The displacement in the curves, "" where there is no case.
+    sizes : dict of str to int
+        Nodes, elements, coordinates and contacts.
+    seconds : dict of str to float
+        By stage.
+    cases : dict of str to CaseFound
+        Finished cases.
+    """
+
+    folder: Path
+    label: str
+    complete: bool
+    date: str
+    settings: dict[str, Any]
+    versions: dict[str, str]
+    monitor: str
+    sizes: dict[str, int]
+    seconds: dict[str, float] = field(default_factory=dict)
+    cases: dict[str, CaseFound] = field(default_factory=dict)
+
+
+def load_run(folder: Path, label: str) -> Loaded:
+    """Read a run's folder.
+
+    Raises
+    ------
+    InputError
+        If it is no folder, or holds no results.
+    """
+    if not folder.is_dir():
+        raise InputError(f"{folder}: no such folder")
+    path = folder / NAME
+    if not path.exists():
+        raise InputError(
+            f"{folder}: holds no {NAME}: not the folder of a run, or of one just begun"
+        )
+    with open_results(path) as file:
+        return load_file(folder, label, file)
+
+
+def load_file(folder: Path, label: str, file: h5py.File) -> Loaded:
+    """Read an open results file.
+
+    Raises
+    ------
+    InputError
+        If it lacks what a run writes, or holds something else in its place.
+    """
+    try:
+        return _loaded(folder, label, file)
+    except KeyError as error:
+        reason = _line(str(error).strip("\"'"))
+        raise InputError(
+            f"{file.filename}: lacks what a run writes ({reason}); run it again"
+        ) from None
+    except (
+        AttributeError, IndexError, MemoryError, OSError, OverflowError, RecursionError,
+        RuntimeError, TypeError, ValueError,
+    ) as error:  # fmt: skip
+        reason = _line(str(error) or type(error).__name__)
+        raise InputError(
+            f"{file.filename}: holds something else than a run writes ({reason}); run it again"
+        ) from None
+
+
+def _line(text: str) -> str:
+    """The first line of a library's message, which may quote the file."""
+    first = (text.splitlines() or [""])[0]
+    return printable(first)[:160]
+
+
+def _loaded(folder: Path, label: str, file: h5py.File) -> Loaded:
+    """What a results file holds; KeyError where something is missing."""
+    about = file["provenance"]
+    cases = {
+        name: _case(_text(name), group)
+        for name, group in file.get("response", {}).items()
+        if "linear" not in group.attrs
+    }
+    first = next(iter(file["response"][name] for name in cases), None)
+    return Loaded(
+        folder=folder,
+        label=label,
+        complete=bool(file.attrs.get("complete", False)),
+        date=_text(about.attrs["date"]),
+        settings=json.loads(about.attrs["settings"]),
+        versions={_text(k): _text(value) for k, value in about["versions"].attrs.items()},
+        monitor="" if first is None else _text(first.attrs["monitor"]),
+        sizes=_sizes(file),
+        seconds=_seconds(about),
+        cases=_in_order(cases, json.loads(about.attrs["settings"])),
+    )
+
+
+def _case(name: str, group: h5py.Group) -> CaseFound:
+    values = {
+        key.removeprefix("sweep "): _plain(value)
+        for key, value in group.attrs.items()
+        if key.startswith("sweep ")
+    }
+    numbers = {
+        key: float(value)
+        for key, value in group.attrs.items()
+        if not key.startswith("sweep ") and isinstance(value, int | float | np.number)
+    }
+    if "answers" in group:
+        kept = group["answers"].attrs
+        numbers |= {k: float(v) for k, v in kept.items() if isinstance(v, int | float | np.number)}
+    frequency, amplitude = group["frequency"][()], _monitored(group)
+    order = np.argsort(frequency, kind="stable")
+    known = np.where(group["converged"][()], amplitude, np.nan)
+    return CaseFound(name, values, numbers, frequency[order], known[order])
+
+
+def _plain(value: Any) -> Any:
+    value = value.item() if isinstance(value, np.generic) else value
+    return value if isinstance(value, int | float) else _text(value)
+
+
+def _text(value: Any) -> str:
+    """Text of a file, with "?" for what is no text in UTF-8."""
+    text = value.decode("utf-8", "replace") if isinstance(value, bytes) else str(value)
+    return text[:1000].encode("utf-8", "replace").decode("utf-8")
+
+
+def _monitored(group: h5py.Group) -> Floats:
+    """(p,) amplitude of the monitored displacement, m."""
+    node, _, component = str(group.attrs["monitor"]).rpartition(", ")
+    names = group["system/output/name"].asstr()[()].tolist()
+    components = COMPONENTS if component in COMPONENTS else CARTESIAN  # of a scene's plain frame
+    found: Floats = group["amplitude"][:, names.index(node), components.index(component)]
+    return found
+
+
+def _sizes(file: h5py.File) -> dict[str, int]:
+    found: dict[str, int] = {}
+    for part in ("vane", "casing"):
+        if (mesh := file.get(f"mesh/{part}")) is not None:
+            found[f"{part}: nodes"] = len(mesh["points"])
+            found[f"{part}: elements"] = len(mesh["cells"])
+    if (system := file.get("system")) is not None:
+        sizes = [len(group["K"]) for group in system["nd"].values()]
+        found["reduced model: coordinates"] = max(sizes, default=0)
+        found["contacts"] = len(system["contact/kn"])
+    return found
+
+
+def _seconds(about: h5py.Group) -> dict[str, float]:
+    """What computing took, by kind of stage; empty while a run is not complete."""
+    found: dict[str, float] = {}
+    for name, group in about.get("stages", {}).items():
+        _add(found, name, group)
+    return found
+
+
+def _add(found: dict[str, float], name: str, group: h5py.Group) -> None:
+    if "seconds" not in group.attrs:  # a "/" in a stage's name makes a group of its own
+        for inner, below in group.items() if name.count("/") < 4 else ():
+            _add(found, f"{name}/{inner}", below)
+        return
+    kind = name.rpartition(" ")[0].partition(",")[0]
+    for many in ("response ", "preload", "stress ", "check "):
+        if kind.startswith(many):
+            kind = f"{many.strip()}s" if many != "stress " else "stresses"
+    found[kind] = found.get(kind, 0.0) + float(group.attrs["seconds"])
+
+
+def _in_order(cases: Mapping[str, CaseFound], settings: Mapping[str, Any]) -> dict[str, CaseFound]:
+    """Cases in the order of the sweep; the file holds them by name."""
+    sweep = settings.get("sweep") or {}
+
+    def place(case: CaseFound) -> list[int]:
+        return [
+            values.index(case.values[key]) if case.values.get(key) in values else len(values)
+            for key, values in sweep.items()
+        ]
+
+    return {case.name: case for case in sorted(cases.values(), key=place)}

@@ -1,0 +1,1 @@
+"""`vanelock converge`: error against cost, each setting raised alone."""

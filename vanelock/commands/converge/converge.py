@@ -1,0 +1,290 @@
+"""Error against cost, measured: a study again and again, each knob raised alone.
+
+The error of a value is its distance from the finest one of the same knob, in the amplitude and the
+frequency of the largest response. Its cost is the processor time of the stages that the knob
+affects, over that of all stages of the study as it stands, both as measured when they were
+computed.
+"""
+
+import json
+import os
+import time
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vanelock import nonlinear
+from vanelock.commands.converge.settings import DOFS, Knob, chosen
+from vanelock.commands.converge.table import NAME, Outcome, draw, markdown, table
+from vanelock.common.errors import InputError
+from vanelock.input.cases.sweep import Case, cases, with_values
+from vanelock.input.schema.study import Study
+from vanelock.nonlinear import Response
+from vanelock.pipeline.cache import Cache
+from vanelock.pipeline.progress import Finished, Listener, Notice, silent
+from vanelock.pipeline.step import Stages, Step
+from vanelock.results.files.run_folder import claimed, record
+from vanelock.stages.accuracy.choose_mesh import settle
+from vanelock.stages.parts.diameters import united_step
+from vanelock.stages.parts.nodal_diameters import linear_steps
+from vanelock.stages.plan import plan
+from vanelock.stages.response.monitor import monitor
+from vanelock.stages.response.responses import linear_step, response_step
+from vanelock.stages.response.warm import warmed
+
+NEAR = 9
+"""Frequencies between the neighbours of the largest point, where the peak is located."""
+LEAD = 4
+"""Points before these, so that the same branch is followed."""
+
+
+def converge_study(
+    study: Study,
+    folder: str | os.PathLike[str],
+    listener: Listener = silent,
+    only: Sequence[str] = (),
+    dofs: float = DOFS,
+) -> tuple[Outcome, ...]:
+    """Measure how error and cost of a study depend on each of its knobs.
+
+    Parameters
+    ----------
+    study : Study
+        The study; swept keys have their unswept values. With an accuracy, what that chooses is what
+        the other knobs are held at.
+    folder : path
+        A run's folder; what was computed there is used again. `converge.json`, `converge.md` and
+        `figures/converge.png` go there.
+    listener : callable
+        Told about stages, notices and tables.
+    only : sequence of str
+        Keys of the knobs to raise; all by default.
+    dofs : float
+        Largest meshes tried, degrees of freedom of both parts.
+
+    Raises
+    ------
+    InputError
+        If the study cannot be computed, has no such knob, or the folder cannot be used.
+    """
+    path = Path(folder)
+    began = time.perf_counter()
+    if study.sweep or study.excitation.engine_orders:
+        listener(Notice("what is swept has its unswept value, of several engine orders the first"))
+        orders = study.excitation.engine_orders
+        study = with_values(study, {"excitation.engine_order": orders[0]} if orders else {})
+    (case,) = cases(study)
+    chosen(case.study, tuple(only), dofs)  # refuses an unknown one before anything is computed
+    with claimed(path):
+        stages = Stages(Cache(path / "cache", lambda told: listener(Notice(told))), listener)
+        (case,) = warmed([case], stages)
+        if case.study.response.direction == "both":
+            raise InputError('response.direction = "both": converge takes one of them, up or down')
+        base = pinned(case, stages)
+        found = _Measuring(base, stages, listener).all(chosen(base, tuple(only), dofs))
+        text = table(found, study.name)
+        record(path / f"{NAME}.json", json.dumps([asdict(each) for each in found], indent=1))
+        record(path / f"{NAME}.md", markdown(found))
+        listener(text)
+        picture = draw(path / "figures" / f"{NAME}.png", found, study.name)
+    told = {"files": [str(path / f"{NAME}.json"), str(path / f"{NAME}.md"), str(picture)]}
+    listener(Finished(str(path), time.perf_counter() - began, told))
+    return found
+
+
+def pinned(case: Case, stages: Stages) -> Study:
+    """The study of a case with all that its accuracy chooses set, if it has one."""
+    if case.study.accuracy is None:
+        return case.study
+    settled = settle(case.study, stages)
+    (planned,) = plan([case], _unheard, [settled])
+    response = stages.get(planned.response)
+    chosen = {"accuracy": None, "response.harmonics": response.harmonics}
+    if response.friction == "isotropic":
+        chosen["response.samples"] = response.samples
+    return with_values(settled.study, chosen)
+
+
+@dataclass(frozen=True)
+class _Peak:
+    amplitude: float
+    frequency: float
+    lost: int
+
+
+class _Measuring:
+    """The runs."""
+
+    def __init__(self, study: Study, stages: Stages, listener: Listener) -> None:
+        self.study, self.stages, self.listener = study, stages, listener
+        base = chain(study, "as it stands")
+        free = self.stages.get(linear_step(study, "free", base.linear, base.limits))
+        self.monitor = monitor(study.outputs.monitor, stages.get(base.system), free)
+        self._warm_up(base)
+        self.stages.get(base.response)
+        self.costs = self._known()
+        self.unit = sum(self._cpu(base).values())
+
+    def all(self, wanted: Sequence[Knob]) -> tuple[Outcome, ...]:
+        """Every value of every knob."""
+        found: list[Outcome] = []
+        for knob in wanted:
+            found += self._knob(knob)
+            record(self._costs_file, json.dumps(self.costs))
+        return tuple(found)
+
+    @property
+    def _costs_file(self) -> Path:
+        assert isinstance(self.stages.cache, Cache)
+        return self.stages.cache.folder / "costs.json"
+
+    def _known(self) -> dict[str, float]:
+        """Processor times of stages whose products no cache holds, from an earlier run here."""
+        try:
+            known = json.loads(self._costs_file.read_text("utf-8"))
+            return {str(key): float(value) for key, value in known.items()}
+        except (OSError, ValueError, AttributeError, TypeError):
+            return {}
+
+    def _warm_up(self, base: "Chain") -> None:
+        """Load what the first response loads, which is no cost of its own."""
+        limits, system = self.stages.get(base.limits), self.stages.get(base.system)
+        options = self.study.response
+        nonlinear.frequency_response(
+            system,
+            [0.99 * limits.free_frequency, limits.free_frequency],
+            harmonics=1,
+            coupling=options.coupling,
+            friction=self.study.joints.friction,
+        )
+
+    def _knob(self, knob: Knob) -> list[Outcome]:
+        """All values of one; what cannot be computed is told and left out."""
+        runs: list[tuple[str, bool, _Peak, dict[str, float]]] = []
+        chains = [chain(level.study, f"{knob.key} = {level.shown}") for level in knob.levels]
+        for i, (level, made) in enumerate(zip(knob.levels, chains, strict=True)):
+            try:
+                response = self.stages.get(made.response)
+                peak = self._peak(made, response, not knob.points)
+            except InputError as error:
+                self.listener(Notice(f"{knob.key} = {level.shown}: {error}"))
+                continue
+            runs.append((level.shown, level.own, peak, self._cpu(made)))
+            last = made, response
+            self.stages.retain([later.response for later in chains[i + 1 :]])
+        shared = set.intersection(*(set(cpu) for *_, cpu in runs)) if runs else set[str]()
+        if not runs:
+            return []
+        truth = self._peak(*last, True) if knob.points else runs[-1][2]
+        outcomes = []
+        for i, (value, own, peak, cpu) in enumerate(runs):
+            seconds = sum(s for key, s in cpu.items() if key not in shared)
+            finest = i == len(runs) - 1
+            errors = (
+                abs(peak.amplitude / truth.amplitude - 1),
+                abs(peak.frequency / truth.frequency - 1),
+            )
+            if finest and not knob.points:
+                errors = (float("nan"), float("nan"))
+            outcomes.append(
+                Outcome(
+                    knob.key,
+                    value,
+                    seconds / self.unit,
+                    seconds,
+                    peak.amplitude,
+                    peak.frequency,
+                    *errors,
+                    own,
+                    peak.lost,
+                )
+            )
+        return outcomes
+
+    def _cpu(self, made: "Chain") -> dict[str, float]:
+        """Processor time of the stages behind a response, by key, s."""
+        found: dict[str, float] = {}
+        waiting: list[Step[Any]] = [made.response]
+        while waiting:
+            step = waiting.pop()
+            if step.key not in found:
+                found[step.key] = self.costs.setdefault(step.key, self.stages.cpu.get(step.key, 0))
+                waiting += step.needs
+        return found
+
+    def _peak(self, made: "Chain", response: Response, located: bool) -> _Peak:
+        """The largest response, between the frequencies computed if asked."""
+        lost = int((~response.converged).sum())
+        order = np.argsort(response.frequency, kind="stable")
+        f, a = response.frequency[order], self.monitor.amplitude(response)[order]
+        if np.all(np.isnan(a)):
+            return _Peak(float("nan"), float("nan"), lost)
+        top = int(np.nanargmax(a))
+        inside = 0 < top < len(f) - 1
+        if not located or not inside or made.study.response.frequencies is not None:
+            return _Peak(float(a[top]), float(f[top]), lost)
+        lead = f[max(top - 1 - LEAD, 0) : top - 1]
+        listed = np.unique([*lead, *np.linspace(f[top - 1], f[top + 1], NEAR)])
+        near = with_values(
+            made.study,
+            {
+                "response.frequencies": listed.tolist(),
+                "response.range": None,
+                "response.points": None,
+            },
+        )
+        fine = self.stages.get(replace_response(made, near).response)
+        amplitude, frequency = vertex(fine.frequency, self.monitor.amplitude(fine))
+        return _Peak(amplitude, frequency, lost)
+
+
+def vertex(frequency: NDArray[np.float64], amplitude: NDArray[np.float64]) -> tuple[float, float]:
+    """Height [m] and place [Hz] of a parabola through the largest point and its neighbours.
+
+    The largest point itself where it is at an end, beside one that is lost, or at a jump.
+    """
+    known = np.where(np.isnan(amplitude), -np.inf, amplitude)
+    top = int(known.argmax())
+    place, height = float(frequency[top]), float(amplitude[top])
+    if not 0 < top < len(frequency) - 1 or np.isnan(amplitude[top - 1 : top + 2]).any():
+        return height, place
+    x = frequency[top - 1 : top + 2] - place
+    bend, rise, _ = np.polyfit(x, amplitude[top - 1 : top + 2], 2)
+    moved = -rise / (2 * bend) if bend < 0 else 0.0
+    raised = height + rise * moved + bend * moved**2
+    if not x[0] < moved < x[2] or raised > 1.01 * height:
+        return height, place
+    return float(raised), place + float(moved)
+
+
+@dataclass(frozen=True)
+class Chain:
+    """The steps to a response whose casing is reduced at one nodal diameter after the other."""
+
+    study: Study
+    linear: Step[Any]
+    limits: Step[Any]
+    system: Step[Any]
+    response: Step[Response]
+
+
+def chain(study: Study, name: str) -> Chain:
+    """The steps of a case."""
+    linear = linear_steps(study)
+    system = united_step(study, study.response.harmonics)
+    response = response_step(name, study, system, linear.limits, _unheard)
+    return Chain(study, linear.system, linear.limits, system, response)
+
+
+def replace_response(made: Chain, study: Study) -> Chain:
+    """The same with a response at other frequencies."""
+    response = response_step("near the peak", study, made.system, made.limits, _unheard)
+    return replace(made, study=study, response=response)
+
+
+def _unheard(done: int, total: int, frequency: float, amplitude: float) -> None:
+    """Points are too many to be told one by one."""

@@ -1,0 +1,227 @@
+"""The knobs of a study that trade speed for error, each with values from rough to fine.
+
+A knob is raised alone, all others as the study has them. Its finest value stands for the truth, so
+that what is measured against it says nothing of the other knobs, nor of what the finest one misses.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from pydantic import ValidationError
+
+from vanelock.common.errors import InputError
+from vanelock.input.cases.sweep import value_at, with_values
+from vanelock.input.messages import show
+from vanelock.input.schema.structure import ACCURACY, MODES
+from vanelock.input.schema.study import Study
+from vanelock.mesh.geometry.dimensions import CasingDimensions, VaneDimensions
+from vanelock.mesh.geometry.element_size import LARGEST, SMALLEST, element_size
+from vanelock.nonlinear.contact.sampling import default_samples, least_samples
+from vanelock.stages.accuracy.mesh_sizes import unknowns
+
+DOFS = 150_000
+"""Most degrees of freedom of the meshes of both parts, estimated, unless told otherwise."""
+STEP = 2**0.5
+"""From one element size to the next."""
+COARSEST = 0.025
+"""Largest elements tried, m, unless the study has larger ones; larger ones change little."""
+
+
+@dataclass(frozen=True)
+class Level:
+    """A value of a knob.
+
+    Attributes
+    ----------
+    shown : str
+        The value in words.
+    study : Study
+        The study with it.
+    own : bool
+        Whether the study has this value anyway.
+    """
+
+    shown: str
+    study: Study
+    own: bool
+
+
+@dataclass(frozen=True)
+class Knob:
+    """A knob and its values.
+
+    Attributes
+    ----------
+    key : str
+        Of the study file.
+    levels : tuple of Level
+        From rough to fine; the last one is the reference.
+    points : bool
+        Whether it is the frequencies themselves that are varied: the peak is then the largest of
+        them, not located between them.
+    """
+
+    key: str
+    levels: tuple[Level, ...]
+    points: bool = False
+
+
+def knobs(study: Study, dofs: float = DOFS) -> tuple[Knob, ...]:
+    """All knobs that a study has.
+
+    Parameters
+    ----------
+    study : Study
+        One case, nothing swept.
+    dofs : float
+        Largest meshes tried.
+    """
+    return tuple(knob for knob in _every(study, dofs) if len(knob.levels) > 1)
+
+
+def _every(study: Study, dofs: float) -> Iterator[Knob]:
+    if isinstance(study.vane, VaneDimensions) and isinstance(study.casing, CasingDimensions):
+        yield _knob(study, "mesh.size", [_size(study, s) for s in _sizes(study, dofs)])
+    yield from _reductions(study)
+    H = study.response.harmonics
+    chosen = sorted({1, 2, 3, 5, 7, 9, H, 2 * H - 1 if H > 4 else 9})
+    sampled = study.response.samples
+    chosen = [h for h in chosen if sampled is None or sampled >= least_samples(h, _friction(study))]
+    yield _knob(study, "response.harmonics", [(str(h), {"response.harmonics": h}) for h in chosen])
+    yield _samples(study)
+    if study.response.frequencies is None:
+        yield _points(study)
+    words = ("constant-load", "uncoupled", "coupled")
+    yield _knob(study, "response.coupling", [(w, {"response.coupling": w}) for w in words])
+    patches = [(w, {f"joints.{j}.patch": w for j in ("hook", "interlock")}) for w in _PATCHES]
+    yield _knob(study, "joints.hook.patch", patches)
+
+
+_PATCHES = ("node", "area")
+
+
+def _friction(study: Study) -> str:
+    return study.joints.friction
+
+
+def _sizes(study: Study, dofs: float) -> list[Any]:
+    """Element sizes from large to small, the study's own among them, up to the largest meshes."""
+    own = study.mesh.size
+    largest = max(element_size(own, part) for part in ("vane", "casing"))
+    found: list[Any] = [own]
+    coarser = largest * STEP
+    while coarser <= min(max(COARSEST, largest), LARGEST) * 1.02:
+        found.insert(0, _rounded(coarser))
+        coarser *= STEP
+    finer = min(element_size(own, part) for part in ("vane", "casing")) / STEP
+    while finer >= SMALLEST and unknowns(study, finer) <= dofs:
+        found.append(_rounded(finer))
+        finer /= STEP
+    return found
+
+
+def _rounded(size: float) -> float:
+    return float(f"{size:.3g}")
+
+
+def _size(study: Study, size: Any) -> tuple[str, dict[str, Any]]:
+    shown = size if isinstance(size, str) else f"{1e3 * size:.3g} mm"
+    if size == study.mesh.size:
+        return shown, {"mesh.size": size}
+    return shown, {"mesh.size": size, "mesh.face_nodes": None}  # no other mesh has so many
+
+
+def _reductions(study: Study) -> Iterator[Knob]:
+    """Accuracy of the reduced parts, or their numbers of modes."""
+    own = study.rom
+    if own.route == "cyclic" and (own.vane_modes is None or own.casing_modes is None):
+        accuracy = ACCURACY if own.accuracy is None else own.accuracy
+        values = sorted({1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6, accuracy}, reverse=True)
+        given = [
+            (f"{a:g}", {} if own.accuracy is None and a == accuracy else {"rom.accuracy": a})
+            for a in values
+        ]
+        yield _knob(study, "rom.accuracy", given)
+    names = [name for name in ("vane_modes", "casing_modes") if getattr(own, name) is not None]
+    if own.route != "cyclic":
+        names = ["interface_modes", "vane_modes", "casing_modes"]
+    for name in names:
+        value = getattr(own, name) or MODES
+        counts = sorted({max(value // 2, 1), value, 2 * value, 4 * value})
+        unset = getattr(own, name) is None
+        given = [(str(n), {} if unset and n == MODES else {f"rom.{name}": n}) for n in counts]
+        yield _knob(study, f"rom.{name}", given)
+
+
+def _samples(study: Study) -> Knob:
+    """Samples of a period; located events are the finest where there are such."""
+    least = least_samples(study.response.harmonics, _friction(study))
+    located = study.joints.friction == "orthogonal"
+    counts = {2**i for i in range(5, 11 if located else 13) if 2**i >= least}
+    if study.response.samples is not None:
+        counts.add(study.response.samples)
+    values: list[tuple[str, dict[str, Any]]] = [
+        (str(n), {"response.samples": n}) for n in sorted(counts)
+    ]
+    if located:
+        values.append(("located", {"response.samples": None}))
+    elif study.response.samples is None:  # isotropic friction always samples
+        own = str(default_samples(study.response.harmonics))
+        values = [(shown, {} if shown == own else change) for shown, change in values]
+    return _knob(study, "response.samples", values)
+
+
+def _points(study: Study) -> Knob:
+    """Frequencies over the range: even ones, each step half of the one before, or adaptive ones."""
+    counts = [20 * 2**i + 1 for i in range(7)]
+    if study.response.points is not None:
+        counts = sorted({*counts, study.response.points})
+    values: list[tuple[str, dict[str, Any]]] = [
+        (str(n), {"response.points": n}) for n in counts[:-1]
+    ]
+    adaptive = ("adaptive", {"response.points": None})
+    return _knob(
+        study,
+        "response.points",
+        [*values, adaptive, (str(counts[-1]), {"response.points": counts[-1]})],
+        points=True,
+    )
+
+
+def _knob(
+    study: Study, key: str, values: list[tuple[str, dict[str, Any]]], points: bool = False
+) -> Knob:
+    """A knob of those of its values that the study can have."""
+    levels = []
+    for shown, changes in values:
+        own = all(_same(value_at(study, name), value) for name, value in changes.items())
+        try:
+            changed = study if own else with_values(study, changes)
+        except ValidationError:
+            continue  # such as patches of a part that has no dimensions
+        levels.append(Level(shown, changed, own))
+    return Knob(key, tuple(levels), points)
+
+
+def _same(own: Any, value: Any) -> bool:
+    if isinstance(own, float) and isinstance(value, float):
+        return bool(np.isclose(own, value, rtol=1e-9))
+    return bool(own == value)
+
+
+def chosen(study: Study, names: tuple[str, ...], dofs: float) -> tuple[Knob, ...]:
+    """The knobs of some names, all where none is named.
+
+    Raises
+    ------
+    InputError
+        If the study has no such knob.
+    """
+    every = knobs(study, dofs)
+    known = [knob.key for knob in every]
+    for name in names:
+        if name not in known:
+            raise InputError(f"--knob {show(name)}: this study has {', '.join(known)}")
+    return tuple(knob for knob in every if not names or knob.key in names)

@@ -1,0 +1,303 @@
+"""`vanelock fit`: parameters of a study fitted to its measured curves, and what came of it."""
+
+import json
+import os
+import time
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import ValidationError
+
+from vanelock import render
+from vanelock.commands.converge.converge import pinned
+from vanelock.commands.fit.least_squares import enough, fit
+from vanelock.commands.fit.refit_model import Rejoined
+from vanelock.commands.fit.solution import Parameter, Solution, Start
+from vanelock.commands.fit.tables import fit_table, json_of, shown
+from vanelock.common.errors import InputError
+from vanelock.common.files.csv_table import write_columns
+from vanelock.common.toml import toml_tables
+from vanelock.input.cases.sweep import cases, value_at, with_values
+from vanelock.input.measured import DISPLACEMENT, Measured, load_measured
+from vanelock.input.messages import explain
+from vanelock.input.rewrite import rewritten
+from vanelock.input.schema.study import Study
+from vanelock.input.schema.temperature import described
+from vanelock.pipeline.cache import Cache
+from vanelock.pipeline.progress import Begun, Finished, Listener, Notice, Trial, silent
+from vanelock.pipeline.step import Stages
+from vanelock.results.files.run_folder import claimed, record
+from vanelock.stages.plan import plan
+from vanelock.stages.response.monitor import monitor
+from vanelock.stages.response.warm import warmed
+
+Floats = NDArray[np.float64]
+
+NAME = "fit"
+DECADE = 10.0
+"""Bounds unless the study gives any: the study's value over and times this."""
+FINE = 160
+"""Frequencies of the curves drawn, beside the measured ones."""
+DIGITS = 6
+"""Of the values written to the study's text."""
+
+
+def fit_study(
+    study: Study,
+    folder: str | os.PathLike[str],
+    listener: Listener = silent,
+    text: str = "",
+    beside: str | os.PathLike[str] = ".",
+) -> Solution:
+    """Fit what `[fit]` names to the curves of `[[measured]]`.
+
+    Parameters
+    ----------
+    study : Study
+        The study; of swept keys the unswept values count.
+    folder : path
+        A run's folder; meshes and reduced parts there are used again. `fit.json`, `fitted.toml`,
+        `figures/fit.png` and `.csv` go there.
+    listener : callable
+        Told about stages, starts, notices and tables.
+    text : str
+        The study file's text, which `fitted.toml` keeps but for the fitted values.
+    beside : path
+        The folder that files named in the text are relative to.
+
+    Raises
+    ------
+    InputError
+        If there is nothing to fit, a measured curve cannot be read, or the folder not be used.
+    """
+    if study.fit is None:
+        raise InputError("fit: the study has no [fit] table, which names what to fit")
+    path, began, starts = Path(folder), time.perf_counter(), study.fit.starts
+    curves = _usable(study, load_measured(study), listener)
+    if study.sweep or study.excitation.engine_orders:
+        listener(Notice("what is swept has its unswept value, of several engine orders the first"))
+        orders = study.excitation.engine_orders
+        study = with_values(study, {"excitation.engine_order": orders[0]} if orders else {})
+    parameters = fitted_parameters(study)
+    enough(sum(len(each.amplitude) for each in curves), len(parameters))
+    with claimed(path):
+        stages = Stages(Cache(path / "cache", lambda told: listener(Notice(told))), listener)
+        model = rejoined(study, stages, listener)
+        found = _fitted(model, curves, parameters, starts, listener)
+        listener(fit_table(found, study.name))
+        files = _files(path, model, curves, found, text, Path(beside), listener)
+    told = {"fitted": json_of(found), "files": [str(each) for each in files]}
+    listener(Finished(str(path), time.perf_counter() - began, told))
+    return found
+
+
+def _usable(study: Study, curves: Sequence[Measured], listener: Listener) -> list[Measured]:
+    """Curves of the study's own engine order."""
+    orders = study.excitation.engine_orders or (study.excitation.engine_order,)
+    own = [each for each in curves if each.engine_order == abs(orders[0])]
+    for each in curves:
+        if each not in own:
+            listener(Notice(f"{each.name}: engine order {each.engine_order} is not the study's"))
+    if not own:
+        raise InputError(f"fit: no measured curve is of engine order {abs(orders[0])}")
+    known = [each.sigma is not None for each in own]
+    if any(known) and not all(known):
+        name = own[known.index(False)].name
+        raise InputError(f"fit: {name} has no sigma while others have: give it for all or for none")
+    return own
+
+
+def fitted_parameters(study: Study) -> list[Parameter]:
+    """Start and bounds of each fitted key, which must be possible values of the study.
+
+    Raises
+    ------
+    InputError
+        If the start lies outside of the bounds, or a bound is no possible value.
+    """
+    assert study.fit is not None
+    found = []
+    for key in study.fit.parameters:
+        start = value_at(study, key)
+        start = study.excitation.force_per_node if start is None else float(start)
+        given = study.fit.bounds.get(key)
+        if given is None and start <= 0:
+            raise InputError(f'fit: "{key}" starts at {start:g}: give its bounds in fit.bounds')
+        low, high = given or _bounds(study, key, start)
+        for bound in (low, high):
+            try:
+                with_values(study, {key: bound})
+            except ValidationError as error:
+                raise InputError(f'fit.bounds."{key}": {explain(error, {})[0]}') from None
+        if not low <= start <= high:
+            raise InputError(
+                f'fit: "{key}" starts at {start:g}, outside of its bounds {low:g} to {high:g}'
+            )
+        found.append(Parameter(key, start, low, high))
+    return found
+
+
+def _bounds(study: Study, key: str, start: float) -> tuple[float, float]:
+    """A decade to either side, as far as the study may go."""
+    found = []
+    for factor in (1 / DECADE, DECADE):
+        while factor != 1:
+            try:
+                with_values(study, {key: start * factor})
+                break
+            except ValidationError:
+                factor = factor**0.5 if abs(np.log(factor)) > 1e-3 else 1.0
+        found.append(start * factor)
+    return found[0], found[1]
+
+
+def rejoined(study: Study, stages: Stages, listener: Listener = silent) -> Rejoined:
+    """A study's reduced parts, to be joined with other values of what does not change them."""
+    (case,) = warmed(cases(study), stages)
+    if text := described(case.study):
+        listener(Notice(text))
+    settled = pinned(case, stages)
+    if study.accuracy is not None:
+        (case,) = cases(settled)
+    (planned,) = plan([case], lambda *_: None, [None])
+    free = stages.get(planned.linear.responses["free"])
+    watched = monitor(study.outputs.monitor, stages.get(planned.system), free)
+    gauges = None if planned.gauges is None else stages.get(planned.gauges)
+    vane, casing = (stages.get(planned.rom[part]) for part in ("vane", "casing"))
+    return Rejoined(case.study, vane, casing, watched, gauges)
+
+
+def _fitted(
+    model: Rejoined,
+    curves: Sequence[Measured],
+    parameters: Sequence[Parameter],
+    starts: int,
+    listener: Listener,
+) -> Solution:
+    keys = [each.key for each in parameters]
+    listener(Begun(f"fit of {len(keys)} parameters to {len(curves)} curves"))
+
+    def predict(values: Floats) -> Floats:
+        chosen = dict(zip(keys, values.tolist(), strict=True))
+        return np.concatenate([model.amplitudes(chosen, curve) for curve in curves])
+
+    def told(number: int, start: Start) -> None:
+        where = ", ".join(
+            f"{shown(key)} {value:.4g}" for key, value in zip(keys, start.value, strict=True)
+        )
+        listener(
+            Notice(
+                f"start {number} of {starts} ({where}): misfit {start.before:.3g} to "
+                f"{start.after:.3g}, {start.steps} steps, {start.evaluations} responses"
+            )
+        )
+
+    def tried(count: int, misfit: float, least: float) -> None:
+        factor, unit = (1, "standard deviations") if sigma else (100, "% of the largest amplitude")
+        listener(Trial(count, factor * misfit, factor * least, unit))
+
+    def named(curve: Measured, hertz: float) -> str:
+        return f"{hertz:.6g} Hz" + (f" of {curve.label}" if len(curves) > 1 else "")
+
+    data = np.concatenate([curve.amplitude for curve in curves])
+    sigma = [curve.sigma for curve in curves if curve.sigma is not None]
+    weights = np.concatenate(
+        [np.full(len(curve.amplitude), curve.amplitude.max()) for curve in curves]
+    )
+    return fit(
+        predict,
+        data,
+        np.concatenate(sigma) if sigma else None,
+        parameters,
+        starts,
+        weights,
+        told,
+        tried,
+        [[named(each, f) for f in each.frequency] for each in curves],
+    )
+
+
+def _files(
+    path: Path,
+    model: Rejoined,
+    curves: Sequence[Measured],
+    found: Solution,
+    text: str,
+    beside: Path,
+    listener: Listener,
+) -> list[Path]:
+    """Everything that a fit leaves behind."""
+    keys = [each.key for each in found.parameters]
+    after = dict(zip(keys, found.value.tolist(), strict=True))
+    panels = [_panel(model, curve, after) for curve in curves]
+    title = f"{model.study.name}: fit to measured curves"
+    values = ", ".join(
+        f"{shown(key)} = {value:.4g}" for key, value in zip(keys, found.value, strict=True)
+    )
+    picture = render.fit_picture(path / "figures" / f"{NAME}.png", panels, title, values)
+    columns: dict[str, Any] = {}
+    for curve, panel in zip(curves, panels, strict=True):
+        columns |= {
+            f"frequency (Hz): {curve.name}": panel.frequency,
+            f"measured ({panel.unit}): {curve.name}": 1e6 * panel.amplitude,
+            f"fitted minus measured ({panel.unit}): {curve.name}": 1e6 * panel.remainder,
+            f"curve frequency (Hz): {curve.name}": panel.hertz,
+            f"study ({panel.unit}): {curve.name}": 1e6 * panel.before,
+            f"fitted ({panel.unit}): {curve.name}": 1e6 * panel.after,
+        }
+    table = write_columns(path / "figures" / f"{NAME}.csv", columns, [title, values])
+    record(path / f"{NAME}.json", json.dumps(json_of(found), indent=1))
+    files = [picture, table, path / f"{NAME}.json"]
+    try:
+        made = fitted_text(text, after, beside, path)
+        record(path / "fitted.toml", made)
+    except InputError as error:
+        listener(Notice(f"fitted.toml is not written: {error}"))
+        return files
+    if any(file.startswith("..") for file in _files_named(made).values()):
+        listener(Notice("fitted.toml names files outside its folder: run it with --allow-outside"))
+    return [*files, path / "fitted.toml"]
+
+
+def fitted_text(text: str, values: dict[str, float], beside: Path, folder: Path) -> str:
+    """The study's text with fitted values, its files reachable from another folder."""
+    changes: dict[str, float | str] = {
+        key: float(f"{value:.{DIGITS}g}") for key, value in values.items()
+    }
+    for key, file in _files_named(text).items():
+        if not os.path.isabs(file):
+            changes[key] = os.path.relpath(beside / file, folder).replace(os.sep, "/")
+    return rewritten(text, changes)
+
+
+def _files_named(text: str) -> dict[str, str]:
+    """Files that a study's text names, by dotted key."""
+    data = toml_tables(text, "study")
+    found = {f"{part}.mesh": data.get(part, {}).get("mesh") for part in ("vane", "casing")}
+    measured = data.get("measured", [])
+    if isinstance(measured, dict):
+        found["measured.file"] = measured.get("file")
+    else:
+        found |= {f"measured[{i}].file": each.get("file") for i, each in enumerate(measured)}
+    return {key: file for key, file in found.items() if file is not None}
+
+
+def _panel(model: Rejoined, curve: Measured, after: dict[str, float]) -> render.FitPanel:
+    low, high = float(curve.frequency[0]), float(curve.frequency[-1])
+    hertz = np.unique(np.concatenate([curve.frequency, np.linspace(low, high, FINE)]))
+    fitted = model.amplitudes(after, curve, hertz)
+    at = np.searchsorted(hertz, curve.frequency)
+    return render.FitPanel(
+        name=curve.label,
+        unit="µm" if curve.quantity == DISPLACEMENT else "µm/m",
+        frequency=curve.frequency,
+        amplitude=curve.amplitude,
+        sigma=curve.sigma,
+        remainder=fitted[at] - curve.amplitude,
+        hertz=hertz,
+        before=model.amplitudes({}, curve, hertz),
+        after=fitted,
+    )

@@ -1,0 +1,280 @@
+"""Nonlinear least squares of a few parameters, with an honest account of what the data determine.
+
+    minimise Σ ((model_i(θ) - data_i) / σ_i)²
+
+over x = ln θ, or θ over its largest bound where that may be zero or negative. With the Jacobian J
+of the weighted residuals at the solution, the covariance of x is s² (JᵀJ)⁻¹, s² = Σ r² / (n - p):
+the scatter, estimated from what remains, where no σ is given. Where σ is given s is 1, or the same
+estimate where that is larger, since a model that misses its data by more than their scatter cannot
+be trusted to the scatter (the scale factor of the Particle Data Group, Review of Particle Physics,
+section 5.2.2). The singular vectors of J tell which products of powers of parameters the data
+determine, and how well.
+
+The covariance is worth something only if residuals are noise (`commands.fit.residuals`) and the
+model is linear as far as its own errors reach: Σ r² must rise by s² one standard error away along
+each singular vector, which is evaluated.
+"""
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import least_squares
+from scipy.stats import qmc
+
+from vanelock.commands.fit.residuals import noise_tests
+from vanelock.commands.fit.solution import UNDETERMINED, Direction, Parameter, Solution, Start
+from vanelock.common.errors import InputError
+
+Floats = NDArray[np.float64]
+Predict = Callable[[Floats], Floats]
+"""Model values (n,) at parameters θ (p,); NaN where there is none."""
+
+STEP = 2e-4
+"""Of x, for differences: forward on the way, to both sides for the errors. A modulus moves a peak
+by half as much, a few hundredths of its width; responses are solved to 1e-10."""
+STOP = 1e-5
+"""Relative change of misfit or parameters at which a fit ends."""
+MOST = 60
+"""Steps of a fit."""
+UNKNOWN = 100.0
+"""Standard error of x that stands for any larger one, and for none at all."""
+BOUND = 1e-2
+"""Of the range: closer to a bound a parameter is said to be held by it."""
+LOST = 0.5
+"""Share of points without a model value above which a trial is refused."""
+
+
+def fit(
+    predict: Predict,
+    data: Floats,
+    sigma: Floats | None,
+    parameters: Sequence[Parameter],
+    starts: int = 1,
+    weights: Floats | None = None,
+    told: Callable[[int, Start], None] = lambda number, start: None,
+    tried: Callable[[int, float, float], None] = lambda count, misfit, least: None,
+    curves: Sequence[Sequence[str]] | None = None,
+) -> Solution:
+    """Fit parameters to data.
+
+    Parameters
+    ----------
+    predict : callable
+        The model.
+    data : (n,) float
+        What it is to meet.
+    sigma : (n,) float or None
+        Standard deviations; None: unknown.
+    parameters : sequence of Parameter
+        What varies.
+    starts : int
+        The first at the parameters' own starts, the others at the best of several points spread
+        over the bounds.
+    weights : (n,) float, optional
+        Without `sigma`: what stands in its place, up to a factor.
+    told : callable
+        Told of each start when it has ended.
+    tried : callable
+        Told of each evaluation of the model: their number, the misfit, and the least so far.
+    curves : sequence of sequence of str, optional
+        Names of the points of each curve, one after the other in `data`; default: one curve.
+
+    Raises
+    ------
+    InputError
+        If there are fewer points than parameters, or the model has no value at any start.
+    """
+    n, p = len(data), len(parameters)
+    enough(n, p)
+    spread = np.asarray(sigma if sigma is not None else np.ones(n) if weights is None else weights)
+    problem = _Problem(predict, data, spread, tuple(parameters), tried)
+    curves = curves or [[f"point {i + 1}" for i in range(n)]]
+    found: list[tuple[Start, Floats]] = []
+    for number, x in enumerate(problem.begins(starts), 1):
+        begun = problem.evaluations
+        before = problem.misfit(x)
+        if not np.isfinite(before):
+            told(number, Start(problem.outer(x), problem.outer(x), before, before, 0, 1))
+            continue
+        size = before * np.sqrt(n) or 1.0  # least_squares takes a small gradient for none at all
+        run = least_squares(
+            lambda x, size=size: problem.residuals(x) / size,
+            x,
+            lambda x, size=size: problem.jacobian(x) / size,
+            problem.bounds,
+            x_scale=1.0,
+            xtol=STOP,
+            ftol=STOP,
+            max_nfev=MOST,
+        )
+        after = problem.misfit(run.x)
+        used = problem.evaluations - begun
+        ended = problem.outer(run.x)
+        start = Start(problem.outer(x), ended, before, after, int(run.nfev), used)
+        told(number, start)
+        found.append((start, run.x))
+    if not found:
+        raise InputError("fit: the model has no solution at any start: change the start or bounds")
+    best = min(found, key=lambda each: each[0].after)[1]
+    return _judged(problem, best, sigma is not None, curves, tuple(start for start, _ in found))
+
+
+def enough(points: int, parameters: int) -> None:
+    """Refuse fewer points than determine parameters and a scatter.
+
+    Raises
+    ------
+    InputError
+        Telling both numbers.
+    """
+    if points <= parameters:
+        raise InputError(
+            f"fit: {points} measured points for {parameters} parameters: more are needed"
+        )
+
+
+class _Problem:
+    """Weighted residuals and their derivatives by x."""
+
+    def __init__(
+        self,
+        predict: Predict,
+        data: Floats,
+        sigma: Floats,
+        parameters: tuple[Parameter, ...],
+        tried: Callable[[int, float, float], None],
+    ) -> None:
+        self.predict, self.data, self.sigma, self.parameters = predict, data, sigma, parameters
+        self.tried, self.evaluations, self._least = tried, 0, float("inf")
+        self._known: dict[bytes, Floats] = {}
+        low = [each.inner(each.low) for each in parameters]
+        high = [each.inner(each.high) for each in parameters]
+        self.bounds = np.array(low), np.array(high)
+
+    def outer(self, x: Floats) -> Floats:
+        """θ of x."""
+        pairs = zip(self.parameters, x, strict=True)
+        return np.array([parameter.outer(float(each)) for parameter, each in pairs])
+
+    def model(self, x: Floats) -> Floats:
+        """Model values, NaN where there are none."""
+        key = np.asarray(x).tobytes()
+        if key not in self._known:
+            self.evaluations += 1
+            self._known[key] = np.asarray(self.predict(self.outer(x)), float)
+            misfit = self.misfit(x)
+            self._least = min(self._least, misfit)
+            self.tried(self.evaluations, misfit, self._least)
+        return self._known[key]
+
+    def residuals(self, x: Floats) -> Floats:
+        """Weighted residuals; all huge where the model mostly has no value.
+
+        A point without a value counts as the worst one that has: losing points must not pay.
+        """
+        left = (self.model(x) - self.data) / self.sigma
+        lost = np.isnan(left)
+        if lost.mean() > LOST:
+            return np.full(len(left), 1e3 * float(np.abs(self.data / self.sigma).max()))
+        return np.where(lost, np.abs(left[~lost]).max(), left) if lost.any() else left
+
+    def misfit(self, x: Floats) -> float:
+        """Root mean square of the weighted residuals; infinite where most have no value."""
+        if np.isnan(self.model(x)).mean() > LOST:
+            return float("inf")
+        return float(np.sqrt(np.mean(self.residuals(x) ** 2)))
+
+    def jacobian(self, x: Floats, central: bool = False) -> Floats:
+        """(n, p) derivatives of the residuals; 0 where either has no value."""
+        base, columns = self.model(x), []
+        for i in range(len(x)):
+            step = np.zeros(len(x))
+            step[i] = STEP if x[i] + STEP <= self.bounds[1][i] else -STEP
+            other = x - step if central else x
+            behind = self.model(other) if central and self.allowed(other) else base
+            span = step[i] if behind is base else 2 * step[i]
+            columns.append(np.nan_to_num((self.model(x + step) - behind) / span / self.sigma))
+        return np.column_stack(columns)
+
+    def allowed(self, x: Floats) -> bool:
+        """Whether it lies within the bounds."""
+        return bool(np.all(x >= self.bounds[0]) and np.all(x <= self.bounds[1]))
+
+    def begins(self, count: int) -> list[Floats]:
+        """The parameters' own starts, and the best of points spread over the bounds."""
+        low, high = self.bounds
+        own = np.array([each.inner(each.start) for each in self.parameters]).clip(low, high)
+        if count < 2:
+            return [own]
+        exponent = int(np.ceil(np.log2(2 * count + 2 * len(own))))
+        spread = qmc.Sobol(len(own), seed=1).random_base2(exponent)
+        tried = low + (high - low) * spread
+        order = np.argsort([self.misfit(x) for x in tried], kind="stable")
+        return [own, *tried[order[: count - 1]]]
+
+
+def _judged(
+    problem: _Problem,
+    x: Floats,
+    known: bool,
+    curves: Sequence[Sequence[str]],
+    starts: tuple[Start, ...],
+) -> Solution:
+    """Errors and correlations at a solution, and whether they hold."""
+    J, lost = problem.jacobian(x, central=True), np.isnan(problem.model(x))
+    n, p = int(np.sum(~lost)), len(x)
+    left = problem.residuals(x)[~lost]
+    square = float(left @ left) / max(n - p, 1)
+    scale = max(1.0, np.sqrt(square)) if known else float(np.sqrt(square))
+    _, singular, Vh = np.linalg.svd(J, full_matrices=False)
+    spread = np.minimum(scale / np.maximum(singular, np.finfo(float).tiny), UNKNOWN)
+    covariance = (Vh.T * spread**2) @ Vh
+    deviation = np.sqrt(np.diag(covariance))
+    low, high = problem.bounds
+    margin = BOUND * (high - low)
+    held = tuple((x < low + margin) | (x > high - margin))
+    with np.errstate(invalid="ignore", divide="ignore"):
+        correlation = covariance / np.outer(deviation, deviation)
+    own = np.array([each.start for each in problem.parameters])
+    ends = np.cumsum([len(names) for names in curves])
+    lengths = [int(np.sum(~each)) for each in np.split(lost, ends[:-1])]
+    named = [name for curve in curves for name in curve]
+    names = [name for name, gone in zip(named, lost, strict=True) if not gone]
+    return Solution(
+        parameters=problem.parameters,
+        value=problem.outer(x),
+        deviation=deviation,
+        correlation=np.nan_to_num(correlation),
+        directions=tuple(
+            Direction(_pointed(v), float(each)) for v, each in zip(Vh, spread, strict=True)
+        ),
+        before=problem.misfit(
+            np.array([q.inner(v) for q, v in zip(problem.parameters, own, strict=True)])
+        ),
+        after=problem.misfit(x),
+        given=known,
+        scale=float(scale),
+        held=tuple(bool(each) for each in held),
+        points=n,
+        lost=int(lost.sum()),
+        tests=noise_tests(left, J[~lost], lengths, known, names),
+        rises=tuple(
+            _rises(problem, x, each * v, float(scale)) if each <= UNDETERMINED else ()
+            for v, each in zip(map(_pointed, Vh), spread, strict=True)
+        ),
+        starts=starts,
+    )
+
+
+def _rises(problem: _Problem, x: Floats, step: Floats, scale: float) -> tuple[float, ...]:
+    """Of the squared misfit over s², a standard error down and up a direction, within bounds."""
+    base = float(np.sum(problem.residuals(x) ** 2))
+    ends = [end for end in (x - step, x + step) if problem.allowed(end)]
+    floor = max(scale**2, np.finfo(float).tiny)
+    return tuple(float(np.sum(problem.residuals(end) ** 2) - base) / floor for end in ends)
+
+
+def _pointed(v: Floats) -> Floats:
+    """The direction with its largest component positive."""
+    return np.asarray(v * np.sign(v[np.argmax(np.abs(v))]))

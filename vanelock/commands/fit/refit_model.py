@@ -1,0 +1,127 @@
+"""The response of a case with other joints, load, damping or moduli, without reducing anything.
+
+What `[fit]` may vary enters when reduced parts are scaled (`rom.stiffened`) and joined
+(`rom.join`); the parts are those of the case. Modes of the stuck structure are computed again only
+where stiffness or damping changed.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vanelock import nonlinear, rom
+from vanelock.input.cases.sweep import value_at, with_values
+from vanelock.input.measured import DISPLACEMENT, Measured
+from vanelock.input.schema.study import Study
+from vanelock.nonlinear import Response, System
+from vanelock.rom import Component
+from vanelock.rom.system import common_band
+from vanelock.stages.parts.components import joints
+from vanelock.stages.response.gauges import Gauges
+from vanelock.stages.response.monitor import Monitor
+
+Floats = NDArray[np.float64]
+
+
+@dataclass
+class Rejoined:
+    """A case whose joints, load, damping and moduli may be others.
+
+    Parameters
+    ----------
+    study : Study
+        The case, its temperatures settled.
+    vane, casing : Component
+        Its reduced parts.
+    monitor : Monitor
+        The displacement that is measured.
+    gauges : Gauges or None
+        The strain gauges, where strains are.
+    """
+
+    study: Study
+    vane: Component
+    casing: Component
+    monitor: Monitor
+    gauges: Gauges | None = None
+    _stiff: tuple[Any, ...] = ()
+    _modes: dict[int, Any] = field(default_factory=dict)
+
+    def system(self, values: Mapping[str, float]) -> tuple[System, Component, Component]:
+        """The system with some keys changed, and its parts."""
+        changed = with_values(self.study, dict(values))
+        parts = [
+            self._part(changed, name, part)
+            for name, part in (("vane", self.vane), ("casing", self.casing))
+        ]
+        excitation = rom.Excitation(
+            engine_order=changed.excitation.engine_order,
+            force=changed.excitation.force_per_node,
+            unbalance=changed.excitation.unbalance or 0.0,
+        )
+        system = rom.join(*parts, joints(changed), excitation, changed.damping.ratio)
+        # Moduli that are tried move the band with them; the study's own is what is to hold.
+        system = replace(system, band=common_band((self.vane.reach, self.casing.reach)))
+        stiff = (
+            system.contacts.stiffness.tobytes(),
+            changed.damping.ratio,
+            *(value_at(changed, f"material.{name}.E") for name in ("vane", "casing")),
+        )
+        if stiff != self._stiff:
+            self._stiff, self._modes = stiff, {}
+        return system, *parts
+
+    def _part(self, changed: Study, name: str, part: Component) -> Component:
+        factor = value_at(changed, f"material.{name}.E") / value_at(
+            self.study, f"material.{name}.E"
+        )
+        return part if factor == 1 else rom.stiffened(part, factor)
+
+    def response(
+        self, values: Mapping[str, float], hertz: Floats, direction: str = "up", load: float = 1.0
+    ) -> tuple[Response, Component, Component]:
+        """Nonlinear response at frequencies (p,), Hz, to a multiple of the load, and the parts."""
+        system, vane, casing = self.system(values)
+        if load != 1:
+            loads = {
+                h: replace(force, vector=load * force.vector) for h, force in system.force.items()
+            }
+            system = replace(system, force=loads)
+        options = self.study.response
+        for h in range(options.harmonics + 1):
+            k = system.nodal_diameter(h)
+            if k in system.diameters and k not in self._modes:
+                self._modes[k] = nonlinear.stuck_modes(system, k)
+        found = nonlinear.frequency_response(
+            system,
+            hertz,
+            harmonics=options.harmonics,
+            coupling=options.coupling,
+            samples=options.samples,
+            friction=self.study.joints.friction,
+            direction=direction,
+            harmonic_diameters=options.harmonic_diameters,
+            modes=self._modes,
+        )
+        return found, vane, casing
+
+    def amplitudes(
+        self, values: Mapping[str, float], curve: Measured, hertz: Floats | None = None
+    ) -> Floats:
+        """(p,) amplitudes of a measured quantity at its own frequencies, or others, Hz.
+
+        Not a number where a point did not converge.
+        """
+        wanted = curve.frequency if hertz is None else hertz
+        distinct, places = np.unique(wanted, return_inverse=True)
+        response, vane, casing = self.response(values, distinct, curve.direction, curve.load)
+        if curve.quantity == DISPLACEMENT:
+            found = self.monitor.amplitude(response)
+        else:
+            assert self.gauges is not None
+            strain = self.gauges.read(response, vane, lambda _: casing)
+            found = np.where(response.converged, strain.amplitude[:, curve.gauge], np.nan)
+        return np.asarray(found[places])

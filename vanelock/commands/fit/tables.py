@@ -1,0 +1,172 @@
+"""What a fit found, in a table with its doubts, and for machines."""
+
+from typing import Any
+
+import numpy as np
+
+from vanelock.commands.fit.solution import RISE, UNDETERMINED, Direction, Solution
+from vanelock.pipeline.tables import Cell, Column, Table
+
+UNITS = {"kn": "N/m", "kt": "N/m", "interference": "m", "force": "N", "E": "Pa"}
+SMALL = 0.1
+"""Of a direction's largest component, below which others are not named."""
+
+
+def shown(key: str) -> str:
+    """A key as tables show it."""
+    return key.removeprefix("joints.").removeprefix("excitation.")
+
+
+def fit_table(found: Solution, name: str) -> Table:
+    """One line for each parameter, the doubts below."""
+    columns = (
+        Column("parameter", "parameter"),
+        Column("start", "study", ".5g"),
+        Column("value", "fitted", ".5g"),
+        Column("unit", "unit"),
+        Column("error_percent", "std. error [%]", ".2g"),
+        Column("low", "-2 sigma", ".5g"),
+        Column("high", "+2 sigma", ".5g"),
+        Column("bounds", "bounds"),
+    )
+    rows: list[tuple[Cell, ...]] = []
+    for i, parameter in enumerate(found.parameters):
+        value, error = float(found.value[i]), float(found.deviation[i])
+        if not parameter.logarithmic:
+            error *= max(abs(parameter.low), abs(parameter.high)) / max(abs(value), 1e-300)
+        errors = (100 * error, *found.interval(i)) if found.carried else (None, None, None)
+        unit = UNITS.get(parameter.key.rpartition(".")[2], "-")
+        bounds = f"{parameter.low:.3g} to {parameter.high:.3g}"
+        rows.append((shown(parameter.key), parameter.start, value, unit, *errors, bounds))
+    return Table("fit", f"Fit: {name}", columns, tuple(rows), tuple(notes(found)))
+
+
+def notes(found: Solution) -> list[str]:
+    """Misfit and correlations, and whatever should keep one from believing the values."""
+    keys = [shown(each.key) for each in found.parameters]
+    unit = "standard deviations" if found.given else "of the largest measured amplitude"
+    before, after = (
+        f"{each:.3g}" if found.given else f"{100 * each:.3g} %"
+        for each in (found.before, found.after)
+    )
+    said = [f"root mean square misfit: {before} before, {after} after ({unit})"]
+    pairs = [
+        f"{keys[i]} and {keys[j]} {found.correlation[i, j]:+.2f}"
+        for i in range(len(keys))
+        for j in range(i)
+    ]
+    if pairs and found.carried:
+        said.append("correlation of errors: " + ", ".join(pairs))
+    if found.given and found.scale > 1 and found.carried:
+        said.append(f"errors are {found.scale:.2f} times those of the given scatter alone")
+    said += doubts(found)
+    return said
+
+
+def doubts(found: Solution) -> list[str]:
+    """What the data do not say, or the model does not."""
+    keys = [shown(each.key) for each in found.parameters]
+    said = [f"NOT DETERMINED: {_moved(keys, each)}" for each in found.undetermined]
+    for i, key in enumerate(keys):
+        if found.held[i]:
+            said.append(f"{key} LIES ON A BOUND: its error says nothing beyond it")
+    said += [
+        f"THE MODEL MISSES THE DATA: {each.text}: in {_share(each.p)} of fits to noise alone"
+        for each in found.missed
+    ]
+    said += [f"LINEAR THEORY DOES NOT HOLD: {_fall(found, keys, i)}" for i in found.flat]
+    if not found.carried:
+        said.append(
+            "STANDARD ERRORS ARE WITHHELD: they would hold if residuals were noise and the curves "
+            "linear in the parameters as far as the errors reach"
+        )
+    if found.lost:
+        said.append(f"{found.lost} measured points have no converged response and were left out")
+    said += _rivals(found, keys)
+    return said
+
+
+def _share(p: float) -> str:
+    return "less than 0.1 %" if p < 1e-3 else f"{100 * p:.1f} %"
+
+
+def _fall(found: Solution, keys: list[str], i: int) -> str:
+    """Where the misfit does not rise as it should."""
+    v, size = found.directions[i].along, 100 * found.directions[i].deviation
+    key = keys[int(np.argmax(np.abs(v)))]
+    rises = " and ".join(f"{each:.2g}" for each in found.rises[i])
+    return (
+        f"one standard error of {key} ({size:.2g} %) down and up, the squared misfit rises {rises} "
+        f"times as far as it should (at least {RISE:.2g} is asked for): a jump of the curves may "
+        "lie next to a point"
+    )
+
+
+def _moved(keys: list[str], direction: Direction) -> str:
+    """A direction as what can be traded: ten per cent of its largest parameter."""
+    v = direction.along
+    most = int(np.argmax(np.abs(v)))
+    share = v / v[most]
+    words = []
+    for i in np.argsort(-np.abs(share)):
+        if abs(share[i]) >= SMALL:
+            change = 100 * (1.1 ** float(share[i]) - 1)
+            words.append(f"{keys[i]} {change:+.2g} %")
+    together = " with ".join(words)
+    return (
+        f"{together} changes the curves by less than their scatter; standard error that way "
+        f"{100 * direction.deviation:.2g} % (limit {100 * UNDETERMINED:.0f} %): give one of them"
+        if len(words) > 1
+        else f"{keys[most]}: standard error {100 * direction.deviation:.2g} %: the curves hardly "
+        "depend on it"
+    )
+
+
+def _rivals(found: Solution, keys: list[str]) -> list[str]:
+    """Other fits that are as good."""
+    said = []
+    for start in found.rivals():
+        values = ", ".join(f"{k} {v:.4g}" for k, v in zip(keys, start.found, strict=True))
+        said.append(f"ANOTHER FIT IS AS GOOD: {values} (misfit {start.after:.3g})")
+    return list(dict.fromkeys(said))
+
+
+def json_of(found: Solution) -> dict[str, Any]:
+    """A fit for machines."""
+    return {
+        "parameters": [
+            {
+                "key": each.key,
+                "start": each.start,
+                "bounds": [each.low, each.high],
+                "value": float(found.value[i]),
+                "relative_error" if each.logarithmic else "error_of_largest_bound": float(
+                    found.deviation[i]
+                )
+                if found.carried
+                else None,
+                "two_sigma": list(found.interval(i)) if found.carried else None,
+                "on_bound": found.held[i],
+            }
+            for i, each in enumerate(found.parameters)
+        ],
+        "correlation": found.correlation.tolist() if found.carried else None,
+        "misfit_before": found.before,
+        "misfit_after": found.after,
+        "misfit_unit": "standard deviations" if found.given else "largest measured amplitude",
+        "scale": found.scale,
+        "points_lost": found.lost,
+        "tests": [
+            {"name": each.name, "statistic": each.statistic, "p": each.p, "failed": each.failed}
+            for each in found.tests
+        ],
+        "rises": [list(each) for each in found.rises],
+        "directions": [
+            {"along": each.along.tolist(), "error": each.deviation} for each in found.directions
+        ],
+        "starts": [
+            {"from": each.value.tolist(), "to": each.found.tolist(), "misfit": each.after}
+            for each in found.starts
+        ],
+        "doubts": doubts(found),
+    }

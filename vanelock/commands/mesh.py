@@ -1,0 +1,102 @@
+"""The meshes of a study by themselves: files, figures, counts and a picture, nothing computed."""
+
+import os
+import time
+from pathlib import Path
+
+from vanelock import mesh, render
+from vanelock.input.cases.sweep import cases
+from vanelock.input.schema.own_mesh import refuse_without_areas
+from vanelock.input.schema.study import Study
+from vanelock.mesh import CasingDimensions, Part, VaneDimensions
+from vanelock.pipeline.cache import Cache
+from vanelock.pipeline.progress import Finished, Listener, Notice, silent
+from vanelock.pipeline.step import Stages
+from vanelock.quantities.meshes import mesh_tables
+from vanelock.quantities.meshes.quality import Figures, figures
+from vanelock.results.files.run_folder import claimed, record
+from vanelock.stages.parts.components import PARTS
+from vanelock.stages.parts.meshes import mesh_step
+
+FOLDER = "mesh"
+"""Where the files go, in the run's folder."""
+
+
+def mesh_study(
+    study: Study, folder: str | os.PathLike[str], listener: Listener = silent
+) -> dict[str, Figures]:
+    """Mesh both parts of a study, or take them from what a run left in the folder.
+
+    Parameters
+    ----------
+    study : Study
+        Whose meshes; swept dimensions have their unswept values.
+    folder : path
+        A run's folder. `mesh/` in it receives for each part a `.vtu` and a `.msh` file with the
+        node sets, and `quality.csv`, `sets.csv` and `mesh.png` for both.
+    listener : callable
+        Told about stages, notices and tables.
+
+    Returns
+    -------
+    dict of str to Figures
+        The figures of "vane" and "casing".
+
+    Raises
+    ------
+    InputError
+        If a part cannot be meshed, or the folder not be used.
+    """
+    path = Path(folder)
+    began = time.perf_counter()
+    with claimed(path):
+        stages = Stages(Cache(path / "cache", lambda told: listener(Notice(told))), listener)
+        steps = {name: mesh_step(study, name) for name in PARTS}
+        if any(
+            mesh_step(c.study, name).key != steps[name].key for c in cases(study) for name in PARTS
+        ):
+            listener(Notice("the sweep changes the geometry; these meshes have the unswept values"))
+        parts = {name: stages.get(step) for name, step in steps.items()}
+        refuse_without_areas(study, parts["vane"])
+        found = {name: figures(part) for name, part in parts.items()}
+        tables = (
+            mesh_tables.quality_table(
+                parts,
+                found,
+                {name: getattr(study.material, name).rho for name in parts},
+                {name: stages.done[step.key].seconds for name, step in steps.items()},
+            ),
+            mesh_tables.sets_table(parts, study.mesh.face_nodes),
+        )
+        files = _meshes(path / FOLDER, parts)
+        for table in tables:
+            files.append(path / FOLDER / f"{table.key}.csv")
+            record(files[-1], mesh_tables.csv_text(table))
+            listener(table)
+        files += _pictures(path / FOLDER, study, parts)
+    told = {"files": [str(file) for file in files]}
+    listener(Finished(str(path / FOLDER), time.perf_counter() - began, told))
+    return found
+
+
+def _meshes(folder: Path, parts: dict[str, Part]) -> list[Path]:
+    made = []
+    for name, part in parts.items():
+        made.append(render.write_vtu(folder / f"{name}.vtu", part))
+        made.append(mesh.write_msh(folder / f"{name}.msh", part))
+    return made
+
+
+def _pictures(folder: Path, study: Study, parts: dict[str, Part]) -> list[Path]:
+    """Of the meshes, and drawings of parts with dimensions.
+
+    Last of all: a machine without OpenGL has the rest by then.
+    """
+    made = []
+    vane, casing = study.vane, study.casing
+    if isinstance(vane, VaneDimensions) and isinstance(casing, CasingDimensions):
+        sheet = (vane, casing, study.ring.sectors, study.name)
+        made.append(render.vane_drawing(folder / "drawing_vane.png", *sheet))
+        made.append(render.casing_drawing(folder / "drawing_casing.png", *sheet))
+    title = f"{study.name}: mesh"
+    return [*made, render.mesh_picture(folder / "mesh.png", *parts.values(), title)]

@@ -1,0 +1,1 @@
+"""`vanelock run`: every case computed, written and shown."""

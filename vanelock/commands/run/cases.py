@@ -1,0 +1,376 @@
+"""A run under way: case after case computed, written and shown."""
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import TypeVar
+
+import numpy as np
+
+from vanelock.common.errors import InputError
+from vanelock.input.cases.sweep import Case, cases
+from vanelock.input.measured import load_measured
+from vanelock.input.plausible import unusual
+from vanelock.input.schema.own_mesh import OwnVane, refuse_without_areas
+from vanelock.input.schema.study import Study
+from vanelock.input.schema.temperature import described
+from vanelock.mesh import Part, VaneDimensions
+from vanelock.nonlinear import Response
+from vanelock.pipeline.cache import Cache
+from vanelock.pipeline.executor.executor import Hands
+from vanelock.pipeline.executor.shown import helped
+from vanelock.pipeline.progress import Failed, Listener, Notice
+from vanelock.quantities import warnings
+from vanelock.quantities.contacts.places import places
+from vanelock.quantities.jumps import by_height, notes
+from vanelock.quantities.scatter import (
+    FEWEST,
+    Scattered,
+    percentile_table,
+    scattered,
+    sensitivity_table,
+    spacing,
+)
+from vanelock.results import listing
+from vanelock.results.figures.campbell import crossings_table
+from vanelock.results.figures.figure import Exhibit
+from vanelock.results.figures.pictures import Gallery, Shown
+from vanelock.results.files import results_file
+from vanelock.results.page_sections.content import Told
+from vanelock.results.record import Record
+from vanelock.rom import Component
+from vanelock.stages.accuracy.choose_mesh import settle
+from vanelock.stages.accuracy.errors import Errors, error_table
+from vanelock.stages.accuracy.evidence import judged
+from vanelock.stages.accuracy.left_out import LeftOut, left_out_table
+from vanelock.stages.accuracy.mesh_sizes import most_dofs
+from vanelock.stages.campbell.campbell import Campbell, campbell
+from vanelock.stages.campbell.speed_lines import lines_step
+from vanelock.stages.parts.meshes import mesh_step
+from vanelock.stages.plan import LIMITS, Linear, Planned, plan
+from vanelock.stages.response.gauges import Strain
+from vanelock.stages.response.limits import Limits
+from vanelock.stages.response.monitor import monitor
+from vanelock.stages.response.solved import drawn
+from vanelock.stages.response.summary import Peak, Summary, peak_of, summarise, sweep_of
+from vanelock.stages.response.warm import warmed
+from vanelock.stages.sweep.graph import bundle, parts_of, steps_of
+from vanelock.stages.sweep.retries import Solved, attempt
+from vanelock.stages.sweep.time_left import Clock
+
+C = TypeVar("C")
+R = TypeVar("R")
+MOST_TABLES = 8
+"""Tables of a kind that are printed; a sweep of a stiffness has linear limits of its own by case.
+"""
+
+
+class Run:
+    """A run under way.
+
+    Parameters
+    ----------
+    study : Study
+        What to compute.
+    folder : Path
+        The run's folder, claimed.
+    listener : callable
+        Told about tables, points and notices.
+    stages : Stages
+        What computes or finds each product.
+    found : sequence of Case, optional
+        The cases, where they are not those of the study's sweep.
+    hands : callable, optional
+        Gets the processes that compute the cases; without, this one does.
+    memory : float, optional
+        Bytes that meshes chosen for an accuracy may take, see `run_study`.
+    """
+
+    def __init__(
+        self,
+        study: Study,
+        folder: Path,
+        listener: Listener,
+        stages: Stages,
+        found: Sequence[Case] = (),
+        hands: Callable[[], Hands] | None = None,
+        memory: float | None = None,
+    ) -> None:
+        self.study, self.listener, self.stages = study, listener, stages
+        self._cache = Cache(folder / "cache", lambda told: listener(Notice(told)))
+        self.failed: dict[str, Failure] = {}
+        self._hands = hands
+        self.measured = load_measured(study)  # refused before the long stages
+        found = warmed(found or cases(study), stages)
+        self._every = found
+        for text in (*unusual(study), *dict.fromkeys(described(case.study) for case in found)):
+            if text:
+                listener(Notice(text))
+        most = most_dofs(memory)
+        settled = [
+            None if case.study.accuracy is None else settle(case.study, stages, most)
+            for case in found
+        ]
+        self.planned = plan(found, self._point, settled)
+        self.record = Record(folder, stages)
+        self._clock = Clock(self.planned)
+        self._peaks: dict[str, dict[str, Peak | None]] = {}
+        self._strains: dict[str, tuple[Strain, Peak]] = {}
+        self._worth: dict[str, tuple[Errors, Sequence[LeftOut]]] = {}
+        self._spacings: list[float] = []
+        self._lines: set[str] = set()
+        self._top = 0.0
+        self._preloads: set[str] = set()
+        self._turned: set[str] = set()
+
+    def all_cases(self) -> tuple[Summary, ...]:
+        """Everything but the pictures; a line for each case."""
+        for each in self.planned:  # refused before the long stages
+            study = each.case.study
+            if isinstance(study.vane, OwnVane):
+                refuse_without_areas(study, self.stages.get(mesh_step(study, "vane")))
+        with helped(
+            self._hands,
+            lambda: bundle(self.planned, self._cache),
+            self.stages,
+            self._cache,
+            self.listener,
+            self._largest,
+            self.record.flush_if_due,
+        ):
+            self._each(self._parts, self._show_parts)
+            summaries = self._each(self._solve, self._case)
+        self.planned = tuple(
+            each.turned() if each.case.name in self._turned else each for each in self.planned
+        )
+        self.listener(listing.response_table(summaries, self.shown.monitor.name))
+        if self.failed:
+            self.listener(listing.failed_table(self.failed))
+        if self._strains:
+            self.listener(listing.gauge_table(self._strains))
+        for name, diagram in self.shown.campbell.items():
+            self.listener(crossings_table("" if len(self.planned) == 1 else name, diagram))
+        for name, (errors, without) in self._worth.items():
+            self.listener(error_table(name, errors, self.shown.monitor.name))
+            self.listener(left_out_table(name, without))
+        return tuple(summaries)
+
+    def _each(self, compute: Callable[[Planned], C], show: Callable[[Planned, C], R]) -> list[R]:
+        """Compute something of each case and show it; what cannot be computed is left out."""
+        found, kept = [], []
+        alone = len(self.planned) + len(self.failed) == 1
+        for i, each in enumerate(self.planned):
+            try:
+                computed = (
+                    compute(each) if alone else attempt(compute, each, each.case.name, self.stages)
+                )
+            except TaskFailed as error:
+                self._fail(each, error.failure)
+            else:
+                found.append(show(each, computed))
+                kept.append(each)
+            if i + 1 < len(self.planned):  # pictures need the last one's products again
+                self.stages.retain(steps_of(self.planned[i + 1]))
+        if not kept:
+            name, failure = next(iter(self.failed.items()))
+            raise InputError(f"no case can be computed: {name}: {failure.reason}")
+        self.planned = tuple(kept)
+        return found
+
+    def _fail(self, planned: Planned, failure: Failure) -> None:
+        name = planned.case.name
+        self.failed[name] = failure
+        self.listener(Failed(name, failure.reason, failure.attempts))
+        self.record.failed(name, planned.case.values, failure)
+
+    def _largest(self) -> float:
+        """The largest peak so far, m."""
+        return self._top
+
+    def _parts(self, planned: Planned) -> None:
+        """Meshes, reduced parts and linear limits of a case."""
+        for step in parts_of(planned):
+            self.stages.get(step)
+
+    def _show_parts(self, planned: Planned, computed: None) -> None:
+        linear = planned.linear
+        if not self._peaks:
+            self.record.parts(planned)
+            free = self.stages.get(linear.responses["free"])
+            wanted = self.study.outputs.monitor
+            self.shown = Shown(monitor(wanted, self.stages.get(planned.system), free))
+            self.shown.measured = self.measured
+        if linear.key not in self._peaks:
+            self.record.linear(linear, len(self._peaks) < MOST_TABLES)
+            self._linear(linear)
+
+    def scattered(self, found: Sequence[Summary]) -> Scattered | None:
+        """Percentiles of the peaks, where keys scatter: written, shown."""
+        if self.study.scatter is None:
+            return None
+        every = scattered(self._every, found, self._spacings)
+        if every is None:
+            self.listener(Notice(f"percentiles need at least {FEWEST} samples with a peak"))
+            return None
+        self.record.product("scatter", every)
+        self.listener(percentile_table(every, self.shown.monitor.name))
+        self.listener(sensitivity_table(every))
+        return every
+
+    def told(
+        self, gallery: Gallery, found: Sequence[Summary], drawn: Sequence[Exhibit], text: str = ""
+    ) -> Told:
+        """What the run's page is told from."""
+        return Told(
+            board=gallery.board,
+            summaries=found,
+            exhibits=[each for each in drawn if each.path not in gallery.easel.waiting],
+            answers=gallery.answers,
+            wear=gallery.wear,
+            strains=self._strains,
+            worth=self._worth,
+            linear=self._peaks,
+            text=text,
+            balances=gallery.balances,
+            failed=self.failed,
+            scattered=gallery.scattered,
+        )
+
+    def _linear(self, linear: Linear) -> None:
+        """Linear modes and peaks of a set of limits."""
+        peaks: dict[str, Peak | None] = {}
+        for which in LIMITS:
+            response = self.stages.get(linear.responses[which])
+            amplitude = self.shown.monitor.amplitude(response)
+            peaks[which] = peak_of(response, amplitude)
+            self.shown.linear[linear.name, which] = response.frequency, amplitude
+        self._peaks[linear.key] = peaks
+        if self._few(len(self._peaks), "linear limits"):
+            self.listener(listing.limits_table(linear.name, self.stages.get(linear.limits)))
+            self.listener(listing.linear_table(peaks, self.shown.monitor.name, linear.name))
+
+    def _few(self, count: int, what: str) -> bool:
+        """Whether so many tables of a kind are few enough to print."""
+        if count == MOST_TABLES + 1:
+            self.listener(Notice(f"{what} of further cases: see {results_file.NAME}"))
+        return count <= MOST_TABLES
+
+    def _solve(self, planned: Planned) -> Solved:
+        """Preload and response of a case."""
+        static = self.stages.get(planned.preload)
+        found = [self._response(planned, step) for step in planned.responses]
+        response, *others = by_height(found, self.shown.monitor)
+        if response is not found[0]:
+            planned = planned.turned()
+        planned = planned.solved(response)
+        strain = self._strain(planned, response)
+        worth = None
+        if planned.settled is not None:
+            worth = judged(planned, response, self.stages, self.shown.monitor)
+        diagram, other = self._campbell(planned), next(iter(others), None)
+        return Solved(planned, static, response, strain, worth, diagram, other)
+
+    def _response(self, planned: Planned, step: Step[Response]) -> Response:
+        self._clock.begin(planned, step)
+        found = self.stages.get(step)
+        self._clock.end(not self.stages.done[step.key].cached)
+        return found
+
+    def _case(self, planned: Planned, solved: Solved) -> Summary:
+        """A case that is solved: written, shown."""
+        planned, response, static = solved.planned, solved.response, solved.static
+        case, joints = planned.case, self.stages.get(planned.system).contacts.joint
+        if planned.preload.key not in self._preloads:
+            self._preloads.add(planned.preload.key)
+            if self._few(len(self._preloads), "preloads"):
+                self.listener(listing.preload_table(planned.preload_name, joints, static))
+        self.shown.harmonics[case.name] = response.harmonics
+        amplitude = self.shown.monitor.amplitude(response)
+        peak = peak_of(response, amplitude)
+        limits, linear = self.stages.get(planned.linear.limits), self._peaks[planned.linear.key]
+        seconds = sum(self.stages.done[step.key].seconds for step in planned.responses)
+        sweeps = [
+            sweep_of(each, self.shown.monitor.amplitude(each))
+            for each in (response, solved.other)
+            if each is not None
+        ]
+        found = summarise(case, joints, response, peak, limits, linear, seconds)
+        lines = (*notes(sweeps), *self._warnings(solved, peak, limits))
+        found = replace(found, sweeps=tuple(sweeps), warnings=lines)
+        if solved.other is not None and response.direction == "down":
+            self._turned.add(case.name)
+        if solved.worth is not None:
+            self._worth[case.name] = solved.worth
+        self.record.case(solved, found, self.shown.monitor.name)
+        if solved.campbell is not None:
+            self.shown.campbell[case.name] = solved.campbell
+            self.record.campbell(case.name, solved.campbell)
+        if solved.strain is not None and peak is not None:
+            self._strains[case.name] = solved.strain, peak
+        curve = response.frequency, amplitude, response.converged
+        listed = case.study.response.frequencies is not None
+        self.shown.curve[case.name] = curve if listed else drawn(response, amplitude)
+        if solved.other is not None:
+            lower = self.shown.monitor.amplitude(solved.other)
+            second = solved.other.frequency, lower, solved.other.converged
+            self.shown.sweeps[case.name] = {
+                f"sweeping {each.direction}": drawn_as
+                for each, drawn_as in zip(sweeps, (curve, second), strict=True)
+            }
+        if peak is not None:
+            given = case.study.response
+            if given.points is not None or given.frequencies is not None:
+                self._spacings.append(spacing(response.frequency, peak.point))
+            self.shown.peak[case.name] = peak
+            self._top = max(self._top, peak.amplitude)
+        for line in warnings.lost(found):
+            self.listener(Notice(f"{case.name}: {line}"))
+        return found
+
+    def _warnings(self, solved: Solved, peak: Peak | None, limits: Limits) -> Iterator[str]:
+        """What to know of a case, from its products."""
+        planned, study = solved.planned, solved.planned.case.study
+        joints = self.stages.get(planned.system).contacts.joint
+        vane = self.stages.get(mesh_step(study, "vane"))
+        yield from warnings.alike(limits.mac)
+        yield from warnings.implausible(limits.free_frequency, vane.points)
+        yield from warnings.open_at_rest(solved.static, joints, ["hook"])
+        if peak is not None:
+            points = places(study, vane).points
+            yield from warnings.large(solved.response, peak, *_thin(study, vane), points)
+            yield from warnings.beyond_band(solved.response, peak, limits.band)
+        if solved.campbell is not None:
+            yield from warnings.campbell(solved.campbell.lines, limits.band)
+
+    def _campbell(self, planned: Planned) -> Campbell | None:
+        """The Campbell diagram of a case, the first of those that share its lines."""
+        if planned.case.study.campbell is None:
+            return None
+        key = lines_step(planned, self.stages).key
+        if key in self._lines:
+            return None
+        found = campbell(planned, self.stages, self.shown.monitor)
+        self._lines.add(key)
+        return found
+
+    def _strain(self, planned: Planned, response: Response) -> Strain | None:
+        if planned.gauges is None:
+            return None
+
+        def casing(nodal_diameter: int) -> Component:
+            return self.stages.get(planned.part("casing", nodal_diameter))
+
+        return self.stages.get(planned.gauges).read(
+            response, self.stages.get(planned.rom["vane"]), casing
+        )
+
+    def _point(self, done: int, total: int, frequency: float, amplitude: float) -> None:
+        self.listener(self._clock.point(done, total, amplitude))
+        self.record.flush_if_due()
+
+
+def _thin(study: Study, vane: Part) -> tuple[float, str]:
+    """The length, m, that displacements of the vane must stay below to be small, and its name."""
+    if isinstance(study.vane, VaneDimensions):
+        return study.vane.thickness, "the aerofoils' thickness"
+    return warnings.TENTH * float(np.ptp(vane.points, axis=0).min()), "a tenth of the vane's depth"

@@ -1,0 +1,105 @@
+"""Run a study: every stage that is not cached, the results file, the tables and the pictures."""
+
+import os
+import time
+from dataclasses import asdict
+from pathlib import Path
+
+from vanelock.commands.run.cases import Run
+from vanelock.input.cases.sweep import cases
+from vanelock.input.schema.study import Study
+from vanelock.pipeline.cache import Cache
+from vanelock.pipeline.executor.choose import hire
+from vanelock.pipeline.progress import Finished, Listener, Notice, silent
+from vanelock.pipeline.step import Stages
+from vanelock.results import listing
+from vanelock.results.figures.pictures import Gallery
+from vanelock.results.files import results_file
+from vanelock.results.files.redrawn import Easel
+from vanelock.results.files.run_folder import claimed
+from vanelock.results.page import write_report
+from vanelock.stages.accuracy.cost_estimate import estimated
+from vanelock.stages.accuracy.mesh_sizes import processes
+from vanelock.stages.response.summary import Summary
+
+
+def run_study(
+    study: Study,
+    folder: str | os.PathLike[str],
+    listener: Listener = silent,
+    text: str = "",
+    workers: int = 1,
+    scheduler: str | None = None,
+    insecure: bool = False,
+    memory: float | None = None,
+) -> tuple[Summary, ...]:
+    """Run a study in a folder; what earlier runs there computed is used again.
+
+    With several `workers`, protect the calling script with `if __name__ == "__main__":`, since each
+    of the processes imports it.
+
+    Parameters
+    ----------
+    study : Study
+        What to compute.
+    folder : path
+        Where `results.h5`, `figures/`, `shapes/` and `cache/` go.
+    listener : callable
+        Told about stages, points, notices and tables.
+    text : str
+        The study file's text, kept in the results.
+    workers : int
+        Processes that compute the cases of a sweep; 1: this one does.
+    scheduler : str, optional
+        Address of a Dask scheduler whose workers do, such as "tcp://host:8786".
+    insecure : bool
+        Whether the scheduler may be on another machine without encryption.
+    memory : float, optional
+        Bytes that what is chosen may take: meshes for an accuracy, and the number of processes;
+        seven tenths of this machine's, control group's or shell's memory unless given, and at most.
+
+    Returns
+    -------
+    tuple of Summary
+        One for each case that could be computed; of the others of a sweep the listener is told.
+
+    Raises
+    ------
+    InputError
+        If the study cannot be computed, or the folder not be used.
+    """
+    path = Path(folder)
+    began = time.perf_counter()
+    with claimed(path):
+        stages = Stages(Cache(path / "cache", lambda told: listener(Notice(told))), listener)
+        found = cases(study)
+        needed = estimated(found, memory)
+        if needed is not None:
+            workers = min(workers, processes(needed.memory, memory))
+        hands = hire(workers, scheduler, listener, path / "cache", insecure)
+        running = Run(study, path, listener, stages, found, hands, memory)
+        running.record.provenance(study, text)
+        if needed is not None:
+            listener(Notice(f"about {', '.join(needed.words().values())}, if nothing is there yet"))
+        with running.record.finished():
+            summaries = running.all_cases()
+            easel = Easel(path, listener)
+            gallery = Gallery(
+                study, running.planned, stages, running.shown, easel, running.scattered(summaries)
+            )
+            drawn = gallery.draw()
+            if study.outputs.report:
+                running.record.answers(gallery.answers)
+                easel.finish(lambda: write_report(running.told(gallery, summaries, drawn, text)))
+            else:
+                easel.finish()
+            listener(listing.stage_times([*stages.done.values(), *easel.done]))
+            running.record.complete(stages.done)
+    told = {
+        "cases": [asdict(case) for case in summaries],
+        "failed": {name: failure.reason for name, failure in running.failed.items()},
+        "results": str(path / results_file.NAME),
+        "pictures": [str(file) for shown in drawn for file in (shown.path, *shown.data)],
+    }
+    listener(Finished(str(path), time.perf_counter() - began, told))
+    return summaries

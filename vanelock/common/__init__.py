@@ -1,0 +1,1 @@
+"""What all of the program uses: errors, products, units, the ring."""

@@ -1,0 +1,83 @@
+"""Arrays of numbers from what users give: lists, integers and sparse matrices are as good."""
+
+import operator
+from collections.abc import Collection
+from typing import Any
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+
+from vanelock.common.errors import InputError
+
+
+def as_array(given: Any, name: str, is_complex: bool = False) -> NDArray[Any]:
+    """Real or, where allowed, complex numbers of double precision; not copied if they are that.
+
+    Parameters
+    ----------
+    given : array_like or sparse matrix
+    name : str
+        What messages call it.
+    is_complex : bool
+        Whether complex numbers stay; if not, they are refused unless their imaginary part is zero.
+
+    Raises
+    ------
+    InputError
+        If it is not an array of numbers.
+    """
+    try:
+        array = np.asarray(given.toarray() if sp.issparse(given) else given)
+    except ValueError:
+        raise InputError(f"{name}: given rows of different lengths: needs an array") from None
+    if array.dtype.kind not in "buifc":
+        raise InputError(f"{name}: given {_brief(given)}: needs an array of numbers")
+    if array.dtype.kind != "c":
+        return array.astype(np.float64, copy=False)
+    if is_complex:
+        return array.astype(np.complex128, copy=False)
+    if array.imag.any():
+        raise InputError(f"{name}: given complex numbers: needs real ones")
+    return array.real.astype(np.float64)
+
+
+def as_whole(given: Any, name: str) -> int:
+    """A whole number, of NumPy too.
+
+    Raises
+    ------
+    InputError
+        If it is none.
+    """
+    try:
+        return operator.index(given)
+    except TypeError:
+        raise InputError(f"{name}: given {_brief(given)}: needs a whole number") from None
+
+
+def hold_arrays(
+    owner: Any, dimensions: dict[str, int], optional: Collection[str] = (), is_complex: bool = False
+) -> None:
+    """Make arrays of some fields of a frozen dataclass, of so many dimensions each.
+
+    Raises
+    ------
+    InputError
+        Naming the class and the field.
+    """
+    for field, wanted in dimensions.items():
+        given, name = getattr(owner, field), f"{type(owner).__name__}.{field}"
+        if given is None and field in optional:
+            continue
+        array = as_array(given, name, is_complex)
+        if array.ndim != wanted:
+            raise InputError(f"{name}: given shape {array.shape}: needs {wanted} dimension(s)")
+        object.__setattr__(owner, field, array)
+
+
+def _brief(given: Any) -> str:
+    """A short value as it is written, else its type."""
+    text = repr(given)
+    short = len(text) <= 40 and "\n" not in text
+    return text if short else f"a {type(given).__name__}"

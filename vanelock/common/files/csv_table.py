@@ -1,0 +1,79 @@
+"""Columns of numbers as a CSV file, which spreadsheets and every language read.
+
+One header line with each column's name and unit, such as "frequency (Hz)", a line for each row,
+commas between, points in numbers. A number is the shortest one that reads back as itself; what is
+not a number is an empty cell. Notes, if any, come first, each on a line that starts with "# ".
+"""
+
+import csv
+import io
+from collections.abc import Mapping, Sequence
+from itertools import zip_longest
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from vanelock.common.errors import InputError
+from vanelock.common.files.files import placed
+
+
+def write_columns(
+    path: str | Path, columns: Mapping[str, ArrayLike], notes: Sequence[str] = ()
+) -> Path:
+    """Write columns as a CSV file, as a whole or not at all, and return the path.
+
+    Parameters
+    ----------
+    path : path
+        File to write; its folder is made.
+    columns : mapping of str to (n,) array_like
+        Columns by their header, in order: real numbers (NaN becomes an empty cell), truth values
+        (1 and 0) or text. Shorter columns end in empty cells.
+    notes : sequence of str
+        Lines before the header.
+
+    Raises
+    ------
+    InputError
+        If a column is not a list of real numbers or of text, or the file cannot be written.
+    """
+    cells = [_cells(name, values) for name, values in columns.items()]
+    text = io.StringIO()
+    for note in notes:
+        text.write("".join(f"# {line}\n" for line in note.splitlines()))
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(map(_harmless, columns))
+    writer.writerows(zip_longest(*cells, fillvalue=""))
+    target = Path(path)
+    with placed(target) as temporary:
+        temporary.write_bytes(text.getvalue().encode("utf-8", "replace"))
+    return target
+
+
+def _cells(name: str, values: ArrayLike) -> list[str]:
+    """A column's cells."""
+    array = np.asarray(values)
+    if array.ndim != 1 or array.dtype.kind not in "biufUO":
+        given = f"{array.dtype} of shape {array.shape}"
+        raise InputError(f"column {name}: given {given}: one list of real numbers or text needed")
+    if array.dtype.kind == "b":
+        array = array.astype(int)
+    return [_cell(value) for value in array.tolist()]
+
+
+def _cell(value: object) -> str:
+    if value is None or value != value:
+        return ""
+    return _harmless(value) if isinstance(value, str) else str(value)
+
+
+def _harmless(text: str) -> str:
+    """Text that a spreadsheet would take for a formula, behind the mark that makes it text."""
+    if not text.startswith(("=", "+", "-", "@", "\t", "\r")):
+        return text
+    try:
+        float(text)
+    except ValueError:
+        return text if text == "-" else f"'{text}"
+    return text

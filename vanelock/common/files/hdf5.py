@@ -1,0 +1,266 @@
+"""HDF5 files of the user or of an earlier run, opened only after a child process has read them.
+
+The HDF5 library trusts the structures of a file: flipped bytes make it crash, loop or ask for any
+amount of memory, and a small file can stand for a huge one, lead to other files, or hold itself.
+So a child of limited memory and time opens the file first, and looks at every object.
+"""
+
+import errno
+import io
+import os
+from collections.abc import Generator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+
+from vanelock.common.errors import InputError, printable
+from vanelock.common.files.files import regular
+from vanelock.common.files.limited import Fallen, limited
+from vanelock.common.process.signals import held
+
+UNPACKED = 256_000_000
+"""Bytes that all data sets that are packed, or not written in full, may have in all."""
+TEXT = 64_000_000
+"""Bytes of all texts in a file."""
+OBJECTS = 1_000_000
+DEEPEST = 32
+MEMORY = 700_000_000
+"""Bytes that the child may take beyond what its parent has."""
+SECONDS = 4
+"""Processor time of the child for a small file; a large one has a second more for 50 MB."""
+
+
+@contextmanager
+def opened(path: str | os.PathLike[str]) -> Generator[h5py.File, None, None]:
+    """A file, open for reading, whose every object could be read.
+
+    Raises
+    ------
+    InputError
+        If it is missing, is not HDF5, is damaged, leads to other files, or stands for more than
+        could be kept in memory.
+    """
+    regular(path, "an HDF5 file")
+    _refuse_unreadable(path)
+    try:
+        file = h5py.File(path, "r")
+    except FileNotFoundError:
+        raise InputError(f"{path}: no such file") from None
+    except (OSError, ValueError) as error:
+        raise InputError(f"{path}: not a readable HDF5 file ({_said(error)})") from None
+    with file:
+        yield file
+
+
+@contextmanager
+def written(path: str | os.PathLike[str], mode: str = "w") -> Generator[h5py.File, None, None]:
+    """A file, open for writing, "w", or for additions, "a".
+
+    Where the disk is full the HDF5 library cannot be told so: it drops small data sets without a
+    word, and crashes as it closes the file. So it is told that all is well, and what the system
+    said is raised when it is done. Nor can a signal's exception pass through it: signals wait while
+    the file is opened and closed, and should wait while it is written (`signals.held`).
+
+    Raises
+    ------
+    OSError
+        If the system refuses.
+    """
+    with open(path, "w+b" if mode == "w" else "r+b", buffering=0) as place:
+        sink = _Sink(place)
+        with held():
+            file = h5py.File(sink, mode)
+        try:
+            yield file
+        finally:
+            with held():
+                file.close()
+        if sink.error is not None:
+            raise sink.error
+
+
+class _Sink:
+    """A file for the HDF5 library whose writes never fail; the first error is kept."""
+
+    def __init__(self, file: io.FileIO) -> None:
+        self._file = file
+        self.error: OSError | None = None
+
+    def seek(self, offset: int, whence: int = 0) -> int:
+        """Go to a place."""
+        return self._file.seek(offset, whence)
+
+    def tell(self) -> int:
+        """The place."""
+        return self._file.tell()
+
+    def read(self, size: int = -1) -> bytes:
+        """Some bytes."""
+        return self._file.read(size) or b""
+
+    def readinto(self, target: Any) -> int:
+        """Read as much as is asked for; zeros where nothing could be written."""
+        view = memoryview(target).cast("B")
+        done = 0
+        while done < len(view) and (more := self._file.readinto(view[done:])):
+            done += more
+        view[done:] = bytes(len(view) - done)
+        return len(view)
+
+    def write(self, data: Any) -> int:
+        """Write all of it."""
+        view = memoryview(data).cast("B")
+        done = 0
+        try:
+            while done < len(view) and self.error is None:
+                done += self._file.write(view[done:]) or 0
+        except OSError as error:
+            self.error = error
+        return len(view)
+
+    def truncate(self, size: int) -> int:
+        """Make it so many bytes long."""
+        try:
+            if self.error is None:
+                self._file.truncate(size)
+        except OSError as error:
+            self.error = error
+        return size
+
+    def flush(self) -> None:
+        """Nothing is held back."""
+
+
+def texts(dataset: h5py.Dataset) -> list[str]:
+    """The texts of a data set of one dimension, or none.
+
+    Raises
+    ------
+    TypeError
+        If it holds something else.
+    """
+    return [str(each) for each in np.atleast_1d(dataset.asstr()[()]).tolist()]
+
+
+def _refuse_unreadable(path: str | os.PathLike[str]) -> None:
+    """Let a child read the file, and tell what it says or that it fell."""
+    size = Path(path).stat().st_size
+    seconds = SECONDS + size // 50_000_000
+    try:
+        told = limited(lambda: _trouble(path, size), seconds, MEMORY + 2 * size)
+    except Fallen as fallen:
+        told = str(fallen)
+    if told != "fine":
+        raise InputError(f"{path}: not a readable HDF5 file ({told})")
+
+
+def _trouble(path: str | os.PathLike[str], size: int) -> str:
+    """What is wrong with a file, "fine" where nothing is."""
+    try:
+        with h5py.File(path, "r") as file:
+            _Walk(size).group(file, 0, ())
+    except _Refused as refused:
+        return str(refused)
+    except MemoryError:
+        raise
+    except Exception as error:
+        return _said(error)
+    return "fine"
+
+
+def _said(error: Exception) -> str:
+    """An error's text on one line that a terminal can show."""
+    if isinstance(error, OSError) and error.errno == errno.EAGAIN:  # HDF5's lock
+        return "it is open for writing in another program: close it there"
+    if isinstance(error, OSError) and error.errno:
+        return os.strerror(error.errno)
+    first = (str(error.args[0] if error.args else error).splitlines() or [""])[0]
+    plain = printable(first)[:200]
+    return plain or type(error).__name__
+
+
+class _Refused(Exception):
+    """What a file holds that is not read."""
+
+
+class _Walk:
+    """Looks at every object of a file once, and adds up what it would take in memory."""
+
+    def __init__(self, size: int) -> None:
+        self.size = size
+        self.seen: set[int] = set()
+        self.unpacked = self.text = self.links = 0
+
+    def group(self, group: h5py.Group, depth: int, above: tuple[int, ...]) -> None:
+        """A group and all below it."""
+        self._attributes(group)
+        if depth > DEEPEST:
+            raise _Refused("its groups lie too deep in one another")
+        place = h5py.h5o.get_info(group.id).addr
+        if place in above:
+            raise _Refused("a group contains itself")
+        if place in self.seen:
+            return
+        self.seen.add(place)
+        for name in group:
+            self.links += 1
+            if self.links > OBJECTS:
+                raise _Refused(f"more than {OBJECTS:,} objects")
+            kind = group.get(name, getlink=True)
+            if isinstance(kind, h5py.SoftLink):  # leads to what is looked at in its own place
+                continue
+            if not isinstance(kind, h5py.HardLink):
+                raise _Refused(f"{_plain(name)} is a link to another file")
+            value = group[name]
+            if isinstance(value, h5py.Group):
+                self.group(value, depth + 1, (*above, place))
+            elif isinstance(value, h5py.Dataset):
+                self._dataset(value)
+
+    def _attributes(self, item: Any) -> None:
+        for name in item.attrs:
+            value = item.attrs[name]
+            self._add_text(value)
+
+    def _dataset(self, dataset: h5py.Dataset) -> None:
+        self._attributes(dataset)
+        where, plan = _plain(dataset.name), dataset.id.get_create_plist()
+        if dataset.is_virtual or plan.get_external_count():
+            raise _Refused(f"{where}: its data lie in other files")
+        size = int(dataset.size or 0) * dataset.dtype.itemsize  # exact: NumPy's product wraps
+        stored = dataset.id.get_storage_size()
+        packed = plan.get_nfilters() or size > stored
+        if packed:
+            self.unpacked += size
+            if self.unpacked > UNPACKED:
+                raise _Refused(f"{where}: it is packed, and more than {UNPACKED:,} bytes in all")
+        elif size > self.size:
+            raise _Refused(f"{where}: larger than the file")
+        if dataset.dtype.kind == "O":
+            self._texts(dataset)
+        elif packed or dataset.chunks:
+            dataset[()]
+        elif size:
+            dataset[(0,) * dataset.ndim], dataset[(-1,) * dataset.ndim]
+
+    def _texts(self, dataset: h5py.Dataset) -> None:
+        """Texts in slices: any number of them may be one and the same long one in the file."""
+        if dataset.ndim == 0:
+            return self._add_text(dataset[()])
+        width = max(int(np.prod(dataset.shape[1:])), 1)
+        for start in range(0, len(dataset), max(256 // width, 1)):
+            self._add_text(dataset[start : start + max(256 // width, 1)])
+        return None
+
+    def _add_text(self, value: Any) -> None:
+        found = value.ravel().tolist() if isinstance(value, np.ndarray) else [value]
+        self.text += sum(len(each) for each in found if isinstance(each, str | bytes))
+        if self.text > TEXT:
+            raise _Refused(f"more than {TEXT:,} bytes of text")
+
+
+def _plain(name: str | None) -> str:
+    return printable(name or "")[:80]

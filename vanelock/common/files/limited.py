@@ -1,0 +1,86 @@
+"""Work on a user's file in a forked child of bounded memory and time, for libraries that trust it.
+
+A damaged file makes such a library crash, loop, or ask for any amount of memory; if the child
+falls, only the child does.
+"""
+
+import faulthandler
+import os
+import resource
+import signal
+from collections.abc import Callable
+
+from vanelock.common.process.signals import ENDING
+
+FULL = 3
+"""Exit status of a child that ran out of memory."""
+
+
+class Fallen(Exception):
+    """The child did not come to an end: the message says why."""
+
+
+def limited(work: Callable[[], str], seconds: int, memory: int) -> str:
+    """What some work says, done in a child process.
+
+    Parameters
+    ----------
+    work : callable
+        Its text is handed over; what it prints is not.
+    seconds : int
+        Processor time that it may take.
+    memory : int
+        Bytes that it may take beyond what this process has.
+
+    Raises
+    ------
+    Fallen
+        If it crashed, or needed more than it may.
+    """
+    reading, writing = os.pipe()
+    child = os.fork()
+    if child == 0:
+        status = 0
+        try:
+            os.close(reading)
+            _limit(seconds, memory)
+            os.write(writing, work().encode("utf-8", "replace")[:4000])
+        except MemoryError:
+            status = FULL
+        finally:
+            os._exit(status)  # without anything that the parent would do at its end
+    os.close(writing)
+    try:
+        with open(reading, "rb") as pipe:
+            told = pipe.read().decode("utf-8", "replace")
+    except BaseException:
+        os.kill(child, signal.SIGKILL)
+        raise
+    finally:
+        _, status = os.waitpid(child, 0)
+    if told and status == 0:
+        return told
+    if os.WIFEXITED(status) and os.WEXITSTATUS(status) == FULL:
+        raise Fallen("it asks for too much memory")
+    slow = os.WIFSIGNALED(status) and os.WTERMSIG(status) in (signal.SIGXCPU, signal.SIGKILL)
+    raise Fallen("reading it does not end" if slow else "it makes the library that reads it fail")
+
+
+def _limit(seconds: int, memory: int) -> None:
+    """Bound what this process may take; a crash leaves no core file and no message."""
+    with open("/proc/self/statm") as file:
+        taken = int(file.read().split()[0]) * os.sysconf("SC_PAGE_SIZE")
+    for what, limit in (
+        (resource.RLIMIT_CPU, seconds),
+        (resource.RLIMIT_AS, taken + memory),
+        (resource.RLIMIT_CORE, 0),
+    ):
+        most = resource.getrlimit(what)[1]
+        limit = limit if most == resource.RLIM_INFINITY else min(limit, most)
+        resource.setrlimit(what, (limit, most))
+    for number in ENDING:
+        if signal.getsignal(number) != signal.SIG_IGN:
+            signal.signal(number, signal.SIG_DFL)
+    faulthandler.disable()
+    for stream in (1, 2):  # what a C library says as it aborts
+        os.dup2(os.open(os.devnull, os.O_WRONLY), stream)

@@ -1,0 +1,1 @@
+"""Memory, signals and streams of the process."""

@@ -1,0 +1,114 @@
+"""Up to which frequency reduced models have to answer, and what is refused beyond it.
+
+The band follows what a study or a scene asks for, unless a band or numbers of modes are given.
+Higher harmonics of the response may lie beyond it: they are small, and what reduced models leave
+out of them is inertia alone (docs/theory/reduction.md has figures).
+"""
+
+import math
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from vanelock.common.checked import Check
+from vanelock.common.errors import InputError
+from vanelock.input.schema.temperature import PARTS
+from vanelock.rom.system import MARGIN, wider_band
+
+STEPS = 3
+"""Bands are chosen in so many steps an octave, so that a little wider range needs no new models."""
+LEAST = 1024.0
+"""Least band of a vane and its casing, Hz: any range below it needs no new models."""
+
+
+def asked_for(response: Any) -> dict[str, float]:
+    """Highest frequency that each key of a table `[response]` asks for, Hz, where it is given."""
+    given = {name: getattr(response, name) for name in ("range", "frequencies")}
+    return {f"response.{name}": max(each) for name, each in given.items() if each is not None}
+
+
+def asked_by(study: Any) -> dict[str, float]:
+    """The same of a `Study`, with what its Campbell diagram asks for."""
+    found, keys = asked_for(study.response), study.campbell
+    if keys is not None and keys.speeds is not None:
+        order = max(abs(each) for each in (*keys.engine_orders, study.excitation.engine_order))
+        found["campbell.speeds"] = keys.speeds[1] * order / 60
+    return found
+
+
+def least_band(
+    asked: Mapping[str, float], softest: float = 1.0, least: float = 0.0
+) -> float | None:
+    """Frequency that a band reaches at least, Hz; None where nothing is asked for.
+
+    Parameters
+    ----------
+    asked : dict of str to float
+        Highest frequencies by key, Hz.
+    softest : float
+        Lowest modulus over that at which parts are reduced: warm, they answer less far.
+    least : float
+        What it reaches whatever is asked for, Hz.
+    """
+    least = max(least, MARGIN * max(asked.values(), default=0.0) / math.sqrt(softest))
+    if not least:
+        return None
+    return float(2 ** (math.ceil(STEPS * math.log2(least)) / STEPS))
+
+
+def softest(study: Any) -> float:
+    """The lowest modulus that a part of a `Study` may come to over its own, at most 1."""
+    if study.accuracy is not None:  # reduced at the modulus of the response
+        return 1.0
+    warm = [getattr(study.material, p) for p in PARTS if getattr(study.temperature, p) is not None]
+    return min([1.0, *(float(E / metal.E) for metal in warm for _, E in metal.E_at)])
+
+
+def too_narrow(key: str, band: float | None, asked: Mapping[str, float]) -> Iterator[str]:
+    """A line for each key asked for that a band, Hz, does not hold."""
+    for asking, highest in asked.items():
+        if band is not None and highest > band:
+            yield (
+                f"{key} = {band:g}: {asking} reaches {highest:.6g} Hz, where the reduced model "
+                f'would be wrong: write "{wider_band(highest):g} Hz", or leave it out'
+            )
+
+
+def _holds_what_is_asked_for(study: Any) -> Iterator[str]:
+    yield from too_narrow("rom.band", study.rom.band, asked_by(study))
+
+
+BAND_CHECKS: tuple[Check, ...] = (_holds_what_is_asked_for,)
+"""Of a `Study`."""
+
+
+def refuse_beyond(what: str, highest: float, band: float | None, advice: str) -> None:
+    """Refuse a frequency, Hz, beyond what reduced models answer.
+
+    Parameters
+    ----------
+    what : str
+        Who asks for it.
+    highest, band : float
+        The frequency, and up to which they answer, None where that is not known.
+    advice : str
+        What to write, with "{:g}" for the band that it takes.
+
+    Raises
+    ------
+    InputError
+        With the line to write.
+    """
+    if band is not None and highest > band:
+        raise InputError(
+            f"{what} reaches {highest:.6g} Hz, and the reduced models answer up to {band:.6g} Hz: "
+            + advice.format(wider_band(highest))
+        )
+
+
+def advice(study: Any) -> str:
+    """What to write into a `Study` for a wider band."""
+    modes = [f"rom.{name}" for name in ("vane_modes", "casing_modes") if getattr(study.rom, name)]
+    if study.rom.route != "cyclic":
+        return 'give more rom.vane_modes, or choose rom.route = "cyclic"'
+    instead = f" instead of {' and '.join(modes)}" if modes else ""
+    return f'write rom.band = "{{:g}} Hz"{instead}'

@@ -1,0 +1,151 @@
+"""Read a study file: TOML, then the schema, then the sweep; every mistake is one clear line."""
+
+import os
+from collections.abc import Callable, Iterable
+from pathlib import Path
+from typing import Any, TypeVar
+
+from vanelock.common.checked import UNCHECKED, Checked, examined
+from vanelock.common.errors import InputError, raised
+from vanelock.common.files.files import beside, contents
+from vanelock.common.toml import LARGEST, toml_tables
+from vanelock.input.cases.sweep import cases, list_mistakes, misfits
+from vanelock.input.messages import Order, described, mistakes
+from vanelock.input.schema.study import Study
+
+S = TypeVar("S", bound=Checked)
+Further = Callable[[S, bool], list[str]]
+"""Lines about a table that was read, and whether it lacks what was wrong in it."""
+
+
+def nothing(table: Checked, lacks: bool) -> list[str]:
+    """No line: what the schema says is all."""
+    return []
+
+
+def load_study(
+    path: str | os.PathLike[str], outside: bool = False, also: Further[Study] = nothing
+) -> Study:
+    """Read and check a study file.
+
+    Parameters
+    ----------
+    path : path
+        The study file.
+    outside : bool
+        Whether the files that it names may lie outside its folder.
+    also : callable, optional
+        What else is wrong with the study, as for `checked`.
+
+    Raises
+    ------
+    InputError
+        One line for each mistake: the file, the full key, the value given and what is allowed.
+    """
+    where, place = str(path), Path(path)
+    data = toml_tables(read_text(place), where)
+    data, refused = _beside(data, place.parent, outside)
+    return checked(
+        Study, data, where, refused, lambda *found: [*case_mistakes(*found), *also(*found)]
+    )
+
+
+def read_text(path: Path) -> str:
+    """Text of a file.
+
+    Raises
+    ------
+    InputError
+        If it cannot be read or is not text.
+    """
+    try:
+        return contents(path, "a study file", LARGEST).decode("utf-8")
+    except UnicodeDecodeError:
+        raise InputError(f"{path}: not a text file in UTF-8") from None
+
+
+def parse_study(text: str, where: str = "study") -> Study:
+    """Check the text of a study file, sweep values apart; `where` is what errors call it."""
+    return check_study(toml_tables(text, where), where)
+
+
+def check_study(data: dict[str, Any], where: str = "study") -> Study:
+    """Check the nested tables of a study."""
+    return checked(Study, data, where)
+
+
+def checked(
+    schema: type[S],
+    data: dict[str, Any],
+    where: str,
+    known: Iterable[str] = (),
+    further: Further[S] = nothing,
+) -> S:
+    """Nested tables as what a schema makes of them.
+
+    Parameters
+    ----------
+    schema : type
+        The schema.
+    data : dict
+        Nested tables.
+    where : str
+        What errors call them.
+    known : iterable of str
+        Lines about mistakes that are known already.
+    further : callable
+        Says what else is wrong. Where anything is wrong already, the table that it gets lacks that.
+
+    Raises
+    ------
+    InputError
+        One line for each mistake, in the order of the tables.
+    """
+    table, found = examined(schema, data, mistakes)
+    lines, more = described(found, data, schema)
+    lines = [*known, *lines]
+    if table is not None:
+        lines += further(table, bool(lines))
+        if not lines:
+            return table
+    lines = sorted(dict.fromkeys(lines), key=Order(data).of_line)
+    if more:
+        lines.append(f"and {more:,} more mistakes")
+    raise InputError("\n".join(f"{where}: {line}" for line in lines))
+
+
+def case_mistakes(study: Study, lacks: bool) -> list[str]:
+    """What is wrong with a study's cases; of one that lacks keys, each swept value by itself."""
+    if not lacks:
+        return raised(lambda: cases(study))
+    varied = list_mistakes(study, UNCHECKED)
+    return varied if study.sweep or study.rows or study.scatter else [*varied, *misfits(study)]
+
+
+def _beside(data: dict[str, Any], folder: Path, outside: bool) -> tuple[dict[str, Any], list[str]]:
+    """The tables with files where they are: their paths start at the study file's folder.
+
+    And a line for each path that leaves it.
+    """
+    found, refused = dict(data), []
+
+    def placed(table: Any, key: str, where: str) -> Any:
+        if not isinstance(table, dict) or not isinstance(table.get(key), str) or not table[key]:
+            return table  # for the schema to refuse
+        try:
+            return {**table, key: str(beside(folder, table[key], f"{where}.{key}", outside))}
+        except InputError as error:
+            refused.append(str(error))
+            return table
+
+    measured = data.get("measured")
+    if isinstance(measured, dict):
+        measured = [measured]
+    if isinstance(measured, list):
+        found["measured"] = [
+            placed(each, "file", f"measured[{i}]") for i, each in enumerate(measured)
+        ]
+    for name in ("vane", "casing"):
+        if name in data:
+            found[name] = placed(data[name], "mesh", name)
+    return found, refused

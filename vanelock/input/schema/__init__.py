@@ -1,0 +1,1 @@
+"""Every key of a study and of a scene: unit, default, limits, description."""

@@ -1,0 +1,173 @@
+"""Tables of the study file on what is compared: Campbell diagram, measured curves, fit."""
+
+from collections.abc import Iterator
+from typing import Annotated, Any, Literal
+
+from pydantic import BeforeValidator, Field, ValidationInfo, field_validator
+
+from vanelock.common.checked import Check
+from vanelock.common.quantities import Revolutions, si
+from vanelock.input.schema.structure import Table, leaves, sequence
+
+FITTED = (
+    "joints.interlock.mu",
+    "joints.interlock.kn",
+    "joints.interlock.kt",
+    "joints.interlock.interference",
+    "joints.hook.mu",
+    "joints.hook.kn",
+    "joints.hook.kt",
+    "joints.hook.interference",
+    "excitation.force",
+    "damping.ratio",
+    "material.vane.E",
+    "material.casing.E",
+)
+"""Keys that may be fitted: those that need no new reduction."""
+UNITS = {"kn": "N/m", "kt": "N/m", "interference": "m", "force": "N", "E": "Pa"}
+
+
+Speed = Annotated[Revolutions, Field(ge=0, le=1e6, description="rotor speed [rpm]")]
+Positive = Annotated[int, Field(ge=1, le=1000, description="engine order")]
+
+
+class CampbellKeys(Table):
+    """Campbell diagram: natural frequencies against rotor speed, and engine orders."""
+
+    speeds: Annotated[tuple[Speed, ...], BeforeValidator(sequence)] | None = Field(
+        default=None, min_length=2, max_length=2, description="[low, high] rotor speed [rpm]"
+    )
+    engine_orders: Annotated[tuple[Positive, ...], BeforeValidator(sequence)] = Field(
+        default=(1, 2, 3, 4), min_length=1, max_length=20, description="engine orders"
+    )
+    modes: int = Field(default=4, ge=1, le=40, description="number of modes of a nodal diameter")
+
+    @field_validator("speeds")
+    @classmethod
+    def _low_high(cls, value: tuple[float, ...] | None) -> tuple[float, ...] | None:
+        if value is not None and value[0] >= value[1]:
+            raise ValueError("must be [low, high] with low < high")
+        return value
+
+    @field_validator("engine_orders")
+    @classmethod
+    def _distinct(cls, value: tuple[int, ...]) -> tuple[int, ...]:
+        if len(set(value)) < len(value):
+            raise ValueError("engine orders must differ from each other")
+        return value
+
+
+class MeasuredCurve(Table):
+    """A measured response from a CSV file."""
+
+    file: str = Field(min_length=1, max_length=4096, description="CSV file")
+    name: str | None = Field(default=None, min_length=1, max_length=100, description="name")
+    engine_order: Positive | None = Field(default=None, description="engine order")
+    gauge: int | None = Field(default=None, ge=1, le=100, description="number of the strain gauge")
+    direction: Literal["up", "down"] = Field(default="up", description="direction of the sweep")
+    load: float = Field(default=1.0, gt=0, le=1e6, description="load over that of the study")
+    sigma: float | None = Field(default=None, gt=0, description="standard deviation")
+
+
+def curves(value: object) -> object:
+    """One table, or a list of them."""
+    if isinstance(value, dict | MeasuredCurve):
+        return (value,)
+    return tuple(value) if isinstance(value, list) else value
+
+
+Bounds = Annotated[tuple[Any, ...], BeforeValidator(sequence), Field(min_length=2, max_length=2)]
+
+
+class Fit(Table):
+    """What `vanelock fit` varies so that the response meets the measured curves."""
+
+    parameters: Annotated[tuple[str, ...], BeforeValidator(sequence)] = Field(
+        default=("joints.interlock.mu",),
+        min_length=1,
+        max_length=len(FITTED),
+        description="fitted keys",
+    )
+    bounds: dict[str, Bounds] = Field(
+        default_factory=dict, description="[low, high] of each fitted key"
+    )
+    starts: int = Field(default=3, ge=1, le=100, description="number of starts")
+
+    @field_validator("parameters")
+    @classmethod
+    def _known(cls, value: tuple[str, ...]) -> tuple[str, ...]:
+        for key in value:
+            if key not in FITTED:
+                raise ValueError(f'"{key}" cannot be fitted; what can: {", ".join(FITTED)}')
+        if len(set(value)) < len(value):
+            raise ValueError("fitted keys must differ from each other")
+        return value
+
+    @field_validator("bounds", mode="before")
+    @classmethod
+    def _flattened(cls, value: Any) -> Any:
+        """Accept `joints.interlock.mu = [...]` without quotes, which TOML nests."""
+        return dict(leaves(value)) if isinstance(value, dict) else value
+
+    @field_validator("bounds")
+    @classmethod
+    def _low_high(cls, value: dict[str, Any], info: ValidationInfo) -> dict[str, Any]:
+        found = {}
+        for key, pair in value.items():
+            if key not in info.data.get("parameters", FITTED):
+                raise ValueError(f'"{key}" is not among fit.parameters')
+            low, high = (si(each, UNITS.get(key.rpartition(".")[2], "")) for each in pair)
+            numbers = all(
+                isinstance(each, int | float) and not isinstance(each, bool) for each in (low, high)
+            )
+            if not numbers or not low < high:  # type: ignore[operator]
+                raise ValueError(f'"{key}": expected [low, high] with low < high')
+            found[key] = float(low), float(high)  # type: ignore[arg-type]
+        return found
+
+
+def _has_the_gauges(study: Any) -> Iterator[str]:
+    """Measured strains are those of the study's gauges."""
+    for i, curve in enumerate(study.measured):
+        gauges = len(study.outputs.gauges)
+        if curve.gauge is not None and curve.gauge > gauges:
+            have = f"1 to {gauges}" if gauges else "none"
+            yield f"measured[{i}].gauge = {curve.gauge}: outputs.gauges has {have}"
+
+
+def _has_measurements(study: Any) -> Iterator[str]:
+    if study.fit is not None and not study.measured:
+        yield "fit: needs [[measured]], the curves to meet"
+
+
+def _can_be_fitted(study: Any) -> Iterator[str]:
+    for key in () if study.fit is None else study.fit.parameters:
+        told, joint, last = f'fit.parameters: "{key}"', key.split(".")[1], key.rpartition(".")[2]
+        if joint == "interlock" and not study.joints.interlock.enabled:
+            yield f"{told}: joints.interlock.enabled = false"
+        elif key == "excitation.force" and study.excitation.unbalance is not None:
+            yield f"{told}: excitation.unbalance is given"
+        elif last == "E" and getattr(study.temperature, joint) is not None:
+            yield f"{told}: temperature.{joint} is given"
+        elif last in ("kn", "kt") and getattr(getattr(study.joints, joint), f"{last}_area"):
+            yield f"{told}: {key}_area is given"
+
+
+def _has_the_temperatures(study: Any) -> Iterator[str]:
+    speeds = None if study.campbell is None else study.campbell.speeds
+    if speeds is not None:
+        low, high = study.temperature.speeds
+        if speeds[0] < low or speeds[1] > high:
+            yield (
+                f"campbell.speeds = [{speeds[0]:g}, {speeds[1]:g}]: temperatures are given from "
+                f"{low:g} to {high:g} rpm"
+            )
+
+
+COMPARISON_CHECKS: tuple[Check, ...] = (
+    _has_the_gauges,
+    _has_measurements,
+    _can_be_fitted,
+    _has_the_temperatures,
+)
+"""Of a `Study`."""

@@ -1,0 +1,196 @@
+"""Tables of the study file for a part that is the user's own mesh instead of dimensions."""
+
+from collections.abc import Iterator
+from typing import Annotated, Any
+
+from pydantic import BeforeValidator, Discriminator, Field, Tag, model_validator
+
+from vanelock.common.checked import Check
+from vanelock.common.errors import InputError
+from vanelock.common.quantities import Length
+from vanelock.input.schema.structure import Table
+from vanelock.mesh import Part
+from vanelock.mesh.files.read import metres
+from vanelock.mesh.geometry.dimensions import CasingDimensions, HookDimensions, VaneDimensions
+from vanelock.mesh.matching.own_part import HOOKS, INTERLOCKS
+from vanelock.mesh.matching.pairing import TOLERANCE
+
+DIMENSIONS, OWN = "<dimensions>", "<own mesh>"
+"""How pydantic marks in an error's place which of the two a table was taken for."""
+
+
+def _set(value: object) -> object:
+    """A set's name in the file, or numbers of nodes."""
+    if isinstance(value, str) and value:
+        return value
+    if isinstance(value, list | tuple) and value:
+        if all(isinstance(number, int) and not isinstance(number, bool) for number in value):
+            return tuple(value)
+    raise ValueError(
+        "expected the name of a set in the mesh file, or a list of the file's node numbers"
+    )
+
+
+def _unit(value: object) -> object:
+    if not isinstance(value, str):
+        raise ValueError('expected a unit of length, such as "mm"')
+    try:
+        metres(value)
+    except InputError:
+        raise ValueError('expected a unit of length, such as "mm"') from None
+    return value
+
+
+NodeSet = Annotated[Any, BeforeValidator(_set)]
+Unit = Annotated[str, BeforeValidator(_unit)]
+
+
+def _nodes(description: str) -> Any:
+    return Field(default=None, description=f"set of {description}")
+
+
+class VaneSets(Table):
+    """What the file calls the vane's node sets, where that is not their name here."""
+
+    hook_front: NodeSet | None = _nodes("the front hook's contact nodes")
+    hook_rear: NodeSet | None = _nodes("the rear hook's contact nodes")
+    key: NodeSet | None = _nodes("hook nodes tied to the casing")
+    interlock_left: NodeSet | None = _nodes("contact nodes of the left interlock face")
+    interlock_right: NodeSet | None = _nodes("contact nodes of the right interlock face")
+    accessory: NodeSet | None = _nodes("output nodes")
+    fixed: NodeSet | None = _nodes("clamped nodes")
+
+
+class CasingSets(Table):
+    """What the file calls the casing's node sets, where that is not their name here."""
+
+    hook_front: NodeSet | None = _nodes("the front groove's contact nodes")
+    hook_rear: NodeSet | None = _nodes("the rear groove's contact nodes")
+    key: NodeSet | None = _nodes("groove nodes tied to the vane")
+    left: NodeSet | None = _nodes("nodes of the left cyclic face")
+    right: NodeSet | None = _nodes("nodes of the right cyclic face")
+    force: NodeSet | None = _nodes("loaded nodes")
+    accessory: NodeSet | None = _nodes("output nodes")
+    fixed: NodeSet | None = _nodes("clamped nodes")
+
+
+class OwnMesh(Table):
+    """A part's mesh from a file."""
+
+    mesh: str = Field(min_length=1, max_length=4096, description="mesh file")
+    unit: Unit = Field(default="m", description="unit of the mesh's coordinates")
+    tolerance: Length = Field(
+        default=TOLERANCE, gt=0, le=1e-3, description="largest distance between mates [m]"
+    )
+
+    @model_validator(mode="before")
+    @classmethod
+    def _instead_of_dimensions(cls, data: Any) -> Any:
+        if isinstance(data, dict):
+            for key in cls._dimensions():
+                if key in data and key not in cls.model_fields:
+                    raise ValueError(
+                        f"{key} = {data[key]}: a mesh is given, so dimensions cannot be"
+                    )
+        return data
+
+    @classmethod
+    def _dimensions(cls) -> tuple[str, ...]:
+        """Keys of the part if it had dimensions."""
+        return ()
+
+
+class OwnVane(OwnMesh):
+    """A vane segment from a file; its hook is the groove of a casing that has dimensions."""
+
+    sets: VaneSets = VaneSets()
+    hook: HookDimensions = HookDimensions()
+
+    @classmethod
+    def _dimensions(cls) -> tuple[str, ...]:
+        return tuple(VaneDimensions.model_fields)
+
+
+class OwnCasing(OwnMesh):
+    """A casing sector from a file."""
+
+    sets: CasingSets = CasingSets()
+
+    @classmethod
+    def _dimensions(cls) -> tuple[str, ...]:
+        return tuple(CasingDimensions.model_fields)
+
+
+_OWN_KEYS = {*OwnMesh.model_fields, "sets"}
+
+
+def _kind(value: object) -> str:
+    given = isinstance(value, dict) and not _OWN_KEYS.isdisjoint(value)
+    return OWN if given or isinstance(value, OwnMesh) else DIMENSIONS
+
+
+Vane = Annotated[
+    Annotated[VaneDimensions, Tag(DIMENSIONS)] | Annotated[OwnVane, Tag(OWN)], Discriminator(_kind)
+]
+Casing = Annotated[
+    Annotated[CasingDimensions, Tag(DIMENSIONS)] | Annotated[OwnCasing, Tag(OWN)],
+    Discriminator(_kind),
+]
+
+
+def chosen_sets(own: OwnVane | OwnCasing) -> dict[str, str | tuple[int, ...]]:
+    """The sets that the study names."""
+    return {name: value for name, value in own.sets if value is not None}
+
+
+def _has_areas(study: Any) -> Iterator[str]:
+    for joint in ("hook", "interlock"):
+        for name in ("kn_area", "kt_area"):
+            value = getattr(getattr(study.joints, joint), name)
+            if value is not None and not isinstance(study.vane, OwnVane):
+                yield (
+                    f"joints.{joint}.{name} = {value:g}: needs vane.mesh, whose contact sets "
+                    "consist of whole faces"
+                )
+
+
+def _has_the_dimensions(study: Any) -> Iterator[str]:
+    """What needs the dimensions of a part that is given as a mesh."""
+    vane, casing = isinstance(study.vane, OwnVane), isinstance(study.casing, OwnCasing)
+    why = f"needs dimensions, while {'vane.mesh' if vane else 'casing.mesh'} is given"
+    if vane and study.outputs.gauges:
+        yield f"outputs.gauges: a gauge's place {why}"
+    if (vane or casing) and study.joints.hook.patch == "area":
+        yield f'joints.hook.patch = "area": {why}'
+    if vane and study.joints.interlock.patch == "area":
+        yield f'joints.interlock.patch = "area": {why}'
+    if casing and study.mesh.face_nodes is not None:
+        yield f"mesh.face_nodes = {study.mesh.face_nodes}: casing.mesh is given"
+    if casing and study.mesh.stretch > 1:
+        yield f"mesh.stretch = {study.mesh.stretch}: casing.mesh is given"
+    if vane and casing and study.vane.hook != HookDimensions():
+        yield "vane.hook: both parts are given as meshes, so it has no use"
+
+
+OWN_MESH_CHECKS: tuple[Check, ...] = (_has_areas, _has_the_dimensions)
+"""Of a `Study`."""
+
+
+def refuse_without_areas(study: Any, vane: Part) -> None:
+    """Refuse a stiffness per area of a `Study` where the vane's contact nodes have no areas.
+
+    Raises
+    ------
+    InputError
+        Naming the key and the set.
+    """
+    contacts = {"hook": HOOKS, "interlock": INTERLOCKS if study.joints.interlock.enabled else ()}
+    for joint, sets in contacts.items():
+        for name in ("kn_area", "kt_area"):
+            value = getattr(getattr(study.joints, joint), name)
+            lacking = [each for each in sets if each not in vane.areas]
+            if value is not None and lacking:
+                raise InputError(
+                    f"joints.{joint}.{name} = {value:g}: the vane's set {lacking[0]} does not "
+                    "consist of whole faces: give stiffnesses per node pair"
+                )

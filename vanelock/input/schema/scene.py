@@ -1,0 +1,297 @@
+"""The scene file's schema: components from matrices, what joins, loads and touches them.
+
+Field descriptions are the subjects of error messages, as in `vanelock.input.schema.study`.
+"""
+
+from collections.abc import Iterator
+from typing import Annotated, Any, ClassVar, Literal
+
+from pydantic import AfterValidator, BeforeValidator, Field
+
+from vanelock.common.checked import Check
+from vanelock.common.quantities import Angle, Force, Frequency, Length, Stiffness
+from vanelock.input.band import asked_for, too_narrow
+from vanelock.input.schema.structure import SPRING, Table, sequence
+from vanelock.input.schema.study import Order, Response
+
+GROUND = "ground"
+"""What a contact's second component is called where there is none."""
+DAMPING = 0.003
+"""Modal damping ratio where neither a ratio nor a damping matrix is given."""
+
+FILES = {
+    "components": ("stiffness", "mass", "damping", "dofs", "nodes", "fixed", "low", "high"),
+    "contacts": ("pairs",),
+    "ties": ("pairs",),
+}
+"""Keys of named tables that may hold a file's name."""
+
+Vector = Annotated[tuple[float, ...], BeforeValidator(sequence), Field(min_length=3, max_length=3)]
+
+
+def _named(value: str) -> str:
+    if not value.replace("_", "").replace("-", "").isalnum() or value == GROUND:
+        raise ValueError(
+            f'a name must consist of letters, digits, "_" and "-", and not be "{GROUND}"'
+        )
+    return value
+
+
+Name = Annotated[str, Field(min_length=1, max_length=60), AfterValidator(_named)]
+
+
+def _nodes(value: object) -> object:
+    """A file's name, or a list of node numbers."""
+    if isinstance(value, str) and value:
+        return value
+    if isinstance(value, list | tuple) and value:
+        if all(isinstance(n, int) and not isinstance(n, bool) and n > 0 for n in value):
+            return tuple(value)
+    raise ValueError("expected node numbers, such as [17, 18], or a file's name")
+
+
+def _pairs(value: object) -> object:
+    """A file's name, a list of node numbers, or a list of pairs of them."""
+    if (
+        isinstance(value, list | tuple)
+        and value
+        and all(isinstance(n, list | tuple) for n in value)
+    ):
+        rows = [tuple(row) for row in value]
+        if all(
+            len(row) == 2
+            and all(isinstance(n, int) and not isinstance(n, bool) and n > 0 for n in row)
+            for row in rows
+        ):
+            return tuple(rows)
+        raise ValueError("expected pairs of node numbers, such as [[17, 4], [18, 5]]")
+    return _nodes(value)
+
+
+Nodes = Annotated[Any, BeforeValidator(_nodes)]
+Pairs = Annotated[Any, BeforeValidator(_pairs)]
+
+
+class Ring(Table):
+    """Cyclic symmetry: one sector's matrices stand for the ring."""
+
+    sectors: int = Field(default=1, ge=1, le=100_000, description="number of sectors")
+    coordinates: Literal["cartesian", "cylindrical"] = Field(
+        default="cartesian", description="components of the degrees of freedom"
+    )
+
+
+class Units(Table):
+    """Units of a component's files."""
+
+    length: Literal["m", "mm", "cm", "in", "ft"] = Field(default="m", description="length unit")
+    mass: Literal["kg", "g", "t", "lb", "slug", "slinch"] = Field(
+        default="kg", description="mass unit"
+    )
+    force: Literal["N", "mN", "kN", "lbf"] = Field(default="N", description="force unit")
+
+
+class ComponentKeys(Table):
+    """A component: its matrices, and how they are used.
+
+    `{nd}` in the names of a superelement's files stands for the nodal diameter.
+    """
+
+    stiffness: str = Field(min_length=1, description="stiffness file")
+    mass: str | None = Field(default=None, min_length=1, description="mass file")
+    damping: str | None = Field(default=None, min_length=1, description="damping file")
+    stiffness_name: str | None = Field(default=None, description="name of the stiffness matrix")
+    mass_name: str | None = Field(default=None, description="name of the mass matrix")
+    damping_name: str | None = Field(default=None, description="name of the damping matrix")
+    dofs: str | None = Field(default=None, min_length=1, description="file of rows")
+    nodes: str | None = Field(default=None, min_length=1, description="file of nodes")
+    units: Units = Units()
+    kind: Literal["full", "superelement"] = Field(default="full", description="kind")
+    fixed: Nodes | None = Field(default=None, description="clamped nodes")
+    low: Nodes | None = Field(default=None, description="nodes of the low cyclic face")
+    high: Nodes | None = Field(default=None, description="nodes of the high cyclic face")
+    modes: int | None = Field(default=None, ge=0, le=10_000, description="number of modes")
+    cutoff: Frequency | None = Field(default=None, gt=0, description="cut-off frequency [Hz]")
+    accuracy: float | None = Field(
+        default=None, ge=1e-9, lt=1, description="accuracy of the reduction"
+    )
+    band: Frequency | None = Field(default=None, gt=0, description="band [Hz]")
+
+    def _is_reduced_in_one_way(self) -> Iterator[str]:
+        chosen = [n for n in ("modes", "cutoff", "accuracy") if getattr(self, n) is not None]
+        if len(chosen) > 1:
+            yield f"{chosen[1]}: give either this or {chosen[0]}, not both"
+        elif self.band is not None and chosen in (["modes"], ["cutoff"]):
+            yield f"band: goes with accuracy only, not {chosen[0]}"
+
+    def _fits_its_kind(self) -> Iterator[str]:
+        if self.kind == "superelement":
+            for name in ("modes", "cutoff", "accuracy", "band", "low", "high", "fixed"):
+                if getattr(self, name) is not None:
+                    yield f'{name}: kind = "superelement" is used as it is'
+        elif "{nd}" in self.stiffness:
+            yield 'stiffness: "{nd}" goes with kind = "superelement"'
+
+    def _has_both_faces(self) -> Iterator[str]:
+        if (self.low is None) != (self.high is None):
+            yield "low: cyclic faces come in pairs: give low and high"
+
+    checks: ClassVar[tuple[Check, ...]] = (
+        _is_reduced_in_one_way,
+        _fits_its_kind,
+        _has_both_faces,
+    )
+
+
+class ContactKeys(Table):
+    """Contact elements between two components, or of one to ground.
+
+    Those of a joined system are there already: what is given replaces their properties.
+    """
+
+    between: Annotated[tuple[str, ...], BeforeValidator(sequence)] | None = Field(
+        default=None, min_length=2, max_length=2, description="components"
+    )
+    pairs: Pairs | None = Field(default=None, description="node pairs")
+    next_sector: bool = Field(default=False, description="whether the mate is the next sector's")
+    normal: Vector | None = Field(default=None, description="normal")
+    tangent: Vector | None = Field(default=None, description="tangent")
+    kn: Annotated[Stiffness, SPRING] | None = Field(
+        default=None, gt=0, le=1e15, description="normal stiffness of a pair [N/m]"
+    )
+    kt: Annotated[Stiffness, SPRING] | None = Field(
+        default=None, gt=0, le=1e15, description="tangential stiffness of a pair [N/m]"
+    )
+    mu: float | None = Field(default=None, ge=0, le=1e6, description="friction coefficient")
+    interference: Length | None = Field(
+        default=None, ge=-1, le=1, description="interference of a pair [m]"
+    )
+
+
+class TieKeys(Table):
+    """Nodes of two components that move as one."""
+
+    between: Annotated[tuple[str, ...], BeforeValidator(sequence)] = Field(
+        min_length=2, max_length=2, description="components"
+    )
+    pairs: Pairs = Field(description="node pairs")
+
+
+class Load(Table):
+    """A force on nodes of a component, the same on each."""
+
+    component: str = Field(description="component")
+    nodes: Nodes = Field(description="loaded nodes")
+    direction: Vector = Field(description="direction")
+    amplitude: Force = Field(description="force on each node [N]")
+    phase: Angle = Field(default=0.0, ge=-360, le=360, description="phase [deg]")
+    harmonic: int = Field(default=1, ge=0, le=99, description="harmonic")
+
+
+class SystemKeys(Table):
+    """A system that is joined already, in place of components."""
+
+    file: str = Field(min_length=1, description="system file")
+
+
+class SceneExcitation(Table):
+    """The travelling wave of the loads."""
+
+    engine_order: Order = Field(default=1, description="engine order")
+
+
+class SceneDamping(Table):
+    """Structural damping."""
+
+    ratio: float | None = Field(default=None, gt=0, lt=1, description="damping ratio")
+
+
+class SceneResponse(Response):
+    """Where and how finely the forced response is computed."""
+
+    mode: int = Field(default=1, ge=1, le=1000, description="mode of interest")
+    friction: Literal["orthogonal", "isotropic"] = Field(
+        default="orthogonal", description="friction in the plane"
+    )
+
+
+class SceneOutputs(Table):
+    """What a run shows of its results."""
+
+    nodes: dict[str, Nodes] = Field(default_factory=dict, description="output nodes")
+    monitor: str | None = Field(default=None, description="monitored displacement")
+    report: bool = Field(default=True, description="whether the report is written")
+
+
+class Scene(Table):
+    """A scene: components, what joins them, and the keys that are swept."""
+
+    name: str = Field(default="scene", min_length=1, max_length=200, description="name")
+    ring: Ring = Ring()
+    components: dict[Name, ComponentKeys] = Field(default_factory=dict, description="components")
+    system: SystemKeys | None = Field(default=None, description="joined system")
+    ties: dict[Name, TieKeys] = Field(default_factory=dict, description="ties")
+    contacts: dict[Name, ContactKeys] = Field(default_factory=dict, description="contacts")
+    loads: Annotated[tuple[Load, ...], BeforeValidator(sequence)] = Field(
+        default=(), description="loads"
+    )
+    excitation: SceneExcitation = SceneExcitation()
+    damping: SceneDamping = SceneDamping()
+    response: SceneResponse = SceneResponse()
+    outputs: SceneOutputs = SceneOutputs()
+    sweep: dict[str, Annotated[tuple[Any, ...], BeforeValidator(sequence)]] = Field(
+        default_factory=dict, description="swept keys"
+    )
+
+    def _harmonics_are_computed(self) -> Iterator[str]:
+        for i, load in enumerate(self.loads):
+            if load.harmonic > self.response.harmonics:
+                yield (
+                    f"loads[{i}].harmonic: given {load.harmonic}: must be <= response.harmonics, "
+                    f"{self.response.harmonics}"
+                )
+
+    def _turns_in_a_ring(self) -> Iterator[str]:
+        if self.ring.sectors == 1 and self.excitation.engine_order != 1:
+            yield "excitation.engine_order: needs ring.sectors of at least 2"
+
+    def _has_components(self) -> Iterator[str]:
+        if self.system is None and not self.components:
+            yield "components: at least one must be given, or system.file"
+
+    def _touches_somewhere(self) -> Iterator[str]:
+        for name, contact in self.contacts.items() if self.system is None else ():
+            for key in ("between", "pairs"):
+                if getattr(contact, key) is None:
+                    yield f"contacts.{name}.{key}: must be given"
+
+    def _vibrates(self) -> Iterator[str]:
+        loaded = any(load.harmonic > 0 and load.amplitude for load in self.loads)
+        if self.system is None and not loaded:
+            yield "loads: nothing vibrates: give one with an amplitude, harmonic >= 1"
+
+    def _leaves_to_the_system_what_it_holds(self) -> Iterator[str]:
+        if self.system is None:
+            return
+        tables = ("ring", "components", "ties", "loads", "excitation")
+        held = [name for name in tables if name in self.model_fields_set]
+        held += ["outputs.nodes"] if self.outputs.nodes else []
+        own = {"kn", "kt", "mu", "interference"}
+        for name, contact in self.contacts.items():
+            held += [f"contacts.{name}.{key}" for key in sorted(contact.model_fields_set - own)]
+        if held:
+            yield f"{', '.join(held)}: system.file holds it already"
+
+    def _answers_its_range(self) -> Iterator[str]:
+        for name, keys in self.components.items():
+            yield from too_narrow(f"components.{name}.band", keys.band, asked_for(self.response))
+
+    checks: ClassVar[tuple[Check, ...]] = (
+        _harmonics_are_computed,
+        _answers_its_range,
+        _turns_in_a_ring,
+        _has_components,
+        _touches_somewhere,
+        _vibrates,
+        _leaves_to_the_system_what_it_holds,
+    )

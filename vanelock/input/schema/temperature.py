@@ -1,0 +1,186 @@
+"""Temperature of each part, uniform in it, by rotor speed; it acts through Young's modulus alone.
+
+    K_part(n) = K_part · E(T_part(n)) / E
+
+with Poisson's ratio, density and the contacts' stiffness as given. Thermal expansion, the stress
+that it causes or that rotation causes, and temperatures that differ within a part are left out.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from itertools import pairwise
+from typing import TYPE_CHECKING, Annotated, Any, TypeGuard
+
+from pydantic import BeforeValidator, Field
+
+from vanelock.common.checked import Check
+from vanelock.common.errors import InputError
+from vanelock.common.quantities import Revolutions
+from vanelock.input.schema.piecewise import at, ends
+from vanelock.input.schema.structure import Table
+
+if TYPE_CHECKING:
+    from vanelock.input.schema.study import Study
+
+PARTS = ("vane", "casing")
+
+
+COLDEST, HOTTEST = -273.15, 5000.0
+
+
+def _temperature(value: object) -> object:
+    """A temperature in degC, or pairs of rotor speed and temperature."""
+    if value is None:
+        return None
+    if _within(value, COLDEST, HOTTEST):
+        return float(value)
+    if isinstance(value, list | tuple) and len(value) > 1:
+        pairs = tuple(tuple(each) if isinstance(each, list | tuple) else () for each in value)
+        if all(
+            len(each) == 2 and _within(each[0], 0, 1e6) and _within(each[1], COLDEST, HOTTEST)
+            for each in pairs
+        ):
+            for (a, _), (b, _) in pairwise(pairs):
+                if a >= b:
+                    raise ValueError(f"{a:g} and {b:g} rpm: speeds must ascend")
+            return tuple((float(a), float(b)) for a, b in pairs)
+    raise ValueError(
+        "temperature must be a number, degC, or at least two pairs [[rpm, degC], [rpm, degC], ...]"
+    )
+
+
+def _within(value: object, low: float, high: float) -> TypeGuard[float]:
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        return False
+    return low <= value <= high
+
+
+ByRotorSpeed = Annotated[Any, BeforeValidator(_temperature)]
+
+
+class Temperature(Table):
+    """Temperatures of the parts against rotor speed, and the speed of the response."""
+
+    vane: ByRotorSpeed = Field(default=None, description="temperature [degC]")
+    casing: ByRotorSpeed = Field(default=None, description="temperature [degC]")
+    speed: Revolutions | None = Field(default=None, gt=0, le=1e6, description="rotor speed [rpm]")
+
+    @property
+    def given(self) -> bool:
+        """Whether any part has a temperature."""
+        return self.vane is not None or self.casing is not None
+
+    @property
+    def varies(self) -> bool:
+        """Whether a part's temperature depends on the rotor's speed."""
+        return any(isinstance(getattr(self, part), tuple) for part in PARTS)
+
+    @property
+    def speeds(self) -> tuple[float, float]:
+        """Lowest and highest speed at which all temperatures are known, rpm."""
+        found = [ends(each) for part in PARTS if isinstance(each := getattr(self, part), tuple)]
+        low = max((each[0] for each in found), default=0.0)
+        return low, min((each[1] for each in found), default=float("inf"))
+
+    def of(self, part: str, speed: float) -> float | None:
+        """Temperature of a part at a speed, rpm, degC; None where it has none."""
+        found = getattr(self, part)
+        if isinstance(found, tuple):
+            low, high = self.speeds
+            if not low <= speed <= high:
+                raise InputError(
+                    f"temperature.{part}: given from {low:g} to {high:g} rpm, needed at {speed:g}"
+                )
+            return at(found, speed)
+        return None if found is None else float(found)
+
+
+def _is_used(study: Any) -> Iterator[str]:
+    heat = study.temperature
+    if heat.speed is not None and not heat.given:
+        yield f"temperature.speed = {heat.speed:g}: needs temperature.vane or temperature.casing"
+
+
+def _has_the_moduli(study: Any) -> Iterator[str]:
+    for part in PARTS:
+        known = getattr(study.temperature, part)
+        if known is None:
+            continue
+        moduli = getattr(study.material, part).E_at
+        if moduli is None:
+            yield f"temperature.{part}: needs material.{part}.E_at, Young's modulus by temperature"
+            continue
+        low, high = ends(moduli)
+        for each in [pair[1] for pair in known] if isinstance(known, tuple) else [known]:
+            if not low <= each <= high:
+                yield (
+                    f"temperature.{part}: {each:g} degC is outside material.{part}.E_at, "
+                    f"{low:g} to {high:g} degC"
+                )
+
+
+def _has_the_speed(study: Any) -> Iterator[str]:
+    heat = study.temperature
+    low, high = heat.speeds
+    if low >= high:
+        yield "temperature.vane and temperature.casing: no speed is within both"
+    elif heat.speed is not None and not low <= heat.speed <= high:
+        yield (
+            f"temperature.speed = {heat.speed:g}: temperatures are given from {low:g} to "
+            f"{high:g} rpm"
+        )
+    if study.accuracy is not None and heat.varies and heat.speed is None:
+        yield (
+            f"accuracy = {study.accuracy:g}: needs temperature.speed, the rotor speed at which the "
+            "response has its temperatures"
+        )
+
+
+TEMPERATURE_CHECKS: tuple[Check, ...] = (_is_used, _has_the_moduli, _has_the_speed)
+"""Of a `Study`."""
+
+
+def modulus(study: Study, part: str, speed: float | None = None) -> float:
+    """Young's modulus of a part, Pa: at a rotor speed, rpm, or that of the study's response.
+
+    Raises
+    ------
+    InputError
+        If the temperatures depend on the speed and there is none.
+    """
+    heat, metal = study.temperature, getattr(study.material, part)
+    if getattr(heat, part) is None:
+        return float(metal.E)
+    speed = heat.speed if speed is None else speed
+    if speed is None and isinstance(getattr(heat, part), tuple):
+        raise InputError("temperature.speed: must be given: the temperatures depend on the speed")
+    temperature = heat.of(part, 0.0 if speed is None else speed)
+    assert temperature is not None
+    return at(metal.E_at, temperature)
+
+
+def reference(study: Study, part: str) -> float:
+    """Young's modulus at which a part is reduced, Pa; other moduli scale what comes of it.
+
+    With an accuracy that of the response, whose meshes and reductions are chosen by their errors.
+    """
+    if study.accuracy is not None:
+        return modulus(study, part)
+    return float(getattr(study.material, part).E)
+
+
+def described(study: Study) -> str:
+    """What a run says of a study's temperatures; "" without any."""
+    heat = study.temperature
+    if not heat.given:
+        return ""
+    words = []
+    for part in PARTS:
+        E = f"E = {1e-9 * modulus(study, part):.5g} GPa"
+        temperature = heat.of(part, heat.speed or 0.0)
+        words.append(
+            f"{part} {E}" if temperature is None else f"{part} {temperature:.4g} degC, {E}"
+        )
+    where = "" if heat.speed is None else f" at {heat.speed:,.0f} rpm"
+    return f"temperatures of the response{where}: {'; '.join(words)}"

@@ -1,0 +1,144 @@
+"""The settings of a study as flat lists: each key with its value in people's units."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from pydantic.fields import FieldInfo
+
+from vanelock.input.messages import field_at, show
+from vanelock.input.schema.study import Study
+
+Flat = dict[str, Any]
+SCATTERING = "scatter.keys."
+
+SCALES = {
+    "m": ((1e-3, 1e3, "mm"), (0.0, 1e6, "µm")),
+    "N/m": ((1e5, 1e-6, "N/µm"),),
+    "Pa": ((1e9, 1e-9, "GPa"), (1e5, 1e-6, "MPa")),
+}
+"""By SI unit: from which size on, factor, and unit that is shown."""
+
+
+@dataclass(frozen=True)
+class Setting:
+    """One key of a study.
+
+    Attributes
+    ----------
+    key : str
+        Dotted.
+    value : number, str, bool, list or None
+        As the study holds it, SI.
+    default : the same
+        What it is unless a study says otherwise; None where there is no default.
+    """
+
+    key: str
+    value: Any
+    default: Any
+
+    @property
+    def changed(self) -> bool:
+        """Whether it is not the default; what is not set is."""
+        return self.value is not None and not same(self.value, self.default)
+
+    @property
+    def meaning(self) -> str:
+        """What the key is, in words."""
+        return described(self.key)[0]
+
+
+def same(one: Any, other: Any) -> bool:
+    """Whether two values are equal, numbers to 12 digits."""
+    if isinstance(one, float) and isinstance(other, int | float):
+        return f"{one:.12g}" == f"{other:.12g}"
+    if isinstance(one, list | tuple) and isinstance(other, list | tuple):
+        return len(one) == len(other) and all(map(same, one, other))
+    return bool(one == other)
+
+
+def flattened(table: Mapping[str, Any], prefix: str = "") -> Flat:
+    """Dotted keys and values of nested tables; the sweep's keys are dotted already."""
+    found: Flat = {}
+    for key, value in table.items():
+        name = f"{prefix}{key}"
+        if isinstance(value, Mapping):
+            found |= flattened(value, f"{name}.")
+        else:
+            found[name] = list(value) if isinstance(value, tuple) else value
+    return found
+
+
+def settings(study: Study) -> list[Setting]:
+    """All keys of a study, in the order of the study file."""
+    return settings_of(study.model_dump(mode="json"))
+
+
+def settings_of(dumped: Mapping[str, Any]) -> list[Setting]:
+    """All keys of a study as its results hold it."""
+    plain = Study()
+    defaults = flattened(plain.model_dump(mode="json"))
+    defaults["excitation.force"] = plain.excitation.force_per_node  # what "not set" stands for
+    return [
+        Setting(key, value, defaults[key] if key in defaults else _default(key))
+        for key, value in flattened(dumped).items()
+    ]
+
+
+def _default(key: str) -> Any:
+    """Of a key in a table that is there only where a study has it."""
+    field = _field(key)
+    value = None if field is None or field.is_required() else field.get_default()
+    return list(value) if isinstance(value, tuple) else value
+
+
+def _field(key: str) -> FieldInfo | None:
+    """The schema's field of a dotted key, be it swept, in rows, or part of a distribution."""
+    if key.startswith(SCATTERING):
+        return field_at(("scatter", "keys", "key", key.rpartition(".")[2]))
+    return field_at(tuple(_listed_key(key).split(".")))
+
+
+def _listed_key(key: str) -> str:
+    """The key that a list of values in `sweep` or `rows` is of."""
+    return key.removeprefix("sweep.").removeprefix("rows.")
+
+
+def described(key: str) -> tuple[str, str]:
+    """What a key is, and its unit in SI, "" where it has none."""
+    swept, field = _listed_key(key), _field(key)
+    text = (field.description if field else None) or swept.rpartition(".")[2].replace("_", " ")
+    meaning, _, unit = text.partition(" [")
+    return (f"swept: {meaning}" if swept != key else meaning), unit.rstrip("]")
+
+
+def told(key: str, value: Any) -> str:
+    """A value with its unit, as people write it; a list in the unit of its largest entry."""
+    unit = "m" if key == "mesh.size" else described(key)[1]  # a size may be a word
+    if value is None:
+        return "not set"
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if isinstance(value, int | float):
+        return _number([value], unit)
+    if isinstance(value, list) and value and all(_is_number(v) for v in value):
+        return _number(value, unit)
+    return value if isinstance(value, str) else show(value)
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool)
+
+
+def _number(values: list[float], unit: str) -> str:
+    largest = max(abs(v) for v in values)
+    for least, factor, shown in SCALES.get(unit, ()):
+        if largest >= least or largest == 0:
+            return f"{_listed([factor * v for v in values])} {shown}"
+    shown = {"deg": "°", "m^2/N": "m²/N", "N/m^3": "N/m³", "kg/m^3": "kg/m³"}.get(unit, unit)
+    return f"{_listed(values)} {shown}".rstrip() if shown != "°" else f"{_listed(values)}°"
+
+
+def _listed(values: list[float]) -> str:
+    return ", ".join(f"{v:.10g}" for v in values)

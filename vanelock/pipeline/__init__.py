@@ -1,0 +1,1 @@
+"""Steps with keys, and the cache and journal that keep what they computed."""

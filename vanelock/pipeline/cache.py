@@ -1,0 +1,286 @@
+"""Products kept in a run's folder under a hash of exactly the inputs that they depend on.
+
+An entry is one HDF5 file whose name holds the stage, the key and the digest of the file's bytes: a
+truncated or altered entry is noticed before it is read, and computed again. It lies in a folder
+named by the first letters of its key.
+"""
+
+import hashlib
+import json
+import os
+from collections.abc import Callable, Mapping
+from contextlib import AbstractContextManager
+from dataclasses import dataclass
+from functools import lru_cache
+from importlib import import_module
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import Any, BinaryIO, Generic, TypeVar
+
+import h5py
+
+import vanelock
+from vanelock.common.errors import InputError
+from vanelock.common.files.files import writing
+from vanelock.common.files.hdf5 import written
+from vanelock.common.process.signals import held
+from vanelock.common.product import Product
+from vanelock.pipeline.journal import JournalFile, NoJournal, journal
+
+P = TypeVar("P", bound=Product)
+SHARD = 2
+"""Letters of a key that name its entry's folder: among 256 folders a name is found fast."""
+CODE = {".py", ".html", ".css", ".js"}
+
+
+@dataclass(frozen=True)
+class Entry(Generic[P]):
+    """A product out of the cache.
+
+    Attributes
+    ----------
+    product : Product
+        The product.
+    seconds, cpu : float
+        What computing it took, and took of processor time.
+    """
+
+    product: P
+    seconds: float
+    cpu: float
+
+
+@dataclass(frozen=True)
+class Cache:
+    """The cache of one run's folder.
+
+    Attributes
+    ----------
+    folder : Path
+        Where the entries are; made when the first one is stored.
+    notice : callable
+        Called with one line of text when an entry had to be dropped.
+    """
+
+    folder: Path
+    notice: Callable[[str], None]
+
+    def load(self, stage: str, key: str, kind: type[P]) -> Entry[P] | None:
+        """The stored product, or None where there is none that is intact."""
+        for path in self._entries(stage, key):
+            try:
+                if file_digest(path) != path.stem.rpartition("-")[2]:
+                    raise InputError("its contents have changed since it was written")
+                entry = read_entry(path, kind, key)
+                journal_of(self.folder, stage, key).unlink(missing_ok=True)
+                return entry
+            except (InputError, KeyError, OSError) as error:
+                reason = str(error).splitlines()[0]
+                self.notice(f"{path}: damaged cache entry, computing {stage} again ({reason})")
+                path.unlink(missing_ok=True)
+        return None
+
+    def store(self, stage: str, key: str, product: P, seconds: float, cpu: float = 0.0) -> Entry[P]:
+        """Keep a product; a kill leaves a whole entry or none.
+
+        Returns
+        -------
+        Entry
+            What loading it gives, with which to go on: arrays may lie in memory in another order
+            than when they were computed, in which sums of their numbers round otherwise.
+
+        Raises
+        ------
+        InputError
+            If the folder cannot be written.
+        """
+        with writing(self.folder):
+            self.folder.mkdir(parents=True, exist_ok=True)
+            temporary = self.folder / f".{_flat(stage)}.{os.getpid()}.tmp"
+            try:
+                with held(), written(temporary) as file:
+                    write_entry(file, stage, key, product, (seconds, cpu))
+                digest, entry = file_digest(temporary), read_entry(temporary, type(product), key)
+                os.replace(temporary, self._place(stage, key, digest))
+                journal_of(self.folder, stage, key).unlink(missing_ok=True)
+            finally:
+                temporary.unlink(missing_ok=True)
+        return entry
+
+    def journal(self, stage: str, key: str) -> AbstractContextManager[JournalFile | NoJournal]:
+        """Where a stage that takes long writes down its points until its product is stored."""
+        return journal(journal_of(self.folder, stage, key), self.notice)
+
+    def holds(self, stage: str, key: str) -> bool:
+        """Whether there is an entry, intact or not."""
+        return bool(self._entries(stage, key))
+
+    def held(self) -> Callable[[str, str], bool]:
+        """What says the same as `holds` of any number of entries, as they are now."""
+        names = {path.name.rpartition("-")[0] for path in self.folder.glob("*/*.h5")}
+        return lambda stage, key: f"{_flat(stage)}-{key}" in names
+
+    def image(self, stage: str, key: str) -> bytes | None:
+        """An entry's bytes, for a process that has no access to the folder."""
+        for path in self._entries(stage, key):
+            image = path.read_bytes()
+            if _digest(image) == path.stem.rpartition("-")[2]:
+                return image
+        return None
+
+    def adopt(self, stage: str, key: str, image: bytes) -> None:
+        """Keep an entry that another process made, by its bytes.
+
+        Raises
+        ------
+        InputError
+            If the folder cannot be written.
+        """
+        with writing(self.folder):
+            self.folder.mkdir(parents=True, exist_ok=True)
+            temporary = self.folder / f".{_flat(stage)}.{os.getpid()}.tmp"
+            try:
+                temporary.write_bytes(image)
+                os.replace(temporary, self._place(stage, key, _digest(image)))
+                journal_of(self.folder, stage, key).unlink(missing_ok=True)
+            finally:
+                temporary.unlink(missing_ok=True)
+
+    def _entries(self, stage: str, key: str) -> list[Path]:
+        return sorted((self.folder / key[:SHARD]).glob(f"{_flat(stage)}-{key}-*.h5"))
+
+    def _place(self, stage: str, key: str, digest: str) -> Path:
+        shard = self.folder / key[:SHARD]
+        shard.mkdir(exist_ok=True)
+        return shard / f"{_flat(stage)}-{key}-{digest}.h5"
+
+
+def journal_of(folder: Path, stage: str, key: str) -> Path:
+    """The journal of a stage, in the folder of a cache."""
+    return folder / f"{_flat(stage)}-{key}.journal"
+
+
+def write_entry(
+    file: h5py.File, stage: str, key: str, product: Product, times: tuple[float, float]
+) -> None:
+    """Write an entry: a product, what it is, and what computing it took, in all and by the CPU."""
+    file.attrs["stage"], file.attrs["key"] = stage, key
+    file.attrs["seconds"], file.attrs["cpu"] = times
+    product.save(file.create_group("product"))
+
+
+def read_entry(file: Path | BinaryIO, kind: type[P], key: str) -> Entry[P]:
+    """The product in an entry's file, as loading it gives.
+
+    Raises
+    ------
+    InputError
+        If it is not the product of that key.
+    """
+    with h5py.File(file, "r") as opened:
+        if opened.attrs["key"] != key:
+            raise InputError("it is the entry of another stage or study")
+        product = kind.load(opened["product"])
+        seconds = float(opened.attrs["seconds"])
+        return Entry(product, seconds, float(opened.attrs.get("cpu", seconds)))
+
+
+def key_of(
+    stage: str, package: str, inputs: Mapping[str, Any], upstream: tuple[str, ...] = ()
+) -> str:
+    """Hash of a stage's own inputs, its upstream keys and the code that computes it.
+
+    Parameters
+    ----------
+    stage : str
+        Its name.
+    package : str
+        The stage package whose code computes it.
+    inputs : mapping
+        What JSON can hold: the study's keys that this stage reads, and nothing else.
+    upstream : tuple of str
+        Keys of the products that it takes.
+    """
+    record = {
+        "stage": stage,
+        "inputs": inputs,
+        "upstream": list(upstream),
+        "code": code_of(package, "stages", "input"),
+    }
+    text = json.dumps(_canonical(record), sort_keys=True, separators=(",", ":"), allow_nan=False)
+    return hashlib.sha256(text.encode()).hexdigest()[:20]
+
+
+def _canonical(value: Any) -> Any:
+    """Numbers to 12 digits, so that "20 um" and 20e-6, a bit apart, are the same."""
+    if isinstance(value, float):
+        return float(f"{value:.12g}")
+    if isinstance(value, str | int) or value is None:
+        return value
+    if isinstance(value, Mapping):
+        return {str(key): _canonical(item) for key, item in value.items()}
+    return [_canonical(item) for item in value] if isinstance(value, list | tuple) else value
+
+
+@lru_cache
+def code_of(*rooms: str) -> str:
+    """The program's version and a digest of the source files of some of its folders.
+
+    A digest, because a working copy changes between versions. The mesh generator's version
+    counts too, since node numbers depend on it.
+
+    Parameters
+    ----------
+    *rooms : str
+        Packages of `vanelock`: "fem", "results.figures".
+    """
+    digest = hashlib.sha256()
+    for room in rooms:
+        for folder in import_module(f"vanelock.{room}").__path__:
+            for path in sorted(p for p in Path(folder).rglob("*") if p.suffix in CODE):
+                digest.update(str(path.relative_to(folder)).encode() + b"\0" + path.read_bytes())
+    if "mesh" in rooms:
+        digest.update(f"{installed('gmsh')} {installed('meshio')}".encode())
+    return f"{vanelock.__version__}+{digest.hexdigest()[:12]}"
+
+
+def installed(distribution: str) -> str:
+    """Installed version of a distribution, "none" where it is not there."""
+    try:
+        return version(distribution)
+    except PackageNotFoundError:
+        return "none"
+
+
+def file_digest(path: Path) -> str:
+    """Digest of a file's bytes."""
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()[:20]
+
+
+def _digest(image: bytes) -> str:
+    return hashlib.sha256(image).hexdigest()[:20]
+
+
+def content_digest(path: str | os.PathLike[str]) -> str:
+    """Digest of the contents of a user's file, taken anew when its size or time of change differ.
+
+    Raises
+    ------
+    InputError
+        If it cannot be read.
+    """
+    try:
+        state = os.stat(path)
+        return _content_digest(Path(path), state.st_size, state.st_mtime_ns, state.st_ino)
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read: {error.strerror or error}") from None
+
+
+@lru_cache(maxsize=64)
+def _content_digest(path: Path, *state: int) -> str:
+    return file_digest(path)
+
+
+def _flat(stage: str) -> str:
+    return "".join(c if c.isalnum() else "-" for c in stage)

@@ -1,0 +1,1 @@
+"""Tasks done by processes of this machine or by the workers of a cluster."""

@@ -1,0 +1,216 @@
+"""Tasks handed out to processes, near or far, and what they return taken into the cache.
+
+Only the process that runs the study reads and writes its folder. Each task is tried again once when
+it fails or its process dies; what then still fails is told, with all that waits for it, and the
+rest goes on.
+"""
+
+import time
+from collections import Counter, deque
+from collections.abc import Callable, Collection, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Protocol
+
+from vanelock.pipeline.cache import Cache
+from vanelock.pipeline.executor.tasks import Failure, Made, Task, TaskFailed
+from vanelock.pipeline.progress import Listener, Notice, Tasks
+
+ATTEMPTS = 2
+"""How often a task is tried."""
+SPARED = 5
+"""How often one is sent again that lost what it starts from, since that is not its fault."""
+PATIENCE = 1.0
+"""Seconds after which the display is told again."""
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """How a task ended.
+
+    Attributes
+    ----------
+    task : Task
+        The task.
+    made : list or None
+        What it made.
+    failure : Failure or None
+        Why it did not.
+    again : bool
+        Whether another try may help.
+    counts : bool
+        Whether the task is to blame.
+    """
+
+    task: Task
+    made: Made | None
+    failure: Failure | None = None
+    again: bool = True
+    counts: bool = True
+
+
+class Hands(Protocol):
+    """Processes that do tasks."""
+
+    @property
+    def slots(self) -> int:
+        """How many tasks may be out at a time."""
+        ...
+
+    def send(self, task: Task, image: Callable[[str, str], bytes | None]) -> None:
+        """Have a task done; `image` reads a product that it starts from."""
+        ...
+
+    def wait(self, seconds: float) -> list[Outcome]:
+        """Tasks that ended, after so many seconds at most."""
+        ...
+
+    def forget(self, keys: Collection[str]) -> None:
+        """No task to come starts from these products."""
+        ...
+
+    def close(self) -> None:
+        """Stop all work at once."""
+        ...
+
+
+@dataclass
+class Crew:
+    """Tasks under way.
+
+    Attributes
+    ----------
+    tasks : sequence of Task
+        In the order in which they are wanted.
+    cache : Cache
+        Where products come from and go to.
+    hands : Hands
+        Who does them.
+    listener : callable
+        Told how many are done.
+    peak : callable
+        The largest peak so far, m.
+    idle : callable
+        Called whenever it waits.
+    failed : dict of str to Failure
+        Products that will not come, by key.
+    moved : int
+        Bytes read from the cache for others, and returned by them.
+    """
+
+    tasks: Sequence[Task]
+    cache: Cache
+    hands: Hands
+    listener: Listener
+    peak: Callable[[], float] = lambda: 0.0
+    idle: Callable[[], object] = lambda: None
+    failed: dict[str, Failure] = field(default_factory=dict)
+    moved: int = 0
+
+    def __post_init__(self) -> None:
+        self._maker = {key: task for task in self.tasks for key in task.makes}
+        self._waiting = deque(self.tasks)
+        self._made: set[str] = set()
+        self._lost: set[str] = set()
+        self._attempts: Counter[str] = Counter()
+        self._spared: Counter[str] = Counter()
+        self._uses = Counter(key for task in self.tasks for _, key in task.given)
+        self._out: dict[str, Task] = {}  # by the first product that each makes
+        self._total = sum(task.counts for task in self.tasks)
+        self._done = 0
+        self._began = self._told = self._ended = time.monotonic()
+
+    def bring(self, key: str) -> bool:
+        """Wait until a product is in the cache; False where no task makes it.
+
+        Raises
+        ------
+        TaskFailed
+            If its task failed.
+        """
+        if key not in self._maker:
+            return False
+        while key not in self._made:
+            self._hand_out()
+            if key in self.failed:
+                raise TaskFailed(self.failed[key])
+            for outcome in self.hands.wait(PATIENCE):
+                self._take(outcome)
+            self.idle()
+            self._tell()
+        return True
+
+    def _hand_out(self) -> None:
+        """Send what can be done; fail what waits for something that failed."""
+        held: deque[Task] = deque()
+        while self._waiting and len(self._out) < self.hands.slots:
+            task = self._waiting.popleft()
+            lost = next((self.failed[key] for key in task.after if key in self.failed), None)
+            if lost is not None:
+                self._fail(task, lost)
+            elif all(key in self._made for key in task.after):
+                self.hands.send(task, self._image)
+                self._out[task.makes[0]] = task
+            else:
+                held.append(task)
+        self._waiting.extendleft(reversed(held))
+
+    def _image(self, stage: str, key: str) -> bytes | None:
+        image = self.cache.image(stage, key)
+        self.moved += len(image or b"")
+        return image
+
+    def _take(self, outcome: Outcome) -> None:
+        task = outcome.task
+        if self._out.get(task.makes[0]) is not task:  # sent by another crew with the same hands
+            return
+        del self._out[task.makes[0]]
+        if outcome.failure is None:
+            for stage, key, image in outcome.made or ():
+                self.moved += len(image)
+                if not self.cache.holds(stage, key):
+                    self.cache.adopt(stage, key, image)
+            self._made.update(task.makes)
+            self._end(task)
+            return
+        self._spared[task.makes[0]] += not outcome.counts
+        spared = not outcome.counts and self._spared[task.makes[0]] <= SPARED
+        self._attempts[task.makes[0]] += not spared
+        if outcome.again and self._attempts[task.makes[0]] < ATTEMPTS:
+            told = f"{task.name}: {outcome.failure.reason}; trying again"
+            self.listener(Notice(told))
+            self._waiting.append(task)
+            return
+        self._fail(task, replace(outcome.failure, attempts=self._attempts[task.makes[0]]))
+
+    def _fail(self, task: Task, failure: Failure) -> None:
+        self.failed.update(dict.fromkeys(task.makes, failure))
+        self._lost.add(task.name)
+        self._end(task)
+
+    def _end(self, task: Task) -> None:
+        self._done += task.counts
+        if task.counts:
+            self._ended = time.monotonic()
+        self._uses.subtract(key for _, key in task.given)
+        self.hands.forget([key for _, key in task.given if self._uses[key] <= 0])
+        self._tell(bool(task.counts))
+
+    def _tell(self, now: bool = False) -> None:
+        """Say how far the tasks are."""
+        if not now and time.monotonic() - self._told < PATIENCE:
+            return
+        self._told = time.monotonic()
+        left = self._left(self._told)
+        self.listener(Tasks(self._done, self._total, len(self._lost), self.peak(), left))
+
+    def _left(self, now: float) -> float:
+        """Seconds left at the rate of those that ended; NaN where that does not tell.
+
+        When all have ended, too: then the process that runs the study goes on with what it keeps
+        for itself.
+        """
+        if not 0 < self._done < self._total:
+            return float("nan")
+        rate = (self._ended - self._began) / self._done
+        left = rate * (self._total - self._done) - (now - self._ended)
+        return left if left > 0 else float("nan")

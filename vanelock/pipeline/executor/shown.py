@@ -1,0 +1,60 @@
+"""Cases computed by other processes while this one shows them, where that is wanted."""
+
+from collections.abc import Callable, Generator
+from contextlib import contextmanager
+from typing import Any
+
+from vanelock.pipeline.cache import Cache
+from vanelock.pipeline.executor.executor import Crew, Hands
+from vanelock.pipeline.executor.tasks import Task
+from vanelock.pipeline.progress import Listener
+from vanelock.pipeline.step import Stages, Step
+
+
+@contextmanager
+def helped(
+    hire: Callable[[], Hands] | None,
+    divide: Callable[[], tuple[list[Step[Any]], list[Task]]],
+    stages: Stages,
+    cache: Cache,
+    listener: Listener,
+    peak: Callable[[], float],
+    idle: Callable[[], object],
+) -> Generator[None, None, None]:
+    """Have tasks done by other processes, if there are any and there is something to divide.
+
+    Parameters
+    ----------
+    hire : callable or None
+        Gets the processes.
+    divide : callable
+        What all cases need, which is computed here first, and the tasks after it.
+    stages : Stages
+        What then waits for the tasks' products.
+    cache : Cache
+        Where these go.
+    listener : callable
+        Told how many tasks are done.
+    peak : callable
+        The largest peak so far, m.
+    idle : callable
+        Called whenever it waits.
+    """
+    if hire is None:
+        yield
+        return
+    shared, tasks = divide()
+    if len(tasks) < 2:
+        yield
+        return
+    for step in shared:
+        stages.get(step)
+    hands = hire()
+    try:
+        crew = Crew(tasks, cache, hands, listener, peak)
+        crew.idle = idle
+        stages.elsewhere = crew.bring
+        yield
+    finally:
+        stages.elsewhere = None
+        hands.close()

@@ -1,0 +1,193 @@
+"""A step of a study: a product, what it needs, and the hash of all that it depends on.
+
+All keys of a study are known before anything is computed, and a product that is in the cache saves
+everything upstream of it.
+"""
+
+import time
+from collections.abc import Callable, Container, Iterable, Mapping
+from contextlib import AbstractContextManager
+from dataclasses import dataclass, field
+from typing import Any, Generic, Protocol, TypeVar, cast
+
+from vanelock.common.product import Product
+from vanelock.nonlinear import Journal
+from vanelock.pipeline.cache import Entry, key_of
+from vanelock.pipeline.progress import Begun, Done, Listener
+
+P = TypeVar("P")
+Q = TypeVar("Q", bound=Product)
+
+SHARED = 4096
+"""Steps of a kind that are remembered, so that the cases of a sweep share them: those that depend
+on nothing but what `lru_cache` is given."""
+
+
+class Store(Protocol):
+    """Where products are kept, see `vanelock.pipeline.cache.Cache`."""
+
+    def load(self, stage: str, key: str, kind: type[Q]) -> Entry[Q] | None:
+        """The stored product, None where there is none."""
+        ...
+
+    def store(self, stage: str, key: str, product: Q, seconds: float, cpu: float = 0.0) -> Entry[Q]:
+        """Keep a product; what loading it will give."""
+        ...
+
+    def journal(self, stage: str, key: str) -> AbstractContextManager[Journal]:
+        """Where a stage writes down what it has done so far."""
+        ...
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Step(Generic[P]):
+    """One stage of one study, or of several that agree in all that it reads.
+
+    Attributes
+    ----------
+    name : str
+        What the progress display calls it.
+    key : str
+        Hash of all that its product depends on.
+    kind : type
+        The product's class; it is saved and loaded only where it is kept.
+    needs : tuple of Step
+        Steps whose products it takes.
+    compute : callable
+        From those products to its own.
+    kept : bool
+        Whether the product goes into the cache; one that takes longer to read than to make
+        does not.
+    quick : bool
+        Whether it is done before anyone could read its name.
+    pulls : bool
+        Whether `compute` takes, instead of the products of all that it may need, the function that
+        gets the product of one of these steps, and calls it for those that turn out to be needed.
+    resumes : bool
+        Whether `compute` takes a journal as its last argument, where it writes down what it has
+        done so far for a run that goes on after a kill.
+    """
+
+    name: str
+    key: str
+    kind: type[P]
+    needs: tuple["Step[Any]", ...]
+    compute: Callable[..., P]
+    kept: bool = True
+    quick: bool = False
+    pulls: bool = False
+    resumes: bool = False
+
+
+def step(
+    name: str,
+    package: str,
+    inputs: Mapping[str, Any],
+    kind: type[P],
+    needs: tuple[Step[Any], ...],
+    compute: Callable[..., P],
+    kept: bool = True,
+    quick: bool = False,
+    pulls: bool = False,
+    resumes: bool = False,
+) -> Step[P]:
+    """A step whose key follows from its inputs, what it needs and the code of `package`."""
+    key = key_of(name, package, inputs, tuple(need.key for need in needs))
+    return Step(name, key, kind, needs, compute, kept, quick, pulls, resumes)
+
+
+@dataclass
+class Stages:
+    """Runs steps: from memory, from the cache, or by computing them.
+
+    Attributes
+    ----------
+    cache : Store
+        Where products are kept between runs.
+    listener : callable
+        Told about each stage.
+    done : dict of str to Done
+        The steps so far by key, in order.
+    cpu : dict of str to float
+        What computing each of them took of processor time, now or in an earlier run, s.
+    elsewhere : callable, optional
+        Waits until others have put the product of a key into the cache; False where nobody will.
+    """
+
+    cache: Store
+    listener: Listener
+    done: dict[str, Done] = field(default_factory=dict)
+    cpu: dict[str, float] = field(default_factory=dict)
+    elsewhere: Callable[[str], bool] | None = None
+    _products: dict[str, Any] = field(default_factory=dict)
+    _pulled: tuple[float, float] = (0.0, 0.0)
+
+    def get(self, step: Step[P]) -> P:
+        """Product of a step."""
+        if step.key in self._products:
+            return cast(P, self._products[step.key])
+        kind = cast(Any, step.kind)
+        made = step.kept and self.elsewhere is not None and self.elsewhere(step.key)
+        entry = self.cache.load(step.name, step.key, kind) if step.kept else None
+        if entry is not None:
+            product, seconds, cpu = cast(P, entry.product), entry.seconds, entry.cpu
+        else:
+            product, seconds, cpu = self._computed(step)
+        if step.key not in self.done:
+            self.done[step.key] = Done(step.name, seconds, entry is not None and not made)
+            self.cpu[step.key] = cpu
+            if not step.quick:
+                self.listener(self.done[step.key])
+        self._products[step.key] = product
+        return product
+
+    def drop(self, keys: Iterable[str]) -> None:
+        """Drop some products from memory."""
+        for key in keys:
+            self._products.pop(key, None)
+
+    def retain(self, steps: Iterable[Step[Any]]) -> None:
+        """Drop from memory what none of the steps, nor any that they need, produces."""
+        wanted: set[str] = set()
+        waiting = list(steps)
+        while waiting:
+            step = waiting.pop()
+            if step.key not in wanted:
+                wanted.add(step.key)
+                waiting += step.needs
+        self.keep(wanted)
+
+    def keep(self, keys: Container[str]) -> None:
+        """Drop from memory all products but those of some keys."""
+        self._products = {k: v for k, v in self._products.items() if k in keys}
+
+    def _computed(self, step: Step[P]) -> tuple[P, float, float]:
+        given = [self._puller(step)] if step.pulls else [self.get(need) for need in step.needs]
+        if not step.quick and step.key not in self.done:
+            self.listener(Begun(step.name))
+        outside, self._pulled = self._pulled, (0.0, 0.0)
+        began = time.perf_counter(), time.process_time()
+        if step.resumes:
+            with self.cache.journal(step.name, step.key) as journal:
+                product = step.compute(*given, journal)
+        else:
+            product = step.compute(*given)
+        taken = time.perf_counter() - began[0], time.process_time() - began[1]
+        seconds, cpu = (max(a - b, 0.0) for a, b in zip(taken, self._pulled, strict=True))
+        self._pulled = outside[0] + taken[0], outside[1] + taken[1]
+        if step.kept:
+            entry = self.cache.store(step.name, step.key, cast(Any, product), seconds, cpu)
+            product = cast(P, entry.product)  # as a later run will find it, to the last bit
+        return product, seconds, cpu
+
+    def _puller(self, step: Step[Any]) -> Callable[[Step[Any]], Any]:
+        """What a step calls for a product that it needs; the display then returns to the step."""
+
+        def get(needed: Step[Any]) -> Any:
+            known = needed.key in self._products
+            product = self.get(needed)
+            if not known and not step.quick:
+                self.listener(Begun(step.name))
+            return product
+
+        return get

@@ -1,0 +1,1 @@
+"""Peaks over planes of two parameters, and where each statement holds."""

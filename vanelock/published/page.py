@@ -1,0 +1,224 @@
+"""What a campaign adds to the page of a run: statements, figures to zoom into, maps, costs."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from vanelock.input.schema.study import Study
+from vanelock.published.evidence import Evidence, known, share
+from vanelock.published.figures import REFERENCE, Sheet, reference
+from vanelock.published.maps.map_figures import holds
+from vanelock.published.maps.optimum import Ridge
+from vanelock.published.maps.plane import Method
+from vanelock.published.page_tables import costs, diameters, energy, parameters
+from vanelock.published.sheets import COUPLINGS
+from vanelock.published.statements import Statement
+from vanelock.quantities import warnings
+from vanelock.quantities.curves_and_fields import Board
+from vanelock.render import style
+from vanelock.report import Answer, Answers, Picture, Plot, Section, Table, Text, Trace
+from vanelock.report.blocks import Block, Cell, Flag
+from vanelock.results.figures.figure import Exhibit
+
+DASHES = {"coupled": "solid", "uncoupled": "dash", "constant-load": "dot", "one diameter": "dash"}
+FLAGS: dict[str, Flag] = {"yes": "good", "partly": "warn", "no": "bad"}
+
+
+@dataclass(frozen=True)
+class Shown:
+    """What was drawn for the page.
+
+    Attributes
+    ----------
+    sheets : sequence of Sheet
+        Curves of the study's figures.
+    loops, maps : sequence of Exhibit
+    best : Exhibit
+        The peak over decades.
+    """
+
+    sheets: Sequence[Sheet]
+    loops: Sequence[Exhibit]
+    maps: Sequence[Exhibit]
+    best: Exhibit
+
+
+def sections(
+    board: Board,
+    e: Evidence,
+    stated: Sequence[Statement],
+    shown: Shown,
+    spent: Callable[[], float],
+) -> list[Section]:
+    """All sections of a campaign, its answers first; `spent` tells the seconds since it began."""
+    done = [*board.stages.done.values(), *board.easel.done]
+    return [
+        answers(e, stated),
+        agreement(stated),
+        figures(board, e, shown.sheets, shown.loops),
+        optimum(e, shown.best),
+        maps(e, shown.maps),
+        energy(e),
+        diameters(e),
+        costs(e, done, spent()),
+        parameters(e),
+    ]
+
+
+def answers(e: Evidence, stated: Sequence[Statement]) -> Section:
+    """The first things to know."""
+    agreed = {word: sum(s.agrees == word for s in stated) for word in FLAGS}
+    items = [
+        Answer(
+            "Published statements",
+            f"{agreed['yes']} of {len(stated)} agree",
+            f"{agreed['partly']} partly, {agreed['no']} not; the table below tells why",
+            "good" if not agreed["no"] else "warn",
+        )
+    ]
+    items += [
+        _best(ridge, e.plan.base) for ridge in e.ridges if ridge.harmonics == _highest(e.ridges)
+    ]
+    best = Method(max(e.plan.base.campaign.harmonics) if e.plan.base.campaign else 1)
+    plane = e.planes["interference"]
+    a, _ = plane.of(best)
+    for coupling in COUPLINGS[:2]:
+        off = np.abs(plane.of(Method(1, coupling))[0] / a - 1)
+        words = "one harmonic" if coupling == "coupled" else "uncoupled, one harmonic"
+        items.append(
+            Answer(
+                f"Error of {words}",
+                f"{100 * np.nanmedian(off):.0f} %",
+                f"median over friction and interference, of the peak against {best.name}; "
+                f"{100 * np.nanmax(off):.0f} % at worst",
+                "warn",
+            )
+        )
+    blocks: list[Block] = [Answers(tuple(items))]
+    blocks += [Text(f"**Be careful.** {line}") for line in doubts(e)]
+    return Section("The published study on this scene", blocks, id="campaign")
+
+
+def doubts(e: Evidence) -> list[str]:
+    """Cases whose peak is not to be trusted, and the statements with it, a line each."""
+    cases = e.summaries.items()
+    return [f"{name}: {line}." for name, each in cases for line in warnings.doubts(each)]
+
+
+def agreement(stated: Sequence[Statement]) -> Section:
+    """The table of agreement."""
+    rows = [(s.figure, s.says, s.found, s.agrees, s.why) for s in stated]
+    header = ("figure", "the study states", "this run finds", "agrees", "why not, or where")
+    flags = [FLAGS[s.agrees] for s in stated]
+    caption = (
+        "Figures are those of Lassalle and Firrone's study of a vane segment. Nothing was tuned "
+        "but what it withholds, listed under its parameters."
+    )
+    return Section(
+        "Statements and agreement", [Table(header, rows, caption, flags=flags)], id="agreement"
+    )
+
+
+def figures(
+    board: Board, e: Evidence, sheets: Sequence[Sheet], loops: Sequence[Exhibit]
+) -> Section:
+    """The study's figures: loops as pictures, curves to zoom into."""
+    blocks: list[Block] = [_picture(each) for each in loops]
+    blocks += [_plot(board, e, sheet) for sheet in sheets]
+    return Section("The study's figures", blocks, id="published")
+
+
+def maps(e: Evidence, exhibits: Sequence[Exhibit]) -> Section:
+    """Where statements hold: shares, then the maps."""
+    planes = {"friction and interference": e.planes["interference"]}
+    planes["friction and load"] = e.planes["load"]
+    planes |= {f"slant {slant:g}°": plane for slant, plane in e.slants.items()}
+    names = list(holds(e.planes["interference"]))
+    rows = []
+    for words, plane in planes.items():
+        found = holds(plane)
+        shares = [100 * share(plane, found[name]) if name in found else None for name in names]
+        rows.append((words, int((~known(plane)).sum()) or None, *shares))
+    table = Table(
+        ("plane", "cells unknown", *names),
+        rows,
+        "Share of each map's known cells in which a statement holds, percent; a cell is unknown "
+        "where a point at the peak did not converge. Other slants have meshes of "
+        "their own, medium ones where the study's is finer or a length, and fewer cells.",
+    )
+    return Section("Where each statement holds", [table, *map(_picture, exhibits)], id="maps")
+
+
+def optimum(e: Evidence, exhibit: Exhibit) -> Section:
+    """The friction and interference that damp best."""
+    rows = []
+    for ridge in e.ridges:
+        best = ridge.best
+        scale, unit = (1e6, "µm") if ridge.name == "interference" else (1.0, "-")
+        told: tuple[Cell, ...] = (None, None, ridge.message or "not enough points")
+        if best is not None:
+            told = (scale * best[0], 1e6 * best[1], "at the end" if best[2] else "")
+        rows.append((ridge.name, ridge.harmonics, unit, *told))
+    header = ("parameter", "H", "unit", "best", "peak there (µm)", "note")
+    return Section(
+        "Friction and interference that damp best",
+        [Table(header, rows), _picture(exhibit)],
+        id="optimum",
+    )
+
+
+def _plot(board: Board, e: Evidence, sheet: Sheet) -> Plot:
+    base = reference(e)
+    groups = list(dict.fromkeys(c.group for c in sheet.curves if c.kind == "nonlinear"))
+    colours = dict(zip(groups, style.series(len(groups)), strict=True))
+    alone = len(groups) == 1
+    variants = list(dict.fromkeys(c.variant for c in sheet.curves if c.variant))
+    by_variant = dict(zip(variants, style.series(len(variants)), strict=True))
+    traces = []
+    for curve in sheet.curves:
+        over = curve.over(base)
+        order = np.argsort(np.asarray(over.frequency), kind="stable")
+        linear = curve.kind != "nonlinear"
+        colour = by_variant.get(curve.variant, "") if alone else colours.get(curve.group, "")
+        traces.append(
+            Trace(
+                np.asarray(over.frequency)[order],
+                np.asarray(over.amplitude)[order],
+                curve.label,
+                dash="dashdot" if linear else DASHES.get(curve.variant, "solid"),
+                width=1.3 if linear else 2.0,
+                colour=style.GREY if linear else colour,
+            )
+        )
+    data = (board.easel.folder / "figures" / f"{sheet.name}.csv",)
+    return Plot(
+        traces,
+        "frequency / reference frequency",
+        "amplitude / reference peak",
+        sheet.title,
+        REFERENCE + sheet.caption,
+        data=data,
+    )
+
+
+def _picture(each: Exhibit) -> Picture:
+    return Picture(each.path, each.title, each.caption, each.data)
+
+
+def _highest(ridges: Sequence[Ridge]) -> int:
+    return max((ridge.harmonics for ridge in ridges), default=0)
+
+
+def _best(ridge: Ridge, base: Study) -> Answer:
+    words = {"mu": "Friction that damps best", "interference": "Interference that damps best"}
+    best = ridge.best
+    if best is None:
+        return Answer(words[ridge.name], "unknown", ridge.message, "warn")
+    value = f"μ = {best[0]:.2g}" if ridge.name == "mu" else f"{1e6 * best[0]:.2g} µm"
+    lock = base.joints.interlock
+    held = f"{1e6 * lock.interference:g} µm" if ridge.name == "mu" else f"μ = {lock.mu:g}"
+    note = f"lowest peak {1e6 * best[1]:.3g} µm, H = {ridge.harmonics}, at {held}"
+    if best[2]:
+        return Answer(words[ridge.name], value, f"{note}; at the end of the range", "warn")
+    return Answer(words[ridge.name], value, note)

@@ -1,0 +1,1 @@
+"""What an engineer reads off a run: margins, wear, energy, scatter, warnings."""

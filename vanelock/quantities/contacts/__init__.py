@@ -1,0 +1,1 @@
+"""Quantities of contacts: where they are, the energy they take, their wear."""

@@ -1,0 +1,99 @@
+"""Where the contacts of a case are, what they are called, and the area that belongs to each.
+
+The program's own parts know areas by geometry, whether contacts act on them or on nodes: those of
+`mesh.patches`, which tile the contact faces. A user's mesh knows them where its contact sets
+consist of whole faces.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vanelock.input.schema.study import Study
+from vanelock.mesh import CasingDimensions, Part, VaneDimensions
+from vanelock.mesh.contact.patches import hook_overlap, hook_patches, interlock_patches
+
+Floats = NDArray[np.float64]
+
+HOOKS = ("hook_front", "hook_rear")
+WORDS = {"hook_front": "front hook", "hook_rear": "rear hook", "interlock_right": "interlock"}
+
+
+@dataclass(frozen=True)
+class Places:
+    """Contacts of a case, in the order of its system.
+
+    Attributes
+    ----------
+    names : tuple of str
+        "interlock 3", "front hook 12": counted along their sets.
+    joint : tuple of str
+        "hook" or "interlock".
+    nodes : (c,) int
+        The vane's node of each.
+    points : (c, 3) float
+        Its place, m.
+    area : (c,) float
+        m²; NaN where it is not known.
+    coefficient : (c,) float
+        Wear coefficient, m²/N; NaN where none is given.
+    """
+
+    names: tuple[str, ...]
+    joint: tuple[str, ...]
+    nodes: NDArray[np.int64]
+    points: Floats
+    area: Floats
+    coefficient: Floats
+
+
+def places(study: Study, vane: Part) -> Places:
+    """Contacts of a case on its vane."""
+    areas = _areas(study, vane)
+    sets = [*HOOKS, *(["interlock_right"] if study.joints.interlock.enabled else [])]
+    names: list[str] = []
+    joint: list[str] = []
+    nodes, area, coefficient = [], [], []
+    for name in sets:
+        own = vane.node_sets[name]
+        kept = np.ones(len(own), bool)
+        if name in HOOKS:  # the key nodes are merged and carry no contact
+            kept = ~np.isin(own, vane.node_sets.get("key", ()))
+        count = int(kept.sum())
+        kind = "hook" if name in HOOKS else "interlock"
+        k = getattr(study.joints, kind).wear_coefficient
+        names += [f"{WORDS[name]} {i + 1}" for i in range(count)]
+        joint += [kind] * count
+        nodes.append(own[kept])
+        area.append(areas[name][kept])
+        coefficient.append(np.full(count, np.nan if k is None else k))
+    found = np.concatenate(nodes)
+    return Places(
+        tuple(names),
+        tuple(joint),
+        found,
+        vane.points[found],
+        np.concatenate(area),
+        np.concatenate(coefficient),
+    )
+
+
+def _areas(study: Study, vane: Part) -> dict[str, Floats]:
+    """Area of every node of the vane's contact sets, m²."""
+    found = {
+        name: vane.areas.get(name, np.full(len(own), np.nan))
+        for name, own in vane.node_sets.items()
+    }
+    dimensions, casing = study.vane, study.casing
+    if not isinstance(dimensions, VaneDimensions):
+        return found
+    if isinstance(casing, CasingDimensions):
+        overlap = hook_overlap(dimensions, casing)
+        bands = hook_patches(dimensions.hook, overlap, study.ring.sectors)
+        for i, name in enumerate(HOOKS):
+            both = [patch.area for band in bands[2 * i : 2 * i + 2] for patch in band]
+            found[name] = np.array(both)
+    right = interlock_patches(dimensions, study.ring.sectors)[1]
+    found["interlock_right"] = np.array([patch.area for patch in right])
+    return found

@@ -1,0 +1,210 @@
+"""What the pictures of a run are drawn from: its cases, its products and its responses' peaks."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any, TypeAlias
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from vanelock import fem, rom
+from vanelock.common.files.csv_table import write_columns
+from vanelock.common.process.memory import latest
+from vanelock.input.measured import Measured
+from vanelock.input.schema.study import Study
+from vanelock.mesh import Part
+from vanelock.nonlinear import Response
+from vanelock.pipeline.step import Stages
+from vanelock.results.files.redrawn import Easel
+from vanelock.stages.campbell.campbell import Campbell
+from vanelock.stages.parts.components import PARTS, model_step
+from vanelock.stages.parts.diameters import prepared_step
+from vanelock.stages.parts.meshes import mesh_step
+from vanelock.stages.plan import Planned
+from vanelock.stages.response.monitor import Monitor
+from vanelock.stages.response.responses import Limit
+from vanelock.stages.response.solved import as_solved
+from vanelock.stages.response.summary import Peak
+
+Floats = NDArray[np.float64]
+Shape = NDArray[np.complex128]
+Drawn: TypeAlias = tuple[Floats, Floats, NDArray[np.bool_]]
+
+
+@dataclass
+class Shown:
+    """What the pictures need of all responses, collected while the cases run.
+
+    It is small, since a sweep may have many cases; whole products are read again where needed.
+
+    Attributes
+    ----------
+    monitor : Monitor
+        The displacement in the curves.
+    linear : dict of (name, "free" | "stuck") to (frequency, amplitude)
+        Linear responses.
+    curve : dict of str to (frequency, amplitude, converged)
+        Nonlinear responses by case.
+    peak : dict of str to Peak
+        The largest point of each case, if any.
+    harmonics : dict of str to int
+        Highest harmonic of each case.
+    sweeps : dict of str to dict of str to curve
+        Curves of both directions by name, for the cases that were swept in both.
+    campbell : dict of str to Campbell
+        Campbell diagrams by case.
+    measured : tuple of Measured
+        Measured curves.
+    """
+
+    monitor: Monitor
+    linear: dict[tuple[str, Limit], tuple[Floats, Floats]] = field(default_factory=dict)
+    curve: dict[str, Drawn] = field(default_factory=dict)
+    peak: dict[str, Peak] = field(default_factory=dict)
+    harmonics: dict[str, int] = field(default_factory=dict)
+    sweeps: dict[str, dict[str, Drawn]] = field(default_factory=dict)
+    campbell: dict[str, Campbell] = field(default_factory=dict)
+    measured: tuple[Measured, ...] = ()
+
+    def curves(self, case: str) -> dict[str, Drawn]:
+        """The curves of a case by their direction, which is "" where there is but one."""
+        return self.sweeps.get(case) or {"": self.curve[case]}
+
+    def only(self, case: str, limits: str) -> "Shown":
+        """What one case alone shows, and the limits of that name, which now need none."""
+        by_case = ("curve", "peak", "harmonics", "sweeps")
+        kept = {
+            name: {k: v for k, v in getattr(self, name).items() if k == case} for name in by_case
+        }
+        linear = {("", which): v for (name, which), v in self.linear.items() if name == limits}
+        return replace(self, linear=linear, **kept)  # type: ignore[arg-type]
+
+
+@dataclass(frozen=True)
+class Around:
+    """The contacts at some points of a response, k of them.
+
+    Attributes
+    ----------
+    headings : tuple of str
+        Where each is, such as "at the peak".
+    frequency : (k,) float
+        Hz.
+    state : (k, c) int
+        As of `Response`.
+    dissipation : (k, c) float
+        J in a cycle.
+    """
+
+    headings: tuple[str, ...]
+    frequency: Floats
+    state: NDArray[np.int64]
+    dissipation: Floats
+
+    @classmethod
+    def of(cls, response: Response, amplitude: Floats, peak: int) -> "Around":
+        """The peak and, on either side, the converged point nearest to half its amplitude."""
+        frequency, solved = response.frequency, np.flatnonzero(response.converged)
+        chosen, headings = [], []
+        for side, heading in ((-1, "below the peak"), (0, "at the peak"), (1, "above the peak")):
+            points = solved[np.sign(frequency[solved] - frequency[peak]) == side]
+            if side == 0:
+                points = np.array([peak])
+            if len(points):
+                apart = np.abs(amplitude[points] - 0.5 * amplitude[peak])
+                chosen.append(int(points[apart.argmin()]))
+                headings.append(heading)
+        at = np.array(chosen)
+        return cls(tuple(headings), frequency[at], response.state[at], response.dissipation[at])
+
+
+@dataclass
+class Board:
+    """All that pictures are drawn from, and where they go."""
+
+    study: Study
+    planned: Sequence[Planned]
+    stages: Stages
+    shown: Shown
+    easel: Easel
+    _harmonics: dict[tuple[str, int], list[Shape]] = field(default_factory=dict, repr=False)
+    _recoveries: dict[str, rom.Recovery] = field(default_factory=dict, repr=False)
+
+    def table(
+        self,
+        name: str,
+        shows: Any,
+        columns: Callable[[], Mapping[str, ArrayLike]],
+        notes: Sequence[str] = (),
+    ) -> Path:
+        """The CSV file `name` of some columns; `shows` is all that they depend on."""
+        return self.easel.draw(
+            name,
+            [shows, list(notes)],
+            lambda path: write_columns(path, columns(), notes),
+            quick=True,
+        )
+
+    def top(self, each: Planned) -> Response:
+        """The largest point of a case, alone."""
+        return as_solved(self.stages.get(each.response), self.shown.peak[each.case.name].point)
+
+    def around(self, each: Planned) -> Around:
+        """The contacts of a case around its largest point."""
+        response = self.stages.get(each.response)
+        amplitude = self.shown.monitor.amplitude(response)
+        return Around.of(response, amplitude, self.shown.peak[each.case.name].point)
+
+    def parts(self, each: Planned) -> list[Part]:
+        """Vane segment and casing sector of a case."""
+        return [self.stages.get(mesh_step(each.case.study, part)) for part in PARTS]
+
+    def fields(self, each: Planned, x: Shape, k: int) -> list[Shape]:
+        """Displacement of every node of both parts from joined coordinates."""
+        components = [self.stages.get(each.part(part, k)) for part in PARTS]
+        pieces = rom.split(*components, x)
+        return [
+            self.recovery(each, part, k).displacement(q, k)
+            for part, q in zip(PARTS, pieces, strict=True)
+        ]
+
+    def recovery(self, each: Planned, part: str, k: int) -> rom.Recovery:
+        """What takes a part's reduced coordinates at a nodal diameter to its nodes."""
+        step, study = each.part(part, k), each.case.study
+
+        def made() -> rom.Recovery:
+            model, shared = self.stages.get(model_step(study, part)), None
+            apart = prepared_step(study)  # has the factors that all nodal diameters share
+            if apart.key in {need.key for need in step.needs}:
+                shared = self.stages.get(apart)
+            return rom.recovery(self.stages.get(step), model, shared)
+
+        return latest(self._recoveries, step.key, made, len(PARTS))
+
+    def stresses(self, each: Planned) -> Shape:
+        """(H + 1, nodes, 6) harmonics of the vane's nodal stresses at a case's peak, Pa."""
+        top = self.top(each)
+        return np.stack([self._stress(each, top, h) for h in range(top.harmonics + 1)])
+
+    def _stress(self, each: Planned, top: Response, h: int) -> Shape:
+        k = int(top.harmonic_diameters[h])
+        parts = [self.stages.get(each.part(part, k)) for part in PARTS]
+        coordinates = rom.split(*parts, np.asarray(top.x[h][0], complex))[0]
+        return np.asarray(self.recovery(each, "vane", k).stress(coordinates, k))
+
+    def harmonic(self, each: Planned, h: int) -> list[Shape]:
+        """Harmonic h of both parts' displacement at a case's peak, m."""
+        key = each.case.name, h
+        if key not in self._harmonics:
+            top = self.top(each)
+            x = np.asarray(top.x[h][0], complex)
+            self._harmonics[key] = self.fields(each, x, int(top.harmonic_diameters[h]))
+        return self._harmonics[key]
+
+
+def stress_over_a_period(harmonics: Shape) -> tuple[Floats, Floats]:
+    """(nodes,) largest von Mises stress over a period, Pa: in all, and of the vibration alone."""
+    moving = harmonics.copy()
+    moving[0] = 0
+    return fem.peak_von_mises(harmonics), fem.peak_von_mises(moving)

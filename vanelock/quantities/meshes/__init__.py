@@ -1,0 +1,1 @@
+"""Figures that tell whether a mesh can be trusted."""

@@ -1,0 +1,234 @@
+"""Percentiles of the peaks of keys that scatter, and which key the scatter comes from.
+
+Percentiles are interpolated between the samples, median-unbiased (Hyndman and Fan, Am. Stat. 50
+(1996) 361, type 8). Their confidence limits are order statistics, by the binomial distribution of
+how many samples lie below (Conover, Practical Nonparametric Statistics, 3.2): of any distribution
+of the peaks, and for samples drawn independently; those of a Latin hypercube scatter less. A key's
+part is told by Spearman's rank correlation, whose limits are Fisher's with Bonett and Wright's
+variance.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from vanelock.common.product import Product
+from vanelock.input.cases.sweep import Case
+from vanelock.pipeline.tables import Cell, Column, Table
+from vanelock.stages.response.summary import Summary
+
+Floats = NDArray[np.float64]
+PERCENT = (5.0, 25.0, 50.0, 75.0, 95.0)
+CONFIDENCE = 0.95
+FEWEST = 10
+"""Samples below which nothing is told."""
+COARSE = 0.2
+"""Of the spread from the 5th to the 95th percentile, the distance of frequencies that is told."""
+
+
+@dataclass(frozen=True)
+class Scattered(Product):
+    """Peaks of n samples of k keys, p percentiles of them.
+
+    Attributes
+    ----------
+    case : tuple of n str
+        Names of the samples.
+    keys : tuple of k str
+        What scatters.
+    value : (n, k) float
+        The samples, SI.
+    amplitude, frequency : (n,) float
+        Peaks; NaN where a case failed or no point converged.
+    percent : (p,) float
+        Which percentiles.
+    amplitude_percentile, frequency_percentile : (p, 3) float
+        Percentile and its confidence limits; NaN where the samples are too few to tell.
+    amplitude_correlation, frequency_correlation : (k, 3) float
+        Rank correlation with each key and its confidence limits.
+    confidence : float
+        Of the limits.
+    spacing : float
+        Of the frequencies at the peaks where the study gives them, the median, Hz; else 0.
+    """
+
+    case: tuple[str, ...]
+    keys: tuple[str, ...]
+    value: Floats
+    amplitude: Floats = field(metadata={"unit": "m"})
+    frequency: Floats = field(metadata={"unit": "Hz"})
+    percent: Floats
+    amplitude_percentile: Floats = field(metadata={"unit": "m"})
+    frequency_percentile: Floats = field(metadata={"unit": "Hz"})
+    amplitude_correlation: Floats
+    frequency_correlation: Floats
+    confidence: float
+    spacing: float = field(metadata={"unit": "Hz"})
+
+    @property
+    def known(self) -> NDArray[np.bool_]:
+        """(n,) samples with a peak."""
+        return np.isfinite(self.amplitude)
+
+
+def scattered(
+    every: Sequence[Case], found: Sequence[Summary], spacings: Sequence[float] = ()
+) -> Scattered | None:
+    """Percentiles over all cases of a study; None where too few have a peak.
+
+    Parameters
+    ----------
+    every : sequence of Case
+        The samples.
+    found : sequence of Summary
+        Those that were computed.
+    spacings : sequence of float
+        How far apart the frequencies at the peaks are, Hz, where the study gives them.
+    """
+    keys = tuple(every[0].values)
+    peaks = {each.case: each.peak for each in found if each.peak is not None}
+    if len(peaks) < FEWEST:
+        return None
+    both = [peaks.get(case.name) for case in every]
+    amplitude = np.array([np.nan if peak is None else peak.amplitude for peak in both])
+    frequency = np.array([np.nan if peak is None else peak.frequency for peak in both])
+    value = np.array([[float(case.values[key]) for key in keys] for case in every])
+    some = np.isfinite(amplitude)
+    return Scattered(
+        case=tuple(case.name for case in every),
+        keys=keys,
+        value=value,
+        amplitude=amplitude,
+        frequency=frequency,
+        percent=np.array(PERCENT),
+        amplitude_percentile=percentiles(amplitude[some]),
+        frequency_percentile=percentiles(frequency[some]),
+        amplitude_correlation=correlations(value[some], amplitude[some]),
+        frequency_correlation=correlations(value[some], frequency[some]),
+        confidence=CONFIDENCE,
+        spacing=float(np.median(spacings)) if len(spacings) else 0.0,
+    )
+
+
+def spacing(frequency: Floats, at: int) -> float:
+    """Distance from a frequency to the farther of its neighbours, Hz; 0 of one alone."""
+    apart = np.diff(np.sort(frequency))
+    place = int((frequency < frequency[at]).sum())
+    return float(apart[max(place - 1, 0) : place + 1].max(initial=0.0))
+
+
+def percentiles(sample: Floats, percent: Sequence[float] = PERCENT) -> Floats:
+    """(p, 3) percentiles of a sample with their confidence limits, NaN where there are none."""
+    from scipy.stats import quantile_test
+
+    rows = []
+    for each in percent:
+        p = each / 100
+        value = float(np.quantile(sample, p, method="median_unbiased"))
+        limits = quantile_test(sample, q=value, p=p).confidence_interval(CONFIDENCE)
+        rows.append((value, float(limits.low), float(limits.high)))
+    return np.array(rows)
+
+
+def correlations(value: Floats, response: Floats) -> Floats:
+    """(k, 3) rank correlation of a response with each column, with its confidence limits."""
+    from scipy.stats import norm, spearmanr
+
+    rows = []
+    for column in value.T:
+        if np.ptp(column) == 0 or np.ptp(response) == 0:
+            rows.append((np.nan, np.nan, np.nan))
+            continue
+        r = float(spearmanr(column, response).statistic)
+        z = np.arctanh(np.clip(r, -1 + 1e-12, 1 - 1e-12))
+        wide = float(norm.ppf(0.5 + CONFIDENCE / 2)) * np.sqrt(
+            (1 + r * r / 2) / (len(response) - 3)
+        )
+        rows.append((r, float(np.tanh(z - wide)), float(np.tanh(z + wide))))
+    return np.array(rows)
+
+
+def percentile_table(found: Scattered, monitor: str) -> Table:
+    """Percentiles of amplitude and frequency."""
+    columns = (
+        Column("percent", "percentile", ".3g"),
+        Column("peak_um", "peak [um]", ".4g"),
+        Column("peak_low_um", "from", ".4g"),
+        Column("peak_high_um", "to", ".4g"),
+        Column("frequency_hz", "at [Hz]", ".6g"),
+        Column("frequency_low_hz", "from", ".6g"),
+        Column("frequency_high_hz", "to", ".6g"),
+    )
+    rows = tuple(
+        (float(p), *(_known(1e6 * v) for v in a), *(_known(float(v)) for v in f))
+        for p, a, f in zip(
+            found.percent, found.amplitude_percentile, found.frequency_percentile, strict=True
+        )
+    )
+    known, every = int(found.known.sum()), len(found.case)
+    notes = [
+        f"of {known} samples; from, to: {100 * found.confidence:g} % confidence, - where that "
+        "takes more samples"
+    ]
+    if known < every:
+        notes.append(f"{every - known} samples without a peak are left out")
+    spread = float(found.frequency_percentile[-1, 0] - found.frequency_percentile[0, 0])
+    if found.spacing > COARSE * spread:
+        notes.append(
+            f"frequencies are told to {found.spacing:.3g} Hz alone, as far as those computed are "
+            f"apart, and scatter by {spread:.3g} Hz: without response.points and "
+            "response.frequencies each peak is located"
+        )
+    return Table("percentiles", f"Scatter of the peaks of {monitor}", columns, rows, tuple(notes))
+
+
+def sensitivity_table(found: Scattered) -> Table:
+    """Rank correlation of amplitude and frequency with each key."""
+    columns = (
+        Column("key", "key"),
+        Column("peak", "with the peak", "+.2f"),
+        Column("peak_low", "from", "+.2f"),
+        Column("peak_high", "to", "+.2f"),
+        Column("frequency", "with its frequency", "+.2f"),
+        Column("frequency_low", "from", "+.2f"),
+        Column("frequency_high", "to", "+.2f"),
+    )
+    rows: list[tuple[Cell, ...]] = [
+        (key, *(_known(float(v)) for v in (*a, *f)))
+        for key, a, f in zip(
+            found.keys, found.amplitude_correlation, found.frequency_correlation, strict=True
+        )
+    ]
+    notes = ("rank correlation: 1 rises with the key, -1 falls, 0 has nothing to do with it",)
+    return Table("sensitivity", "What the scatter comes from", columns, tuple(rows), notes)
+
+
+def sample_columns(found: Scattered) -> Mapping[str, ArrayLike]:
+    """Every sample, as columns."""
+    keys = {f"{key} (SI)": found.value[:, i] for i, key in enumerate(found.keys)}
+    return {
+        "case": list(found.case),
+        **keys,
+        "peak (µm)": 1e6 * found.amplitude,
+        "frequency (Hz)": found.frequency,
+    }
+
+
+def percentile_columns(found: Scattered) -> Mapping[str, ArrayLike]:
+    """Percentiles as columns."""
+    a, f = 1e6 * found.amplitude_percentile, found.frequency_percentile
+    return {
+        "percentile": found.percent,
+        "peak (µm)": a[:, 0],
+        "peak, low (µm)": a[:, 1],
+        "peak, high (µm)": a[:, 2],
+        "frequency (Hz)": f[:, 0],
+        "frequency, low (Hz)": f[:, 1],
+        "frequency, high (Hz)": f[:, 2],
+    }
+
+
+def _known(value: float) -> float | None:
+    return value if np.isfinite(value) else None

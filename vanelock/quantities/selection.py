@@ -1,0 +1,79 @@
+"""Sweeps of many cases: a band of percentiles and a few named cases instead of every one."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vanelock.input.cases.sweep import SAMPLE
+from vanelock.quantities.curves_and_fields import Board
+from vanelock.render import Band
+from vanelock.stages.plan import Planned
+
+Floats = NDArray[np.float64]
+MANY = 24
+"""More cases than that are drawn as a band; each has a line of its own otherwise."""
+DETAILED = 8
+"""More cases than that have no pictures of their own but for a few."""
+PERCENT = (5, 25, 50, 75, 95)
+POINTS = 400
+"""Frequencies of a band, where the cases' own differ."""
+SHARE = 0.5
+"""Of the cases, how many a band needs at a frequency."""
+
+
+def named(board: Board) -> list[Planned]:
+    """Cases with a peak that have pictures of their own, in their order.
+
+    All if they are few; of samples those of the lowest, the middle and the largest peak, of other
+    sweeps the first and the last.
+    """
+    cases = [each for each in board.planned if each.case.name in board.shown.peak]
+    if len(cases) <= DETAILED:
+        return cases
+    if not sampled(board):
+        return [cases[0], cases[-1]]
+    height = [board.shown.peak[each.case.name].amplitude for each in cases]
+    order = np.argsort(height, kind="stable")
+    return [cases[i] for i in sorted({order[0], order[len(order) // 2], order[-1]})]
+
+
+def sampled(board: Board) -> bool:
+    """Whether the cases are samples of keys that scatter."""
+    return board.planned[0].case.name.startswith(f"{SAMPLE}=")
+
+
+def in_words(board: Board) -> str:
+    """Which cases are named, in words."""
+    if sampled(board):
+        return "the lowest, the middle and the largest peak"
+    return "the first and the last case"
+
+
+def drawn_alone(board: Board) -> list[Planned]:
+    """Cases with a curve of their own."""
+    return list(board.planned) if len(board.planned) <= MANY else named(board)
+
+
+def band(board: Board) -> Band | None:
+    """Percentiles of the curves of many cases; None where each has its own."""
+    if len(board.planned) <= MANY:
+        return None
+    curves = []
+    for frequency, amplitude, converged in board.shown.curve.values():
+        order = np.argsort(frequency, kind="stable")
+        solved = order[converged[order]]
+        curves.append((frequency[solved], amplitude[solved]))
+    curves = [each for each in curves if len(each[0])]
+    if not curves:
+        return None
+    first = curves[0][0]
+    if all(np.array_equal(f, first) for f, _ in curves):
+        at = first
+    else:
+        at = np.linspace(min(f[0] for f, _ in curves), max(f[-1] for f, _ in curves), POINTS)
+    table = np.array([np.interp(at, f, a, left=np.nan, right=np.nan) for f, a in curves])
+    enough = np.isfinite(table).sum(axis=0) >= SHARE * len(board.planned)
+    at, table = at[enough], table[:, enough]
+    if not len(at):
+        return None
+    kind = "samples" if sampled(board) else "cases"
+    return Band(at, np.nanpercentile(table, PERCENT, axis=0), f"{len(board.planned)} {kind}")

@@ -1,0 +1,1 @@
+"""Stress cycles and the fatigue that they mean, place by place."""

@@ -1,0 +1,127 @@
+"""High-cycle fatigue: how far mean and alternating stress stay from the Goodman line.
+
+Of the stress tensor over a period, σ(t) = σ_0 + Re Σ_{h≥1} σ_h e^{ihωt}, two numbers are made:
+
+    σ_a = max_t σ_vM(σ(t) - σ_0),      σ_m = tr σ_0 = 3 (hydrostatic mean stress),
+
+√2/3 σ_a being the octahedral shear amplitude: Sines' criterion (G. Sines, Behavior of metals
+under complex static and alternating stresses, in: Sines, Waisman (ed.), Metal Fatigue,
+McGraw-Hill 1959, 145-169), in which a mean torsion does no harm. It is scaled to the Goodman line
+of a bar (J. Goodman, Mechanics Applied to Engineering, 1899) with its fatigue limit S_e at no
+mean stress and tensile strength S_u,
+
+    σ_a / S_e + max(σ_m, 0) / S_u = 1 / n;
+
+a mean compression is given no credit. n scales both stresses; by how much vibration alone may
+grow is S_e (1 - σ_m/S_u) / σ_a.
+
+σ_a is the largest distance from the mean, so not less than the radius of the smallest sphere
+round the path (K. Dang Van, I. V. Papadopoulos (ed.), High-Cycle Metal Fatigue, Springer 1999),
+nor than half of the largest difference between two instants, `chord`; for one harmonic the three
+agree. With σ_m = ± σ_vM(σ_0), of the sign of the trace, the criterion is the one of handbooks (R.
+G. Budynas, J. K. Nisbett, Shigley's Mechanical Engineering Design, section on combinations of
+loading modes); both are kept.
+"""
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from vanelock import fem
+from vanelock.common.product import Product
+
+Floats = NDArray[np.float64]
+Stress = NDArray[np.complex128]
+
+BLOCK = 2048
+"""Nodes whose period is looked at together."""
+
+
+@dataclass(frozen=True)
+class Strength:
+    """What a material bears: fatigue limit at no mean stress and tensile strength, Pa."""
+
+    limit: float
+    tensile: float
+
+    def reserve(self, amplitude: ArrayLike, mean: ArrayLike) -> Any:
+        """Factor n by which both stresses may grow; infinite where there are none.
+
+        Examples
+        --------
+        >>> float(Strength(250e6, 900e6).reserve(50e6, 180e6))
+        2.5
+        """
+        used = np.asarray(amplitude) / self.limit + np.maximum(mean, 0.0) / self.tensile
+        return np.divide(1.0, used, out=np.full(used.shape, np.inf), where=used > 0)[()]
+
+    def growth(self, amplitude: ArrayLike, mean: ArrayLike) -> Any:
+        """Factor by which the vibration alone may grow; 0 where the mean breaks it already."""
+        left = self.limit * (1 - np.maximum(mean, 0.0) / self.tensile)
+        a = np.asarray(amplitude, float)
+        return np.divide(left.clip(0), a, out=np.full(a.shape, np.inf), where=a > 0)[()]
+
+
+@dataclass(frozen=True)
+class Cycle(Product):
+    """Equivalent stresses of a period at n places, Pa.
+
+    Attributes
+    ----------
+    amplitude : (n,) float
+        Largest von Mises stress of what alternates.
+    mean : (n,) float
+        Trace of the mean stress.
+    mean_mises : (n,) float
+        Von Mises stress of the mean, with the sign of its trace.
+    chord : (n,) float
+        Half of the largest von Mises stress of a difference between two instants.
+    """
+
+    amplitude: Floats = field(metadata={"unit": "Pa"})
+    mean: Floats = field(metadata={"unit": "Pa"})
+    mean_mises: Floats = field(metadata={"unit": "Pa"})
+    chord: Floats = field(metadata={"unit": "Pa"})
+
+
+def cycle(harmonics: Stress) -> Cycle:
+    """Equivalent stresses of a period.
+
+    Parameters
+    ----------
+    harmonics : (H+1, n, 6) complex
+        Stress of harmonics 0, the mean, to H, as in `fem.stresses`, Pa.
+    """
+    mean = harmonics[0].real
+    alternating = harmonics.copy()
+    alternating[0] = 0
+    trace = mean[:, :3].sum(axis=1)
+    return Cycle(
+        amplitude=fem.peak_von_mises(alternating),
+        mean=trace,
+        mean_mises=np.where(trace < 0, -1.0, 1.0) * fem.von_mises(mean),
+        chord=half_chord(alternating),
+    )
+
+
+def half_chord(harmonics: Stress) -> Floats:
+    """Half of the largest von Mises stress of σ(t) - σ(s) over all t and s, (n,) Pa.
+
+    Taken from 16 H samples of the period, which miss no more than 2 % of harmonic H.
+    """
+    H, n = len(harmonics) - 1, harmonics.shape[1]
+    count = 16 * max(H, 1)
+    wave = np.exp(2j * np.pi * np.outer(np.arange(count), np.arange(H + 1)) / count)
+    found = np.zeros(n)
+    for start in range(0, n, BLOCK):
+        block = harmonics[:, start : start + BLOCK]
+        history = np.einsum("sh,hnc->snc", wave, block).real
+        largest = np.zeros(block.shape[1])
+        for shift in range(1, count // 2 + 1):
+            difference = history - np.roll(history, shift, axis=0)
+            squared = fem.von_mises(difference.reshape(-1, 6)).reshape(count, -1)
+            np.maximum(largest, squared.max(axis=0), out=largest)
+        found[start : start + BLOCK] = largest / 2
+    return found

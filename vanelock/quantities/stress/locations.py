@@ -1,0 +1,182 @@
+"""Places of a part in words: which feature a node belongs to, and where on it."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+
+from vanelock.common.cyclic import rotation
+from vanelock.input.schema.study import Study
+from vanelock.mesh import CasingDimensions, HookDimensions, Part, VaneDimensions
+from vanelock.mesh.geometry.aerofoil import angles, around, ends, outline
+from vanelock.quantities.stress.corners import READ_OUT, reentrant_edges, within
+
+Floats = NDArray[np.float64]
+
+CONTACTS = ("hook_front", "hook_rear", "interlock_left", "interlock_right", "key", "force")
+ON = 1e-5
+"""Nodes lie on a cylinder within this, m."""
+
+
+@dataclass(frozen=True)
+class Spots:
+    """What is known of the places of a part's nodes.
+
+    Attributes
+    ----------
+    part : Part
+    dimensions : VaneDimensions, CasingDimensions or None
+        None for a user's own mesh.
+    hook : HookDimensions
+        What vane and casing share.
+    feature : (n,) str
+        "aerofoil 2", "inner shroud", ...; "vane" or "casing" where no dimensions tell.
+    corner : (n,) bool
+        On or beside a sharp re-entrant corner.
+    loaded : (n,) bool
+        On or beside a node that carries the force of a contact, a tie or the excitation.
+    distance : float
+        How far "beside" reaches, m.
+    """
+
+    part: Part
+    dimensions: VaneDimensions | CasingDimensions | None
+    hook: HookDimensions
+    feature: NDArray[np.str_]
+    corner: NDArray[np.bool_]
+    loaded: NDArray[np.bool_]
+    distance: float
+
+    @property
+    def clear(self) -> NDArray[np.bool_]:
+        """(n,) nodes whose stress means something."""
+        return ~(self.corner | self.loaded)
+
+    def coordinates(self, node: int) -> tuple[float, float, float]:
+        """Radius, m, angle from the sector's middle, degrees, and axial position, m."""
+        x, y, z = self.part.points[node]
+        return float(np.hypot(x, y)), float(np.degrees(np.arctan2(y, x))), float(z)
+
+    def words(self, node: int) -> str:
+        """Where a node is: feature and place on it."""
+        told = str(self.feature[node])
+        if isinstance(self.dimensions, VaneDimensions):
+            if told.startswith("aerofoil"):
+                return on_the_aerofoil(self.dimensions, self.part, node, told)
+            if told.endswith("leg"):
+                return told + self._on_the_leg(self.dimensions, node)
+        return told
+
+    def _on_the_leg(self, vane: VaneDimensions, node: int) -> str:
+        radius = self.coordinates(node)[0]
+        near = 0.5 * (vane.leg_rear - vane.leg_front)
+        if radius - vane.outer_shroud_outer_radius < near:
+            return ", at the outer shroud"
+        return ", at the foot" if vane.hook.lip_radius - radius < near else ""
+
+    def doubt(self, node: int) -> str:
+        """Why the stress of a node has no limit as the mesh is refined; "" where it has one."""
+        if self.corner[node]:
+            return "at a sharp re-entrant corner"
+        return "beside a node that carries a point force" if self.loaded[node] else ""
+
+
+def spots(study: Study, part: Part) -> Spots:
+    """Places of the nodes of a study's vane or casing."""
+    dimensions = getattr(study, part.name)
+    if not isinstance(dimensions, VaneDimensions | CasingDimensions):
+        dimensions = None
+    edges = reentrant_edges(part)
+    if isinstance(dimensions, VaneDimensions):
+        feature = _of_vane(dimensions, part, within(part.points, edges, ON))
+        wall = min(dimensions.thickness, dimensions.leg_rear - dimensions.leg_front)
+    elif isinstance(dimensions, CasingDimensions):
+        feature = _of_casing(dimensions, study.vane.hook, part)
+        wall = dimensions.outer_radius - dimensions.inner_radius
+    else:
+        feature = np.full(len(part.points), part.name)
+        corners = part.points[part.cells[:, :4]]
+        wall = float(np.median(np.linalg.norm(corners[:, 0] - corners[:, 1], axis=1)))
+    distance = READ_OUT * wall
+    corner = within(part.points, edges, distance)
+    held = [part.node_sets[name] for name in CONTACTS if name in part.node_sets]
+    chosen = part.points[np.unique(np.concatenate([np.empty(0, np.int64), *held]))]
+    loaded = np.zeros(len(part.points), bool)
+    if len(chosen):
+        loaded = cKDTree(chosen).query(part.points)[0] <= distance
+    return Spots(part, dimensions, study.vane.hook, feature, corner, loaded, distance)
+
+
+def _of_vane(vane: VaneDimensions, part: Part, sharp: NDArray[np.bool_]) -> NDArray[np.str_]:
+    """Features of the vane's nodes; those on a re-entrant edge belong to what stands on it."""
+    x, y, z = part.points.T
+    radius, front = np.hypot(x, y), z < vane.hook.mid_plane
+    inner, outer = vane.inner_shroud_outer_radius, vane.outer_shroud_inner_radius
+    names = np.full(len(z), "outer shroud", dtype="U32")
+    names[radius <= inner + ON] = "inner shroud"
+    base = vane.outer_shroud_outer_radius
+    leg = (radius > base + ON) | sharp & (radius > base - ON)
+    foot = radius >= vane.hook.lip_radius - ON
+    names[leg & front], names[leg & ~front] = "front hook, leg", "rear hook, leg"
+    names[foot & front], names[foot & ~front] = "front hook, foot", "rear hook, foot"
+    on = (radius > inner + ON) & (radius < outer - ON)
+    on |= sharp & (radius > inner - ON) & (radius < outer + ON)
+    samples, number = _aerofoils(vane, part.sectors)
+    nearest = cKDTree(samples).query(part.points[on])[1]
+    names[on] = [f"aerofoil {k + 1}" for k in number[nearest]]
+    return names
+
+
+def _aerofoils(vane: VaneDimensions, sectors: int) -> tuple[Floats, NDArray[np.int64]]:
+    """Points on the aerofoils' outlines at many radii, m, and the number of each point's."""
+    found, number = [], []
+    low, high = ends(vane)
+    for k, angle in enumerate(angles(vane, sectors)):
+        turn = rotation(angle)
+        for along in np.linspace(low, high, 33):
+            outline = np.asarray(around(vane, along))
+            section = np.column_stack([np.full(len(outline), along), outline])
+            section[:, 2] += vane.hook.mid_plane
+            found.append(section @ turn.T)
+            number += [k] * len(outline)
+    return np.concatenate(found), np.array(number)
+
+
+def _of_casing(casing: CasingDimensions, hook: HookDimensions, part: Part) -> NDArray[np.str_]:
+    x, y, z = part.points.T
+    radius, front = np.hypot(x, y), z < hook.mid_plane
+    names = np.full(len(z), "shell", dtype="U32")
+    rail = radius < casing.inner_radius - ON
+    names[rail & front], names[rail & ~front] = "front rail", "rear rail"
+    flange = (z <= casing.flange_thickness + ON) | (
+        z >= casing.length - casing.flange_thickness - ON
+    )
+    names[flange & ~rail] = "end flange"
+    boss = (radius > casing.outer_radius + ON) & ~flange
+    names[boss] = "strut boss"
+    return names
+
+
+def on_the_aerofoil(vane: VaneDimensions, part: Part, node: int, name: str) -> str:
+    """Side, chord and span of a node of an aerofoil, in words."""
+    axis = angles(vane, part.sectors)[int(name.split()[1]) - 1]
+    local = part.points[node] @ rotation(axis)  # in the frame of the aerofoil's sections
+    radius = float(np.hypot(*part.points[node][:2]))
+    inner, outer = vane.inner_shroud_outer_radius, vane.outer_shroud_inner_radius
+    span = float(np.clip((radius - inner) / (outer - inner), 0, 1))
+    station = np.linspace(-1, 1, 201)
+    sides = outline(vane, station, float(local[0]))
+    gap = np.linalg.norm(sides - (local[1:] - [0.0, vane.hook.mid_plane]), axis=2)
+    number, place = np.unravel_index(int(gap.argmin()), gap.shape)
+    side, chord = ("suction", "pressure")[int(number)], float(station[place] + 1) / 2
+    if chord <= 0.02:
+        along = "leading edge"
+    elif chord >= 0.98:
+        along = "trailing edge"
+    else:
+        along = f"{side} side, {100 * chord:.0f} % of the chord"
+    if min(radius - inner, outer - radius) < 0.5 * vane.thickness:
+        end = "inner" if radius - inner < outer - radius else "outer"
+        return f"{name}, root at the {end} shroud, {along}"
+    return f"{name}, {100 * span:.0f} % of the span, {along}"

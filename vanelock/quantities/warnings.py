@@ -1,0 +1,239 @@
+"""What to know of a case before its numbers are used: lines for terminal, page and results.
+
+Studies and scenes take them from the same functions, each from the products that show it.
+"""
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+
+from vanelock.input.cases.names import words
+from vanelock.nonlinear import OPEN, Response
+from vanelock.nonlinear.forced_response.response import half_peak_to_peak
+from vanelock.stages.campbell.speed_lines import Lines
+from vanelock.stages.response.summary import Peak
+
+Floats = NDArray[np.float64]
+
+ALIKE = 0.8
+"""Least modal assurance criterion between the mode of interest free and stuck."""
+OPEN_SHARE = 0.1
+"""Of a joint's contacts that the limits hold closed, how many may be open at rest."""
+HARMONICS = 0.1
+"""Motion of the contacts by harmonics beyond the band, over that by the first."""
+SPEEDS = (0.05, 5e4)
+"""Frequency of the mode of interest times the part's size, m/s: waves in solids travel at up to
+12,000 m/s, and thin walls vibrate at some ten thousandths of that over their length."""
+TENTH = 0.1
+"""Of a part's least extent, what its displacements must stay below to be small."""
+NAMED = 8
+"""Cases that a line names."""
+SAME = 1e-9
+"""Relative difference of peaks below which cases are the same."""
+
+
+class Numbers(Protocol):
+    """What a study or a scene knows of a case in numbers."""
+
+    @property
+    def peak(self) -> Peak | None:
+        """Largest point, None where none converged."""
+        ...
+
+    @property
+    def converged(self) -> int:
+        """Points that did."""
+        ...
+
+    @property
+    def points(self) -> int:
+        """All points."""
+        ...
+
+    @property
+    def worst(self) -> float:
+        """Largest residual of the others."""
+        ...
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """What else to know."""
+        ...
+
+
+def of_case(found: Numbers) -> list[str]:
+    """All that is to be known of a case, a line each."""
+    return [*doubts(found), *found.warnings]
+
+
+def doubts(found: Numbers) -> list[str]:
+    """Why the peak of a case may not be the largest."""
+    lines = []
+    if found.peak is None:
+        lines.append("no point converged")
+    lines += lost(found)
+    if found.peak is not None and found.peak.at_edge:
+        lines.append(
+            "the largest point is at the end of the frequency range; a peak may lie beyond"
+        )
+    return lines
+
+
+def lost(found: Numbers) -> list[str]:
+    """How many points of a case did not converge, if any."""
+    if found.converged == found.points:
+        return []
+    return [
+        f"{found.points - found.converged} of {found.points} points DID NOT CONVERGE "
+        f"(largest residual {found.worst:.1e}); they are left out"
+    ]
+
+
+def by_text(cases: Mapping[str, Numbers], told: Callable[[str], str] = words) -> list[str]:
+    """Sentences on the cases of a run: each line once, with the cases, as `told`, that it is of."""
+    named: dict[str, list[str]] = {}
+    for name, found in cases.items():
+        for line in of_case(found):
+            named.setdefault(line, []).append(told(name))
+    sentences = []
+    for line, names in named.items():
+        who = "; ".join(names[:NAMED])
+        if len(names) > NAMED:
+            who += f" and {len(names) - NAMED} more"
+        if len(names) == len(cases) > 1:
+            who = "all cases"
+        sentences.append(f"{who}: {line}.")
+    return sentences
+
+
+def alike(mac: float) -> list[str]:
+    """Whether the mode of interest is the same with contacts free and stuck."""
+    if mac >= ALIKE:
+        return []
+    return [
+        f"the mode of interest free and the one stuck are alike by MAC {mac:.2f} only: they may be "
+        "different modes, and a place between the two means nothing"
+    ]
+
+
+def open_at_rest(static: Response, joints: Sequence[str], held: Iterable[str]) -> list[str]:
+    """Joints `held` closed in the linear limits whose contacts are open at rest."""
+    if not static.converged.all():
+        return []
+    lines = []
+    for name in held:
+        own = np.array([joint == name for joint in joints], bool)
+        count, still = int(own.sum()), int((static.state[0, own] == OPEN).sum())
+        if still > OPEN_SHARE * count:
+            lines.append(
+                f"{still} of {count} contacts of {name} are open at rest: the linear limits, which "
+                "hold them closed, and all that is compared with them mean nothing"
+            )
+    return lines
+
+
+def beyond_band(response: Response, peak: Peak, band: float | None) -> list[str]:
+    """Whether harmonics beyond the reduced models' band, Hz, count for something at the peak."""
+    motion = np.linalg.norm(
+        response.contact[peak.point].reshape(response.harmonics + 1, -1), axis=1
+    )
+    beyond = np.arange(response.harmonics + 1) * peak.frequency > (band or np.inf)
+    if not beyond[2:].any() or not motion[1] > 0:
+        return []
+    share = float(np.linalg.norm(motion[2:][beyond[2:]]) / motion[1])
+    if share <= HARMONICS:
+        return []
+    first = int(np.flatnonzero(beyond)[0])
+    return [
+        f"harmonics from {first} on, beyond the {band:.6g} Hz up to which the reduced models "
+        f"answer, are {100 * share:.0f} % of the contacts' motion at the peak: compare with a "
+        "wider band"
+    ]
+
+
+def large(
+    response: Response, peak: Peak, length: float, what: str, points: Floats | None
+) -> list[str]:
+    """Whether the motion at the peak is more than small displacements allow.
+
+    Parameters
+    ----------
+    response : Response
+    peak : Peak
+    length : float
+        What the outputs' amplitude must stay below, m; NaN where it is not known.
+    what : str
+        That length in words.
+    points : (c, 3) float or None
+        Places of the contacts, m; NaN where they are not known.
+    """
+    lines = []
+    moved = float(np.linalg.norm(response.amplitude[peak.point], axis=-1).max(initial=0.0))
+    if moved > length:
+        lines.append(
+            f"the amplitude at the peak, {1e3 * moved:.3g} mm, is more than {what}, "
+            f"{1e3 * length:.3g} mm: displacements are taken as small, so the answer means nothing"
+        )
+    if points is None or len(points) < 2 or not np.isfinite(points).all():
+        return lines
+    spacing = cKDTree(points).query(points, k=2)[0][:, 1]
+    contact = response.contact[peak.point]
+    slid = 2 * np.linalg.norm([half_peak_to_peak(contact[..., d]) for d in (1, 2)], axis=0)
+    if np.any(far := (slid > spacing) & (spacing > 0)):
+        worst = int(np.argmax(np.where(far, slid / np.maximum(spacing, 1e-300), 0)))
+        lines.append(
+            f"contacts slide by up to {1e3 * slid[worst]:.3g} mm in a period at the peak, further "
+            f"than to the next node, {1e3 * spacing[worst]:.3g} mm: the pairs that touch are taken "
+            "as fixed, so the answer means nothing"
+        )
+    return lines
+
+
+def implausible(frequency: float, points: Floats) -> list[str]:
+    """Whether a natural frequency, Hz, fits a part with nodes (n, 3), m, of any solid."""
+    size = float(np.ptp(points, axis=0).max()) if len(points) else 0.0
+    speed = frequency * size
+    if size == 0 or frequency == 0 or SPEEDS[0] <= speed <= SPEEDS[1]:
+        return []
+    return [
+        f"the mode of interest has {frequency:.3g} Hz and the part a size of {size:.3g} m: no "
+        "solid vibrates like that: look at the units of coordinates, moduli, densities and "
+        "contact stiffness"
+    ]
+
+
+def campbell(lines: Lines, band: float | None) -> list[str]:
+    """Whether a Campbell diagram shows what the reduced models, up to a band, Hz, do not answer."""
+    highest = max(float(lines.free.max()), float(lines.stuck.max()))
+    driven = float(lines.speeds.max() * np.abs(lines.engine_orders).max() / 60)
+    found = []
+    if band is not None and driven > band:
+        found.append(f"circles end at {band:.6g} Hz, and engine orders go on to {driven:.6g} Hz")
+    if band is not None and highest > band:
+        found.append(f"lines above {band:.6g} Hz, here up to {highest:.6g} Hz, are too high")
+    end = "the band of the reduced models: see rom.band"
+    return [f"Campbell diagram: {' and '.join(found)}: {end}"] if found else []
+
+
+def without_effect(cases: Sequence[tuple[Mapping[str, float | str], Numbers]]) -> list[str]:
+    """Swept keys whose values change nothing: cases that differ in one alone are the same."""
+    lines = []
+    for key in cases[0][0] if cases else ():
+        groups: dict[tuple[object, ...], list[Numbers]] = {}
+        for values, found in cases:
+            others = tuple(value for name, value in values.items() if name != key)
+            groups.setdefault(others, []).append(found)
+        pairs = [group for group in groups.values() if len(group) > 1]
+        if pairs and all(_same(group[0], each) for group in pairs for each in group[1:]):
+            lines.append(f"{key} has no effect: cases that differ in it alone are the same")
+    return lines
+
+
+def _same(one: Numbers, other: Numbers) -> bool:
+    if one.peak is None or other.peak is None or one.points != other.points:
+        return False
+    a, b = ((each.amplitude, each.frequency) for each in (one.peak, other.peak))
+    return bool(np.allclose(a, b, rtol=SAME, atol=0))

@@ -1,0 +1,1 @@
+"""Drawings of vane and casing with their dimensions."""

@@ -1,0 +1,1 @@
+"""Maps over two parameters, and peaks along one."""

@@ -1,0 +1,142 @@
+"""A forced response curve to be drawn: its arrays, what tells it from others, and its peak."""
+
+from dataclasses import dataclass, replace
+from typing import Final, Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from vanelock.common.errors import InputError
+
+Kind = Literal["nonlinear", "free", "stuck", "measured"]
+
+LIMITS: Final = {"free": "linear, free", "stuck": "linear, stuck"}
+"""What the legend calls the linear limits."""
+
+
+@dataclass(frozen=True)
+class Peak:
+    """Largest converged point of a curve: Hz, m, and whether it lies at an end of the range."""
+
+    frequency: float
+    amplitude: float
+    at_edge: bool
+
+
+@dataclass(frozen=True)
+class Band:
+    """Percentiles of many curves at the same frequencies.
+
+    Attributes
+    ----------
+    frequency : (p,) float
+        Hz.
+    levels : (5, p) float
+        5, 25, 50, 75 and 95 % of the curves are below these amplitudes, m.
+    label : str
+        Whose they are, such as "200 samples".
+    """
+
+    frequency: NDArray[np.float64]
+    levels: NDArray[np.float64]
+    label: str
+
+
+@dataclass(frozen=True)
+class Curve:
+    """Amplitude over frequency of one case.
+
+    Attributes
+    ----------
+    frequency : (p,) float
+        Hz.
+    amplitude : (p,) float
+        m; not a number where a point has none.
+    group : str
+        What the colour stands for, such as "μ = 0.3"; curves of one group share it.
+    harmonics : int or None
+        H, which the line style stands for.
+    converged : (p,) bool or None
+        Which points converged; None: all. The others are flagged in the figure, never left out.
+    kind : "nonlinear", "free", "stuck" or "measured"
+        The linear limits, with open and with closed contacts, are drawn in grey, or in the colour
+        of the nonlinear curves of their group. A measured one is black dots.
+    joined : bool
+        Whether a line joins the points; without it they are dots, and no peak is said to lie at
+        the end of a range.
+    variant : str
+        What the line style stands for instead of H, such as "uncoupled".
+    """
+
+    frequency: ArrayLike
+    amplitude: ArrayLike
+    group: str = ""
+    harmonics: int | None = None
+    converged: ArrayLike | None = None
+    kind: Kind = "nonlinear"
+    joined: bool = True
+    variant: str = ""
+
+    @property
+    def label(self) -> str:
+        """What the legend calls it."""
+        if self.kind == "measured":
+            return ": ".join(filter(None, ("measured", self.group)))
+        if self.kind != "nonlinear":
+            return ": ".join(filter(None, (LIMITS[self.kind], self.group)))
+        harmonics = "" if self.harmonics is None else f"H = {self.harmonics}"
+        return ", ".join(filter(None, (self.group, self.variant, harmonics))) or "response"
+
+    @property
+    def style(self) -> str | int:
+        """What the line style stands for."""
+        return self.variant or self.harmonics or 0
+
+    def over(self, reference: Peak) -> "Curve":
+        """The same over a peak's frequency and amplitude."""
+        return replace(
+            self,
+            frequency=np.asarray(self.frequency, float) / reference.frequency,
+            amplitude=np.asarray(self.amplitude, float) / reference.amplitude,
+        )
+
+
+def peak(curve: Curve) -> Peak | None:
+    """Largest converged point of a curve; None where no point converged."""
+    amplitude = np.where(converged(curve), np.asarray(curve.amplitude, float), np.nan)
+    if np.all(np.isnan(amplitude)):
+        return None
+    at = int(np.nanargmax(amplitude))
+    frequency = np.asarray(curve.frequency, float)
+    ends = (frequency.min(), frequency.max())
+    at_edge = curve.joined and ends[0] < ends[1] and bool(frequency[at] in ends)
+    return Peak(float(frequency[at]), float(amplitude[at]), at_edge)
+
+
+def check(curve: Curve) -> None:
+    """Refuse a curve whose arrays do not fit together.
+
+    Raises
+    ------
+    InputError
+        If they do not.
+    """
+    frequency, amplitude = np.asarray(curve.frequency), np.asarray(curve.amplitude)
+    if frequency.ndim != 1 or not len(frequency) or amplitude.shape != frequency.shape:
+        raise InputError(
+            f"curve {curve.label}: frequency of shape {frequency.shape} and amplitude of shape "
+            f"{amplitude.shape}: two equal lists are needed"
+        )
+    if curve.converged is not None and np.shape(curve.converged) != frequency.shape:
+        raise InputError(
+            f"curve {curve.label}: converged of shape {np.shape(curve.converged)}: "
+            f"{frequency.shape} is needed"
+        )
+
+
+def converged(curve: Curve) -> NDArray[np.bool_]:
+    """(p,) points that converged and have an amplitude."""
+    known: NDArray[np.bool_] = np.isfinite(np.asarray(curve.amplitude, float))
+    if curve.converged is not None:
+        known &= np.asarray(curve.converged, bool)
+    return known

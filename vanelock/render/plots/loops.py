@@ -1,0 +1,242 @@
+"""Hysteresis of one contact: friction over sliding, and both forces over a period."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection
+from matplotlib.lines import Line2D
+from numpy.typing import ArrayLike, NDArray
+
+from vanelock.common.errors import InputError
+from vanelock.render import style
+
+Real = NDArray[np.float64]
+
+STICKS, SLIPS, OPEN = 0, 1, 2
+BROKEN: Final = (0, (4, 3))  # of the bounds' lines
+_NAMES: Final = ("sticks", "slips", "open")
+_COLOURS: Final = (style.BLUE, style.VERMILION, style.GREY)
+
+
+def loop_picture(
+    path: style.PathLike,
+    displacement: ArrayLike,
+    force: ArrayLike,
+    mu: float,
+    title: str,
+    subtitle: str = "",
+    direction: int | None = None,
+    bounding: ArrayLike | None = None,
+    isotropic: bool = False,
+) -> Path:
+    """Draw a contact's hysteresis loop with its normal and friction force, and return the path.
+
+    Left: friction force over relative displacement. Right: normal force, and friction force with
+    its bounds ±μn, over the period; where friction is isotropic, what the other direction leaves of
+    them. Colours tell where the contact sticks, slips or is open. The
+    energy that friction takes in a cycle and the shares of the period stand under the title.
+
+    Parameters
+    ----------
+    path : path
+        PNG file to write.
+    displacement : (s, 3) float
+        v, u1, u2 at s equal steps of one period, without the repeated end, m.
+    force : (s, 3) float
+        n, t1, t2 at the same instants, N.
+    mu : float
+        Friction coefficient.
+    title, subtitle : str
+        Heading, such as "Interlock contact 3 at 252.3 Hz", and a line before the numbers.
+    direction : {1, 2}, optional
+        The friction direction shown; by default the one that takes more energy.
+    bounding : (s,) float, optional
+        The normal force that bounds friction; by default n.
+    isotropic : bool
+        Whether |t| <= μ n in the plane of both directions, or in each by itself.
+
+    Raises
+    ------
+    InputError
+        If the arrays do not fit together or the file cannot be written.
+    """
+    found = period(displacement, force, mu, direction, bounding, isotropic)
+    text = "; ".join([found.taken, f"{found.shares} of the period"])
+    with style.applied():
+        figure = style.figure(6.75, title, f"{subtitle}. {text}" if subtitle else text)
+        loop = style.axes(figure, 1.0, 0.85, 4.7, 4.7)
+        _loop(loop, found)
+        normal = style.axes(figure, 6.9, 3.55, 4.75, 2.0)
+        friction = style.axes(figure, 6.9, 0.85, 4.75, 2.0)
+        histories(normal, friction, found)
+        legend(loop, found, isotropic)
+        return style.write(figure, path)
+
+
+@dataclass(frozen=True)
+class Period:
+    """What is shown of a contact's period, at s equal steps of it.
+
+    Attributes
+    ----------
+    direction : int
+        1 or 2.
+    sliding, friction : (s,) float
+        In that direction, m and N.
+    normal : (s,) float
+        N.
+    bound : (s,) float
+        Of friction in that direction, N.
+    state : (s,) int
+        STICKS, SLIPS or OPEN.
+    taken : str
+        The energy that friction takes, in words.
+    """
+
+    direction: int
+    sliding: Real
+    friction: Real
+    normal: Real
+    bound: Real
+    state: NDArray[np.int64]
+    taken: str
+
+    @property
+    def shares(self) -> str:
+        """Shares of the period in each state, in words."""
+        present = np.unique(self.state)
+        return ", ".join(f"{_NAMES[s]} {100 * np.mean(self.state == s):.0f} %" for s in present)
+
+
+def period(
+    displacement: ArrayLike,
+    force: ArrayLike,
+    mu: float,
+    direction: int | None = None,
+    bounding: ArrayLike | None = None,
+    isotropic: bool = False,
+) -> Period:
+    """A contact's period, its parameters as of `loop_picture`.
+
+    Raises
+    ------
+    InputError
+        If the arrays do not fit together.
+    """
+    u, f = np.asarray(displacement, float), np.asarray(force, float)
+    if u.ndim != 2 or u.shape[1:] != (3,) or u.shape != f.shape or len(u) < 4:
+        raise InputError(
+            f"loop: displacement of shape {u.shape} and force of shape {f.shape}: both must be "
+            "(s, 3), s at least 4"
+        )
+    energy = [dissipated(u[:, k], f[:, k]) for k in (1, 2)]
+    k = direction if direction in (1, 2) else 1 + int(energy[1] > energy[0])
+    load = f[:, 0] if bounding is None else np.asarray(bounding, float)
+    if isotropic:
+        state = states(load, np.hypot(f[:, 1], f[:, 2]), mu)
+        bound = np.sqrt(np.maximum((mu * load) ** 2 - f[:, 3 - k] ** 2, 0.0))
+    else:
+        state, bound = states(load, f[:, k], mu), mu * load
+    taken = (
+        f"Friction takes {_energy(energy[k - 1])} a cycle in t{k}, {_energy(sum(energy))} in all"
+    )
+    return Period(k, u[:, k], f[:, k], f[:, 0], bound, state, taken)
+
+
+def dissipated(displacement: Real, friction: Real) -> float:
+    """Energy ∮ t du that friction takes in a cycle of equal steps, J (trapezoidal, closed)."""
+    step = np.roll(displacement, -1) - displacement
+    return float(np.sum((friction + np.roll(friction, -1)) / 2 * step))
+
+
+def states(normal: Real, friction: Real, mu: float) -> NDArray[np.int64]:
+    """STICKS, SLIPS or OPEN at each instant: |t| at its bound μn, or no normal force."""
+    bound = mu * normal
+    slack = 1e-6 * max(float(np.abs(bound).max()), np.finfo(float).tiny)
+    state = np.where(np.abs(friction) >= bound - slack, SLIPS, STICKS)
+    state[normal <= 1e-9 * max(float(normal.max()), np.finfo(float).tiny)] = OPEN
+    return state
+
+
+def _energy(joules: float) -> str:
+    for factor, unit in ((1.0, "J"), (1e3, "mJ"), (1e6, "µJ")):
+        if abs(joules) * factor >= 1:
+            return f"{style.number(joules * factor)} {unit}"
+    return f"{style.number(1e9 * joules)} nJ"
+
+
+def coloured(axes: Axes, x: Real, y: Real, state: NDArray[np.int64], width: float) -> Any:
+    """Broken line whose pieces have the colour of the state at their ends (the later one's)."""
+    points = np.column_stack([x, y])
+    pieces = np.stack([points[:-1], points[1:]], axis=1)
+    line = LineCollection(
+        list(pieces), colors=colours(state[1:]), linewidths=width, capstyle="round", zorder=3
+    )
+    axes.add_collection(line)
+    axes.autoscale_view()
+    return line
+
+
+def colours(state: NDArray[np.int64]) -> list[str]:
+    """Colour of each state."""
+    return [_COLOURS[s] for s in state]
+
+
+def closed(values: Any) -> Any:
+    """Values of a period with the first one repeated at the end."""
+    return np.append(values, values[:1])
+
+
+def label(axes: Axes, direction: int) -> None:
+    """Name the axes of a loop."""
+    axes.set_xlabel(f"relative displacement u{direction} (µm)")
+    axes.set_ylabel(f"friction force t{direction} (N)")
+
+
+def _loop(axes: Axes, found: Period) -> None:
+    micrometres = 1e6 * closed(found.sliding)
+    for sign in (1, -1):
+        bound = sign * closed(found.bound)
+        axes.plot(micrometres, bound, color=style.BLACK, lw=1, ls=BROKEN, alpha=0.7)
+    coloured(axes, micrometres, closed(found.friction), closed(found.state), 2.8)
+    label(axes, found.direction)
+    axes.margins(0.06)
+
+
+def histories(normal: Axes, friction: Axes, found: Period) -> None:
+    """Draw the normal force, and below it friction with its bounds, over the period."""
+    _history(normal, found.normal, found.state, "Normal load", "normal force n (N)")
+    normal.set_ylim(bottom=min(0.0, float(found.normal.min())))
+    time = np.linspace(0, 1, len(found.bound) + 1)
+    for sign in (1, -1):
+        bound = sign * closed(found.bound)
+        friction.plot(time, bound, color=style.BLACK, lw=1, ls=BROKEN, alpha=0.7)
+    name = f"force t{found.direction} (N)"
+    _history(friction, found.friction, found.state, "Friction force and its bounds", name)
+    friction.set_xlabel("time / period (–)")
+
+
+def _history(axes: Axes, force: Real, state: NDArray[np.int64], title: str, label: str) -> None:
+    time = np.linspace(0, 1, len(force) + 1)
+    coloured(axes, time, closed(force), closed(state), 2.4)
+    axes.set(xlim=(0, 1), ylabel=label, title=title)
+
+
+def legend(axes: Axes, found: Period, isotropic: bool) -> None:
+    """Tell above the axes what the colours and the broken lines are."""
+    present = np.unique(found.state)
+    shown = [Line2D([], [], color=_COLOURS[s], lw=3, label=_NAMES[s]) for s in present]
+    bounds = "bounds" if isotropic else "bounds ±μn"
+    shown.append(Line2D([], [], color=style.BLACK, lw=1, ls=BROKEN, label=bounds))
+    axes.legend(
+        handles=shown,
+        ncols=len(shown),
+        loc="lower left",
+        bbox_to_anchor=(0, 1.0),
+        borderpad=0,
+        columnspacing=1.2,
+        handlelength=1.4,
+    )

@@ -1,0 +1,157 @@
+"""What three-dimensional pictures show: bodies, lines and marked nodes under a camera.
+
+Text, legends and colour bars are added by matplotlib around the picture, so that every figure has
+the same letters and nothing overlaps.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from functools import lru_cache
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.colors import Colormap, to_rgb
+from numpy.typing import NDArray
+
+from vanelock.mesh import Part
+from vanelock.render import style
+from vanelock.render.scenes import annulus, offscreen
+from vanelock.render.scenes.surface import Surface, surface
+
+Real = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Body:
+    """Triangles with one colour, or with a colour (r, g, b in 0..1) at each point.
+
+    A solid body is closed, or its inside cannot be seen: only the front of its triangles is drawn.
+
+    Attributes
+    ----------
+    points : (m, 3) float
+        m.
+    triangles : (t, 3) int
+        Into `points`, counter-clockwise seen from outside; points shared by two triangles are
+        shaded smoothly across them.
+    colour : str or (m, 3) float
+        A colour's name, or red, green and blue at each point.
+    opacity : float
+        1: solid.
+    """
+
+    points: Real
+    triangles: NDArray[np.int64]
+    colour: str | Real
+    opacity: float = 1.0
+
+
+@dataclass(frozen=True)
+class Lines:
+    """Straight edges (k, 2) between points (m, 3), with a width in pixels."""
+
+    points: Real
+    edges: NDArray[np.int64]
+    colour: str = style.BLACK
+    width: float = 1.0
+    opacity: float = 1.0
+
+
+@dataclass(frozen=True)
+class Marks:
+    """Points (m, 3) drawn as balls of a diameter in pixels; faintly where something hides them."""
+
+    points: Real
+    colour: str
+    size: float = 12.0
+
+
+@dataclass(frozen=True)
+class Camera:
+    """Parallel view along `direction` (from the camera on), `up` upwards.
+
+    What `fit` holds fills the picture; None: everything drawn.
+    """
+
+    direction: tuple[float, float, float] | Real
+    up: tuple[float, float, float] | Real
+    fit: Real | None = None
+    margin: float = 1.03
+
+
+@dataclass(frozen=True)
+class Scene:
+    """What is drawn, and from where."""
+
+    camera: Camera
+    bodies: Sequence[Body] = ()
+    lines: Sequence[Lines] = ()
+    marks: Sequence[Marks] = field(default=())
+
+
+def smooth_surface(points: Real, skin: Surface) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Points doubled along sharp edges, so that shading is smooth between them and crisp there.
+
+    Returns
+    -------
+    (p,) int into `skin.nodes`, (t, 3) int into those p points.
+    """
+    pv = offscreen.pyvista()
+    mesh = pv.PolyData.from_regular_faces(points, skin.triangles)
+    mesh.point_data["place"] = np.arange(len(points))
+    split = mesh.compute_normals(
+        cell_normals=False,
+        split_vertices=True,
+        feature_angle=35.0,
+        consistent_normals=False,
+        non_manifold_traversal=False,
+    )
+    place = np.asarray(split.point_data["place"])
+    return place, np.asarray(split.regular_faces, np.int64)
+
+
+@dataclass(frozen=True, eq=False)
+class _Given:
+    """A part that is known again by being the same object."""
+
+    part: Part
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _Given) and other.part is self.part
+
+    def __hash__(self) -> int:
+        return id(self.part)
+
+
+def smooth_skin(
+    part: Part, corners_only: bool = False
+) -> tuple[Surface, NDArray[np.int64], NDArray[np.int64]]:
+    """A part's skin and what `smooth_surface` makes of it, found once for several pictures."""
+    return _smooth_skin(_Given(part), corners_only)
+
+
+@lru_cache(maxsize=8)
+def _smooth_skin(
+    given: _Given, corners_only: bool
+) -> tuple[Surface, NDArray[np.int64], NDArray[np.int64]]:
+    skin = surface(given.part, corners_only=corners_only)
+    return skin, *smooth_surface(given.part.points[skin.nodes], skin)
+
+
+def colours(values: Real, colour_map: Colormap, low: float, high: float) -> Real:
+    """(m, 3) colours of values; light grey where a value is not a number."""
+    norm = mpl.colors.Normalize(low, high, clip=True)
+    shown = colour_map(norm(np.nan_to_num(values)))[:, :3]
+    shown[np.isnan(values)] = to_rgb(style.LIGHT)
+    return np.asarray(shown, float)
+
+
+def repeat(faces: NDArray[np.int64], points: int, copies: int) -> NDArray[np.int64]:
+    """Triangles or edges of `copies` bodies whose points follow each other."""
+    steps = points * np.arange(copies)[:, None, None]
+    return (faces[None] + steps).reshape(-1, faces.shape[1])
+
+
+def ring(points: Real, sectors: int) -> Real:
+    """(N·m, 3) points of all sectors, sector after sector."""
+    return np.concatenate([annulus.sector_points(points, j, sectors) for j in range(sectors)])

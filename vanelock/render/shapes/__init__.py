@@ -1,0 +1,1 @@
+"""Meshes, modes, responses and stresses on their shapes."""

@@ -1,0 +1,316 @@
+"""Deformed shapes of a sector and of the full ring: modes, and the response at resonance."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from vanelock.common.cyclic import COMPONENTS, phase_factor
+from vanelock.common.errors import InputError
+from vanelock.mesh import Part
+from vanelock.render import style
+from vanelock.render.scenes import annulus, scene, views, window
+from vanelock.render.scenes.surface import Surface
+
+Real = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+Paint = Callable[[Real, Complex], Real]  # (m, 3) points and shape of one sector -> (m, 3) colours
+
+DRAWN: Final = 0.05
+"""Largest displacement in a picture, as a share of the ring's outer radius."""
+_FAINT: Final = 0.02  # below this share of the largest a phase means nothing
+
+
+@dataclass(frozen=True)
+class Skin:
+    """What one part needs to be drawn.
+
+    Attributes
+    ----------
+    part : Part
+        The part.
+    surface : Surface
+        Its skin.
+    shape : (m, 3) complex
+        The shape on sector 0 at the skin's nodes.
+    split : (p,) int
+        Into those nodes: they are doubled along sharp edges.
+    triangles : (t, 3) int
+        Into `split`.
+    """
+
+    part: Part
+    surface: Surface
+    shape: Complex
+    split: NDArray[np.int64]
+    triangles: NDArray[np.int64]
+
+    @property
+    def points(self) -> Real:
+        """(m, 3) undeformed coordinates of the skin's nodes, m."""
+        points: Real = self.part.points[self.surface.nodes]
+        return points
+
+
+def mode_picture(
+    path: style.PathLike,
+    parts: Sequence[Part],
+    shapes: Sequence[Complex],
+    nodal_diameter: int,
+    title: str,
+    subtitle: str = "",
+) -> Path:
+    """Draw a mode on its sector and on the full ring, and return the path.
+
+    Both are deformed at the instant at which the sector deflects most, and coloured by the length
+    of the displacement at that instant over the largest length in a cycle.
+
+    Parameters
+    ----------
+    path : path
+        PNG file to write.
+    parts : sequence of Part
+        Usually the vane segment and the casing sector, of one ring.
+    shapes : sequence of (n, 3) complex
+        Cartesian shape of each part on sector 0, in any one scale.
+    nodal_diameter : int
+        ND of the shape: sector j has the phase -j 2π ND/N.
+    title : str
+        Heading, such as "Mode 2 of nodal diameter 1: 250.9 Hz".
+    subtitle : str
+        A line before the statement of the scale.
+
+    Raises
+    ------
+    InputError
+        If a shape does not fit its part or is zero, or this machine cannot draw.
+    """
+    skins = skins_of(parts, shapes)
+    largest = max(float(annulus.peak(shape).max()) for shape in shapes)
+    drawn = mode_size(parts)
+    scale = drawn / largest
+    angle = annulus.largest_instant(*shapes)
+
+    def paint(_: Real, shape: Complex) -> Real:
+        length = np.linalg.norm(annulus.at(shape, angle), axis=1) / largest
+        return scene.colours(length, style.AMPLITUDE_MAP, 0, 1)
+
+    stated = f"Drawn at its largest deflection; largest displacement drawn as {1e3 * drawn:.3g} mm"
+    with style.applied():
+        figure = style.figure(6.9, title, sentences(subtitle, stated))
+        _panel(
+            figure,
+            0.3,
+            5.0,
+            "One sector (undeformed in grey)",
+            sector_scene(skins, angle, scale, paint),
+        )
+        # Each sector of the ring is small: its elements' corners are enough.
+        coarse = skins_of(parts, shapes, corners_only=True)
+        ring = ring_scene(coarse, nodal_diameter, angle, scale, paint)
+        _panel(figure, 5.3, 5.4, f"Full ring, {ring_and_wave(parts, nodal_diameter)}", ring)
+        style.colour_bar(
+            style.axes(figure, 10.95, 1.4, 0.16, 3.6),
+            style.AMPLITUDE_MAP,
+            0,
+            1,
+            "displacement / largest displacement (–)",
+        )
+        return style.write(figure, path)
+
+
+def response_picture(
+    path: style.PathLike,
+    parts: Sequence[Part],
+    shapes: Sequence[Complex],
+    nodal_diameter: int,
+    title: str,
+    subtitle: str = "",
+    component: int | None = None,
+) -> Path:
+    """Draw amplitude and phase of a response on the full ring, and return the path.
+
+    Left: amplitude, the largest displacement that each point reaches in a cycle, in µm. Right: the
+    phase of one cylindrical component in degrees, positive where it leads the excitation of sector
+    0; grey where that component stays below 2 % of its largest.
+
+    Parameters
+    ----------
+    path : path
+        PNG file to write.
+    parts : sequence of Part
+        Usually the vane segment and the casing sector, of one ring.
+    shapes : sequence of (n, 3) complex
+        Cartesian displacement of each part on sector 0, one-sided amplitude of a harmonic, m.
+    nodal_diameter : int
+        ND of that harmonic.
+    title, subtitle : str
+        Heading, and a line before the statement of the scale.
+    component : {0, 1, 2}, optional
+        Radial, circumferential or axial; by default the one that moves most.
+
+    Raises
+    ------
+    InputError
+        If a shape does not fit its part or is zero, or this machine cannot draw.
+    """
+    skins = skins_of(parts, shapes, corners_only=True)
+    amplitude = max(float(annulus.peak(shape).max()) for shape in shapes)
+    scale = annulus.round_scale(amplitude, DRAWN * outer_radius(parts))
+    angle = annulus.largest_instant(*shapes)
+    if component is None:
+        points = np.concatenate([part.points for part in parts])
+        component = annulus.dominant(points, np.concatenate(list(shapes)))
+    strongest = max(
+        float(np.abs(annulus.cylindrical(part.points, shape)[:, component]).max())
+        for part, shape in zip(parts, shapes, strict=True)
+    )
+
+    def by_amplitude(_: Real, shape: Complex) -> Real:
+        return scene.colours(1e6 * annulus.peak(shape), style.AMPLITUDE_MAP, 0, 1e6 * amplitude)
+
+    def by_phase(points: Real, shape: Complex) -> Real:
+        moved = annulus.cylindrical(points, shape)[:, component]
+        degrees = np.degrees(np.angle(moved))
+        degrees[np.abs(moved) < _FAINT * strongest] = np.nan
+        return scene.colours(degrees, style.PHASE_MAP, -180, 180)
+
+    stated = (
+        f"Largest amplitude {style.number(1e6 * amplitude)} µm; "
+        f"deformation drawn {scale:,.10g} times as large"
+    )
+    name = COMPONENTS[component]
+    with style.applied():
+        figure = style.figure(6.9, title, sentences(subtitle, stated))
+        left = ring_scene(skins, nodal_diameter, angle, scale, by_amplitude)
+        _panel(figure, 0.3, 4.75, f"Amplitude, {ring_and_wave(parts, nodal_diameter)}", left)
+        bar = style.axes(figure, 5.1, 1.6, 0.15, 3.2)
+        style.colour_bar(bar, style.AMPLITUDE_MAP, 0, 1e6 * amplitude, "amplitude (µm)")
+        right = ring_scene(skins, nodal_diameter, angle, scale, by_phase)
+        _panel(figure, 6.1, 4.75, f"Phase of the {name} motion", right)
+        bar = style.axes(figure, 10.9, 1.6, 0.15, 3.2)
+        phase = style.colour_bar(bar, style.PHASE_MAP, -180, 180, "phase (degrees)")
+        phase.set_ticks(range(-180, 181, 60))
+        across, up = figure.get_size_inches()
+        figure.text(
+            6.1 / across,
+            0.22 / up,
+            f"Grey: {name} motion below {100 * _FAINT:.0f} % of its largest",
+            fontsize=10.5,
+            color=style.GREY,
+        )
+        return style.write(figure, path)
+
+
+def skins_of(
+    parts: Sequence[Part], shapes: Sequence[Complex], corners_only: bool = False
+) -> list[Skin]:
+    """Check that parts and shapes belong together, and extract what is drawn.
+
+    Raises
+    ------
+    InputError
+        If they do not, or the shapes are zero.
+    """
+    check_shapes(parts, shapes)
+    if not any(np.any(shape) for shape in shapes):
+        raise InputError("shapes: zero everywhere: there is nothing to draw")
+    skins = []
+    for part, shape in zip(parts, shapes, strict=True):
+        skin, split, triangles = scene.smooth_skin(part, corners_only)
+        skins.append(Skin(part, skin, np.asarray(shape)[skin.nodes], split, triangles))
+    return skins
+
+
+def check_shapes(parts: Sequence[Part], shapes: Sequence[Complex]) -> None:
+    """Refuse shapes that do not belong to the parts.
+
+    Raises
+    ------
+    InputError
+        If their numbers or sizes differ, or a value is not finite.
+    """
+    if len(parts) != len(shapes):
+        raise InputError(f"shapes: given {len(shapes)}: {len(parts)}, one for each part, needed")
+    if len({part.sectors for part in parts}) > 1:
+        raise InputError(f"sectors: given {[part.sectors for part in parts]}: must be equal")
+    for part, shape in zip(parts, shapes, strict=True):
+        if np.shape(shape) != part.points.shape:
+            wanted = part.points.shape
+            raise InputError(f"{part.name}: shape of {np.shape(shape)}: {wanted} is needed")
+        if not np.all(np.isfinite(shape)):
+            raise InputError(f"{part.name}: shape holds values that are not finite")
+
+
+def mode_size(parts: Sequence[Part]) -> float:
+    """Length as which the largest displacement of a mode is drawn, whole mm of the parts."""
+    drawn = DRAWN * outer_radius(parts)
+    return 1e-3 * max(round(1e3 * drawn), 1) if drawn > 1e-3 else drawn
+
+
+def outer_radius(parts: Sequence[Part]) -> float:
+    """Largest distance of a node from the axis, m."""
+    return max(float(np.hypot(part.points[:, 0], part.points[:, 1]).max()) for part in parts)
+
+
+def sector_scene(skins: Sequence[Skin], angle: float, scale: float, paint: Paint) -> scene.Scene:
+    """Scene of sector 0, with the undeformed outline."""
+    bodies, lines, seen = [], [], []
+    for skin in skins:
+        moved = skin.points + scale * annulus.at(skin.shape, angle)
+        colour = paint(skin.points, skin.shape)
+        bodies.append(scene.Body(moved[skin.split], skin.triangles, colour[skin.split]))
+        lines.append(scene.Lines(moved, skin.surface.outline, style.BLACK, 1.2, 0.7))
+        lines.append(scene.Lines(skin.points, skin.surface.outline, style.GREY, 1.0, 0.5))
+        seen += [moved, skin.points]
+    camera = views.sector_camera(skins[0].part.points, np.concatenate(seen))
+    return scene.Scene(camera, bodies, lines)
+
+
+def ring_scene(
+    skins: Sequence[Skin], nodal_diameter: int, angle: float, scale: float, paint: Paint
+) -> scene.Scene:
+    """Scene of all sectors; each is drawn in sector 0's frame, then turned to its place."""
+    bodies, lines = [], []
+    for skin in skins:
+        sectors = skin.part.sectors
+        placed, colour = [], []
+        for j in range(sectors):
+            shape = skin.shape * phase_factor(nodal_diameter * j, sectors)
+            moved = skin.points + scale * annulus.at(shape, angle)
+            placed.append(annulus.sector_points(moved, j, sectors))
+            colour.append(paint(skin.points, shape)[skin.split])
+        triangles = skin.triangles if sectors == 1 else skin.triangles[~skin.surface.cyclic]
+        bodies.append(
+            scene.Body(
+                np.concatenate([points[skin.split] for points in placed]),
+                scene.repeat(triangles, len(skin.split), sectors),
+                np.concatenate(colour),
+            )
+        )
+        edges = scene.repeat(skin.surface.outline, len(skin.points), sectors)
+        lines.append(scene.Lines(np.concatenate(placed), edges, style.BLACK, 0.8, 0.45))
+    return scene.Scene(views.ring_camera(skins[0].part.points), bodies, lines)
+
+
+def _panel(figure: Figure, left: float, width: float, heading: str, drawn: scene.Scene) -> None:
+    """Image of a scene, 5.3 inches high, under its heading."""
+    axes, size = style.image_axes(figure, left, 0.4, width, 5.25)
+    style.show(axes, window.snapshot(drawn, size))
+    across, up = figure.get_size_inches()
+    figure.text((left + 0.05) / across, 5.72 / up, heading, fontsize=12.5)
+
+
+def ring_and_wave(parts: Sequence[Part], nodal_diameter: int) -> str:
+    """Words for the ring and the wave on it."""
+    sectors = parts[0].sectors
+    return f"{sectors} sectors, {annulus.wave_name(nodal_diameter, sectors)}"
+
+
+def sentences(*texts: str) -> str:
+    """Texts as sentences, empty ones left out."""
+    return ". ".join(text.rstrip(". ") for text in texts if text) + "."

@@ -1,0 +1,179 @@
+"""A page of blocks as one HTML file that needs nothing else, neither a folder nor a network.
+
+The page's own policy (Content-Security-Policy) forbids every request, so what it shows is what it
+holds: plotly.js, pictures and arrays are inside.
+"""
+
+import json
+import os
+import re
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import fields
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any, Final
+
+import jinja2
+from markupsafe import Markup
+
+from vanelock.common.errors import InputError
+from vanelock.common.files.files import placed
+from vanelock.report import pictures, plots, views, wording
+from vanelock.report.blocks import Block, Cell, Page, Picture, Plot, Section, Table, Text, View
+
+_HERE: Final = Path(__file__).resolve().parent / "page"
+_MARKS: Final = {"good": "✓", "warn": "!", "bad": "✗"}
+_WORDS: Final = {"good": "good", "warn": "caution", "bad": "not met"}
+_DASHES: Final = {"solid": "none", "dash": "7 4", "dot": "2 4", "dashdot": "7 3 2 3"}
+
+
+def write_page(path: str | os.PathLike[str], page: Page) -> Path:
+    """Write the page, whole or not at all, and return its path.
+
+    Parameters
+    ----------
+    path : path
+        HTML file to write.
+    page : Page
+        What it shows. A picture's `data` in the folder of `path` is told relative to it.
+
+    Raises
+    ------
+    InputError
+        If a block's arrays do not fit each other, a picture is neither PNG nor GIF, or a file
+        cannot be read or written.
+    """
+    target = Path(path)
+    text = _html(page, target.parent)
+    with placed(target) as temporary:
+        temporary.write_bytes(text.encode("utf-8", "replace"))
+    return target
+
+
+def _html(page: Page, folder: Path) -> str:
+    environment = jinja2.Environment(
+        loader=jinja2.FileSystemLoader(_HERE), autoescape=True, undefined=jinja2.StrictUndefined
+    )
+    filters: dict[str, Callable[..., Any]] = {
+        "cell": wording.cell,
+        "marked": wording.marked,
+        "paragraphs": wording.paragraphs,
+    }
+    environment.filters.update(filters)
+    sections = list(_sections(page.sections, folder))
+    kinds = {block.kind for section in sections for block in section["blocks"]}
+    return environment.get_template("page.html").render(
+        title=page.title,
+        subtitle=page.subtitle,
+        sections=sections,
+        style=Markup(_own("page.css").replace("TITLE", _quoted(f"{page.title} · {page.subtitle}"))),
+        scripts=[_script(text) for text in _scripts(kinds)],
+        marks=_MARKS,
+        words=_WORDS,
+        dashes=_DASHES,
+    )
+
+
+def _own(name: str) -> str:
+    return (_HERE / name).read_text("utf-8")
+
+
+def _quoted(text: str) -> str:
+    """Text inside a string of a style sheet: what could end it is written by its number."""
+    return re.sub(r'["\\<\n\r]', lambda found: f"\\{ord(found[0]):x} ", text)
+
+
+def _scripts(kinds: set[str]) -> Iterator[str]:
+    """Only what the page needs; its own script also prepares tables for printing."""
+    if "Plot" in kinds:
+        from plotly.offline import get_plotlyjs
+
+        yield get_plotlyjs()
+    yield _own("page.js")
+    if "View" in kinds:
+        yield _own("view3d.js")
+
+
+def _script(text: str) -> Markup:
+    return Markup(text.replace("</script", r"<\/script").replace("<!--", r"<\!--"))
+
+
+def _sections(sections: Sequence[Section], folder: Path) -> Iterator[dict[str, Any]]:
+    taken: set[str] = {"content"}
+    count = 0
+    for section in sections:
+        blocks = []
+        for block in section.blocks:
+            count += 1
+            blocks.append(_shown(block, f"figure-{count}", folder))
+        name = base = wording.anchor(section.id or section.title)
+        number = 1
+        while name in taken:
+            number += 1
+            name = f"{base}-{number}"
+        taken.add(name)
+        yield {"title": section.title, "id": name, "blocks": blocks}
+
+
+def _shown(block: Block, name: str, folder: Path) -> SimpleNamespace:
+    """What the template needs of a block."""
+    shown: dict[str, Any] = {field.name: getattr(block, field.name) for field in fields(block)}
+    shown |= {"kind": type(block).__name__, "id": name}
+    match block:
+        case Text():
+            pass
+        case Table():
+            shown["classes"] = [Markup(f' class="{c}"') for c in _columns(block)]
+        case Picture():
+            shown["data"] = [wording.told(file, folder) for file in block.data]
+            shown["source"], shown["size"] = pictures.embedded(Path(block.path))
+        case Plot():
+            shown["data"] = [wording.told(file, folder) for file in block.data]
+            shown["legend"] = plots.legend(block)
+            shown["json"] = _json(plots.figure(block))
+        case View():
+            scene = views.scene(block)
+            shown["motions"] = [motion.name for motion in block.motions]
+            shown["sectors"] = scene["sectors"]
+            shown["colours"] = ", ".join(scene["colours"])
+            shown["json"] = _json(scene)
+    return SimpleNamespace(**shown)
+
+
+def _columns(table: Table) -> list[str]:
+    """Class of each column: numbers "n", words "s" on one line, longer text "t"."""
+    width = len(table.header)
+    for row in table.rows:
+        if len(row) != width:
+            raise InputError(
+                f"{table.caption or 'table'}: a row of {len(row)} cells: {width} are needed"
+            )
+    for name, given, wanted in (
+        ("units", table.units, width),
+        ("flags", table.flags, len(table.rows)),
+    ):
+        if given and len(given) != wanted:
+            raise InputError(
+                f"{table.caption or 'table'}: {len(given)} {name}: {wanted}, or none, are needed"
+            )
+    return [_kind([row[i] for row in table.rows]) for i in range(width)]
+
+
+def _kind(cells: Sequence[Cell]) -> str:
+    texts = [cell for cell in cells if isinstance(cell, str)]
+    longest = max((len(text) for text in texts), default=0)
+    if any(map(_is_number, texts)) and all(_is_number(text) or text == "-" for text in texts):
+        return "n"
+    if longest <= 12 and any(isinstance(cell, int | float) for cell in cells):
+        return "n"
+    return "s" if longest <= 22 else "t"
+
+
+def _is_number(text: str) -> bool:
+    return re.fullmatch(r"[-+]?\d+(\.\d+)?(e[-+]?\d+)?", text) is not None
+
+
+def _json(value: Any) -> Markup:
+    """JSON that may stand inside a script element."""
+    text = json.dumps(value, ensure_ascii=False, separators=(",", ":"), allow_nan=False)
+    return Markup(text.replace("<", "\\u003c"))

@@ -1,0 +1,84 @@
+"""Where on the vane contacts stick, slip and open around a resonance, and what each dissipates."""
+
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from vanelock import render
+from vanelock.input.cases.names import of_case, slug, words
+from vanelock.quantities.curves_and_fields import Around, Board, Floats
+from vanelock.results.figures.figure import Exhibit
+from vanelock.results.figures.preload import numbers
+from vanelock.rom.joining.pairs import Pairs, contact_pairs
+from vanelock.stages.parts.components import PARTS, joints
+from vanelock.stages.plan import Planned
+
+
+def contacts(board: Board, each: Planned) -> Exhibit:
+    """The map of a case's contacts, with its table."""
+    name = each.case.name
+    around = board.around(each)
+    title = f"{board.study.name}: contacts around the resonance"
+    shows = [each.response.key, title, name, board.shown.monitor.name]
+
+    def places() -> tuple[Pairs, Floats]:
+        vane, casing = (board.stages.get(each.part(part, 0)).masters for part in PARTS)
+        pairs = contact_pairs(vane, casing, joints(each.case.study))
+        return pairs, vane.position(pairs.vane)
+
+    def picture(path: Path) -> None:
+        pairs, positions = places()
+        render.contact_map_picture(
+            path,
+            board.parts(each)[0],
+            positions,
+            pairs.frames,
+            pairs.contacts.joint,
+            around.frequency,
+            around.state,
+            around.dissipation,
+            title,
+            words(name),
+            around.headings,
+        )
+
+    path = board.easel.draw(f"figures/contacts_{slug(name)}.png", shows, picture)
+
+    def table() -> Mapping[str, ArrayLike]:
+        pairs, positions = places()
+        return columns(around, pairs.contacts.joint, pairs.vane, positions)
+
+    notes = [f"{title}{of_case(name)}; places on the vane of sector 0; energy of friction a cycle"]
+    data = board.table(f"figures/contacts_{slug(name)}.csv", shows, table, notes)
+    hertz = around.frequency[around.headings.index("at the peak")]
+    caption = (
+        f"State of every contact of a sector at the peak, {hertz:.2f} Hz, "
+        f"and where the response is about half as large{of_case(name)}. Above: the vane's "
+        "interlock face seen along its normal; below: the hooks' bands, unrolled. Colour and shape "
+        "tell whether a contact sticks, slips or opens in the period, a marker's area the energy "
+        "that friction takes there in a cycle; numbers are those of the tables. Large markers in "
+        "one corner say that few contacts do the damping, and wear."
+    )
+    return Exhibit(path, "Contacts around the resonance", caption, (data,))
+
+
+def columns(
+    around: Around, joint: tuple[str, ...], nodes: ArrayLike, positions: Floats
+) -> Mapping[str, ArrayLike]:
+    """Contact by contact: its place, and its state and energy at each frequency."""
+    names = np.array([look[0] for look in render.LOOKS])
+    found: dict[str, ArrayLike] = {
+        "joint": joint,
+        "contact": numbers(joint),
+        "node of the vane (from 0)": nodes,
+        "x (mm)": 1e3 * positions[:, 0],
+        "y (mm)": 1e3 * positions[:, 1],
+        "z (mm)": 1e3 * positions[:, 2],
+    }
+    for i, frequency in enumerate(around.frequency):
+        at = f"{around.headings[i]}, {frequency:.3f} Hz"
+        found[f"state: {at}"] = names[around.state[i]]
+        found[f"energy (µJ): {at}"] = 1e6 * around.dissipation[i]
+    return found

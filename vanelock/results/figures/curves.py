@@ -1,0 +1,134 @@
+"""Forced response of all cases in one figure, with its linear limits."""
+
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from vanelock import render
+from vanelock.input.cases.names import merged, words
+from vanelock.input.measured import DISPLACEMENT
+from vanelock.quantities.curves_and_fields import Board, Floats
+from vanelock.quantities.selection import PERCENT, band, drawn_alone, in_words, named
+from vanelock.results.figures.figure import Exhibit
+from vanelock.stages.response.responses import Limit
+
+MOST = 16
+"""Linear limits that are drawn, free and stuck ones together."""
+
+
+def curves(board: Board) -> Exhibit:
+    """The figure of the curves, and what it draws as CSV."""
+    made = linear(board) + [
+        render.Curve(
+            frequency,
+            amplitude,
+            group=words(each.case.name, without="harmonics"),
+            harmonics=board.shown.harmonics[each.case.name],
+            converged=converged,
+            joined=each.case.study.response.frequencies is None,
+            variant=direction,
+        )
+        for each in drawn_alone(board)
+        for direction, (frequency, amplitude, converged) in board.shown.curves(
+            each.case.name
+        ).items()
+    ]
+    made += [
+        render.Curve(
+            each.frequency, each.amplitude, group=each.label, kind="measured", joined=False
+        )
+        for each in board.shown.measured
+        if each.quantity == DISPLACEMENT
+    ]
+    keys = [(*(r.key for r in each.responses), each.case.name) for each in board.planned]
+    monitor = board.shown.monitor.name
+    shows = [keys, monitor, board.study.name]
+    shows += [[m.name, m.frequency.tolist(), m.amplitude.tolist()] for m in board.shown.measured]
+    orders = {abs(each.case.study.excitation.engine_order) for each in board.planned}
+    order = orders.pop() if len(orders) == 1 else None  # one speed axis, or none
+    title = f"{board.study.name}: forced response"
+    shade = band(board)
+    path = board.easel.draw(
+        "figures/response.png",
+        shows,
+        lambda path: render.response_curves(
+            path, made, title, monitor, engine_order=order, band=shade
+        ),
+    )
+    notes = [
+        f"{title}, {monitor}: half the peak-to-peak over the excitation frequency",
+        "solved: 1 where the point converged; the others are not to be trusted",
+    ]
+    data = board.table(
+        "figures/response.csv", shows, lambda: {**columns(made), **shaded(shade)}, notes
+    )
+    limits = (
+        "The thin lines are the linear limits, with the interlock free (dashed) and stuck "
+        "(dotted): without friction's damping the peak would be as high as theirs. "
+        if board.study.joints.interlock.enabled
+        else "The thin dashed line is the linear limit: the same structure without friction's "
+        "damping. "
+    )
+    caption = (
+        f"Amplitude of {monitor} (half the peak-to-peak) over the excitation frequency. {limits}"
+        "The other lines are the responses with friction, each with a marker at its peak, whose "
+        "value stands in the legend. Read off how far friction lowers the peak, and how far it "
+        "moves the resonance from the free towards the stuck frequency."
+        f"{' Black dots are measured.' if board.shown.measured else ''}"
+    )
+    if shade is not None:
+        caption += (
+            f" Shaded: where {shade.label} lie at each frequency, and their median; lines of their "
+            f"own have {in_words(board)}."
+        )
+    return Exhibit(path, "Forced response", caption, (data,))
+
+
+def columns(curves: list[render.Curve]) -> Mapping[str, ArrayLike]:
+    """Two columns for each linear limit, three for each response, whose frequencies differ."""
+    found: dict[str, ArrayLike] = {}
+    for curve in curves:
+        found[f"frequency (Hz): {curve.label}"] = np.asarray(curve.frequency, float)
+        found[f"amplitude (µm): {curve.label}"] = 1e6 * np.asarray(curve.amplitude, float)
+        if curve.converged is not None:
+            found[f"solved: {curve.label}"] = np.asarray(curve.converged, bool)
+    return found
+
+
+def shaded(band: render.Band | None) -> Mapping[str, ArrayLike]:
+    """Percentiles of many cases as columns."""
+    if band is None:
+        return {}
+    found: dict[str, ArrayLike] = {f"frequency (Hz): {band.label}": band.frequency}
+    for percent, level in zip(PERCENT, band.levels, strict=True):
+        found[f"amplitude (µm): {percent} % of {band.label}"] = 1e6 * level
+    return found
+
+
+def linear(board: Board) -> list[render.Curve]:
+    """Linear limits: equal ones once; without an interlock there is no stuck one."""
+    found: list[tuple[list[str], Limit, Floats, Floats]] = []
+    limits = board.shown.linear
+    if len(limits) > MOST:  # a stiffness is swept: those of the cases that are shown
+        own = {each.linear.name for each in named(board)}
+        limits = {key: curve for key, curve in limits.items() if key[0] in own}
+    for (name, which), (f, a) in limits.items():
+        if which == "stuck" and not board.study.joints.interlock.enabled:
+            continue
+        for names, other, *curve in found:
+            if other == which and _equal(curve[0], f) and _equal(curve[1], a):
+                names.append(name)
+                break
+        else:
+            found.append(([name], which, f, a))
+    groups = {name for name, _ in limits}
+    return [
+        render.Curve(f, a, kind=which, group="" if len(names) == len(groups) else merged(names))
+        for names, which, f, a in found
+    ]
+
+
+def _equal(a: Floats, b: Floats) -> bool:
+    """Whether two curves are the same but for round-off."""
+    return a.shape == b.shape and bool(np.allclose(a, b, rtol=1e-6, atol=0, equal_nan=True))

@@ -1,0 +1,130 @@
+"""Haigh diagrams, and the stress and wear of every node and contact as CSV."""
+
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from vanelock import render
+from vanelock.input.cases.names import of_case, slug, words
+from vanelock.quantities.answers import CaseAnswers, Margin
+from vanelock.quantities.curves_and_fields import Board
+from vanelock.results.figures.figure import Exhibit
+
+DIGITS = 6
+"""Significant digits of stresses in tables of all nodes."""
+HAIGH = "Haigh diagram"
+"""Title of these exhibits."""
+MARKED = 5
+"""Features marked in a Haigh diagram, gauges aside."""
+
+
+def haigh(board: Board, found: CaseAnswers) -> Exhibit:
+    """Haigh diagram of the vane at a case's peak, and its numbers at every node."""
+    cycle, spots = found.cycles.vane, found.spots["vane"]
+    bears = found.governing.strength
+    named = [render.Named(m.what, m.mean, m.amplitude, m.node is None) for m in _marked(found)]
+    title = f"Fatigue of the vane at the peak, {found.peak.frequency:.2f} Hz"
+    told = (
+        f"fatigue limit {1e-6 * bears.limit:g} MPa, tensile strength {1e-6 * bears.tensile:g} MPa"
+    )
+    subtitle = "; ".join([*([] if found.name == "nominal" else [words(found.name)]), told])
+    shows = [found.key, title, subtitle, [bears.limit, bears.tensile]]
+    path = board.easel.draw(
+        f"figures/haigh_{slug(found.name)}.png",
+        shows,
+        lambda path: render.haigh_picture(
+            path,
+            cycle.mean,
+            cycle.amplitude,
+            ~spots.clear,
+            bears.limit,
+            bears.tensile,
+            named,
+            title,
+            subtitle,
+        ),
+    )
+    notes = [
+        f"{title}{of_case(found.name)}; {told}",
+        "amplitude: largest von Mises stress of what alternates; mean: trace of the mean stress;",
+        "signed: its von Mises stress with the sign of the trace; n: Goodman's reserve with mean",
+        "clear: 0 at sharp re-entrant corners and beside point forces, where stress has no limit",
+    ]
+    data = board.table(
+        f"figures/fatigue_{slug(found.name)}.csv", shows, lambda: _nodes(found), notes
+    )
+    caption = (
+        f"Every node of the vane{of_case(found.name)}: what alternates at the peak over what acts "
+        "at rest, as equivalent stresses (von Mises amplitude and hydrostatic mean, by Sines). "
+        "Below the black line the material bears the cycle for ever; n is by how much both "
+        "stresses may grow until they reach it. Marked: the worst places of some features, away "
+        "from sharp corners and point forces, and the gauges."
+    )
+    return Exhibit(path, HAIGH, caption, (data,))
+
+
+def _marked(found: CaseAnswers) -> list[Margin]:
+    gauges = [m for m in found.margins["vane"] if m.node is None]
+    return [*found.features["vane"][:MARKED], *gauges[:3]]
+
+
+def _nodes(found: CaseAnswers) -> dict[str, ArrayLike]:
+    cycle, spots = found.cycles.vane, found.spots["vane"]
+    bears = found.governing.strength
+    x, y, z = 1e3 * spots.part.points.T
+    columns: dict[str, ArrayLike] = {
+        "node": np.arange(len(x)),
+        "x (mm)": _short(x),
+        "y (mm)": _short(y),
+        "z (mm)": _short(z),
+        "feature": spots.feature.tolist(),
+        "clear": spots.clear,
+        "amplitude (MPa)": _short(1e-6 * cycle.amplitude),
+        "mean (MPa)": _short(1e-6 * cycle.mean),
+        "signed mean (MPa)": _short(1e-6 * cycle.mean_mises),
+        "half of the range (MPa)": _short(1e-6 * cycle.chord),
+        "n": _short(bears.reserve(cycle.amplitude, cycle.mean)),
+    }
+    return columns
+
+
+def wear_table(board: Board, found: CaseAnswers) -> Path:
+    """CSV of every contact's wear indicators, which the page shows as a table."""
+    columns = contact_columns(found)
+    notes = [
+        f"Contacts at the peak, {found.peak.frequency:.4g} Hz{of_case(found.name)}",
+        "slip: distance under load in a cycle, both ways; pressure: force over the contact's area",
+    ]
+    shows = [found.key, [str(k) for k in found.places.coefficient]]
+    return board.table(f"figures/wear_{slug(found.name)}.csv", shows, lambda: columns, notes)
+
+
+def contact_columns(found: CaseAnswers) -> dict[str, ArrayLike]:
+    """Indicators of all contacts by headers with units."""
+    w, at = found.wear, found.places
+    x, y, z = 1e3 * at.points.T
+    columns: dict[str, ArrayLike] = {
+        "contact": list(at.names),
+        "x (mm)": _short(x),
+        "y (mm)": _short(y),
+        "z (mm)": _short(z),
+        "area (mm^2)": _short(1e6 * w.area),
+        "energy (µJ/cycle)": _short(1e6 * w.energy),
+        "energy per area (J/m^2/cycle)": _short(w.energy_per_area),
+        "power (mW)": _short(1e3 * w.power),
+        "slip (µm/cycle)": _short(1e6 * w.slip),
+        "slip (m/h)": _short(w.slip_per_hour),
+        "mean load (N)": _short(w.mean_load),
+        "largest load (N)": _short(w.largest_load),
+        "mean pressure (MPa)": _short(1e-6 * w.mean_pressure),
+        "largest pressure (MPa)": _short(1e-6 * w.largest_pressure),
+    }
+    if np.isfinite(w.coefficient).any():
+        columns["worn volume (mm^3/h)"] = _short(1e9 * w.volume_per_hour)
+        columns["worn depth (µm/h)"] = _short(1e6 * w.depth_per_hour)
+    return columns
+
+
+def _short(values: ArrayLike) -> list[float]:
+    return [float(f"{v:.{DIGITS}g}") for v in np.asarray(values, float).ravel()]

@@ -1,0 +1,118 @@
+"""The hysteresis loop of the interlock contact that dissipates most at a case's peak."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from vanelock import nonlinear, render
+from vanelock.input.cases.names import of_case, slug, words
+from vanelock.nonlinear import Response
+from vanelock.quantities.curves_and_fields import Board, Floats
+from vanelock.results.figures.figure import Exhibit
+from vanelock.stages.plan import Planned
+
+
+@dataclass(frozen=True)
+class Loop:
+    """A contact's period at the only point of a response.
+
+    Attributes
+    ----------
+    top : Response
+        One point.
+    contact : int
+        Which contact.
+    """
+
+    top: Response
+    contact: int
+
+    @cached_property
+    def history(self) -> tuple[Floats, Floats]:
+        """(s, 3) displacements, m, and forces, N, at equal steps of the period."""
+        found: tuple[Floats, Floats] = nonlinear.contact_loop(self.top, 0, self.contact)
+        return found
+
+    @property
+    def mu(self) -> float:
+        """Friction coefficient."""
+        return float(self.top.mu[self.contact])
+
+    @property
+    def bounding(self) -> Floats | None:
+        """(s,) normal force that bounds friction where it is not the instant's, N."""
+        if self.top.coupling != "constant-load":
+            return None
+        return np.full(len(self.history[1]), self.top.force[0, 0, self.contact, 0].real)
+
+    @property
+    def isotropic(self) -> bool:
+        """Whether friction is bounded in the plane of both directions."""
+        return bool(self.top.friction == "isotropic")
+
+    def columns(self) -> Mapping[str, ArrayLike]:
+        """The period as columns."""
+        u, f = self.history
+        load = f[:, 0] if self.bounding is None else self.bounding
+        return {
+            "time / period (-)": np.arange(len(u)) / len(u),
+            "normal displacement v (µm)": 1e6 * u[:, 0],
+            "sliding u1 (µm)": 1e6 * u[:, 1],
+            "sliding u2 (µm)": 1e6 * u[:, 2],
+            "normal force n (N)": f[:, 0],
+            "friction force t1 (N)": f[:, 1],
+            "friction force t2 (N)": f[:, 2],
+            "bound of friction mu n (N)": self.mu * load,
+        }
+
+
+def loops(board: Board, each: Planned, animated: bool) -> list[Exhibit]:
+    """The loop of a case, where there is one; `animated`, too."""
+    top, name = board.top(each), each.case.name
+    joints = board.stages.get(each.system).contacts.joint
+    own = [i for i, joint in enumerate(joints) if joint == "interlock"]
+    sampled = top.samples > 0 and top.friction == "orthogonal"  # no loop is exact then
+    if sampled or not own or not top.dissipation[0, own].any():
+        return []
+    contact = max(own, key=lambda i: float(top.dissipation[0, i]))
+    loop = Loop(top, contact)
+    number, frequency = own.index(contact) + 1, board.shown.peak[name].frequency
+    title = f"Interlock contact {number} at {frequency:.2f} Hz"
+    shows = [each.response.key, title, name, board.shown.monitor.name]
+    given: dict[str, Any] = {"isotropic": loop.isotropic}
+
+    def still(path: Path) -> None:
+        given["bounding"] = loop.bounding
+        render.loop_picture(path, *loop.history, loop.mu, title, words(name), **given)
+
+    def moving(path: Path) -> None:
+        given["bounding"] = loop.bounding
+        render.loop_animation(path, *loop.history, loop.mu, title, words(name), **given)
+
+    path = board.easel.draw(f"figures/loop_{slug(name)}.png", shows, still)
+    notes = [f"{board.study.name}: {title}{of_case(name)}, one period"]
+    data = board.table(f"figures/loop_{slug(name)}.csv", shows, loop.columns, notes)
+    caption = (
+        f"Contact {number} of the interlock, the one that turns most energy into heat, over one "
+        f"period at the peak, {frequency:.2f} Hz{of_case(name)}. Left: friction over sliding; the "
+        "area inside is the energy lost in a cycle. Where the loop runs along its dashed bounds "
+        "±μn the contact slips, on the steep flanks it sticks. Right: normal force and friction "
+        "over the period; the bounds move because the normal force does."
+    )
+    heading = f"Hysteresis of interlock contact {number}"
+    made = [Exhibit(path, heading, caption, (data,))]
+    if animated:
+        path = board.easel.animate(f"figures/loop_{slug(name)}.gif", shows, moving)
+        caption = (
+            f"The same contact while its loop is traced{of_case(name)}: the point is the instant's "
+            "friction, the dashed lines are the bounds ±μn that move with the normal force beside. "
+            "It slips while it lies on a bound and sticks while it runs between them; where the "
+            "normal force is zero the contact is open and the bounds meet."
+        )
+        made.append(Exhibit(path, f"{heading}, traced", caption, (data,)))
+    return made

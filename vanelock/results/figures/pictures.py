@@ -1,0 +1,95 @@
+"""The pictures of a run, in the order in which they are drawn and shown."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+
+from vanelock import render
+from vanelock.input.schema.study import Study
+from vanelock.pipeline.progress import Notice
+from vanelock.pipeline.step import Stages
+from vanelock.quantities.answers import CaseAnswers, answers, balances
+from vanelock.quantities.contacts.energy import Balance
+from vanelock.quantities.curves_and_fields import Board, Shown
+from vanelock.quantities.scatter import Scattered
+from vanelock.quantities.selection import in_words, named
+from vanelock.results.figures.campbell import campbells
+from vanelock.results.figures.contacts import contacts
+from vanelock.results.figures.curves import curves
+from vanelock.results.figures.fatigue import haigh, wear_table
+from vanelock.results.figures.figure import Exhibit
+from vanelock.results.figures.loops import loops
+from vanelock.results.figures.preload import preloads
+from vanelock.results.figures.scatter import scatters
+from vanelock.results.figures.shapes import all_modes, mesh, response, stress
+from vanelock.results.files.redrawn import REPORT, Easel
+from vanelock.stages.plan import Planned
+
+__all__ = ["Gallery", "Shown"]
+
+
+@dataclass
+class Gallery:
+    """All pictures of a run."""
+
+    study: Study
+    planned: Sequence[Planned]
+    stages: Stages
+    shown: Shown
+    easel: Easel
+    scattered: Scattered | None = None
+    wear: dict[str, Path] = field(default_factory=dict)
+
+    @cached_property
+    def board(self) -> Board:
+        """What they are drawn from."""
+        return Board(self.study, self.planned, self.stages, self.shown, self.easel)
+
+    def draw(self) -> list[Exhibit]:
+        """Draw what is not there yet, and remove what earlier runs drew and this one does not."""
+        board = self.board
+        if self.study.outputs.shapes:
+            render.trial()  # whether this machine draws is known when the first shape is recovered
+        made = [curves(board), *campbells(board), *preloads(board)]
+        if self.scattered is not None:
+            made.insert(1, scatters(board, self.scattered))
+        detailed = self._detailed()
+        moving = {each.case.name for each in (*detailed[:1], *detailed[-1:])}
+        moving = moving if self.study.outputs.animations else set()
+        if self.study.outputs.loops:
+            for each in detailed:
+                made += loops(board, each, each.case.name in moving)
+        if self.study.outputs.shapes:
+            modes = all_modes(board)
+            made.append(mesh(board, self.planned[0], modes[0].data if modes else ()))
+            made += modes
+            for each in detailed:
+                made += response(board, each, each.case.name in moving)
+            made += [stress(board, each) for each in detailed]
+            made += [contacts(board, each) for each in detailed]
+        if self.study.outputs.report:
+            made += [haigh(board, found) for found in self.answers.values()]
+            self.wear = {name: wear_table(board, found) for name, found in self.answers.items()}
+        self.easel.tidy(keep=[REPORT] if self.study.outputs.report else [])
+        return made
+
+    @cached_property
+    def answers(self) -> dict[str, CaseAnswers]:
+        """Margins, wear and damping of the cases that are looked into."""
+        return answers(self.board)
+
+    @cached_property
+    def balances(self) -> dict[str, Balance]:
+        """Energies at the peaks of all cases."""
+        return balances(self.board)
+
+    def _detailed(self) -> list[Planned]:
+        """Cases with pictures of their own; says which, if any are drawn."""
+        cases, count = named(self.board), len(self.shown.peak)
+        wanted = self.study.outputs
+        drawn = [name for name in ("loops", "shapes") if getattr(wanted, name)]
+        if drawn and len(cases) < count:
+            told = f"pictures of {' and '.join(drawn)} for {in_words(self.board)} of {count}"
+            self.easel.listener(Notice(told))
+        return cases

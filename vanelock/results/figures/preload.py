@@ -1,0 +1,85 @@
+"""What interference alone does to the contacts, before anything vibrates."""
+
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from vanelock import nonlinear, render
+from vanelock.input.cases.names import of_case, slug, words
+from vanelock.nonlinear import Response
+from vanelock.quantities.curves_and_fields import Board
+from vanelock.quantities.selection import DETAILED, named
+from vanelock.results.figures.figure import Exhibit
+from vanelock.stages.plan import Planned
+
+
+def preloads(board: Board) -> list[Exhibit]:
+    """One for each distinct preload."""
+    found: dict[str, Exhibit] = {}
+    distinct = {each.preload.key for each in board.planned}
+    for each in board.planned if len(distinct) <= DETAILED else named(board):
+        if each.preload.key not in found:
+            found[each.preload.key] = _preload(board, each)
+    return list(found.values())
+
+
+def _preload(board: Board, each: Planned) -> Exhibit:
+    static = board.stages.get(each.preload)
+    joints = board.stages.get(each.system).contacts.joint
+    name = each.preload_name
+    suffix = f"_{slug(name)}" if name else ""
+    shows = [each.preload.key, name]
+    path = board.easel.draw(
+        f"figures/preload{suffix}.png",
+        shows,
+        lambda path: picture(path, static, joints, words(name)),
+    )
+    data = board.table(f"figures/preload{suffix}.csv", shows, lambda: columns(static, joints))
+    caption = (
+        f"Contact forces at rest, from the interference alone{of_case(name)}. Above: normal force "
+        "of each contact of a sector. Below: friction over its bound, |t| / (μ n): 1 where the "
+        "contact slid while the parts were assembled. An open contact carries nothing and cannot "
+        "damp; the spread of the normal forces tells how unevenly a joint will slip."
+    )
+    return Exhibit(path, "Preload of the contacts", caption, (data,))
+
+
+def picture(path: Path, static: Response, joints: tuple[str, ...], subtitle: str) -> None:
+    """Draw the forces of a state at rest."""
+    render.preload_picture(
+        path,
+        static.force[0, 0].real,
+        static.mu,
+        joints,
+        subtitle=subtitle,
+        opened=static.state[0] == nonlinear.OPEN,
+        isotropic=static.friction == "isotropic",
+    )
+
+
+def columns(static: Response, joints: tuple[str, ...]) -> Mapping[str, ArrayLike]:
+    """Contact by contact: joint, number in its joint, state, forces."""
+    force = static.force[0, 0].real
+    states = np.array(["sticks", "slid at assembly", "open"])
+    opened = static.state[0] == nonlinear.OPEN
+    used = render.utilisation(
+        np.where(opened[:, None], 0.0, force), static.mu, static.friction == "isotropic"
+    )
+    slid = np.nan_to_num(used) >= 1 - 1e-6
+    return {
+        "joint": joints,
+        "contact": numbers(joints),
+        "state": states[np.where(opened, 2, np.where(slid, 1, 0))],
+        "normal force n (N)": force[:, 0],
+        "friction force t1 (N)": force[:, 1],
+        "friction force t2 (N)": force[:, 2],
+        "friction coefficient mu (-)": static.mu,
+        "|t| / (mu n) (-)": used,
+    }
+
+
+def numbers(joints: tuple[str, ...]) -> list[int]:
+    """Each contact's number in its joint, from 1, as pictures and tables count."""
+    return [joints[: i + 1].count(joint) for i, joint in enumerate(joints)]

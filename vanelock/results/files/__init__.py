@@ -1,0 +1,1 @@
+"""The folder of a run: its results file, and files drawn again when they have to."""

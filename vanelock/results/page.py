@@ -1,0 +1,106 @@
+"""The page of a run, report.html: its sections in order, written when what it shows changed."""
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+import vanelock
+from vanelock.pipeline.cache import code_of, file_digest
+from vanelock.report import Page, Picture, Section, write_page
+from vanelock.report.blocks import Block
+from vanelock.results.figures.fatigue import HAIGH
+from vanelock.results.files.redrawn import REPORT
+from vanelock.results.page_sections.content import Told
+from vanelock.results.page_sections.curves import curves
+from vanelock.results.page_sections.errors import convergence
+from vanelock.results.page_sections.fatigue import fatigue
+from vanelock.results.page_sections.inputs import all_inputs, inputs
+from vanelock.results.page_sections.models import models
+from vanelock.results.page_sections.provenance import provenance, written
+from vanelock.results.page_sections.scatter import scatter
+from vanelock.results.page_sections.summary import summary
+from vanelock.results.page_sections.view import shapes
+from vanelock.results.page_sections.wear import damping, wear
+
+ELSEWHERE = (HAIGH,)
+"""Titles of exhibits that stand in sections of their own."""
+
+
+def write_report(
+    told: Told, first: Callable[[], Sequence[Section]] = tuple, shows: Any = ()
+) -> Path:
+    """Write the page of a run into its folder, unless it is there and shows the same already.
+
+    Parameters
+    ----------
+    told : Told
+        The run.
+    first : callable
+        Makes sections that go with the run's own, a campaign's: the first of them stands before
+        the summary, the others after it.
+    shows : JSON
+        All that those depend on.
+    """
+    easel = told.board.easel
+    depends = [shown(told), shows] if shows else shown(told)
+    return easel.draw(REPORT, depends, lambda path: write_page(path, page(told, first())))
+
+
+def page(told: Told, first: Sequence[Section] = ()) -> Page:
+    """The page; of the `first` sections, a campaign's, one stands before the summary."""
+    summed, *rest = sections(told)
+    version = f"vanelock {vanelock.__version__}, {written()}"
+    return Page(
+        told.board.study.name,
+        f"Friction-damped vibration of a vane segment; {version}",
+        (*first[:1], summed, *first[1:], *rest),
+    )
+
+
+def sections(told: Told) -> list[Section]:
+    """All sections of an ordinary run."""
+    made = [
+        summary(told),
+        scatter(told),
+        inputs(told.board.study, [each.case.study for each in told.board.planned]),
+        curves(told),
+        shapes(told),
+        fatigue(told),
+        damping(told),
+        wear(told),
+        pictures(told),
+        convergence(told),
+        models(told),
+        provenance(told),
+        all_inputs(told.board.study),
+    ]
+    return [section for section in made if section.blocks]
+
+
+def pictures(told: Told) -> Section:
+    """The run's figures that no other section shows."""
+    blocks: list[Block] = [
+        Picture(each.path, each.title, each.caption, each.data)
+        for each in told.exhibits
+        if each.title not in ELSEWHERE
+    ]
+    return Section("Figures", blocks, id="figures")
+
+
+def shown(told: Told) -> Any:
+    """All that the page depends on, but for the date; as JSON can hold it."""
+    board = told.board
+    return {
+        "study": board.study.model_dump(mode="json"),
+        "text": told.text,
+        "cases": [
+            [e.case.name, *(r.key for r in e.responses), e.linear.key, e.system.key]
+            for e in board.planned
+        ],
+        "failed": {name: each.reason for name, each in told.failed.items()},
+        "answers": [found.key for found in told.answers.values()],
+        "exhibits": [
+            [str(e.path.name), e.title, e.caption, file_digest(e.path)] for e in told.exhibits
+        ],
+        "code": code_of("results", "quantities", "report"),
+    }

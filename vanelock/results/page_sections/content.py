@@ -1,0 +1,83 @@
+"""What the page of a run is told from."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from vanelock.pipeline.executor.tasks import Failure
+from vanelock.quantities.answers import CaseAnswers
+from vanelock.quantities.contacts.energy import Balance
+from vanelock.quantities.curves_and_fields import Board
+from vanelock.quantities.scatter import Scattered
+from vanelock.results.figures.figure import Exhibit
+from vanelock.stages.accuracy.errors import Errors
+from vanelock.stages.accuracy.left_out import LeftOut
+from vanelock.stages.response.gauges import Strain
+from vanelock.stages.response.summary import Peak, Summary
+
+
+@dataclass(frozen=True)
+class Told:
+    """A run's objects, for the sections of its page.
+
+    Attributes
+    ----------
+    board : Board
+        Study, cases, stages, curves and where files go.
+    summaries : sequence of Summary
+        One for each case.
+    exhibits : sequence of Exhibit
+        Pictures in their order.
+    answers : dict of str to CaseAnswers
+        Of the cases that are looked into.
+    wear : dict of str to Path
+        CSV files of their contacts.
+    strains : dict of str to (Strain, Peak)
+        What gauges read, by case.
+    worth : dict of str to (Errors, list of LeftOut)
+        Estimated errors, by case, where an accuracy is asked for.
+    linear : dict of str to dict of "free" | "stuck" to Peak or None
+        Linear peaks by the name of their limits, "" where cases share them.
+    text : str
+        The study file.
+    balances : dict of str to Balance
+        Energies at the peak, of all cases unless there are many.
+    failed : dict of str to Failure
+        Cases that could not be computed.
+    scattered : Scattered or None
+        Percentiles of the peaks, where keys scatter.
+    """
+
+    board: Board
+    summaries: Sequence[Summary]
+    exhibits: Sequence[Exhibit]
+    answers: Mapping[str, CaseAnswers]
+    wear: Mapping[str, Path] = field(default_factory=dict)
+    strains: Mapping[str, tuple[Strain, Peak]] = field(default_factory=dict)
+    worth: Mapping[str, tuple[Errors, Sequence[LeftOut]]] = field(default_factory=dict)
+    linear: Mapping[str, Mapping[str, Peak | None]] = field(default_factory=dict)
+    text: str = ""
+    balances: Mapping[str, Balance] = field(default_factory=dict)
+    failed: Mapping[str, Failure] = field(default_factory=dict)
+    scattered: Scattered | None = None
+
+    @property
+    def monitor(self) -> str:
+        """The displacement in the curves."""
+        return self.board.shown.monitor.name
+
+    @property
+    def known(self) -> list[Summary]:
+        """Cases with a peak."""
+        return [each for each in self.summaries if each.peak is not None]
+
+    @property
+    def largest(self) -> Summary | None:
+        """The case with the largest peak."""
+        heights = [(each.peak.amplitude, i) for i, each in enumerate(self.known) if each.peak]
+        return self.known[max(heights)[1]] if heights else None
+
+    @property
+    def main(self) -> CaseAnswers | None:
+        """Answers of that case."""
+        return None if self.largest is None else self.answers.get(self.largest.case)

@@ -1,0 +1,177 @@
+"""High-cycle fatigue on a run's page: margins by place, by feature and at the gauges."""
+
+from collections.abc import Sequence
+
+from vanelock.input.cases.names import of_case, slug, words
+from vanelock.input.schema.study import Study
+from vanelock.mesh import VaneDimensions
+from vanelock.quantities.answers import CaseAnswers, Margin
+from vanelock.report import Picture, Section, Table, Text
+from vanelock.report.blocks import Block, Flag
+from vanelock.results.figures.fatigue import HAIGH
+from vanelock.results.page_sections.content import Told
+
+SAFE, ENOUGH = 1.0, 1.5
+"""Reserves below which a margin is not met, and below which it is tight."""
+
+HEADER = ("place", "r, angle, z", "alternating", "mean", "n", "n, other rule", "may grow")
+UNITS = ("", "mm, °, mm", "MPa", "MPa", "", "", "times")
+PARTS = ("vane", "casing")
+
+
+def fatigue(told: Told) -> Section:
+    """Margins of the cases that are looked into, the largest peak first."""
+    blocks: list[Block] = [Text(_method(told))]
+    main = told.main
+    if main is not None:
+        blocks += _case(main)
+        blocks += _haigh(told, main)
+    if len(told.answers) > 1:
+        blocks.append(_others(told))
+    blocks.append(Text(_limits(told)))
+    return Section("Fatigue", blocks, id="fatigue")
+
+
+def flag(reserve: float) -> Flag:
+    """How a reserve is judged."""
+    if reserve < SAFE:
+        return "bad"
+    return "warn" if reserve < ENOUGH else "good"
+
+
+def judged(found: CaseAnswers, reserve: float, part: str = "vane") -> Flag:
+    """How a reserve of a case is judged; assumed strengths make none good."""
+    told = flag(reserve)
+    return "" if told == "good" and assumed(found, part) else told
+
+
+def assumed(found: CaseAnswers, part: str = "vane") -> bool:
+    """Whether the study leaves the strength of a part to the defaults."""
+    given = getattr(found.planned.case.study.material, part).model_fields_set
+    return not {"fatigue_limit", "tensile_strength"} <= given
+
+
+def _haigh(told: Told, main: CaseAnswers) -> list[Block]:
+    """The main case's diagram, and where those of the others are."""
+    found = [each for each in told.exhibits if each.title == HAIGH]
+    own = f"haigh_{slug(main.name)}.png"
+    blocks: list[Block] = [
+        Picture(each.path, each.title, each.caption, each.data)
+        for each in found
+        if each.path.name == own
+    ]
+    others = [f"`{e.path.parent.name}/{e.path.name}`" for e in found if e.path.name != own]
+    if others:
+        blocks.append(Text(f"Diagrams of the other cases: {', '.join(others)}."))
+    return blocks
+
+
+def _method(told: Told) -> str:
+    own = told.board.study.material
+    bears = "; ".join(
+        f"{part}: fatigue limit {1e-6 * m.fatigue_limit:g} MPa, "
+        f"tensile strength {1e-6 * m.tensile_strength:g} MPa"
+        for part, m in (("vane", own.vane), ("casing", own.casing))
+    )
+    return (
+        "The **reserve n** says by how much both stresses of a place may grow until the material "
+        "fails in the long run: alternating / fatigue limit + mean / tensile strength = 1/n "
+        "(Goodman). Alternating is the largest von Mises stress of what vibrates in a period, mean "
+        "three times the hydrostatic stress of what acts at rest (Sines); compression earns no "
+        "credit. The other rule takes the signed von Mises stress of the mean. The last column "
+        "tells by how much the vibration alone may grow.\n\n"
+        f"**Strengths.** {bears}. They are what the study says; the defaults are assumed of a cast "
+        "nickel alloy at temperature and are **no data of a material**."
+    )
+
+
+def _limits(told: Told) -> str:
+    return (
+        f"{_corners(told)}\n\n**Not in the strengths**: surface, size, scatter, corrosion, "
+        "casting defects. **Not in the stresses**: gas load, temperature, and anything but preload "
+        "and the excitation. Stresses of the casing are those of rest and first harmonic."
+    )
+
+
+def _corners(told: Told) -> str:
+    main = told.main
+    if main is None:
+        return ""
+    spots, study = main.spots["vane"], told.board.study
+    sharp, count = int(spots.corner.sum()), int((~spots.clear).sum())
+    places, advice = "", "Real parts have fillets"
+    if isinstance(study.vane, VaneDimensions):
+        places = ": roots of the aerofoils"
+        advice += ": apply a notch factor of yours to the clear stress beside a root"
+        if study.vane.fillet == 0:
+            places += ", legs and feet of the hooks"
+            advice += ", give the hooks theirs by `vane.fillet`"
+    where = (
+        f"**Sharp corners.** The vane has re-entrant corners without a fillet ({sharp} nodes on or "
+        f"beside them{places}). There the stress of linear elasticity has no limit: what a mesh "
+        "shows only tells its element size. "
+        if sharp
+        else ""
+    )
+    return (
+        f"{where}Nodes within {1e3 * spots.distance:.2g} mm (0.4 of {_wall(study)}) of such a "
+        f"corner or of a node that carries a point force, {count} of {len(spots.clear)}, are told "
+        f"apart; margins that govern are those clear of them. {advice}."
+    )
+
+
+def _wall(study: Study) -> str:
+    return "the thinnest wall" if isinstance(study.vane, VaneDimensions) else "an element's edge"
+
+
+def _case(found: CaseAnswers) -> list[Block]:
+    case = of_case(found.name)
+    rows, flags = [], []
+    for part in PARTS:
+        for what, m in _merged(found.margins[part]):
+            prefix = "" if m.node is None else f"{part}, "
+            rows.append(_row(found, m, part, f"{prefix}{what}: {m.where}"))
+            flags.append("" if m.doubt else judged(found, m.reserve, part))
+    title = f"Worst places at the peak, {found.peak.frequency:.2f} Hz{case}"
+    blocks: list[Block] = [Table(HEADER, rows, title, UNITS, flags)]
+    every = [(part, m) for part in PARTS for m in found.features[part]]
+    rows = [_row(found, m, part, m.where) for part, m in every]
+    flags = [judged(found, m.reserve, part) for part, m in every]
+    title = f"Worst place of each feature{case}, clear of sharp corners and point forces"
+    blocks.append(Table(HEADER, rows, title, UNITS, flags))
+    return blocks
+
+
+def _merged(margins: Sequence[Margin]) -> list[tuple[str, Margin]]:
+    """Margins at the same node once, under all their names."""
+    found: dict[object, tuple[str, Margin]] = {}
+    for i, m in enumerate(margins):
+        key = ("gauge", i) if m.node is None else m.node
+        found[key] = (f"{found[key][0]}; {m.what}", m) if key in found else (m.what, m)
+    return list(found.values())
+
+
+def _others(told: Told) -> Table:
+    """The governing place of every case."""
+    rows, flags = [], []
+    for found in told.answers.values():
+        m = found.governing
+        rows.append(_row(found, m, "vane", f"{words(found.name)}: {m.where}"))
+        flags.append(judged(found, m.reserve))
+    return Table(HEADER, rows, "The vane's governing place in each case", UNITS, flags)
+
+
+def _row(found: CaseAnswers, m: Margin, part: str, place: str) -> tuple[str | float | None, ...]:
+    at = ""
+    if m.node is not None:
+        r, angle, z = found.spots[part].coordinates(m.node)
+        at = f"{1e3 * r:.1f}, {angle:.2f}, {1e3 * z:.1f}"
+    return (
+        f"{place} ({m.doubt})" if m.doubt else place,
+        at,
+        1e-6 * m.amplitude,
+        round(1e-6 * m.mean, 2),
+        m.reserve,
+        m.reserve_mises,
+        m.growth,
+    )

@@ -1,0 +1,143 @@
+"""The inputs of a run on its page: what differs from the defaults first, then everything."""
+
+from collections.abc import Iterator, Sequence
+
+from vanelock.input.schema.distributions import Distribution
+from vanelock.input.schema.study import Study
+from vanelock.input.schema.temperature import described
+from vanelock.input.settings import SCATTERING, Setting, settings, told
+from vanelock.report import Section, Table, Text
+
+MAIN = (
+    "ring.sectors",
+    "vane.aerofoils",
+    "vane.mesh",
+    "casing.mesh",
+    "material.vane.E",
+    "material.casing.E",
+    "mesh.size",
+    "joints.friction",
+    "joints.hook.kn",
+    "joints.hook.kt",
+    "joints.hook.mu",
+    "joints.hook.interference",
+    "joints.interlock.enabled",
+    "joints.interlock.kn",
+    "joints.interlock.kt",
+    "joints.interlock.mu",
+    "joints.interlock.interference",
+    "excitation.engine_order",
+    "excitation.engine_orders",
+    "excitation.force",
+    "excitation.unbalance",
+    "damping.ratio",
+    "response.mode",
+    "response.harmonics",
+    "response.coupling",
+)
+"""Keys that a reader wants to know whether or not they are the defaults."""
+APART = ("name", "outputs.")
+"""Keys that change nothing that is computed."""
+VARIED = ("sweep.", "rows.", SCATTERING)
+"""What cases differ in, which has tables of its own."""
+
+
+def inputs(study: Study, cases: Sequence[Study] = ()) -> Section:
+    """What the study sets; its `cases` know the temperatures of their responses."""
+    found = [each for each in settings(study) if not each.key.startswith(VARIED)]
+    changed = [each for each in found if each.changed and not each.key.startswith(APART)]
+    blocks: list[Text | Table] = list(_varied(study))
+    varied = {*study.sweep, *study.rows, *(study.scatter.keys if study.scatter else ())}
+    if changed:
+        blocks.append(
+            Table(
+                ("key", "what it is", "this study", "default"),
+                _rows(changed, with_default=True),
+                "Set differently from the defaults",
+            )
+        )
+    else:
+        blocks.append(Text("Nothing else differs from the defaults."))
+    plain = study.model_dump(mode="json")
+    main = [e for e in found if e.key in MAIN and e.value is not None and e.key not in varied]
+    if plain["excitation"]["unbalance"] is None:
+        force = Setting("excitation.force", study.excitation.force_per_node, None)
+        main = [force if e.key == force.key else e for e in main]
+        if force.key not in (e.key for e in main) and force.key not in varied:
+            main.append(force)
+    if study.excitation.engine_orders is not None:
+        main = [e for e in main if e.key != "excitation.engine_order"]
+    blocks.append(Table(("key", "what it is", "value"), _rows(main), "Main inputs"))
+    blocks.append(
+        Text(
+            "Strengths at their defaults are assumptions, not data of a material. All settings "
+            "stand at the end of the page."
+        )
+    )
+    warm = [text for text in dict.fromkeys(described(case) for case in cases) if text]
+    if warm:
+        blocks.append(
+            Text(
+                f"{_sentence('; '.join(warm))}. Temperature acts through Young's modulus alone: "
+                "thermal expansion, the stresses that it causes and softer contacts are left out."
+            )
+        )
+    return Section("Inputs", blocks)
+
+
+def _varied(study: Study) -> Iterator[Table]:
+    """What cases differ in."""
+    kinds = (
+        ("sweep", study.sweep, "Swept: each case has one of the values"),
+        ("rows", study.rows, "Varied together: a case has the values of one place in all lists"),
+    )
+    for name, lists, caption in kinds:
+        rows = [
+            (key, Setting(key, None, None).meaning, told(f"{name}.{key}", list(values)))
+            for key, values in lists.items()
+        ]
+        if rows:
+            yield Table(("key", "what it is", "values"), rows, caption)
+    if study.scatter is not None:
+        caption = f"Scattering: {study.scatter.samples:,} samples of a Latin hypercube"
+        rows = [
+            (key, Setting(key, None, None).meaning, _distribution(key, each))
+            for key, each in study.scatter.keys.items()
+        ]
+        yield Table(("key", "what it is", "distribution"), rows, caption)
+
+
+def _distribution(key: str, given: Distribution) -> str:
+    """How a key scatters, in words."""
+    words = [
+        f"{name} {value if isinstance(value, str) else told(key, value)}"
+        for name in ("mean", "deviation", "low", "high")
+        if (value := getattr(given, name)) is not None
+    ]
+    cut = ["cut to what the key allows"] if given.truncate else []
+    return ", ".join([given.distribution, *words, *cut])
+
+
+def all_inputs(study: Study) -> Section:
+    """Every key, defaults included."""
+    found = [each for each in settings(study) if not each.key.startswith("sweep.")]
+    return Section(
+        "All settings",
+        [
+            Table(
+                ("key", "what it is", "value"), _rows(found), "Every key of the study", folded=True
+            )
+        ],
+    )
+
+
+def _rows(found: Sequence[Setting], with_default: bool = False) -> list[tuple[str, ...]]:
+    rows = []
+    for each in found:
+        row: tuple[str, ...] = (each.key, each.meaning, told(each.key, each.value))
+        rows.append((*row, told(each.key, each.default)) if with_default else row)
+    return rows
+
+
+def _sentence(text: str) -> str:
+    return text[:1].upper() + text[1:]

@@ -1,0 +1,128 @@
+"""Sizes of meshes, reduced models and contacts on a run's page."""
+
+import numpy as np
+
+from vanelock.quantities.meshes.quality import figures
+from vanelock.report import Section, Table, Text
+from vanelock.report.blocks import Cell
+from vanelock.results.page_sections.content import Told
+from vanelock.stages.parts.components import PARTS
+from vanelock.stages.parts.meshes import mesh_step
+from vanelock.stages.response.limits import SHOWN
+
+NOTES = (
+    "Quality: signed inverse condition number, 1 for a perfect element. Masters: coordinates of "
+    "the nodes that joints, loads and outputs use; modes: vibration with these held. Error of a "
+    "natural frequency: the largest relative one by reducing the parts, estimated; that of the "
+    "mesh comes on top. Times are those of when a stage was computed; later runs find it in the "
+    "cache."
+)
+
+
+def models(told: Told) -> Section:
+    """Meshes, reduced parts, system and linear limits."""
+    tables = [_meshes(told), _reduced(told), _limits(told), _times(told)]
+    return Section("Model", [*tables, Text(NOTES)], id="model")
+
+
+def _meshes(told: Told) -> Table:
+    board = told.board
+    study = board.planned[0].case.study
+    rows: list[tuple[Cell, ...]] = []
+    for part in PARTS:
+        found = figures(board.stages.get(mesh_step(study, part)))
+        density = getattr(study.material, part).rho
+        rows.append(
+            (
+                part,
+                found.nodes,
+                found.dofs,
+                found.elements,
+                found.cell_type,
+                density * found.volume,
+                1e3 * found.largest_edge,
+                found.sicn[0],
+                found.sicn[2],
+            )
+        )
+    header = ("part", "nodes", "dofs", "elements", "type", "mass", "edge", "worst", "median")
+    units = ("", "", "", "", "", "kg", "≤ mm", "quality", "quality")
+    several = len({_mesh_keys(told, i) for i in range(_count(told))}) > 1
+    title = f"Finite-element meshes of one sector{' of the first case' if several else ''}"
+    return Table(header, rows, title, units)
+
+
+def _count(told: Told) -> int:
+    return len(told.board.planned)
+
+
+def _mesh_keys(told: Told, i: int) -> tuple[str, ...]:
+    return tuple(mesh_step(told.board.planned[i].case.study, part).key for part in PARTS)
+
+
+def _reduced(told: Told) -> Table:
+    board = told.board
+    first = board.planned[0]
+    rows: list[tuple[Cell, ...]] = []
+    for part in PARTS:
+        component = board.stages.get(first.rom[part])
+        masters = 3 * len(component.masters.nodes)
+        rows.append((part, masters, component.fixed_modes, component.size, component.route))
+    system = board.stages.get(first.system)
+    size = len(system.at(system.nodal_diameter(1)).K)
+    joints = system.contacts.joint
+    counts = ", ".join(f"{joints.count(j)} {j}" for j in dict.fromkeys(joints))
+    rows.append(("joined", None, None, size, f"{len(joints)} contacts: {counts}"))
+    N = first.case.study.ring.sectors
+    caption = f"Reduced models of one of {N} sectors"
+    return Table(("part", "masters", "modes", "coordinates", "route or contacts"), rows, caption)
+
+
+def _limits(told: Told) -> Table:
+    board = told.board
+    rows: list[tuple[Cell, ...]] = []
+    seen = set()
+    shown = 0
+    for each in board.planned:
+        if each.linear.key in seen:
+            continue
+        seen.add(each.linear.key)
+        found = board.stages.get(each.linear.limits)
+        shown = min(SHOWN, len(found.free))
+        name = each.linear.name or "all cases"
+        for which, hertz, mode, error in (
+            ("free", found.free, found.free_mode, found.free_error),
+            ("stuck", found.stuck, found.stuck_mode, found.stuck_error),
+        ):
+            if which == "stuck" and not found.interlock:
+                continue
+            worst = float(np.max(error[: max(shown, mode + 1)]))
+            rows.append(
+                (
+                    name,
+                    which,
+                    *(float(f) for f in hertz[:shown]),
+                    mode + 1,
+                    worst if np.isfinite(worst) else None,
+                )
+            )
+    header = ("cases", "interlock", *(f"f{i + 1}" for i in range(shown)), "mode", "error")
+    units = ("", "", *["Hz"] * shown, "of interest", "~")
+    caption = "Natural frequencies at the excited nodal diameter"
+    return Table(header, rows, caption, units)
+
+
+def _times(told: Told) -> Table:
+    kinds: dict[str, list[float]] = {}
+    for done in told.board.stages.done.values():
+        word = done.stage.partition(",")[0].split(" ")
+        kind = word[0] if word[0] in ("response", "preload", "stress", "check") else " ".join(word)
+        kinds.setdefault(kind.split("/")[0], []).append(done.seconds)
+    rows: list[tuple[Cell, ...]] = [(k, len(v), float(sum(v))) for k, v in kinds.items()]
+    rows.append(("together", sum(len(v) for v in kinds.values()), sum(r[2] for r in rows)))  # type: ignore[misc]
+    return Table(
+        ("stage", "number", "time"),
+        rows,
+        "Computing time",
+        ("", "", "s"),
+    )

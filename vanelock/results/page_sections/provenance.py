@@ -1,0 +1,52 @@
+"""Where the numbers of a page come from: versions, date, the study file, hashes."""
+
+import platform
+from datetime import UTC, datetime
+
+import vanelock
+from vanelock.input.cases.names import words
+from vanelock.pipeline.cache import installed
+from vanelock.report import Section, Table, Text
+from vanelock.report.blocks import Block, Cell
+from vanelock.results.files.ledger import LIBRARIES
+from vanelock.results.page_sections.content import Told
+
+
+def provenance(told: Told) -> Section:
+    """Versions, date, command, study file, and the hash of every response."""
+    hashes: list[tuple[Cell, ...]] = [
+        (words(each.case.name), each.response.key, each.system.key) for each in told.board.planned
+    ]
+    blocks: list[Block] = [
+        Text(
+            f"Written {written()} by `vanelock run`, from `results.h5` beside this page, which "
+            "holds every mesh, reduced model and response with their units. The page shows the "
+            "results of the study below and nothing else; it is written again when any of them "
+            "changes."
+        ),
+        Table(("program", "version"), versions(), "Versions"),
+        Table(
+            ("case", "response", "system"),
+            hashes,
+            "Hashes of all inputs and code behind each response and system",
+        ),
+    ]
+    if told.text.strip():
+        lines = [(line,) for line in told.text.rstrip().splitlines()]
+        blocks.append(Table(("the study file",), lines, "As it was given"))
+    return Section("Provenance", blocks, id="provenance")
+
+
+def versions() -> list[tuple[Cell, ...]]:
+    """Rows of programs and their versions."""
+    return [
+        ("vanelock", vanelock.__version__),
+        ("python", platform.python_version()),
+        ("system", f"{platform.system()} {platform.machine()}"),
+        *((library, installed(library)) for library in LIBRARIES),
+    ]
+
+
+def written() -> str:
+    """The date."""
+    return datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC")

@@ -1,0 +1,227 @@
+"""The first section of a run's page: the answers, and what to be careful about."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from vanelock.input.cases.names import fixed, words
+from vanelock.quantities.answers import CaseAnswers
+from vanelock.quantities.warnings import by_text, without_effect
+from vanelock.report import Answer, Answers, Section, Table, Text
+from vanelock.report.blocks import Block, Cell, Flag
+from vanelock.results.page_sections.content import Told
+from vanelock.results.page_sections.fatigue import assumed, judged
+from vanelock.results.page_sections.wear import shares
+from vanelock.stages.response.summary import Summary
+
+MU = "joints.interlock.mu"
+MOST_FAILED = 5
+"""Failed cases that the summary names."""
+HEADER = ("case", "peak", "at", "of linear", "damping", "slip", "open", "stress", "HCF reserve")
+UNITS = ("", "µm", "Hz", "free", "%", "%", "%", "MPa", "n")
+COLUMNS = (
+    "Of linear: over the linear peak with the interlock free. Damping: equivalent ratio by energy. "
+    "Slip, open: share of the interlock's contacts that rub, that lift off in a period. Stress and "
+    "reserve: alternating stress and Goodman's n at the vane's governing place."
+)
+
+
+def summary(told: Told, further: Sequence[Answer] = ()) -> Section:
+    """Answers, warnings and a line for each case; `further` answers follow the run's own."""
+    blocks: list[Block] = [Answers((*answers_of(told), *further))]
+    warned = warnings(told)
+    if warned:
+        blocks.append(Text("**Be careful.** " + "\n\n".join(warned)))
+    blocks += [cases(told), Text(COLUMNS)]
+    return Section("Summary", blocks, id="summary")
+
+
+def answers_of(told: Told) -> list[Answer]:
+    """The run's answers, most wanted first."""
+    most = told.largest
+    if most is None or most.peak is None:
+        return [Answer("Largest peak", "none", "no point of any case converged", "bad")]
+    many = len(told.known) > 1
+    case = f"{words(most.case)}, " if many else ""
+    found = [
+        Answer(
+            "Largest peak" if many else "Peak",
+            f"{1e6 * most.peak.amplitude:.3g} µm",
+            f"{case}{told.monitor}, half the peak-to-peak"
+            + (f"; {_of_linear(most)}" if _of_linear(most) else "")
+            + _error(told, most),
+            "warn" if most.peak.at_edge else "",
+        ),
+        Answer("At", f"{most.peak.frequency:.2f} Hz", _speed(told, most)),
+    ]
+    main = told.main
+    if main is not None:
+        found += _of_case(main)
+    found += best_friction(told)
+    return found
+
+
+def _of_linear(most: Summary) -> str:
+    if not np.isfinite(most.of_free):
+        return ""
+    return f"{most.of_free:.2f} of the linear peak with the interlock free"
+
+
+def _error(told: Told, most: Summary) -> str:
+    """What the peak's estimated error is, where one is."""
+    if most.case not in told.worth:
+        return ""
+    errors = told.worth[most.case][0]
+    text = f"; estimated error {100 * errors.total[0]:.2g} %, asked for {100 * errors.accuracy:g} %"
+    apart = [each for each in errors.sources if each not in errors.counted]
+    return text + "".join(
+        f", and {100 * each.amplitude:.2g} % of the {each.name}, which is given" for each in apart
+    )
+
+
+def _speed(told: Told, most: Summary) -> str:
+    (study,) = [e.case.study for e in told.board.planned if e.case.name == most.case]
+    assert most.peak is not None
+    order = abs(study.excitation.engine_order)
+    text = f"{60 * most.peak.frequency / order:,.0f} rpm at engine order {order}"
+    if 0 <= most.position <= 1:
+        text += f"; {100 * most.position:.0f} % of the way from free to stuck"
+    return text
+
+
+def _of_case(main: CaseAnswers) -> list[Answer]:
+    b = main.balance
+    joints = ", ".join(f"{name} {100 * s:.0f} %" for name, s in shares(main).items() if s > 0)
+    m = main.governing
+    r, angle, z = main.spots["vane"].coordinates(m.node) if m.node is not None else (0, 0, 0)
+    place = f"r {1e3 * r:.1f} mm, {angle:+.2f}°, z {1e3 * z:.1f} mm"
+    return [
+        _damping(main),
+        Answer(
+            "Friction's share",
+            f"{100 * b.friction_share:.0f} %",
+            f"of the energy lost in a cycle: {joints}" if joints else "nothing slips",
+        ),
+        Answer(
+            "Governing stress",
+            f"{1e-6 * m.amplitude:.3g} MPa",
+            f"alternating, mean {1e-6 * m.mean:.2g} MPa: {m.where} ({place})",
+        ),
+        _withheld("HCF reserve")
+        if main.peak.at_edge
+        else Answer("HCF reserve", f"n = {m.reserve:.3g}", _reserve(main), judged(main, m.reserve)),
+    ]
+
+
+def _withheld(title: str) -> Answer:
+    """In place of an answer that a range without its peak cannot give."""
+    note = "the largest point is at the end of the frequency range, and a peak may lie beyond"
+    return Answer(title, "withheld", f"{note}: widen response.range", "warn")
+
+
+def _damping(main: CaseAnswers) -> Answer:
+    note = f"structure alone {100 * main.planned.case.study.damping.ratio:.2g} %"
+    if main.peak.at_edge:
+        note += "; the largest point is no resonance, so this is no more than its order"
+    elif np.isfinite(main.bandwidth):
+        note += f"; by the half-power bandwidth {100 * main.bandwidth:.2g} %"
+    value = f"{100 * main.balance.damping_ratio:.2g} %"
+    return Answer("Equivalent damping", value, note, "warn" if main.peak.at_edge else "")
+
+
+def _reserve(main: CaseAnswers) -> str:
+    m = main.governing
+    text = (
+        f"Goodman, {'ASSUMED ' if assumed(main) else ''}fatigue limit "
+        f"{1e-6 * m.strength.limit:g} MPa; vibration alone may grow {m.growth:.3g} times. Clear of "
+        "sharp corners and point forces"
+    )
+    worst = main.margins["vane"][0]
+    return f"{text}, where the mesh shows n = {worst.reserve:.3g}" if worst.doubt else text
+
+
+def best_friction(told: Told) -> list[Answer]:
+    """The friction that damps best, where the interlock's is swept and nothing else."""
+    found = [each for each in told.known if each.mu is not None]
+    if len(found) < 2 or any(set(each.values) != {MU} for each in found):
+        return []
+    if any(each.peak.at_edge for each in found if each.peak):
+        return [_withheld("Friction that damps best")]
+    height = [each.peak.amplitude for each in found if each.peak]
+    best = int(np.argmin(height))
+    mu = [each.mu for each in found]
+    at_end = mu[best] in (min(mu), max(mu))  # type: ignore[type-var]
+    note = f"lowest peak of the cases, {1e6 * height[best]:.3g} µm"
+    if at_end:
+        note += "; at the end of the values swept, so the best may lie beyond"
+    return [Answer("Friction that damps best", f"μ = {mu[best]:g}", note, "warn" if at_end else "")]
+
+
+def warnings(told: Told) -> list[str]:
+    """What keeps the answers from being taken as they are, a line each."""
+    cases = {each.case: each for each in told.summaries}
+    lines = [*_failed(told), *by_text(cases)]
+    lines += [f"{line}." for line in without_effect([(c.values, c) for c in cases.values()])]
+    for name, (errors, _) in told.worth.items():
+        case = "" if name == "nominal" else f"{words(name)}: "
+        lines += [f"{case}{line.removeprefix('WARNING: ')}." for line in errors.warnings]
+    main = told.main
+    if main is not None and (worst := main.margins["vane"][0]).doubt:
+        lines.append(
+            f"The worst node of all, n = {worst.reserve:.3g} ({worst.where}), lies "
+            f"{worst.doubt}: its stress tells the mesh, not the part."
+        )
+    study = told.board.study
+    if isinstance(study.mesh.size, str) and study.mesh.size == "coarse" and not told.worth:
+        lines.append("The mesh is coarse: frequencies are several per cent too high.")
+    return lines
+
+
+def _failed(told: Told) -> list[str]:
+    """Cases that could not be computed."""
+    names = list(told.failed)
+    if not names:
+        return []
+    shown = "; ".join(f"{words(name)} ({told.failed[name].reason})" for name in names[:MOST_FAILED])
+    more = f"; and {len(names) - MOST_FAILED} more" if len(names) > MOST_FAILED else ""
+    every = len(names) + len(told.summaries)
+    return [f"{len(names)} of {every} cases FAILED and are left out: {shown}{more}."]
+
+
+def cases(told: Told) -> Table:
+    """A line for each case."""
+    rows: list[tuple[Cell, ...]] = []
+    flags: list[Flag] = []
+    for each in told.summaries:
+        found = told.answers.get(each.case)
+        peak = each.peak
+        rows.append(
+            (
+                fixed(words(each.case)),
+                None if peak is None else 1e6 * peak.amplitude,
+                None if peak is None else round(peak.frequency, 2),
+                _known(each.of_free),
+                _ratio(told, each),
+                _percent(each.slipping),
+                _percent(each.opening),
+                None if found is None else 1e-6 * found.governing.amplitude,
+                None if found is None or found.peak.at_edge else found.governing.reserve,
+            )
+        )
+        flags.append("" if each.converged == each.points else "warn")
+    return Table(HEADER, rows, f"All cases at their largest {told.monitor}", UNITS, flags)
+
+
+def _ratio(told: Told, each: Summary) -> float | None:
+    """Damping ratio by energy, %; not told at the end of a range, where nothing resonates."""
+    if each.case not in told.balances or each.peak is None or each.peak.at_edge:
+        return None
+    return round(100 * told.balances[each.case].damping_ratio, 3)
+
+
+def _known(value: float) -> float | None:
+    return float(value) if np.isfinite(value) else None
+
+
+def _percent(value: float) -> float | None:
+    return 100 * float(value) if np.isfinite(value) else None

@@ -1,0 +1,98 @@
+"""Modes and responses on a run's page, to turn and to play."""
+
+import numpy as np
+
+from vanelock import rom
+from vanelock.input.cases.names import words
+from vanelock.quantities.curves_and_fields import Board, Shape
+from vanelock.report import Motion, Section, View, body_of
+from vanelock.report.blocks import Block
+from vanelock.results.page_sections.content import Told
+from vanelock.stages.parts.components import PARTS
+from vanelock.stages.parts.meshes import mesh_step
+from vanelock.stages.plan import LIMITS, Planned
+from vanelock.stages.response.limits import hooks
+
+MOST = 4
+"""Responses shown besides the modes."""
+
+
+def shapes(told: Told) -> Section:
+    """The 3-D view of the case with the largest peak, and of others on the same meshes.
+
+    None where the study wants no shapes.
+    """
+    wanted = told.main is not None and told.board.study.outputs.shapes
+    blocks: list[Block] = [view(told.board, _same_mesh(told))] if wanted else []
+    return Section("Shapes in three dimensions", blocks, id="shapes")
+
+
+def _same_mesh(told: Told) -> list[Planned]:
+    """Cases with answers on the meshes of the main one, that first."""
+    main = told.main
+    assert main is not None
+    cases = [main.planned]
+    cases += [each.planned for each in told.answers.values() if each.name != main.name]
+    own = _meshes(main.planned)
+    return [each for each in cases if _meshes(each) == own][:MOST]
+
+
+def _meshes(each: Planned) -> list[str]:
+    return [mesh_step(each.case.study, part).key for part in PARTS]
+
+
+def view(board: Board, cases: list[Planned]) -> View:
+    """Modes of the first of some cases on one mesh, and the response of each at its peak."""
+    found = [body_of(part) for part in board.parts(cases[0])]
+    taken = [nodes for _, nodes in found]
+
+    def cut(fields: list[Shape]) -> tuple[Shape, ...]:
+        return tuple(field[nodes] for field, nodes in zip(fields, taken, strict=True))
+
+    motions = []
+    for each in cases:
+        top, peak = board.top(each), board.shown.peak[each.case.name]
+        name = "" if each.case.name == "nominal" else f", {words(each.case.name)}"
+        motions.append(
+            Motion(
+                f"Response at the peak{name}",
+                int(top.harmonic_diameters[1]),
+                cut(board.harmonic(each, 1)),
+                peak.frequency,
+                note="First harmonic alone.",
+            )
+        )
+    motions += [_mode(board, cases[0], which, cut) for which in _held(board, cases[0])]
+    return View(
+        [body for body, _ in found],
+        motions,
+        "Response and modes on the full ring",
+        "Drag to turn, scroll to zoom. Colours tell the amplitude; the motion is exaggerated.",
+    )
+
+
+def _held(board: Board, each: Planned) -> list[str]:
+    limits = board.stages.get(each.linear.limits)
+    return list(LIMITS if limits.interlock else LIMITS[:1])
+
+
+def _mode(board: Board, each: Planned, which: str, cut: object) -> Motion:
+    """The mode of interest with the interlock free or stuck."""
+    limits = board.stages.get(each.linear.limits)
+    system = board.stages.get(each.linear.system)
+    k = limits.nodal_diameter
+    place = limits.free_mode if which == "free" else limits.stuck_mode
+    frequency = limits.free_frequency if which == "free" else limits.stuck_frequency
+    closed = hooks(system.contacts.joint) if which == "free" else None
+    shape = rom.linear_modes(system, k, place + 1, closed)[1][:, place]
+    fields = board.fields(each, np.asarray(shape, complex), k)
+    assert callable(cut)
+    held = f", interlock {which}" if limits.interlock else ""
+    return Motion(
+        f"Mode {place + 1}{held}",
+        k,
+        cut(fields),
+        frequency,
+        note="A linear mode: its height means nothing.",
+        relative=True,
+    )

@@ -1,0 +1,1 @@
+"""What a scene's run prints, draws and writes."""

@@ -1,0 +1,1 @@
+"""The steps from a file to a response, and which of them a case needs."""

@@ -1,0 +1,1 @@
+"""An accuracy turned into meshes, reductions and error estimates."""

@@ -1,0 +1,224 @@
+"""What an accuracy settles before the response: contacts on areas, reduction, element size.
+
+The mesh is refined from the coarsest on, until its estimated error is within its share. Errors fall
+about as the element size does (docs/benchmarks/mesh_study.md: sharp re-entrant edges), so the next
+size follows from the last ones, and is estimated in turn.
+"""
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+from pydantic import ValidationError
+
+from vanelock.common.errors import InputError
+from vanelock.input.cases.sweep import with_values
+from vanelock.input.schema.own_mesh import OwnVane, refuse_without_areas
+from vanelock.input.schema.study import Study
+from vanelock.mesh.geometry.dimensions import CasingDimensions, VaneDimensions
+from vanelock.mesh.geometry.element_size import SIZES, SMALLEST, element_size
+from vanelock.pipeline.step import Stages
+from vanelock.stages.accuracy.budget import Budget, budget, pins
+from vanelock.stages.accuracy.mesh_errors import MeshErrors, mesh_errors_step
+from vanelock.stages.accuracy.mesh_sizes import DOFS, most_dofs, unknowns
+from vanelock.stages.parts.components import PARTS, model_step, reference_step
+from vanelock.stages.parts.meshes import mesh_step
+from vanelock.stages.parts.nodal_diameters import linear_steps
+from vanelock.stages.response.limits import Limits
+
+ORDER = 0.85
+"""Order at which errors fall with the element size, from the coarse mesh on: 0.65 there (measured
+on the example), near 1 where elements resolve the walls. Two meshes tell their own."""
+BETWEEN = (0.5, 1.1)
+"""Orders that are believed of two meshes."""
+AMPLITUDE = 1.2
+"""Error of the peak's amplitude by the mesh, over that of its frequency: the largest measured
+(docs/benchmarks/speed-against-error.md, mesh.size)."""
+AIM = 0.9
+"""Of its share, the error that the next mesh is to have."""
+STRETCH = 3
+"""Of the casing's elements around the ring: half the error at as many unknowns."""
+ROUNDS = 6
+CLOSE = 0.9
+"""Least change of size worth another mesh."""
+COARSE = "the mesh is too coarse"
+"""What a reduction says of patches that its mesh cannot tell apart."""
+ROUGHEST = 1e-2
+"""Largest `rom.accuracy` chosen: rougher reductions cost as much."""
+
+
+@dataclass(frozen=True)
+class Round:
+    """A mesh that was tried: its size in words, dofs of both parts, and estimated error.
+
+    The error is that of the frequency of the mode of interest.
+    """
+
+    size: str
+    dofs: int
+    error: float
+
+
+@dataclass(frozen=True)
+class Settled:
+    """A case with its accuracy's choices made, as far as they precede the response.
+
+    Attributes
+    ----------
+    study : Study
+        The study with them.
+    given : Study
+        The study as it was.
+    budget : Budget
+        What each source may contribute.
+    rounds : tuple of Round
+        Meshes tried; the last one is used.
+    short : str
+        Why the mesh is not as fine as its share asks for, "" where it is.
+    """
+
+    study: Study
+    given: Study
+    budget: Budget
+    rounds: tuple[Round, ...]
+    short: str
+
+
+def settle(study: Study, stages: Stages, most: float | None = None) -> Settled:
+    """Make the choices of a case with an accuracy.
+
+    Parameters
+    ----------
+    study : Study
+        Of the case.
+    stages : Stages
+        What computes the meshes that are tried.
+    most : float, optional
+        Degrees of freedom of the largest meshes; what the memory of this machine holds, and 250,000
+        at most, unless given.
+
+    Raises
+    ------
+    InputError
+        If the study cannot be computed.
+    """
+    if isinstance(study.vane, OwnVane):
+        refuse_without_areas(study, stages.get(mesh_step(study, "vane")))
+    chosen = _on_areas(study)
+    shares = budget(study)
+    modes = shares.shares.get("modes")
+    if modes is not None:
+        chosen = with_values(chosen, {"rom.accuracy": min(modes, ROUGHEST)})
+    if "mesh" in shares.pinned:
+        errors, limits = _estimates(chosen, stages)
+        rounds = [_round(chosen, errors, stages)]
+        short = ""
+    else:
+        chosen, rounds, short, limits = _meshed(
+            chosen, shares.shares["mesh"], stages, most_dofs() if most is None else most
+        )
+    if modes is None:  # what the study pins takes its own error off
+        own = (limits.free_error[limits.free_mode], limits.stuck_error[limits.stuck_mode])
+        shares = budget(study, max(float(each) for each in own))
+    stages.drop(model(chosen, "vane").key for model in (model_step, reference_step))
+    return Settled(chosen, study, shares, tuple(rounds), short)
+
+
+def _on_areas(study: Study) -> Study:
+    """With contacts on areas unless the study says otherwise, or a part is a user's mesh."""
+    if not isinstance(study.vane, VaneDimensions) or not isinstance(study.casing, CasingDimensions):
+        return study
+    joints = study.joints
+    open_to = [
+        name
+        for name in ("hook", "interlock")
+        if "patch" not in getattr(joints, name).model_fields_set
+    ]
+    return with_values(study, {f"joints.{name}.patch": "area" for name in open_to})
+
+
+def _meshed(
+    study: Study, share: float, stages: Stages, most: float
+) -> tuple[Study, list[Round], str, Limits]:
+    """The coarsest mesh whose estimated error is within its share, from the coarse one on."""
+    casing = study.casing
+    if isinstance(casing, CasingDimensions) and not casing.bosses:
+        if "stretch" not in study.mesh.model_fields_set:
+            study = with_values(study, {"mesh.stretch": STRETCH})
+    size, finest = _coarsest(study), _finest(study, most)
+    rounds: list[Round] = []
+    lengths: list[float] = []
+    while True:
+        chosen = with_values(study, {"mesh.size": size})
+        length = element_size(size, "vane")
+        try:
+            errors, limits = _estimates(chosen, stages)
+        except InputError as refused:
+            if COARSE not in str(refused) or length <= finest:
+                raise
+            size = float(f"{max(length / 2**0.5, finest):.3g}")
+            continue
+        rounds.append(_round(chosen, errors, stages))
+        error = AMPLITUDE * rounds[-1].error
+        if error <= share:
+            return chosen, rounds, "", limits
+        lengths.append(length)
+        order = _order(lengths, [each.error for each in rounds])
+        smaller = length * min((AIM * share / error) ** (1 / order), CLOSE)
+        size = float(f"{max(smaller, finest):.3g}")
+        if size >= length or len(rounds) == ROUNDS:
+            return chosen, rounds, _short(rounds[-1], error, share, most), limits
+        stages.keep(())  # the factors of this mesh
+
+
+def _order(lengths: list[float], errors: list[float]) -> float:
+    """Order at which errors fall, by the last two meshes if there are two."""
+    if len(lengths) < 2:
+        return ORDER
+    seen = math.log(errors[-2] / errors[-1]) / math.log(lengths[-2] / lengths[-1])
+    return min(max(seen, BETWEEN[0]), BETWEEN[1])
+
+
+def _short(last: Round, error: float, share: float, most: float) -> str:
+    chosen = "are chosen" if most >= DOFS else "fit the memory"
+    return (
+        f"mesh: about {error:.1e} remains at {last.size} ({last.dofs:,} degrees of freedom; "
+        f"none larger than {most:,.0f} {chosen}), {share:.1e} was its share"
+    )
+
+
+def _coarsest(study: Study) -> Any:
+    """The coarse mesh, or the largest elements that hold fillets and bosses."""
+    size: Any = "coarse"
+    while True:
+        try:
+            with_values(study, {"mesh.size": size})
+        except ValidationError as error:
+            smaller = element_size(size, "vane") / 2**0.5
+            if smaller < SMALLEST:
+                raise InputError(str(error.errors()[0]["msg"])) from None
+            size = float(f"{smaller:.3g}")
+        else:
+            return size
+
+
+def _finest(study: Study, most: float) -> float:
+    """Smallest elements that keep both meshes within so many degrees of freedom, m."""
+    size = SIZES["coarse"]["vane"]
+    while size > SMALLEST and unknowns(study, smaller := size * 0.97) <= most:
+        size = smaller
+    return size
+
+
+def _estimates(study: Study, stages: Stages) -> tuple[MeshErrors, Limits]:
+    steps = linear_steps(study)
+    return stages.get(mesh_errors_step(study, steps.limits)), stages.get(steps.limits)
+
+
+def _round(study: Study, errors: MeshErrors, stages: Stages) -> Round:
+    size = study.mesh.size
+    shown = size if isinstance(size, str) else f"{1e3 * size:.3g} mm"
+    if "mesh" in pins(study) and pins(study)["mesh"].endswith(".mesh"):
+        shown = "as given"
+    dofs = sum(3 * len(stages.get(mesh_step(study, part)).points) for part in PARTS)
+    return Round(shown, dofs, errors.interest)

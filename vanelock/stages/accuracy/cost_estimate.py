@@ -1,0 +1,112 @@
+"""What a run will take, each to about a factor of two, before anything is computed.
+
+Laws in degrees of freedom, cases and points, measured from coarse meshes to those of an accuracy of
+1 % (docs/benchmarks/memory.md), on one core of a server of 2.5 to 3 GHz.
+"""
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
+
+from vanelock.common.process import memory
+from vanelock.input.cases.sweep import Case
+from vanelock.input.schema.study import Study
+from vanelock.mesh.geometry.dimensions import CasingDimensions, VaneDimensions
+from vanelock.stages.accuracy.budget import budget, pins
+from vanelock.stages.accuracy.mesh_sizes import most_dofs, peak_memory, unknowns
+from vanelock.stages.parts.components import PARTS
+from vanelock.stages.sweep.time_left import work
+
+UNITS = ((86400, "days"), (3600, "h"), (60, "min"), (1, "s"))
+
+
+class Estimate(NamedTuple):
+    """What a run takes: degrees of freedom, bytes of memory, seconds on one core, bytes on disk."""
+
+    dofs: float
+    memory: float
+    seconds: float
+    disk: float
+
+    def words(self) -> dict[str, str]:
+        """Each in words."""
+        size, unit = next((each for each in UNITS if self.seconds >= 2 * each[0]), UNITS[-1])
+        time = f"{float(f'{self.seconds / size:.1g}'):.0f} {unit}"
+        return {
+            "unknowns": f"{float(f'{self.dofs:.2g}'):,.0f} degrees of freedom",
+            "memory": f"{memory.gigabytes(self.memory)} of memory",
+            "time": f"{time} on one core",
+            "disk": f"{memory.gigabytes(self.disk)} on disk",
+        }
+
+
+LINEAR = 52.0
+"""Seconds from meshes to reduced models at 168,000 degrees of freedom and four nodal diameters
+(docs/benchmarks/reduction_cost.md), growing with their power of 1.15."""
+DIAMETERS = 5.0
+"""With an accuracy, over that: more nodal diameters one by one, and estimates of the mesh."""
+POINTS, REST = 1.5e-3, 2.0
+"""Seconds of a response over its `work`, and of a preload with what is written of a case."""
+PICTURES = 25.0
+"""Seconds of the pictures and animations of a case at 27,000 degrees of freedom, growing with their
+square root; no more than four cases have all of them."""
+KEPT, OF_DOF, OF_CASE = 0.1e9, 3.5e3, 3.3e6
+"""Bytes on disk: of pictures and page, of a degree of freedom, and of a case of three harmonics."""
+COARSE_ERROR, ORDER = 0.094, 0.425
+"""Error of a response by the coarse mesh (docs/benchmarks/mesh_study.md), and the power of its
+degrees of freedom with which it falls."""
+LOOKED_AT = 50
+"""Cases that the estimate is made of, evenly taken."""
+
+
+def estimated(
+    cases: Sequence[Case], given: float | None = None, own: Mapping[str, int] | None = None
+) -> Estimate | None:
+    """What a run of some cases takes, where their meshes are known from dimensions.
+
+    Parameters
+    ----------
+    cases : sequence of Case
+        All of a run.
+    given : float, optional
+        Memory that what is chosen may take, bytes.
+    own : mapping of str to int, optional
+        Degrees of freedom of parts that are a user's own meshes; None where they are not known.
+    """
+    chosen = [case.study for case in cases[:: math.ceil(len(cases) / LOOKED_AT)]]
+    if own is None and any(_own(study) for study in chosen):
+        return None
+    sizes = {_meshed(study): _dofs(study, given, own or {}) for study in chosen}
+    largest, part = max(sizes.values()), len(sizes) / len(chosen)
+    meshes = 1.0 if len(sizes) == 1 else part * len(cases)
+    linear = DIAMETERS if chosen[0].accuracy is not None else 1.0
+    seconds = meshes * linear * LINEAR * (largest / 168e3) ** 1.15
+    effort = sum(work(study) for study in chosen) / len(chosen)
+    seconds += len(cases) * (REST + POINTS * effort)
+    wanted = chosen[0].outputs
+    if wanted.shapes or wanted.loops:
+        seconds += PICTURES * min(len(cases), 4) * math.sqrt(largest / 27e3)
+    harmonics = sum(study.response.harmonics for study in chosen) / len(chosen)
+    disk = KEPT + meshes * OF_DOF * largest + len(cases) * OF_CASE * (2 * harmonics + 1) / 7
+    return Estimate(largest, peak_memory(largest), seconds, disk)
+
+
+def _own(study: Study) -> bool:
+    dimensions = VaneDimensions, CasingDimensions
+    return not all(isinstance(getattr(study, part), dimensions) for part in PARTS)
+
+
+def _meshed(study: Study) -> str:
+    """What the meshes and reduced models of a case depend on, but for its nodal diameters."""
+    kept = {"mesh", "vane", "casing", "ring", "rom", "material", "accuracy"}
+    return study.model_dump_json(include=kept)
+
+
+def _dofs(study: Study, given: float | None, own: Mapping[str, int]) -> float:
+    """Degrees of freedom of a case; those that an accuracy chooses by the errors of others."""
+    if study.accuracy is None or "mesh" in pins(study):
+        return unknowns(study, study.mesh.size, own)
+    share = budget(study).shares.get("mesh", study.accuracy)
+    coarse = unknowns(study, "coarse")
+    finer = max(COARSE_ERROR / share, 1.0) ** (1 / ORDER)
+    return float(min(coarse * finer, most_dofs(given)))

@@ -1,0 +1,189 @@
+"""What a response to an accuracy is worth: errors by source, and what they cost."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from vanelock.nonlinear import Response, peak_errors
+from vanelock.pipeline.tables import Cell, Column, Table
+from vanelock.stages.accuracy.budget import SOURCES, Budget
+from vanelock.stages.accuracy.choose_mesh import AMPLITUDE, Round
+
+
+@dataclass(frozen=True)
+class Source:
+    """What one source adds to the error of the largest response.
+
+    Attributes
+    ----------
+    name : str
+        Of `budget.SOURCES`.
+    amplitude, frequency : float
+        Estimated relative error of the peak's; NaN where none is told.
+    share : float
+        What it may be; NaN where the knob is pinned.
+    cost : float
+        Processor time of the stages that depend on it, over that of all; NaN where another
+        source's line holds it.
+    knob : str
+        What was chosen, in words.
+    """
+
+    name: str
+    amplitude: float
+    frequency: float
+    share: float
+    cost: float
+    knob: str
+
+
+@dataclass(frozen=True)
+class Errors:
+    """Estimated errors of a case.
+
+    Attributes
+    ----------
+    accuracy : float
+        What was asked for.
+    sources : tuple of Source
+        Each of them.
+    warnings : tuple of str
+        Why the accuracy may not be met, a line each.
+    corrected : float
+        Frequency of the peak less what the mesh is estimated to add to it, Hz.
+    """
+
+    accuracy: float
+    sources: tuple[Source, ...]
+    warnings: tuple[str, ...]
+    corrected: float
+
+    @property
+    def counted(self) -> tuple[Source, ...]:
+        """Sources that the accuracy is of: a pinned mesh is none."""
+        return tuple(
+            each for each in self.sources if each.name != "mesh" or np.isfinite(each.share)
+        )
+
+    @property
+    def total(self) -> tuple[float, float]:
+        """Sums over these of what is known, for amplitude and frequency."""
+        return (
+            float(np.nansum([each.amplitude for each in self.counted])),
+            float(np.nansum([each.frequency for each in self.counted])),
+        )
+
+
+def errors(
+    response: Response,
+    budget: Budget,
+    rounds: Sequence[Round],
+    short: str,
+    knobs: dict[str, str],
+    costs: dict[str, float],
+    mesh: float,
+) -> Errors:
+    """Errors of a case, and warnings.
+
+    Parameters
+    ----------
+    response : Response
+        With estimates.
+    budget, rounds, short
+        As settled.
+    knobs, costs : dict by source
+        Words, and processor times in s.
+    mesh : float
+        Estimated error of the mode of interest by the mesh.
+    """
+    found = peak_errors(response)
+    total, nan = sum(costs.values()) or 1.0, float("nan")
+    sources = []
+    for name in SOURCES:
+        amplitude = found.amplitude_error.get(name, nan)
+        frequency = found.frequency_error.get(name, nan)
+        if name == "samples" and not response.samples:
+            continue  # events are located
+        if name == "frequencies" and _listed(budget):
+            continue  # exactly these are asked for
+        if name == "mesh":  # by the mode itself, which a mesh may move beyond first order
+            amplitude, frequency = AMPLITUDE * mesh, mesh
+        cost = costs.get(name, float("nan"))
+        share = budget.shares.get(name, float("nan"))
+        sources.append(Source(name, amplitude, frequency, share, cost / total, knobs.get(name, "")))
+    known = Errors(budget.accuracy, tuple(sources), (), found.frequency * (1 - mesh))
+    return replace(known, warnings=tuple(_warnings(known, budget, rounds, short)))
+
+
+def _listed(budget: Budget) -> bool:
+    """Whether the study lists its frequencies: the errors are those of the largest of them."""
+    return budget.pinned.get("frequencies") == "response.frequencies"
+
+
+def _warnings(known: Errors, budget: Budget, rounds: Sequence[Round], short: str) -> list[str]:
+    told = []
+    amplitude, frequency = known.total
+    worst = max(amplitude, frequency)
+    if worst > budget.accuracy:
+        dominant = max(known.counted, key=lambda each: np.nanmax([each.amplitude, each.frequency]))
+        told.append(
+            f"WARNING: the estimated error is {worst:.1e}, more than the accuracy "
+            f"{budget.accuracy:g} asked for; most of it is {dominant.name} ({dominant.knob})"
+        )
+    if short:
+        told.append(f"WARNING: {short}")
+    if "mesh" in budget.pinned and rounds and rounds[-1].error > budget.accuracy:
+        told.append(
+            f"WARNING: the accuracy holds for this mesh alone ({budget.pinned['mesh']} is given): "
+            f"frequencies are too high by about {rounds[-1].error:.1e} because of it"
+        )
+    for kind in ("amplitude",) if _listed(budget) else ("amplitude", "frequency"):
+        if unknown := [each.name for each in known.counted if np.isnan(getattr(each, kind))]:
+            told.append(f"WARNING: the {kind}'s error is not known for: {', '.join(unknown)}")
+    return told
+
+
+def error_table(case: str, found: Errors, monitor: str) -> Table:
+    """Source, estimate, cost and knob."""
+    columns = (
+        Column("source", "source"),
+        Column("amplitude", "amplitude ~", ".1e"),
+        Column("frequency", "frequency ~", ".1e"),
+        Column("share", "share", ".1e"),
+        Column("cost", "cost", ".2f"),
+        Column("knob", "knob"),
+    )
+    rows: list[tuple[Cell, ...]] = [
+        (
+            each.name,
+            *(_known(v) for v in (each.amplitude, each.frequency, each.share, each.cost)),
+            each.knob,
+        )
+        for each in found.sources
+    ]
+    asked = f"accuracy = {found.accuracy:g}"
+    together = [
+        total if any(np.isfinite(getattr(each, kind)) for each in found.counted) else None
+        for kind, total in zip(("amplitude", "frequency"), found.total, strict=True)
+    ]
+    rows.append(("together", *together, found.accuracy, 1.0, asked))
+    notes = [
+        "amplitude, frequency: estimated relative error of the largest response by each source; "
+        "cost: processor time of its stages over that of all.",
+        *([_corrected(found)] if np.isfinite(found.corrected) else []),
+        *found.warnings,
+    ]
+    title = f"Errors of the peak of {monitor}" + ("" if case == "nominal" else f", {case}")
+    return Table("errors", title, columns, tuple(rows), tuple(notes))
+
+
+def _corrected(found: Errors) -> str:
+    return (
+        f"less what the mesh adds by estimate, the peak lies near {found.corrected:.1f} Hz "
+        "(docs/benchmarks/mesh_error.md)"
+    )
+
+
+def _known(value: float) -> float | None:
+    return value if np.isfinite(value) else None

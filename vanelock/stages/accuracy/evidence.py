@@ -1,0 +1,135 @@
+"""Gathers, for a case with an accuracy, what `errors` tells from: words, costs and evidence."""
+
+import numpy as np
+
+from vanelock import rom
+from vanelock.nonlinear import Response
+from vanelock.pipeline.step import Stages
+from vanelock.rom import Component
+from vanelock.stages.accuracy.errors import Errors, errors
+from vanelock.stages.accuracy.left_out import LeftOut, left_out
+from vanelock.stages.parts.components import PARTS
+from vanelock.stages.parts.diameters import prepared_step
+from vanelock.stages.plan import Planned
+from vanelock.stages.response.limits import Limits
+from vanelock.stages.response.monitor import Monitor
+
+
+def judged(
+    planned: Planned, response: Response, stages: Stages, watched: Monitor
+) -> tuple[Errors, list[LeftOut]]:
+    """Errors of a case by source, and what it left out.
+
+    Parameters
+    ----------
+    planned : Planned
+        The case, `solved`.
+    response : Response
+        With estimates.
+    stages : Stages
+        Where its products come from.
+    watched : Monitor
+        The displacement that the accuracy is of.
+    """
+    settled = planned.settled
+    assert settled is not None
+    assert planned.mesh_errors is not None
+    mesh, limits = stages.get(planned.mesh_errors), stages.get(planned.linear.limits)
+    found = errors(
+        response,
+        settled.budget,
+        settled.rounds,
+        settled.short,
+        _knobs(planned, response, stages),
+        _costs(planned, stages),
+        mesh.interest,
+    )
+    N = planned.case.study.ring.sectors
+    used = list(planned.diameters)
+    never = [k for k in range(N // 2 + 1) if k not in used]
+    system = stages.get(planned.system)
+    parts = {part: stages.get(planned.rom[part]) for part in PARTS}
+    k = limits.nodal_diameter
+    above = {part: each.at(k).complete for part, each in parts.items()}
+    modes = next((each for each in found.sources if each.name == "modes"), None)
+    without = left_out(
+        response,
+        system.contacts.joint,
+        (used, never),
+        energies(parts["vane"], parts["casing"], stages.get(planned.linear.system), limits),
+        (len(system.output_names), watched.name),
+        {part: hertz for part, hertz in above.items() if hertz is not None},
+        float("nan") if modes is None else modes.amplitude,
+    )
+    return found, without
+
+
+def energies(
+    vane: Component, casing: Component, system: rom.System, limits: Limits
+) -> dict[str, float]:
+    """Shares of the strain energy of the mode of interest, interlock stuck, by part and joint."""
+    k, place = limits.nodal_diameter, limits.stuck_mode
+    _, shapes = rom.linear_modes(system, k, place + 1)
+    x = shapes[:, -1]
+    found = {}
+    for name, part, q in zip(PARTS, (vane, casing), rom.split(vane, casing, x), strict=True):
+        found[name] = float((q.conj() @ part.at(k).K @ q).real)
+    moved = np.abs(system.contact_rows(k) @ x) ** 2 * system.contacts.stiffness
+    for joint in dict.fromkeys(system.contacts.joint):
+        own = [i for i, each in enumerate(system.contacts.joint) if each == joint]
+        found[f"{joint} joint"] = float(moved[own].sum())
+    total = sum(found.values())
+    return {name: energy / total for name, energy in found.items()}
+
+
+def _knobs(planned: Planned, response: Response, stages: Stages) -> dict[str, str]:
+    """What was chosen of each knob, in words."""
+    settled, study = planned.settled, planned.case.study
+    assert settled is not None
+    pinned = settled.budget.pinned
+    last, tried = settled.rounds[-1], len(settled.rounds)
+    parts = [stages.get(planned.rom[part]) for part in PARTS]
+    vectors = " + ".join(str(part.fixed_modes) for part in parts)
+    assert response.estimates is not None
+    own = response.estimates.harmonics
+    spread = f"{own.min()} to {own.max()}" if own.min() < own.max() else str(own.max())
+    accuracy = study.rom.accuracy
+    chosen = {
+        "mesh": f"mesh.size: {last.size}, {last.dofs:,} dofs" + _of(tried, "mesh", "meshes"),
+        "modes": f"rom.accuracy: {accuracy:.1g}, {vectors} vectors"
+        if accuracy
+        else f"{vectors} vectors",
+        "harmonics": f"response.harmonics: {spread} by point",
+        "frequencies": f"response.points: {response.points}",
+        "samples": f"response.samples: {response.samples}",
+    }
+    for source, key in pinned.items():
+        chosen[source] = f"{chosen[source].partition(':')[2].strip()}: {key} is given"
+    return chosen
+
+
+def _of(count: int, one: str, many: str) -> str:
+    return f" ({count} {one if count == 1 else many} tried)"
+
+
+def _costs(planned: Planned, stages: Stages) -> dict[str, float]:
+    """Processor time by source, s: of the stages that are there because of it."""
+    k = stages.get(planned.linear.limits).nodal_diameter
+    needed = {planned.part("casing", each).key for each in (0, k)}
+    further = {planned.part("casing", each).key for each in planned.diameters} - needed
+    own = {planned.rom["vane"].key, prepared_step(planned.case.study).key} | needed
+    assert planned.settled is not None
+    tried = len(planned.settled.rounds) > 1  # reductions of other meshes; else of other cases
+    meshing = ("mesh", "fem", "rom") if tried else ("mesh", "fem")
+    costs = dict.fromkeys(("mesh", "modes", "harmonics"), 0.0)
+    for key, done in stages.done.items():
+        if key in further or key == planned.response.key:
+            source = "harmonics"
+        elif key in own:
+            source = "modes"
+        elif done.stage.partition(" ")[0] in meshing:
+            source = "mesh"
+        else:
+            continue
+        costs[source] += stages.cpu.get(key, 0.0)
+    return costs

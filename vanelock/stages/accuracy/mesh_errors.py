@@ -1,0 +1,106 @@
+"""How much the meshes raise the natural frequencies of the joined structure, by estimate.
+
+The modes of the reduced structure, interlock free and stuck, are expanded to all nodes of both
+parts, where `fem.excess_stiffness` tells by how much each mesh is too stiff for them:
+
+    Δf/f = Σ_parts Δ / (2 ω²)        at unit modal mass.
+
+The nodal diameters of higher harmonics get the errors of the same frequencies at that of the first.
+"""
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vanelock import fem, rom
+from vanelock.common.product import Product
+from vanelock.fem import Model
+from vanelock.input.schema.study import Study
+from vanelock.pipeline.step import Step, step
+from vanelock.rom import Component, System
+from vanelock.stages.parts.components import PARTS, model_step, rom_step
+from vanelock.stages.parts.diameters import casing_step, diameter_of, joined_step, prepared_step
+from vanelock.stages.response.limits import Limits, hooks
+from vanelock.stages.response.responses import without_friction
+
+Floats = NDArray[np.float64]
+
+MODES = 5
+"""Modes of the stuck structure that are expanded, the mode of interest and its next ones."""
+
+
+@dataclass(frozen=True)
+class MeshErrors(Product):
+    """Estimated relative errors of natural frequencies by the meshes; each is too high.
+
+    Attributes
+    ----------
+    frequency : (m,) float
+        Of the modes with the interlock stuck, Hz, ascending.
+    parts : (m, 2) float
+        What the vane's and the casing's mesh contribute.
+    free : (2,) float
+        The same of the mode of interest with the interlock free.
+    stuck_mode : int
+        Place of the mode of interest among the others.
+    """
+
+    frequency: Floats = field(metadata={"unit": "Hz"})
+    parts: Floats
+    free: Floats
+    stuck_mode: int
+
+    @property
+    def interest(self) -> float:
+        """The larger error of the mode of interest, free and stuck."""
+        return float(max(self.free.sum(), self.parts[self.stuck_mode].sum()))
+
+    def at(self, nodal_diameter: int, frequency: Floats) -> Floats:
+        """(n,) errors of natural frequencies (n,), Hz, of the stuck structure.
+
+        Between the known ones they follow a line, beyond they stay as they are.
+        """
+        errors = self.parts.sum(axis=1)
+        return np.asarray(np.interp(frequency, self.frequency, errors))
+
+
+def mesh_errors_step(study: Study, limits: Step[Limits]) -> Step[MeshErrors]:
+    """Estimates for the meshes of a case."""
+    k = diameter_of(study, 1)
+    system = joined_step(without_friction(study), {0, k})
+    vane, casing = rom_step(study, "vane", ()), casing_step(study, k)
+    models = tuple(model_step(study, part) for part in PARTS)
+
+    def compute(
+        system: System,
+        limits: Limits,
+        vane: Component,
+        casing: Component,
+        vane_model: Model,
+        casing_model: Model,
+        prepared: Any,
+    ) -> MeshErrors:
+        count = min(max(MODES, limits.stuck_mode + 3), len(system.at(k).K))
+        closed = hooks(system.contacts.joint)
+        stuck, shapes = rom.linear_modes(system, k, count)
+        free, free_shapes = rom.linear_modes(system, k, limits.free_mode + 1, closed)
+        x = np.hstack([shapes, free_shapes[:, -1:]])
+        omega2 = (2 * np.pi * np.append(stuck, free[-1])) ** 2
+        raised = []
+        recoveries = (
+            rom.recovery(vane, vane_model),
+            rom.recovery(casing, casing_model, prepared),
+        )
+        for recovery, q in zip(recoveries, rom.split(vane, casing, x), strict=True):
+            u = recovery.displacement(q, k)
+            raised.append(np.diagonal(fem.excess_stiffness(recovery.model, u)).real)
+        errors = np.divide(
+            np.array(raised).T, 2 * omega2[:, None], out=np.zeros((count + 1, 2)),
+            where=omega2[:, None] > 0,
+        )  # fmt: skip
+        return MeshErrors(stuck, errors[:-1], errors[-1], limits.stuck_mode)
+
+    needs = (system, limits, vane, casing, *models, prepared_step(study))
+    return step("mesh errors", "fem", {}, MeshErrors, needs, compute)

@@ -1,0 +1,83 @@
+"""How large meshes may be: what a run's process takes of memory, and what there is.
+
+    bytes = BASE + EACH * degrees of freedom
+
+measured over meshes of 27,000 to 245,000 degrees of freedom (docs/benchmarks/memory.md).
+"""
+
+import math
+from collections.abc import Mapping
+
+from vanelock.common.errors import InputError
+from vanelock.common.process import memory
+from vanelock.input.schema.study import Study
+from vanelock.mesh.geometry.dimensions import CasingDimensions, HookDimensions, VaneDimensions
+from vanelock.mesh.geometry.element_size import element_size
+from vanelock.mesh.refinement.dof_estimate import casing_dofs, vane_dofs
+
+DOFS = 250_000
+"""Largest meshes chosen, estimated degrees of freedom of both parts; a study may set a larger."""
+BASE, EACH = 1.0e9, 15e3
+"""Peak memory, bytes: of libraries and pictures, and of a degree of freedom's matrices, factors and
+vectors."""
+SHARE = 0.7
+"""Of all memory, what choices may take: the system and other programs have the rest."""
+COARSE = 30_000
+"""Degrees of freedom of the example's coarse meshes."""
+
+
+def unknowns(study: Study, size: str | float, own: Mapping[str, int] | None = None) -> float:
+    """Degrees of freedom of both parts, meshed with elements of a size.
+
+    Parameters
+    ----------
+    study : Study
+        With their dimensions.
+    size : str or float
+        As `mesh.size`, m.
+    own : mapping of str to int, optional
+        Degrees of freedom of the parts that are a user's own meshes.
+    """
+    vane, casing, N = study.vane, study.casing, study.ring.sectors
+    count, hook = float(sum((own or {}).values())), HookDimensions()
+    if isinstance(vane, VaneDimensions):
+        count, hook = count + vane_dofs(vane, N, element_size(size, "vane")), vane.hook
+    if isinstance(casing, CasingDimensions):
+        count += casing_dofs(casing, hook, N, element_size(size, "casing"), study.mesh.stretch)
+    return count
+
+
+def peak_memory(dofs: float) -> float:
+    """Largest memory of a run's process, bytes."""
+    return BASE + EACH * dofs
+
+
+def most_memory(given: float | None = None) -> float:
+    """Bytes that choices may take: a share of what there is, or what is given if that is less."""
+    share = SHARE * memory.capacity()
+    return share if given is None else min(share, given)
+
+
+def most_dofs(given: float | None = None) -> float:
+    """Degrees of freedom of the largest meshes that are chosen.
+
+    Parameters
+    ----------
+    given : float, optional
+        Memory that a run may take, bytes; a share of the machine's at most, see `most_memory`.
+
+    Raises
+    ------
+    InputError
+        If not even a coarse mesh fits what is given.
+    """
+    fit = (most_memory(given) - BASE) / EACH
+    if given is not None and fit < COARSE:
+        least = memory.gigabytes(peak_memory(COARSE))
+        raise InputError(f"memory = {memory.gigabytes(given)}: a coarse mesh takes {least}")
+    return min(DOFS, max(fit, COARSE))
+
+
+def processes(each: float, given: float | None = None) -> int:
+    """How many processes of so many bytes fit, at least one."""
+    return max(1, math.floor(min(most_memory(given) / each, 1e6)))

@@ -1,0 +1,1 @@
+"""Natural frequencies against rotor speed, and how engine orders meet them."""

@@ -1,0 +1,200 @@
+"""The lines of a Campbell diagram: natural frequencies against rotor speed, and their crossings.
+
+Of each nodal diameter that an engine order excites, ND = EO mod N folded to 0 ... N/2, with the
+interlock free and stuck and the hooks stuck. Each part has, at every rotor speed, the modulus of
+its temperature there.
+"""
+
+import math
+from collections.abc import Iterable
+from dataclasses import asdict, dataclass, field, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vanelock import rom
+from vanelock.common.cyclic import folded
+from vanelock.common.errors import InputError
+from vanelock.common.product import Product
+from vanelock.input.schema.comparison import CampbellKeys
+from vanelock.input.schema.study import Study
+from vanelock.input.schema.temperature import PARTS, modulus
+from vanelock.pipeline.step import Stages, Step, step
+from vanelock.rom import Component, System
+from vanelock.stages.campbell.frequencies import Spinning, grid
+from vanelock.stages.parts.components import joints, rom_step
+from vanelock.stages.plan import Planned
+from vanelock.stages.response.limits import Limits
+from vanelock.stages.response.responses import without_friction
+from vanelock.stages.response.warm import bends, factors
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+
+BEYOND = 1.25
+"""Highest speed over that of the crossings of interest, unless the study says otherwise."""
+
+
+@dataclass(frozen=True)
+class Lines(Product):
+    """Natural frequencies against rotor speed, and where engine orders meet them.
+
+    Attributes
+    ----------
+    speeds : (s,) float
+        Rotor speeds, rpm.
+    engine_orders, diameters : (e,), (d,) int
+        Engine orders drawn, and the nodal diameters that they excite, ascending.
+    free, stuck : (d, s, m) float
+        Natural frequencies with the interlock free and stuck, Hz; the same where it has no
+        contacts.
+    temperatures : (s, 2) float
+        Of vane and casing, degC; NaN where a part has none.
+    order, diameter, mode : (c,) int
+        Of each crossing: EO, ND, and the mode's place from 1.
+    is_stuck : (c,) bool
+        Its condition.
+    frequency, speed : (c,) float
+        Where it is, Hz and rpm.
+    interest : (c,) bool
+        Whether it is the study's engine order on the mode of interest.
+    """
+
+    speeds: Floats = field(metadata={"unit": "rpm"})
+    engine_orders: Integers
+    diameters: Integers
+    free: Floats = field(metadata={"unit": "Hz"})
+    stuck: Floats = field(metadata={"unit": "Hz"})
+    temperatures: Floats = field(metadata={"unit": "degC"})
+    order: Integers
+    diameter: Integers
+    mode: Integers
+    is_stuck: NDArray[np.bool_]
+    frequency: Floats = field(metadata={"unit": "Hz"})
+    speed: Floats = field(metadata={"unit": "rpm"})
+    interest: NDArray[np.bool_]
+
+    @property
+    def interlock(self) -> bool:
+        """Whether free and stuck differ."""
+        return not np.array_equal(self.free, self.stuck)
+
+
+def keys_of(study: Study) -> CampbellKeys:
+    """The table `[campbell]` of a study, or its defaults; with the study's own engine order."""
+    given = study.campbell or CampbellKeys()
+    own = abs(study.excitation.engine_order)
+    orders = tuple(sorted({*given.engine_orders, own}))
+    return given.model_copy(update={"engine_orders": orders})
+
+
+def casings(
+    planned: Planned, stages: Stages, diameters: Iterable[int]
+) -> dict[int, Step[Component]]:
+    """The reduced casing at nodal diameters 0 to N/2, by diameter.
+
+    That of the response as far as it goes; those beyond are reduced together, and leave it as it
+    is.
+    """
+    wanted = sorted(set(diameters))
+    if planned.settled is not None:
+        return {k: planned.part("casing", k) for k in wanted}
+    own = planned.rom["casing"]
+    have = stages.get(own).diameters
+    missing = [k for k in wanted if k not in have]
+    others = rom_step(planned.case.study, "casing", missing) if missing else own
+    return {k: others if k in missing else own for k in wanted}
+
+
+def at_diameter(casing: Component, nodal_diameter: int) -> Component:
+    """The casing with one of its nodal diameters alone."""
+    k = nodal_diameter
+    return replace(casing, diameters={k: casing.at(k)}) if casing.cyclic else casing
+
+
+def lines_step(planned: Planned, stages: Stages) -> Step[Lines]:
+    """Lines and crossings of a case."""
+    study, N = planned.case.study, planned.case.study.ring.sectors
+    keys = keys_of(study)
+    diameters = sorted({folded(order, N) for order in keys.engine_orders})
+    parts = casings(planned, stages, diameters)
+    joined = joints(without_friction(study))
+    inputs: dict[str, Any] = {
+        **keys.model_dump(),
+        "temperature": study.temperature.model_dump(),
+        "moduli": {
+            p: getattr(study.material, p).model_dump(include={"E", "nu", "rho", "E_at"})
+            for p in PARTS
+        },
+        "joints": [asdict(joint) for joint in joined],
+        "engine_order": study.excitation.engine_order,
+    }
+
+    def compute(limits: Limits, vane: Component, *shells: Component) -> Lines:
+        spinning, ends = {}, _speeds(study, keys, limits)
+        for k, shell in zip(diameters, shells, strict=True):
+            casing = at_diameter(shell, k)
+            system: System = rom.join(vane, casing, joined, rom.Excitation(1, force=1.0))
+            scale = factors(study, lambda part: modulus(study, part))
+            spinning[k] = Spinning(system, vane, casing, k, scale, ends)
+        return _lines(study, keys, limits, spinning, grid(*ends, bends(study)))
+
+    needs = (planned.linear.limits, planned.rom["vane"], *(parts[k] for k in diameters))
+    return step("Campbell lines", "rom", inputs, Lines, needs, compute)
+
+
+def _lines(
+    study: Study,
+    keys: CampbellKeys,
+    limits: Limits,
+    spinning: dict[int, Spinning],
+    speeds: Floats,
+) -> Lines:
+    count = max(keys.modes, limits.free_mode + 1, limits.stuck_mode + 1)
+    conditions = (False, True) if limits.interlock else (False,)
+    own, N = abs(study.excitation.engine_order), study.ring.sectors
+    rows = []
+    for order in keys.engine_orders:
+        k = folded(order, N)
+        for stuck in conditions:
+            place = limits.stuck_mode if stuck else limits.free_mode
+            for met in spinning[k].meetings(order, stuck, count, speeds):
+                interest = order == own and met.mode == place
+                rows.append((order, k, met.mode + 1, stuck, met.frequency, met.speed, interest))
+    rows.sort(key=lambda row: (row[0], row[5]))
+    table = np.array(rows, float).reshape(-1, 7).T
+    lines = [[each.line(speeds, s, count) for each in spinning.values()] for s in conditions]
+    heat = [[study.temperature.of(part, float(n)) for part in PARTS] for n in speeds]
+    return Lines(
+        speeds=speeds,
+        engine_orders=np.array(keys.engine_orders, np.int64),
+        diameters=np.array(list(spinning), np.int64),
+        free=np.array(lines[0]),
+        stuck=np.array(lines[-1]),
+        temperatures=np.array(heat, float),
+        order=table[0].astype(np.int64),
+        diameter=table[1].astype(np.int64),
+        mode=table[2].astype(np.int64),
+        is_stuck=table[3].astype(bool),
+        frequency=table[4],
+        speed=table[5],
+        interest=table[6].astype(bool),
+    )
+
+
+def _speeds(study: Study, keys: CampbellKeys, limits: Limits) -> tuple[float, float]:
+    """Range of rotor speeds, rpm: from rest to beyond the crossings of interest."""
+    if keys.speeds is not None:
+        return keys.speeds[0], keys.speeds[1]
+    low, last = study.temperature.speeds
+    order = abs(study.excitation.engine_order)
+    crossing = 60 * max(limits.free_frequency, limits.stuck_frequency) / order
+    step = 10.0 ** math.floor(math.log10(max(BEYOND * crossing, 1.0)))
+    high = min(math.ceil(2 * BEYOND * crossing / step) * step / 2, last)
+    if not low < high:
+        raise InputError(
+            f"campbell.speeds: temperatures begin at {low:g} rpm, beyond the mode of interest: "
+            "give the range"
+        )
+    return low, high

@@ -1,0 +1,1 @@
+"""Steps to meshes, matrices and reduced parts."""

@@ -1,0 +1,209 @@
+"""The stages of a study, each a step from the products before it to its own.
+
+A step's key is the hash of the study's keys that it reads, of its upstream steps' keys and of the
+code behind it.
+"""
+
+from collections.abc import Iterable
+from functools import lru_cache
+from typing import Any
+
+from vanelock import fem, rom
+from vanelock.common.cyclic import folded
+from vanelock.fem import Model
+from vanelock.input.band import LEAST, asked_by, least_band, softest
+from vanelock.input.schema.structure import Rom
+from vanelock.input.schema.study import Study
+from vanelock.input.schema.temperature import modulus, reference
+from vanelock.mesh import Part
+from vanelock.pipeline.step import SHARED, Step, step
+from vanelock.rom import Component, Joint, System
+from vanelock.stages.parts.meshes import mesh_step
+
+PARTS = ("vane", "casing")
+MASTERS = {
+    "vane": ("hook_front", "hook_rear", "interlock_left", "interlock_right", "key", "accessory"),
+    "casing": ("hook_front", "hook_rear", "key", "force", "accessory"),
+}
+
+
+def model_step(study: Study, part: str, E: float | None = None) -> Step[Model]:
+    """Stiffness and mass of a part; assembling takes no longer than reading would.
+
+    With the modulus of its temperature in the response, or another, Pa.
+    """
+    metal = getattr(study.material, part)
+    E = modulus(study, part) if E is None else E
+    return _assembled(part, E, metal.nu, metal.rho, mesh_step(study, part))
+
+
+@lru_cache(maxsize=SHARED)
+def _assembled(name: str, E: float, nu: float, rho: float, mesh: Step[Part]) -> Step[Model]:
+    def compute(part: Part) -> Model:
+        return fem.assemble(part, fem.Material(E=E, nu=nu, rho=rho))
+
+    return step(
+        f"fem {name}", "fem", {"E": E, "nu": nu, "rho": rho}, Model, (mesh,), compute, False
+    )
+
+
+def reference_step(study: Study, part: str) -> Step[Model]:
+    """The model of a part that is reduced, whatever its temperature."""
+    return model_step(study, part, reference(study, part))
+
+
+def rom_step(
+    study: Study, part: str, diameters: Iterable[int], prepared: Step[Any] | None = None
+) -> Step[Component]:
+    """Reduced model of a part at its temperature; the casing's at the given nodal diameters."""
+    reduced = reduced_step(study, part, diameters, prepared)
+    return stiffened_step(reduced, part, modulus(study, part) / reference(study, part))
+
+
+@lru_cache(maxsize=SHARED)
+def stiffened_step(reduced: Step[Component], part: str, factor: float) -> Step[Component]:
+    """A reduced part whose modulus is another; scaling takes no time, so it is not kept."""
+    if factor == 1:
+        return reduced
+
+    def compute(component: Component) -> Component:
+        return rom.stiffened(component, factor)
+
+    name, inputs = f"rom {part}, modulus", {"factor": factor}
+    return step(name, "rom", inputs, Component, (reduced,), compute, False, True)
+
+
+def reduced_step(
+    study: Study, part: str, diameters: Iterable[int], prepared: Step[Any] | None = None
+) -> Step[Component]:
+    """Reduced model of a part with its modulus of reference.
+
+    With what its nodal diameters share `prepared`, see `vanelock.stages.parts.diameters`.
+
+    Where an accuracy is asked for and no band, the vane's tenth elastic mode ends it for both, or
+    the highest frequency that the study asks for (`vanelock.input.band`) where that is higher; a
+    vane that is reduced to a number of modes tells no band, and the casing then takes its own.
+    """
+    options, model = study.rom, reference_step(study, part)
+    wants = options.of(part)
+    follows = wants.get("accuracy") is not None and options.band is None
+    least = least_band(asked_by(study), softest(study), LEAST) if follows else None
+    own = (masters(study, part), averaged(study, part), options, least, model)
+    if part == "vane":
+        return _reduced_vane(*own)
+    vane = reduced_step(study, "vane", ()) if follows else None
+    return _reduced_casing(*own, tuple(sorted(diameters)), vane, prepared)
+
+
+@lru_cache(maxsize=SHARED)
+def _reduced_vane(
+    kept: tuple[str, ...],
+    means: tuple[str, ...],
+    options: Rom,
+    least: float | None,
+    model: Step[Model],
+) -> Step[Component]:
+    inputs: dict[str, Any] = {"masters": kept, **options.of("vane"), "averaged": means}
+    if least is not None:
+        inputs["least"] = least
+
+    def compute(model: Model) -> Component:
+        return rom.reduce(model, **inputs)
+
+    return step("rom vane", "rom", inputs, Component, (model,), compute)
+
+
+@lru_cache(maxsize=SHARED)
+def _reduced_casing(
+    kept: tuple[str, ...],
+    means: tuple[str, ...],
+    options: Rom,
+    least: float | None,
+    model: Step[Model],
+    chosen: tuple[int, ...],
+    vane: Step[Component] | None,
+    prepared: Step[Any] | None,
+) -> Step[Component]:
+    inputs: dict[str, Any] = {"masters": kept, **options.of("casing"), "averaged": means}
+    if least is not None:
+        inputs["least"] = least
+    inputs |= {"nodal_diameters": list(chosen), "route": options.route}
+    inputs |= {"interface": options.interface, "interface_modes": options.interface_modes}
+
+    def compute(model: Model, *others: Any) -> Component:
+        band = {} if vane is None else {"band": others[0].band}
+        shared = {} if prepared is None else {"prepared": others[-1]}
+        return rom.reduce(model, **inputs | band, **shared)
+
+    needs = (model, *(each for each in (vane, prepared) if each is not None))
+    name = "rom casing" if prepared is None else f"rom casing, ND {', '.join(map(str, chosen))}"
+    return step(name, "rom", inputs, Component, needs, compute)
+
+
+def masters(study: Study, part: str) -> tuple[str, ...]:
+    """Node sets that the joints, loads and outputs of a study use."""
+    if study.joints.interlock.enabled:
+        return MASTERS[part]
+    return tuple(name for name in MASTERS[part] if not name.startswith("interlock"))
+
+
+def averaged(study: Study, part: str) -> tuple[str, ...]:
+    """Those of a part's masters whose contacts act on patches."""
+    chosen = {"hook": study.joints.hook.patch, "interlock": study.joints.interlock.patch}
+    on_patches = [joint for joint, patch in chosen.items() if patch == "area"]
+    return tuple(name for name in masters(study, part) if name.partition("_")[0] in on_patches)
+
+
+def diameters(studies: Iterable[Study]) -> tuple[int, ...]:
+    """Nodal diameters (h·EO) mod N of all harmonics of some cases, k and N-k once."""
+    found = {
+        folded(h * study.excitation.engine_order, study.ring.sectors)
+        for study in studies
+        for h in range(_waves(study) + 1)
+    }
+    return tuple(sorted(found))
+
+
+def _waves(study: Study) -> int:
+    """Harmonics with a nodal diameter of their own."""
+    return study.response.harmonics if study.response.harmonic_diameters == "wave" else 1
+
+
+def joints(study: Study) -> tuple[Joint, ...]:
+    """The joints with contact elements."""
+    hook, interlock = study.joints.hook, study.joints.interlock
+    found = [Joint("hook", **hook.model_dump(exclude={"patch", "wear_coefficient"}))]
+    if interlock.enabled:
+        properties = interlock.model_dump(exclude={"enabled", "patch", "wear_coefficient"})
+        found.append(Joint("interlock", **properties))
+    return tuple(found)
+
+
+def system_step(study: Study, vane: Step[Component], casing: Step[Component]) -> Step[System]:
+    """The system of a case; joining takes no time, so it is not kept."""
+    excitation = rom.Excitation(
+        engine_order=study.excitation.engine_order,
+        force=study.excitation.force_per_node,
+        unbalance=study.excitation.unbalance or 0.0,
+    )
+    return _joined(joints(study), excitation, study.damping.ratio, vane, casing)
+
+
+@lru_cache(maxsize=SHARED)
+def _joined(
+    joined: tuple[Joint, ...],
+    excitation: rom.Excitation,
+    damping: float,
+    vane: Step[Component],
+    casing: Step[Component],
+) -> Step[System]:
+    inputs = {
+        "joints": [vars(joint) for joint in joined],
+        "excitation": vars(excitation),
+        "damping": damping,
+    }
+
+    def compute(vane: Component, casing: Component) -> System:
+        return rom.join(vane, casing, joined, excitation, damping)
+
+    return step("system", "rom", inputs, System, (vane, casing), compute, False, True)

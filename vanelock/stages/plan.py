@@ -1,0 +1,222 @@
+"""All steps of a study, case by case, known before anything is computed.
+
+But for what an accuracy settles first, the mesh above all.
+"""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+
+from vanelock.common.cyclic import folded
+from vanelock.input.cases.sweep import Case, label
+from vanelock.input.schema.study import Study
+from vanelock.nonlinear import Response
+from vanelock.pipeline.step import Step
+from vanelock.rom import Component, System
+from vanelock.stages.accuracy.choose_mesh import Settled
+from vanelock.stages.accuracy.mesh_errors import MeshErrors, mesh_errors_step
+from vanelock.stages.parts.components import PARTS, diameters, reference_step, rom_step, system_step
+from vanelock.stages.parts.diameters import casing_step, diameter_of, united_step
+from vanelock.stages.parts.nodal_diameters import linear_steps
+from vanelock.stages.response.adaptive import adaptive_step
+from vanelock.stages.response.gauges import Gauges, gauges_step
+from vanelock.stages.response.limits import Limits
+from vanelock.stages.response.responses import (
+    Limit,
+    Progress,
+    limits_step,
+    linear_step,
+    linear_system_step,
+    preload_step,
+    response_step,
+)
+
+LIMITS: tuple[Limit, ...] = ("free", "stuck")
+
+
+@dataclass(frozen=True, slots=True)
+class Linear:
+    """Linear limits that one or more cases share.
+
+    Attributes
+    ----------
+    name : str
+        The swept values that tell them from those of other cases, "" if there are no others.
+    study : Study
+        One of those cases.
+    system : Step
+        The system without friction and preload.
+    limits : Step
+        Its modes.
+    responses : dict of "free" | "stuck" to Step
+        Linear responses.
+    """
+
+    name: str
+    study: Study
+    system: Step[System]
+    limits: Step[Limits]
+    responses: dict[Limit, Step[Response]]
+
+    @property
+    def key(self) -> str:
+        """Hash of all that it depends on."""
+        return " ".join(step.key for step in self.responses.values())
+
+
+@dataclass(frozen=True, slots=True)
+class Planned:
+    """A case and the steps to its response.
+
+    Attributes
+    ----------
+    case : Case
+        Its name, values and study.
+    rom : dict of str to Step
+        Reduced parts.
+    system, preload, response : Step
+        The system, its state at rest and its nonlinear response.
+    linear : Linear
+        Its linear limits.
+    preload_name : str
+        The swept values that the preload depends on.
+    gauges : Step or None
+        Strain gauges, if the study has any.
+    settled : Settled or None
+        What an accuracy chose before, if the study has one; the casing then is reduced at one
+        nodal diameter after the other.
+    mesh_errors : Step or None
+        Errors of natural frequencies by the mesh, with an accuracy.
+    diameters : tuple of int
+        Nodal diameters, 0 to N/2, at which its casing is known to be reduced.
+    other : Step or None
+        The response in the other direction, where both are wanted.
+    """
+
+    case: Case
+    rom: dict[str, Step[Component]]
+    system: Step[System]
+    preload: Step[Response]
+    response: Step[Response]
+    linear: Linear
+    preload_name: str
+    gauges: Step[Gauges] | None
+    settled: Settled | None = None
+    mesh_errors: Step[MeshErrors] | None = None
+    diameters: tuple[int, ...] = ()
+    other: Step[Response] | None = None
+
+    @property
+    def responses(self) -> tuple[Step[Response], ...]:
+        """Its nonlinear responses, in one direction or both."""
+        return (self.response,) if self.other is None else (self.response, self.other)
+
+    def turned(self) -> "Planned":
+        """The same with both directions exchanged."""
+        assert self.other is not None
+        return replace(self, response=self.other, other=self.response)
+
+    def part(self, name: str, nodal_diameter: int) -> Step[Component]:
+        """A reduced part that holds a nodal diameter."""
+        if self.settled is None or name == "vane":
+            return self.rom[name]
+        study = self.case.study
+        return casing_step(study, folded(nodal_diameter, study.ring.sectors))
+
+    def solved(self, response: Response) -> "Planned":
+        """The same when it is known which nodal diameters the response took."""
+        if self.settled is None:
+            return self
+        study = self.case.study
+        tried = response.estimates.tried if response.estimates else response.harmonics
+        used = tuple(sorted({diameter_of(study, h) for h in range(tried + 1)}))
+        return replace(self, system=united_step(study, tried), diameters=used)
+
+
+def plan(
+    cases: Sequence[Case], progress: Progress, settled: Sequence[Settled | None] = ()
+) -> tuple[Planned, ...]:
+    """Steps of every case; cases that differ in harmonics only share one reduced model.
+
+    Parameters
+    ----------
+    cases : sequence of Case
+        Those of a study.
+    progress : callable
+        Told of each point.
+    settled : sequence of Settled or None
+        What the accuracy of each case chose, whose studies replace those of the cases.
+    """
+    if any(settled):
+        chosen = [each for each in settled if each is not None]
+        free = free_step(chosen[0])
+        found = [adaptive(c, s, free, progress) for c, s in zip(cases, chosen, strict=True)]
+    else:
+        wanted = shared_diameters(cases)
+        found = [fixed(c, ks, progress) for c, ks in zip(cases, wanted, strict=True)]
+    cases = [each.case for each in found]
+    linear = label(cases, [each.linear.key for each in found])
+    preload = label(cases, [each.preload.key for each in found])
+    return tuple(
+        replace(each, linear=replace(each.linear, name=name), preload_name=other)
+        for each, name, other in zip(found, linear, preload, strict=True)
+    )
+
+
+def fixed(case: Case, wanted: Iterable[int], progress: Progress) -> Planned:
+    """Steps of a case without an accuracy, its casing reduced at the `wanted` diameters."""
+    study = case.study
+    rom = {part: rom_step(study, part, wanted) for part in PARTS}
+    system, base = system_step(study, **rom), linear_system_step(study, **rom)
+    modes = limits_step(study, base, **rom)
+    linear = {which: linear_step(study, which, base, modes) for which in LIMITS}
+    swept = partial(response_step, case.name, study, system, modes, progress)
+    return Planned(
+        case=case,
+        rom=rom,
+        system=system,
+        preload=preload_step(study, system),
+        response=swept(),
+        other=swept("down") if study.response.direction == "both" else None,
+        linear=Linear("", study, base, modes, linear),
+        preload_name="",
+        gauges=gauges_step(study, rom["vane"]) if study.outputs.gauges else None,
+    )
+
+
+def shared_diameters(cases: Sequence[Case]) -> list[tuple[int, ...]]:
+    """Nodal diameters at which the casing of each case is reduced: all that any other needs."""
+    bare = [reference_step(case.study, "casing").key for case in cases]
+    alike: dict[str, list[Study]] = {}
+    for case, key in zip(cases, bare, strict=True):
+        alike.setdefault(key, []).append(case.study)
+    found = {key: diameters(studies) for key, studies in alike.items()}
+    return [found[key] for key in bare]
+
+
+def adaptive(case: Case, settled: Settled, free: Step[Response], progress: Progress) -> Planned:
+    """Steps of a case with an accuracy; the `free` linear response says what is monitored."""
+    case = replace(case, study=settled.study)
+    study, own = case.study, linear_steps(settled.study)
+    linear = {which: linear_step(study, which, own.system, own.limits) for which in LIMITS}
+    system = united_step(study, 1)
+    mesh = mesh_errors_step(study, own.limits)
+    return Planned(
+        case=case,
+        rom=own.rom,
+        system=system,
+        preload=preload_step(study, system),
+        response=adaptive_step(case.name, study, settled.budget, own, free, mesh, progress),
+        linear=Linear("", study, own.system, own.limits, linear),
+        preload_name="",
+        gauges=gauges_step(study, own.vane) if study.outputs.gauges else None,
+        settled=settled,
+        mesh_errors=mesh,
+        diameters=tuple(sorted({0, diameter_of(study, 1)})),
+    )
+
+
+def free_step(settled: Settled) -> Step[Response]:
+    """The linear response that says what all cases monitor: the first one's, interlock free."""
+    own = linear_steps(settled.study)
+    return linear_step(settled.study, "free", own.system, own.limits)

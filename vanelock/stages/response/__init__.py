@@ -1,0 +1,1 @@
+"""Steps to linear limits, preload and responses of the joined system."""

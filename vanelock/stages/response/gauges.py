@@ -1,0 +1,123 @@
+"""Strain gauges of a study: where they sit, and what they read in a response."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+
+from vanelock import fem, mesh, rom
+from vanelock.common.errors import InputError
+from vanelock.common.product import Product
+from vanelock.fem import Model
+from vanelock.fem.stresses.skin import skin
+from vanelock.input.schema.study import Gauge, Study
+from vanelock.nonlinear import Response
+from vanelock.nonlinear.forced_response.response import half_peak_to_peak
+from vanelock.pipeline.step import Step, step
+from vanelock.rom import Component
+from vanelock.stages.parts.components import model_step
+
+
+@dataclass(frozen=True)
+class Gauges(Product):
+    """Strain gauges on the vane.
+
+    Attributes
+    ----------
+    names : tuple of str
+        Where each is.
+    positions, directions : (g, 3) float
+        Its middle on the surface, m, and its unit direction.
+    rows : (g, n) float
+        Strain = rows @ the vane's n reduced coordinates, at any nodal diameter; 1/m.
+    """
+
+    names: tuple[str, ...]
+    positions: NDArray[np.float64] = field(metadata={"unit": "m"})
+    directions: NDArray[np.float64]
+    rows: NDArray[np.float64] = field(metadata={"unit": "1/m"})
+
+    def read(
+        self, response: Response, vane: Component, casing: Callable[[int], Component]
+    ) -> "Strain":
+        """What they read in a response of the joined parts; the casing by nodal diameter."""
+        parts = [
+            (self.rows @ rom.split(vane, casing(int(k)), response.x[h].T)[0]).T
+            for h, k in enumerate(response.harmonic_diameters)
+        ]
+        return Strain(self, np.stack(parts, axis=1).astype(complex))
+
+
+@dataclass(frozen=True)
+class Strain:
+    """What gauges read in a response.
+
+    Attributes
+    ----------
+    gauges : Gauges
+    harmonics : (p, H+1, g) complex
+        Coefficients of harmonics 0, the mean, to H at each point.
+    """
+
+    gauges: Gauges
+    harmonics: NDArray[np.complex128]
+
+    @property
+    def amplitude(self) -> NDArray[np.float64]:
+        """(p, g) half the peak-to-peak over a period."""
+        return half_peak_to_peak(self.harmonics.swapaxes(0, 1))
+
+
+def gauges_step(study: Study, vane: Step[Component]) -> Step[Gauges]:
+    """The gauges of a study on its vane; costs a factorisation and a solve for each gauge."""
+    wanted = study.outputs.gauges
+    dimensions = study.vane
+    if not isinstance(dimensions, mesh.VaneDimensions):  # the study is refused before
+        raise InputError("outputs.gauges: their places need dimensions, while vane.mesh is given")
+    inputs: dict[str, Any] = {
+        "gauges": [gauge.model_dump() for gauge in wanted],
+        "dimensions": dimensions.model_dump(),
+        "sectors": study.ring.sectors,
+    }
+
+    def compute(model: Model, component: Component) -> Gauges:
+        surface = skin(model.part)
+        placed = []
+        for i, gauge in enumerate(wanted):
+            spot = mesh.on_aerofoil(
+                dimensions, study.ring.sectors, **gauge.model_dump(exclude={"length"})
+            )
+            try:
+                found = fem.gauge(
+                    model.part,
+                    spot.position,
+                    spot.direction,
+                    gauge.length,
+                    spot.normal,
+                    surface=surface,
+                )
+            except InputError as error:
+                raise InputError(f"outputs.gauges[{i}]: {error}") from None
+            placed.append(found)
+        rows = rom.recovery(component, model).rows(sp.vstack([each.row for each in placed]), 0)
+        return Gauges(
+            tuple(name(gauge) for gauge in wanted),
+            np.array([each.position for each in placed]),
+            np.array([each.direction for each in placed]),
+            np.ascontiguousarray(rows.real),
+        )
+
+    needs = (model_step(study, "vane"), vane)
+    return step("gauges", "rom", inputs, Gauges, needs, compute)
+
+
+def name(gauge: Gauge) -> str:
+    """What tables and files call a gauge."""
+    along = gauge.direction if isinstance(gauge.direction, str) else f"{gauge.direction:g} deg"
+    return (
+        f"aerofoil {gauge.aerofoil}, {gauge.side} side, span {gauge.span:g}, "
+        f"chord {gauge.chord:g}, along {along}"
+    )

@@ -1,0 +1,219 @@
+"""What a run found, in numbers."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vanelock.input.cases.sweep import Case
+from vanelock.nonlinear import OPEN, SLIP_OPEN, Response
+from vanelock.stages.response.limits import Limits, hooks
+
+OPENING = (OPEN, SLIP_OPEN)
+RUBS = 1e-6
+"""Friction work of a contact that slips, relative to the largest: one that opens without rubbing
+is not counted as slipping."""
+
+
+@dataclass(frozen=True)
+class Peak:
+    """Largest converged point of a response: its index, frequency [Hz] and amplitude [m]."""
+
+    point: int
+    frequency: float
+    amplitude: float
+    at_edge: bool
+
+
+@dataclass(frozen=True)
+class Jump:
+    """Neighbouring points that no curve of solutions joins, in the order of the sweep.
+
+    Attributes
+    ----------
+    frequency : (float, float)
+        Before and after, Hz.
+    amplitude : (float, float)
+        Of the monitored displacement there, m.
+    """
+
+    frequency: tuple[float, float]
+    amplitude: tuple[float, float]
+
+
+@dataclass(frozen=True)
+class Sweep:
+    """A sweep of a case.
+
+    Attributes
+    ----------
+    direction : {"up", "down", "both"}
+    peak : Peak or None
+        Its largest converged point.
+    jumps : tuple of Jump
+    """
+
+    direction: str
+    peak: Peak | None
+    jumps: tuple[Jump, ...]
+
+
+@dataclass(frozen=True)
+class Summary:
+    """A case in numbers.
+
+    Attributes
+    ----------
+    case : str
+        Its name.
+    values : dict of str to number or str
+        The swept keys.
+    harmonics : int
+        H.
+    mu : float or None
+        Friction coefficient of the interlock.
+    peak : Peak or None
+        None where no point converged.
+    of_free, of_stuck : float
+        Peak over the linear peak with the interlock free and stuck.
+    position : float
+        Frequency of the peak between that of the mode of interest free (0) and stuck (1); NaN where
+        the response has no frequency from one to the other.
+    slipping, opening : float
+        Share of the interlock's pairs that slip, by their friction work, and that open in every
+        period at the peak; a pair may do both.
+    hook_slipping : float
+        Share of the hooks' pairs that slip.
+    friction_share : float
+        Share of the friction work at the peak that is the interlock's.
+    converged, points : int
+        Points that converged, and all.
+    worst : float
+        Largest residual of the others, 0 if there are none.
+    seconds : float
+        What computing took.
+    warnings : tuple of str
+        What else to know before using them, see `vanelock.quantities.warnings`.
+    sweeps : tuple of Sweep
+        That of the peak, and the other one where both directions were swept.
+    """
+
+    case: str
+    values: dict[str, float | str]
+    harmonics: int
+    mu: float | None
+    peak: Peak | None
+    of_free: float
+    of_stuck: float
+    position: float
+    slipping: float
+    opening: float
+    hook_slipping: float
+    friction_share: float
+    converged: int
+    points: int
+    worst: float
+    seconds: float
+    warnings: tuple[str, ...] = ()
+    sweeps: tuple[Sweep, ...] = ()
+
+
+def peak_of(response: Response, amplitude: NDArray[np.float64]) -> Peak | None:
+    """Largest converged point, None where there is none."""
+    known = np.where(response.converged, amplitude, -np.inf)
+    top = int(known.argmax())
+    if not np.isfinite(known[top]):
+        return None
+    edge = response.points > 1 and top in (0, response.points - 1)
+    return Peak(top, float(response.frequency[top]), float(amplitude[top]), edge)
+
+
+def sweep_of(response: Response, amplitude: NDArray[np.float64]) -> Sweep:
+    """A response as a sweep, its monitored amplitude (p,) in m."""
+    pairs = np.empty((0, 2), np.int64) if response.jump is None else response.jump
+    frequency = response.frequency
+    jumps = tuple(
+        Jump((float(frequency[a]), float(frequency[b])), (float(amplitude[a]), float(amplitude[b])))
+        for a, b in pairs
+    )
+    return Sweep(response.direction or "up", peak_of(response, amplitude), jumps)
+
+
+def share(chosen: NDArray[np.bool_]) -> float:
+    """Share of contacts that are chosen; NaN where there are no contacts."""
+    return float(chosen.mean()) if len(chosen) else float("nan")
+
+
+def friction_share(dissipation: NDArray[np.float64], interlock: NDArray[np.bool_]) -> float:
+    """The interlock's share of the friction work; NaN where nothing slips."""
+    total = float(dissipation.sum())
+    return float(dissipation[interlock].sum()) / total if total > 0 else float("nan")
+
+
+def summarise(
+    case: Case,
+    joints: Sequence[str],
+    response: Response,
+    peak: Peak | None,
+    limits: Limits,
+    linear: Mapping[str, Peak | None],
+    seconds: float,
+) -> Summary:
+    """A case in numbers.
+
+    Parameters
+    ----------
+    case : Case
+        The case.
+    joints : sequence of c str
+        Joint of each contact.
+    response : Response
+        Its nonlinear response.
+    peak : Peak or None
+        The response's largest point.
+    limits : Limits
+        Its linear modes.
+    linear : dict of "free" | "stuck" to Peak or None
+        Peaks of the linear responses.
+    seconds : float
+        What computing the response took.
+    """
+    interlock = ~hooks(joints)
+    if not interlock.any():  # nothing to stick: the stuck limit is the free one again
+        linear = {"free": linear["free"], "stuck": None}
+    slipping = opening = hook_slipping = friction = position = float("nan")
+    ratio = dict.fromkeys(linear, float("nan"))
+    if peak is not None:
+        state = response.state[peak.point]
+        work = response.dissipation[peak.point]
+        slips = work > RUBS * work.max(initial=np.finfo(float).tiny)
+        slipping, hook_slipping = share(slips[interlock]), share(slips[~interlock])
+        opening = share(np.isin(state[interlock], OPENING))
+        friction = friction_share(work, interlock)
+        ends = sorted((limits.free_frequency, limits.stuck_frequency))
+        if ends[0] <= response.frequency.max() and ends[1] >= response.frequency.min():
+            position = limits.position(peak.frequency)
+        for which, other in linear.items():
+            if other is not None and other.amplitude > 0:
+                ratio[which] = peak.amplitude / other.amplitude
+    lost = response.residual[~response.converged]
+    interlocked = case.study.joints.interlock
+    return Summary(
+        case=case.name,
+        values=case.values,
+        harmonics=response.harmonics,
+        mu=interlocked.mu if interlocked.enabled else None,
+        peak=peak,
+        of_free=ratio["free"],
+        of_stuck=ratio["stuck"],
+        position=position,
+        slipping=slipping,
+        opening=opening,
+        hook_slipping=hook_slipping,
+        friction_share=friction,
+        converged=int(response.converged.sum()),
+        points=response.points,
+        worst=float(lost.max()) if len(lost) else 0.0,
+        seconds=seconds,
+    )

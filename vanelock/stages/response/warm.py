@@ -1,0 +1,119 @@
+"""At which rotor speed the response of a case has its temperatures, where they depend on it.
+
+Unless `temperature.speed` says so: where the engine order of the study meets the mode of interest
+with the interlock free, found on the modes themselves with each part as warm as it is there. It is
+settled before the response is planned, from the same reduced parts that serve the response.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from vanelock.common.errors import InputError
+from vanelock.input.cases.sweep import Case, with_values
+from vanelock.input.schema.piecewise import ends
+from vanelock.input.schema.study import Study
+from vanelock.input.schema.temperature import PARTS, modulus, reference
+from vanelock.pipeline.step import Stages
+from vanelock.rom import Component, System
+from vanelock.stages.campbell.frequencies import Meeting, Spinning, grid
+from vanelock.stages.parts.components import reduced_step, system_step
+from vanelock.stages.plan import shared_diameters
+from vanelock.stages.response.responses import without_friction
+
+HIGHEST = 1e6
+"""Speed beyond which no crossing is looked for, rpm."""
+
+
+def warmed(cases: Sequence[Case], stages: Stages) -> list[Case]:
+    """The cases, each with the speed of its temperatures settled.
+
+    Raises
+    ------
+    InputError
+        If the engine order does not meet the mode of interest where temperatures are given.
+    """
+    if not any(needs_speed(case.study) for case in cases):
+        return list(cases)
+    shared = shared_diameters(cases)
+    found = []
+    for case, wanted in zip(cases, shared, strict=True):
+        if not needs_speed(case.study):
+            found.append(case)
+            continue
+        speed = _crossing(case.study, wanted, stages)
+        study = with_values(case.study, {"temperature.speed": speed})
+        found.append(replace(case, study=study))
+    return found
+
+
+def needs_speed(study: Study) -> bool:
+    """Whether a study's temperatures depend on a speed that is not known yet."""
+    return study.temperature.varies and study.temperature.speed is None
+
+
+def factors(study: Study, base: Callable[[str], float]) -> Callable[[float], tuple[float, float]]:
+    """Moduli of vane and casing against speed, rpm, over those that `base` says."""
+
+    def at(speed: float) -> tuple[float, float]:
+        vane, casing = (modulus(study, part, speed) / base(part) for part in PARTS)
+        return vane, casing
+
+    return at
+
+
+def bends(study: Study) -> list[float]:
+    """Speeds at which a modulus has a bend, rpm."""
+    heat = study.temperature
+    found: list[float] = []
+    for part in PARTS:
+        if not isinstance(known := getattr(heat, part), tuple):
+            continue
+        speeds, degrees = np.array(known).T
+        found += speeds.tolist()
+        for hot, _ in getattr(study.material, part).E_at:
+            for i in np.flatnonzero((degrees[:-1] < hot) != (degrees[1:] < hot)):
+                share = (hot - degrees[i]) / (degrees[i + 1] - degrees[i])
+                found.append(float(speeds[i] + share * (speeds[i + 1] - speeds[i])))
+    return found
+
+
+def _crossing(study: Study, wanted: Sequence[int], stages: Stages) -> float:
+    """Rotor speed at which the study's engine order meets its mode of interest, rpm."""
+    vane = reduced_step(study, "vane", ())
+    casing = reduced_step(study, "casing", wanted)
+    order = study.excitation.engine_order
+    parts: tuple[Component, Component] = (stages.get(vane), stages.get(casing))
+    system: System = stages.get(system_step(without_friction(study), vane, casing))
+    low, high = study.temperature.speeds
+    low, high = max(low, 1.0), min(high, HIGHEST)
+    scale = factors(study, lambda part: reference(study, part))
+    spinning = Spinning(system, *parts, system.nodal_diameter(1), scale, (low, high))
+    mode = study.response.mode
+    found = spinning.meetings(order, False, mode, grid(low, high, bends(study)))
+    met = [each for each in found if each.mode == mode - 1]
+    if not met:
+        raise InputError(_missed(study, spinning, (low, high)))
+    return _rounded(met[0])
+
+
+def _missed(study: Study, spinning: Spinning, speeds: tuple[float, float]) -> str:
+    order, mode = abs(study.excitation.engine_order), study.response.mode
+    at_end = spinning.frequencies(speeds[1], False, mode)[-1]
+    part = next(
+        part
+        for part in PARTS
+        if isinstance(known := getattr(study.temperature, part), tuple)
+        and (speeds[1] in ends(known) or speeds[0] in ends(known))
+    )
+    return (
+        f"temperature.{part}: engine order {order} meets mode {mode} nowhere from {speeds[0]:g} to "
+        f"{speeds[1]:g} rpm (it has {at_end:.5g} Hz there, {60 * at_end / order:.5g} rpm): give "
+        "temperatures up to that, or temperature.speed"
+    )
+
+
+def _rounded(met: Meeting) -> float:
+    """The speed to 9 digits, so that rounding of the last bits changes no hash."""
+    return float(f"{met.speed:.9g}")

@@ -1,0 +1,1 @@
+"""Steps from matrices and contacts by node lists to a response."""

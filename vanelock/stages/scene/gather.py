@@ -1,0 +1,294 @@
+"""What a scene file names, read: node lists, tables of pairs, contact frames, loads."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vanelock.common.errors import InputError
+from vanelock.common.quantities import bounds
+from vanelock.fem.matrix_files import load_nodes, load_pairs
+from vanelock.input.schema.scene import GROUND, ContactKeys, Load, Scene, TieKeys
+from vanelock.stages.scene.connect import Pull, Tie, Touching
+
+Integers = NDArray[np.int64]
+Floats = NDArray[np.float64]
+
+COLUMNS = {
+    "node": (),
+    "mate": (),
+    "nx": ("normal",),
+    "ny": ("normal",),
+    "nz": ("normal",),
+    "tx": ("tangent",),
+    "ty": ("tangent",),
+    "tz": ("tangent",),
+    "kn": ("kn",),
+    "kt": ("kt",),
+    "mu": ("mu",),
+    "interference": ("interference",),
+}
+"""Columns of a table of pairs, and the key that each stands in for."""
+PARALLEL = 1e-6
+
+
+def nodes(given: Any, where: str) -> Integers:
+    """Node numbers from a list or a file."""
+    if isinstance(given, str):
+        return np.asarray(load_nodes(Path(given)))
+    found = np.array(given, np.int64)
+    if len(np.unique(found)) < len(found):
+        raise InputError(f"{where}: a node is listed twice")
+    return found
+
+
+@dataclass(frozen=True)
+class Gathered:
+    """What a scene's lists and tables of nodes say.
+
+    Attributes
+    ----------
+    contacts, ties, loads : tuples of Touching, Tie, Pull
+        What acts on the components.
+    outputs : tuple of (component, nodes)
+        Output nodes; the loaded ones where none are named.
+    kept : dict of str to pair of (k,) int
+        By component: nodes that must be kept, and those of them whose rotations too.
+    """
+
+    contacts: tuple[Touching, ...]
+    ties: tuple[Tie, ...]
+    loads: tuple[Pull, ...]
+    outputs: tuple[tuple[str, Integers], ...]
+    kept: Mapping[str, tuple[Integers, Integers]]
+
+    def apart(self) -> Iterator[str]:
+        """A line for each component that nothing joins to another, where there are several."""
+        links = [(each.own, each.mate) for each in self.contacts]
+        links += [(each.own, each.mate) for each in self.ties]
+        joined = {name for own, mate in links for name in (own, mate) if mate and own != mate}
+        for name in self.kept if len(self.kept) > 1 else ():
+            if name not in joined:
+                yield f"components.{name}: no contact or tie joins it to another component"
+
+
+def gathered(scene: Scene) -> Gathered:
+    """Read what the scene names; a scene of a joined system names nothing.
+
+    Raises
+    ------
+    InputError
+        If a file cannot be read, or a component or property is missing.
+    """
+    if scene.system is not None:
+        return Gathered((), (), (), (), {})
+    contacts = tuple(_touching(name, keys, scene) for name, keys in scene.contacts.items())
+    ties = tuple(_tie(name, keys) for name, keys in scene.ties.items())
+    loads = tuple(_pull(i, load) for i, load in enumerate(scene.loads))
+    outputs = tuple(_outputs(scene, loads))
+    return Gathered(
+        contacts,
+        ties,
+        loads,
+        outputs,
+        _kept(tuple(scene.components), contacts, ties, loads, outputs),
+    )
+
+
+def _outputs(scene: Scene, loads: Sequence[Pull]) -> list[tuple[str, Integers]]:
+    named = scene.outputs.nodes
+    if named:
+        return [(name, nodes(given, f"outputs.nodes.{name}")) for name, given in named.items()]
+    found: dict[str, list[int]] = {}
+    for load in loads:
+        own = found.setdefault(load.component, [])
+        own += [n for n in load.nodes.tolist() if n not in own]
+    return [(name, np.array(own, np.int64)) for name, own in found.items()]
+
+
+def _kept(
+    components: Sequence[str],
+    contacts: Sequence[Touching],
+    ties: Sequence[Tie],
+    loads: Sequence[Pull],
+    outputs: Sequence[tuple[str, Integers]],
+) -> dict[str, tuple[Integers, Integers]]:
+    kept: dict[str, set[int]] = {name: set() for name in components}
+    turned: dict[str, set[int]] = {name: set() for name in components}
+
+    def keep(name: str, wanted: Integers, where: str, rotations: bool = False) -> None:
+        if name not in kept:
+            have = ", ".join(kept)
+            raise InputError(f'{where}: no component "{name}"; there are {have}')
+        kept[name].update(wanted.tolist())
+        if rotations:
+            turned[name].update(wanted.tolist())
+
+    for contact in contacts:
+        where = f"contacts.{contact.name}.between"
+        keep(contact.own, contact.own_nodes, where)
+        if contact.mate:
+            keep(contact.mate, contact.mate_nodes, where)
+    for tie in ties:
+        where = f"ties.{tie.name}.between"
+        keep(tie.own, tie.own_nodes, where, True)
+        keep(tie.mate, tie.mate_nodes, where, True)
+    for load in loads:
+        keep(load.component, load.nodes, f"{load.where}.component")
+    for name, own in outputs:
+        keep(name, own, f"outputs.nodes.{name}")
+    return {
+        name: (np.array(sorted(kept[name]), np.int64), np.array(sorted(turned[name]), np.int64))
+        for name in components
+    }
+
+
+def _touching(name: str, keys: ContactKeys, scene: Scene) -> Touching:
+    where = f"contacts.{name}"
+    own, mate = keys.between or ("", "")
+    if own == GROUND:
+        raise InputError(f'{where}.between: "{GROUND}" goes second')
+    if keys.next_sector and scene.ring.sectors < 2:
+        raise InputError(f"{where}.next_sector: needs ring.sectors of at least 2")
+    if keys.next_sector and mate == GROUND:
+        raise InputError(f"{where}.next_sector: {GROUND} has no sectors")
+    mine, theirs, table = _pairs(keys.pairs, mate == GROUND, f"{where}.pairs")
+    count = len(mine)
+    for column, stands in COLUMNS.items():
+        for key in stands:
+            if column in table and getattr(keys, key) is not None:
+                raise InputError(f"{where}.{key}: {keys.pairs} has it too: give either")
+    numbers = {key: _each(table, keys, key, count, where) for key in ("kn", "kt", "mu")}
+    numbers["interference"] = _each(table, keys, "interference", count, where, 0.0)
+    for key, values in numbers.items():
+        _refuse_outside(f"{where}.pairs", key, values, keys.pairs)
+    frames = _frames(table, keys, count, where)
+    _refuse_twice(where, mine, theirs, frames[:, 0])
+    return Touching(
+        name=name,
+        own=own,
+        mate="" if mate == GROUND else mate,
+        own_nodes=mine,
+        mate_nodes=theirs,
+        frames=frames,
+        kn=numbers["kn"],
+        kt=np.column_stack([numbers["kt"]] * 2),
+        mu=numbers["mu"],
+        interference=numbers["interference"],
+        next_sector=keys.next_sector,
+    )
+
+
+def _refuse_outside(where: str, key: str, values: Floats, source: Any) -> None:
+    """What a column holds must be what the key of its name may be."""
+    field = ContactKeys.model_fields[key]
+    allowed, unit = bounds(field), (field.description or "").partition(" [")[2].rstrip("]")
+    high_enough = values > allowed.low if allowed.above else values >= allowed.low
+    if np.any(wrong := ~(high_enough & (values <= allowed.high))):
+        least = f"{'>' if allowed.above else '>='} {allowed.low:g}"
+        told = f"must be {least} and <= {allowed.high:g} {unit}".rstrip()
+        raise InputError(f"{where}: {key} = {values[wrong][0]:g} in {source}: {told}")
+
+
+def _refuse_twice(where: str, mine: Integers, theirs: Integers, normal: Floats) -> None:
+    """Two elements between the same nodes along the same normal are a slip of the pen."""
+    seen = set()
+    for a, b, n in zip(mine.tolist(), theirs.tolist(), normal.round(6).tolist(), strict=True):
+        if (a, b, *n) in seen:
+            told = f"node {a}" if a == b else f"pair {a}, {b}"
+            raise InputError(f"{where}.pairs: {told} is listed twice with the same normal")
+        seen.add((a, b, *n))
+
+
+def _tie(name: str, keys: TieKeys) -> Tie:
+    mine, theirs, table = _pairs(keys.pairs, False, f"ties.{name}.pairs")
+    if more := [column for column in table if column not in ("node", "mate")]:
+        raise InputError(f"{keys.pairs}: column {more[0]!r}: a tie has node and mate only")
+    own, mate = keys.between
+    return Tie(name, own, mate, mine, theirs)
+
+
+def _pull(i: int, load: Load) -> Pull:
+    where, direction = f"loads[{i}]", np.array(load.direction, float)
+    length = float(np.linalg.norm(direction))
+    if not length > 0:
+        raise InputError(f"{where}.direction: must not be zero")
+    if load.harmonic == 0 and load.phase:
+        raise InputError(f"{where}.phase: a static load (harmonic = 0) has none")
+    phase = np.exp(1j * np.deg2rad(load.phase))
+    vector = load.amplitude * phase * direction / length
+    return Pull(where, load.component, nodes(load.nodes, f"{where}.nodes"), vector, load.harmonic)
+
+
+def _pairs(given: Any, alone: bool, where: str) -> tuple[Integers, Integers, Mapping[str, Any]]:
+    """Nodes, their mates, and the table's other columns."""
+    if isinstance(given, str) and alone and given.lower().endswith(".txt"):
+        given = load_nodes(Path(given)).tolist()
+    if isinstance(given, str):
+        table = dict(load_pairs(Path(given)))
+        if unknown := [column for column in table if column not in COLUMNS]:
+            raise InputError(f"{given}: column {unknown[0]!r}: allowed are {', '.join(COLUMNS)}")
+        wanted = ("node",) if alone else ("node", "mate")
+        for column in wanted:
+            if column not in table or table[column].dtype.kind != "i":
+                raise InputError(f"{given}: a column {column!r} of node numbers is needed")
+        for column, values in table.items():
+            if values.dtype.kind not in "if":
+                raise InputError(f"{given}: column {column!r} does not hold numbers")
+        mine = np.asarray(table["node"])
+        return mine, mine if alone else np.asarray(table["mate"]), table
+    rows = np.array(given, np.int64)
+    if alone != (rows.ndim == 1):
+        needed = "node numbers, such as [17, 18]" if alone else "pairs, such as [[17, 4], [18, 5]]"
+        raise InputError(f"{where}: expected {needed}")
+    return (rows, rows, {}) if alone else (rows[:, 0], rows[:, 1], {})
+
+
+def _each(
+    table: Mapping[str, Any],
+    keys: ContactKeys,
+    key: str,
+    count: int,
+    where: str,
+    default: float | None = None,
+) -> Floats:
+    """(c,) a property of each pair, from the table or the key."""
+    if key in table:
+        return np.asarray(table[key], float)
+    value = getattr(keys, key)
+    value = default if value is None else value
+    if value is None:
+        raise InputError(f"{where}.{key}: must be given, here or as a column of its pairs")
+    return np.full(count, float(value))
+
+
+def _frames(table: Mapping[str, Any], keys: ContactKeys, count: int, where: str) -> Floats:
+    """(c, 3, 3) unit normal and tangents of each pair; without a tangent, across the normal."""
+    normal = _vectors(table, keys.normal, "n", count)
+    if normal is None:
+        raise InputError(f"{where}.normal: must be given, here or as columns nx, ny, nz")
+    size = np.linalg.norm(normal, axis=1)
+    if np.any(size <= 0):
+        raise InputError(f"{where}.normal: must not be zero")
+    normal = normal / size[:, None]
+    tangent = _vectors(table, keys.tangent, "t", count)
+    if tangent is None:  # the axis furthest from the normal
+        tangent = np.eye(3)[np.abs(normal).argmin(axis=1)]
+    size = np.linalg.norm(tangent, axis=1)
+    across = tangent - np.sum(tangent * normal, axis=1)[:, None] * normal
+    left = np.linalg.norm(across, axis=1)
+    if np.any(left <= PARALLEL * size):
+        raise InputError(f"{where}.tangent: must not be zero, nor along the normal")
+    t1 = across / left[:, None]
+    return np.stack([normal, t1, np.cross(normal, t1)], axis=1)
+
+
+def _vectors(table: Mapping[str, Any], key: Any, letter: str, count: int) -> Floats | None:
+    columns = [f"{letter}{axis}" for axis in "xyz"]
+    if any(column in table for column in columns):
+        none = np.zeros(count)
+        return np.column_stack([np.asarray(table.get(c, none), float) for c in columns])
+    return None if key is None else np.tile(np.array(key, float), (count, 1))

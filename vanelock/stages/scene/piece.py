@@ -1,0 +1,126 @@
+"""A component ready to be joined: dense matrices by nodal diameter, and its coordinates' names."""
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vanelock.common.cyclic import rotation
+from vanelock.common.errors import InputError
+from vanelock.common.product import Product
+
+Matrix = NDArray[Any]
+Integers = NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class Block(Product):
+    """Matrices of one nodal diameter, (r, r): N/m, kg, N s/m."""
+
+    K: Matrix = field(metadata={"unit": "N/m"})
+    M: Matrix = field(metadata={"unit": "kg"})
+    C: Matrix | None = field(default=None, metadata={"unit": "N s/m"})
+
+    def conjugate(self) -> "Block":
+        """The same component at the nodal diameter N - k."""
+        C = None if self.C is None else self.C.conj()
+        return Block(self.K.conj(), self.M.conj(), C)
+
+
+@dataclass(frozen=True)
+class Piece(Product):
+    """A component of r coordinates.
+
+    Attributes
+    ----------
+    name : str
+        The component's.
+    node, direction : (r,) int
+        What each coordinate is: the displacement (0 to 2) or rotation (3 to 5) of a node, or, with
+        node 0 and direction 6, the amplitude of a mode.
+    sectors : int
+        N; matters where matrices depend on the nodal diameter.
+    blocks : dict of int to Block
+        Matrices by nodal diameter; one under -1 serves all.
+    band : float or None
+        Frequency up to which it answers, Hz; None where nothing was left out or it is not known.
+    places : (p,) int and positions : (p, 3) float
+        Nodes with known coordinates, m.
+    """
+
+    name: str
+    node: Integers
+    direction: Integers
+    sectors: int
+    blocks: dict[int, Block]
+    places: Integers
+    positions: NDArray[np.float64] = field(metadata={"unit": "m"})
+    band: float | None = field(default=None, metadata={"unit": "Hz"})
+
+    @property
+    def size(self) -> int:
+        """Number of coordinates r."""
+        return len(self.node)
+
+    def at(self, nodal_diameter: int) -> Block:
+        """Matrices of a nodal diameter.
+
+        Raises
+        ------
+        InputError
+            If the component has none.
+        """
+        k, mirrored = nodal_diameter % self.sectors, -nodal_diameter % self.sectors
+        for wanted, found in ((-1, False), (k, False), (mirrored, True)):
+            if wanted in self.blocks:
+                block = self.blocks[wanted]
+                return block.conjugate() if found else block
+        have = ", ".join(map(str, sorted(self.blocks)))
+        raise InputError(
+            f"components.{self.name}: no matrices of nodal diameter {k}; it has {have}"
+        )
+
+    def coordinates(self, nodes: Integers, where: str, directions: int = 3) -> Integers:
+        """(k, 3) coordinates of the x, y, z displacements of nodes; -1 where one does not move.
+
+        With six `directions`, (k, 6): the rotations behind them.
+
+        Raises
+        ------
+        InputError
+            If a node has no displacement among the coordinates; `where` is who asks.
+        """
+        found = np.full((len(nodes), directions), -1)
+        for d in range(directions):
+            own = np.flatnonzero(self.direction == d)
+            order = own[np.argsort(self.node[own], kind="stable")]
+            at = np.searchsorted(self.node[order], nodes).clip(max=max(len(order) - 1, 0))
+            if len(order):
+                match = self.node[order[at]] == nodes
+                found[match, d] = order[at[match]]
+        if np.any(missing := np.all(found[:, :3] < 0, axis=1)):
+            raise InputError(
+                f"{where}: node {nodes[missing][0]} of components.{self.name} has no displacement "
+                "among its rows"
+            )
+        return found
+
+    def frames(self, nodes: Integers, where: str) -> NDArray[np.float64]:
+        """(k, 3, 3) turn from Cartesian components to each node's cylindrical ones.
+
+        Raises
+        ------
+        InputError
+            If a node's coordinates are not known.
+        """
+        order = np.argsort(self.places, kind="stable")
+        at = np.searchsorted(self.places[order], nodes).clip(max=max(len(order) - 1, 0))
+        if not len(order) or np.any(missing := self.places[order[at]] != nodes):
+            node = nodes[0] if not len(order) else nodes[missing][0]
+            raise InputError(
+                f"{where}: the coordinates of node {node} are not known: give "
+                f"components.{self.name}.nodes"
+            )
+        x, y, _ = self.positions[order[at]].T
+        return np.array([rotation(-angle) for angle in np.arctan2(y, x)])

@@ -1,0 +1,270 @@
+"""From a component's matrices to a piece: reduced by Craig and Bampton, or used as they are."""
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+
+from vanelock.common.cyclic import turn
+from vanelock.common.errors import InputError
+from vanelock.fem import SingularError
+from vanelock.fem.matrix_files import Matrices
+from vanelock.fem.matrix_files.model import GENERALISED
+from vanelock.input.schema.scene import ComponentKeys, Ring
+from vanelock.rom import (
+    Faces,
+    ReducedRows,
+    Selection,
+    reduce_rows,
+    reduce_sector,
+    refuse_negative_mass,
+)
+from vanelock.rom.fixed_interface.selection import DEFAULT
+from vanelock.rom.system import common_band
+from vanelock.stages.scene.piece import Block, Piece
+
+Integers = NDArray[np.int64]
+
+LARGEST = 5000
+"""Most coordinates of a superelement: its matrices are dense."""
+TOGETHER = 1e-6
+"""Largest distance of a high face's node from its mate turned, over its distance from the axis."""
+WORDS = ("x", "y", "z", "rotation x", "rotation y", "rotation z")
+
+
+def superelement(
+    name: str, ring: Ring, load: Callable[[int], Matrices], by_diameter: Sequence[int]
+) -> Piece:
+    """Matrices as they are.
+
+    Parameters
+    ----------
+    name : str
+        The component's.
+    ring : Ring
+        Its ring.
+    load : callable
+        The matrices of a nodal diameter.
+    by_diameter : sequence of int
+        Nodal diameters with matrices of their own; none: those of 0 serve all.
+    """
+    found = {k: load(k) for k in by_diameter} or {-1: load(0)}
+    first = next(iter(found.values()))
+    blocks = {}
+    for k, each in found.items():
+        if each.size > LARGEST:
+            raise InputError(
+                f"components.{name}: {each.size:,} rows: a superelement has at most {LARGEST:,}; "
+                'choose kind = "full" to reduce it'
+            )
+        same = np.array_equal(each.node, first.node)
+        if not same or not np.array_equal(each.direction, first.direction):
+            raise InputError(f"components.{name}: its nodal diameters differ in their rows")
+        K, M = each.K.toarray(), _mass(name, each).toarray()
+        blocks[k] = Block(K, M, None if each.C is None else each.C.toarray())
+    return _piece(name, ring, first, first.node, first.direction, blocks)
+
+
+def reduced(
+    name: str,
+    keys: ComponentKeys,
+    ring: Ring,
+    given: Matrices,
+    wanted: Integers,
+    turned: Integers,
+    fixed: Integers,
+    faces: tuple[Integers, Integers] | None,
+    nodal_diameters: Sequence[int],
+    least: float | None = None,
+) -> Piece:
+    """A component whose named nodes stay and whose rest becomes fixed-interface vectors.
+
+    Parameters
+    ----------
+    name : str
+        The component's.
+    keys : ComponentKeys
+        How much is kept.
+    ring : Ring
+        Its ring.
+    given : Matrices
+        Stiffness and mass, all rows.
+    wanted : (k,) int
+        Nodes whose displacements are kept.
+    turned : (k,) int
+        Those of them whose rotations are kept too.
+    fixed : (k,) int
+        Clamped nodes.
+    faces : pair of (k,) int, optional
+        Nodes of the low and of the high cyclic face, mates at equal places.
+    nodal_diameters : sequence of int
+        Where a cyclic component is reduced.
+    least : float, optional
+        Frequency that the band reaches at least where none is given, Hz.
+
+    Raises
+    ------
+    InputError
+        If a node is missing or clamped, a face does not fit, or the component can move although its
+        kept nodes are held.
+    """
+    where = f"components.{name}"
+    _known(f"{where}.fixed", given, fixed)
+    free = np.flatnonzero(~np.isin(given.node, fixed))
+    node, direction = given.node[free], given.direction[free]
+    K, M = given.K[free][:, free], _mass(name, given)[free][:, free]
+    C = None if given.C is None else given.C[free][:, free]
+    if len(clamped := np.intersect1d(wanted, fixed)):
+        raise InputError(f"{where}.fixed: node {clamped[0]} carries a contact, tie, load or output")
+    kept = (np.isin(node, wanted) & (direction < 3)) | (np.isin(node, turned) & (direction < 6))
+    rows = np.flatnonzero(kept)
+    for n in wanted:
+        if n not in node[rows]:
+            raise InputError(f"{where}: node {n} has no displacement among its {given.size} rows")
+    if faces is None and len(rows) == len(node):
+        block = Block(K.toarray(), M.toarray(), None if C is None else C.toarray())
+        return _piece(name, ring, given, node, direction, {-1: block})
+    selection, joined = _selection(keys, least), None
+    if faces is not None:
+        joined = _faces(where, ring, given, node, direction, faces)
+        if len(shared := np.intersect1d(wanted, np.concatenate(faces))):
+            raise InputError(
+                f"{where}: node {shared[0]} carries a contact, tie, load or output and lies on "
+                "a cyclic face"
+            )
+    try:
+        if joined is None:
+            found = {-1: reduce_rows(K, M, rows, selection, C)}
+        else:
+            found = reduce_sector(K, M, rows, joined, nodal_diameters, selection, C)
+    except InputError as error:
+        raise InputError(f"{where}: {error}") from None
+    except SingularError as error:
+        at = int(error.rows[0])
+        moving = f"node {node[at]}, {WORDS[direction[at]]}" if direction[at] < 6 else f"row {at}"
+        raise InputError(
+            f"{where}: can still move although its contact, tie, load and output nodes are held "
+            f"({error.count} free motions, most at {moving}): clamp nodes by fixed, or tie it"
+        ) from None
+    vectors = next(iter(found.values())).vectors
+    none = np.zeros(vectors, np.int64)
+    return _piece(
+        name,
+        ring,
+        given,
+        np.concatenate([node[rows], none]),
+        np.concatenate([direction[rows], none + GENERALISED]),
+        {k: _block(each) for k, each in found.items()},
+        common_band(each.reach for each in found.values()),
+    )
+
+
+def _block(found: ReducedRows) -> Block:
+    return Block(found.matrices.K, found.matrices.M, found.C)
+
+
+def _piece(
+    name: str,
+    ring: Ring,
+    given: Matrices,
+    node: Integers,
+    direction: Integers,
+    blocks: dict[int, Block],
+    band: float | None = None,
+) -> Piece:
+    for block in blocks.values():
+        try:
+            refuse_negative_mass(block.M)
+        except InputError as error:
+            raise InputError(f"components.{name}: {error}") from None
+    positions = np.empty((0, 3)) if given.position is None else given.position
+    return Piece(name, node, direction, ring.sectors, blocks, given.position_node, positions, band)
+
+
+def _mass(name: str, given: Matrices) -> sp.csc_array:
+    if given.M is None:
+        raise InputError(f"components.{name}.mass: must be given")
+    return given.M
+
+
+def _selection(keys: ComponentKeys, least: float | None) -> Selection:
+    accuracy = keys.accuracy
+    if keys.modes is None and keys.cutoff is None and accuracy is None:
+        accuracy = DEFAULT
+    return Selection(keys.modes, keys.cutoff, accuracy, keys.band, least)
+
+
+def _known(where: str, given: Matrices, nodes: Integers) -> None:
+    if len(missing := np.setdiff1d(nodes, given.node)):
+        raise InputError(f"{where}: node {missing[0]} is not among the matrices' nodes")
+
+
+def _faces(
+    where: str,
+    ring: Ring,
+    given: Matrices,
+    node: Integers,
+    direction: Integers,
+    faces: tuple[Integers, Integers],
+) -> Faces:
+    """Rows of the faces, and how the high one follows."""
+    low, high = faces
+    if ring.sectors < 2:
+        raise InputError(f"{where}.low: cyclic faces need ring.sectors of at least 2")
+    if len(low) != len(high):
+        raise InputError(f"{where}.high: {len(high)} nodes, and {len(low)} in low")
+    _known(f"{where}.low", given, low)
+    _known(f"{where}.high", given, high)
+    both = np.concatenate(faces)
+    if len(np.unique(both)) < len(both):
+        again = next(n for n in both if np.sum(both == n) > 1)
+        raise InputError(f"{where}.low, high: node {again} is there twice")
+    _meet(where, ring, given, low, high)
+    at = {(int(n), int(d)): row for row, (n, d) in enumerate(zip(node, direction, strict=True))}
+    around = np.eye(6)
+    if ring.coordinates == "cartesian":
+        around[:3, :3] = around[3:, 3:] = turn(ring.sectors)
+    lows: list[int] = []
+    highs: list[int] = []
+    entries: list[tuple[int, int, float]] = []
+    place: dict[tuple[int, int], int] = {}
+    for a, b in zip(low.tolist(), high.tolist(), strict=True):
+        mine = [d for d in range(6) if (a, d) in at]
+        if mine != [d for d in range(6) if (b, d) in at]:
+            raise InputError(f"{where}.low: node {a} and its mate {b} differ in their directions")
+        for d in mine:
+            place[a, d] = len(lows)
+            lows.append(at[a, d])
+            highs.append(at[b, d])
+        for d in mine:
+            for e in range(6):
+                if around[d, e] and e not in mine:
+                    raise InputError(
+                        f"{where}.low: node {a} moves in {WORDS[d]} and not in {WORDS[e]}: the "
+                        "turn to the next sector mixes the two; use cylindrical coordinates"
+                    )
+                if around[d, e]:
+                    entries.append((place[a, d], place[a, e], around[d, e]))
+    rows, columns, values = np.array(entries).T
+    shape = (len(lows), len(lows))
+    turned = sp.csc_array((values, (rows.astype(int), columns.astype(int))), shape=shape)
+    return Faces(np.array(lows), np.array(highs), turned, ring.sectors)
+
+
+def _meet(where: str, ring: Ring, given: Matrices, low: Integers, high: Integers) -> None:
+    """Refuse mates that lie apart, where the nodes' places are known."""
+    if given.position is None:
+        return
+    known = {int(n): i for i, n in enumerate(given.position_node)}
+    pairs = [
+        (a, b) for a, b in zip(low.tolist(), high.tolist(), strict=True) if {a, b} <= known.keys()
+    ]
+    for a, b in pairs:
+        expected = turn(ring.sectors) @ given.position[known[a]]
+        apart = float(np.linalg.norm(given.position[known[b]] - expected))
+        if apart > TOGETHER * max(float(np.linalg.norm(expected)), 1e-300):
+            raise InputError(
+                f"{where}.high: node {b} lies {apart:.3g} m from where its mate {a} of low comes "
+                f"when turned by 360/{ring.sectors} degrees about z"
+            )

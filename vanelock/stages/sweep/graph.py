@@ -1,0 +1,157 @@
+"""What of a sweep's cases is still to compute, in tasks.
+
+Products that the same cases need go together: those of one case into its task, a mesh and what
+follows from it that some cases share into one of theirs, which these then wait for. What all cases
+need is not a task but computed before them.
+"""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from vanelock.input.cases.sweep import Case
+from vanelock.pipeline.cache import Cache
+from vanelock.pipeline.executor.tasks import Task, Work
+from vanelock.pipeline.step import Step
+from vanelock.stages.accuracy.choose_mesh import Settled
+from vanelock.stages.parts.components import PARTS
+from vanelock.stages.parts.meshes import mesh_step
+from vanelock.stages.plan import LIMITS, Planned, adaptive, fixed, free_step, shared_diameters
+from vanelock.stages.response.responses import silent_progress
+
+
+@dataclass(frozen=True)
+class CaseWork:
+    """The steps of a case, planned anew wherever it is computed.
+
+    Attributes
+    ----------
+    case : Case
+        With its study as given, not as settled.
+    diameters : tuple of int
+        Nodal diameters at which the cases have their casing reduced, without an accuracy.
+    settled, first : Settled or None
+        With one: what it settled for this case, and for the first.
+    """
+
+    case: Case
+    diameters: tuple[int, ...]
+    settled: Settled | None = None
+    first: Settled | None = None
+
+    def steps(self) -> list[Step[Any]]:
+        """All whose products a run shows."""
+        if self.settled is None or self.first is None:
+            return steps_of(fixed(self.case, self.diameters, silent_progress))
+        free = free_step(self.first)
+        return steps_of(adaptive(self.case, self.settled, free, silent_progress))
+
+
+def steps_of(planned: Planned) -> list[Step[Any]]:
+    """Steps of a case that a run asks for, in its order."""
+    return [*parts_of(planned), planned.preload, *planned.responses]
+
+
+def parts_of(planned: Planned) -> list[Step[Any]]:
+    """Those before preload and response."""
+    study = planned.case.study
+    found: list[Step[Any]] = [*(mesh_step(study, part) for part in PARTS), *planned.rom.values()]
+    found += [planned.linear.limits, *(planned.linear.responses[which] for which in LIMITS)]
+    if planned.gauges is not None:
+        found.append(planned.gauges)
+    return found
+
+
+def works(planned: Sequence[Planned]) -> list[CaseWork]:
+    """What to send of each case."""
+    settled = [each.settled for each in planned]
+    if any(settled):
+        return [CaseWork(each.case, (), each.settled, settled[0]) for each in planned]
+    shared = shared_diameters([each.case for each in planned])
+    return [CaseWork(each.case, ks) for each, ks in zip(planned, shared, strict=True)]
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """What is wanted of a case: its steps, that of its response, and how others make them."""
+
+    name: str
+    steps: Sequence[Step[Any]]
+    response: Step[Any]
+    work: Work
+
+
+def bundle(planned: Sequence[Planned], cache: Cache) -> tuple[list[Step[Any]], list[Task]]:
+    """What all cases need and is not in the cache, in order, and the tasks after it."""
+    cases = zip(planned, works(planned), strict=True)
+    return divided([Wanted(p.case.name, steps_of(p), p.response, w) for p, w in cases], cache)
+
+
+def divided(cases: Sequence[Wanted], cache: Cache) -> tuple[list[Step[Any]], list[Task]]:
+    """What all cases need and is not in the cache, in order, and the tasks after it."""
+    held, known = cache.held(), dict[str, bool]()
+    nodes: dict[str, Step[Any]] = {}
+    users: dict[str, list[int]] = {}
+
+    def missing(step: Step[Any]) -> bool:
+        if step.key not in known:
+            known[step.key] = not held(step.name, step.key)
+        return known[step.key]
+
+    def visit(step: Step[Any], i: int, seen: set[str]) -> None:
+        if step.key in seen:
+            return
+        seen.add(step.key)
+        if step.kept and not missing(step):
+            return
+        if not step.pulls:  # else it is not known what it needs
+            for need in step.needs:
+                visit(need, i, seen)
+        if step.kept:
+            nodes.setdefault(step.key, step)
+            users.setdefault(step.key, []).append(i)
+
+    for i, each in enumerate(cases):
+        seen: set[str] = set()
+        for step in each.steps:
+            visit(step, i, seen)
+    groups: dict[tuple[int, ...], list[Step[Any]]] = {}
+    for key, step in nodes.items():
+        groups.setdefault(tuple(users[key]), []).append(step)
+    shared = groups.pop(tuple(range(len(cases))), [])
+    apart = nodes.keys() - {step.key for step in shared}
+    tasks = []
+    for members, steps in groups.items():
+        own = {step.key for step in steps}
+        given = _frontier(steps, own)
+        first = cases[members[0]]
+        tasks.append(
+            Task(
+                name=first.name
+                if len(members) == 1
+                else f"{first.name} and {len(members) - 1} more",
+                work=first.work,
+                makes=tuple(step.key for step in steps),
+                after=tuple(key for _, key in given if key in apart),
+                given=tuple(given),
+                counts=first.response.key in own,
+            )
+        )
+    return shared, tasks
+
+
+def _frontier(steps: Iterable[Step[Any]], own: set[str]) -> list[tuple[str, str]]:
+    """Stage and key of the nearest products upstream of some steps that are kept."""
+    found: dict[str, str] = {}
+    seen: set[str] = set()
+    waiting = [need for step in steps for need in step.needs]
+    while waiting:
+        step = waiting.pop()
+        if step.key in seen or step.key in own:
+            continue
+        seen.add(step.key)
+        if step.kept:
+            found[step.key] = step.name
+        else:
+            waiting += step.needs
+    return [(stage, key) for key, stage in found.items()]

@@ -1,0 +1,61 @@
+"""Peak so far and time left, from the work of the cases that this run had to compute."""
+
+import time
+from collections.abc import Collection
+
+from vanelock.input.schema.study import Study
+from vanelock.nonlinear import Response
+from vanelock.pipeline.progress import Point
+from vanelock.pipeline.step import Step
+from vanelock.stages.plan import Planned
+
+TYPICAL = 100
+"""Points of a response over a range that chooses them itself."""
+
+
+class Clock:
+    """Stopwatch over all cases of a run."""
+
+    def __init__(self, planned: Collection[Planned]) -> None:
+        self._adaptive = any(each.case.study.accuracy is not None for each in planned)
+        self._left = {
+            step.key: work(each.case.study) for each in planned for step in each.responses
+        }
+        self._after = sum(self._left.values())
+        self._done = 0.0
+        self._seconds = 0.0
+        self._began = time.perf_counter()
+        self._name, self._own, self._peak = "", 0.0, 0.0
+
+    def begin(self, planned: Planned, response: Step[Response] | None = None) -> None:
+        """A case begins, or another of its responses."""
+        self._name, self._peak = planned.case.name, 0.0
+        self._own = self._left.pop((response or planned.response).key, 0.0)
+        self._after = max(self._after - self._own, 0.0)
+        self._began = time.perf_counter()
+
+    def end(self, computed: bool) -> None:
+        """It has its response, computed now or not."""
+        if computed:
+            self._seconds += time.perf_counter() - self._began
+            self._done += self._own
+
+    def point(self, done: int, total: int, amplitude: float) -> Point:
+        """A point of it is solved; `amplitude` counts for the peak, m.
+
+        With an accuracy there are as many points as the errors ask for, which nobody knows before.
+        """
+        self._peak = max(self._peak, amplitude) if amplitude == amplitude else self._peak
+        if self._adaptive:
+            return Point(self._name, done, None, self._peak, float("nan"))
+        part = self._own * done / total
+        pace = (self._seconds + time.perf_counter() - self._began) / max(self._done + part, 1e-9)
+        left = pace * (self._own - part + self._after)
+        return Point(self._name, done, total, self._peak, left)
+
+
+def work(study: Study) -> float:
+    """Relative cost of a response: the unknowns at a point grow with 2H + 1."""
+    response = study.response
+    points = len(response.frequencies) if response.frequencies else response.points or TYPICAL
+    return float(points * (2 * response.harmonics + 1) ** 1.5)
