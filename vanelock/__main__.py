@@ -162,7 +162,7 @@ def run(
     """
     from vanelock.commands.run.study import run_study
     from vanelock.common.toml import toml_tables
-    from vanelock.input.read_scene import is_scene
+    from vanelock.input.read_scene import is_scene, load_scene
     from vanelock.input.read_study import load_study, read_text
     from vanelock.pipeline.executor.processes import cores
     from vanelock.pipeline.progress import Counter, choose_listener
@@ -171,7 +171,6 @@ def run(
     computing = workers or cores(), scheduler, insecure_scheduler
     if is_scene(toml_tables(text, str(study))):
         from vanelock.commands.run.scene import run_scene
-        from vanelock.input.read_scene import load_scene
 
         scene = load_scene(study, allow_outside)
         with _going_on_later(folder), choose_listener(quiet, as_json) as listener:
