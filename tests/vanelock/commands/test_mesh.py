@@ -13,8 +13,8 @@ import pytest
 from vanelock import choose_listener, load_study, mesh, mesh_study, parse_study
 from vanelock.mesh import Part
 from vanelock.pipeline.progress import Done, Notice
-from vanelock.quantities.meshes.quality import figures
 from vanelock.quantities.meshes.mesh_tables import sets_table
+from vanelock.quantities.meshes.quality import figures
 from vanelock.render.scenes import offscreen
 
 STUDY = '[mesh]\nsize = "coarse"\n[material.casing]\nrho = 7800\n'
