@@ -25,6 +25,8 @@ _modules = {
     "audit_response": "verification.audit",
     "contact_loop": "forced_response.hysteresis_loop",
     "frequency_response": "forced_response.frequency_response",
+    "HarmonicModes": "balance.stuck_modes",
+    "harmonic_modes": "balance.stuck_modes",
     "hysteresis": "following.hysteresis",
     "linear_response": "forced_response.linear_response",
     "parameter_response": "following.parameter_response",

@@ -9,6 +9,7 @@ Normalised by stiffness, static and low-frequency receptances keep full accuracy
 highest modes are, and massless coordinates do no harm.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, TypeAlias
@@ -18,6 +19,7 @@ import scipy.linalg as la
 from numpy.typing import NDArray
 
 from vanelock.common.errors import InputError
+from vanelock.common.product import Product
 from vanelock.rom.system import System
 
 Array: TypeAlias = NDArray[Any]
@@ -25,7 +27,7 @@ Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class StuckModes:
+class StuckModes(Product):
     """Modes of one nodal diameter with all contacts stuck.
 
     Attributes
@@ -152,6 +154,27 @@ def stuck_modes(system: System, nodal_diameter: int) -> StuckModes:
             coupled = modal + np.diag(damping)
             damping = coupled.diagonal().real
     return StuckModes(shapes, B @ shapes, values, damping, coupled)
+
+
+@dataclass(frozen=True)
+class HarmonicModes(Product):
+    """Stuck modes of all nodal diameters that a number of harmonics has.
+
+    Attributes
+    ----------
+    diameters : dict of int to StuckModes
+        Those that the system has; of N - k where it has k, they are the conjugates.
+    """
+
+    diameters: Mapping[int, StuckModes]
+
+
+def harmonic_modes(system: System, harmonics: int) -> HarmonicModes:
+    """Stuck modes for harmonics 0 to `harmonics`; friction, preload and loads do not matter."""
+    wanted = {system.nodal_diameter(h) for h in range(harmonics + 1)}
+    wanted |= {(system.sectors - k) % system.sectors for k in wanted}
+    held = sorted(wanted & set(system.diameters))
+    return HarmonicModes({k: stuck_modes(system, k) for k in held})
 
 
 def _real(value: Array, where: str) -> Array:

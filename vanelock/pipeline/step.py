@@ -45,10 +45,12 @@ class Step(Generic[P]):
 
     Attributes
     ----------
+    stage : str
+        What it is: the cache's name for it.
     name : str
-        What the progress display calls it.
+        What the progress display calls it: the stage, and of which case where each has its own.
     key : str
-        Hash of all that its product depends on.
+        Hash of all that its product depends on, a case's name not among it.
     kind : type
         The product's class; it is saved and loaded only where it is kept.
     needs : tuple of Step
@@ -68,6 +70,7 @@ class Step(Generic[P]):
         done so far for a run that goes on after a kill.
     """
 
+    stage: str
     name: str
     key: str
     kind: type[P]
@@ -80,7 +83,7 @@ class Step(Generic[P]):
 
 
 def step(
-    name: str,
+    stage: str,
     package: str,
     inputs: Mapping[str, Any],
     kind: type[P],
@@ -90,10 +93,12 @@ def step(
     quick: bool = False,
     pulls: bool = False,
     resumes: bool = False,
+    of: str = "",
 ) -> Step[P]:
     """A step whose key follows from its inputs, what it needs and the code of `package`."""
-    key = key_of(name, package, inputs, tuple(need.key for need in needs))
-    return Step(name, key, kind, needs, compute, kept, quick, pulls, resumes)
+    key = key_of(stage, package, inputs, tuple(need.key for need in needs))
+    name = f"{stage} {of}".strip()
+    return Step(stage, name, key, kind, needs, compute, kept, quick, pulls, resumes)
 
 
 @dataclass
@@ -128,7 +133,7 @@ class Stages:
             return cast(P, self._products[step.key])
         kind = cast(Any, step.kind)
         made = step.kept and self.elsewhere is not None and self.elsewhere(step.key)
-        entry = self.cache.load(step.name, step.key, kind) if step.kept else None
+        entry = self.cache.load(step.stage, step.key, kind) if step.kept else None
         if entry is not None:
             product, seconds, cpu = cast(P, entry.product), entry.seconds, entry.cpu
         else:
@@ -168,7 +173,7 @@ class Stages:
         outside, self._pulled = self._pulled, (0.0, 0.0)
         began = time.perf_counter(), time.process_time()
         if step.resumes:
-            with self.cache.journal(step.name, step.key) as journal:
+            with self.cache.journal(step.stage, step.key) as journal:
                 product = step.compute(*given, journal)
         else:
             product = step.compute(*given)
@@ -176,7 +181,7 @@ class Stages:
         seconds, cpu = (max(a - b, 0.0) for a, b in zip(taken, self._pulled, strict=True))
         self._pulled = outside[0] + taken[0], outside[1] + taken[1]
         if step.kept:
-            entry = self.cache.store(step.name, step.key, cast(Any, product), seconds, cpu)
+            entry = self.cache.store(step.stage, step.key, cast(Any, product), seconds, cpu)
             product = cast(P, entry.product)  # as a later run will find it, to the last bit
         return product, seconds, cpu
 

@@ -305,6 +305,5 @@ def _audited(planned: Planned, top: Response, point: int, stages: Stages) -> Aud
         return nonlinear.audit_response(stages.get(planned.system), top, [0], AUDITED)
 
     inputs = {"point": point, "samples": AUDITED}
-    name = f"check {planned.case.name}"
-    key = key_of(name, "nonlinear", inputs, (planned.response.key, planned.system.key))
-    return stages.get(Step(name, key, Audit, (), compute))
+    key = key_of("check", "nonlinear", inputs, (planned.response.key, planned.system.key))
+    return stages.get(Step("check", f"check {planned.case.name}", key, Audit, (), compute))

@@ -27,6 +27,7 @@ from vanelock.stages.response.responses import (
     limits_step,
     linear_step,
     linear_system_step,
+    modes_step,
     preload_step,
     response_step,
 )
@@ -170,7 +171,8 @@ def fixed(case: Case, wanted: Iterable[int], progress: Progress) -> Planned:
     system, base = system_step(study, **rom), linear_system_step(study, **rom)
     modes = limits_step(study, base, **rom)
     linear = {which: linear_step(study, which, base, modes) for which in LIMITS}
-    swept = partial(response_step, case.name, study, system, modes, progress)
+    stuck = modes_step(base, study.response.harmonics)
+    swept = partial(response_step, case.name, study, system, modes, stuck, progress)
     return Planned(
         case=case,
         rom=rom,

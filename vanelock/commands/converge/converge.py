@@ -33,7 +33,12 @@ from vanelock.stages.parts.diameters import united_step
 from vanelock.stages.parts.nodal_diameters import linear_steps
 from vanelock.stages.plan import plan
 from vanelock.stages.response.monitor import monitor
-from vanelock.stages.response.responses import linear_step, response_step
+from vanelock.stages.response.responses import (
+    linear_step,
+    modes_step,
+    response_step,
+    without_friction,
+)
 from vanelock.stages.response.warm import warmed
 
 NEAR = 9
@@ -269,20 +274,23 @@ class Chain:
     linear: Step[Any]
     limits: Step[Any]
     system: Step[Any]
+    modes: Step[Any]
     response: Step[Response]
 
 
 def chain(study: Study, name: str) -> Chain:
     """The steps of a case."""
     linear = linear_steps(study)
-    system = united_step(study, study.response.harmonics)
-    response = response_step(name, study, system, linear.limits, _unheard)
-    return Chain(study, linear.system, linear.limits, system, response)
+    H = study.response.harmonics
+    system, modes = united_step(study, H), modes_step(united_step(without_friction(study), H), H)
+    response = response_step(name, study, system, linear.limits, modes, _unheard)
+    return Chain(study, linear.system, linear.limits, system, modes, response)
 
 
 def replace_response(made: Chain, study: Study) -> Chain:
     """The same with a response at other frequencies."""
-    response = response_step("near the peak", study, made.system, made.limits, _unheard)
+    given = made.system, made.limits, made.modes
+    response = response_step("near the peak", study, *given, _unheard)
     return replace(made, study=study, response=response)
 
 

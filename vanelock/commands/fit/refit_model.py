@@ -48,7 +48,7 @@ class Rejoined:
     monitor: Monitor
     gauges: Gauges | None = None
     _stiff: tuple[Any, ...] = ()
-    _modes: dict[int, Any] = field(default_factory=dict)
+    _modes: Mapping[int, Any] = field(default_factory=dict)
 
     def system(self, values: Mapping[str, float]) -> tuple[System, Component, Component]:
         """The system with some keys changed, and its parts."""
@@ -91,10 +91,8 @@ class Rejoined:
             }
             system = replace(system, force=loads)
         options = self.study.response
-        for h in range(options.harmonics + 1):
-            k = system.nodal_diameter(h)
-            if k in system.diameters and k not in self._modes:
-                self._modes[k] = nonlinear.stuck_modes(system, k)
+        if not self._modes:
+            self._modes = nonlinear.harmonic_modes(system, options.harmonics).diameters
         found = nonlinear.frequency_response(
             system,
             hertz,

@@ -19,7 +19,9 @@ from vanelock.nonlinear import Response
 from vanelock.pipeline.cache import Cache
 from vanelock.pipeline.executor.executor import Hands
 from vanelock.pipeline.executor.shown import helped
+from vanelock.pipeline.executor.tasks import Failure, TaskFailed
 from vanelock.pipeline.progress import Failed, Listener, Notice
+from vanelock.pipeline.step import Stages, Step
 from vanelock.quantities import warnings
 from vanelock.quantities.contacts.places import places
 from vanelock.quantities.jumps import by_height, notes

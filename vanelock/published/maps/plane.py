@@ -202,10 +202,8 @@ class Solver:
     def __init__(self, task: Task) -> None:
         self._task = task
         system = task.system
-        needed = {
-            system.nodal_diameter(h) for each in task.methods for h in range(each.harmonics + 1)
-        }
-        self._modes = {k: nonlinear.stuck_modes(system, k) for k in needed if k in system.diameters}
+        most = max(each.harmonics for each in task.methods)
+        self._modes = nonlinear.harmonic_modes(system, most).diameters
 
     def point(self, mu: float, value: float) -> list[Row]:
         """What each method finds at a point."""

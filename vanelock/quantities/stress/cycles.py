@@ -12,8 +12,8 @@ from vanelock.common.product import Product
 from vanelock.fem.stresses.skin import skin
 from vanelock.mesh import Part
 from vanelock.nonlinear import Response
-from vanelock.pipeline.cache import code_of, key_of
-from vanelock.pipeline.step import Step
+from vanelock.pipeline.cache import code_of
+from vanelock.pipeline.step import Step, step
 from vanelock.quantities.curves_and_fields import Board
 from vanelock.quantities.stress.fatigue import Cycle, cycle
 from vanelock.stages.parts.components import PARTS, model_step
@@ -65,10 +65,8 @@ def stressed_step(board: Board, planned: Planned, point: int) -> Step[Stressed]:
             gauges = cycle(at_places(mesh, vane, get(planned.gauges).positions))
         return Stressed(cycle(vane), cycle(casing), gauges)
 
-    keys = tuple(dict.fromkeys(need.key for need in needs))
-    name = f"stress {planned.case.name}"
-    key = key_of(name, "rom", inputs, keys)
-    return Step(name, key, Stressed, tuple(needs), compute, pulls=True)
+    of = planned.case.name
+    return step("stress", "rom", inputs, Stressed, tuple(needs), compute, pulls=True, of=of)
 
 
 def harmonics_of(

@@ -97,5 +97,6 @@ def adaptive_step(
         )
 
     needs: tuple[Step[Any], ...] = (linear.limits, mesh, free, base, *casings.values())
-    name = f"response {name}"
-    return step(name, "nonlinear", inputs, Response, needs, compute, pulls=True, resumes=True)
+    return step(
+        "response", "nonlinear", inputs, Response, needs, compute, pulls=True, resumes=True, of=name
+    )

@@ -9,7 +9,7 @@ import numpy as np
 
 from vanelock import nonlinear
 from vanelock.input.schema.study import Study
-from vanelock.nonlinear import Journal, Response
+from vanelock.nonlinear import HarmonicModes, Journal, Response
 from vanelock.pipeline.step import SHARED, Step, step
 from vanelock.rom import Component, System
 from vanelock.stages.parts.components import system_step
@@ -66,6 +66,17 @@ def _at_rest(friction: str, system: Step[System]) -> Step[Response]:
     return step("preload", "nonlinear", {"friction": friction}, Response, (system,), compute)
 
 
+@lru_cache(maxsize=SHARED)
+def modes_step(system: Step[System], harmonics: int) -> Step[HarmonicModes]:
+    """Modes with all contacts stuck, shared by cases whose system is this one but for friction."""
+
+    def compute(system: System) -> HarmonicModes:
+        return nonlinear.harmonic_modes(system, harmonics)
+
+    inputs = {"harmonics": harmonics}
+    return step("stuck modes", "nonlinear", inputs, HarmonicModes, (system,), compute, quick=True)
+
+
 def linear_step(
     study: Study, which: Limit, system: Step[System], limits: Step[Limits]
 ) -> Step[Response]:
@@ -117,6 +128,7 @@ def response_step(
     study: Study,
     system: Step[System],
     limits: Step[Limits],
+    modes: Step[HarmonicModes],
     progress: Progress,
     direction: str | None = None,
 ) -> Step[Response]:
@@ -134,15 +146,15 @@ def response_step(
     }
     inputs = {**frequency_keys(study), **options}
 
-    def compute(system: System, found: Limits, journal: Journal) -> Response:
+    def compute(system: System, found: Limits, stuck: HarmonicModes, journal: Journal) -> Response:
         wanted = frequencies(study, found)
         return nonlinear.frequency_response(
-            system, wanted, progress=progress, journal=journal, **options
+            system, wanted, modes=stuck.diameters, progress=progress, journal=journal, **options
         )
 
-    needs = (system, limits)
-    name = f"response {name}" + (", down" if options["direction"] == "down" else "")
-    return step(name, "nonlinear", inputs, Response, needs, compute, resumes=True)
+    needs = (system, limits, modes)
+    of = name + (", down" if options["direction"] == "down" else "")
+    return step("response", "nonlinear", inputs, Response, needs, compute, resumes=True, of=of)
 
 
 def frequency_keys(study: Study) -> dict[str, Any]:

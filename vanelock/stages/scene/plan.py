@@ -9,6 +9,7 @@ from vanelock.input.cases.scene_cases import SceneCase
 from vanelock.nonlinear import Response
 from vanelock.pipeline.step import Step
 from vanelock.rom import System
+from vanelock.stages.response.responses import modes_step as stuck_modes_step
 from vanelock.stages.response.responses import silent_progress
 from vanelock.stages.scene.gather import gathered
 from vanelock.stages.scene.modes import Modes
@@ -87,7 +88,8 @@ def planned(case: SceneCase, progress: Callable[[int, int, float, float], None])
     given = gathered(scene)
     system, bare = (system_step(scene, each, given) for each in (False, True))
     modes = modes_step(scene, bare)
-    swept = partial(response_step, case.name, scene, system, modes, progress)
+    stuck = stuck_modes_step(bare, scene.response.harmonics)
+    swept = partial(response_step, case.name, scene, system, modes, stuck, progress)
     return PlannedScene(
         case=case,
         pieces=tuple(piece_step(scene, name, given) for name in scene.components),

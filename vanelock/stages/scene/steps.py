@@ -14,7 +14,7 @@ from vanelock.fem.matrix_files import Matrices, load_matrices
 from vanelock.input.band import asked_for, least_band
 from vanelock.input.read_scene import ND
 from vanelock.input.schema.scene import DAMPING, FILES, ComponentKeys, Scene
-from vanelock.nonlinear import Journal, Response
+from vanelock.nonlinear import HarmonicModes, Journal, Response
 from vanelock.pipeline.cache import code_of, content_digest
 from vanelock.pipeline.step import Step, step
 from vanelock.rom import System
@@ -203,6 +203,7 @@ def response_step(
     scene: Scene,
     system: Step[System],
     limits: Step[Modes],
+    modes: Step[HarmonicModes],
     progress: Progress,
     direction: str | None = None,
 ) -> Step[Response]:
@@ -214,15 +215,15 @@ def response_step(
     options: dict[str, Any] = {key: getattr(scene.response, key) for key in keys}
     options["direction"] = direction or FIRST[scene.response.direction]
 
-    def compute(system: System, found: Modes, journal: Journal) -> Response:
+    def compute(system: System, found: Modes, stuck: HarmonicModes, journal: Journal) -> Response:
         wanted = frequencies(scene, found)
         return nonlinear.frequency_response(
-            system, wanted, progress=progress, journal=journal, **options
+            system, wanted, modes=stuck.diameters, progress=progress, journal=journal, **options
         )
 
-    inputs, needs = {**_range(scene), **options}, (system, limits)
-    name = f"response {name}" + (", down" if options["direction"] == "down" else "")
-    return step(name, "nonlinear", inputs, Response, needs, compute, resumes=True)
+    inputs, needs = {**_range(scene), **options}, (system, limits, modes)
+    of = name + (", down" if options["direction"] == "down" else "")
+    return step("response", "nonlinear", inputs, Response, needs, compute, resumes=True, of=of)
 
 
 def _range(scene: Scene) -> dict[str, Any]:

@@ -95,7 +95,7 @@ def divided(cases: Sequence[Wanted], cache: Cache) -> tuple[list[Step[Any]], lis
 
     def missing(step: Step[Any]) -> bool:
         if step.key not in known:
-            known[step.key] = not held(step.name, step.key)
+            known[step.key] = not held(step.stage, step.key)
         return known[step.key]
 
     def visit(step: Step[Any], i: int, seen: set[str]) -> None:
@@ -151,7 +151,7 @@ def _frontier(steps: Iterable[Step[Any]], own: set[str]) -> list[tuple[str, str]
             continue
         seen.add(step.key)
         if step.kept:
-            found[step.key] = step.name
+            found[step.key] = step.stage
         else:
             waiting += step.needs
     return [(stage, key) for key, stage in found.items()]

@@ -96,3 +96,22 @@ def test_no_more_products_are_held_than_a_case_needs():
 
     Run._each(run, compute, lambda each, _: None)
     assert held == [len(names_of(each)) for each in planned]
+
+
+def test_a_response_is_known_by_what_it_depends_on_and_not_by_its_case():
+    """A swept key of which one value is the study's own adds nothing to compute for that value."""
+    alone = plan(cases(parse_study("")), lambda *_: None)[0]
+    swept = cases(parse_study('[sweep]\n"joints.interlock.mu" = [0.15, 0.3]\n'))
+    same, other = plan(swept, lambda *_: None)
+    assert alone.case.study.joints.interlock.mu == 0.15
+    assert {step.key for step in reachable(steps_of(same))} == {
+        step.key for step in reachable(steps_of(alone))
+    }
+    assert same.response.name == "response mu=0.15"
+    assert other.response.key != same.response.key
+    stuck = [
+        {step.key for step in reachable([each.response]) if step.stage == "stuck modes"}
+        for each in (alone, same, other)
+    ]
+    assert len(stuck[0]) == 1
+    assert stuck[0] == stuck[1] == stuck[2]
