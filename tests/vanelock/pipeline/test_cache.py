@@ -173,6 +173,7 @@ EVERYTHING = {
     "linear response, free",
     "linear response, stuck",
     "preload",
+    "stuck modes",
     "response nominal",
 }
 MESHES_ON = EVERYTHING
