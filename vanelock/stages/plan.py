@@ -24,12 +24,14 @@ from vanelock.stages.response.limits import Limits
 from vanelock.stages.response.responses import (
     Limit,
     Progress,
+    is_loaded,
     limits_step,
     linear_step,
     linear_system_step,
     modes_step,
     preload_step,
     response_step,
+    without_load,
 )
 
 LIMITS: tuple[Limit, ...] = ("free", "stuck")
@@ -171,7 +173,8 @@ def fixed(case: Case, wanted: Iterable[int], progress: Progress) -> Planned:
     system, base = system_step(study, **rom), linear_system_step(study, **rom)
     modes = limits_step(study, base, **rom)
     linear = {which: linear_step(study, which, base, modes) for which in LIMITS}
-    stuck = modes_step(base, study.response.harmonics)
+    still = system_step(without_load(study), **rom) if is_loaded(study) else base
+    stuck = modes_step(still, study.response.harmonics)
     swept = partial(response_step, case.name, study, system, modes, stuck, progress)
     return Planned(
         case=case,

@@ -37,7 +37,7 @@ from vanelock.stages.response.responses import (
     linear_step,
     modes_step,
     response_step,
-    without_friction,
+    without_load,
 )
 from vanelock.stages.response.warm import warmed
 
@@ -282,7 +282,7 @@ def chain(study: Study, name: str) -> Chain:
     """The steps of a case."""
     linear = linear_steps(study)
     H = study.response.harmonics
-    system, modes = united_step(study, H), modes_step(united_step(without_friction(study), H), H)
+    system, modes = united_step(study, H), modes_step(united_step(without_load(study), H), H)
     response = response_step(name, study, system, linear.limits, modes, _unheard)
     return Chain(study, linear.system, linear.limits, system, modes, response)
 

@@ -172,3 +172,14 @@ def without_friction(study: Study) -> Study:
         }
     )
     return study.model_copy(update={"joints": joints})
+
+
+def without_load(study: Study) -> Study:
+    """The study of the modes with all contacts stuck: no friction, and the default load."""
+    load = study.excitation.model_copy(update={"force": None, "unbalance": None})
+    return without_friction(study).model_copy(update={"excitation": load})
+
+
+def is_loaded(study: Study) -> bool:
+    """Whether a study has another load than the default one."""
+    return (study.excitation.force, study.excitation.unbalance) != (None, None)

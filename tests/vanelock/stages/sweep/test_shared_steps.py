@@ -71,7 +71,7 @@ def test_a_key_that_cases_share_is_made_once(monkeypatch):
     planned = plan(cases(parse_study(f"[sweep]\njoints.interlock.mu = [{values}]")), print)
     bundle(planned, Cache(Path("none"), print))
     distinct = {step.key for each in planned for step in reachable(steps_of(each))}
-    assert len(made) == len(distinct) == 10 + 3 * 40
+    assert len(made) == len(distinct) == 11 + 3 * 40
     assert len(bare) == 40
 
 
@@ -101,17 +101,18 @@ def test_no_more_products_are_held_than_a_case_needs():
 def test_a_response_is_known_by_what_it_depends_on_and_not_by_its_case():
     """A swept key of which one value is the study's own adds nothing to compute for that value."""
     alone = plan(cases(parse_study("")), lambda *_: None)[0]
-    swept = cases(parse_study('[sweep]\n"joints.interlock.mu" = [0.15, 0.3]\n'))
+    swept = cases(parse_study('[sweep]\n"joints.interlock.mu" = [0.3, 0.5]\n'))
     same, other = plan(swept, lambda *_: None)
-    assert alone.case.study.joints.interlock.mu == 0.15
+    louder = plan(cases(parse_study("[excitation]\nforce = 10")), lambda *_: None)[0]
+    assert alone.case.study.joints.interlock.mu == 0.3
     assert {step.key for step in reachable(steps_of(same))} == {
         step.key for step in reachable(steps_of(alone))
     }
-    assert same.response.name == "response mu=0.15"
+    assert same.response.name == "response mu=0.3"
     assert other.response.key != same.response.key
     stuck = [
         {step.key for step in reachable([each.response]) if step.stage == "stuck modes"}
-        for each in (alone, same, other)
+        for each in (alone, same, other, louder)
     ]
     assert len(stuck[0]) == 1
-    assert stuck[0] == stuck[1] == stuck[2]
+    assert stuck[0] == stuck[1] == stuck[2] == stuck[3]
