@@ -23,7 +23,7 @@ from vanelock.nonlinear.balance.receptance_tables import balances
 from vanelock.nonlinear.contact.law import contact_law
 from vanelock.nonlinear.continuation.families import Frequencies, fixed
 from vanelock.nonlinear.following.peak import Resonance
-from vanelock.nonlinear.forced_response.frequency_sweep import Solver
+from vanelock.nonlinear.forced_response.frequency_sweep import PointSolver
 from vanelock.nonlinear.forced_response.static_mean import at_rest
 from vanelock.nonlinear.fourier.trigonometric import TURN, resized
 from vanelock.nonlinear.newton.newton import TOLERANCE, Solution, solve
@@ -125,19 +125,19 @@ class Reference:
         diameters = self.full.nodal_diameters[: harmonics + 1]
         return replace(self.full, harmonics=harmonics, nodal_diameters=diameters)
 
-    def solver(self, harmonics: int, low: float, high: float) -> Solver:
+    def solver(self, harmonics: int, low: float, high: float) -> PointSolver:
         """What solves between two circular frequencies."""
         source = balances(self.prepared(harmonics), low, high, 1000)
         constant = self.coupling == "constant-load"
         family = Frequencies(source, self._law(harmonics, constant), self.mean)
-        return Solver(family, lambda h: self._law(h, constant), TOLERANCE)
+        return PointSolver(family, lambda h: self._law(h, constant), TOLERANCE)
 
-    def amplitude(self, solver: Solver, solution: Solution) -> float:
+    def amplitude(self, solver: PointSolver, solution: Solution) -> float:
         """Of the monitored output, m."""
         shape = (-1, 3)
         return float(solver.amplitude(solution).reshape(shape)[self.component])
 
-    def sweep(self, up: bool) -> tuple[Solver, list[Solution]]:
+    def sweep(self, up: bool) -> tuple[PointSolver, list[Solution]]:
         """Converged solutions over the range, ascending in frequency, and their number lost."""
         low, high = (TURN * f for f in self.given.range)
         solver = self.solver(SWEPT, low, high)
@@ -235,7 +235,7 @@ class Reference:
             self.samples = SAMPLES[0]
 
     def _searched(
-        self, solver: Solver, at: float, start: Floats, bend: float
+        self, solver: PointSolver, at: float, start: Floats, bend: float
     ) -> tuple[Solution | None, float, bool]:
         """The highest of a fine sweep around where a peak should be, then located if possible."""
         reach = min(6 / np.sqrt(-bend), NEAR * at)

@@ -12,6 +12,7 @@ from setuptools import find_packages
 ROOT = Path(__file__).resolve().parent.parent
 PHYSICS = ["mesh", "fem", "rom", "nonlinear"]
 MOST = 12
+TWICE = {"Table"}  # that of the terminal and of CSV files, and that of a page
 
 
 def imported_modules(source: Path) -> set[str]:
@@ -97,3 +98,13 @@ def test_nonlinear_loads_no_mesher_and_no_renderer() -> None:
     assert loaded.isdisjoint(
         {"gmsh", "meshio", "skfem", "vtk", "vtkmodules", "pyvista", "matplotlib"}
     )
+
+
+def test_a_class_name_means_one_thing() -> None:
+    places: dict[str, list[str]] = {}
+    for name in (*PHYSICS, "vanelock"):
+        for path in (ROOT / name).rglob("*.py"):
+            for node in ast.parse(path.read_text("utf-8")).body:
+                if isinstance(node, ast.ClassDef):
+                    places.setdefault(node.name, []).append(str(path.relative_to(ROOT)))
+    assert {name for name, found in places.items() if len(found) > 1} <= TWICE

@@ -18,7 +18,7 @@ class NoMatrixError(InputError):
 
 
 @dataclass(frozen=True)
-class Wanted:
+class WantedMatrix:
     """What is looked for in a file.
 
     Attributes
@@ -36,7 +36,7 @@ class Wanted:
     alone: bool = True
 
 
-def chosen(source: str, names: Sequence[str], wanted: Wanted) -> str:
+def chosen(source: str, names: Sequence[str], wanted: WantedMatrix) -> str:
     """The name in the file of the matrix that is wanted.
 
     Raises
@@ -61,7 +61,7 @@ def chosen(source: str, names: Sequence[str], wanted: Wanted) -> str:
     )
 
 
-def refuse_unless_alone(source: str, wanted: Wanted) -> None:
+def refuse_unless_alone(source: str, wanted: WantedMatrix) -> None:
     """A format that holds one matrix holds no other besides.
 
     Raises

@@ -6,10 +6,10 @@ from importlib import import_module
 from pathlib import Path
 
 from vanelock.common.errors import InputError
-from vanelock.fem.matrix_files.choosing import Wanted
+from vanelock.fem.matrix_files.choosing import WantedMatrix
 from vanelock.fem.matrix_files.entries import Entries
 
-Reader = Callable[[Path, Wanted], Entries]
+Reader = Callable[[Path, WantedMatrix], Entries]
 
 READERS = {
     ".mtx": ("abaqus_mtx", "read_mtx"),
@@ -49,7 +49,7 @@ def holds_several(path: Path) -> bool:
     return ending(path) in SEVERAL
 
 
-def read_entries(path: Path, wanted: Wanted) -> Entries:
+def read_entries(path: Path, wanted: WantedMatrix) -> Entries:
     """Read the matrix that is wanted from a file.
 
     Raises

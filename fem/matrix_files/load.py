@@ -9,7 +9,7 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from vanelock.common.errors import InputError
-from vanelock.fem.matrix_files.choosing import NoMatrixError, Wanted
+from vanelock.fem.matrix_files.choosing import NoMatrixError, WantedMatrix
 from vanelock.fem.matrix_files.entries import Entries, assembled
 from vanelock.fem.matrix_files.formats import holds_several, read_entries
 from vanelock.fem.matrix_files.labels import Labels, check_labels, named, read_labels
@@ -67,7 +67,7 @@ def load_matrices(
         raise InputError(f"names: {unknown[0]!r}: stiffness, mass or damping can be named")
     stiffness = Path(stiffness)
     position_node, position = _positions(nodes)
-    first = read_entries(stiffness, Wanted("stiffness", names.get("stiffness")))
+    first = read_entries(stiffness, WantedMatrix("stiffness", names.get("stiffness")))
     _refuse_vast(first)
     labels = _labels(first, dofs, position_node)
     parts = {"stiffness": _Part(first, assembled(first, "stiffness"), labels)}
@@ -103,13 +103,13 @@ class _Part:
 def _other(stiffness: Path, path: Path | None, what: str, name: str | None) -> Entries | None:
     """Mass or damping from its own file, or from the stiffness's where that has it."""
     if path is not None:
-        return read_entries(Path(path), Wanted(what, name))
+        return read_entries(Path(path), WantedMatrix(what, name))
     if not holds_several(stiffness):
         if name is not None:
             raise InputError(f'names: {what} = "{name}": {stiffness} holds one matrix: give a file')
         return None
     try:
-        return read_entries(stiffness, Wanted(what, name, alone=False))
+        return read_entries(stiffness, WantedMatrix(what, name, alone=False))
     except NoMatrixError:
         if name is not None:
             raise

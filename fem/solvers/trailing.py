@@ -12,7 +12,7 @@ from vanelock.fem.solvers.cholmod import cholmod_errors, pattern_of
 
 
 @dataclass(frozen=True)
-class Analysis:
+class TrailingAnalysis:
     """Ordering of the rest, and supernodes of the whole, for one pattern and one set of rows."""
 
     pattern: bytes
@@ -38,7 +38,7 @@ class TrailingFactor:
     schur: Matrix
     corner: Matrix
     order: NDArray[np.int64]
-    analysis: Analysis
+    analysis: TrailingAnalysis
     _factor: Any
 
     def solve(self, b: Matrix) -> Matrix:
@@ -89,7 +89,7 @@ def trailing_factor(
     from sksparse.cholmod import analyze
 
     pattern = pattern_of(A) + str(A.dtype).encode()
-    analysis = like if isinstance(like, Analysis) and like.pattern == pattern else None
+    analysis = like if isinstance(like, TrailingAnalysis) and like.pattern == pattern else None
     if analysis is not None and not np.array_equal(analysis.kept, kept):
         analysis = None
     if analysis is not None:
@@ -104,7 +104,7 @@ def trailing_factor(
     with cholmod_errors():
         if analysis is None:
             symbolic = analyze(whole, mode="supernodal", ordering_method="natural")
-            analysis = Analysis(pattern, kept, order, symbolic)
+            analysis = TrailingAnalysis(pattern, kept, order, symbolic)
         factor = analysis.symbolic.cholesky(whole)
         del whole
         corner = _corner(factor, len(rest))

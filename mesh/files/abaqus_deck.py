@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from vanelock.common.errors import InputError
-from vanelock.mesh.files.raw import Block, Integers, RawMesh, distinct
+from vanelock.mesh.files.raw import CellBlock, Integers, RawMesh, distinct
 
 # A solid's name ends in letters for its formulation, which do not change its nodes.
 _SOLIDS = {
@@ -88,7 +88,7 @@ def resolved(deck: Deck) -> RawMesh:
         for count, (some, tables) in by_count.items():
             solid = _solid(name)
             kind = solid[0] if solid else _flat(name, count)
-            raw.blocks.append(Block(kind, np.array(some, np.int64), np.array(tables, np.int64)))
+            raw.blocks.append(CellBlock(kind, np.array(some, np.int64), np.array(tables, np.int64)))
     for name in deck.element_sets:
         raw.element_sets[name] = distinct(_members(deck, name, deck.element_sets, ()))
     nodes_of = _ElementNodes(raw.blocks)
@@ -110,7 +110,7 @@ def _flat(name: str, count: int) -> str:
 class _ElementNodes:
     """Looks up where an element is."""
 
-    def __init__(self, blocks: list[Block]) -> None:
+    def __init__(self, blocks: list[CellBlock]) -> None:
         self.blocks = blocks
         self.place = {
             int(number): (b, i)
@@ -118,7 +118,7 @@ class _ElementNodes:
             for i, number in enumerate(block.numbers)
         }
 
-    def of(self, numbers: Integers) -> list[tuple[Block, Integers]]:
+    def of(self, numbers: Integers) -> list[tuple[CellBlock, Integers]]:
         """Block and nodes of each element that exists."""
         places = [self.place[int(n)] for n in numbers if int(n) in self.place]
         return [(self.blocks[b], np.asarray(self.blocks[b].nodes[i])) for b, i in places]

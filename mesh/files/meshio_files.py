@@ -15,7 +15,7 @@ import numpy as np
 from vanelock.common.errors import InputError, raised
 from vanelock.common.files.limited import Fallen, limited
 from vanelock.mesh.files.gmsh_numbers import node_numbers
-from vanelock.mesh.files.raw import Array, Block, Integers, RawMesh, distinct
+from vanelock.mesh.files.raw import Array, CellBlock, Integers, RawMesh, distinct
 
 _FROM_ZERO = (".vtk", ".vtu")  # number their nodes from 0
 FORMATS = {".msh": "gmsh", ".vtu": "vtu", ".vtk": "vtk"}
@@ -105,7 +105,7 @@ def _add_cells(raw: RawMesh, mesh: Any) -> None:
         table = _table(raw, block)
         starts.append(first)
         own = np.arange(first, first + len(table))
-        raw.blocks.append(Block(str(block.type), own, table))
+        raw.blocks.append(CellBlock(str(block.type), own, table))
         first += len(table)
     groups: dict[str, list[Integers]] = {}
     for name, parts in mesh.cell_sets.items():

@@ -11,7 +11,7 @@ import numpy as np
 
 from vanelock.common.errors import InputError
 from vanelock.mesh.files.raw import (
-    Block,
+    CellBlock,
     Integers,
     RawMesh,
     counted,
@@ -84,7 +84,7 @@ def read_nastran(source: str, text: str) -> RawMesh:
     for kind, (own_numbers, lists) in elements.items():
         table = np.array(lists, np.int64)
         table = table[:, _TO_VTK.get(kind, slice(None))]
-        raw.blocks.append(Block(kind, np.array(own_numbers, np.int64), table))
+        raw.blocks.append(CellBlock(kind, np.array(own_numbers, np.int64), table))
     raw.node_sets = {key: distinct(np.concatenate(parts)) for key, parts in sets.items()}
     return raw
 

@@ -17,7 +17,7 @@ MOST_LISTED = 10_000_000
 
 
 @dataclass(frozen=True)
-class Block:
+class CellBlock:
     """Elements of one type.
 
     Attributes
@@ -47,7 +47,7 @@ class RawMesh:
         Of the nodes.
     points : (n, 3) float
         Their coordinates in the file's unit.
-    blocks : list of Block
+    blocks : list of CellBlock
         Elements of any dimension.
     node_sets : dict of str to (k,) int
         Nodes, in the file's order.
@@ -62,7 +62,7 @@ class RawMesh:
     source: str
     numbers: Integers
     points: Array
-    blocks: list[Block] = field(default_factory=list)
+    blocks: list[CellBlock] = field(default_factory=list)
     node_sets: dict[str, Integers] = field(default_factory=dict)
     element_sets: dict[str, Integers] = field(default_factory=dict)
     face_sets: dict[str, list[Integers]] = field(default_factory=dict)

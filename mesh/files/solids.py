@@ -12,7 +12,7 @@ from vanelock.mesh.cells import SOLIDS, Cell, solid
 from vanelock.mesh.exterior import exterior
 from vanelock.mesh.files.file_mesh import FileMesh
 from vanelock.mesh.files.file_sets import file_sets
-from vanelock.mesh.files.raw import Array, Block, Integers, RawMesh
+from vanelock.mesh.files.raw import Array, CellBlock, Integers, RawMesh
 from vanelock.mesh.refinement.dof_estimate import MOST
 
 _LOWER = ("vertex", "line", "triangle", "quad", "polygon", "pixel", "empty")
@@ -98,7 +98,7 @@ def _rows(raw: RawMesh, nodes: Integers) -> Integers:
     return np.asarray(order[rank])
 
 
-def _only_solid(raw: RawMesh) -> tuple[str, Block]:
+def _only_solid(raw: RawMesh) -> tuple[str, CellBlock]:
     counts: Counter[str] = Counter()
     for block in raw.blocks:
         counts[block.cell_type] += len(block.numbers)
@@ -121,7 +121,7 @@ def _only_solid(raw: RawMesh) -> tuple[str, Block]:
         raise InputError(f"{raw.source}: {listed} elements: use one kind of solid elements")
     blocks = [block for block in raw.blocks if block.cell_type == kinds[0]]
     numbers = np.concatenate([block.numbers for block in blocks])
-    return kinds[0], Block(kinds[0], numbers, np.concatenate([block.nodes for block in blocks]))
+    return kinds[0], CellBlock(kinds[0], numbers, np.concatenate([block.nodes for block in blocks]))
 
 
 def _is_solid(kind: str) -> bool:

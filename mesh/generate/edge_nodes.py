@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vanelock.common.cyclic import rotation
-from vanelock.mesh.generate.extract import Mesh
+from vanelock.mesh.generate.extract import MeshArrays
 from vanelock.mesh.geometry import aerofoil
 from vanelock.mesh.geometry.dimensions import VaneDimensions
 
@@ -19,7 +19,7 @@ TRIANGLE6 = 9  # gmsh's number of the element type
 _SIDES = [(0, 1), (1, 2), (2, 0)]
 
 
-def half_way(gmsh: Any, mesh: Mesh, vane: VaneDimensions, sectors: int) -> Mesh:
+def half_way(gmsh: Any, mesh: MeshArrays, vane: VaneDimensions, sectors: int) -> MeshArrays:
     """The mesh with those nodes half-way around."""
     points = mesh.points.copy()
     for _, tag in gmsh.model.getEntities(2):
@@ -33,7 +33,7 @@ def half_way(gmsh: Any, mesh: Mesh, vane: VaneDimensions, sectors: int) -> Mesh:
 
 
 def _on_edge(
-    mesh: Mesh, vane: VaneDimensions, triangles: NDArray[np.int64], turn: NDArray[np.float64]
+    mesh: MeshArrays, vane: VaneDimensions, triangles: NDArray[np.int64], turn: NDArray[np.float64]
 ) -> NDArray[np.float64] | None:
     """Middles (3t, 3) of the triangles' sides, if they cover a rounded edge of this aerofoil."""
     axis = np.array([0.0, 0.0, vane.hook.mid_plane])

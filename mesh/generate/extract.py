@@ -23,7 +23,7 @@ EDGES = [(0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3)]  # corners of nodes 4 t
 
 
 @dataclass(frozen=True)
-class Mesh:
+class MeshArrays:
     """Nodes (n, 3) and tetra10 elements (e, 10), with gmsh's tags of the nodes (n,), ascending.
 
     And the volume of the geometry, m³.
@@ -39,7 +39,7 @@ class Mesh:
         return np.searchsorted(self.tags, np.asarray(tags, dtype=np.int64))
 
 
-def generate(gmsh: Any, size: float) -> Mesh:
+def generate(gmsh: Any, size: float) -> MeshArrays:
     """Mesh the current model with curved quadratic tetrahedra no larger than `size`, m."""
     tetrahedra(gmsh, size)
     gmsh.model.mesh.setOrder(2)
@@ -54,10 +54,10 @@ def generate(gmsh: Any, size: float) -> Mesh:
             f"{gmsh.model.getCurrent()}: {len(tags) - len(used)} nodes belong to no tetrahedron"
         )
     volume = sum(gmsh.model.occ.getMass(*solid) for solid in gmsh.model.getEntities(3))
-    return Mesh(points, cells.reshape(-1, 10)[:, _MESHIO_ORDER], tags, volume)
+    return MeshArrays(points, cells.reshape(-1, 10)[:, _MESHIO_ORDER], tags, volume)
 
 
-def nodes_on(gmsh: Any, mesh: Mesh, dim: int, tag: int) -> NDArray[np.int64]:
+def nodes_on(gmsh: Any, mesh: MeshArrays, dim: int, tag: int) -> NDArray[np.int64]:
     """Nodes of a point, curve or face and of its boundary, ascending."""
     tags, _, _ = gmsh.model.mesh.getNodes(dim, tag, includeBoundary=dim > 0)
     return np.unique(mesh.number(tags))
@@ -114,7 +114,7 @@ def nearest(
 
 
 def place(
-    mesh: Mesh,
+    mesh: MeshArrays,
     nodes: NDArray[np.int64],
     places: NDArray[np.float64],
     images: tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.float64]] | None = None,
@@ -126,7 +126,7 @@ def place(
 
     Parameters
     ----------
-    mesh : Mesh
+    mesh : MeshArrays
     nodes, places
         Nodes (k,) and where they belong (k, 3), m.
     images : (left, right, turn), optional

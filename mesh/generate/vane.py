@@ -17,7 +17,7 @@ from vanelock.mesh.contact.patches import hook_overlap
 from vanelock.mesh.generate import occ_solids
 from vanelock.mesh.generate.aerofoil_faces import divide_aerofoils
 from vanelock.mesh.generate.edge_nodes import half_way
-from vanelock.mesh.generate.extract import Mesh, along, generate, nearest, nodes_on, place
+from vanelock.mesh.generate.extract import MeshArrays, along, generate, nearest, nodes_on, place
 from vanelock.mesh.geometry import aerofoil, contact_places
 from vanelock.mesh.geometry.dimensions import CasingDimensions, VaneDimensions
 from vanelock.mesh.geometry.element_size import element_size
@@ -99,7 +99,7 @@ def vane_segment(
 def _part(
     dimensions: VaneDimensions,
     sectors: int,
-    mesh: Mesh,
+    mesh: MeshArrays,
     on: list[NDArray[np.int64]],
     skin: NDArray[np.int64],
     places: tuple[NDArray[np.float64], ...],

@@ -18,7 +18,7 @@ from vanelock.nonlinear.balance.stuck_modes import StuckModes
 from vanelock.nonlinear.contact.law import Law, contact_law
 from vanelock.nonlinear.contact.sampling import least_samples
 from vanelock.nonlinear.continuation.families import Frequencies
-from vanelock.nonlinear.forced_response.frequency_sweep import Solver
+from vanelock.nonlinear.forced_response.frequency_sweep import PointSolver
 from vanelock.nonlinear.forced_response.static_mean import at_rest
 from vanelock.nonlinear.newton.linearised import Kept, to_be_made
 from vanelock.nonlinear.newton.newton import TOLERANCE, Solution
@@ -76,7 +76,7 @@ class Ladder:
     _system: System | None = None
     _modes: dict[int, StuckModes] = field(default_factory=dict)
     _guessed: dict[tuple[int, int], StuckModes] = field(default_factory=dict)
-    _solvers: dict[tuple[int, int | None], Solver] = field(default_factory=dict)
+    _solvers: dict[tuple[int, int | None], PointSolver] = field(default_factory=dict)
     _structures: dict[int, Structure] = field(default_factory=dict)
     _extended: dict[int, Structure] = field(default_factory=dict)
     _laws: dict[tuple[int, int | None, bool], Law] = field(default_factory=dict)
@@ -165,14 +165,14 @@ class Ladder:
         """Mean displacement that is held, (c, 3) m."""
         return None if self.rest is None else self.rest.u[:, :, 0]
 
-    def solver(self, harmonics: int) -> Solver:
+    def solver(self, harmonics: int) -> PointSolver:
         """What solves with H harmonics."""
         key = harmonics, self.samples_of(harmonics)
         if key not in self._solvers:
             source = Deferred(self.structure(harmonics), self.limits)
             source.asked, self._sources[key] = self._asked.get(key, 0), source
             family = Frequencies(source, self.law(harmonics), self.mean())
-            self._solvers[key] = Solver(family, self.law, self.tolerance)
+            self._solvers[key] = PointSolver(family, self.law, self.tolerance)
         return self._solvers[key]
 
     def guessing(self, harmonics: int) -> Frequencies:

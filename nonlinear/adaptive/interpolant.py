@@ -24,7 +24,7 @@ FINE = 32
 
 
 @dataclass(frozen=True)
-class Curve:
+class Interpolant:
     """Amplitudes and slopes at p ascending places.
 
     Attributes

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vanelock.common.errors import InputError
-from vanelock.nonlinear.adaptive.interpolant import Curve
+from vanelock.nonlinear.adaptive.interpolant import Interpolant
 from vanelock.nonlinear.forced_response.response import Response
 
 Floats = NDArray[np.float64]
@@ -81,7 +81,7 @@ def peak_errors(response: Response) -> PeakErrors:
     branch = _branches(response, order)
     own = np.flatnonzero(branch == branch[top])
     if own[0] < top < own[-1]:
-        curve, at = Curve(f[own], A[own], slope[own]), top - int(own[0])
+        curve, at = Interpolant(f[own], A[own], slope[own]), top - int(own[0])
         missed = float(curve.uncertainty()[at - 1 : at + 1].max())
         amplitude["frequencies"] = max(missed, curve.tops()[1].max() - A[top]) / A[top]
         across = f[top + 1] - f[top - 1]

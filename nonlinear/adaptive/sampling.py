@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vanelock.nonlinear.adaptive.error_estimates import BEYOND
-from vanelock.nonlinear.adaptive.interpolant import HIGH, Curve
+from vanelock.nonlinear.adaptive.interpolant import HIGH, Interpolant
 from vanelock.nonlinear.adaptive.neighbours import OTHER, bend, may_jump, settled
 from vanelock.nonlinear.adaptive.points import Point, Pointwise
 
@@ -48,7 +48,7 @@ PEAK = 0.8
 """Of the largest amplitude, above which a point belongs to the peak."""
 
 
-class Told(Protocol):
+class OnPoint(Protocol):
     """Is told about each point and how many there may be in all."""
 
     def __call__(self, point: Point, expected: int) -> None:
@@ -76,7 +76,7 @@ class Exploring:
     pointwise: Pointwise
     low: float
     high: float
-    told: Told
+    told: OnPoint
     left: set[tuple[float, float]] = field(default_factory=set)
     broken: bool = False
 
@@ -126,10 +126,10 @@ class Exploring:
             points = self._graded(points)
         return points
 
-    def _drawn(self, points: Sequence[Point]) -> Curve:
+    def _drawn(self, points: Sequence[Point]) -> Interpolant:
         known = [p for p in points if p.estimate is not None]
         numbers = np.array([(p.omega, p.amplitude, p.slope) for p in known]).reshape(-1, 3)
-        return Curve(*numbers.T)
+        return Interpolant(*numbers.T)
 
     def _swept(
         self, first: Point, end: float, jumps: bool = True, coarse: float = 1.0
@@ -291,7 +291,7 @@ class Exploring:
         return [*points[:place], point, *points[place:]]
 
 
-def _highest(curve: Curve, wanted: Floats, most: int) -> Floats:
+def _highest(curve: Interpolant, wanted: Floats, most: int) -> Floats:
     """Of some places, those where the curve is high or, where there are none, any; some at most."""
     heights = curve.at(wanted)
     high = heights > HIGH * curve.y.max()

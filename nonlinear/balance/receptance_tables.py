@@ -18,7 +18,7 @@ MARGIN = 0.02  # how far, relatively, an arc may leave the range of frequencies
 
 
 @dataclass(frozen=True)
-class Table:
+class ReceptanceTable:
     """What one harmonic's far modes contribute, at the nodes of the range.
 
     Attributes
@@ -53,7 +53,7 @@ class Tabulated:
         Chebyshev nodes, rad/s.
     weights : (k,) float
         Barycentric weights.
-    tables : tuple of Table
+    tables : tuple of ReceptanceTable
         For h = 1 ... H.
     """
 
@@ -61,7 +61,7 @@ class Tabulated:
     limits: tuple[float, float]
     nodes: Floats
     weights: Floats
-    tables: tuple[Table, ...]
+    tables: tuple[ReceptanceTable, ...]
 
     def balance(self, omega: float) -> Balance:
         """The balance at a circular frequency."""
@@ -168,7 +168,7 @@ def balances(
     return Tabulated(structure, (low, high), nodes, weights, tables)
 
 
-def _table(structure: Structure, harmonic: int, low: int, nodes: Floats) -> Table:
+def _table(structure: Structure, harmonic: int, low: int, nodes: Floats) -> ReceptanceTable:
     """The far modes of a harmonic at the nodes."""
     modes, force = structure.at(harmonic), structure.system.force.get(harmonic)
     far, pull = modes.rows[:, low:], modes.pull[low:] * structure.stiffness
@@ -180,4 +180,4 @@ def _table(structure: Structure, harmonic: int, low: int, nodes: Floats) -> Tabl
         columns[:, k] = (shares @ pull).T
         if linear is not None:
             linear[:, k] = shares @ structure.unit_forces[harmonic][low:]
-    return Table(low, columns, linear)
+    return ReceptanceTable(low, columns, linear)

@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from vanelock.nonlinear.newton.linearised import linearise
 from vanelock.nonlinear.newton.newton import (
     TOLERANCE,
+    CuttingPlane,
     Family,
-    Plane,
     Solution,
     active_rows,
     scales,
@@ -68,7 +68,7 @@ class Tangent:
 
 
 @dataclass(frozen=True)
-class Step:
+class ArcStep:
     """A point of a path and where the path goes from there.
 
     Attributes
@@ -80,7 +80,7 @@ class Step:
         dw/ds in the direction of the path, m; s is its length in (w·weight, p/span).
     rate : float
         dp/ds.
-    plane : Plane
+    plane : CuttingPlane
         Through the point, across the path.
     """
 
@@ -88,7 +88,7 @@ class Step:
     tangent: Tangent
     along: Floats
     rate: float
-    plane: Plane
+    plane: CuttingPlane
 
 
 def tangent_at(family: Family, point: Solution) -> Tangent | None:
@@ -175,7 +175,7 @@ def follow(
     return Arc(None, tuple(folds), iterations)
 
 
-def path(family: Family, start: Solution, target: float, longest: float = 1.0) -> Iterator[Step]:
+def path(family: Family, start: Solution, target: float, longest: float = 1.0) -> Iterator[ArcStep]:
     """Points of the path of solutions, from a converged one towards a parameter, without end.
 
     Parameters
@@ -192,7 +192,7 @@ def path(family: Family, start: Solution, target: float, longest: float = 1.0) -
 
     Yields
     ------
-    Step
+    ArcStep
         From `start` on; the generator ends where the path cannot be followed.
     """
     here, length = start, min(0.2, longest)
@@ -207,8 +207,10 @@ def path(family: Family, start: Solution, target: float, longest: float = 1.0) -
         if came is not None and _cosine(came, here, tangent, course) < BOUNCE:
             aim, course = (replace(each, constant=-each.constant) for each in (aim, course))
         along, rate = _arrow(tangent, course)
-        plane = Plane(here.w, here.parameter, along * course.weight**2, rate / course.span**2)
-        yield Step(here, tangent, along, rate, plane)
+        plane = CuttingPlane(
+            here.w, here.parameter, along * course.weight**2, rate / course.span**2
+        )
+        yield ArcStep(here, tangent, along, rate, plane)
         ahead, _ = _advance(family, here, tangent, course, length)
         if ahead is None:
             return
@@ -325,7 +327,7 @@ def _step(
     along, rate = _arrow(tangent, course)
     w, parameter = here.w + length * along, here.parameter + length * rate
     weight, span = course.weight, course.span
-    plane = Plane(w, parameter, along * weight**2, rate / span**2)
+    plane = CuttingPlane(w, parameter, along * weight**2, rate / span**2)
     found = solve(family, w, parameter, plane, ROUGH, 12, here.kept)
     moved = np.hypot(np.linalg.norm((found.w - w) * weight), (found.parameter - parameter) / span)
     # A path may bend by 45 degrees in a step, and sharply at a kink, which short steps single out.

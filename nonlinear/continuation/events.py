@@ -6,8 +6,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from vanelock.nonlinear.continuation.arc_length import Step, Tangent, tangent_at
-from vanelock.nonlinear.newton.newton import TOLERANCE, Family, Plane, Solution, solve
+from vanelock.nonlinear.continuation.arc_length import ArcStep, Tangent, tangent_at
+from vanelock.nonlinear.newton.newton import TOLERANCE, CuttingPlane, Family, Solution, solve
 
 Floats = NDArray[np.float64]
 
@@ -37,8 +37,8 @@ class Located:
 
 def locate(
     family: Family,
-    before: Step,
-    after: Step,
+    before: ArcStep,
+    after: ArcStep,
     measure: Measure,
     values: tuple[float, float],
     tolerance: float = TOLERANCE,
@@ -48,7 +48,7 @@ def locate(
     Parameters
     ----------
     family : Family
-    before, after : Step
+    before, after : ArcStep
     measure : callable
         The quantity, of a solution and its tangent.
     values : (float, float)
@@ -71,7 +71,9 @@ def locate(
     def at(share: float) -> float:
         w = a.w + share * (b.w - a.w)
         parameter = a.parameter + share * (b.parameter - a.parameter)
-        found = solve(family, w, parameter, Plane(w, parameter, *normal), tolerance, kept=a.kept)
+        found = solve(
+            family, w, parameter, CuttingPlane(w, parameter, *normal), tolerance, kept=a.kept
+        )
         tangent = tangent_at(family, found) if found.converged else None
         if tangent is None:
             raise ArithmeticError

@@ -24,10 +24,10 @@ from vanelock.nonlinear.balance.balance import structure
 from vanelock.nonlinear.balance.receptance_tables import balances
 from vanelock.nonlinear.contact.law import contact_law
 from vanelock.nonlinear.contact.sampling import checked_samples
-from vanelock.nonlinear.continuation.arc_length import SHORTEST, Step, Tangent, path, tangent_at
+from vanelock.nonlinear.continuation.arc_length import SHORTEST, ArcStep, Tangent, path, tangent_at
 from vanelock.nonlinear.continuation.events import locate
 from vanelock.nonlinear.continuation.families import Frequencies, fixed
-from vanelock.nonlinear.forced_response.frequency_sweep import Solver
+from vanelock.nonlinear.forced_response.frequency_sweep import PointSolver
 from vanelock.nonlinear.forced_response.linear_response import (
     check_band,
     check_forces,
@@ -167,7 +167,7 @@ def hysteresis(
     law = lru_cache(lambda h: contact_law(system.contacts, h, samples))
     low, high = TURN * hertz[[0, -1]]
     source = balances(prepared, low, high, 1000)
-    solver = Solver(Frequencies(source, law(harmonics)), law, tolerance)
+    solver = PointSolver(Frequencies(source, law(harmonics)), law, tolerance)
     begun = solver.point(float(low), [])
     if not begun.converged:
         raise InputError(f"frequencies: no solution was found at {hertz[0]:g} Hz to start from")
@@ -229,7 +229,7 @@ def several_ranges(frequency: Floats) -> Floats:
 
 
 def followed(
-    solver: Solver, begun: Solution, end: float, progress: Progress | None
+    solver: PointSolver, begun: Solution, end: float, progress: Progress | None
 ) -> tuple[list[Place], str]:
     """Points of the path until it passes `end`, folds among them; and why it did not, if so."""
     family, tolerance = solver.family, solver.tolerance
@@ -241,7 +241,7 @@ def followed(
         return float(tangent.orientation / np.hypot(np.linalg.norm(tangent.z * scale) * span, 1.0))
 
     places: list[Place] = []
-    before: Step | None = None
+    before: ArcStep | None = None
     for step in path(family, begun, end, LONGEST * sqrt(len(begun.w))):
         if before is not None and step.rate * before.rate < 0:
             places.append(fold_between(family, before, step, turning, tolerance))
@@ -270,8 +270,8 @@ def followed(
 
 def fold_between(
     family: Family,
-    before: Step,
-    after: Step,
+    before: ArcStep,
+    after: ArcStep,
     turning: Callable[[Solution, Tangent], float],
     tolerance: float,
 ) -> Place:

@@ -56,7 +56,7 @@ class Reading:
 
 
 @dataclass(frozen=True)
-class Peak:
+class PeakPoint:
     """A peak of the resonance.
 
     Attributes
@@ -150,7 +150,7 @@ class Resonance:
 
     def peak(
         self, omega: float, start: Floats, bend: float, kept: Kept | None = None
-    ) -> Peak | None:
+    ) -> PeakPoint | None:
         """The peak near a frequency, by a safeguarded secant of the slope.
 
         Parameters
@@ -178,7 +178,7 @@ class Resonance:
         climbed = self._climb(first, bend)
         return found if climbed is None else climbed
 
-    def _secant(self, first: Reading, bend: float) -> Peak | None:
+    def _secant(self, first: Reading, bend: float) -> PeakPoint | None:
         here, known = first, [first]
         for _ in range(LIMIT):
             if len(known) > 1:
@@ -213,7 +213,7 @@ class Resonance:
             known.append(here)
         return None
 
-    def _climb(self, first: Reading, bend: float) -> Peak | None:
+    def _climb(self, first: Reading, bend: float) -> PeakPoint | None:
         """The peak uphill of a reading along the path of solutions, folds or not."""
         width = 1 / np.sqrt(abs(bend))
         target = first.solution.omega + float(np.sign(first.slope)) * 8 * width
@@ -247,11 +247,13 @@ class Resonance:
             return None
         distance = abs(slope) / np.sqrt(-bend) / amplitude
         total = replace(found.solution, iterations=spent + found.solution.iterations)
-        return Peak(total, amplitude, bend, distance, found.spent, distance > CONDITION)
+        return PeakPoint(total, amplitude, bend, distance, found.spent, distance > CONDITION)
 
 
-def _peak(here: Reading, bend: float, distance: float, known: list[Reading], sharp: bool) -> Peak:
+def _peak(
+    here: Reading, bend: float, distance: float, known: list[Reading], sharp: bool
+) -> PeakPoint:
     spent = sum(reading.solution.iterations for reading in known)
     best = max(known[-2:], key=lambda each: each.amplitude) if sharp else here
     total = replace(best.solution, iterations=spent)
-    return Peak(total, best.amplitude, bend, distance, len(known), sharp)
+    return PeakPoint(total, best.amplitude, bend, distance, len(known), sharp)

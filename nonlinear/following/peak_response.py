@@ -14,8 +14,8 @@ from vanelock.nonlinear.balance.receptance_tables import balances
 from vanelock.nonlinear.contact.sampling import checked_samples
 from vanelock.nonlinear.following.parameter_response import assembled
 from vanelock.nonlinear.following.parameters import Joint, checked_parameter, checked_values
-from vanelock.nonlinear.following.peak import CONDITION, Peak
-from vanelock.nonlinear.following.peak_tracking import Mark, Ridge, named_component
+from vanelock.nonlinear.following.peak import CONDITION, PeakPoint
+from vanelock.nonlinear.following.peak_tracking import Mark, PeakTrack, named_component
 from vanelock.nonlinear.forced_response.linear_response import (
     check_band,
     check_forces,
@@ -179,16 +179,16 @@ def peak_response(
     places = [varied.coordinate(value) for value in given]
     span = max(np.ptp(places), 1e-12)
     source = balances(prepared, low, high, 1000)
-    replay = replaying(journal, Peak)
-    ridge = Ridge(source, varied, (low, high), component, samples, tolerance, span, replay)
+    replay = replaying(journal, PeakPoint)
+    ridge = PeakTrack(source, varied, (low, high), component, samples, tolerance, span, replay)
     tracks, ridge = traced(ridge, given.tolist(), is_range, progress)
     best, rivals = chosen(tracks)
     return collected(ridge, best, rivals)
 
 
 def traced(
-    ridge: Ridge, values: list[float], is_range: bool, progress: Progress | None
-) -> tuple[list[dict[float, Mark]], Ridge]:
+    ridge: PeakTrack, values: list[float], is_range: bool, progress: Progress | None
+) -> tuple[list[dict[float, Mark]], PeakTrack]:
     """Tracks of peaks by value, and the ridge with its component chosen."""
     swept = ridge.sweep(values[0])
     ridge = ridge.with_component(values[0], swept)
@@ -233,7 +233,7 @@ class Report:
 
 
 def forward(
-    ridge: Ridge,
+    ridge: PeakTrack,
     tracks: list[dict[float, Mark]],
     values: list[float],
     is_range: bool,
@@ -266,7 +266,7 @@ def forward(
         known = [mark]
 
 
-def backward(ridge: Ridge, track: dict[float, Mark], values: Sequence[float]) -> None:
+def backward(ridge: PeakTrack, track: dict[float, Mark], values: Sequence[float]) -> None:
     """Follow a track to further values as long as it exists."""
     known = list(track.values())
     for value in values:
@@ -304,7 +304,7 @@ def chosen(tracks: Sequence[dict[float, Mark]]) -> tuple[list[Mark], list[float]
     return best, rivals
 
 
-def collected(ridge: Ridge, best: Sequence[Mark], rivals: Sequence[float]) -> PeakResponse:
+def collected(ridge: PeakTrack, best: Sequence[Mark], rivals: Sequence[float]) -> PeakResponse:
     """Put the marks into arrays."""
     assert ridge.component is not None
     varied = ridge.varied

@@ -13,8 +13,8 @@ from vanelock.nonlinear.balance.receptance_tables import Tabulated
 from vanelock.nonlinear.contact.law import Law, contact_law
 from vanelock.nonlinear.continuation.families import Frequencies
 from vanelock.nonlinear.following.parameters import Parameter
-from vanelock.nonlinear.following.peak import Peak, Resonance
-from vanelock.nonlinear.forced_response.frequency_sweep import Solver
+from vanelock.nonlinear.following.peak import PeakPoint, Resonance
+from vanelock.nonlinear.forced_response.frequency_sweep import PointSolver
 from vanelock.nonlinear.forced_response.replay import Replay
 from vanelock.nonlinear.newton.newton import Solution
 
@@ -35,16 +35,16 @@ class Mark:
     place : float
         Coordinate of the parameter.
     value : float
-    peak : Peak
+    peak : PeakPoint
     """
 
     place: float
     value: float
-    peak: Peak
+    peak: PeakPoint
 
 
 @dataclass(frozen=True)
-class Ridge:
+class PeakTrack:
     """What finds and follows the peak of one resonance.
 
     Attributes
@@ -80,7 +80,7 @@ class Ridge:
         """The system as it is given."""
         return self.source.structure
 
-    def solver(self, value: float) -> Solver:
+    def solver(self, value: float) -> PointSolver:
         """What solves by frequency at a value of the parameter."""
         source = self.varied.source(self.source, value)
         contacts = self.prepared.system.contacts
@@ -91,14 +91,14 @@ class Ridge:
             return self.varied.law(self.prepared.system, given, value)
 
         family = Frequencies(source, law(self.prepared.harmonics))
-        return Solver(family, law, self.tolerance, self.replay)
+        return PointSolver(family, law, self.tolerance, self.replay)
 
     def resonance(self, value: float) -> Resonance:
         """The resonance at a value of the parameter."""
         assert self.component is not None
         return Resonance(self.solver(value).family, self.component, self.tolerance)
 
-    def _peak(self, value: float, omega: float, near: Peak, w: Floats) -> Peak | None:
+    def _peak(self, value: float, omega: float, near: PeakPoint, w: Floats) -> PeakPoint | None:
         """The peak near a frequency, from a guess of w and of its neighbour's curvature."""
         find = self.resonance(value).peak
         asked = value, omega, near.bend, w
@@ -109,7 +109,7 @@ class Ridge:
         explored = list(self.solver(value).explore(*self.range))
         return [solution for solution in explored if solution.converged] or explored
 
-    def highest(self, value: float, swept: Sequence[Solution]) -> Peak | None:
+    def highest(self, value: float, swept: Sequence[Solution]) -> PeakPoint | None:
         """The highest peak among solutions by frequency; None if no maximum lies within.
 
         If it cannot be refined, the highest solution stands for it.
@@ -124,25 +124,25 @@ class Ridge:
         curvature = 2 * np.polyfit(omega, size[top - 1 : top + 2], 2)[0] / size[top]
         bend = min(curvature, -((self.range[1] - self.range[0]) ** -2.0))
         spent = sum(solution.iterations for solution in swept)
-        here = Peak(swept[top], float(size[top]), bend, np.inf, 0, False)
+        here = PeakPoint(swept[top], float(size[top]), bend, np.inf, 0, False)
         found = self._peak(value, swept[top].omega, here, swept[top].w) or here
         total = replace(found.solution, iterations=spent + found.solution.iterations)
         return replace(found, solution=total, readings=found.readings + len(swept))
 
-    def unresolved(self, value: float, swept: Sequence[Solution]) -> Peak:
+    def unresolved(self, value: float, swept: Sequence[Solution]) -> PeakPoint:
         """The largest amplitude among solutions by frequency, where no peak lies within."""
         assert self.component is not None
         size = self.amplitudes(value, swept)[:, *self.component]
         top = int(size.argmax())
         bend = -((self.range[1] - self.range[0]) ** -2.0)
-        return Peak(swept[top], float(size[top]), bend, np.inf, len(swept), False)
+        return PeakPoint(swept[top], float(size[top]), bend, np.inf, len(swept), False)
 
     def amplitudes(self, value: float, swept: Sequence[Solution]) -> Floats:
         """(p, o, 3) amplitude of every output, m."""
         outputs, solver = len(self.prepared.system.output_names), self.solver(value)
         return np.array([solver.amplitude(each) for each in swept]).reshape(-1, outputs, 3)
 
-    def with_component(self, value: float, swept: Sequence[Solution]) -> "Ridge":
+    def with_component(self, value: float, swept: Sequence[Solution]) -> "PeakTrack":
         """The ridge of the output that peaks highest among solutions by frequency."""
         if self.component is not None:
             return self

@@ -16,7 +16,7 @@ from vanelock.nonlinear.contact.law import Law, contact_law
 from vanelock.nonlinear.contact.sampling import FRICTIONS, checked_samples
 from vanelock.nonlinear.continuation.families import Frequencies
 from vanelock.nonlinear.continuation.globalisation import from_nothing
-from vanelock.nonlinear.forced_response.frequency_sweep import Solver
+from vanelock.nonlinear.forced_response.frequency_sweep import PointSolver
 from vanelock.nonlinear.forced_response.jumps import jumps
 from vanelock.nonlinear.forced_response.linear_response import (
     check_band,
@@ -154,7 +154,7 @@ def frequency_response(
         law = _law(system, samples, friction, coupling == "constant-load")
     source = balances(prepared, omegas.min(), omegas.max(), points)
     mean = None if rest is None else rest.u[:, :, 0]
-    solver = Solver(Frequencies(source, law(harmonics), mean), law, tolerance, replay)
+    solver = PointSolver(Frequencies(source, law(harmonics), mean), law, tolerance, replay)
     order = np.argsort(omegas, kind="stable")
     if direction == "down":
         order = order[::-1]
@@ -189,7 +189,7 @@ def _law(
 
 
 def _reported(
-    solver: Solver,
+    solver: PointSolver,
     solutions: Iterable[Solution],
     progress: Progress | None,
     ends: tuple[float, float] | None,
@@ -210,7 +210,7 @@ def _reported(
         progress(done, expected, solution.omega / TURN, amplitude)
 
 
-def _peaked(solver: Solver, found: list[Solution]) -> list[Solution]:
+def _peaked(solver: PointSolver, found: list[Solution]) -> list[Solution]:
     """One more point, at the vertex of the parabola through the three highest neighbours."""
     if len(found) < 3:
         return found

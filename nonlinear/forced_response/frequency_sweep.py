@@ -32,7 +32,7 @@ EFFORT, CLOSE = 600, 1e-4  # Newton steps and shortest step on the way from ther
 
 
 @dataclass(frozen=True)
-class Solver:
+class PointSolver:
     """What solves one point after another.
 
     Attributes

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vanelock.nonlinear.continuation.arc_length import follow
-from vanelock.nonlinear.forced_response.frequency_sweep import Solver
+from vanelock.nonlinear.forced_response.frequency_sweep import PointSolver
 from vanelock.nonlinear.newton.newton import Solution, scales
 
 STRAIGHT = 0.1
@@ -23,12 +23,12 @@ POINTS, EFFORT = 60, 300
 """Points of the path between two neighbours, and Newton steps, at most."""
 
 
-def jumps(solver: Solver, swept: Sequence[Solution]) -> NDArray[np.int64]:
+def jumps(solver: PointSolver, swept: Sequence[Solution]) -> NDArray[np.int64]:
     """(j, 2) places of the points before and after each jump.
 
     Parameters
     ----------
-    solver : Solver
+    solver : PointSolver
         What solved them.
     swept : sequence of Solution
         In the order of the sweep; those that did not converge are passed over.
@@ -47,7 +47,7 @@ def jumps(solver: Solver, swept: Sequence[Solution]) -> NDArray[np.int64]:
     return np.array(found, np.int64).reshape(-1, 2)
 
 
-def joined(solver: Solver, a: Solution, b: Solution) -> bool:
+def joined(solver: PointSolver, a: Solution, b: Solution) -> bool:
     """Whether the path of solutions leads from one to the other and nowhere turns back."""
     weight = 1 / scales(solver.family.at(a.omega).linear)
     for start, end in ((a, b), (b, a)):

@@ -43,7 +43,7 @@ class Family(Protocol):
 
 
 @dataclass(frozen=True)
-class Plane:
+class CuttingPlane:
     """The plane normal·(w - w₀, parameter - parameter₀) = 0, for a parameter that is free.
 
     Attributes
@@ -160,7 +160,7 @@ def _evaluate(
     w: Floats,
     parameter: float,
     balance: Balance | None,
-    plane: Plane | None,
+    plane: CuttingPlane | None,
 ) -> _State:
     if balance is None:
         balance = family.at(parameter)
@@ -176,7 +176,7 @@ def solve(
     family: Family,
     start: Floats,
     parameter: float,
-    plane: Plane | None = None,
+    plane: CuttingPlane | None = None,
     tolerance: float = TOLERANCE,
     limit: int = 15,
     kept: Kept | None = None,
@@ -190,7 +190,7 @@ def solve(
         First guess of w, m.
     parameter : float
         Its value; where a plane is given, the first guess.
-    plane : Plane, optional
+    plane : CuttingPlane, optional
         Where the solution is looked for with the parameter free.
     tolerance : float
         Relative residual that counts as converged.
@@ -248,7 +248,7 @@ def _step(
     weight: Floats,
     tolerance: float,
     held: Balance | None,
-    plane: Plane | None,
+    plane: CuttingPlane | None,
     kept: Kept | None,
 ) -> tuple[_State, Kept | None] | None:
     """One damped Newton step; None where the matrix is singular."""

@@ -28,7 +28,7 @@ Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class Ring:
+class FullRing:
     """A ring, or a sector that stands for all where all move alike.
 
     Attributes
@@ -122,7 +122,7 @@ class Ring:
         return found
 
 
-def ring(system: System) -> Ring:
+def ring(system: System) -> FullRing:
     """The ring of a system.
 
     Raises
@@ -154,7 +154,7 @@ def ring(system: System) -> Ring:
     order = np.array(diameters)
     shift = np.exp(-2j * np.pi * np.outer(order, np.arange(sectors)) / N)
     weight = np.where((2 * order) % N == 0, 1.0, 2.0)
-    return Ring(system, sectors, diameters, modes, shift, weight)
+    return FullRing(system, sectors, diameters, modes, shift, weight)
 
 
 def _real(matrices: Diameter, nodal_diameter: int) -> Diameter:

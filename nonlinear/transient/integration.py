@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from vanelock.nonlinear.forced_response.response import Response
 from vanelock.nonlinear.fourier.trigonometric import TURN
 from vanelock.nonlinear.transient.contact_step import follow
-from vanelock.nonlinear.transient.full_ring import Ring
+from vanelock.nonlinear.transient.full_ring import FullRing
 from vanelock.nonlinear.transient.modal_step import steps_of
 from vanelock.nonlinear.transient.time_marching import march
 
@@ -22,7 +22,7 @@ SMALL = 1e-9
 
 
 @dataclass
-class Motion:
+class RingMotion:
     """Where the ring is; moved on by `Integrator.period`.
 
     Attributes
@@ -69,7 +69,7 @@ class Period:
 class Integrator:
     """A ring at one frequency, in `steps` steps a period; arrays as `time_marching` takes them."""
 
-    ring: Ring
+    ring: FullRing
     omega: float
     linear: Floats
     rows: Complex
@@ -87,10 +87,10 @@ class Integrator:
         """Steps a period."""
         return len(self.linear)
 
-    def stuck(self) -> Motion:
+    def stuck(self) -> RingMotion:
         """Steady linear vibration with all contacts stuck as they were assembled."""
         diameters, d, n = self.rows.shape
-        return Motion(
+        return RingMotion(
             state=np.zeros((diameters, 4, n), complex),
             load=np.zeros((diameters, n), complex),
             static=np.zeros((diameters, d), complex),
@@ -99,7 +99,7 @@ class Integrator:
             awake=np.zeros(len(self.alpha), bool),
         )
 
-    def balanced(self, response: Response, point: int) -> Motion:
+    def balanced(self, response: Response, point: int) -> RingMotion:
         """The motion that a harmonic balance found, every sector at its own instant."""
         motion, step = self.stuck(), TURN / self.omega / self.steps
         n = motion.state.shape[2]
@@ -136,7 +136,7 @@ class Integrator:
         loads: Complex = np.einsum("kdn,kd->kn", self.rows.conj(), deviations * self.ring.stiffness)
         return loads
 
-    def period(self, motion: Motion) -> Period:
+    def period(self, motion: RingMotion) -> Period:
         """Move on by a period."""
         sectors, d = motion.w.shape
         u, w = np.empty((self.steps, sectors, d)), np.empty((self.steps, sectors, d))
@@ -171,12 +171,12 @@ class Integrator:
         return Period(u, w, y, unsolved)
 
 
-def integrator(ring: Ring, omega: float, steps: int, modes: int | None = None) -> Integrator:
+def integrator(ring: FullRing, omega: float, steps: int, modes: int | None = None) -> Integrator:
     """Prepare the motion of a ring at ω, rad/s.
 
     Parameters
     ----------
-    ring : Ring
+    ring : FullRing
     omega : float
     steps : int
         A period.

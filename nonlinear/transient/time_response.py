@@ -15,7 +15,7 @@ from vanelock.nonlinear.forced_response.linear_response import check_band
 from vanelock.nonlinear.forced_response.response import Response
 from vanelock.nonlinear.fourier.threads import one_thread
 from vanelock.nonlinear.fourier.trigonometric import TURN
-from vanelock.nonlinear.transient.full_ring import Ring, ring
+from vanelock.nonlinear.transient.full_ring import FullRing, ring
 from vanelock.nonlinear.transient.integration import Integrator, Period, integrator
 from vanelock.rom.system import System
 
@@ -182,7 +182,7 @@ def time_response(
     )
 
 
-def _check_start(whole: Ring, frequency: float, response: Response, point: int) -> None:
+def _check_start(whole: FullRing, frequency: float, response: Response, point: int) -> None:
     """Refuse a start that is another system's or another frequency's."""
     if not 0 <= point < response.points:
         raise InputError(f"start: given point {point}: the response has {response.points}")

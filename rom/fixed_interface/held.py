@@ -41,7 +41,7 @@ class HeldStiffness(Protocol):
 
 
 @dataclass(frozen=True)
-class Piece:
+class HeldMatrices:
     """A part in one piece, condensed to its masters.
 
     Attributes

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from vanelock.common.cyclic import phase_factor
 from vanelock.fem import schur_complement
 from vanelock.rom.component import Reduced
-from vanelock.rom.fixed_interface.held import HeldPart, Piece, held_part, hermitian
+from vanelock.rom.fixed_interface.held import HeldMatrices, HeldPart, held_part, hermitian
 from vanelock.rom.fixed_interface.selection import DEFAULT, Selection
 from vanelock.rom.routes.projection import Projected, projected
 from vanelock.rom.system import Matrix
@@ -158,10 +158,10 @@ def reduce_sector(
 
 def held_rows(K: sp.csc_array, M: sp.csc_array, rows: Rows) -> HeldPart:
     """The matrices with their kept rows held."""
-    return held_piece(Piece(*schur_complement(K, rows)), M, rows)
+    return held_piece(HeldMatrices(*schur_complement(K, rows)), M, rows)
 
 
-def held_piece(held: Piece, M: sp.csc_array, rows: Rows) -> HeldPart:
+def held_piece(held: HeldMatrices, M: sp.csc_array, rows: Rows) -> HeldPart:
     """A part whose stiffness is condensed to its kept rows, with its mass."""
     s = held.slaves.rest
     M_s, M_m = M[s], M[rows]

@@ -8,7 +8,7 @@ R. R. Craig and M. C. C. Bampton, Coupling of substructures for dynamic analyses
 """
 
 from vanelock.rom.component import Component
-from vanelock.rom.fixed_interface.held import Piece
+from vanelock.rom.fixed_interface.held import HeldMatrices
 from vanelock.rom.fixed_interface.selection import Selection
 from vanelock.rom.routes.problem import Problem, condense
 from vanelock.rom.routes.projection import projected
@@ -17,7 +17,7 @@ from vanelock.rom.routes.rows import held_piece
 
 def whole(problem: Problem, wanted: Selection) -> Component:
     """Reduce a part in one piece to its masters and fixed-interface vectors."""
-    part = held_piece(Piece(*condense(problem)), problem.M, problem.rows)
+    part = held_piece(HeldMatrices(*condense(problem)), problem.M, problem.rows)
     wanted = wanted.within(part)
     products = projected(part, wanted.of(part))
     count = products.candidates.count

@@ -14,7 +14,7 @@ from vanelock import parse_study
 from vanelock.commands.fit.fit import rejoined
 from vanelock.commands.fit.least_squares import fit
 from vanelock.commands.fit.residuals import LEVEL
-from vanelock.commands.fit.solution import Parameter
+from vanelock.commands.fit.solution import FitParameter
 from vanelock.commands.fit.tables import doubts
 from vanelock.input.measured import Measured
 from vanelock.pipeline.cache import Cache
@@ -53,7 +53,7 @@ def fitted(model, hertz, true, seed, starts, given=True, **fixed):
     sigma = np.full(len(true), SCATTER * true.max())
     data = true + sigma * np.random.default_rng(seed).standard_normal(len(true))
     parameters = [
-        Parameter(
+        FitParameter(
             key,
             start,
             start / (1.4 if key.endswith("E") else 10),

@@ -36,7 +36,7 @@ class Done:
 
 
 @dataclass(frozen=True)
-class Point:
+class PointDone:
     """A point of a case is solved: how many of them, the peak so far [m], seconds left in all.
 
     Of points that are chosen by their errors `total` is None; `left` is NaN where nothing tells it.
@@ -98,7 +98,7 @@ class Finished:
     summary: dict[str, Any]
 
 
-Event: TypeAlias = Begun | Done | Point | Tasks | Trial | Failed | Notice | Table | Finished
+Event: TypeAlias = Begun | Done | PointDone | Tasks | Trial | Failed | Notice | Table | Finished
 Listener: TypeAlias = Callable[[Event], None]
 
 
@@ -119,7 +119,7 @@ class Counter:
         self._listener(event)
 
 
-class Lines:
+class PlainLines:
     """Plain lines on standard error, tables on standard output; a point every few seconds."""
 
     interval = 5.0
@@ -131,7 +131,7 @@ class Lines:
     def __call__(self, event: Event) -> None:
         """Say what there is to say about an event."""
         match event:
-            case Point():
+            case PointDone():
                 if time.monotonic() - self._spoke >= self.interval:
                     self._say(f"  {event.case}: {_progress(event)}")
             case Trial():
@@ -163,7 +163,7 @@ class Bar:
 
     def __call__(self, event: Event) -> None:
         """Move the bar, or print a line above it."""
-        if isinstance(event, Point) and self._task is not None:
+        if isinstance(event, PointDone) and self._task is not None:
             said = _progress(event)
             self._bar.update(self._task, completed=event.done, total=event.total, said=said)
             return
@@ -184,7 +184,7 @@ class Bar:
                 self._task = self._bar.add_task(printable(event.stage), total=None, said="")
             case Table():
                 print_table(self._tables, event)
-            case Point() | Trial():
+            case PointDone() | Trial():
                 pass
             case _:
                 self._bar.console.print(printable(_line(event)))
@@ -214,7 +214,7 @@ def choose_listener(quiet: bool, as_json: bool) -> Generator[Listener, None, Non
         with Progress(*columns, console=console, transient=True) as bar:
             yield Bar(bar)
     else:
-        yield Lines()
+        yield PlainLines()
 
 
 def print_table(console: Console, table: Table) -> None:
@@ -244,7 +244,7 @@ def _line(event: Event) -> str:
     return ""
 
 
-def _progress(point: Point) -> str:
+def _progress(point: PointDone) -> str:
     of = "" if point.total is None else f"/{point.total}"
     return f"point {point.done}{of}, peak {point.peak * 1e6:.1f} um{_clock(point.left)}"
 

@@ -21,12 +21,12 @@ from vanelock.published.gather import evidence, ordered, plan_of
 from vanelock.published.maps import map_figures
 from vanelock.published.sheets import Plan, case_of
 from vanelock.published.statements import Statement, statement_table, statements
-from vanelock.quantities.curves_and_fields import Board
+from vanelock.quantities.curves_and_fields import RunData
 from vanelock.results import listing
-from vanelock.results.figures.figure import Exhibit
-from vanelock.results.figures.pictures import Gallery
+from vanelock.results.figures.figure import Figure
+from vanelock.results.figures.pictures import Pictures
 from vanelock.results.files import results_file
-from vanelock.results.files.redrawn import Easel
+from vanelock.results.files.redrawn import OutputFiles
 from vanelock.results.files.run_folder import claimed
 from vanelock.results.page import write_report
 from vanelock.stages.response.summary import Summary
@@ -91,7 +91,7 @@ def run_campaign(
         stated = statements(found)
         _record(run, found)
         listener(statement_table(stated))
-        easel = Easel(path, listener)
+        easel = OutputFiles(path, listener)
         drawn = _draw(
             run, plan, found, stated, easel, summaries, text, lambda: time.perf_counter() - began
         )
@@ -123,14 +123,14 @@ def _draw(
     plan: Plan,
     found: Evidence,
     stated: tuple[Statement, ...],
-    easel: Easel,
+    easel: OutputFiles,
     summaries: tuple[Summary, ...],
     text: str,
     spent: Callable[[], float],
-) -> list[Exhibit]:
+) -> list[Figure]:
     """All figures of the campaign, those of an ordinary run of its main case, and the page."""
     study = plan.base
-    every = Board(plan.base, run.planned, run.stages, run.shown, easel)
+    every = RunData(plan.base, run.planned, run.stages, run.shown, easel)
     sheets = figures.curve_sheets(every, found)
     loops = figures.loop_exhibits(every, found)
     made = [*loops, *(figures.draw_sheet(every, found, sheet) for sheet in sheets)]
@@ -142,12 +142,12 @@ def _draw(
     own = [each for each in run.planned if each.case.name == main]
     shown = run.shown.only(main, own[0].linear.name)
     scene = plan.study(main).model_copy(update={"campbell": study.campbell})
-    gallery = Gallery(scene, own, run.stages, shown, easel)
+    gallery = Pictures(scene, own, run.stages, shown, easel)
     drawn = gallery.draw()
     if study.outputs.report:
         run.record.answers(gallery.answers)
         chosen = [each for each in summaries if each.case == main]
-        shown_first = page.Shown(sheets, loops, maps, best)
+        shown_first = page.PublishedShown(sheets, loops, maps, best)
 
         def write() -> None:
             told = run.told(gallery, chosen, drawn, text)
@@ -167,7 +167,7 @@ def _only(by_case: Mapping[str, Any], name: str) -> dict[str, Any]:
     return {key: value for key, value in by_case.items() if key == name}
 
 
-def _digest(found: Evidence, made: Sequence[Exhibit]) -> Any:
+def _digest(found: Evidence, made: Sequence[Figure]) -> Any:
     """All that the campaign's sections depend on."""
     files = [[each.title, file_digest(each.path)] for each in made]
     peaks = {name: [each.peak and each.peak.amplitude] for name, each in found.summaries.items()}
@@ -181,7 +181,7 @@ def main_case(plan: Plan) -> str:
     return case_of(plan, harmonics=max(campaign.harmonics))
 
 
-def _write_statements(board: Board, stated: tuple[Statement, ...]) -> Path:
+def _write_statements(board: RunData, stated: tuple[Statement, ...]) -> Path:
     """The table of agreement as CSV."""
     rows = [asdict(each) for each in stated]
     columns = {key: [row[key] for row in rows] for key in rows[0]}

@@ -30,7 +30,7 @@ SLIDING = 3.0
 
 
 @dataclass(frozen=True)
-class Loop:
+class PrescribedLoop:
     """One condition.
 
     Attributes
@@ -58,7 +58,7 @@ class Loop:
     opened: float
 
 
-def conditions(kn: float, kt: float, mu: float, interference: float) -> tuple[Loop, ...]:
+def conditions(kn: float, kt: float, mu: float, interference: float) -> tuple[PrescribedLoop, ...]:
     """Loops of the three conditions, for the stiffness [N/m] and interference [m] of a joint."""
     angle = TURN * np.arange(SAMPLES) / SAMPLES
     alpha = mu * kn / kt
@@ -80,7 +80,7 @@ def conditions(kn: float, kt: float, mu: float, interference: float) -> tuple[Lo
         moved[1, 0, :2] = size * np.exp(-1j * turn), sliding
         one = Contacts(np.array([kn]), np.full((1, 2), kt), np.array([mu]), np.zeros(1))
         found.append(
-            Loop(
+            PrescribedLoop(
                 title=title,
                 displacement=np.column_stack([at_v, at_u, zero]),
                 force=np.column_stack([n, t, zero]),

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from vanelock.nonlinear import Response
 from vanelock.published.checks import Difference
-from vanelock.published.conditions import Loop
+from vanelock.published.conditions import PrescribedLoop
 from vanelock.published.maps.optimum import Ridge
 from vanelock.published.maps.plane import Method, Plane
 from vanelock.published.sheets import Plan
@@ -47,7 +47,7 @@ class Evidence:
     at_mean : dict of str to float
         By coupled case: the constant-load peak where the forces at rest are the mean ones of the
         coupled peak, m.
-    conditions : tuple of Loop
+    conditions : tuple of PrescribedLoop
     planes : dict of str to Plane
         "interference" and "load", of the study's own slant.
     slants : dict of float to Plane
@@ -71,7 +71,7 @@ class Evidence:
     hooks: Difference
     stuck: Mapping[str, Difference]
     at_mean: Mapping[str, float]
-    conditions: tuple[Loop, ...]
+    conditions: tuple[PrescribedLoop, ...]
     planes: Mapping[str, Plane]
     slants: Mapping[float, Plane]
     ridges: tuple[Ridge, ...]

@@ -11,12 +11,12 @@ import numpy as np
 
 from vanelock import render
 from vanelock.input.schema.study import Study
-from vanelock.published.conditions import Loop
+from vanelock.published.conditions import PrescribedLoop
 from vanelock.published.evidence import Evidence
 from vanelock.published.sheets import case_of
-from vanelock.quantities.curves_and_fields import Board
+from vanelock.quantities.curves_and_fields import RunData
 from vanelock.results.figures.curves import columns
-from vanelock.results.figures.figure import Exhibit
+from vanelock.results.figures.figure import Figure
 
 REFERENCE = (
     "Frequency and amplitude are over those of the linear resonance with the hooks stuck and the "
@@ -25,7 +25,7 @@ REFERENCE = (
 
 
 @dataclass(frozen=True)
-class Sheet:
+class CurveSheet:
     """A figure to be drawn.
 
     Attributes
@@ -43,13 +43,13 @@ class Sheet:
     curves: Sequence[render.Curve]
 
 
-def reference(e: Evidence) -> render.Peak:
+def reference(e: Evidence) -> render.MarkedPeak:
     """What curves are shown over."""
     peak = e.linear["free"]
-    return render.Peak(peak.frequency, peak.amplitude, False)
+    return render.MarkedPeak(peak.frequency, peak.amplitude, False)
 
 
-def curve_sheets(board: Board, e: Evidence) -> list[Sheet]:
+def curve_sheets(board: RunData, e: Evidence) -> list[CurveSheet]:
     """Figures 10 to 16 of the study."""
     friction, pressed = e.plan.sheets["friction"].cases, e.plan.sheets["interference"].cases
     only = [name for name in friction if _study(e, name).response.coupling == "coupled"]
@@ -63,14 +63,14 @@ def curve_sheets(board: Board, e: Evidence) -> list[Sheet]:
     hooks = _curve(board, e, e.plan.sheets["hooks"].cases[0], "hooks in friction, interlock apart")
     largest = e.plan.base.campaign.mu[-1] if e.plan.base.campaign else 0.0
     return [
-        Sheet(
+        CurveSheet(
             "fig10_hooks",
             "Figure 10: hook joints alone",
             "Hooks in friction and the interlock apart, against the linear response with the hooks "
             f"stuck. They differ by {e.hooks.vibration:.0e} of the peak: nothing slips.",
             [limits[0], hooks],
         ),
-        Sheet(
+        CurveSheet(
             "fig11_stuck",
             "Figure 11: hooks and interlock stuck",
             f"At {e.small:g} of the load every contact sticks: static and dynamic balance do not "
@@ -78,14 +78,14 @@ def curve_sheets(board: Board, e: Evidence) -> list[Sheet]:
             "proportion. The resonance lies higher than with the interlock free.",
             [*limits, *small],
         ),
-        Sheet(
+        CurveSheet(
             "fig12_friction",
             "Figure 12: friction coefficient",
             "Coupled responses with one harmonic. The peak falls as friction grows, as long as "
             "friction is below what damps best.",
             [*limits, *(_curve(board, e, name, _mu(e, name), "") for name in only)],
         ),
-        Sheet(
+        CurveSheet(
             "fig13_harmonics",
             "Figure 13: number of harmonics",
             "Coupled responses at the reference friction. Dashed and dotted lines give every "
@@ -95,13 +95,13 @@ def curve_sheets(board: Board, e: Evidence) -> list[Sheet]:
                 for name in e.plan.sheets["harmonics"].cases
             ],
         ),
-        Sheet(
+        CurveSheet(
             "fig14_interference",
             "Figure 14: interlock interference",
             f"Coupled responses with one harmonic at μ = {largest:g}.",
             [*limits, *(_curve(board, e, name, _pressed(e, name), "") for name in pressed_only)],
         ),
-        Sheet(
+        CurveSheet(
             "fig15_coupling_friction",
             "Figure 15: coupled and uncoupled, friction coefficient",
             "Full lines: static and dynamic balance together. Dashed: the static state held while "
@@ -109,7 +109,7 @@ def curve_sheets(board: Board, e: Evidence) -> list[Sheet]:
             "rest (constant-load).",
             [_curve(board, e, name, _mu(e, name)) for name in friction],
         ),
-        Sheet(
+        CurveSheet(
             "fig16_coupling_interference",
             "Figure 16: coupled and uncoupled, interlock interference",
             f"As Figure 15, at μ = {largest:g}.",
@@ -118,7 +118,7 @@ def curve_sheets(board: Board, e: Evidence) -> list[Sheet]:
     ]
 
 
-def draw_sheet(board: Board, e: Evidence, sheet: Sheet) -> Exhibit:
+def draw_sheet(board: RunData, e: Evidence, sheet: CurveSheet) -> Figure:
     """A figure over the reference, and its data in Hz and µm."""
     base = reference(e)
     keys = {each.case.name: each.response.key for each in board.planned}
@@ -137,15 +137,15 @@ def draw_sheet(board: Board, e: Evidence, sheet: Sheet) -> Exhibit:
     data = board.table(
         f"figures/{sheet.name}.csv", shows, lambda: columns(list(sheet.curves)), notes
     )
-    return Exhibit(path, sheet.title, REFERENCE + sheet.caption, (data,))
+    return Figure(path, sheet.title, REFERENCE + sheet.caption, (data,))
 
 
-def loop_exhibits(board: Board, e: Evidence) -> list[Exhibit]:
+def loop_exhibits(board: RunData, e: Evidence) -> list[Figure]:
     """Figure 8: the loops of the contact element in three conditions."""
     return [_loop(board, e, loop) for loop in e.conditions]
 
 
-def _loop(board: Board, e: Evidence, loop: Loop) -> Exhibit:
+def _loop(board: RunData, e: Evidence, loop: PrescribedLoop) -> Figure:
     joint = e.plan.base.joints.interlock
     name = f"figures/fig08_loop_{loop.title.replace(' ', '_')}"
     title = f"Figure 8: loop {loop.title}"
@@ -170,7 +170,7 @@ def _loop(board: Board, e: Evidence, loop: Loop) -> Exhibit:
         f"The contact element under given harmonic motion, {loop.title}. Friction takes "
         f"{1e6 * loop.energy:.3g} µJ a cycle."
     )
-    return Exhibit(path, title, caption, (data,))
+    return Figure(path, title, caption, (data,))
 
 
 def _study(e: Evidence, name: str) -> Study:
@@ -195,7 +195,7 @@ def _diameters(e: Evidence, name: str) -> str:
 
 
 def _curve(
-    board: Board, e: Evidence, name: str, group: str, variant: str | None = None
+    board: RunData, e: Evidence, name: str, group: str, variant: str | None = None
 ) -> render.Curve:
     """A case's curve; the line style tells the coupling unless told otherwise."""
     frequency, amplitude, converged = board.shown.curve[name]
@@ -203,7 +203,7 @@ def _curve(
     return render.Curve(frequency, amplitude, group, None, converged, variant=told)
 
 
-def _limit(board: Board, which: str) -> render.Curve:
+def _limit(board: RunData, which: str) -> render.Curve:
     """A linear limit at the full load."""
     for (_, other), (frequency, amplitude) in board.shown.linear.items():
         if other == which:  # the first one: the reference case is planned first

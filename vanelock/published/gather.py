@@ -9,10 +9,10 @@ from vanelock.commands.run.cases import Run
 from vanelock.input.cases.sweep import Case, with_values
 from vanelock.input.schema.study import Study
 from vanelock.nonlinear import Response
-from vanelock.pipeline.progress import Point
+from vanelock.pipeline.progress import PointDone
 from vanelock.pipeline.step import Stages
 from vanelock.published.checks import Difference, at_mean_load, between, from_linear, sticking_load
-from vanelock.published.conditions import Loop, conditions
+from vanelock.published.conditions import PrescribedLoop, conditions
 from vanelock.published.evidence import Evidence
 from vanelock.published.maps import maps
 from vanelock.published.maps.optimum import Ridge
@@ -134,7 +134,7 @@ def _at_mean(
     return found
 
 
-def _conditions(base: Study) -> tuple[Loop, ...]:
+def _conditions(base: Study) -> tuple[PrescribedLoop, ...]:
     joint = base.joints.interlock
     return conditions(joint.kn, joint.kt, joint.mu, abs(joint.interference) or 1e-6)
 
@@ -147,7 +147,7 @@ def _maps(
 
     def told(name: str) -> maps.Told:
         def say(done: int, total: int, peak: float) -> None:
-            run.listener(Point(name, done, total, peak, float("nan")))
+            run.listener(PointDone(name, done, total, peak, float("nan")))
 
         return say
 

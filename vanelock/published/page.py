@@ -7,7 +7,7 @@ import numpy as np
 
 from vanelock.input.schema.study import Study
 from vanelock.published.evidence import Evidence, known, share
-from vanelock.published.figures import REFERENCE, Sheet, reference
+from vanelock.published.figures import REFERENCE, CurveSheet, reference
 from vanelock.published.maps.map_figures import holds
 from vanelock.published.maps.optimum import Ridge
 from vanelock.published.maps.plane import Method
@@ -15,40 +15,40 @@ from vanelock.published.page_tables import costs, diameters, energy, parameters
 from vanelock.published.sheets import COUPLINGS
 from vanelock.published.statements import Statement
 from vanelock.quantities import warnings
-from vanelock.quantities.curves_and_fields import Board
+from vanelock.quantities.curves_and_fields import RunData
 from vanelock.render import style
 from vanelock.report import Answer, Answers, Picture, Plot, Section, Table, Text, Trace
 from vanelock.report.blocks import Block, Cell, Flag
-from vanelock.results.figures.figure import Exhibit
+from vanelock.results.figures.figure import Figure
 
 DASHES = {"coupled": "solid", "uncoupled": "dash", "constant-load": "dot", "one diameter": "dash"}
 FLAGS: dict[str, Flag] = {"yes": "good", "partly": "warn", "no": "bad"}
 
 
 @dataclass(frozen=True)
-class Shown:
+class PublishedShown:
     """What was drawn for the page.
 
     Attributes
     ----------
-    sheets : sequence of Sheet
+    sheets : sequence of CurveSheet
         Curves of the study's figures.
-    loops, maps : sequence of Exhibit
-    best : Exhibit
+    loops, maps : sequence of Figure
+    best : Figure
         The peak over decades.
     """
 
-    sheets: Sequence[Sheet]
-    loops: Sequence[Exhibit]
-    maps: Sequence[Exhibit]
-    best: Exhibit
+    sheets: Sequence[CurveSheet]
+    loops: Sequence[Figure]
+    maps: Sequence[Figure]
+    best: Figure
 
 
 def sections(
-    board: Board,
+    board: RunData,
     e: Evidence,
     stated: Sequence[Statement],
-    shown: Shown,
+    shown: PublishedShown,
     spent: Callable[[], float],
 ) -> list[Section]:
     """All sections of a campaign, its answers first; `spent` tells the seconds since it began."""
@@ -121,7 +121,7 @@ def agreement(stated: Sequence[Statement]) -> Section:
 
 
 def figures(
-    board: Board, e: Evidence, sheets: Sequence[Sheet], loops: Sequence[Exhibit]
+    board: RunData, e: Evidence, sheets: Sequence[CurveSheet], loops: Sequence[Figure]
 ) -> Section:
     """The study's figures: loops as pictures, curves to zoom into."""
     blocks: list[Block] = [_picture(each) for each in loops]
@@ -129,7 +129,7 @@ def figures(
     return Section("The study's figures", blocks, id="published")
 
 
-def maps(e: Evidence, exhibits: Sequence[Exhibit]) -> Section:
+def maps(e: Evidence, exhibits: Sequence[Figure]) -> Section:
     """Where statements hold: shares, then the maps."""
     planes = {"friction and interference": e.planes["interference"]}
     planes["friction and load"] = e.planes["load"]
@@ -150,7 +150,7 @@ def maps(e: Evidence, exhibits: Sequence[Exhibit]) -> Section:
     return Section("Where each statement holds", [table, *map(_picture, exhibits)], id="maps")
 
 
-def optimum(e: Evidence, exhibit: Exhibit) -> Section:
+def optimum(e: Evidence, exhibit: Figure) -> Section:
     """The friction and interference that damp best."""
     rows = []
     for ridge in e.ridges:
@@ -168,7 +168,7 @@ def optimum(e: Evidence, exhibit: Exhibit) -> Section:
     )
 
 
-def _plot(board: Board, e: Evidence, sheet: Sheet) -> Plot:
+def _plot(board: RunData, e: Evidence, sheet: CurveSheet) -> Plot:
     base = reference(e)
     groups = list(dict.fromkeys(c.group for c in sheet.curves if c.kind == "nonlinear"))
     colours = dict(zip(groups, style.series(len(groups)), strict=True))
@@ -202,7 +202,7 @@ def _plot(board: Board, e: Evidence, sheet: Sheet) -> Plot:
     )
 
 
-def _picture(each: Exhibit) -> Picture:
+def _picture(each: Figure) -> Picture:
     return Picture(each.path, each.title, each.caption, each.data)
 
 

@@ -106,7 +106,7 @@ def planned_sheets(study: Study, small: float) -> Plan:
     campaign = study.campaign
     assert campaign is not None
     base = base_study(study)
-    book = _Book(base)
+    book = _Sheets(base)
     loaded = UNBALANCE if base.excitation.unbalance is not None else FORCE
     load = load_of(base)
     largest = campaign.mu[-1]
@@ -132,7 +132,7 @@ def load_of(study: Study) -> float:
     return study.excitation.unbalance or study.excitation.force_per_node
 
 
-class _Book:
+class _Sheets:
     """Sheets as they are written; a case is known by what it changes of the base."""
 
     def __init__(self, base: Study) -> None:

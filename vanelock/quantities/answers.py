@@ -10,10 +10,10 @@ from vanelock.input.schema.study import Study
 from vanelock.nonlinear import Audit, Response
 from vanelock.pipeline.cache import key_of
 from vanelock.pipeline.step import Stages, Step
-from vanelock.quantities.contacts.energy import Balance, balance, bandwidth_ratio
+from vanelock.quantities.contacts.energy import EnergyBalance, balance, bandwidth_ratio
 from vanelock.quantities.contacts.places import Places, places
 from vanelock.quantities.contacts.wear import Wear, wear
-from vanelock.quantities.curves_and_fields import Board
+from vanelock.quantities.curves_and_fields import RunData
 from vanelock.quantities.selection import named, sampled
 from vanelock.quantities.stress.cycles import Stressed, stressed_step
 from vanelock.quantities.stress.fatigue import Cycle, Strength
@@ -100,7 +100,7 @@ class CaseAnswers:
     places : Places
         The contacts.
     wear : Wear
-    balance : Balance
+    balance : EnergyBalance
     bandwidth : float
         Damping ratio by the half-power bandwidth; NaN where the curve does not tell.
     audit : Audit or None
@@ -118,7 +118,7 @@ class CaseAnswers:
     features: dict[str, tuple[Margin, ...]]
     places: Places
     wear: Wear
-    balance: Balance
+    balance: EnergyBalance
     bandwidth: float
     audit: Audit | None
 
@@ -153,7 +153,7 @@ class CaseAnswers:
         return min(clear or self.margins["vane"], key=lambda m: m.reserve)
 
 
-def looked_into(board: Board) -> list[str]:
+def looked_into(board: RunData) -> list[str]:
     """Names of the cases that get answers of their own, in order.
 
     All if they are few; of samples those that have pictures, of other sweeps the first, the last
@@ -171,7 +171,7 @@ def looked_into(board: Board) -> list[str]:
     return [name for name in names if name in chosen]
 
 
-def answers(board: Board) -> dict[str, CaseAnswers]:
+def answers(board: RunData) -> dict[str, CaseAnswers]:
     """Answers of the cases of a run that are looked into."""
     known: dict[str, Spots] = {}
     chosen = looked_into(board)
@@ -182,7 +182,7 @@ def answers(board: Board) -> dict[str, CaseAnswers]:
     }
 
 
-def _answers(board: Board, planned: Planned, known: dict[str, Spots]) -> CaseAnswers:
+def _answers(board: RunData, planned: Planned, known: dict[str, Spots]) -> CaseAnswers:
     stages, name = board.stages, planned.case.name
     peak = board.shown.peak[name]
     study = planned.case.study
@@ -230,7 +230,7 @@ def _answers(board: Board, planned: Planned, known: dict[str, Spots]) -> CaseAns
     )
 
 
-def balances(board: Board) -> dict[str, Balance]:
+def balances(board: RunData) -> dict[str, EnergyBalance]:
     """Energies at the peak of every case, unless there are too many of them."""
     if len(board.planned) > FEW:
         return {}

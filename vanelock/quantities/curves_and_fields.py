@@ -16,7 +16,7 @@ from vanelock.input.schema.study import Study
 from vanelock.mesh import Part
 from vanelock.nonlinear import Response
 from vanelock.pipeline.step import Stages
-from vanelock.results.files.redrawn import Easel
+from vanelock.results.files.redrawn import OutputFiles
 from vanelock.stages.campbell.campbell import Campbell
 from vanelock.stages.parts.components import PARTS, model_step
 from vanelock.stages.parts.diameters import prepared_step
@@ -120,14 +120,14 @@ class Around:
 
 
 @dataclass
-class Board:
+class RunData:
     """All that pictures are drawn from, and where they go."""
 
     study: Study
     planned: Sequence[Planned]
     stages: Stages
     shown: Shown
-    easel: Easel
+    easel: OutputFiles
     _harmonics: dict[tuple[str, int], list[Shape]] = field(default_factory=dict, repr=False)
     _recoveries: dict[str, rom.Recovery] = field(default_factory=dict, repr=False)
 

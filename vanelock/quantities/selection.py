@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vanelock.input.cases.sweep import SAMPLE
-from vanelock.quantities.curves_and_fields import Board
+from vanelock.quantities.curves_and_fields import RunData
 from vanelock.render import Band
 from vanelock.stages.plan import Planned
 
@@ -20,7 +20,7 @@ SHARE = 0.5
 """Of the cases, how many a band needs at a frequency."""
 
 
-def named(board: Board) -> list[Planned]:
+def named(board: RunData) -> list[Planned]:
     """Cases with a peak that have pictures of their own, in their order.
 
     All if they are few; of samples those of the lowest, the middle and the largest peak, of other
@@ -36,24 +36,24 @@ def named(board: Board) -> list[Planned]:
     return [cases[i] for i in sorted({order[0], order[len(order) // 2], order[-1]})]
 
 
-def sampled(board: Board) -> bool:
+def sampled(board: RunData) -> bool:
     """Whether the cases are samples of keys that scatter."""
     return board.planned[0].case.name.startswith(f"{SAMPLE}=")
 
 
-def in_words(board: Board) -> str:
+def in_words(board: RunData) -> str:
     """Which cases are named, in words."""
     if sampled(board):
         return "the lowest, the middle and the largest peak"
     return "the first and the last case"
 
 
-def drawn_alone(board: Board) -> list[Planned]:
+def drawn_alone(board: RunData) -> list[Planned]:
     """Cases with a curve of their own."""
     return list(board.planned) if len(board.planned) <= MANY else named(board)
 
 
-def band(board: Board) -> Band | None:
+def band(board: RunData) -> Band | None:
     """Percentiles of the curves of many cases; None where each has its own."""
     if len(board.planned) <= MANY:
         return None

@@ -20,7 +20,7 @@ _MARKER: Final = 7.0  # pixels
 
 
 @dataclass(frozen=True)
-class Entry:
+class LegendEntry:
     """An entry of a plot's legend: a name, how it is drawn, and the traces that it toggles."""
 
     name: str
@@ -47,7 +47,7 @@ def figure(plot: Plot) -> dict[str, Any]:
     }
 
 
-def legend(plot: Plot) -> list[Entry]:
+def legend(plot: Plot) -> list[LegendEntry]:
     """Entries in the order of the traces, one for each group and each trace without a group."""
     members: dict[str, list[int]] = {}
     for i, trace in enumerate(plot.traces):
@@ -57,7 +57,7 @@ def legend(plot: Plot) -> list[Entry]:
     for traces in members.values():
         first = plot.traces[traces[0]]
         entries.append(
-            Entry(
+            LegendEntry(
                 name=first.name,
                 colour=colours[traces[0]],
                 dash=first.dash,

@@ -10,7 +10,7 @@ from vanelock.report import Page, Picture, Section, write_page
 from vanelock.report.blocks import Block
 from vanelock.results.figures.fatigue import HAIGH
 from vanelock.results.files.redrawn import REPORT
-from vanelock.results.page_sections.content import Told
+from vanelock.results.page_sections.content import PageContent
 from vanelock.results.page_sections.curves import curves
 from vanelock.results.page_sections.errors import convergence
 from vanelock.results.page_sections.fatigue import fatigue
@@ -27,13 +27,13 @@ ELSEWHERE = (HAIGH,)
 
 
 def write_report(
-    told: Told, first: Callable[[], Sequence[Section]] = tuple, shows: Any = ()
+    told: PageContent, first: Callable[[], Sequence[Section]] = tuple, shows: Any = ()
 ) -> Path:
     """Write the page of a run into its folder, unless it is there and shows the same already.
 
     Parameters
     ----------
-    told : Told
+    told : PageContent
         The run.
     first : callable
         Makes sections that go with the run's own, a campaign's: the first of them stands before
@@ -46,7 +46,7 @@ def write_report(
     return easel.draw(REPORT, depends, lambda path: write_page(path, page(told, first())))
 
 
-def page(told: Told, first: Sequence[Section] = ()) -> Page:
+def page(told: PageContent, first: Sequence[Section] = ()) -> Page:
     """The page; of the `first` sections, a campaign's, one stands before the summary."""
     summed, *rest = sections(told)
     version = f"vanelock {vanelock.__version__}, {written()}"
@@ -57,7 +57,7 @@ def page(told: Told, first: Sequence[Section] = ()) -> Page:
     )
 
 
-def sections(told: Told) -> list[Section]:
+def sections(told: PageContent) -> list[Section]:
     """All sections of an ordinary run."""
     made = [
         summary(told),
@@ -77,7 +77,7 @@ def sections(told: Told) -> list[Section]:
     return [section for section in made if section.blocks]
 
 
-def pictures(told: Told) -> Section:
+def pictures(told: PageContent) -> Section:
     """The run's figures that no other section shows."""
     blocks: list[Block] = [
         Picture(each.path, each.title, each.caption, each.data)
@@ -87,7 +87,7 @@ def pictures(told: Told) -> Section:
     return Section("Figures", blocks, id="figures")
 
 
-def shown(told: Told) -> Any:
+def shown(told: PageContent) -> Any:
     """All that the page depends on, but for the date; as JSON can hold it."""
     board = told.board
     return {

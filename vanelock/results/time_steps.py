@@ -15,12 +15,12 @@ from numpy.typing import NDArray
 
 from vanelock import fem, render
 from vanelock.input.cases.names import slug
-from vanelock.quantities.curves_and_fields import Board, Shape
+from vanelock.quantities.curves_and_fields import RunData, Shape
 from vanelock.stages.parts.components import PARTS
 from vanelock.stages.plan import Planned
 
 
-def steps(board: Board, each: Planned) -> tuple[Path, ...]:
+def steps(board: RunData, each: Planned) -> tuple[Path, ...]:
     """The list of the instants of a case, where the study asks for some."""
     count, name = board.study.outputs.steps, each.case.name
     if not count:

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vanelock.common.errors import InputError
-from vanelock.fem.matrix_files.choosing import Wanted, refuse_unless_alone
+from vanelock.fem.matrix_files.choosing import WantedMatrix, refuse_unless_alone
 from vanelock.fem.matrix_files.contents import content, text
 from vanelock.fem.matrix_files.entries import SYMMETRIC, Entries, Integers
 from vanelock.fem.matrix_files.readers.market import read_market
@@ -23,7 +23,7 @@ FIXED = 1e36
 """Stiffness on the diagonal that stands for a boundary condition."""
 
 
-def read_mtx(path: Path, wanted: Wanted) -> Entries:
+def read_mtx(path: Path, wanted: WantedMatrix) -> Entries:
     """Read a .mtx file of whichever kind it is.
 
     Raises

@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from vanelock.common.errors import InputError
-from vanelock.fem.matrix_files.choosing import NoMatrixError, Wanted
+from vanelock.fem.matrix_files.choosing import NoMatrixError, WantedMatrix
 from vanelock.fem.matrix_files.contents import size_of
 from vanelock.fem.matrix_files.entries import SYMMETRIC, Entries
 from vanelock.fem.matrix_files.readers.numpy_files import arrays
@@ -53,7 +53,7 @@ except NotImplementedError as error:
 """
 
 
-def read_full(path: Path, wanted: Wanted) -> Entries:
+def read_full(path: Path, wanted: WantedMatrix) -> Entries:
     """Read stiffness or mass.
 
     Raises

@@ -17,7 +17,7 @@ from pathlib import Path
 import numpy as np
 
 from vanelock.common.errors import InputError
-from vanelock.fem.matrix_files.choosing import Wanted, chosen
+from vanelock.fem.matrix_files.choosing import WantedMatrix, chosen
 from vanelock.fem.matrix_files.contents import text
 from vanelock.fem.matrix_files.entries import FULL, SYMMETRIC, Entries
 from vanelock.fem.matrix_files.model import GENERALISED
@@ -37,7 +37,7 @@ class _Matrix:
     values: list[complex] = field(default_factory=list)
 
 
-def read_dmig(path: Path, wanted: Wanted) -> Entries:
+def read_dmig(path: Path, wanted: WantedMatrix) -> Entries:
     """Read the DMIG matrix that is wanted.
 
     Raises

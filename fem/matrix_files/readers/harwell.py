@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vanelock.common.errors import InputError
-from vanelock.fem.matrix_files.choosing import Wanted
+from vanelock.fem.matrix_files.choosing import WantedMatrix
 from vanelock.fem.matrix_files.contents import text
 from vanelock.fem.matrix_files.entries import FULL, HERMITIAN, SYMMETRIC, Entries, Integers, square
 
@@ -23,7 +23,7 @@ _BARE = re.compile(r"([\d.])([+-]\d)")
 _FORMAT = re.compile(r"\((?:\d*P,?)?(\d*)([IEDFG])(\d{1,3})(?:\.\d+)?(?:E\d+)?\)")
 
 
-def read_harwell(path: Path, wanted: Wanted) -> Entries:
+def read_harwell(path: Path, wanted: WantedMatrix) -> Entries:
     """Read an assembled real or complex matrix.
 
     Raises

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from vanelock.common.errors import InputError
 from vanelock.common.files.hdf5 import opened
-from vanelock.fem.matrix_files.choosing import NoMatrixError, Wanted, chosen
+from vanelock.fem.matrix_files.choosing import NoMatrixError, WantedMatrix, chosen
 from vanelock.fem.matrix_files.contents import room, size_of
 from vanelock.fem.matrix_files.entries import Entries, dense_entries, numbers, square
 
@@ -26,7 +26,7 @@ _FAULTS = (
 _INDICES = (("ir", "jc"), ("indices", "indptr"))
 
 
-def read_hdf5(path: Path, wanted: Wanted) -> Entries:
+def read_hdf5(path: Path, wanted: WantedMatrix) -> Entries:
     """Read a matrix of an HDF5 file.
 
     Raises

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vanelock.common.errors import InputError
-from vanelock.fem.matrix_files.choosing import Wanted
+from vanelock.fem.matrix_files.choosing import WantedMatrix
 from vanelock.fem.matrix_files.contents import content
 from vanelock.fem.matrix_files.entries import FULL, HERMITIAN, SYMMETRIC, Entries, Integers, square
 
@@ -23,7 +23,7 @@ _FIELDS = ("real", "double", "complex", "integer", "unsigned-integer")
 _LAYOUTS = ("coordinate", "array")
 
 
-def read_market(path: Path, wanted: Wanted) -> Entries:
+def read_market(path: Path, wanted: WantedMatrix) -> Entries:
     """Read a .mtx or .mtx.gz file that begins with a Matrix Market banner.
 
     Raises

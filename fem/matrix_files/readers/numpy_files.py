@@ -17,7 +17,7 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from vanelock.common.errors import InputError
-from vanelock.fem.matrix_files.choosing import Wanted, chosen, refuse_unless_alone
+from vanelock.fem.matrix_files.choosing import WantedMatrix, chosen, refuse_unless_alone
 from vanelock.fem.matrix_files.contents import content, room, size_of
 from vanelock.fem.matrix_files.entries import Entries, dense_entries, numbers, square
 
@@ -38,7 +38,7 @@ _MEMBERS = {
 }
 
 
-def read_npy(path: Path, wanted: Wanted) -> Entries:
+def read_npy(path: Path, wanted: WantedMatrix) -> Entries:
     """Read a .npy file: one full array.
 
     Raises
@@ -50,7 +50,7 @@ def read_npy(path: Path, wanted: Wanted) -> Entries:
     return dense_entries(str(path), _array(str(path), content(path)))
 
 
-def read_npz(path: Path, wanted: Wanted) -> Entries:
+def read_npz(path: Path, wanted: WantedMatrix) -> Entries:
     """Read an array of a .npz file, or the sparse matrix that it is.
 
     Raises

@@ -16,14 +16,14 @@ from collections.abc import Iterator
 import numpy as np
 
 from vanelock.common.errors import InputError
-from vanelock.fem.matrix_files.choosing import Wanted, chosen
+from vanelock.fem.matrix_files.choosing import WantedMatrix, chosen
 from vanelock.fem.matrix_files.entries import SYMMETRIC, Entries
 
 _NUMBER = re.compile(r"[+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eEdD][+-]?\d+)?")
 _TYPES = {"stiffness": "STIFFNESS", "mass": "MASS", "damping": "VISCOUS DAMPING"}
 
 
-def read_superelement(source: str, held: str, wanted: Wanted) -> Entries:
+def read_superelement(source: str, held: str, wanted: WantedMatrix) -> Entries:
     """Read the matrix that is wanted from a superelement's text.
 
     Raises

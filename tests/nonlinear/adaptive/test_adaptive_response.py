@@ -11,7 +11,7 @@ from vanelock.common.cyclic import folded
 from vanelock.common.errors import InputError
 from vanelock.nonlinear import Shares, System, adaptive_response, frequency_response, peak_errors
 from vanelock.nonlinear.adaptive import sampling
-from vanelock.nonlinear.adaptive.interpolant import Curve
+from vanelock.nonlinear.adaptive.interpolant import Interpolant
 from vanelock.rom.system import Contacts, Diameter, Force
 
 Make = Callable[..., System]
@@ -60,7 +60,7 @@ def test_peak_and_curve_are_as_exact_as_asked(
     # Between its points the curve is as good.
     grid = np.linspace(0.141, 0.219, 57)
     dense = frequency_response(system, grid, 19).amplitude[:, 0, 0]
-    curve = Curve(found.frequency, told.amplitude, told.slope)
+    curve = Interpolant(found.frequency, told.amplitude, told.slope)
     assert np.abs(curve.at(grid) - dense).max() < 2 * accuracy * best.max()
 
 

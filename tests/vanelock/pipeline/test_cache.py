@@ -15,7 +15,7 @@ from vanelock.input.schema.structure import leaves
 from vanelock.pipeline.cache import Cache, key_of
 from vanelock.pipeline.progress import silent
 from vanelock.pipeline.step import Stages, step
-from vanelock.results.files.redrawn import Easel
+from vanelock.results.files.redrawn import OutputFiles
 from vanelock.stages.plan import plan
 
 
@@ -292,7 +292,7 @@ def test_pictures_are_drawn_again_only_when_they_would_change(tmp_path):
         return function
 
     def draw(shows, text):
-        easel = Easel(tmp_path, silent)
+        easel = OutputFiles(tmp_path, silent)
         path = easel.draw("figures/a.png", shows, write(text))
         easel.tidy()
         return path
@@ -311,7 +311,7 @@ def test_pictures_are_drawn_again_only_when_they_would_change(tmp_path):
 def test_what_is_drawn_last_of_all_is_known_to_the_next_run(tmp_path):
     drawn = []
     for _ in range(2):
-        easel = Easel(tmp_path, silent)
+        easel = OutputFiles(tmp_path, silent)
         easel.tidy(keep=["report.html"])
         easel.draw("report.html", [], lambda path: drawn.append(path.write_text("drawn")))
     assert len(drawn) == 1
@@ -326,7 +326,7 @@ def test_animations_come_after_the_page_which_is_then_written_again(tmp_path):
         order.append(path.name)
 
     def run(shows):
-        easel = Easel(tmp_path, silent)
+        easel = OutputFiles(tmp_path, silent)
         easel.animate("figures/a.gif", shows, write)
         easel.draw("figures/a.png", shows, write)
         easel.tidy()
@@ -351,7 +351,7 @@ def test_pictures_of_other_results_are_removed(tmp_path):
     (tmp_path / "figures").mkdir()
     (tmp_path / "figures" / "mine.png").write_text("not ours")
     for names in (("a", "b"), ("b", "c")):
-        easel = Easel(tmp_path, silent)
+        easel = OutputFiles(tmp_path, silent)
         for name in names:
             easel.draw(f"figures/{name}.png", [], write)
         easel.draw(f"shapes/{names[0]}/step.vtu", [], write)
@@ -365,7 +365,7 @@ def test_places_that_cannot_be_drawn_to_are_named(tmp_path):
     (tmp_path / "shapes" / "a.png").mkdir(parents=True)
     for name in ("figures/a.png", "shapes/a.png"):
         with pytest.raises(InputError) as caught:
-            Easel(tmp_path, silent).draw(name, [], lambda path: path.write_text("drawn"))
+            OutputFiles(tmp_path, silent).draw(name, [], lambda path: path.write_text("drawn"))
         assert str(caught.value).startswith(f"{tmp_path / name}: cannot be written: ")
 
 

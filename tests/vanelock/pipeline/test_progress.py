@@ -16,9 +16,9 @@ from vanelock.pipeline.progress import (
     Begun,
     Done,
     Finished,
-    Lines,
     Notice,
-    Point,
+    PlainLines,
+    PointDone,
     Tasks,
     Trial,
     json_lines,
@@ -138,7 +138,7 @@ def test_json_is_one_valid_object_a_line(capsys):
 
 
 def test_plain_lines_keep_tables_apart(capsys):
-    lines = Lines()
+    lines = PlainLines()
     lines(Done("mesh", 1.25, False))
     lines(Done("rom", 9.0, True))
     lines(Notice("look"))
@@ -150,7 +150,7 @@ def test_plain_lines_keep_tables_apart(capsys):
 
 def test_a_fit_tells_its_responses(capsys, monkeypatch):
     """One at once on a terminal, every few seconds elsewhere."""
-    lines = Lines()
+    lines = PlainLines()
     monkeypatch.setattr(lines, "interval", 0.0)
     trial = Trial(7, 1.25, 1.125, "standard deviations")
     lines(trial)
@@ -194,10 +194,10 @@ def test_no_time_left_is_told_where_nobody_knows_it(monkeypatch, capsys):
     point = clock.point(16, 16, 3e-6)
     assert point.total is None
     assert np.isnan(point.left)
-    lines = Lines()
+    lines = PlainLines()
     lines.interval = 0.0
     lines(point)
-    lines(Point("b", 3, 9, 1e-6, 75.0))
+    lines(PointDone("b", 3, 9, 1e-6, 75.0))
     lines(Tasks(16, 16, 0, 0.0, float("nan")))
     assert capsys.readouterr().err.splitlines() == [
         "  nominal: point 16, peak 3.0 um",

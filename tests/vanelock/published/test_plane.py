@@ -8,7 +8,7 @@ import pytest
 from vanelock.nonlinear import frequency_response
 from vanelock.pipeline.journal import journal
 from vanelock.published.maps.maps import thinned
-from vanelock.published.maps.plane import Method, Task, plane
+from vanelock.published.maps.plane import Method, PlaneTask, plane
 
 METHODS = (Method(1), Method(1, "constant-load"), Method(3))
 RANGE = (100.0, 190.0)
@@ -16,7 +16,7 @@ RANGE = (100.0, 190.0)
 
 @pytest.fixture
 def task(sector):
-    return Task(sector, "interference", (0.1, 0.4), (1e-6, 3e-6), METHODS, RANGE, (0, 2))
+    return PlaneTask(sector, "interference", (0.1, 0.4), (1e-6, 3e-6), METHODS, RANGE, (0, 2))
 
 
 def alone(system, mu, v0, factor, method):

@@ -8,11 +8,11 @@ import pytest
 
 from vanelock import cases, parse_study, render
 from vanelock.quantities.answers import looked_into
-from vanelock.quantities.curves_and_fields import Board, Shown
+from vanelock.quantities.curves_and_fields import RunData, Shown
 from vanelock.quantities.selection import named
 from vanelock.report import Page, Section, write_page
 from vanelock.report.plots import figure
-from vanelock.results.figures.pictures import Gallery
+from vanelock.results.figures.pictures import Pictures
 from vanelock.results.page_sections.curves import response_plot
 from vanelock.stages.response.monitor import Monitor
 from vanelock.stages.response.summary import Peak
@@ -42,7 +42,7 @@ def board(text, own_limits=False, folder=None):
     told: list[Any] = []
     easel: Any = SimpleNamespace(folder=folder, listener=told.append)
     stages: Any = None
-    return Board(study, planned, stages, shown, easel), told
+    return RunData(study, planned, stages, shown, easel), told
 
 
 def test_samples_that_are_looked_into_are_those_with_pictures():
@@ -71,7 +71,7 @@ def test_of_a_sweep_the_ends_and_the_extremes_are_looked_into():
 )
 def test_pictures_of_a_few_are_told_where_there_are_any(wanted, said):
     many, told = board(f"{SAMPLES.format(30)}\n[outputs]\n{wanted}")
-    Gallery(many.study, many.planned, many.stages, many.shown, many.easel)._detailed()
+    Pictures(many.study, many.planned, many.stages, many.shown, many.easel)._detailed()
     expected = "pictures of {} for the lowest, the middle and the largest peak of 30"
     assert [event.text for event in told] == [expected.format(each) for each in said]
 

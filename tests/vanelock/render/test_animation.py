@@ -45,7 +45,7 @@ def expected_radius(start, turns, alpha, scale):
 def test_a_frame_is_the_sum_of_the_waves_all_round_the_ring(two_waves, alpha):
     part, waves = two_waves
     moving = animation.moving_parts([part], waves)
-    bar = animation.Bar("µm", 1e6, 130.0)
+    bar = animation.ColourBar("µm", 1e6, 130.0)
     (body,) = animation.ring_at(moving, alpha, 200.0, bar).bodies
     split = moving[0].skin.split
     start = np.tile(moving[0].skin.points[split], (16, 1))

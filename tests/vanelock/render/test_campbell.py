@@ -20,7 +20,7 @@ def crossings(n=3):
 
 def families():
     free = np.column_stack([np.full(5, 100.0), 200 - SPEEDS / 1000])
-    return [render.Family(1, free, 1.1 * free), render.Family(2, 1.5 * free, None)]
+    return [render.LineFamily(1, free, 1.1 * free), render.LineFamily(2, 1.5 * free, None)]
 
 
 def circles(amplitude=(1e-6, 4e-6, 1e-9)):

@@ -11,10 +11,10 @@ from vanelock.render.plots import convergence
 
 NAN = float("nan")
 VALUES = (
-    render.Measured("1", 0.1, 1e-2, 1e-3, False),
-    render.Measured("3", 0.4, 1e-3, 1e-9, True),
-    render.Measured("adaptive", 0.2, 1e-4, 1e-5, False, joined=False),
-    render.Measured("9", 1.2, NAN, NAN, False),
+    render.MeasuredValue("1", 0.1, 1e-2, 1e-3, False),
+    render.MeasuredValue("3", 0.4, 1e-3, 1e-9, True),
+    render.MeasuredValue("adaptive", 0.2, 1e-4, 1e-5, False, joined=False),
+    render.MeasuredValue("9", 1.2, NAN, NAN, False),
 )
 
 

@@ -10,7 +10,7 @@ from matplotlib.colors import same_color, to_rgb
 from matplotlib.image import imread
 
 from vanelock.common.errors import InputError
-from vanelock.render import Curve, Peak, response_curves, style
+from vanelock.render import Curve, MarkedPeak, response_curves, style
 from vanelock.render.plots.curve import peak
 
 F = np.linspace(240.0, 260.0, 41)
@@ -42,7 +42,7 @@ def crosses(axes):
 
 def test_peak_is_the_largest_converged_point():
     amplitude = resonance(250.0, 40e-6)
-    assert peak(Curve(F, amplitude)) == Peak(250.0, amplitude.max(), False)
+    assert peak(Curve(F, amplitude)) == MarkedPeak(250.0, amplitude.max(), False)
     without = peak(Curve(F, amplitude, converged=F != 250.0))
     assert without is not None
     assert without.amplitude == amplitude[[19, 21]].max()
@@ -181,7 +181,7 @@ def test_listed_points_are_dots_that_end_no_range(figures):
     assert labels(figures[0]) == ["μ = 0.3\n20.0 µm at 265.0 Hz", "μ = 0.1\n30.0 µm at 265.0 Hz"]
     lines = [line for line in figures[0].axes[0].lines if line.get_linestyle() != "None"]
     assert all(len(line.get_xdata()) < 2 for line in lines)
-    assert peak(Curve([265.0], [2e-5])) == Peak(265.0, 2e-5, False)
+    assert peak(Curve([265.0], [2e-5])) == MarkedPeak(265.0, 2e-5, False)
 
 
 def test_frequencies_far_apart_get_a_logarithmic_axis(figures):
@@ -211,7 +211,7 @@ def test_a_label_never_breaks_inside_a_quantity(figures):
 
 
 def test_a_reference_scales_both_axes_and_every_peak(figures):
-    reference = Peak(250.0, 40e-6, False)
+    reference = MarkedPeak(250.0, 40e-6, False)
     drawn = [
         Curve(F, resonance(250.0, 40e-6), group="free"),
         Curve(F, resonance(255.0, 10e-6), group="damped"),

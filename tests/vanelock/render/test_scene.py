@@ -21,7 +21,7 @@ def centre_of(picture, chosen):
 @pytest.mark.parametrize("place", [(0.0, 0.0), (0.5, -0.25), (-0.8, 0.7)])
 def test_a_mark_lands_where_the_projection_puts_it(place):
     mark = scene.Marks(np.array([[*place, 0.0]]), style.VERMILION, 14)
-    drawn = scene.Scene(DOWN, [scene.Body(SQUARE, TRIANGLES, "white")], marks=[mark])
+    drawn = scene.DrawnScene(DOWN, [scene.SceneBody(SQUARE, TRIANGLES, "white")], marks=[mark])
     picture = window.snapshot(drawn, (400, 400))
     red = (picture[:, :, 0] > 120) & (picture[:, :, 2] < 60)
     # x = -1 ... 1 fills 400 pixels; rows count downwards.
@@ -30,7 +30,7 @@ def test_a_mark_lands_where_the_projection_puts_it(place):
 
 
 def test_the_fitted_body_fills_the_picture():
-    drawn = scene.Scene(DOWN, [scene.Body(0.5 * SQUARE, TRIANGLES, "black")])
+    drawn = scene.DrawnScene(DOWN, [scene.SceneBody(0.5 * SQUARE, TRIANGLES, "black")])
     picture = window.snapshot(drawn, (300, 300))
     dark = picture.max(axis=2) < 128
     rows, columns = np.nonzero(dark)
@@ -39,7 +39,7 @@ def test_the_fitted_body_fills_the_picture():
 
 
 def test_a_tall_picture_fits_the_width():
-    drawn = scene.Scene(DOWN, [scene.Body(SQUARE, TRIANGLES, "black")])
+    drawn = scene.DrawnScene(DOWN, [scene.SceneBody(SQUARE, TRIANGLES, "black")])
     picture = window.snapshot(drawn, (200, 400))
     rows, columns = np.nonzero(picture.max(axis=2) < 128)
     assert np.ptp(columns) == pytest.approx(199, abs=1)
@@ -48,15 +48,15 @@ def test_a_tall_picture_fits_the_width():
 
 def test_a_hidden_mark_shines_through_paler():
     above = np.array([0.0, 0.0, 1.0])
-    cover = scene.Body(SQUARE + above, TRIANGLES, "white")
+    cover = scene.SceneBody(SQUARE + above, TRIANGLES, "white")
     points = np.array([[0.3, 0.0, 0.0]])
 
     def weight(position):
         marks = [scene.Marks(points + position * above, style.BLUE, 20)]
-        picture = window.snapshot(scene.Scene(DOWN, [cover], marks=marks), (200, 200))
+        picture = window.snapshot(scene.DrawnScene(DOWN, [cover], marks=marks), (200, 200))
         return float(np.sum(255.0 - picture[:, 125:136, 0]))
 
-    background = window.snapshot(scene.Scene(DOWN, [cover]), (200, 200))
+    background = window.snapshot(scene.DrawnScene(DOWN, [cover]), (200, 200))
     empty = float(np.sum(255.0 - background[:, 125:136, 0]))
     hidden, open_ = weight(0.0) - empty, weight(2.0) - empty
     assert 0.3 < hidden / open_ < 0.6  # drawn at a strength of 0.45
@@ -65,7 +65,7 @@ def test_a_hidden_mark_shines_through_paler():
 def test_a_body_has_the_colours_given_at_its_points():
     shades = np.array([to_rgb("red"), to_rgb("red"), to_rgb("blue"), to_rgb("blue")])
     picture = window.snapshot(
-        scene.Scene(DOWN, [scene.Body(SQUARE, TRIANGLES, shades)]), (100, 100)
+        scene.DrawnScene(DOWN, [scene.SceneBody(SQUARE, TRIANGLES, shades)]), (100, 100)
     )
     low, high = picture[95, 50].astype(int), picture[5, 50].astype(int)
     assert low[0] > 200 > 40 > low[2]

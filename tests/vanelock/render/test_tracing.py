@@ -30,7 +30,7 @@ def test_the_point_and_the_bounds_are_those_of_the_instant(contact):
     u, f = contact
     found = loops.period(u, f, MU)
     loop, normal, friction = Figure().subplots(1, 3)
-    tracer = tracing.Tracer(found, loop, normal, friction)
+    tracer = tracing.LoopTracer(found, loop, normal, friction)
     for step in (0, 5, 30, 47):
         tracer.place(step)
         at = [np.asarray(point.get_xydata(), float)[0] for point in tracer.points]

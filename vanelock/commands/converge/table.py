@@ -104,7 +104,7 @@ def draw(path: Path, found: Sequence[Outcome], name: str) -> Path:
         render.Panel(
             key,
             tuple(
-                render.Measured(
+                render.MeasuredValue(
                     each.value,
                     each.cost,
                     each.amplitude_error,

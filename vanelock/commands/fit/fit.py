@@ -15,7 +15,7 @@ from vanelock import render
 from vanelock.commands.converge.converge import pinned
 from vanelock.commands.fit.least_squares import enough, fit
 from vanelock.commands.fit.refit_model import Rejoined
-from vanelock.commands.fit.solution import Parameter, Solution, Start
+from vanelock.commands.fit.solution import FitParameter, FitSolution, Start
 from vanelock.commands.fit.tables import fit_table, json_of, shown
 from vanelock.common.errors import InputError
 from vanelock.common.files.csv_table import write_columns
@@ -51,7 +51,7 @@ def fit_study(
     listener: Listener = silent,
     text: str = "",
     beside: str | os.PathLike[str] = ".",
-) -> Solution:
+) -> FitSolution:
     """Fit what `[fit]` names to the curves of `[[measured]]`.
 
     Parameters
@@ -110,7 +110,7 @@ def _usable(study: Study, curves: Sequence[Measured], listener: Listener) -> lis
     return own
 
 
-def fitted_parameters(study: Study) -> list[Parameter]:
+def fitted_parameters(study: Study) -> list[FitParameter]:
     """Start and bounds of each fitted key, which must be possible values of the study.
 
     Raises
@@ -136,7 +136,7 @@ def fitted_parameters(study: Study) -> list[Parameter]:
             raise InputError(
                 f'fit: "{key}" starts at {start:g}, outside of its bounds {low:g} to {high:g}'
             )
-        found.append(Parameter(key, start, low, high))
+        found.append(FitParameter(key, start, low, high))
     return found
 
 
@@ -173,10 +173,10 @@ def rejoined(study: Study, stages: Stages, listener: Listener = silent) -> Rejoi
 def _fitted(
     model: Rejoined,
     curves: Sequence[Measured],
-    parameters: Sequence[Parameter],
+    parameters: Sequence[FitParameter],
     starts: int,
     listener: Listener,
-) -> Solution:
+) -> FitSolution:
     keys = [each.key for each in parameters]
     listener(Begun(f"fit of {len(keys)} parameters to {len(curves)} curves"))
 
@@ -224,7 +224,7 @@ def _files(
     path: Path,
     model: Rejoined,
     curves: Sequence[Measured],
-    found: Solution,
+    found: FitSolution,
     text: str,
     beside: Path,
     listener: Listener,

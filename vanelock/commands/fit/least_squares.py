@@ -23,7 +23,7 @@ from scipy.optimize import least_squares
 from scipy.stats import qmc
 
 from vanelock.commands.fit.residuals import noise_tests
-from vanelock.commands.fit.solution import UNDETERMINED, Direction, Parameter, Solution, Start
+from vanelock.commands.fit.solution import UNDETERMINED, Direction, FitParameter, FitSolution, Start
 from vanelock.common.errors import InputError
 
 Floats = NDArray[np.float64]
@@ -49,13 +49,13 @@ def fit(
     predict: Predict,
     data: Floats,
     sigma: Floats | None,
-    parameters: Sequence[Parameter],
+    parameters: Sequence[FitParameter],
     starts: int = 1,
     weights: Floats | None = None,
     told: Callable[[int, Start], None] = lambda number, start: None,
     tried: Callable[[int, float, float], None] = lambda count, misfit, least: None,
     curves: Sequence[Sequence[str]] | None = None,
-) -> Solution:
+) -> FitSolution:
     """Fit parameters to data.
 
     Parameters
@@ -66,7 +66,7 @@ def fit(
         What it is to meet.
     sigma : (n,) float or None
         Standard deviations; None: unknown.
-    parameters : sequence of Parameter
+    parameters : sequence of FitParameter
         What varies.
     starts : int
         The first at the parameters' own starts, the others at the best of several points spread
@@ -142,7 +142,7 @@ class _Problem:
         predict: Predict,
         data: Floats,
         sigma: Floats,
-        parameters: tuple[Parameter, ...],
+        parameters: tuple[FitParameter, ...],
         tried: Callable[[int, float, float], None],
     ) -> None:
         self.predict, self.data, self.sigma, self.parameters = predict, data, sigma, parameters
@@ -220,7 +220,7 @@ def _judged(
     known: bool,
     curves: Sequence[Sequence[str]],
     starts: tuple[Start, ...],
-) -> Solution:
+) -> FitSolution:
     """Errors and correlations at a solution, and whether they hold."""
     J, lost = problem.jacobian(x, central=True), np.isnan(problem.model(x))
     n, p = int(np.sum(~lost)), len(x)
@@ -241,7 +241,7 @@ def _judged(
     lengths = [int(np.sum(~each)) for each in np.split(lost, ends[:-1])]
     named = [name for curve in curves for name in curve]
     names = [name for name, gone in zip(named, lost, strict=True) if not gone]
-    return Solution(
+    return FitSolution(
         parameters=problem.parameters,
         value=problem.outer(x),
         deviation=deviation,

@@ -19,7 +19,7 @@ standard errors hold the truth in fewer than 90 of 100 cases, (1.645 / 2)², rat
 
 
 @dataclass(frozen=True)
-class Parameter:
+class FitParameter:
     """What is fitted: its key, where it begins, its bounds."""
 
     key: str
@@ -74,12 +74,12 @@ class Start:
 
 
 @dataclass(frozen=True)
-class Solution:
+class FitSolution:
     """The best fit.
 
     Attributes
     ----------
-    parameters : tuple of Parameter
+    parameters : tuple of FitParameter
     value : (p,) float
         Fitted values.
     deviation : (p,) float
@@ -109,7 +109,7 @@ class Solution:
         All attempts.
     """
 
-    parameters: tuple[Parameter, ...]
+    parameters: tuple[FitParameter, ...]
     value: Floats
     deviation: Floats
     correlation: Floats

@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from vanelock.commands.fit.solution import RISE, UNDETERMINED, Direction, Solution
+from vanelock.commands.fit.solution import RISE, UNDETERMINED, Direction, FitSolution
 from vanelock.pipeline.tables import Cell, Column, Table
 
 UNITS = {"kn": "N/m", "kt": "N/m", "interference": "m", "force": "N", "E": "Pa"}
@@ -17,7 +17,7 @@ def shown(key: str) -> str:
     return key.removeprefix("joints.").removeprefix("excitation.")
 
 
-def fit_table(found: Solution, name: str) -> Table:
+def fit_table(found: FitSolution, name: str) -> Table:
     """One line for each parameter, the doubts below."""
     columns = (
         Column("parameter", "parameter"),
@@ -41,7 +41,7 @@ def fit_table(found: Solution, name: str) -> Table:
     return Table("fit", f"Fit: {name}", columns, tuple(rows), tuple(notes(found)))
 
 
-def notes(found: Solution) -> list[str]:
+def notes(found: FitSolution) -> list[str]:
     """Misfit and correlations, and whatever should keep one from believing the values."""
     keys = [shown(each.key) for each in found.parameters]
     unit = "standard deviations" if found.given else "of the largest measured amplitude"
@@ -63,7 +63,7 @@ def notes(found: Solution) -> list[str]:
     return said
 
 
-def doubts(found: Solution) -> list[str]:
+def doubts(found: FitSolution) -> list[str]:
     """What the data do not say, or the model does not."""
     keys = [shown(each.key) for each in found.parameters]
     said = [f"NOT DETERMINED: {_moved(keys, each)}" for each in found.undetermined]
@@ -90,7 +90,7 @@ def _share(p: float) -> str:
     return "less than 0.1 %" if p < 1e-3 else f"{100 * p:.1f} %"
 
 
-def _fall(found: Solution, keys: list[str], i: int) -> str:
+def _fall(found: FitSolution, keys: list[str], i: int) -> str:
     """Where the misfit does not rise as it should."""
     v, size = found.directions[i].along, 100 * found.directions[i].deviation
     key = keys[int(np.argmax(np.abs(v)))]
@@ -122,7 +122,7 @@ def _moved(keys: list[str], direction: Direction) -> str:
     )
 
 
-def _rivals(found: Solution, keys: list[str]) -> list[str]:
+def _rivals(found: FitSolution, keys: list[str]) -> list[str]:
     """Other fits that are as good."""
     said = []
     for start in found.rivals():
@@ -131,7 +131,7 @@ def _rivals(found: Solution, keys: list[str]) -> list[str]:
     return list(dict.fromkeys(said))
 
 
-def json_of(found: Solution) -> dict[str, Any]:
+def json_of(found: FitSolution) -> dict[str, Any]:
     """A fit for machines."""
     return {
         "parameters": [

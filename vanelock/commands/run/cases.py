@@ -35,10 +35,10 @@ from vanelock.quantities.scatter import (
 )
 from vanelock.results import listing
 from vanelock.results.figures.campbell import crossings_table
-from vanelock.results.figures.figure import Exhibit
-from vanelock.results.figures.pictures import Gallery, Shown
+from vanelock.results.figures.figure import Figure
+from vanelock.results.figures.pictures import Pictures, Shown
 from vanelock.results.files import results_file
-from vanelock.results.page_sections.content import Told
+from vanelock.results.page_sections.content import PageContent
 from vanelock.results.record import Record
 from vanelock.rom import Component
 from vanelock.stages.accuracy.choose_mesh import settle
@@ -220,10 +220,10 @@ class Run:
         return every
 
     def told(
-        self, gallery: Gallery, found: Sequence[Summary], drawn: Sequence[Exhibit], text: str = ""
-    ) -> Told:
+        self, gallery: Pictures, found: Sequence[Summary], drawn: Sequence[Figure], text: str = ""
+    ) -> PageContent:
         """What the run's page is told from."""
-        return Told(
+        return PageContent(
             board=gallery.board,
             summaries=found,
             exhibits=[each for each in drawn if each.path not in gallery.easel.waiting],

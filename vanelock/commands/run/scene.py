@@ -19,16 +19,16 @@ from vanelock.pipeline.executor.choose import hire
 from vanelock.pipeline.executor.executor import Hands
 from vanelock.pipeline.executor.shown import helped
 from vanelock.pipeline.executor.tasks import Failure, TaskFailed
-from vanelock.pipeline.progress import Failed, Finished, Listener, Notice, Point, silent
+from vanelock.pipeline.progress import Failed, Finished, Listener, Notice, PointDone, silent
 from vanelock.pipeline.step import Stages
 from vanelock.quantities import warnings
 from vanelock.quantities.jumps import by_height, notes
 from vanelock.results.files import results_file
-from vanelock.results.files.redrawn import Easel
+from vanelock.results.files.redrawn import OutputFiles
 from vanelock.results.files.run_folder import claimed
 from vanelock.results.listing import failed_table, preload_table, stage_times
 from vanelock.results.scene import listing
-from vanelock.results.scene.figures import Shown, draw
+from vanelock.results.scene.figures import SceneShown, draw
 from vanelock.results.scene.page import write_scene_page
 from vanelock.results.scene.record import SceneRecord
 from vanelock.stages.response.summary import Peak, peak_of, sweep_of
@@ -138,7 +138,7 @@ class SceneRun:
             listener(Notice(told))
         self.record = SceneRecord(folder, scene, text)
         cases = [each.case for each in self.planned]
-        self.shown = Shown(scene, cases, self.stages, Easel(folder, listener))
+        self.shown = SceneShown(scene, cases, self.stages, OutputFiles(folder, listener))
         self.failed: dict[str, Failure] = {}
         self._loose: dict[str, bool] = {}
         self._case, self._began, self._peak = "", 0.0, 0.0
@@ -269,4 +269,4 @@ class SceneRun:
         self._peak = max(self._peak, amplitude) if amplitude == amplitude else self._peak
         spent = time.perf_counter() - self._began
         left = spent * (total - done) / max(done, 1)
-        self.listener(Point(self._case, done, total, self._peak, left))
+        self.listener(PointDone(self._case, done, total, self._peak, left))

@@ -13,9 +13,9 @@ from vanelock.pipeline.executor.choose import hire
 from vanelock.pipeline.progress import Finished, Listener, Notice, silent
 from vanelock.pipeline.step import Stages
 from vanelock.results import listing
-from vanelock.results.figures.pictures import Gallery
+from vanelock.results.figures.pictures import Pictures
 from vanelock.results.files import results_file
-from vanelock.results.files.redrawn import Easel
+from vanelock.results.files.redrawn import OutputFiles
 from vanelock.results.files.run_folder import claimed
 from vanelock.results.page import write_report
 from vanelock.stages.accuracy.cost_estimate import estimated
@@ -83,8 +83,8 @@ def run_study(
             listener(Notice(f"about {', '.join(needed.words().values())}, if nothing is there yet"))
         with running.record.finished():
             summaries = running.all_cases()
-            easel = Easel(path, listener)
-            gallery = Gallery(
+            easel = OutputFiles(path, listener)
+            gallery = Pictures(
                 study, running.planned, stages, running.shown, easel, running.scattered(summaries)
             )
             drawn = gallery.draw()

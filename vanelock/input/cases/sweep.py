@@ -17,7 +17,7 @@ from vanelock.common.checked import UNCHECKED, NotKnown, disagreements
 from vanelock.common.errors import InputError
 from vanelock.input.messages import explain, field_at, known_keys, mistakes, reason, show, unknown
 from vanelock.input.schema.own_mesh import OwnCasing, OwnVane
-from vanelock.input.schema.structure import Table
+from vanelock.input.schema.structure import KeyTable
 from vanelock.input.schema.study import Study
 from vanelock.mesh.checks.dimensions import (
     check_casing,
@@ -327,7 +327,7 @@ def with_values(
         same = {name: getattr(study, name) for name in study.model_fields_set - apart - {*changed}}
         if known is not None:
             same |= {name: known[by] for name, by in changed.items() if by in known}
-        tables = {name: value for name, value in same.items() if isinstance(value, Table)}
+        tables = {name: value for name, value in same.items() if isinstance(value, KeyTable)}
     data = tables | study.model_dump(
         exclude_unset=True, exclude={*apart, *tables}, warnings=context != UNCHECKED
     )

@@ -7,7 +7,7 @@ from pydantic import BeforeValidator, Field, ValidationInfo, field_validator
 
 from vanelock.common.checked import Check
 from vanelock.common.quantities import Revolutions, si
-from vanelock.input.schema.structure import Table, leaves, sequence
+from vanelock.input.schema.structure import KeyTable, leaves, sequence
 
 FITTED = (
     "joints.interlock.mu",
@@ -31,7 +31,7 @@ Speed = Annotated[Revolutions, Field(ge=0, le=1e6, description="rotor speed [rpm
 Positive = Annotated[int, Field(ge=1, le=1000, description="engine order")]
 
 
-class CampbellKeys(Table):
+class CampbellKeys(KeyTable):
     """Campbell diagram: natural frequencies against rotor speed, and engine orders."""
 
     speeds: Annotated[tuple[Speed, ...], BeforeValidator(sequence)] | None = Field(
@@ -57,7 +57,7 @@ class CampbellKeys(Table):
         return value
 
 
-class MeasuredCurve(Table):
+class MeasuredCurve(KeyTable):
     """A measured response from a CSV file."""
 
     file: str = Field(min_length=1, max_length=4096, description="CSV file")
@@ -79,7 +79,7 @@ def curves(value: object) -> object:
 Bounds = Annotated[tuple[Any, ...], BeforeValidator(sequence), Field(min_length=2, max_length=2)]
 
 
-class Fit(Table):
+class Fit(KeyTable):
     """What `vanelock fit` varies so that the response meets the measured curves."""
 
     parameters: Annotated[tuple[str, ...], BeforeValidator(sequence)] = Field(

@@ -6,7 +6,7 @@ from typing import Annotated, Any, ClassVar, Literal
 from pydantic import BeforeValidator, Field
 
 from vanelock.common.checked import Check
-from vanelock.input.schema.structure import Table
+from vanelock.input.schema.structure import KeyTable
 
 
 def _quantity(value: object) -> object:
@@ -19,7 +19,7 @@ def _quantity(value: object) -> object:
 Quantity = Annotated[Any, BeforeValidator(_quantity)]
 
 
-class Distribution(Table):
+class Distribution(KeyTable):
     """How a key scatters: evenly from low to high, or about a mean, cut at low and high if given.
 
     The mean and the deviation are those of the quantity itself, before it is cut.
@@ -64,7 +64,7 @@ def _flat(value: object) -> object:
     return found
 
 
-class Scatter(Table):
+class Scatter(KeyTable):
     """A Latin hypercube over keys that scatter, and percentiles of the peaks."""
 
     samples: int = Field(default=100, ge=2, le=100_000, description="number of samples")

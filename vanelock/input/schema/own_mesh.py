@@ -8,7 +8,7 @@ from pydantic import BeforeValidator, Discriminator, Field, Tag, model_validator
 from vanelock.common.checked import Check
 from vanelock.common.errors import InputError
 from vanelock.common.quantities import Length
-from vanelock.input.schema.structure import Table
+from vanelock.input.schema.structure import KeyTable
 from vanelock.mesh import Part
 from vanelock.mesh.files.read import metres
 from vanelock.mesh.geometry.dimensions import CasingDimensions, HookDimensions, VaneDimensions
@@ -49,7 +49,7 @@ def _nodes(description: str) -> Any:
     return Field(default=None, description=f"set of {description}")
 
 
-class VaneSets(Table):
+class VaneSets(KeyTable):
     """What the file calls the vane's node sets, where that is not their name here."""
 
     hook_front: NodeSet | None = _nodes("the front hook's contact nodes")
@@ -61,7 +61,7 @@ class VaneSets(Table):
     fixed: NodeSet | None = _nodes("clamped nodes")
 
 
-class CasingSets(Table):
+class CasingSets(KeyTable):
     """What the file calls the casing's node sets, where that is not their name here."""
 
     hook_front: NodeSet | None = _nodes("the front groove's contact nodes")
@@ -74,7 +74,7 @@ class CasingSets(Table):
     fixed: NodeSet | None = _nodes("clamped nodes")
 
 
-class OwnMesh(Table):
+class OwnMesh(KeyTable):
     """A part's mesh from a file."""
 
     mesh: str = Field(min_length=1, max_length=4096, description="mesh file")

@@ -8,7 +8,7 @@ from pydantic import BeforeValidator, Field
 
 from vanelock.common.checked import Check
 from vanelock.common.quantities import Length
-from vanelock.input.schema.structure import Table, sequence
+from vanelock.input.schema.structure import KeyTable, sequence
 
 
 def _ascending(*values: float) -> bool:
@@ -29,7 +29,7 @@ Ratios = Annotated[tuple[Ratio, ...], BeforeValidator(sequence)]
 Slants = Annotated[tuple[Slant, ...], BeforeValidator(sequence)]
 
 
-class Campaign(Table):
+class Campaign(KeyTable):
     """Values of the figures and of the maps; the study's own ones are those in between."""
 
     mu: Frictions = Field(

@@ -11,8 +11,8 @@ from pydantic import AfterValidator, BeforeValidator, Field
 from vanelock.common.checked import Check
 from vanelock.common.quantities import Angle, Force, Frequency, Length, Stiffness
 from vanelock.input.band import asked_for, too_narrow
-from vanelock.input.schema.structure import SPRING, Table, sequence
-from vanelock.input.schema.study import Order, Response
+from vanelock.input.schema.structure import SPRING, KeyTable, sequence
+from vanelock.input.schema.study import Order, ResponseKeys
 
 GROUND = "ground"
 """What a contact's second component is called where there is none."""
@@ -72,7 +72,7 @@ Nodes = Annotated[Any, BeforeValidator(_nodes)]
 Pairs = Annotated[Any, BeforeValidator(_pairs)]
 
 
-class Ring(Table):
+class SceneRingKeys(KeyTable):
     """Cyclic symmetry: one sector's matrices stand for the ring."""
 
     sectors: int = Field(default=1, ge=1, le=100_000, description="number of sectors")
@@ -81,7 +81,7 @@ class Ring(Table):
     )
 
 
-class Units(Table):
+class UnitKeys(KeyTable):
     """Units of a component's files."""
 
     length: Literal["m", "mm", "cm", "in", "ft"] = Field(default="m", description="length unit")
@@ -91,7 +91,7 @@ class Units(Table):
     force: Literal["N", "mN", "kN", "lbf"] = Field(default="N", description="force unit")
 
 
-class ComponentKeys(Table):
+class ComponentKeys(KeyTable):
     """A component: its matrices, and how they are used.
 
     `{nd}` in the names of a superelement's files stands for the nodal diameter.
@@ -105,7 +105,7 @@ class ComponentKeys(Table):
     damping_name: str | None = Field(default=None, description="name of the damping matrix")
     dofs: str | None = Field(default=None, min_length=1, description="file of rows")
     nodes: str | None = Field(default=None, min_length=1, description="file of nodes")
-    units: Units = Units()
+    units: UnitKeys = UnitKeys()
     kind: Literal["full", "superelement"] = Field(default="full", description="kind")
     fixed: Nodes | None = Field(default=None, description="clamped nodes")
     low: Nodes | None = Field(default=None, description="nodes of the low cyclic face")
@@ -143,7 +143,7 @@ class ComponentKeys(Table):
     )
 
 
-class ContactKeys(Table):
+class ContactKeys(KeyTable):
     """Contact elements between two components, or of one to ground.
 
     Those of a joined system are there already: what is given replaces their properties.
@@ -168,7 +168,7 @@ class ContactKeys(Table):
     )
 
 
-class TieKeys(Table):
+class TieKeys(KeyTable):
     """Nodes of two components that move as one."""
 
     between: Annotated[tuple[str, ...], BeforeValidator(sequence)] = Field(
@@ -177,7 +177,7 @@ class TieKeys(Table):
     pairs: Pairs = Field(description="node pairs")
 
 
-class Load(Table):
+class Load(KeyTable):
     """A force on nodes of a component, the same on each."""
 
     component: str = Field(description="component")
@@ -188,25 +188,25 @@ class Load(Table):
     harmonic: int = Field(default=1, ge=0, le=99, description="harmonic")
 
 
-class SystemKeys(Table):
+class SystemKeys(KeyTable):
     """A system that is joined already, in place of components."""
 
     file: str = Field(min_length=1, description="system file")
 
 
-class SceneExcitation(Table):
+class SceneExcitation(KeyTable):
     """The travelling wave of the loads."""
 
     engine_order: Order = Field(default=1, description="engine order")
 
 
-class SceneDamping(Table):
+class SceneDamping(KeyTable):
     """Structural damping."""
 
     ratio: float | None = Field(default=None, gt=0, lt=1, description="damping ratio")
 
 
-class SceneResponse(Response):
+class SceneResponse(ResponseKeys):
     """Where and how finely the forced response is computed."""
 
     mode: int = Field(default=1, ge=1, le=1000, description="mode of interest")
@@ -215,7 +215,7 @@ class SceneResponse(Response):
     )
 
 
-class SceneOutputs(Table):
+class SceneOutputs(KeyTable):
     """What a run shows of its results."""
 
     nodes: dict[str, Nodes] = Field(default_factory=dict, description="output nodes")
@@ -223,11 +223,11 @@ class SceneOutputs(Table):
     report: bool = Field(default=True, description="whether the report is written")
 
 
-class Scene(Table):
+class Scene(KeyTable):
     """A scene: components, what joins them, and the keys that are swept."""
 
     name: str = Field(default="scene", min_length=1, max_length=200, description="name")
-    ring: Ring = Ring()
+    ring: SceneRingKeys = SceneRingKeys()
     components: dict[Name, ComponentKeys] = Field(default_factory=dict, description="components")
     system: SystemKeys | None = Field(default=None, description="joined system")
     ties: dict[Name, TieKeys] = Field(default_factory=dict, description="ties")

@@ -60,7 +60,7 @@ def leaves(table: dict[str, Any], prefix: str = "") -> list[tuple[str, Any]]:
     return found
 
 
-class Table(Checked):
+class KeyTable(Checked):
     """A table of the study file: unknown keys and wrong types are refused."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False, strict=True)
@@ -72,13 +72,13 @@ SPRING = Usual(1.0, 1e13)
 """Stiffness of a contact's node pair, N/m."""
 
 
-class Ring(Table):
+class RingKeys(KeyTable):
     """The ring of vane segments."""
 
     sectors: int = Field(default=16, ge=FEWEST, le=MOST, description="number of sectors")
 
 
-class Elastic(Table):
+class Elastic(KeyTable):
     """An isotropic material; its strength is for the report alone."""
 
     E: Annotated[Pressure, STIFF] = Field(
@@ -112,14 +112,14 @@ class Elastic(Table):
         return value
 
 
-class Material(Table):
+class MaterialKeys(KeyTable):
     """Materials of the parts."""
 
     vane: Elastic = Elastic()
     casing: Elastic = Elastic()
 
 
-class Mesh(Table):
+class MeshKeys(KeyTable):
     """Finite-element meshes of both parts."""
 
     size: MeshSize = Field(default="medium", description="element size")
@@ -143,7 +143,7 @@ def _one_of_each(joint: "HookJoint | InterlockJoint") -> Iterator[str]:
             yield f"{name}_area = {value:g}: give either this or {name}, not both"
 
 
-class HookJoint(Table):
+class HookJoint(KeyTable):
     """Contacts between the vane's hooks and the casing's grooves, per node pair."""
 
     kn: Annotated[Stiffness, SPRING] = Field(
@@ -168,7 +168,7 @@ class HookJoint(Table):
     checks: ClassVar[tuple[Check, ...]] = (_one_of_each,)
 
 
-class InterlockJoint(Table):
+class InterlockJoint(KeyTable):
     """Contacts between neighbouring segments' inner shrouds, per node pair."""
 
     enabled: bool = Field(default=True, description="whether the interlock has contacts")
@@ -194,7 +194,7 @@ class InterlockJoint(Table):
     checks: ClassVar[tuple[Check, ...]] = (_one_of_each,)
 
 
-class Joints(Table):
+class Joints(KeyTable):
     """The joints with friction contacts."""
 
     friction: Literal["orthogonal", "isotropic"] = Field(
@@ -210,7 +210,7 @@ ACCURACY, MODES = 1e-4, 10
 Modes = Annotated[int | None, Field(ge=1, le=1000)]
 
 
-class Rom(Table):
+class Rom(KeyTable):
     """Reduced-order model."""
 
     route: Literal["cyclic", "direct", "paper"] = Field(default="cyclic", description="route")

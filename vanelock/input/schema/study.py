@@ -38,11 +38,11 @@ from vanelock.input.schema.own_mesh import OWN_MESH_CHECKS, Casing, OwnCasing, O
 from vanelock.input.schema.published import CAMPAIGN_CHECKS, Campaign
 from vanelock.input.schema.structure import (
     Joints,
-    Material,
-    Mesh,
-    Ring,
+    KeyTable,
+    MaterialKeys,
+    MeshKeys,
+    RingKeys,
     Rom,
-    Table,
     leaves,
     sequence,
 )
@@ -78,7 +78,7 @@ Order = Annotated[
 ]
 
 
-class Excitation(Table):
+class ExcitationKeys(KeyTable):
     """The travelling radial load on the casing: a force per node, or a rotating unbalance.
 
     A load too small would drown in the round-off of the static deformation.
@@ -129,13 +129,13 @@ class Excitation(Table):
         return 30.0 if self.force is None else self.force
 
 
-class Damping(Table):
+class Damping(KeyTable):
     """Structural damping."""
 
     ratio: float = Field(default=0.003, gt=0, lt=1, description="damping ratio")
 
 
-class Response(Table):
+class ResponseKeys(KeyTable):
     """Where and how finely the forced response is computed."""
 
     mode: int = Field(default=2, ge=1, le=20, description="mode of interest")
@@ -207,7 +207,7 @@ def _direction(value: object) -> object:
     return float(angle)
 
 
-class Gauge(Table):
+class GaugeKeys(KeyTable):
     """A strain gauge on an aerofoil of the vane."""
 
     aerofoil: int = Field(ge=1, description="number of the aerofoil")
@@ -220,7 +220,7 @@ class Gauge(Table):
     length: Length = Field(default=0.002, ge=1e-5, le=0.05, description="gauge length [m]")
 
 
-class Outputs(Table):
+class Outputs(KeyTable):
     """What a run shows of its results."""
 
     monitor: str | None = Field(default=None, description="monitored displacement")
@@ -231,7 +231,7 @@ class Outputs(Table):
         default=0, ge=0, le=360, description="number of instants of the period at the peak"
     )
     report: bool = Field(default=True, description="whether the report is written")
-    gauges: Annotated[tuple[Gauge, ...], BeforeValidator(sequence)] = Field(
+    gauges: Annotated[tuple[GaugeKeys, ...], BeforeValidator(sequence)] = Field(
         default=(), max_length=100, description="strain gauges"
     )
 
@@ -254,24 +254,24 @@ Lists = Annotated[
 """Values of dotted keys."""
 
 
-class Study(Table):
+class Study(KeyTable):
     """A study: one scene, and the keys that are swept over it."""
 
     name: str = Field(default="vane segment", min_length=1, max_length=200, description="name")
     accuracy: float | None = Field(
         default=None, ge=1e-4, lt=0.3, description="relative error of the largest response"
     )
-    ring: Ring = Ring()
+    ring: RingKeys = RingKeys()
     vane: Vane = VaneDimensions()
     casing: Casing = CasingDimensions()
-    material: Material = Material()
+    material: MaterialKeys = MaterialKeys()
     temperature: Temperature = Temperature()
-    mesh: Mesh = Mesh()
+    mesh: MeshKeys = MeshKeys()
     joints: Joints = Joints()
     rom: Rom = Rom()
-    excitation: Excitation = Excitation()
+    excitation: ExcitationKeys = ExcitationKeys()
     damping: Damping = Damping()
-    response: Response = Response()
+    response: ResponseKeys = ResponseKeys()
     sweep: Lists = Field(default_factory=dict, description="swept keys")
     rows: Lists = Field(default_factory=dict, description="keys that vary together")
     scatter: Scatter | None = Field(default=None, description="scattering keys")

@@ -18,7 +18,7 @@ from vanelock.common.checked import Check
 from vanelock.common.errors import InputError
 from vanelock.common.quantities import Revolutions
 from vanelock.input.schema.piecewise import at, ends
-from vanelock.input.schema.structure import Table
+from vanelock.input.schema.structure import KeyTable
 
 if TYPE_CHECKING:
     from vanelock.input.schema.study import Study
@@ -59,7 +59,7 @@ def _within(value: object, low: float, high: float) -> TypeGuard[float]:
 ByRotorSpeed = Annotated[Any, BeforeValidator(_temperature)]
 
 
-class Temperature(Table):
+class Temperature(KeyTable):
     """Temperatures of the parts against rotor speed, and the speed of the response."""
 
     vane: ByRotorSpeed = Field(default=None, description="temperature [degC]")

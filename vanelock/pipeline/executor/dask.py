@@ -13,8 +13,8 @@ from typing import Any
 from urllib.parse import urlsplit
 
 from vanelock.common.errors import InputError
-from vanelock.pipeline.executor.executor import Outcome
-from vanelock.pipeline.executor.tasks import Failure, Made, Task, Work, Workshop, identity, reason
+from vanelock.pipeline.executor.executor import TaskOutcome
+from vanelock.pipeline.executor.tasks import Failure, Made, Task, Work, Worker, identity, reason
 from vanelock.pipeline.progress import Listener, Notice
 
 AHEAD = 2
@@ -119,7 +119,7 @@ class Cluster:
         self._out.add(future)
         future.add_done_callback(lambda ended: self._ended.put((task, ended)))
 
-    def wait(self, seconds: float) -> list[Outcome]:
+    def wait(self, seconds: float) -> list[TaskOutcome]:
         """Tasks that ended."""
         try:
             found = [self._ended.get(timeout=seconds)]
@@ -131,7 +131,7 @@ class Cluster:
             return []
         return [self._outcome(task, future) for task, future in found]
 
-    def _outcome(self, task: Task, future: Any) -> Outcome:
+    def _outcome(self, task: Task, future: Any) -> TaskOutcome:
         from distributed import KilledWorker
 
         self._out.discard(future)
@@ -139,19 +139,19 @@ class Cluster:
             answer: Made | Failure = future.result(timeout=60)
         except KilledWorker:
             told = "each of the workers that tried it was killed"
-            return Outcome(task, None, Failure(task.name, told), again=False)
+            return TaskOutcome(task, None, Failure(task.name, told), again=False)
         except Exception as error:  # what it starts from went with a worker, above all
             if self._client.status != "running":
                 raise InputError(f"{self._address}: the scheduler is gone") from None
             for _, key in task.given:
                 self._entries.pop(key, None)
-            return Outcome(task, None, Failure(task.name, reason(error)), counts=False)
+            return TaskOutcome(task, None, Failure(task.name, reason(error)), counts=False)
         if isinstance(answer, Failure):
             if answer.reason.startswith(_OTHER):
                 raise InputError(answer.reason)
             failure = Failure(task.name, answer.reason, refused=answer.refused)
-            return Outcome(task, None, failure, again=not answer.refused)
-        return Outcome(task, answer)
+            return TaskOutcome(task, None, failure, again=not answer.refused)
+        return TaskOutcome(task, answer)
 
     def forget(self, keys: Collection[str]) -> None:
         """Let workers drop products."""
@@ -180,7 +180,7 @@ def protected(address: str) -> bool:
 
 
 _OTHER = "a worker has vanelock "
-_workshop = Workshop()
+_workshop = Worker()
 _known: set[str] = set()
 _alone = threading.Lock()
 

@@ -24,7 +24,7 @@ PATIENCE = 1.0
 
 
 @dataclass(frozen=True)
-class Outcome:
+class TaskOutcome:
     """How a task ended.
 
     Attributes
@@ -60,7 +60,7 @@ class Hands(Protocol):
         """Have a task done; `image` reads a product that it starts from."""
         ...
 
-    def wait(self, seconds: float) -> list[Outcome]:
+    def wait(self, seconds: float) -> list[TaskOutcome]:
         """Tasks that ended, after so many seconds at most."""
         ...
 
@@ -159,7 +159,7 @@ class Crew:
         self.moved += len(image or b"")
         return image
 
-    def _take(self, outcome: Outcome) -> None:
+    def _take(self, outcome: TaskOutcome) -> None:
         task = outcome.task
         if self._out.get(task.makes[0]) is not task:  # sent by another crew with the same hands
             return

@@ -17,8 +17,8 @@ from pathlib import Path
 from typing import Any
 
 from vanelock.common.errors import InputError
-from vanelock.pipeline.executor.executor import Outcome
-from vanelock.pipeline.executor.tasks import Failure, Task, Workshop, reason
+from vanelock.pipeline.executor.executor import TaskOutcome
+from vanelock.pipeline.executor.tasks import Failure, Task, Worker, reason
 
 _PR_SET_PDEATHSIG = 1
 
@@ -41,7 +41,7 @@ class Processes:
     def __init__(self, count: int, journals: Path | None = None) -> None:
         self.slots, self._journals = count, journals
         self._hired: list[_Process] = []
-        self._fresh: list[Outcome] = []
+        self._fresh: list[TaskOutcome] = []
 
     def send(self, task: Task, image: Callable[[str, str], bytes | None]) -> None:
         """Have a task done by an idle process, one that knows most of what it starts from."""
@@ -56,7 +56,7 @@ class Processes:
         except OSError:  # it died while it was idle
             self._bury(chosen, task)
 
-    def wait(self, seconds: float) -> list[Outcome]:
+    def wait(self, seconds: float) -> list[TaskOutcome]:
         """Tasks that ended."""
         found, self._fresh = self._fresh, []
         busy = {each.pipe: each for each in self._hired if each.task is not None}
@@ -85,7 +85,7 @@ class Processes:
     def _bury(self, process: "_Process", task: Task) -> None:
         told = process.kill(1.0)
         self._hired.remove(process)
-        self._fresh.append(Outcome(task, None, Failure(task.name, told)))
+        self._fresh.append(TaskOutcome(task, None, Failure(task.name, told)))
 
 
 class _Process:
@@ -120,14 +120,14 @@ class _Process:
         with _unbroken():
             self.pipe.send((task.work, task.makes, entries, drops))
 
-    def receive(self) -> Outcome:
+    def receive(self) -> TaskOutcome:
         task, answer = self.task, self.pipe.recv()
         assert task is not None
         self.task = None
         if isinstance(answer, Failure):
             failure = Failure(task.name, answer.reason, refused=answer.refused)
-            return Outcome(task, None, failure, again=not answer.refused)
-        return Outcome(task, answer)
+            return TaskOutcome(task, None, failure, again=not answer.refused)
+        return TaskOutcome(task, answer)
 
     def kill(self, patience: float = 0.0) -> str:
         """End it, unless it ends by itself in so many seconds; how it ended, in words."""
@@ -159,7 +159,7 @@ def _unbroken() -> Generator[None, None, None]:
 def _serve(pipe: Connection, parent: int, journals: Path | None) -> None:
     """Do tasks until the pipe closes."""
     end_with(parent)
-    workshop = Workshop(journals)
+    workshop = Worker(journals)
     while True:
         try:
             work, makes, entries, drops = pipe.recv()

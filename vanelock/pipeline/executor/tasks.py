@@ -144,7 +144,7 @@ class Memory:
         return made
 
 
-class Workshop:
+class Worker:
     """Where tasks are done, one after the other, in a process that has no folder.
 
     Parameters

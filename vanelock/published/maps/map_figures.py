@@ -18,8 +18,8 @@ from vanelock.published.maps.optimum import Ridge
 from vanelock.published.maps.plane import Method, Plane
 from vanelock.published.sheets import COUPLINGS, load_of
 from vanelock.published.statements import NONE, SLIGHT
-from vanelock.quantities.curves_and_fields import Board
-from vanelock.results.figures.figure import Exhibit
+from vanelock.quantities.curves_and_fields import RunData
+from vanelock.results.figures.figure import Figure
 
 Floats = NDArray[np.float64]
 
@@ -68,7 +68,7 @@ def panels(plane: Plane, with_errors: bool) -> list[render.MapPanel]:
     return made
 
 
-def map_exhibit(board: Board, e: Evidence, name: str, plane: Plane, words: str) -> Exhibit:
+def map_exhibit(board: RunData, e: Evidence, name: str, plane: Plane, words: str) -> Figure:
     """A plane's maps and its data."""
     scale = SCALE[plane.other]
     title = f"Where each statement holds: {words}"
@@ -96,7 +96,7 @@ def map_exhibit(board: Board, e: Evidence, name: str, plane: Plane, words: str) 
         ),
     )
     data = board.table(f"{file}.csv", shows, lambda: plane_columns(plane), [title])
-    return Exhibit(path, title, caption, (data,))
+    return Figure(path, title, caption, (data,))
 
 
 def plane_columns(plane: Plane) -> Mapping[str, ArrayLike]:
@@ -117,7 +117,7 @@ def plane_columns(plane: Plane) -> Mapping[str, ArrayLike]:
     }
 
 
-def map_exhibits(board: Board, e: Evidence) -> list[Exhibit]:
+def map_exhibits(board: RunData, e: Evidence) -> list[Figure]:
     """Maps over friction and interference, friction and load, and for other slants."""
     base = e.plan.base
     slant = getattr(base.vane, "interlock_slant", None)
@@ -139,7 +139,7 @@ def map_exhibits(board: Board, e: Evidence) -> list[Exhibit]:
     return made
 
 
-def ridge_exhibit(board: Board, e: Evidence) -> Exhibit:
+def ridge_exhibit(board: RunData, e: Evidence) -> Figure:
     """The peak against friction and interference over decades."""
     marked = {
         "mu": e.plan.base.joints.interlock.mu,
@@ -163,7 +163,7 @@ def ridge_exhibit(board: Board, e: Evidence) -> Exhibit:
         "The peak itself followed along each parameter, the other one as in the study; the ring "
         "marks the least. With little friction the peak is that of the free interlock."
     )
-    return Exhibit(path, title, caption, (data,))
+    return Figure(path, title, caption, (data,))
 
 
 def _line(ridge: Ridge) -> render.RidgeLine:

@@ -16,7 +16,7 @@ from vanelock.pipeline.cache import code_of
 from vanelock.pipeline.step import Step, step
 from vanelock.published.maps import optimum, plane
 from vanelock.published.maps.optimum import Ridge
-from vanelock.published.maps.plane import Method, Plane, Task
+from vanelock.published.maps.plane import Method, Plane, PlaneTask
 from vanelock.published.sheets import COUPLINGS, HARMONICS
 from vanelock.stages.parts.components import diameters, rom_step, system_step
 from vanelock.stages.response.limits import Limits, frequencies
@@ -92,7 +92,7 @@ def plane_step(
     }
 
     def compute(system: System, found: Limits, journal: Journal) -> Plane:
-        task = Task(system, other, mu, value, chosen, ends(study, found), output)
+        task = PlaneTask(system, other, mu, value, chosen, ends(study, found), output)
         return plane.plane(task, told, journal, workers)
 
     name, needs = f"map {name}", (system, limits)

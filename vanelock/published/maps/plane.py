@@ -85,7 +85,7 @@ class Plane(Product):
 
 
 @dataclass(frozen=True)
-class Task:
+class PlaneTask:
     """Points of a plane.
 
     Attributes
@@ -128,7 +128,7 @@ Row = tuple[float, float, float, float, int, float, int]
 
 
 def plane(
-    task: Task,
+    task: PlaneTask,
     told: Callable[[int, int, float], None] | None = None,
     journal: Journal | None = None,
     workers: int = 1,
@@ -175,14 +175,14 @@ def _written(journal: Journal | None, methods: int) -> dict[tuple[int, int], Any
 
 
 def _solved(
-    task: Task, known: Container[tuple[int, int]], workers: int
+    task: PlaneTask, known: Container[tuple[int, int]], workers: int
 ) -> Iterator[tuple[int, int, list[Row]]]:
     """Places and rows of all points but those that are known as they come."""
     workers = min(workers, len(task.mu))
     every = [(i, j) for i in range(len(task.mu)) for j in range(len(task.value))]
     places = [place for place in every if place not in known]
     if workers < 2 or len(places) < 8:
-        solver = Solver(task)
+        solver = PlaneSolver(task)
         for i, j in places:
             yield i, j, solver.point(task.mu[i], task.value[j])
         return
@@ -196,10 +196,10 @@ def _solved(
             raise
 
 
-class Solver:
+class PlaneSolver:
     """Solves points of a plane with stuck modes computed once."""
 
-    def __init__(self, task: Task) -> None:
+    def __init__(self, task: PlaneTask) -> None:
         self._task = task
         system = task.system
         most = max(each.harmonics for each in task.methods)
@@ -247,14 +247,14 @@ def _sure(converged: NDArray[np.bool_], top: int) -> bool:
     return 0 < top < len(converged) - 1 and bool(converged[top - 1 : top + 2].all())
 
 
-_solver: Solver | None = None
+_solver: PlaneSolver | None = None
 
 
-def _prepare(task: Task, parent: int) -> None:
+def _prepare(task: PlaneTask, parent: int) -> None:
     """In each process: the modes, once."""
     global _solver
     end_with(parent)
-    _solver = Solver(task)
+    _solver = PlaneSolver(task)
 
 
 def _point(mu: float, value: float) -> list[Row]:

@@ -35,7 +35,7 @@ TURN = 2 * np.pi
 
 
 @dataclass(frozen=True)
-class Balance:
+class EnergyBalance:
     """Energies of one sector in a period, J, and the damping they amount to.
 
     Attributes
@@ -62,7 +62,7 @@ class Balance:
         return self.friction / self.input if self.input > 0 else float("nan")
 
 
-def balance(system: System, response: Response, point: int = 0) -> Balance:
+def balance(system: System, response: Response, point: int = 0) -> EnergyBalance:
     """Energies in a period at a point of a response of a system."""
     omega = TURN * float(response.frequency[point])
     given = stored = 0.0
@@ -73,7 +73,7 @@ def balance(system: System, response: Response, point: int = 0) -> Balance:
         if h in system.force:
             given += np.pi * h * float(np.vdot(x, system.force[h].at(omega)).imag)
     friction = float(response.dissipation[point].sum())
-    return Balance(given, friction, given - friction, stored)
+    return EnergyBalance(given, friction, given - friction, stored)
 
 
 def half_power(frequency: Floats, amplitude: Floats) -> tuple[float, float] | None:

@@ -14,7 +14,7 @@ from vanelock.mesh import Part
 from vanelock.nonlinear import Response
 from vanelock.pipeline.cache import code_of
 from vanelock.pipeline.step import Step, step
-from vanelock.quantities.curves_and_fields import Board
+from vanelock.quantities.curves_and_fields import RunData
 from vanelock.quantities.stress.fatigue import Cycle, cycle
 from vanelock.stages.parts.components import PARTS, model_step
 from vanelock.stages.parts.meshes import mesh_step
@@ -46,7 +46,7 @@ class Stressed(Product):
     gauges: Cycle | None
 
 
-def stressed_step(board: Board, planned: Planned, point: int) -> Step[Stressed]:
+def stressed_step(board: RunData, planned: Planned, point: int) -> Step[Stressed]:
     """Stress cycles of a case, `solved`, at a point of its response; the board recovers them."""
     inputs = {"point": point, "code": code_of("quantities.stress")}
     parts = [planned.part(part, k) for part in PARTS for k in planned.diameters]
@@ -70,7 +70,7 @@ def stressed_step(board: Board, planned: Planned, point: int) -> Step[Stressed]:
 
 
 def harmonics_of(
-    board: Board,
+    board: RunData,
     planned: Planned,
     top: Response,
     part: str,

@@ -8,7 +8,7 @@ from vanelock.mesh.geometry import aerofoil
 from vanelock.render import style
 from vanelock.render.drawings import drafting
 from vanelock.render.drawings.captions import caption
-from vanelock.render.drawings.drafting import Label, Panel, View
+from vanelock.render.drawings.drafting import DrawingView, Label, Panel
 from vanelock.render.drawings.sections import Real, section
 from vanelock.render.drawings.segment_views import SHOWN
 
@@ -58,7 +58,7 @@ def profile_view(figure: Figure, panel: Panel, vane: VaneDimensions) -> None:
     drafting.margin(view, "right", labels)
 
 
-def _twist(view: View, vane: VaneDimensions) -> Label:
+def _twist(view: DrawingView, vane: VaneDimensions) -> Label:
     """The chords' directions at root and tip, through the stacking axis."""
     shown = vane.twist or SHOWN
     reach = 0.6e3 * vane.chord

@@ -13,7 +13,7 @@ from vanelock.mesh.geometry.revolved import casing_outline, hooks_outline
 from vanelock.render import style
 from vanelock.render.drawings import drafting
 from vanelock.render.drawings.captions import caption, millimetres
-from vanelock.render.drawings.drafting import Label, View
+from vanelock.render.drawings.drafting import DrawingView, Label
 from vanelock.render.drawings.sections import box, polar, revolved, ring_piece
 
 WIDTH: Final = 18.0  # inches
@@ -106,7 +106,7 @@ def _meridional(figure: Figure, casing: CasingDimensions, vane: VaneDimensions) 
     )
 
 
-def _boss_sideways(view: View, casing: CasingDimensions) -> list[Label]:
+def _boss_sideways(view: DrawingView, casing: CasingDimensions) -> list[Label]:
     """A boss on the shell; dashed where the sector has none."""
     at, radius = 1e3 * casing.boss_position, 500 * casing.boss_diameter
     low, high = 1e3 * casing.outer_radius, 1e3 * (casing.outer_radius + casing.boss_height)
@@ -181,7 +181,7 @@ def _groove(figure: Figure, casing: CasingDimensions, vane: VaneDimensions) -> N
     drafting.margin(view, "right", [*_clearances(view, casing, vane), fillet])
 
 
-def _clearances(view: View, casing: CasingDimensions, vane: VaneDimensions) -> list[Label]:
+def _clearances(view: DrawingView, casing: CasingDimensions, vane: VaneDimensions) -> list[Label]:
     """What stays free between the foot and its groove."""
     hook = vane.hook
     lip, roof = hook.lip_radius, hook.roof_radius
@@ -236,7 +236,7 @@ def _outside(figure: Figure, casing: CasingDimensions, sectors: int) -> None:
     drafting.margin(view, "right", labels)
 
 
-def _bosses(view: View, casing: CasingDimensions, sectors: int) -> list[Label]:
+def _bosses(view: DrawingView, casing: CasingDimensions, sectors: int) -> list[Label]:
     """The bosses from outside; one, dashed, where the sector has none."""
     angles = boss_angles(casing, sectors) if casing.bosses else np.zeros(1)
     around = np.linspace(0, 2 * np.pi, 73)

@@ -44,7 +44,7 @@ _ALIGNMENT: Final[dict[Side, dict[str, Any]]] = {
 
 
 @dataclass(frozen=True)
-class View:
+class DrawingView:
     """A panel of a sheet.
 
     Attributes
@@ -90,7 +90,7 @@ def view(
     low: ArrayLike,
     high: ArrayLike,
     title: str,
-) -> View:
+) -> DrawingView:
     """A view of the rectangle from `low` to `high`, mm, as large as its panel allows.
 
     Parameters
@@ -117,10 +117,10 @@ def view(
     axes.set_xlim(corner[0], corner[0] + scale * width)
     axes.set_ylim(corner[1], corner[1] + scale * height)
     axes.text(0, 1, title, transform=axes.transAxes, fontsize=12.5, va="top", fontweight="bold")
-    return View(axes, scale, first, last)
+    return DrawingView(axes, scale, first, last)
 
 
-def area(view: View, corners: ArrayLike, part: str, pale: bool = False) -> None:
+def area(view: DrawingView, corners: ArrayLike, part: str, pale: bool = False) -> None:
     """A filled outline in the colour of a part, cut where the view ends."""
     x, y = np.asarray(corners, float).T
     colour = style.part_colour(part)
@@ -132,7 +132,7 @@ def area(view: View, corners: ArrayLike, part: str, pale: bool = False) -> None:
 
 
 def stroke(
-    view: View,
+    view: DrawingView,
     points: ArrayLike,
     kind: Stroke = "edge",
     clipped: bool = True,
@@ -143,19 +143,19 @@ def stroke(
         line.set_clip_path(_window(view))
 
 
-def _window(view: View) -> Rectangle:
+def _window(view: DrawingView) -> Rectangle:
     pad = 0.02 * view.scale  # half a line's width
     width, height = view.high - view.low + 2 * pad
     return Rectangle(tuple(view.low - pad), width, height, transform=view.axes.transData)
 
 
-def dots(view: View, points: ArrayLike, colour: str, size: float = 4.0) -> None:
+def dots(view: DrawingView, points: ArrayLike, colour: str, size: float = 4.0) -> None:
     """Nodes (k, 2), mm."""
     view.axes.plot(*np.asarray(points, float).T, "o", color=colour, ms=size, mew=0, zorder=4)
 
 
 def distance(
-    view: View, start: ArrayLike, end: ArrayLike, offset: float = 0.0
+    view: DrawingView, start: ArrayLike, end: ArrayLike, offset: float = 0.0
 ) -> tuple[float, float]:
     """A double arrow between two points, moved to its left by `offset` inches.
 
@@ -183,7 +183,7 @@ def distance(
     return float(x), float(y)
 
 
-def _point(view: View, tail: Real, tip: Real) -> None:
+def _point(view: DrawingView, tail: Real, tip: Real) -> None:
     """An arrow."""
     shape = {"arrowstyle": "-|>,head_length=0.42,head_width=0.14", "shrinkA": 0, "shrinkB": 0}
     view.axes.annotate(
@@ -192,7 +192,12 @@ def _point(view: View, tail: Real, tip: Real) -> None:
 
 
 def sweep(
-    view: View, centre: ArrayLike, radius: float, start: float, end: float, share: float = 0.5
+    view: DrawingView,
+    centre: ArrayLike,
+    radius: float,
+    start: float,
+    end: float,
+    share: float = 0.5,
 ) -> tuple[float, float]:
     """An arc with arrow heads from one direction to another, degrees.
 
@@ -213,7 +218,7 @@ def sweep(
     return float(x), float(y)
 
 
-def margin(view: View, side: Side, labels: Sequence[Label]) -> None:
+def margin(view: DrawingView, side: Side, labels: Sequence[Label]) -> None:
     """Labels along one side of what is drawn, in the order of their features."""
     vertical = side in ("bottom", "top")
     axis = 0 if vertical else 1

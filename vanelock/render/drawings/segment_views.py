@@ -8,7 +8,7 @@ from vanelock.mesh.geometry import aerofoil, contact_places
 from vanelock.render import style
 from vanelock.render.drawings import drafting
 from vanelock.render.drawings.captions import caption
-from vanelock.render.drawings.drafting import Label, Panel, Stroke, View
+from vanelock.render.drawings.drafting import DrawingView, Label, Panel, Stroke
 from vanelock.render.drawings.sections import Real, box, polar, ring_piece, section
 
 SHOWN = 12.0
@@ -58,7 +58,7 @@ def front_view(figure: Figure, panel: Panel, vane: VaneDimensions, sectors: int)
     drafting.margin(view, "right", labels)
 
 
-def _lean(view: View, vane: VaneDimensions, axis: float) -> Label:
+def _lean(view: DrawingView, vane: VaneDimensions, axis: float) -> Label:
     """The angle between the stacking line and the radial direction at mid-span."""
     root, tip = vane.inner_shroud_outer_radius, vane.outer_shroud_inner_radius
     middle, length = (root + tip) / 2, 0.5 * (tip - root)

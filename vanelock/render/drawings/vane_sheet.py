@@ -13,7 +13,7 @@ from vanelock.render import style
 from vanelock.render.drawings import drafting
 from vanelock.render.drawings.aerofoil_view import profile_view
 from vanelock.render.drawings.captions import caption
-from vanelock.render.drawings.drafting import Label, Panel, View
+from vanelock.render.drawings.drafting import DrawingView, Label, Panel
 from vanelock.render.drawings.sections import flat, revolved, section
 from vanelock.render.drawings.segment_views import front_view, inner_view, outer_view
 
@@ -122,7 +122,7 @@ def _meridional(
     drafting.margin(view, "bottom", [Label(caption(vane, "inner_shroud_front"), at, True)])
 
 
-def _blade_sideways(view: View, vane: VaneDimensions) -> None:
+def _blade_sideways(view: DrawingView, vane: VaneDimensions) -> None:
     """What an aerofoil covers, seen along the circumference."""
     alongs = np.linspace(vane.inner_shroud_outer_radius, vane.outer_shroud_inner_radius, 21)
     axial = [section(vane, along)[:, 1] + vane.hook.mid_plane for along in alongs]

@@ -28,7 +28,7 @@ _LABELLED: Final = 14  # crossings of interest with labels
 
 
 @dataclass(frozen=True)
-class Family:
+class LineFamily:
     """Natural frequencies of a nodal diameter, (s, m) Hz at the diagram's speeds."""
 
     nodal_diameter: int
@@ -81,7 +81,7 @@ class Dots:
 def campbell_picture(
     path: style.PathLike,
     speeds: Floats,
-    families: Sequence[Family],
+    families: Sequence[LineFamily],
     orders: Sequence[int],
     crossings: Crossings,
     circles: Circles | None = None,
@@ -98,7 +98,7 @@ def campbell_picture(
         PNG file to write.
     speeds : (s,) float
         Rotor speeds of the lines, rpm, ascending.
-    families : sequence of Family
+    families : sequence of LineFamily
         Natural frequencies by nodal diameter.
     orders : sequence of int
         Engine orders.
@@ -166,13 +166,13 @@ def campbell_picture(
         return style.write(figure, path)
 
 
-def _top(family: Family, speeds: Floats) -> float:
+def _top(family: LineFamily, speeds: Floats) -> float:
     """Highest frequency of its lines."""
     highest = family.free if family.stuck is None else np.maximum(family.free, family.stuck)
     return float(highest.max())
 
 
-def _family(axes: Axes, speeds: Floats, family: Family, colours: dict[int, str]) -> Line2D:
+def _family(axes: Axes, speeds: Floats, family: LineFamily, colours: dict[int, str]) -> Line2D:
     colour = colours[family.nodal_diameter]
     axes.plot(
         speeds, family.free, color=colour, ls=FREE if family.stuck is not None else "-", lw=1.3

@@ -21,7 +21,7 @@ _LEAST: Final = 1e-7  # errors below it are drawn there
 
 
 @dataclass(frozen=True)
-class Measured:
+class MeasuredValue:
     """A value of a knob.
 
     Attributes
@@ -51,7 +51,7 @@ class Panel:
     """A knob: its title and its values from rough to fine."""
 
     title: str
-    values: tuple[Measured, ...]
+    values: tuple[MeasuredValue, ...]
 
 
 def convergence_picture(

@@ -15,7 +15,7 @@ LIMITS: Final = {"free": "linear, free", "stuck": "linear, stuck"}
 
 
 @dataclass(frozen=True)
-class Peak:
+class MarkedPeak:
     """Largest converged point of a curve: Hz, m, and whether it lies at an end of the range."""
 
     frequency: float
@@ -92,7 +92,7 @@ class Curve:
         """What the line style stands for."""
         return self.variant or self.harmonics or 0
 
-    def over(self, reference: Peak) -> "Curve":
+    def over(self, reference: MarkedPeak) -> "Curve":
         """The same over a peak's frequency and amplitude."""
         return replace(
             self,
@@ -101,7 +101,7 @@ class Curve:
         )
 
 
-def peak(curve: Curve) -> Peak | None:
+def peak(curve: Curve) -> MarkedPeak | None:
     """Largest converged point of a curve; None where no point converged."""
     amplitude = np.where(converged(curve), np.asarray(curve.amplitude, float), np.nan)
     if np.all(np.isnan(amplitude)):
@@ -110,7 +110,7 @@ def peak(curve: Curve) -> Peak | None:
     frequency = np.asarray(curve.frequency, float)
     ends = (frequency.min(), frequency.max())
     at_edge = curve.joined and ends[0] < ends[1] and bool(frequency[at] in ends)
-    return Peak(float(frequency[at]), float(amplitude[at]), at_edge)
+    return MarkedPeak(float(frequency[at]), float(amplitude[at]), at_edge)
 
 
 def check(curve: Curve) -> None:

@@ -15,7 +15,7 @@ from matplotlib.ticker import LogFormatter
 
 from vanelock.common.errors import InputError
 from vanelock.render import style
-from vanelock.render.plots.curve import Band, Curve, Peak, check, converged, peak
+from vanelock.render.plots.curve import Band, Curve, MarkedPeak, check, converged, peak
 
 _DASHES: Final = ("-", "--", ":", "-.")  # the most harmonics get the full line
 _LIMITS: Final = {"free": (0, (6, 2)), "stuck": (0, (1, 1))}
@@ -30,7 +30,7 @@ def response_curves(
     monitor: str = "",
     logarithmic: bool = False,
     engine_order: int | None = None,
-    reference: Peak | None = None,
+    reference: MarkedPeak | None = None,
     band: Band | None = None,
 ) -> Path:
     """Draw forced response curves with their peaks, and return the path.
@@ -53,7 +53,7 @@ def response_curves(
         Logarithmic amplitudes.
     engine_order : int, optional
         With it, a second axis gives the rotor's speed 60 f/EO in rpm.
-    reference : Peak, optional
+    reference : MarkedPeak, optional
         With it, frequencies and amplitudes are shown over its own.
     band : Band, optional
         Percentiles of many curves, of which `curves` are a few.
@@ -108,7 +108,7 @@ class _Unit:
     up: str
     text: str
 
-    def place(self, top: Peak) -> str:
+    def place(self, top: MarkedPeak) -> str:
         """A peak in words."""
         return self.text.format(style.number(self.factor * top.amplitude), top.frequency)
 

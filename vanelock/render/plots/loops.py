@@ -77,7 +77,7 @@ def loop_picture(
 
 
 @dataclass(frozen=True)
-class Period:
+class LoopPeriod:
     """What is shown of a contact's period, at s equal steps of it.
 
     Attributes
@@ -118,7 +118,7 @@ def period(
     direction: int | None = None,
     bounding: ArrayLike | None = None,
     isotropic: bool = False,
-) -> Period:
+) -> LoopPeriod:
     """A contact's period, its parameters as of `loop_picture`.
 
     Raises
@@ -143,7 +143,7 @@ def period(
     taken = (
         f"Friction takes {_energy(energy[k - 1])} a cycle in t{k}, {_energy(sum(energy))} in all"
     )
-    return Period(k, u[:, k], f[:, k], f[:, 0], bound, state, taken)
+    return LoopPeriod(k, u[:, k], f[:, k], f[:, 0], bound, state, taken)
 
 
 def dissipated(displacement: Real, friction: Real) -> float:
@@ -196,7 +196,7 @@ def label(axes: Axes, direction: int) -> None:
     axes.set_ylabel(f"friction force t{direction} (N)")
 
 
-def _loop(axes: Axes, found: Period) -> None:
+def _loop(axes: Axes, found: LoopPeriod) -> None:
     micrometres = 1e6 * closed(found.sliding)
     for sign in (1, -1):
         bound = sign * closed(found.bound)
@@ -206,7 +206,7 @@ def _loop(axes: Axes, found: Period) -> None:
     axes.margins(0.06)
 
 
-def histories(normal: Axes, friction: Axes, found: Period) -> None:
+def histories(normal: Axes, friction: Axes, found: LoopPeriod) -> None:
     """Draw the normal force, and below it friction with its bounds, over the period."""
     _history(normal, found.normal, found.state, "Normal load", "normal force n (N)")
     normal.set_ylim(bottom=min(0.0, float(found.normal.min())))
@@ -225,7 +225,7 @@ def _history(axes: Axes, force: Real, state: NDArray[np.int64], title: str, labe
     axes.set(xlim=(0, 1), ylabel=label, title=title)
 
 
-def legend(axes: Axes, found: Period, isotropic: bool) -> None:
+def legend(axes: Axes, found: LoopPeriod, isotropic: bool) -> None:
     """Tell above the axes what the colours and the broken lines are."""
     present = np.unique(found.state)
     shown = [Line2D([], [], color=_COLOURS[s], lw=3, label=_NAMES[s]) for s in present]

@@ -59,7 +59,7 @@ def loop_animation(
         friction = style.axes(figure, 5.65, 0.75, 3.6, 1.5)
         loops.histories(normal, friction, period)
         loops.legend(loop, period, isotropic)
-        tracer = Tracer(period, loop, normal, friction)
+        tracer = LoopTracer(period, loop, normal, friction)
         gif.canvas(figure)
         kept = figure.canvas.copy_from_bbox(figure.bbox)  # type: ignore[attr-defined]
         shots = []
@@ -70,7 +70,7 @@ def loop_animation(
     return gif.write_gif(path, shots, MILLISECONDS)
 
 
-class Tracer:
+class LoopTracer:
     """The parts of the figure that move.
 
     Parameters
@@ -81,7 +81,7 @@ class Tracer:
         Where it is shown; the histories are drawn already, the loop is not.
     """
 
-    def __init__(self, period: loops.Period, loop: Axes, normal: Axes, friction: Axes) -> None:
+    def __init__(self, period: loops.LoopPeriod, loop: Axes, normal: Axes, friction: Axes) -> None:
         self.period = period
         self.sliding = 1e6 * period.sliding
         loop.plot(loops.closed(self.sliding), loops.closed(period.friction), lw=1.2, color=_PALE)

@@ -22,7 +22,7 @@ Real = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class Body:
+class SceneBody:
     """Triangles with one colour, or with a colour (r, g, b in 0..1) at each point.
 
     A solid body is closed, or its inside cannot be seen: only the front of its triangles is drawn.
@@ -47,7 +47,7 @@ class Body:
 
 
 @dataclass(frozen=True)
-class Lines:
+class SceneLines:
     """Straight edges (k, 2) between points (m, 3), with a width in pixels."""
 
     points: Real
@@ -80,12 +80,12 @@ class Camera:
 
 
 @dataclass(frozen=True)
-class Scene:
+class DrawnScene:
     """What is drawn, and from where."""
 
     camera: Camera
-    bodies: Sequence[Body] = ()
-    lines: Sequence[Lines] = ()
+    bodies: Sequence[SceneBody] = ()
+    lines: Sequence[SceneLines] = ()
     marks: Sequence[Marks] = field(default=())
 
 

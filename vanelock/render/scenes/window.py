@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vanelock.render.scenes import offscreen
-from vanelock.render.scenes.scene import Body, Camera, Lines, Marks, Scene
+from vanelock.render.scenes.scene import Camera, DrawnScene, Marks, SceneBody, SceneLines
 
 Real = NDArray[np.float64]
 Pixels = NDArray[np.uint8]
@@ -45,7 +45,7 @@ class Window:
     lines: list[Any]
     nearer: Real
 
-    def move(self, scene: Scene) -> None:
+    def move(self, scene: DrawnScene) -> None:
         """Show other points and colours; triangles, edges and the camera stay."""
         for actor, body in zip(self.bodies, scene.bodies, strict=True):
             actor.mapper.dataset = _surface(body)
@@ -64,7 +64,7 @@ class Window:
 
 
 @contextmanager
-def window(scene: Scene, size: tuple[int, int]) -> Iterator[Window]:
+def window(scene: DrawnScene, size: tuple[int, int]) -> Iterator[Window]:
     """Open a window of that size in pixels on a scene without marks, on white.
 
     Raises
@@ -94,7 +94,7 @@ def window(scene: Scene, size: tuple[int, int]) -> Iterator[Window]:
             plotter.close()
 
 
-def snapshot(scene: Scene, size: tuple[int, int]) -> Pixels:
+def snapshot(scene: DrawnScene, size: tuple[int, int]) -> Pixels:
     """Draw on white and return (height, width, 3) bytes.
 
     Raises
@@ -142,11 +142,11 @@ def _shine_through(picture: Pixels, marks: Pixels, strength: float = 0.45) -> Pi
     return mixed
 
 
-def _drawn(lines: Sequence[Lines]) -> list[Lines]:
+def _drawn(lines: Sequence[SceneLines]) -> list[SceneLines]:
     return [each for each in lines if len(each.edges)]
 
 
-def _surface(body: Body) -> Any:
+def _surface(body: SceneBody) -> Any:
     """The body's triangles for VTK, with the normals that smooth shading takes."""
     mesh = offscreen.pyvista().PolyData.from_regular_faces(body.points, body.triangles)
     mesh = mesh.compute_normals(
@@ -161,7 +161,7 @@ def _surface(body: Body) -> Any:
     return mesh
 
 
-def _add_body(plotter: Any, body: Body) -> Any:
+def _add_body(plotter: Any, body: SceneBody) -> Any:
     look: dict[str, Any] = {**_LOOK, "opacity": body.opacity, "render": False}
     if isinstance(body.colour, str):
         look["color"] = body.colour
@@ -172,7 +172,7 @@ def _add_body(plotter: Any, body: Body) -> Any:
     return plotter.add_mesh(_surface(body), reset_camera=False, **look)
 
 
-def _add_lines(plotter: Any, lines: Lines, shift: Real) -> Any:
+def _add_lines(plotter: Any, lines: SceneLines, shift: Real) -> Any:
     """Edges, a little nearer to the camera so that the faces they border do not hide them."""
     mesh = offscreen.pyvista().PolyData(lines.points + shift)
     mesh.verts = np.empty(0, int)
@@ -190,7 +190,7 @@ def _add_lines(plotter: Any, lines: Lines, shift: Real) -> Any:
 
 
 @dataclass(frozen=True)
-class View:
+class CameraView:
     """A parallel view, aimed.
 
     Attributes
@@ -214,7 +214,7 @@ class View:
         return np.column_stack([size[0] / 2 + fine * across, size[1] / 2 - fine * up])
 
 
-def aimed(camera: Camera, fit: Real, size: Sequence[int]) -> View:
+def aimed(camera: Camera, fit: Real, size: Sequence[int]) -> CameraView:
     """A camera's view in which points (m, 3) fill a picture of that size."""
     forward = np.asarray(camera.direction, float)
     forward = forward / np.linalg.norm(forward)
@@ -224,15 +224,15 @@ def aimed(camera: Camera, fit: Real, size: Sequence[int]) -> View:
     seen = fit @ frame.T
     low, high = seen.min(axis=0), seen.max(axis=0)
     half = (high - low) / 2 * camera.margin
-    return View(frame, (low + high) / 2 @ frame, max(half[1], half[0] * size[1] / size[0]))
+    return CameraView(frame, (low + high) / 2 @ frame, max(half[1], half[0] * size[1] / size[0]))
 
 
-def _aim(plotter: Any, scene: Scene, size: Sequence[int]) -> tuple[Real, float]:
+def _aim(plotter: Any, scene: DrawnScene, size: Sequence[int]) -> tuple[Real, float]:
     """Point the camera and fit what it shall show into the picture.
 
     Returns the view's side, up and forward directions (rows), and the length of a pixel in m.
     """
-    items: list[Body | Lines | Marks] = [*scene.bodies, *scene.lines, *scene.marks]
+    items: list[SceneBody | SceneLines | Marks] = [*scene.bodies, *scene.lines, *scene.marks]
     drawn = np.concatenate([item.points for item in items])
     view = aimed(scene.camera, drawn if scene.camera.fit is None else scene.camera.fit, size)
     reach = np.linalg.norm(np.ptp(drawn, axis=0)) + np.linalg.norm(view.centre - drawn.mean(axis=0))

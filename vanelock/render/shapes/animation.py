@@ -25,7 +25,7 @@ from vanelock.render.scenes.surface import Surface, bent_edges
 from vanelock.render.scenes.window import window
 from vanelock.render.shapes.shapes import (
     DRAWN,
-    Skin,
+    DeformedSkin,
     check_shapes,
     mode_size,
     outer_radius,
@@ -70,13 +70,13 @@ class Moving:
 
     Attributes
     ----------
-    skin : Skin
+    skin : DeformedSkin
         What is drawn of it; its shape is that of the first wave.
     waves : tuple of (harmonic, nodal diameter, (m, 3) complex)
         At the skin's nodes.
     """
 
-    skin: Skin
+    skin: DeformedSkin
     waves: tuple[tuple[int, int, Complex], ...]
 
     def displacement(self, sector: int, angle: float) -> Real:
@@ -90,7 +90,7 @@ class Moving:
 
 
 @dataclass(frozen=True)
-class Bar:
+class ColourBar:
     """Colours of displacement.
 
     Attributes
@@ -129,7 +129,7 @@ def mode_animation(
     moving = moving_parts(parts, [Wave(1, nodal_diameter, shapes)])
     largest, drawn = _largest(moving), mode_size(parts)
     stated = f"Largest displacement drawn as {1e3 * drawn:.3g} mm"
-    bar = Bar("displacement / largest displacement (–)", 1 / largest, 1.0)
+    bar = ColourBar("displacement / largest displacement (–)", 1 / largest, 1.0)
     heading = ring_and_wave(parts, nodal_diameter)
     texts = title, sentences(subtitle, stated), heading
     return _animate(path, moving, drawn / largest, bar, texts, frames)
@@ -170,7 +170,7 @@ def response_animation(
     amplitude = max(float(annulus.peak(shape).max()) for shape in waves[0].shapes)
     scale = annulus.round_scale(amplitude, DRAWN * outer_radius(parts))
     stated = f"Deformation drawn {scale:,.10g} times as large"
-    bar = Bar("displacement at the instant (µm)", 1e6, 1e6 * _largest(moving))
+    bar = ColourBar("displacement at the instant (µm)", 1e6, 1e6 * _largest(moving))
     heading = ring_and_wave(parts, waves[0].nodal_diameter)
     texts = title, sentences(subtitle, stated), heading
     return _animate(path, moving, scale, bar, texts, frames)
@@ -193,7 +193,7 @@ def moving_parts(parts: Sequence[Part], waves: Sequence[Wave]) -> list[Moving]:
     return found
 
 
-def thinned(skin: Skin, triangles: int = TRIANGLES) -> Skin:
+def thinned(skin: DeformedSkin, triangles: int = TRIANGLES) -> DeformedSkin:
     """A skin of about so many of the triangles that a ring shows, between nodes that it has.
 
     The edges at which sectors meet stay; nodes that are not needed go.
@@ -223,10 +223,12 @@ def thinned(skin: Skin, triangles: int = TRIANGLES) -> Skin:
         cyclic=np.zeros(len(fewer), bool),
     )
     split, triangles_of_split = scene.smooth_surface(points, thin)
-    return Skin(skin.part, thin, skin.shape[used], split, triangles_of_split)
+    return DeformedSkin(skin.part, thin, skin.shape[used], split, triangles_of_split)
 
 
-def ring_at(moving: Sequence[Moving], angle: float, scale: float, bar: Bar) -> scene.Scene:
+def ring_at(
+    moving: Sequence[Moving], angle: float, scale: float, bar: ColourBar
+) -> scene.DrawnScene:
     """Scene of all sectors at a phase angle α in rad, coloured by the length of displacement."""
     bodies, lines = [], []
     for each in moving:
@@ -238,18 +240,18 @@ def ring_at(moving: Sequence[Moving], angle: float, scale: float, bar: Bar) -> s
         ]
         shown = [bar.colours(np.linalg.norm(u[skin.split], axis=1)) for u in displaced]
         bodies.append(
-            scene.Body(
+            scene.SceneBody(
                 np.concatenate([points[skin.split] for points in placed]),
                 scene.repeat(skin.triangles, len(skin.split), sectors),
                 np.concatenate(shown),
             )
         )
         edges = scene.repeat(skin.surface.outline, len(skin.points), sectors)
-        lines.append(scene.Lines(np.concatenate(placed), edges, style.BLACK, 0.8, 0.45))
+        lines.append(scene.SceneLines(np.concatenate(placed), edges, style.BLACK, 0.8, 0.45))
     points = moving[0].skin.part.points
     fit = np.concatenate([scene.ring(e.skin.points, e.skin.part.sectors) for e in moving])
     camera = replace(views.ring_camera(points, fit), margin=_MARGIN)
-    return scene.Scene(camera, bodies, lines)
+    return scene.DrawnScene(camera, bodies, lines)
 
 
 def _largest(moving: Sequence[Moving]) -> float:
@@ -266,7 +268,7 @@ def _animate(
     path: style.PathLike,
     moving: Sequence[Moving],
     scale: float,
-    bar: Bar,
+    bar: ColourBar,
     texts: tuple[str, str, str],
     frames: int,
 ) -> Path:

@@ -151,12 +151,12 @@ def _face(
     skin, split, triangles = scene.smooth_skin(part, corners_only=True)
     points = part.points[skin.nodes]
     camera = scene.Camera(-frames[:, 0].mean(axis=0), frames[:, 1].mean(axis=0), x, margin=1.3)
-    body = scene.Body(points[split], triangles, style.part_colour(part.name))
+    body = scene.SceneBody(points[split], triangles, style.part_colour(part.name))
     lines = [
-        scene.Lines(points, skin.mesh_edges, width=0.8, opacity=0.25),
-        scene.Lines(points, skin.outline, width=1.4, opacity=0.8),
+        scene.SceneLines(points, skin.mesh_edges, width=0.8, opacity=0.25),
+        scene.SceneLines(points, skin.outline, width=1.4, opacity=0.8),
     ]
-    picture = snapshot(scene.Scene(camera, [body], lines), size)
+    picture = snapshot(scene.DrawnScene(camera, [body], lines), size)
     return picture, aimed(camera, x, size).pixels(x, size)
 
 

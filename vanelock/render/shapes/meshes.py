@@ -76,18 +76,22 @@ def _heading(figure: Figure, left: float, bottom: float, text: str) -> None:
     figure.text(left / across, bottom / up, text, fontsize=12.5)
 
 
-def _sector(parts: Sequence[Part]) -> scene.Scene:
+def _sector(parts: Sequence[Part]) -> scene.DrawnScene:
     bodies, lines = [], []
     for part in parts:
         skin, place, triangles = scene.smooth_skin(part)
         points = part.points[skin.nodes]
         solid = part is parts[0]
         bodies.append(
-            scene.Body(points[place], triangles, style.part_colour(part.name), 1 if solid else 0.3)
+            scene.SceneBody(
+                points[place], triangles, style.part_colour(part.name), 1 if solid else 0.3
+            )
         )
         opacity = 0.45 if solid else 0.14
-        lines.append(scene.Lines(points, skin.mesh_edges, width=1, opacity=opacity))
-        lines.append(scene.Lines(points, skin.outline, width=1.6, opacity=0.9 if solid else 0.5))
+        lines.append(scene.SceneLines(points, skin.mesh_edges, width=1, opacity=opacity))
+        lines.append(
+            scene.SceneLines(points, skin.outline, width=1.6, opacity=0.9 if solid else 0.5)
+        )
     marks = []
     for _, names, colour, _ in SETS:
         for part in parts:
@@ -95,7 +99,7 @@ def _sector(parts: Sequence[Part]) -> scene.Scene:
             if len(nodes):
                 marks.append(scene.Marks(part.points[nodes], colour, 13 if "key" in names else 10))
     every = np.concatenate([part.points for part in parts])
-    return scene.Scene(views.sector_camera(parts[0].points, every), bodies, lines, marks)
+    return scene.DrawnScene(views.sector_camera(parts[0].points, every), bodies, lines, marks)
 
 
 def _nodes(part: Part, names: Sequence[str]) -> NDArray[np.int64]:
@@ -103,19 +107,19 @@ def _nodes(part: Part, names: Sequence[str]) -> NDArray[np.int64]:
     return np.unique(np.concatenate(found)) if found else np.empty(0, np.int64)
 
 
-def _ring(parts: Sequence[Part]) -> scene.Scene:
+def _ring(parts: Sequence[Part]) -> scene.DrawnScene:
     """The ring in pale colours, the meshed sector in its own."""
     bodies, lines = [], []
     for part in parts:
         skin, place, triangles = scene.smooth_skin(part, corners_only=True)
         points = part.points[skin.nodes]
         colour = style.part_colour(part.name)
-        bodies.append(scene.Body(points[place], triangles, colour))
+        bodies.append(scene.SceneBody(points[place], triangles, colour))
         copies = range(1, part.sectors)
         if not copies:
             continue
         others = [annulus.sector_points(points[place], j, part.sectors) for j in copies]
-        pale = scene.Body(
+        pale = scene.SceneBody(
             np.concatenate(others),
             scene.repeat(triangles[~skin.cyclic], len(place), len(copies)),
             "#eceef0",
@@ -123,8 +127,8 @@ def _ring(parts: Sequence[Part]) -> scene.Scene:
         bodies.append(pale)
         whole = scene.ring(points, part.sectors)
         edges = scene.repeat(skin.outline, len(points), part.sectors)
-        lines.append(scene.Lines(whole, edges, style.GREY, 0.7, 0.5))
-    return scene.Scene(views.ring_camera(parts[0].points), bodies, lines)
+        lines.append(scene.SceneLines(whole, edges, style.GREY, 0.7, 0.5))
+    return scene.DrawnScene(views.ring_camera(parts[0].points), bodies, lines)
 
 
 def _section(axes: Axes, parts: Sequence[Part]) -> None:

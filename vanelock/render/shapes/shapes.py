@@ -26,7 +26,7 @@ _FAINT: Final = 0.02  # below this share of the largest a phase means nothing
 
 
 @dataclass(frozen=True)
-class Skin:
+class DeformedSkin:
     """What one part needs to be drawn.
 
     Attributes
@@ -208,7 +208,7 @@ def response_picture(
 
 def skins_of(
     parts: Sequence[Part], shapes: Sequence[Complex], corners_only: bool = False
-) -> list[Skin]:
+) -> list[DeformedSkin]:
     """Check that parts and shapes belong together, and extract what is drawn.
 
     Raises
@@ -222,7 +222,7 @@ def skins_of(
     skins = []
     for part, shape in zip(parts, shapes, strict=True):
         skin, split, triangles = scene.smooth_skin(part, corners_only)
-        skins.append(Skin(part, skin, np.asarray(shape)[skin.nodes], split, triangles))
+        skins.append(DeformedSkin(part, skin, np.asarray(shape)[skin.nodes], split, triangles))
     return skins
 
 
@@ -257,23 +257,25 @@ def outer_radius(parts: Sequence[Part]) -> float:
     return max(float(np.hypot(part.points[:, 0], part.points[:, 1]).max()) for part in parts)
 
 
-def sector_scene(skins: Sequence[Skin], angle: float, scale: float, paint: Paint) -> scene.Scene:
+def sector_scene(
+    skins: Sequence[DeformedSkin], angle: float, scale: float, paint: Paint
+) -> scene.DrawnScene:
     """Scene of sector 0, with the undeformed outline."""
     bodies, lines, seen = [], [], []
     for skin in skins:
         moved = skin.points + scale * annulus.at(skin.shape, angle)
         colour = paint(skin.points, skin.shape)
-        bodies.append(scene.Body(moved[skin.split], skin.triangles, colour[skin.split]))
-        lines.append(scene.Lines(moved, skin.surface.outline, style.BLACK, 1.2, 0.7))
-        lines.append(scene.Lines(skin.points, skin.surface.outline, style.GREY, 1.0, 0.5))
+        bodies.append(scene.SceneBody(moved[skin.split], skin.triangles, colour[skin.split]))
+        lines.append(scene.SceneLines(moved, skin.surface.outline, style.BLACK, 1.2, 0.7))
+        lines.append(scene.SceneLines(skin.points, skin.surface.outline, style.GREY, 1.0, 0.5))
         seen += [moved, skin.points]
     camera = views.sector_camera(skins[0].part.points, np.concatenate(seen))
-    return scene.Scene(camera, bodies, lines)
+    return scene.DrawnScene(camera, bodies, lines)
 
 
 def ring_scene(
-    skins: Sequence[Skin], nodal_diameter: int, angle: float, scale: float, paint: Paint
-) -> scene.Scene:
+    skins: Sequence[DeformedSkin], nodal_diameter: int, angle: float, scale: float, paint: Paint
+) -> scene.DrawnScene:
     """Scene of all sectors; each is drawn in sector 0's frame, then turned to its place."""
     bodies, lines = [], []
     for skin in skins:
@@ -286,18 +288,20 @@ def ring_scene(
             colour.append(paint(skin.points, shape)[skin.split])
         triangles = skin.triangles if sectors == 1 else skin.triangles[~skin.surface.cyclic]
         bodies.append(
-            scene.Body(
+            scene.SceneBody(
                 np.concatenate([points[skin.split] for points in placed]),
                 scene.repeat(triangles, len(skin.split), sectors),
                 np.concatenate(colour),
             )
         )
         edges = scene.repeat(skin.surface.outline, len(skin.points), sectors)
-        lines.append(scene.Lines(np.concatenate(placed), edges, style.BLACK, 0.8, 0.45))
-    return scene.Scene(views.ring_camera(skins[0].part.points), bodies, lines)
+        lines.append(scene.SceneLines(np.concatenate(placed), edges, style.BLACK, 0.8, 0.45))
+    return scene.DrawnScene(views.ring_camera(skins[0].part.points), bodies, lines)
 
 
-def _panel(figure: Figure, left: float, width: float, heading: str, drawn: scene.Scene) -> None:
+def _panel(
+    figure: Figure, left: float, width: float, heading: str, drawn: scene.DrawnScene
+) -> None:
     """Image of a scene, 5.3 inches high, under its heading."""
     axes, size = style.image_axes(figure, left, 0.4, width, 5.25)
     style.show(axes, window.snapshot(drawn, size))

@@ -58,7 +58,7 @@ def stress_picture(
     skin, split, triangles = scene.smooth_skin(part)
     points = part.points[skin.nodes]
     camera = views.sector_camera(part.points)
-    lines = [scene.Lines(points, skin.outline, style.BLACK, 1.2, 0.7)]
+    lines = [scene.SceneLines(points, skin.outline, style.BLACK, 1.2, 0.7)]
     spots = np.asarray(gauges, float).reshape(-1, 3)
     marks = [scene.Marks(spots, style.VERMILION, 7.0)] if len(spots) else []
     panels = (("With the preload at rest", total), ("Of the vibration alone", vibration))
@@ -73,9 +73,9 @@ def stress_picture(
             shown = 1e-6 * values[skin.nodes]
             top = float(np.quantile(shown, _SHOWN)) or 1.0
             colour = scene.colours(np.minimum(shown, top), style.AMPLITUDE_MAP, 0, top)
-            body = scene.Body(points[split], triangles, colour[split])
+            body = scene.SceneBody(points[split], triangles, colour[split])
             axes, size = style.image_axes(figure, left, 0.4, 4.75, 5.25)
-            drawn = scene.Scene(camera, [body], lines, marks)
+            drawn = scene.DrawnScene(camera, [body], lines, marks)
             style.show(axes, window.snapshot(drawn, size))
             figure.text((left + 0.05) / across, 5.72 / up, heading, fontsize=12.5)
             bar = style.axes(figure, left + 4.8, 1.6, 0.15, 3.2)

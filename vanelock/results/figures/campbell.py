@@ -12,8 +12,8 @@ from vanelock import render
 from vanelock.input.cases.names import of_case, slug, words
 from vanelock.input.measured import DISPLACEMENT, Measured
 from vanelock.pipeline.tables import Cell, Column, Table
-from vanelock.quantities.curves_and_fields import Board
-from vanelock.results.figures.figure import Exhibit
+from vanelock.quantities.curves_and_fields import RunData
+from vanelock.results.figures.figure import Figure
 from vanelock.stages.campbell.campbell import Campbell, largest
 from vanelock.stages.campbell.speed_lines import Lines
 
@@ -21,7 +21,7 @@ DETAILED = 8
 """Diagrams drawn; of more the first and the last."""
 
 
-def campbells(board: Board) -> list[Exhibit]:
+def campbells(board: RunData) -> list[Figure]:
     """One for each distinct set of lines."""
     found = list(board.shown.campbell.items())
     if len(found) > DETAILED:
@@ -30,7 +30,7 @@ def campbells(board: Board) -> list[Exhibit]:
     return [_exhibit(board, "" if alone else name, each) for name, each in found]
 
 
-def _exhibit(board: Board, name: str, diagram: Campbell) -> Exhibit:
+def _exhibit(board: RunData, name: str, diagram: Campbell) -> Figure:
     stem = f"figures/campbell_{slug(name)}" if name else "figures/campbell"
     measured = board.shown.measured
     title = f"{board.study.name}: Campbell diagram"
@@ -49,7 +49,7 @@ def _exhibit(board: Board, name: str, diagram: Campbell) -> Exhibit:
         board.table(f"{stem}_{kind}.csv", shows, partial(dict, columns), [f"{title}: {note}"])
         for kind, (columns, note) in tables.items()
     ]
-    return Exhibit(path, "Campbell diagram", caption(diagram, name), tuple(data))
+    return Figure(path, "Campbell diagram", caption(diagram, name), tuple(data))
 
 
 def draw_campbell(
@@ -74,7 +74,7 @@ def draw_campbell(
     """
     lines = diagram.lines
     families = [
-        render.Family(int(k), lines.free[i], lines.stuck[i] if lines.interlock else None)
+        render.LineFamily(int(k), lines.free[i], lines.stuck[i] if lines.interlock else None)
         for i, k in enumerate(lines.diameters)
     ]
     dots = []

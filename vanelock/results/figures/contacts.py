@@ -8,15 +8,15 @@ from numpy.typing import ArrayLike
 
 from vanelock import render
 from vanelock.input.cases.names import of_case, slug, words
-from vanelock.quantities.curves_and_fields import Around, Board, Floats
-from vanelock.results.figures.figure import Exhibit
+from vanelock.quantities.curves_and_fields import Around, Floats, RunData
+from vanelock.results.figures.figure import Figure
 from vanelock.results.figures.preload import numbers
 from vanelock.rom.joining.pairs import Pairs, contact_pairs
 from vanelock.stages.parts.components import PARTS, joints
 from vanelock.stages.plan import Planned
 
 
-def contacts(board: Board, each: Planned) -> Exhibit:
+def contacts(board: RunData, each: Planned) -> Figure:
     """The map of a case's contacts, with its table."""
     name = each.case.name
     around = board.around(each)
@@ -61,7 +61,7 @@ def contacts(board: Board, each: Planned) -> Exhibit:
         "that friction takes there in a cycle; numbers are those of the tables. Large markers in "
         "one corner say that few contacts do the damping, and wear."
     )
-    return Exhibit(path, "Contacts around the resonance", caption, (data,))
+    return Figure(path, "Contacts around the resonance", caption, (data,))
 
 
 def columns(

@@ -8,16 +8,16 @@ from numpy.typing import ArrayLike
 from vanelock import render
 from vanelock.input.cases.names import merged, words
 from vanelock.input.measured import DISPLACEMENT
-from vanelock.quantities.curves_and_fields import Board, Floats
+from vanelock.quantities.curves_and_fields import Floats, RunData
 from vanelock.quantities.selection import PERCENT, band, drawn_alone, in_words, named
-from vanelock.results.figures.figure import Exhibit
+from vanelock.results.figures.figure import Figure
 from vanelock.stages.response.responses import Limit
 
 MOST = 16
 """Linear limits that are drawn, free and stuck ones together."""
 
 
-def curves(board: Board) -> Exhibit:
+def curves(board: RunData) -> Figure:
     """The figure of the curves, and what it draws as CSV."""
     made = linear(board) + [
         render.Curve(
@@ -82,7 +82,7 @@ def curves(board: Board) -> Exhibit:
             f" Shaded: where {shade.label} lie at each frequency, and their median; lines of their "
             f"own have {in_words(board)}."
         )
-    return Exhibit(path, "Forced response", caption, (data,))
+    return Figure(path, "Forced response", caption, (data,))
 
 
 def columns(curves: list[render.Curve]) -> Mapping[str, ArrayLike]:
@@ -106,7 +106,7 @@ def shaded(band: render.Band | None) -> Mapping[str, ArrayLike]:
     return found
 
 
-def linear(board: Board) -> list[render.Curve]:
+def linear(board: RunData) -> list[render.Curve]:
     """Linear limits: equal ones once; without an interlock there is no stuck one."""
     found: list[tuple[list[str], Limit, Floats, Floats]] = []
     limits = board.shown.linear

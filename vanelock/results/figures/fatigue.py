@@ -8,8 +8,8 @@ from numpy.typing import ArrayLike
 from vanelock import render
 from vanelock.input.cases.names import of_case, slug, words
 from vanelock.quantities.answers import CaseAnswers, Margin
-from vanelock.quantities.curves_and_fields import Board
-from vanelock.results.figures.figure import Exhibit
+from vanelock.quantities.curves_and_fields import RunData
+from vanelock.results.figures.figure import Figure
 
 DIGITS = 6
 """Significant digits of stresses in tables of all nodes."""
@@ -19,7 +19,7 @@ MARKED = 5
 """Features marked in a Haigh diagram, gauges aside."""
 
 
-def haigh(board: Board, found: CaseAnswers) -> Exhibit:
+def haigh(board: RunData, found: CaseAnswers) -> Figure:
     """Haigh diagram of the vane at a case's peak, and its numbers at every node."""
     cycle, spots = found.cycles.vane, found.spots["vane"]
     bears = found.governing.strength
@@ -61,7 +61,7 @@ def haigh(board: Board, found: CaseAnswers) -> Exhibit:
         "stresses may grow until they reach it. Marked: the worst places of some features, away "
         "from sharp corners and point forces, and the gauges."
     )
-    return Exhibit(path, HAIGH, caption, (data,))
+    return Figure(path, HAIGH, caption, (data,))
 
 
 def _marked(found: CaseAnswers) -> list[Margin]:
@@ -89,7 +89,7 @@ def _nodes(found: CaseAnswers) -> dict[str, ArrayLike]:
     return columns
 
 
-def wear_table(board: Board, found: CaseAnswers) -> Path:
+def wear_table(board: RunData, found: CaseAnswers) -> Path:
     """CSV of every contact's wear indicators, which the page shows as a table."""
     columns = contact_columns(found)
     notes = [

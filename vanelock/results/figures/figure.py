@@ -5,7 +5,7 @@ from pathlib import Path
 
 
 @dataclass(frozen=True)
-class Exhibit:
+class Figure:
     """A picture or animation.
 
     Attributes

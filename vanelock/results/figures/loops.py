@@ -12,8 +12,8 @@ from numpy.typing import ArrayLike
 from vanelock import nonlinear, render
 from vanelock.input.cases.names import of_case, slug, words
 from vanelock.nonlinear import Response
-from vanelock.quantities.curves_and_fields import Board, Floats
-from vanelock.results.figures.figure import Exhibit
+from vanelock.quantities.curves_and_fields import Floats, RunData
+from vanelock.results.figures.figure import Figure
 from vanelock.stages.plan import Planned
 
 
@@ -71,7 +71,7 @@ class Loop:
         }
 
 
-def loops(board: Board, each: Planned, animated: bool) -> list[Exhibit]:
+def loops(board: RunData, each: Planned, animated: bool) -> list[Figure]:
     """The loop of a case, where there is one; `animated`, too."""
     top, name = board.top(each), each.case.name
     joints = board.stages.get(each.system).contacts.joint
@@ -105,7 +105,7 @@ def loops(board: Board, each: Planned, animated: bool) -> list[Exhibit]:
         "over the period; the bounds move because the normal force does."
     )
     heading = f"Hysteresis of interlock contact {number}"
-    made = [Exhibit(path, heading, caption, (data,))]
+    made = [Figure(path, heading, caption, (data,))]
     if animated:
         path = board.easel.animate(f"figures/loop_{slug(name)}.gif", shows, moving)
         caption = (
@@ -114,5 +114,5 @@ def loops(board: Board, each: Planned, animated: bool) -> list[Exhibit]:
             "It slips while it lies on a bound and sticks while it runs between them; where the "
             "normal force is zero the contact is open and the bounds meet."
         )
-        made.append(Exhibit(path, f"{heading}, traced", caption, (data,)))
+        made.append(Figure(path, f"{heading}, traced", caption, (data,)))
     return made

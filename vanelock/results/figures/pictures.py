@@ -10,43 +10,43 @@ from vanelock.input.schema.study import Study
 from vanelock.pipeline.progress import Notice
 from vanelock.pipeline.step import Stages
 from vanelock.quantities.answers import CaseAnswers, answers, balances
-from vanelock.quantities.contacts.energy import Balance
-from vanelock.quantities.curves_and_fields import Board, Shown
+from vanelock.quantities.contacts.energy import EnergyBalance
+from vanelock.quantities.curves_and_fields import RunData, Shown
 from vanelock.quantities.scatter import Scattered
 from vanelock.quantities.selection import in_words, named
 from vanelock.results.figures.campbell import campbells
 from vanelock.results.figures.contacts import contacts
 from vanelock.results.figures.curves import curves
 from vanelock.results.figures.fatigue import haigh, wear_table
-from vanelock.results.figures.figure import Exhibit
+from vanelock.results.figures.figure import Figure
 from vanelock.results.figures.loops import loops
 from vanelock.results.figures.preload import preloads
 from vanelock.results.figures.scatter import scatters
 from vanelock.results.figures.shapes import all_modes, mesh, response, stress
-from vanelock.results.files.redrawn import REPORT, Easel
+from vanelock.results.files.redrawn import REPORT, OutputFiles
 from vanelock.stages.plan import Planned
 
-__all__ = ["Gallery", "Shown"]
+__all__ = ["Pictures", "Shown"]
 
 
 @dataclass
-class Gallery:
+class Pictures:
     """All pictures of a run."""
 
     study: Study
     planned: Sequence[Planned]
     stages: Stages
     shown: Shown
-    easel: Easel
+    easel: OutputFiles
     scattered: Scattered | None = None
     wear: dict[str, Path] = field(default_factory=dict)
 
     @cached_property
-    def board(self) -> Board:
+    def board(self) -> RunData:
         """What they are drawn from."""
-        return Board(self.study, self.planned, self.stages, self.shown, self.easel)
+        return RunData(self.study, self.planned, self.stages, self.shown, self.easel)
 
-    def draw(self) -> list[Exhibit]:
+    def draw(self) -> list[Figure]:
         """Draw what is not there yet, and remove what earlier runs drew and this one does not."""
         board = self.board
         if self.study.outputs.shapes:
@@ -80,7 +80,7 @@ class Gallery:
         return answers(self.board)
 
     @cached_property
-    def balances(self) -> dict[str, Balance]:
+    def balances(self) -> dict[str, EnergyBalance]:
         """Energies at the peaks of all cases."""
         return balances(self.board)
 

@@ -9,15 +9,15 @@ from numpy.typing import ArrayLike
 from vanelock import nonlinear, render
 from vanelock.input.cases.names import of_case, slug, words
 from vanelock.nonlinear import Response
-from vanelock.quantities.curves_and_fields import Board
+from vanelock.quantities.curves_and_fields import RunData
 from vanelock.quantities.selection import DETAILED, named
-from vanelock.results.figures.figure import Exhibit
+from vanelock.results.figures.figure import Figure
 from vanelock.stages.plan import Planned
 
 
-def preloads(board: Board) -> list[Exhibit]:
+def preloads(board: RunData) -> list[Figure]:
     """One for each distinct preload."""
-    found: dict[str, Exhibit] = {}
+    found: dict[str, Figure] = {}
     distinct = {each.preload.key for each in board.planned}
     for each in board.planned if len(distinct) <= DETAILED else named(board):
         if each.preload.key not in found:
@@ -25,7 +25,7 @@ def preloads(board: Board) -> list[Exhibit]:
     return list(found.values())
 
 
-def _preload(board: Board, each: Planned) -> Exhibit:
+def _preload(board: RunData, each: Planned) -> Figure:
     static = board.stages.get(each.preload)
     joints = board.stages.get(each.system).contacts.joint
     name = each.preload_name
@@ -43,7 +43,7 @@ def _preload(board: Board, each: Planned) -> Exhibit:
         "contact slid while the parts were assembled. An open contact carries nothing and cannot "
         "damp; the spread of the normal forces tells how unevenly a joint will slip."
     )
-    return Exhibit(path, "Preload of the contacts", caption, (data,))
+    return Figure(path, "Preload of the contacts", caption, (data,))
 
 
 def picture(path: Path, static: Response, joints: tuple[str, ...], subtitle: str) -> None:

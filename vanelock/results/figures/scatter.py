@@ -5,14 +5,14 @@ from numpy.typing import NDArray
 
 from vanelock import render
 from vanelock.input.messages import unit_of
-from vanelock.quantities.curves_and_fields import Board
+from vanelock.quantities.curves_and_fields import RunData
 from vanelock.quantities.scatter import Scattered, percentile_columns, sample_columns
-from vanelock.results.figures.figure import Exhibit
+from vanelock.results.figures.figure import Figure
 
 TITLE = "Scatter of the peaks"
 
 
-def scatters(board: Board, found: Scattered) -> Exhibit:
+def scatters(board: RunData, found: Scattered) -> Figure:
     """Distribution of the peaks, and the peaks against what scatters."""
     monitor, known = board.shown.monitor.name, found.known
     shows = [[each.response.key, each.case.name] for each in board.planned]
@@ -53,7 +53,7 @@ def scatters(board: Board, found: Scattered) -> Exhibit:
         "percentiles, bars their confidence limits. Below: the same against each key that "
         "scatters; a rank correlation near 1 or -1 says that the scatter comes from there."
     )
-    return Exhibit(path, TITLE, caption, (data, table))
+    return Figure(path, TITLE, caption, (data, table))
 
 
 def _shown(key: str, value: NDArray[np.float64]) -> tuple[str, NDArray[np.float64]]:

@@ -12,8 +12,8 @@ from vanelock import render, rom
 from vanelock.input.cases.names import of_case, slug, words
 from vanelock.input.cases.sweep import label
 from vanelock.pipeline.progress import Notice
-from vanelock.quantities.curves_and_fields import Board, Floats, Shape, stress_over_a_period
-from vanelock.results.figures.figure import Exhibit
+from vanelock.quantities.curves_and_fields import Floats, RunData, Shape, stress_over_a_period
+from vanelock.results.figures.figure import Figure
 from vanelock.results.time_steps import steps
 from vanelock.stages.parts.components import PARTS
 from vanelock.stages.parts.meshes import mesh_step
@@ -55,7 +55,7 @@ class Drawn:
         return self.recover()
 
 
-def mesh(board: Board, each: Planned, data: Sequence[Path] = ()) -> Exhibit:
+def mesh(board: RunData, each: Planned, data: Sequence[Path] = ()) -> Figure:
     """Both parts with their node sets."""
     keys = [mesh_step(each.case.study, part).key for part in PARTS]
     title = f"{board.study.name}: mesh"
@@ -70,10 +70,10 @@ def mesh(board: Board, each: Planned, data: Sequence[Path] = ()) -> Exhibit:
         "Right: the meridional section through the front hook, whose foot sits in the casing's "
         f"groove, and the full ring of {board.study.ring.sectors} sectors, of which one is meshed."
     )
-    return Exhibit(path, "Mesh and node sets", caption, tuple(data))
+    return Figure(path, "Mesh and node sets", caption, tuple(data))
 
 
-def all_modes(board: Board) -> list[Exhibit]:
+def all_modes(board: RunData) -> list[Figure]:
     """Modes of each distinct set of linear limits, under the swept values that tell them."""
     groups = [_mode_key(board, each) for each in board.planned]
     names = label([each.case for each in board.planned], groups)
@@ -85,13 +85,13 @@ def all_modes(board: Board) -> list[Exhibit]:
         told = f"pictures of modes for the first and the last of {len(distinct)} linear limits"
         board.easel.listener(Notice(told))
         distinct = [distinct[0], distinct[-1]]
-    found: list[Exhibit] = []
+    found: list[Figure] = []
     for each, name in distinct:
         found += _modes(board, each, name, board.study.outputs.animations and not found)
     return found
 
 
-def _mode_key(board: Board, each: Planned) -> tuple[Any, ...]:
+def _mode_key(board: RunData, each: Planned) -> tuple[Any, ...]:
     """What tells modes apart; a load or a damping ratio does not."""
     limits = board.stages.get(each.linear.limits)
     places = limits.nodal_diameter, limits.free_mode, limits.stuck_mode
@@ -99,7 +99,7 @@ def _mode_key(board: Board, each: Planned) -> tuple[Any, ...]:
     return *parts, *places, limits.free.tobytes(), limits.stuck.tobytes()
 
 
-def _modes(board: Board, each: Planned, name: str, animated: bool) -> list[Exhibit]:
+def _modes(board: RunData, each: Planned, name: str, animated: bool) -> list[Figure]:
     """The mode of interest, interlock free and stuck; `animated`, the last one moves too."""
     limits = board.stages.get(each.linear.limits)
     k = limits.nodal_diameter
@@ -141,11 +141,11 @@ def _modes(board: Board, each: Planned, name: str, animated: bool) -> list[Exhib
                 )
 
             path = board.easel.animate(f"shapes/{file}.gif", shows, animate)
-            made.append(Exhibit(path, f"{title}, in motion", caption, data))
+            made.append(Figure(path, f"{title}, in motion", caption, data))
     return made
 
 
-def response(board: Board, each: Planned, animated: bool) -> list[Exhibit]:
+def response(board: RunData, each: Planned, animated: bool) -> list[Figure]:
     """First harmonic at the peak; `animated`, all of them too."""
     name = each.case.name
     top, peak = board.top(each), board.shown.peak[name]
@@ -180,11 +180,11 @@ def response(board: Board, each: Planned, animated: bool) -> list[Exhibit]:
             "its own nodal diameter, without what the preload does at rest. Colours are the "
             "displacement at the instant: the pattern runs round the ring with the load."
         )
-        made.append(Exhibit(path, f"{title}, in motion", caption, data))
+        made.append(Figure(path, f"{title}, in motion", caption, data))
     return made
 
 
-def stress(board: Board, each: Planned) -> Exhibit:
+def stress(board: RunData, each: Planned) -> Figure:
     """Von Mises stress of the vane at the peak."""
     name = each.case.name
     peak = board.shown.peak[name]
@@ -213,26 +213,26 @@ def stress(board: Board, each: Planned) -> Exhibit:
         "alone, which fatigues. A node that carries a contact's force has a stress that grows "
         "with every refinement of the mesh, so look at fillets and aerofoils, not at contacts."
     )
-    return Exhibit(path, "Stress of the vane at the peak", caption, (data,))
+    return Figure(path, "Stress of the vane at the peak", caption, (data,))
 
 
 def _picture(
-    board: Board,
+    board: RunData,
     each: Planned,
     drawn: Drawn,
     draw: Callable[..., Path],
     caption: str,
     data: tuple[Path, ...],
-) -> Exhibit:
+) -> Figure:
     def function(path: Path) -> None:
         parts, k = board.parts(each), drawn.nodal_diameter
         draw(path, parts, drawn.fields, k, drawn.title, drawn.subtitle)
 
     path = board.easel.draw(f"shapes/{drawn.name}.png", drawn.shows, function)
-    return Exhibit(path, drawn.title, caption, data)
+    return Figure(path, drawn.title, caption, data)
 
 
-def _data(board: Board, each: Planned, drawn: Drawn) -> tuple[Path, ...]:
+def _data(board: RunData, each: Planned, drawn: Drawn) -> tuple[Path, ...]:
     """One .vtu file for each part of a displacement field."""
     data = []
     for i, part in enumerate(PARTS):

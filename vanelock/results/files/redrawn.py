@@ -32,7 +32,7 @@ def _placing(path: Path) -> Generator[None, None, None]:
 
 
 @dataclass
-class Easel:
+class OutputFiles:
     """Draws files unless they are there and show the same already.
 
     Attributes

@@ -6,10 +6,10 @@ from pathlib import Path
 
 from vanelock.pipeline.executor.tasks import Failure
 from vanelock.quantities.answers import CaseAnswers
-from vanelock.quantities.contacts.energy import Balance
-from vanelock.quantities.curves_and_fields import Board
+from vanelock.quantities.contacts.energy import EnergyBalance
+from vanelock.quantities.curves_and_fields import RunData
 from vanelock.quantities.scatter import Scattered
-from vanelock.results.figures.figure import Exhibit
+from vanelock.results.figures.figure import Figure
 from vanelock.stages.accuracy.errors import Errors
 from vanelock.stages.accuracy.left_out import LeftOut
 from vanelock.stages.response.gauges import Strain
@@ -17,16 +17,16 @@ from vanelock.stages.response.summary import Peak, Summary
 
 
 @dataclass(frozen=True)
-class Told:
+class PageContent:
     """A run's objects, for the sections of its page.
 
     Attributes
     ----------
-    board : Board
+    board : RunData
         Study, cases, stages, curves and where files go.
     summaries : sequence of Summary
         One for each case.
-    exhibits : sequence of Exhibit
+    exhibits : sequence of Figure
         Pictures in their order.
     answers : dict of str to CaseAnswers
         Of the cases that are looked into.
@@ -40,7 +40,7 @@ class Told:
         Linear peaks by the name of their limits, "" where cases share them.
     text : str
         The study file.
-    balances : dict of str to Balance
+    balances : dict of str to EnergyBalance
         Energies at the peak, of all cases unless there are many.
     failed : dict of str to Failure
         Cases that could not be computed.
@@ -48,16 +48,16 @@ class Told:
         Percentiles of the peaks, where keys scatter.
     """
 
-    board: Board
+    board: RunData
     summaries: Sequence[Summary]
-    exhibits: Sequence[Exhibit]
+    exhibits: Sequence[Figure]
     answers: Mapping[str, CaseAnswers]
     wear: Mapping[str, Path] = field(default_factory=dict)
     strains: Mapping[str, tuple[Strain, Peak]] = field(default_factory=dict)
     worth: Mapping[str, tuple[Errors, Sequence[LeftOut]]] = field(default_factory=dict)
     linear: Mapping[str, Mapping[str, Peak | None]] = field(default_factory=dict)
     text: str = ""
-    balances: Mapping[str, Balance] = field(default_factory=dict)
+    balances: Mapping[str, EnergyBalance] = field(default_factory=dict)
     failed: Mapping[str, Failure] = field(default_factory=dict)
     scattered: Scattered | None = None
 

@@ -14,7 +14,7 @@ from vanelock.quantities.selection import PERCENT, band, drawn_alone
 from vanelock.report import Plot, Section, Trace
 from vanelock.report.blocks import Block
 from vanelock.results.figures.curves import linear
-from vanelock.results.page_sections.content import Told
+from vanelock.results.page_sections.content import PageContent
 from vanelock.stages.plan import Planned
 
 MOST_GAUGES = 6
@@ -23,12 +23,12 @@ STEP = 4
 """Of the samples of a loop, every so many are on the page."""
 
 
-def curves(told: Told, further: Sequence[Trace] = ()) -> Section:
+def curves(told: PageContent, further: Sequence[Trace] = ()) -> Section:
     """Response curves of all cases with their linear limits, and loops.
 
     Parameters
     ----------
-    told : Told
+    told : PageContent
         The run.
     further : sequence of Trace
         What else is laid over the curves, besides measured ones.
@@ -39,7 +39,7 @@ def curves(told: Told, further: Sequence[Trace] = ()) -> Section:
     return Section("Curves", blocks, id="curves")
 
 
-def response_plot(told: Told, further: Sequence[Trace] = ()) -> Plot:
+def response_plot(told: PageContent, further: Sequence[Trace] = ()) -> Plot:
     """Amplitude over frequency of every case."""
     board = told.board
     shade, alone = band(board), drawn_alone(board)
@@ -136,7 +136,7 @@ def _shaded(shade: render.Band) -> list[Trace]:
     return [*made, middle]
 
 
-def gauges(told: Told) -> list[Plot]:
+def gauges(told: PageContent) -> list[Plot]:
     """Strain over frequency of every gauge in the cases that are looked into."""
     stages, traces = told.board.stages, []
     many = len(told.answers) > 1

@@ -5,7 +5,7 @@ import numpy as np
 from vanelock.input.cases.names import fixed, of_case, words
 from vanelock.report import Section, Table, Text
 from vanelock.report.blocks import Block, Cell, Flag
-from vanelock.results.page_sections.content import Told
+from vanelock.results.page_sections.content import PageContent
 
 CHECKED = (
     "Checked: at the peak every contact is marched in time by other code, its forces put into the "
@@ -14,7 +14,7 @@ CHECKED = (
 )
 
 
-def convergence(told: Told) -> Section:
+def convergence(told: PageContent) -> Section:
     """How sure the numbers are."""
     blocks: list[Block] = [_points(told), Text(CHECKED)]
     for name, (errors, without) in told.worth.items():
@@ -56,7 +56,7 @@ def _percent(value: float) -> float | None:
     return 100 * value if np.isfinite(value) else None
 
 
-def _points(told: Told) -> Table:
+def _points(told: PageContent) -> Table:
     rows: list[tuple[Cell, ...]] = []
     flags: list[Flag] = []
     for each in told.summaries:
@@ -79,7 +79,7 @@ def _points(told: Told) -> Table:
     return Table(header, rows, caption, flags=flags)
 
 
-def _not_estimated(told: Told) -> str:
+def _not_estimated(told: PageContent) -> str:
     study = told.board.study
     told_of = []
     if not told.worth:

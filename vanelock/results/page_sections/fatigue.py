@@ -9,7 +9,7 @@ from vanelock.quantities.answers import CaseAnswers, Margin
 from vanelock.report import Picture, Section, Table, Text
 from vanelock.report.blocks import Block, Flag
 from vanelock.results.figures.fatigue import HAIGH
-from vanelock.results.page_sections.content import Told
+from vanelock.results.page_sections.content import PageContent
 
 SAFE, ENOUGH = 1.0, 1.5
 """Reserves below which a margin is not met, and below which it is tight."""
@@ -19,7 +19,7 @@ UNITS = ("", "mm, °, mm", "MPa", "MPa", "", "", "times")
 PARTS = ("vane", "casing")
 
 
-def fatigue(told: Told) -> Section:
+def fatigue(told: PageContent) -> Section:
     """Margins of the cases that are looked into, the largest peak first."""
     blocks: list[Block] = [Text(_method(told))]
     main = told.main
@@ -51,7 +51,7 @@ def assumed(found: CaseAnswers, part: str = "vane") -> bool:
     return not {"fatigue_limit", "tensile_strength"} <= given
 
 
-def _haigh(told: Told, main: CaseAnswers) -> list[Block]:
+def _haigh(told: PageContent, main: CaseAnswers) -> list[Block]:
     """The main case's diagram, and where those of the others are."""
     found = [each for each in told.exhibits if each.title == HAIGH]
     own = f"haigh_{slug(main.name)}.png"
@@ -66,7 +66,7 @@ def _haigh(told: Told, main: CaseAnswers) -> list[Block]:
     return blocks
 
 
-def _method(told: Told) -> str:
+def _method(told: PageContent) -> str:
     own = told.board.study.material
     bears = "; ".join(
         f"{part}: fatigue limit {1e-6 * m.fatigue_limit:g} MPa, "
@@ -85,7 +85,7 @@ def _method(told: Told) -> str:
     )
 
 
-def _limits(told: Told) -> str:
+def _limits(told: PageContent) -> str:
     return (
         f"{_corners(told)}\n\n**Not in the strengths**: surface, size, scatter, corrosion, "
         "casting defects. **Not in the stresses**: gas load, temperature, and anything but preload "
@@ -93,7 +93,7 @@ def _limits(told: Told) -> str:
     )
 
 
-def _corners(told: Told) -> str:
+def _corners(told: PageContent) -> str:
     main = told.main
     if main is None:
         return ""
@@ -151,7 +151,7 @@ def _merged(margins: Sequence[Margin]) -> list[tuple[str, Margin]]:
     return list(found.values())
 
 
-def _others(told: Told) -> Table:
+def _others(told: PageContent) -> Table:
     """The governing place of every case."""
     rows, flags = [], []
     for found in told.answers.values():

@@ -5,7 +5,7 @@ import numpy as np
 from vanelock.quantities.meshes.quality import figures
 from vanelock.report import Section, Table, Text
 from vanelock.report.blocks import Cell
-from vanelock.results.page_sections.content import Told
+from vanelock.results.page_sections.content import PageContent
 from vanelock.stages.parts.components import PARTS
 from vanelock.stages.parts.meshes import mesh_step
 from vanelock.stages.response.limits import SHOWN
@@ -19,13 +19,13 @@ NOTES = (
 )
 
 
-def models(told: Told) -> Section:
+def models(told: PageContent) -> Section:
     """Meshes, reduced parts, system and linear limits."""
     tables = [_meshes(told), _reduced(told), _limits(told), _times(told)]
     return Section("Model", [*tables, Text(NOTES)], id="model")
 
 
-def _meshes(told: Told) -> Table:
+def _meshes(told: PageContent) -> Table:
     board = told.board
     study = board.planned[0].case.study
     rows: list[tuple[Cell, ...]] = []
@@ -52,15 +52,15 @@ def _meshes(told: Told) -> Table:
     return Table(header, rows, title, units)
 
 
-def _count(told: Told) -> int:
+def _count(told: PageContent) -> int:
     return len(told.board.planned)
 
 
-def _mesh_keys(told: Told, i: int) -> tuple[str, ...]:
+def _mesh_keys(told: PageContent, i: int) -> tuple[str, ...]:
     return tuple(mesh_step(told.board.planned[i].case.study, part).key for part in PARTS)
 
 
-def _reduced(told: Told) -> Table:
+def _reduced(told: PageContent) -> Table:
     board = told.board
     first = board.planned[0]
     rows: list[tuple[Cell, ...]] = []
@@ -78,7 +78,7 @@ def _reduced(told: Told) -> Table:
     return Table(("part", "masters", "modes", "coordinates", "route or contacts"), rows, caption)
 
 
-def _limits(told: Told) -> Table:
+def _limits(told: PageContent) -> Table:
     board = told.board
     rows: list[tuple[Cell, ...]] = []
     seen = set()
@@ -112,7 +112,7 @@ def _limits(told: Told) -> Table:
     return Table(header, rows, caption, units)
 
 
-def _times(told: Told) -> Table:
+def _times(told: PageContent) -> Table:
     kinds: dict[str, list[float]] = {}
     for done in told.board.stages.done.values():
         word = done.stage.partition(",")[0].split(" ")

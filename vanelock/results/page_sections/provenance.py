@@ -9,10 +9,10 @@ from vanelock.pipeline.cache import installed
 from vanelock.report import Section, Table, Text
 from vanelock.report.blocks import Block, Cell
 from vanelock.results.files.ledger import LIBRARIES
-from vanelock.results.page_sections.content import Told
+from vanelock.results.page_sections.content import PageContent
 
 
-def provenance(told: Told) -> Section:
+def provenance(told: PageContent) -> Section:
     """Versions, date, command, study file, and the hash of every response."""
     hashes: list[tuple[Cell, ...]] = [
         (words(each.case.name), each.response.key, each.system.key) for each in told.board.planned

@@ -4,10 +4,10 @@ from vanelock.pipeline.tables import Table as Listed
 from vanelock.quantities.scatter import percentile_table, sensitivity_table
 from vanelock.report import Section, Table, Text
 from vanelock.report.blocks import Block
-from vanelock.results.page_sections.content import Told
+from vanelock.results.page_sections.content import PageContent
 
 
-def scatter(told: Told) -> Section:
+def scatter(told: PageContent) -> Section:
     """How far the peaks scatter, and what with."""
     found = told.scattered
     blocks: list[Block] = []

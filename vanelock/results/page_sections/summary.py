@@ -9,7 +9,7 @@ from vanelock.quantities.answers import CaseAnswers
 from vanelock.quantities.warnings import by_text, without_effect
 from vanelock.report import Answer, Answers, Section, Table, Text
 from vanelock.report.blocks import Block, Cell, Flag
-from vanelock.results.page_sections.content import Told
+from vanelock.results.page_sections.content import PageContent
 from vanelock.results.page_sections.fatigue import assumed, judged
 from vanelock.results.page_sections.wear import shares
 from vanelock.stages.response.summary import Summary
@@ -26,7 +26,7 @@ COLUMNS = (
 )
 
 
-def summary(told: Told, further: Sequence[Answer] = ()) -> Section:
+def summary(told: PageContent, further: Sequence[Answer] = ()) -> Section:
     """Answers, warnings and a line for each case; `further` answers follow the run's own."""
     blocks: list[Block] = [Answers((*answers_of(told), *further))]
     warned = warnings(told)
@@ -36,7 +36,7 @@ def summary(told: Told, further: Sequence[Answer] = ()) -> Section:
     return Section("Summary", blocks, id="summary")
 
 
-def answers_of(told: Told) -> list[Answer]:
+def answers_of(told: PageContent) -> list[Answer]:
     """The run's answers, most wanted first."""
     most = told.largest
     if most is None or most.peak is None:
@@ -67,7 +67,7 @@ def _of_linear(most: Summary) -> str:
     return f"{most.of_free:.2f} of the linear peak with the interlock free"
 
 
-def _error(told: Told, most: Summary) -> str:
+def _error(told: PageContent, most: Summary) -> str:
     """What the peak's estimated error is, where one is."""
     if most.case not in told.worth:
         return ""
@@ -79,7 +79,7 @@ def _error(told: Told, most: Summary) -> str:
     )
 
 
-def _speed(told: Told, most: Summary) -> str:
+def _speed(told: PageContent, most: Summary) -> str:
     (study,) = [e.case.study for e in told.board.planned if e.case.name == most.case]
     assert most.peak is not None
     order = abs(study.excitation.engine_order)
@@ -140,7 +140,7 @@ def _reserve(main: CaseAnswers) -> str:
     return f"{text}, where the mesh shows n = {worst.reserve:.3g}" if worst.doubt else text
 
 
-def best_friction(told: Told) -> list[Answer]:
+def best_friction(told: PageContent) -> list[Answer]:
     """The friction that damps best, where the interlock's is swept and nothing else."""
     found = [each for each in told.known if each.mu is not None]
     if len(found) < 2 or any(set(each.values) != {MU} for each in found):
@@ -157,7 +157,7 @@ def best_friction(told: Told) -> list[Answer]:
     return [Answer("Friction that damps best", f"μ = {mu[best]:g}", note, "warn" if at_end else "")]
 
 
-def warnings(told: Told) -> list[str]:
+def warnings(told: PageContent) -> list[str]:
     """What keeps the answers from being taken as they are, a line each."""
     cases = {each.case: each for each in told.summaries}
     lines = [*_failed(told), *by_text(cases)]
@@ -177,7 +177,7 @@ def warnings(told: Told) -> list[str]:
     return lines
 
 
-def _failed(told: Told) -> list[str]:
+def _failed(told: PageContent) -> list[str]:
     """Cases that could not be computed."""
     names = list(told.failed)
     if not names:
@@ -188,7 +188,7 @@ def _failed(told: Told) -> list[str]:
     return [f"{len(names)} of {every} cases FAILED and are left out: {shown}{more}."]
 
 
-def cases(told: Told) -> Table:
+def cases(told: PageContent) -> Table:
     """A line for each case."""
     rows: list[tuple[Cell, ...]] = []
     flags: list[Flag] = []
@@ -212,7 +212,7 @@ def cases(told: Told) -> Table:
     return Table(HEADER, rows, f"All cases at their largest {told.monitor}", UNITS, flags)
 
 
-def _ratio(told: Told, each: Summary) -> float | None:
+def _ratio(told: PageContent, each: Summary) -> float | None:
     """Damping ratio by energy, %; not told at the end of a range, where nothing resonates."""
     if each.case not in told.balances or each.peak is None or each.peak.at_edge:
         return None

@@ -4,10 +4,10 @@ import numpy as np
 
 from vanelock import rom
 from vanelock.input.cases.names import words
-from vanelock.quantities.curves_and_fields import Board, Shape
+from vanelock.quantities.curves_and_fields import RunData, Shape
 from vanelock.report import Motion, Section, View, body_of
 from vanelock.report.blocks import Block
-from vanelock.results.page_sections.content import Told
+from vanelock.results.page_sections.content import PageContent
 from vanelock.stages.parts.components import PARTS
 from vanelock.stages.parts.meshes import mesh_step
 from vanelock.stages.plan import LIMITS, Planned
@@ -17,7 +17,7 @@ MOST = 4
 """Responses shown besides the modes."""
 
 
-def shapes(told: Told) -> Section:
+def shapes(told: PageContent) -> Section:
     """The 3-D view of the case with the largest peak, and of others on the same meshes.
 
     None where the study wants no shapes.
@@ -27,7 +27,7 @@ def shapes(told: Told) -> Section:
     return Section("Shapes in three dimensions", blocks, id="shapes")
 
 
-def _same_mesh(told: Told) -> list[Planned]:
+def _same_mesh(told: PageContent) -> list[Planned]:
     """Cases with answers on the meshes of the main one, that first."""
     main = told.main
     assert main is not None
@@ -41,7 +41,7 @@ def _meshes(each: Planned) -> list[str]:
     return [mesh_step(each.case.study, part).key for part in PARTS]
 
 
-def view(board: Board, cases: list[Planned]) -> View:
+def view(board: RunData, cases: list[Planned]) -> View:
     """Modes of the first of some cases on one mesh, and the response of each at its peak."""
     found = [body_of(part) for part in board.parts(cases[0])]
     taken = [nodes for _, nodes in found]
@@ -71,12 +71,12 @@ def view(board: Board, cases: list[Planned]) -> View:
     )
 
 
-def _held(board: Board, each: Planned) -> list[str]:
+def _held(board: RunData, each: Planned) -> list[str]:
     limits = board.stages.get(each.linear.limits)
     return list(LIMITS if limits.interlock else LIMITS[:1])
 
 
-def _mode(board: Board, each: Planned, which: str, cut: object) -> Motion:
+def _mode(board: RunData, each: Planned, which: str, cut: object) -> Motion:
     """The mode of interest with the interlock free or stuck."""
     limits = board.stages.get(each.linear.limits)
     system = board.stages.get(each.linear.system)

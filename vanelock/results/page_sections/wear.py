@@ -8,13 +8,13 @@ from vanelock.input.cases.names import fixed, of_case, words
 from vanelock.quantities.answers import CaseAnswers
 from vanelock.report import Section, Table, Text
 from vanelock.report.blocks import Block, Cell
-from vanelock.results.page_sections.content import Told
+from vanelock.results.page_sections.content import PageContent
 
 SHOWN = 16
 """Contacts in the page's table; the others stand in the CSV file."""
 
 
-def damping(told: Told) -> Section:
+def damping(told: PageContent) -> Section:
     """Where the energy goes, and the damping ratio it amounts to."""
     rows: list[tuple[Cell, ...]] = []
     for found in told.answers.values():
@@ -64,7 +64,7 @@ def _opinion(found: CaseAnswers) -> str:
     return f"bandwidth tells {ratio:.2f} of it"
 
 
-def wear(told: Told) -> Section:
+def wear(told: PageContent) -> Section:
     """Wear indicators by joint, and the contacts that rub most."""
     blocks: list[Block] = [Text(_method())]
     blocks.append(_joints(list(told.answers.values())))
@@ -120,7 +120,7 @@ def _joints(cases: Sequence[CaseAnswers]) -> Table:
     return Table(header, rows, title, units)
 
 
-def _contacts(found: CaseAnswers, told: Told) -> Table:
+def _contacts(found: CaseAnswers, told: PageContent) -> Table:
     w = found.wear
     order = np.argsort(-w.energy, kind="stable")
     chosen = [int(i) for i in order if w.energy[i] > 0][:SHOWN]

@@ -17,11 +17,11 @@ from vanelock.pipeline.cache import code_of
 from vanelock.pipeline.step import Stages
 from vanelock.quantities.curves_and_fields import Drawn
 from vanelock.results.figures.curves import columns
-from vanelock.results.figures.figure import Exhibit
+from vanelock.results.figures.figure import Figure
 from vanelock.results.figures.loops import Loop
 from vanelock.results.figures.preload import columns as preload_columns
 from vanelock.results.figures.preload import picture
-from vanelock.results.files.redrawn import Easel
+from vanelock.results.files.redrawn import OutputFiles
 from vanelock.stages.response.monitor import Monitor
 from vanelock.stages.response.solved import as_solved
 from vanelock.stages.response.summary import Peak
@@ -49,13 +49,13 @@ class ShownCase:
 
 
 @dataclass
-class Shown:
+class SceneShown:
     """What the pictures of a run are drawn from, collected while its cases run."""
 
     scene: Scene
     cases: Sequence[SceneCase]
     stages: Stages
-    easel: Easel
+    easel: OutputFiles
     monitor: Monitor = field(default_factory=lambda: Monitor("", 0, 0))
     top: dict[str, ShownCase] = field(default_factory=dict)
     linear: dict[str, tuple[str, Sequence[Response]]] = field(default_factory=dict)
@@ -131,7 +131,7 @@ class Shown:
         return made
 
 
-def draw(shown: Shown, found: Sequence[Found]) -> list[Exhibit]:
+def draw(shown: SceneShown, found: Sequence[Found]) -> list[Figure]:
     """All pictures of a run."""
     made = [_curves(shown)]
     preloads: set[bytes] = set()
@@ -149,7 +149,7 @@ def _shows(*more: Any) -> list[Any]:
     return [code_of("results"), *more]
 
 
-def _curves(shown: Shown) -> Exhibit:
+def _curves(shown: SceneShown) -> Figure:
     made, title = shown.curves(), f"{shown.scene.name}: forced response"
     monitor = shown.monitor.name
     shows = _shows([each.key for each in shown.top.values()], list(shown.linear), monitor, title)
@@ -166,10 +166,10 @@ def _curves(shown: Shown) -> Exhibit:
         "lines are the linear limits, with all contacts open and with all stuck; the others are "
         "the responses with friction, each with a marker at its peak."
     )
-    return Exhibit(path, "Forced response", caption, (data,))
+    return Figure(path, "Forced response", caption, (data,))
 
 
-def _preload(shown: Shown, each: ShownCase, several: bool) -> Exhibit:
+def _preload(shown: SceneShown, each: ShownCase, several: bool) -> Figure:
     static, name = each.static, each.case.name
     suffix = f"_{slug(name)}" if several else ""
     shows = _shows(each.key, name)
@@ -185,10 +185,10 @@ def _preload(shown: Shown, each: ShownCase, several: bool) -> Exhibit:
         f"Contact forces at rest, from interference and static load alone{of_case(name)}. Above: "
         "normal force of each contact. Below: friction over its bound, |t| / (μ n)."
     )
-    return Exhibit(path, f"Preload of the contacts{of_case(name)}", caption, (data,))
+    return Figure(path, f"Preload of the contacts{of_case(name)}", caption, (data,))
 
 
-def _loop(shown: Shown, each: ShownCase) -> list[Exhibit]:
+def _loop(shown: SceneShown, each: ShownCase) -> list[Figure]:
     """The loop of the contact that takes most energy."""
     top, name = each.top, each.case.name
     if top is None or each.peak is None or not top.dissipation.any():
@@ -222,11 +222,11 @@ def _loop(shown: Shown, each: ShownCase) -> list[Exhibit]:
         "cycle. Right: normal force and friction over the period."
     )
     title = f"Hysteresis of contact {number} of {joint}{of_case(name)}"
-    return [Exhibit(path, title, caption, (data,))]
+    return [Figure(path, title, caption, (data,))]
 
 
 def _table(
-    shown: Shown,
+    shown: SceneShown,
     name: str,
     shows: Any,
     made: Any,

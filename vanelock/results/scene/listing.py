@@ -9,7 +9,7 @@ from vanelock.pipeline.tables import Cell, Column, Table
 from vanelock.quantities import warnings
 from vanelock.rom import System
 from vanelock.stages.response.summary import Peak
-from vanelock.stages.scene.modes import SHOWN, Modes
+from vanelock.stages.scene.modes import SHOWN, SceneModes
 from vanelock.stages.scene.monitor import Found
 from vanelock.stages.scene.piece import Piece
 
@@ -42,7 +42,7 @@ def components_table(pieces: Sequence[Piece], system: System) -> Table:
     return Table("components", "Components", columns, tuple(rows), (note,))
 
 
-def modes_table(name: str, found: Modes, peaks: Mapping[str, Peak | None]) -> Table:
+def modes_table(name: str, found: SceneModes, peaks: Mapping[str, Peak | None]) -> Table:
     """First frequencies with contacts open and stuck, and the linear peaks."""
     count = min(SHOWN, len(found.free))
     columns = (

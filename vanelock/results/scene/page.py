@@ -23,18 +23,18 @@ from vanelock.report import (
     write_page,
 )
 from vanelock.report.blocks import Block, Cell
-from vanelock.results.figures.figure import Exhibit
+from vanelock.results.figures.figure import Figure
 from vanelock.results.files.redrawn import REPORT
 from vanelock.results.page_sections.curves import render_grey
 from vanelock.results.page_sections.provenance import versions, written
-from vanelock.results.scene.figures import Shown
+from vanelock.results.scene.figures import SceneShown
 from vanelock.stages.scene.gather import gathered
 from vanelock.stages.scene.monitor import Found
 from vanelock.stages.scene.steps import piece_step, system_step
 
 
 def write_scene_page(
-    shown: Shown, found: Sequence[Found], exhibits: Sequence[Exhibit], text: str
+    shown: SceneShown, found: Sequence[Found], exhibits: Sequence[Figure], text: str
 ) -> Path:
     """Write the page of a run into its folder, unless it is there and shows the same already."""
     shows = [
@@ -51,7 +51,7 @@ def write_scene_page(
     return shown.easel.draw(REPORT, shows, write)
 
 
-def _page(shown: Shown, found: Sequence[Found], exhibits: Sequence[Exhibit], text: str) -> Page:
+def _page(shown: SceneShown, found: Sequence[Found], exhibits: Sequence[Figure], text: str) -> Page:
     version = f"vanelock {vanelock.__version__}, {written()}"
     sections = [
         _summary(shown, found),
@@ -68,7 +68,7 @@ def _page(shown: Shown, found: Sequence[Found], exhibits: Sequence[Exhibit], tex
     return Page(shown.scene.name, f"Friction-damped vibration; {version}", full)
 
 
-def _summary(shown: Shown, found: Sequence[Found]) -> Section:
+def _summary(shown: SceneShown, found: Sequence[Found]) -> Section:
     blocks: list[Block] = [Answers(tuple(_answers(shown, found)))]
     warned = by_text({each.case.name: each for each in found})
     warned += [f"{line}." for line in without_effect([(c.case.values, c) for c in found])]
@@ -78,7 +78,7 @@ def _summary(shown: Shown, found: Sequence[Found]) -> Section:
     return Section("Summary", blocks, id="summary")
 
 
-def _answers(shown: Shown, found: Sequence[Found]) -> list[Answer]:
+def _answers(shown: SceneShown, found: Sequence[Found]) -> list[Answer]:
     known = [each for each in found if each.peak is not None]
     if not known:
         return [Answer("Peak", "none", "no point of any case converged", "bad")]
@@ -113,7 +113,7 @@ def _answers(shown: Shown, found: Sequence[Found]) -> list[Answer]:
     return answers
 
 
-def _speed(shown: Shown, frequency: float) -> str:
+def _speed(shown: SceneShown, frequency: float) -> str:
     """Rotor speed, in a ring."""
     order = abs(shown.scene.excitation.engine_order)
     if shown.scene.ring.sectors == 1:
@@ -139,7 +139,7 @@ def _cases(found: Sequence[Found]) -> Table:
     )
 
 
-def _plot(shown: Shown) -> Plot:
+def _plot(shown: SceneShown) -> Plot:
     traces = []
     for each in shown.curves():
         frequency, order = np.asarray(each.frequency, float), np.argsort(each.frequency)
@@ -166,7 +166,7 @@ def _plot(shown: Shown) -> Plot:
     return Plot(traces, "frequency (Hz)", "amplitude (µm)", "Forced response", caption, data=data)
 
 
-def _models(shown: Shown) -> Section:
+def _models(shown: SceneShown) -> Section:
     scene: Scene = shown.cases[0].scene
     given = gathered(scene)
     pieces = [shown.stages.get(piece_step(scene, name, given)) for name in scene.components]

@@ -19,7 +19,7 @@ from vanelock.quantities import warnings
 from vanelock.results.files import results_file
 from vanelock.results.files.ledger import Ledger
 from vanelock.rom import System
-from vanelock.stages.scene.modes import Modes
+from vanelock.stages.scene.modes import SceneModes
 from vanelock.stages.scene.monitor import Found
 from vanelock.stages.scene.piece import Piece
 
@@ -54,7 +54,7 @@ class SceneRecord(Ledger):
                 results_file.put(file, f"component/{piece.name}", piece, {})
             results_file.put(file, "system", system, {})
 
-    def linear(self, label: str, limits: Modes, responses: Mapping[str, Response]) -> None:
+    def linear(self, label: str, limits: SceneModes, responses: Mapping[str, Response]) -> None:
         """Modes and linear responses of a set of limits."""
         self._limits(label, limits, responses)
 

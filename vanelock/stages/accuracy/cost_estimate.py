@@ -20,7 +20,7 @@ from vanelock.stages.sweep.time_left import work
 UNITS = ((86400, "days"), (3600, "h"), (60, "min"), (1, "s"))
 
 
-class Estimate(NamedTuple):
+class CostEstimate(NamedTuple):
     """What a run takes: degrees of freedom, bytes of memory, seconds on one core, bytes on disk."""
 
     dofs: float
@@ -61,7 +61,7 @@ LOOKED_AT = 50
 
 def estimated(
     cases: Sequence[Case], given: float | None = None, own: Mapping[str, int] | None = None
-) -> Estimate | None:
+) -> CostEstimate | None:
     """What a run of some cases takes, where their meshes are known from dimensions.
 
     Parameters
@@ -88,7 +88,7 @@ def estimated(
         seconds += PICTURES * min(len(cases), 4) * math.sqrt(largest / 27e3)
     harmonics = sum(study.response.harmonics for study in chosen) / len(chosen)
     disk = KEPT + meshes * OF_DOF * largest + len(cases) * OF_CASE * (2 * harmonics + 1) / 7
-    return Estimate(largest, peak_memory(largest), seconds, disk)
+    return CostEstimate(largest, peak_memory(largest), seconds, disk)
 
 
 def _own(study: Study) -> bool:

@@ -6,7 +6,7 @@ from pathlib import Path
 from vanelock import mesh
 from vanelock.common.errors import InputError
 from vanelock.input.schema.own_mesh import Casing, OwnCasing, OwnVane, Vane, chosen_sets
-from vanelock.input.schema.structure import Mesh
+from vanelock.input.schema.structure import MeshKeys
 from vanelock.input.schema.study import Study
 from vanelock.mesh import Mates, OwnPart, Part
 from vanelock.mesh.matching.own_part import own_part
@@ -35,7 +35,7 @@ def _made_step(study: Study, part: str) -> Step[Part]:
 
 
 @lru_cache(maxsize=SHARED)
-def _meshed(vane: Vane, casing: Casing, sectors: int, keys: Mesh, part: str) -> Step[Part]:
+def _meshed(vane: Vane, casing: Casing, sectors: int, keys: MeshKeys, part: str) -> Step[Part]:
     size, face_nodes, stretch = keys.size, keys.face_nodes, keys.stretch
     if isinstance(vane, OwnVane) or isinstance(casing, OwnCasing):
         overlap = NOWHERE

@@ -13,7 +13,7 @@ from vanelock.common.errors import InputError
 from vanelock.common.product import Product
 from vanelock.fem import Model
 from vanelock.fem.stresses.skin import skin
-from vanelock.input.schema.study import Gauge, Study
+from vanelock.input.schema.study import GaugeKeys, Study
 from vanelock.nonlinear import Response
 from vanelock.nonlinear.forced_response.response import half_peak_to_peak
 from vanelock.pipeline.step import Step, step
@@ -114,7 +114,7 @@ def gauges_step(study: Study, vane: Step[Component]) -> Step[Gauges]:
     return step("gauges", "rom", inputs, Gauges, needs, compute)
 
 
-def name(gauge: Gauge) -> str:
+def name(gauge: GaugeKeys) -> str:
     """What tables and files call a gauge."""
     along = gauge.direction if isinstance(gauge.direction, str) else f"{gauge.direction:g} deg"
     return (

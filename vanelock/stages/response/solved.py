@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vanelock.nonlinear import Response
-from vanelock.nonlinear.adaptive.interpolant import Curve
+from vanelock.nonlinear.adaptive.interpolant import Interpolant
 
 Floats = NDArray[np.float64]
 
@@ -62,7 +62,7 @@ def drawn(response: Response, amplitude: Floats) -> tuple[Floats, Floats, NDArra
     a = amplitude[order]
     share = np.arange(PARTS) / PARTS
     fine = (f[:-1, None] + np.diff(f)[:, None] * share).reshape(-1)
-    cubic = Curve(f, a, response.estimates.slope[order]).at(fine).reshape(-1, PARTS)
+    cubic = Interpolant(f, a, response.estimates.slope[order]).at(fine).reshape(-1, PARTS)
     line = a[:-1, None] + np.diff(a)[:, None] * share
     room = BEYOND * np.abs(np.diff(a)) + 0.02 * np.maximum(a[:-1], a[1:])
     low, high = np.minimum(a[:-1], a[1:]) - room, np.maximum(a[:-1], a[1:]) + room

@@ -29,7 +29,7 @@ Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class Modes(Product):
+class SceneModes(Product):
     """Natural frequencies at the nodal diameter of the first harmonic.
 
     Attributes
@@ -62,7 +62,7 @@ class Modes(Product):
         return bool(frequencies.min() <= own <= frequencies.max())
 
 
-def modes(system: System, mode: int) -> Modes:
+def modes(system: System, mode: int) -> SceneModes:
     """Modes of both limits, and the mode of interest in both.
 
     Raises
@@ -83,10 +83,10 @@ def modes(system: System, mode: int) -> Modes:
     likeness = mac(stuck_shapes[:, [mode - 1]], free_shapes, system.at(k).M)[0]
     partner = int(likeness.argmax())
     alike = float(likeness[partner])
-    return Modes(k, system.sectors, free, stuck, partner, mode - 1, alike, system.band)
+    return SceneModes(k, system.sectors, free, stuck, partner, mode - 1, alike, system.band)
 
 
-def frequencies(scene: Scene, found: Modes) -> Floats | tuple[float, float]:
+def frequencies(scene: Scene, found: SceneModes) -> Floats | tuple[float, float]:
     """Excitation frequencies, Hz; a tuple is a range.
 
     Where the scene names neither: around the mode of interest, open to stuck.

@@ -15,17 +15,17 @@ Integers = NDArray[np.int64]
 
 
 @dataclass(frozen=True)
-class Block(Product):
+class DiameterBlock(Product):
     """Matrices of one nodal diameter, (r, r): N/m, kg, N s/m."""
 
     K: Matrix = field(metadata={"unit": "N/m"})
     M: Matrix = field(metadata={"unit": "kg"})
     C: Matrix | None = field(default=None, metadata={"unit": "N s/m"})
 
-    def conjugate(self) -> "Block":
+    def conjugate(self) -> "DiameterBlock":
         """The same component at the nodal diameter N - k."""
         C = None if self.C is None else self.C.conj()
-        return Block(self.K.conj(), self.M.conj(), C)
+        return DiameterBlock(self.K.conj(), self.M.conj(), C)
 
 
 @dataclass(frozen=True)
@@ -41,7 +41,7 @@ class Piece(Product):
         node 0 and direction 6, the amplitude of a mode.
     sectors : int
         N; matters where matrices depend on the nodal diameter.
-    blocks : dict of int to Block
+    blocks : dict of int to DiameterBlock
         Matrices by nodal diameter; one under -1 serves all.
     band : float or None
         Frequency up to which it answers, Hz; None where nothing was left out or it is not known.
@@ -53,7 +53,7 @@ class Piece(Product):
     node: Integers
     direction: Integers
     sectors: int
-    blocks: dict[int, Block]
+    blocks: dict[int, DiameterBlock]
     places: Integers
     positions: NDArray[np.float64] = field(metadata={"unit": "m"})
     band: float | None = field(default=None, metadata={"unit": "Hz"})
@@ -63,7 +63,7 @@ class Piece(Product):
         """Number of coordinates r."""
         return len(self.node)
 
-    def at(self, nodal_diameter: int) -> Block:
+    def at(self, nodal_diameter: int) -> DiameterBlock:
         """Matrices of a nodal diameter.
 
         Raises

@@ -11,7 +11,7 @@ from vanelock.common.errors import InputError
 from vanelock.fem import SingularError
 from vanelock.fem.matrix_files import Matrices
 from vanelock.fem.matrix_files.model import GENERALISED
-from vanelock.input.schema.scene import ComponentKeys, Ring
+from vanelock.input.schema.scene import ComponentKeys, SceneRingKeys
 from vanelock.rom import (
     Faces,
     ReducedRows,
@@ -22,7 +22,7 @@ from vanelock.rom import (
 )
 from vanelock.rom.fixed_interface.selection import DEFAULT
 from vanelock.rom.system import common_band
-from vanelock.stages.scene.piece import Block, Piece
+from vanelock.stages.scene.piece import DiameterBlock, Piece
 
 Integers = NDArray[np.int64]
 
@@ -34,7 +34,7 @@ WORDS = ("x", "y", "z", "rotation x", "rotation y", "rotation z")
 
 
 def superelement(
-    name: str, ring: Ring, load: Callable[[int], Matrices], by_diameter: Sequence[int]
+    name: str, ring: SceneRingKeys, load: Callable[[int], Matrices], by_diameter: Sequence[int]
 ) -> Piece:
     """Matrices as they are.
 
@@ -42,7 +42,7 @@ def superelement(
     ----------
     name : str
         The component's.
-    ring : Ring
+    ring : SceneRingKeys
         Its ring.
     load : callable
         The matrices of a nodal diameter.
@@ -62,14 +62,14 @@ def superelement(
         if not same or not np.array_equal(each.direction, first.direction):
             raise InputError(f"components.{name}: its nodal diameters differ in their rows")
         K, M = each.K.toarray(), _mass(name, each).toarray()
-        blocks[k] = Block(K, M, None if each.C is None else each.C.toarray())
+        blocks[k] = DiameterBlock(K, M, None if each.C is None else each.C.toarray())
     return _piece(name, ring, first, first.node, first.direction, blocks)
 
 
 def reduced(
     name: str,
     keys: ComponentKeys,
-    ring: Ring,
+    ring: SceneRingKeys,
     given: Matrices,
     wanted: Integers,
     turned: Integers,
@@ -86,7 +86,7 @@ def reduced(
         The component's.
     keys : ComponentKeys
         How much is kept.
-    ring : Ring
+    ring : SceneRingKeys
         Its ring.
     given : Matrices
         Stiffness and mass, all rows.
@@ -123,7 +123,7 @@ def reduced(
         if n not in node[rows]:
             raise InputError(f"{where}: node {n} has no displacement among its {given.size} rows")
     if faces is None and len(rows) == len(node):
-        block = Block(K.toarray(), M.toarray(), None if C is None else C.toarray())
+        block = DiameterBlock(K.toarray(), M.toarray(), None if C is None else C.toarray())
         return _piece(name, ring, given, node, direction, {-1: block})
     selection, joined = _selection(keys, least), None
     if faces is not None:
@@ -160,17 +160,17 @@ def reduced(
     )
 
 
-def _block(found: ReducedRows) -> Block:
-    return Block(found.matrices.K, found.matrices.M, found.C)
+def _block(found: ReducedRows) -> DiameterBlock:
+    return DiameterBlock(found.matrices.K, found.matrices.M, found.C)
 
 
 def _piece(
     name: str,
-    ring: Ring,
+    ring: SceneRingKeys,
     given: Matrices,
     node: Integers,
     direction: Integers,
-    blocks: dict[int, Block],
+    blocks: dict[int, DiameterBlock],
     band: float | None = None,
 ) -> Piece:
     for block in blocks.values():
@@ -202,7 +202,7 @@ def _known(where: str, given: Matrices, nodes: Integers) -> None:
 
 def _faces(
     where: str,
-    ring: Ring,
+    ring: SceneRingKeys,
     given: Matrices,
     node: Integers,
     direction: Integers,
@@ -252,7 +252,7 @@ def _faces(
     return Faces(np.array(lows), np.array(highs), turned, ring.sectors)
 
 
-def _meet(where: str, ring: Ring, given: Matrices, low: Integers, high: Integers) -> None:
+def _meet(where: str, ring: SceneRingKeys, given: Matrices, low: Integers, high: Integers) -> None:
     """Refuse mates that lie apart, where the nodes' places are known."""
     if given.position is None:
         return

@@ -12,7 +12,7 @@ from vanelock.rom import System
 from vanelock.stages.response.responses import modes_step as stuck_modes_step
 from vanelock.stages.response.responses import silent_progress
 from vanelock.stages.scene.gather import gathered
-from vanelock.stages.scene.modes import Modes
+from vanelock.stages.scene.modes import SceneModes
 from vanelock.stages.scene.piece import Piece
 from vanelock.stages.scene.steps import (
     LIMITS,
@@ -49,7 +49,7 @@ class PlannedScene:
     case: SceneCase
     pieces: tuple[Step[Piece], ...]
     system: Step[System]
-    modes: Step[Modes]
+    modes: Step[SceneModes]
     linear: tuple[Step[Response], ...]
     preload: Step[Response]
     response: Step[Response]

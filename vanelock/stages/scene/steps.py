@@ -22,7 +22,7 @@ from vanelock.stages.response.responses import FIRST, Progress
 from vanelock.stages.scene import pieces
 from vanelock.stages.scene.connect import Joined
 from vanelock.stages.scene.gather import Gathered, gathered, nodes
-from vanelock.stages.scene.modes import Modes, dense, frequencies, modes
+from vanelock.stages.scene.modes import SceneModes, dense, frequencies, modes
 from vanelock.stages.scene.piece import Piece
 
 LIMITS: tuple[Literal["free", "stuck"], ...] = ("free", "stuck")
@@ -160,22 +160,22 @@ def system_step(scene: Scene, bare: bool = False, given: Gathered | None = None)
     return step("system", "stages", inputs, System, needs, compute, False, True)
 
 
-def modes_step(scene: Scene, system: Step[System]) -> Step[Modes]:
+def modes_step(scene: Scene, system: Step[System]) -> Step[SceneModes]:
     """Linear limits, which friction and preload do not matter for."""
     mode = scene.response.mode
 
-    def compute(system: System) -> Modes:
+    def compute(system: System) -> SceneModes:
         return modes(system, mode)
 
-    return step("linear limits", "stages", {"mode": mode}, Modes, (system,), compute)
+    return step("linear limits", "stages", {"mode": mode}, SceneModes, (system,), compute)
 
 
 def linear_step(
-    scene: Scene, which: Literal["free", "stuck"], system: Step[System], limits: Step[Modes]
+    scene: Scene, which: Literal["free", "stuck"], system: Step[System], limits: Step[SceneModes]
 ) -> Step[Response]:
     """Linear response with all contacts open or closed, dense enough to be drawn as a curve."""
 
-    def compute(system: System, found: Modes) -> Response:
+    def compute(system: System, found: SceneModes) -> Response:
         own = found.free if which == "free" else found.stuck
         ratio = system.damping_ratio or DAMPING
         grid = dense(frequencies(scene, found), own, ratio)
@@ -202,7 +202,7 @@ def response_step(
     name: str,
     scene: Scene,
     system: Step[System],
-    limits: Step[Modes],
+    limits: Step[SceneModes],
     modes: Step[HarmonicModes],
     progress: Progress,
     direction: str | None = None,
@@ -215,7 +215,9 @@ def response_step(
     options: dict[str, Any] = {key: getattr(scene.response, key) for key in keys}
     options["direction"] = direction or FIRST[scene.response.direction]
 
-    def compute(system: System, found: Modes, stuck: HarmonicModes, journal: Journal) -> Response:
+    def compute(
+        system: System, found: SceneModes, stuck: HarmonicModes, journal: Journal
+    ) -> Response:
         wanted = frequencies(scene, found)
         return nonlinear.frequency_response(
             system, wanted, modes=stuck.diameters, progress=progress, journal=journal, **options

@@ -5,7 +5,7 @@ from collections.abc import Collection
 
 from vanelock.input.schema.study import Study
 from vanelock.nonlinear import Response
-from vanelock.pipeline.progress import Point
+from vanelock.pipeline.progress import PointDone
 from vanelock.pipeline.step import Step
 from vanelock.stages.plan import Planned
 
@@ -40,18 +40,18 @@ class Clock:
             self._seconds += time.perf_counter() - self._began
             self._done += self._own
 
-    def point(self, done: int, total: int, amplitude: float) -> Point:
+    def point(self, done: int, total: int, amplitude: float) -> PointDone:
         """A point of it is solved; `amplitude` counts for the peak, m.
 
         With an accuracy there are as many points as the errors ask for, which nobody knows before.
         """
         self._peak = max(self._peak, amplitude) if amplitude == amplitude else self._peak
         if self._adaptive:
-            return Point(self._name, done, None, self._peak, float("nan"))
+            return PointDone(self._name, done, None, self._peak, float("nan"))
         part = self._own * done / total
         pace = (self._seconds + time.perf_counter() - self._began) / max(self._done + part, 1e-9)
         left = pace * (self._own - part + self._after)
-        return Point(self._name, done, total, self._peak, left)
+        return PointDone(self._name, done, total, self._peak, left)
 
 
 def work(study: Study) -> float:

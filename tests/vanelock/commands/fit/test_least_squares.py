@@ -5,7 +5,7 @@ import pytest
 from scipy.optimize import curve_fit
 
 from vanelock.commands.fit.least_squares import fit
-from vanelock.commands.fit.solution import Parameter
+from vanelock.commands.fit.solution import FitParameter
 from vanelock.commands.fit.tables import doubts, fit_table, json_of, notes
 from vanelock.common.errors import InputError
 
@@ -23,7 +23,7 @@ def predict(theta):
 
 def parameters(low=0.1, high=10.0, start=(1.0, 1.0, 0.05)):
     keys = ("height", "place", "damping.ratio")
-    return [Parameter(key, s, s * low, s * high) for key, s in zip(keys, start, strict=True)]
+    return [FitParameter(key, s, s * low, s * high) for key, s in zip(keys, start, strict=True)]
 
 
 @pytest.mark.parametrize("given", [True, False])
@@ -73,7 +73,10 @@ def test_a_product_alone_is_determined():
         return resonance(HERTZ, theta[0] * theta[1], 1.01, 0.02)
 
     data = product(TRUTH) + sigma * np.random.default_rng(0).standard_normal(41)
-    pair = [Parameter("joints.interlock.mu", 1.0, 0.1, 10.0), Parameter("force", 1.5, 0.1, 10.0)]
+    pair = [
+        FitParameter("joints.interlock.mu", 1.0, 0.1, 10.0),
+        FitParameter("force", 1.5, 0.1, 10.0),
+    ]
     found = fit(product, data, sigma, pair)
     (lost,) = found.undetermined
     assert abs(lost.along) == pytest.approx([0.5**0.5] * 2, abs=1e-3)
@@ -91,7 +94,7 @@ def test_a_product_alone_is_determined():
 
 def test_a_parameter_without_effect():
     data = predict(TRUTH)
-    idle = [*parameters(), Parameter("joints.hook.mu", 0.3, 0.03, 3.0)]
+    idle = [*parameters(), FitParameter("joints.hook.mu", 0.3, 0.03, 3.0)]
     found = fit(lambda theta: predict(theta[:3]), data, np.full(41, 0.01), idle)
     (text,) = [text for text in doubts(found) if text.startswith("NOT DETERMINED")]
     assert text.startswith("NOT DETERMINED: hook.mu: standard error")
@@ -101,7 +104,7 @@ def test_a_parameter_without_effect():
 
 def test_a_bound_that_holds():
     data, wide = predict(TRUTH), parameters()
-    narrow = [Parameter("height", 1.0, 0.5, 1.2), *wide[1:]]
+    narrow = [FitParameter("height", 1.0, 0.5, 1.2), *wide[1:]]
     found = fit(predict, data, np.full(41, 0.02), narrow)
     assert found.held == (True, False, False)
     assert any("height LIES ON A BOUND" in text for text in doubts(found))
@@ -145,7 +148,7 @@ def test_losing_the_worst_points_does_not_pay():
 def test_further_starts_find_what_the_first_does_not():
     """Far from the resonance nothing pulls towards it; equal misfits elsewhere are told."""
     data = predict(TRUTH)
-    start = [Parameter("height", 2.0, 1.0, 4.0), Parameter("place", 3.0, 0.5, 3.1)]
+    start = [FitParameter("height", 2.0, 1.0, 4.0), FitParameter("place", 3.0, 0.5, 3.1)]
 
     def two(theta):
         return resonance(HERTZ, theta[0], theta[1], 0.02)
@@ -160,7 +163,7 @@ def test_further_starts_find_what_the_first_does_not():
 
 def test_two_fits_as_good_as_each_other():
     """The sign of a gap that only its square shows."""
-    pair = [Parameter("joints.interlock.interference", 1e-6, -5e-6, 5e-6)]
+    pair = [FitParameter("joints.interlock.interference", 1e-6, -5e-6, 5e-6)]
     x = np.linspace(0, 1, 9)
     data = 1 + x * 4.0
     found = fit(lambda theta: 1 + x * (1e6 * theta[0]) ** 2, data, np.full(9, 0.1), pair, 6)

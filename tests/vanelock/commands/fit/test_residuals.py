@@ -6,7 +6,7 @@ from scipy.stats import binom, kstest, t
 
 from vanelock.commands.fit.least_squares import fit
 from vanelock.commands.fit.residuals import LEVEL, noise_tests
-from vanelock.commands.fit.solution import Parameter
+from vanelock.commands.fit.solution import FitParameter
 from vanelock.commands.fit.tables import doubts, fit_table, json_of
 
 X = np.linspace(-1, 1, 30)
@@ -76,7 +76,7 @@ def test_what_is_within_the_given_scatter_is_passed_over():
     assert examined(0.1 * np.sin(6 * X), known=False)["neighbours"].failed
 
 
-PAIR = [Parameter("joints.interlock.mu", 1.0, 0.1, 10.0), Parameter("force", 1.0, 0.1, 10.0)]
+PAIR = [FitParameter("joints.interlock.mu", 1.0, 0.1, 10.0), FitParameter("force", 1.0, 0.1, 10.0)]
 
 
 def test_a_miss_withholds_standard_errors():
@@ -100,7 +100,7 @@ def test_a_miss_withholds_standard_errors():
 def test_a_jump_beside_a_point_carries_no_standard_error():
     """The jump of the model crosses a point within a difference's step, and no further."""
     jump = 1 + 1e-4
-    start = [Parameter("place", jump, 0.5, 2.0), Parameter("force", 1.0, 0.1, 10.0)]
+    start = [FitParameter("place", jump, 0.5, 2.0), FitParameter("force", 1.0, 0.1, 10.0)]
     hertz = np.linspace(0.5, 1.5, 31)
 
     def step(theta):
@@ -123,7 +123,7 @@ def test_every_response_is_told():
         lambda theta: theta[0] + 0.1 * theta[1] * X,
         data,
         np.full(30, 0.1),
-        [Parameter("joints.interlock.mu", 2.0, 0.1, 10.0), PAIR[1]],
+        [FitParameter("joints.interlock.mu", 2.0, 0.1, 10.0), PAIR[1]],
         tried=lambda *each: heard.append(each),
     )
     counts, misfits, least = zip(*heard, strict=True)

@@ -10,7 +10,7 @@ import scipy.linalg as sl
 from vanelock import load_system, open_results, parse_study, run_study
 from vanelock.common.errors import InputError
 from vanelock.nonlinear import OPEN, SLIP, SLIP_OPEN, Response, linear_response
-from vanelock.pipeline.progress import Begun, Done, Event, Finished, Notice, Point
+from vanelock.pipeline.progress import Begun, Done, Event, Finished, Notice, PointDone
 from vanelock.pipeline.tables import Table
 from vanelock.results.files.run_folder import claimed
 from vanelock.rom import System
@@ -79,7 +79,7 @@ def test_every_stage_ran_once(first):
             "figures/loop_nominal.png",
         ]
     )
-    points = [event for event in heard if isinstance(event, Point)]
+    points = [event for event in heard if isinstance(event, PointDone)]
     assert [(p.case, p.done, p.total) for p in points] == [("nominal", i, 3) for i in (1, 2, 3)]
     assert points[-1].left == 0
     assert isinstance(heard[-1], Finished)

@@ -13,7 +13,7 @@ import psutil
 import pytest
 
 from vanelock.pipeline.cache import Cache
-from vanelock.pipeline.executor.executor import Crew, Outcome
+from vanelock.pipeline.executor.executor import Crew, TaskOutcome
 from vanelock.pipeline.executor.processes import Processes
 from vanelock.pipeline.executor.tasks import Failure, Task, TaskFailed
 from vanelock.pipeline.progress import Event, Failed, Notice, Tasks
@@ -195,9 +195,9 @@ def test_what_comes_of_another_crew_s_task_is_left_alone(toy, tmp_path):
     """The same hands bring the end of a task that another crew sent, then that of this one's."""
     wanted = toy.Toy(1).own.key
     other, own = Task("other", toy.Toy(1), (wanted,)), Task("own", toy.Toy(1), (wanted,))
-    bad = Outcome(own, None, Failure("own", "as it is told"), again=False)
+    bad = TaskOutcome(own, None, Failure("own", "as it is told"), again=False)
 
-    ended = [[Outcome(other, [])], [bad]]
+    ended = [[TaskOutcome(other, [])], [bad]]
 
     class Shared:
         slots = 1

@@ -11,10 +11,10 @@ from vanelock import parse_study
 from vanelock.input.cases.names import merged, words
 from vanelock.input.cases.sweep import cases
 from vanelock.nonlinear import static_response
-from vanelock.quantities.curves_and_fields import Board, Shown
+from vanelock.quantities.curves_and_fields import RunData, Shown
 from vanelock.results.figures.curves import linear as linear_curves
-from vanelock.results.figures.figure import Exhibit
-from vanelock.results.figures.pictures import Gallery
+from vanelock.results.figures.figure import Figure
+from vanelock.results.figures.pictures import Pictures
 from vanelock.results.figures.shapes import all_modes
 from vanelock.results.listing import preload_table
 from vanelock.stages.response.limits import Limits
@@ -41,7 +41,7 @@ def board(text, limits=(), linear=None):
         object.__setattr__(found, "key", "key")
     drawn = {"draw": lambda *_: None, "animate": lambda *_: None}
     easel: Any = SimpleNamespace(listener=told.append, **drawn)
-    return Board(study, planned, stages, shown, easel), told
+    return RunData(study, planned, stages, shown, easel), told
 
 
 def found(k=1, free=250.0):
@@ -161,7 +161,7 @@ def test_the_first_and_the_last_case_of_a_sweep_move(monkeypatch):
 
     for name in ("curves", "stress", "contacts", "mesh"):
         monkeypatch.setattr(
-            f"vanelock.results.figures.pictures.{name}", lambda *_: Exhibit(Path(), "", "")
+            f"vanelock.results.figures.pictures.{name}", lambda *_: Figure(Path(), "", "")
         )
     for name in ("campbells", "preloads", "all_modes"):
         monkeypatch.setattr(f"vanelock.results.figures.pictures.{name}", lambda *_: [])
@@ -173,7 +173,7 @@ def test_the_first_and_the_last_case_of_a_sweep_move(monkeypatch):
         drawn.shown.peak.update({name: None for name in cases_shown})
         drawn.easel.tidy = lambda keep: None
         heard.clear()
-        Gallery(drawn.study, drawn.planned, drawn.stages, drawn.shown, drawn.easel).draw()
+        Pictures(drawn.study, drawn.planned, drawn.stages, drawn.shown, drawn.easel).draw()
         assert heard[: len(heard) // 2] == heard[len(heard) // 2 :]
         return dict(heard)
 

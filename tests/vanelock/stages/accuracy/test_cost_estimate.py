@@ -41,7 +41,7 @@ def test_cases_add_time_and_disk_and_meshes_more_of_it():
 
 
 def test_words_round_to_what_is_known():
-    words = cost_estimate.Estimate(62870.0, 1.69e9, 88.0, 3.3e8).words()
+    words = cost_estimate.CostEstimate(62870.0, 1.69e9, 88.0, 3.3e8).words()
     assert words == {
         "unknowns": "63,000 degrees of freedom",
         "memory": "1.7 GB of memory",
@@ -49,7 +49,7 @@ def test_words_round_to_what_is_known():
         "disk": "0.33 GB on disk",
     }
     for seconds, told in ((3.2, "3 s"), (130, "2 min"), (8000, "2 h"), (3e6, "30 days")):
-        assert cost_estimate.Estimate(1, 1, seconds, 1).words()["time"] == f"{told} on one core"
+        assert cost_estimate.CostEstimate(1, 1, seconds, 1).words()["time"] == f"{told} on one core"
 
 
 def test_check_says_what_a_run_takes(tmp_path):
