@@ -153,7 +153,7 @@ def drawn(count: int, seed: int) -> list[Mutant]:
                 operator, seen = get_operator(f"core/{kind}")(), 0
                 for node in ast_nodes(tree):
                     for (line, _), _ in operator.mutation_positions(node):
-                        found.append(Mutant(f"{folder}/{path.name}", kind, seen, line))
+                        found.append(Mutant(str(path.relative_to(ROOT)), kind, seen, line))
                         seen += 1
     random.Random(seed).shuffle(found)
     of_kind: Counter[str] = Counter()
@@ -173,8 +173,8 @@ def relevant() -> tuple[dict[str, dict[int, set[str]]], dict[str, float]]:
         data = CoverageData(str(KEPT / f"{test.replace('/', '-')}.coverage"))
         data.read()
         for measured in data.measured_files():
-            path = Path(measured).resolve()
-            name = "/".join(path.parts[-2:])
+            path = Path(measured).resolve().relative_to(KEPT)
+            name = "/".join(path.parts[1:])
             for line in data.lines(measured) or ():
                 found[name][line].add(test)
     return found, times
@@ -182,11 +182,11 @@ def relevant() -> tuple[dict[str, dict[int, set[str]]], dict[str, float]]:
 
 def chosen(mutant: Mutant, lines: Any, times: dict[str, float]) -> list[str]:
     """Test files for a change, in the order in which they run."""
-    folder = mutant.file.split("/")[0]
+    mirror = f"tests/{Path(mutant.file).parent}/"
     tests = set(lines[mutant.file].get(mutant.line, ()))
     if not tests:
-        tests = {test for test in times if test.startswith(f"tests/{folder}/")}
-    return sorted(tests, key=lambda t: (not t.startswith(f"tests/{folder}/"), times[t]))
+        tests = {test for test in times if test.startswith(f"tests/{mutant.file.split('/')[0]}/")}
+    return sorted(tests, key=lambda t: (not t.startswith(mirror), times[t]))
 
 
 def attempt(mutants: list[Mutant], seconds: float, workers: int) -> None:
