@@ -17,8 +17,8 @@ from vanelock.commands.run.cases import Run
 from vanelock.common.errors import InputError
 from vanelock.input.cases.sweep import cases
 from vanelock.pipeline.cache import Cache
-from vanelock.pipeline.executor.executor import Crew
 from vanelock.pipeline.executor.processes import Processes
+from vanelock.pipeline.executor.task_queue import TaskQueue
 from vanelock.pipeline.executor.tasks import Task
 from vanelock.pipeline.progress import silent
 from vanelock.pipeline.step import Stages
@@ -66,7 +66,7 @@ def main() -> None:
             if not tasks:
                 raise InputError("nothing differs between the cases")
             hands = Processes(workers)
-            crew = Crew(tasks, cache, hands, silent)
+            crew = TaskQueue(tasks, cache, hands, silent)
             try:
                 crew.bring(tasks[0].makes[-1])  # processes have started and know what all share
                 before, began = times(), time.perf_counter()

@@ -12,7 +12,7 @@ from vanelock.common.errors import InputError
 from vanelock.input.schema.comparison import CampbellKeys
 from vanelock.input.schema.study import Study
 from vanelock.pipeline.cache import Cache, code_of, file_digest
-from vanelock.pipeline.executor.choose import hire
+from vanelock.pipeline.executor.choose import chosen_executor
 from vanelock.pipeline.progress import Finished, Listener, Notice, silent
 from vanelock.pipeline.step import Stages
 from vanelock.published import figures, page
@@ -76,7 +76,7 @@ def run_campaign(
         study = study.model_copy(update={"campbell": CampbellKeys()})
     with claimed(path):
         stages = Stages(Cache(path / "cache", lambda told: listener(Notice(told))), listener)
-        hands = hire(
+        hands = chosen_executor(
             workers, scheduler, listener, path / "cache", insecure=insecure
         )  # refused before the long stages
         plan = plan_of(study, stages)

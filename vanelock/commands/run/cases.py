@@ -17,8 +17,8 @@ from vanelock.input.schema.temperature import described
 from vanelock.mesh import Part, VaneDimensions
 from vanelock.nonlinear import Response
 from vanelock.pipeline.cache import Cache
-from vanelock.pipeline.executor.executor import Hands
-from vanelock.pipeline.executor.shown import helped
+from vanelock.pipeline.executor.background import in_background
+from vanelock.pipeline.executor.task_queue import Executor
 from vanelock.pipeline.executor.tasks import Failure, TaskFailed
 from vanelock.pipeline.progress import Failed, Listener, Notice
 from vanelock.pipeline.step import Stages, Step
@@ -95,7 +95,7 @@ class Run:
         listener: Listener,
         stages: Stages,
         found: Sequence[Case] = (),
-        hands: Callable[[], Hands] | None = None,
+        hands: Callable[[], Executor] | None = None,
         memory: float | None = None,
     ) -> None:
         self.study, self.listener, self.stages = study, listener, stages
@@ -131,7 +131,7 @@ class Run:
             study = each.case.study
             if isinstance(study.vane, OwnVane):
                 refuse_without_areas(study, self.stages.get(mesh_step(study, "vane")))
-        with helped(
+        with in_background(
             self._hands,
             lambda: bundle(self.planned, self._cache),
             self.stages,

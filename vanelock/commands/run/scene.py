@@ -15,9 +15,9 @@ from vanelock.input.plausible import unusual
 from vanelock.input.schema.scene import Scene
 from vanelock.nonlinear import Response
 from vanelock.pipeline.cache import Cache
-from vanelock.pipeline.executor.choose import hire
-from vanelock.pipeline.executor.executor import Hands
-from vanelock.pipeline.executor.shown import helped
+from vanelock.pipeline.executor.background import in_background
+from vanelock.pipeline.executor.choose import chosen_executor
+from vanelock.pipeline.executor.task_queue import Executor
 from vanelock.pipeline.executor.tasks import Failure, TaskFailed
 from vanelock.pipeline.progress import Failed, Finished, Listener, Notice, PointDone, silent
 from vanelock.pipeline.step import Stages
@@ -81,7 +81,7 @@ def run_scene(
     """
     path, began = Path(folder), time.perf_counter()
     with claimed(path):
-        hands = hire(workers, scheduler, listener, None, insecure)
+        hands = chosen_executor(workers, scheduler, listener, None, insecure)
         running = SceneRun(scene, path, listener, text, hands)
         with running.record.finished():
             found = running.all_cases()
@@ -126,7 +126,7 @@ class SceneRun:
         folder: Path,
         listener: Listener,
         text: str,
-        hands: Callable[[], Hands] | None,
+        hands: Callable[[], Executor] | None,
     ) -> None:
         self.listener, self._hands = listener, hands
         self._cache = Cache(folder / "cache", lambda told: listener(Notice(told)))
@@ -146,7 +146,7 @@ class SceneRun:
     def all_cases(self) -> tuple[Found, ...]:
         """Everything but the pictures; a line for each case."""
         found = []
-        with helped(
+        with in_background(
             self._hands,
             lambda: divided([each.wanted() for each in self.planned], self._cache),
             self.stages,

@@ -9,7 +9,7 @@ from vanelock.commands.run.cases import Run
 from vanelock.input.cases.sweep import cases
 from vanelock.input.schema.study import Study
 from vanelock.pipeline.cache import Cache
-from vanelock.pipeline.executor.choose import hire
+from vanelock.pipeline.executor.choose import chosen_executor
 from vanelock.pipeline.progress import Finished, Listener, Notice, silent
 from vanelock.pipeline.step import Stages
 from vanelock.results import listing
@@ -76,7 +76,7 @@ def run_study(
         needed = estimated(found, memory)
         if needed is not None:
             workers = min(workers, processes(needed.memory, memory))
-        hands = hire(workers, scheduler, listener, path / "cache", insecure)
+        hands = chosen_executor(workers, scheduler, listener, path / "cache", insecure)
         running = Run(study, path, listener, stages, found, hands, memory)
         running.record.provenance(study, text)
         if needed is not None:

@@ -3,17 +3,17 @@
 from collections.abc import Callable
 from pathlib import Path
 
-from vanelock.pipeline.executor.executor import Hands
+from vanelock.pipeline.executor.task_queue import Executor
 from vanelock.pipeline.progress import Listener
 
 
-def hire(
+def chosen_executor(
     workers: int,
     scheduler: str | None,
     listener: Listener,
     journals: Path | None = None,
     insecure: bool = False,
-) -> Callable[[], Hands] | None:
+) -> Callable[[], Executor] | None:
     """What gets the processes when they are needed; None where this one does all.
 
     Raises

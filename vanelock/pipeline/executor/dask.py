@@ -13,7 +13,7 @@ from typing import Any
 from urllib.parse import urlsplit
 
 from vanelock.common.errors import InputError
-from vanelock.pipeline.executor.executor import TaskOutcome
+from vanelock.pipeline.executor.task_queue import TaskOutcome
 from vanelock.pipeline.executor.tasks import Failure, Made, Task, Work, Worker, identity, reason
 from vanelock.pipeline.progress import Listener, Notice
 

@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import Any
 
 from vanelock.common.errors import InputError
-from vanelock.pipeline.executor.executor import TaskOutcome
+from vanelock.pipeline.executor.task_queue import TaskOutcome
 from vanelock.pipeline.executor.tasks import Failure, Task, Worker, reason
 
 _PR_SET_PDEATHSIG = 1

@@ -48,7 +48,7 @@ class TaskOutcome:
     counts: bool = True
 
 
-class Hands(Protocol):
+class Executor(Protocol):
     """Processes that do tasks."""
 
     @property
@@ -74,7 +74,7 @@ class Hands(Protocol):
 
 
 @dataclass
-class Crew:
+class TaskQueue:
     """Tasks under way.
 
     Attributes
@@ -83,7 +83,7 @@ class Crew:
         In the order in which they are wanted.
     cache : Cache
         Where products come from and go to.
-    hands : Hands
+    hands : Executor
         Who does them.
     listener : callable
         Told how many are done.
@@ -99,7 +99,7 @@ class Crew:
 
     tasks: Sequence[Task]
     cache: Cache
-    hands: Hands
+    hands: Executor
     listener: Listener
     peak: Callable[[], float] = lambda: 0.0
     idle: Callable[[], object] = lambda: None

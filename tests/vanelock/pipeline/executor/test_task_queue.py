@@ -13,8 +13,8 @@ import psutil
 import pytest
 
 from vanelock.pipeline.cache import Cache
-from vanelock.pipeline.executor.executor import Crew, TaskOutcome
 from vanelock.pipeline.executor.processes import Processes
+from vanelock.pipeline.executor.task_queue import TaskOutcome, TaskQueue
 from vanelock.pipeline.executor.tasks import Failure, Task, TaskFailed
 from vanelock.pipeline.progress import Event, Failed, Notice, Tasks
 
@@ -101,7 +101,7 @@ def crew_of(toy, tmp_path):
         for each in toys:
             tasks.append(Task(str(each.number), each, (each.own.key,), (), (("base", first.key),)))
         said: list[Event] = []
-        crew = Crew(tasks, cache, Processes(2), said.append)
+        crew = TaskQueue(tasks, cache, Processes(2), said.append)
         started.append(crew)
         return crew, said
 
@@ -186,7 +186,7 @@ def test_a_task_waits_for_what_another_makes_or_fails_with_it(toy, crew_of):
         Task("bad", bad, (bad.own.key,)),
         Task("after", second, (second.own.key,), (bad.own.key,)),
     ]
-    both = Crew(tasks, crew.cache, crew.hands, lambda event: None)
+    both = TaskQueue(tasks, crew.cache, crew.hands, lambda event: None)
     with pytest.raises(TaskFailed, match="as it is told"):
         both.bring(second.own.key)
 
@@ -214,7 +214,7 @@ def test_what_comes_of_another_crew_s_task_is_left_alone(toy, tmp_path):
         def close(self):
             pass
 
-    crew = Crew([own], Cache(tmp_path, print), Shared(), lambda event: None)
+    crew = TaskQueue([own], Cache(tmp_path, print), Shared(), lambda event: None)
     with pytest.raises(TaskFailed, match="as it is told"):
         crew.bring(wanted)
 
@@ -235,7 +235,7 @@ sys.path.insert(0, {folder!r})
 import toys
 from pathlib import Path
 from vanelock.pipeline.cache import Cache
-from vanelock.pipeline.executor.executor import Crew
+from vanelock.pipeline.executor.task_queue import Crew
 from vanelock.pipeline.executor.processes import Processes
 from vanelock.pipeline.executor.tasks import Task
 

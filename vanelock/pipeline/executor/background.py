@@ -5,15 +5,15 @@ from contextlib import contextmanager
 from typing import Any
 
 from vanelock.pipeline.cache import Cache
-from vanelock.pipeline.executor.executor import Crew, Hands
+from vanelock.pipeline.executor.task_queue import Executor, TaskQueue
 from vanelock.pipeline.executor.tasks import Task
 from vanelock.pipeline.progress import Listener
 from vanelock.pipeline.step import Stages, Step
 
 
 @contextmanager
-def helped(
-    hire: Callable[[], Hands] | None,
+def in_background(
+    hire: Callable[[], Executor] | None,
     divide: Callable[[], tuple[list[Step[Any]], list[Task]]],
     stages: Stages,
     cache: Cache,
@@ -51,7 +51,7 @@ def helped(
         stages.get(step)
     hands = hire()
     try:
-        crew = Crew(tasks, cache, hands, listener, peak)
+        crew = TaskQueue(tasks, cache, hands, listener, peak)
         crew.idle = idle
         stages.elsewhere = crew.bring
         yield
