@@ -28,7 +28,7 @@ def test_the_tables_are_those_of_a_run(tmp_path: Path, monkeypatch: pytest.Monke
     changed = study().replace("[0.15, 0.3]", "[0.15, 0.3, 0.5]")
     assert changed != study()
     (tmp_path / "my.toml").write_text(changed + QUIET)
-    monkeypatch.setattr("vanelock.results.figures.pictures.Gallery.draw", lambda *_: [])
+    monkeypatch.setattr("vanelock.results.figures.pictures.Pictures.draw", lambda *_: [])
     command = ["run", str(tmp_path / "my.toml"), "--output", str(tmp_path / "my")]
     done = CliRunner().invoke(app, command)
     assert done.exit_code == 0, done.output

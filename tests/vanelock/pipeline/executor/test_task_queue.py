@@ -235,14 +235,14 @@ sys.path.insert(0, {folder!r})
 import toys
 from pathlib import Path
 from vanelock.pipeline.cache import Cache
-from vanelock.pipeline.executor.task_queue import Crew
+from vanelock.pipeline.executor.task_queue import TaskQueue
 from vanelock.pipeline.executor.processes import Processes
 from vanelock.pipeline.executor.tasks import Task
 
 if __name__ == "__main__":
     made = [toys.Toy(i, "sleeps", {folder!r}) for i in range(2)]
     tasks = [Task(str(t.number), t, (t.own.key,)) for t in made]
-    crew = Crew(tasks, Cache(Path({folder!r}) / "c", print), Processes(2), lambda event: None)
+    crew = TaskQueue(tasks, Cache(Path({folder!r}) / "c", print), Processes(2), lambda event: None)
     try:
         crew.bring(made[0].own.key)
     finally:
