@@ -65,26 +65,26 @@ def main() -> None:
             tasks = bundle(planned, cache)[1]
             if not tasks:
                 raise InputError("nothing differs between the cases")
-            hands = Processes(workers)
-            crew = TaskQueue(tasks, cache, hands, silent)
+            executor = Processes(workers)
+            queue = TaskQueue(tasks, cache, executor, silent)
             try:
-                crew.bring(tasks[0].makes[-1])  # processes have started and know what all share
+                queue.bring(tasks[0].makes[-1])  # processes have started and know what all share
                 before, began = times(), time.perf_counter()
                 for task in tasks[1:]:
-                    crew.bring(task.makes[-1])
+                    queue.bring(task.makes[-1])
             finally:
                 seconds = time.perf_counter() - began
                 after = times()
-                hands.close()
+                executor.close()
             took.setdefault(workers, []).append(seconds / (len(tasks) - 1))
-            moved = crew.moved
+            moved = queue.moved
             own_cpu = sum(after[:2]) - sum(before[:2])
             taken = own_cpu / (len(tasks) - 1)
             spent = sum(processor(cache, task) for task in tasks[1:]) / (len(tasks) - 1)
             work.setdefault(workers, []).append(spent)
             print(
                 f"{workers} processes: {seconds:.2f} s after the first case, {spent:.3f} s CPU a "
-                f"case; {crew.moved / 1e6:.1f} MB moved"
+                f"case; {queue.moved / 1e6:.1f} MB moved"
             )
         one, two = (min(took[workers]) for workers in (1, 2))
         sent = sum(len(cache.image(s, k) or b"") for s, k in tasks[0].given)

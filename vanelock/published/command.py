@@ -76,11 +76,11 @@ def run_campaign(
         study = study.model_copy(update={"campbell": CampbellKeys()})
     with claimed(path):
         stages = Stages(Cache(path / "cache", lambda told: listener(Notice(told))), listener)
-        hands = chosen_executor(
+        executor = chosen_executor(
             workers, scheduler, listener, path / "cache", insecure=insecure
         )  # refused before the long stages
         plan = plan_of(study, stages)
-        run = Run(study, path, listener, stages, ordered(plan), hands)
+        run = Run(study, path, listener, stages, ordered(plan), executor)
         run.record.provenance(study, text)
         with run.record.together():
             summaries = run.all_cases()
@@ -91,11 +91,18 @@ def run_campaign(
         stated = statements(found)
         _record(run, found)
         listener(statement_table(stated))
-        easel = OutputFiles(path, listener)
+        output_files = OutputFiles(path, listener)
         drawn = _draw(
-            run, plan, found, stated, easel, summaries, text, lambda: time.perf_counter() - began
+            run,
+            plan,
+            found,
+            stated,
+            output_files,
+            summaries,
+            text,
+            lambda: time.perf_counter() - began,
         )
-        listener(listing.stage_times([*stages.done.values(), *easel.done]))
+        listener(listing.stage_times([*stages.done.values(), *output_files.done]))
         run.record.complete(stages.done)
     told = {
         "cases": [asdict(case) for case in summaries],
@@ -123,14 +130,14 @@ def _draw(
     plan: Plan,
     found: Evidence,
     stated: tuple[Statement, ...],
-    easel: OutputFiles,
+    output_files: OutputFiles,
     summaries: tuple[Summary, ...],
     text: str,
     spent: Callable[[], float],
 ) -> list[Figure]:
     """All figures of the campaign, those of an ordinary run of its main case, and the page."""
     study = plan.base
-    every = RunData(plan.base, run.planned, run.stages, run.shown, easel)
+    every = RunData(plan.base, run.planned, run.stages, run.shown, output_files)
     sheets = figures.curve_sheets(every, found)
     loops = figures.loop_exhibits(every, found)
     made = [*loops, *(figures.draw_sheet(every, found, sheet) for sheet in sheets)]
@@ -142,24 +149,24 @@ def _draw(
     own = [each for each in run.planned if each.case.name == main]
     shown = run.shown.only(main, own[0].linear.name)
     scene = plan.study(main).model_copy(update={"campbell": study.campbell})
-    gallery = Pictures(scene, own, run.stages, shown, easel)
-    drawn = gallery.draw()
+    pictures = Pictures(scene, own, run.stages, shown, output_files)
+    drawn = pictures.draw()
     if study.outputs.report:
-        run.record.answers(gallery.answers)
+        run.record.answers(pictures.answers)
         chosen = [each for each in summaries if each.case == main]
         shown_first = page.PublishedShown(sheets, loops, maps, best)
 
         def write() -> None:
-            told = run.told(gallery, chosen, drawn, text)
+            told = run.told(pictures, chosen, drawn, text)
             write_report(
                 replace(told, strains=_only(told.strains, main)),
                 lambda: page.sections(every, found, stated, shown_first, spent),
                 _digest(found, made),
             )
 
-        easel.finish(write)
+        output_files.finish(write)
     else:
-        easel.finish()
+        output_files.finish()
     return [*made, *drawn]
 
 
@@ -181,8 +188,8 @@ def main_case(plan: Plan) -> str:
     return case_of(plan, harmonics=max(campaign.harmonics))
 
 
-def _write_statements(board: RunData, stated: tuple[Statement, ...]) -> Path:
+def _write_statements(run_data: RunData, stated: tuple[Statement, ...]) -> Path:
     """The table of agreement as CSV."""
     rows = [asdict(each) for each in stated]
     columns = {key: [row[key] for row in rows] for key in rows[0]}
-    return board.table("figures/agreement.csv", rows, lambda: columns)
+    return run_data.table("figures/agreement.csv", rows, lambda: columns)

@@ -49,18 +49,20 @@ def reference(e: Evidence) -> render.MarkedPeak:
     return render.MarkedPeak(peak.frequency, peak.amplitude, False)
 
 
-def curve_sheets(board: RunData, e: Evidence) -> list[CurveSheet]:
+def curve_sheets(run_data: RunData, e: Evidence) -> list[CurveSheet]:
     """Figures 10 to 16 of the study."""
     friction, pressed = e.plan.sheets["friction"].cases, e.plan.sheets["interference"].cases
     only = [name for name in friction if _study(e, name).response.coupling == "coupled"]
     pressed_only = [name for name in pressed if _study(e, name).response.coupling == "coupled"]
-    limits = [_limit(board, "free"), _limit(board, "stuck")]
+    limits = [_limit(run_data, "free"), _limit(run_data, "stuck")]
     small = [
-        replace(_curve(board, e, name, ""), amplitude=np.asarray(curve) / e.small)
+        replace(_curve(run_data, e, name, ""), amplitude=np.asarray(curve) / e.small)
         for name in e.plan.sheets["stuck"].cases
-        for curve in [board.shown.curve[name][1]]
+        for curve in [run_data.shown.curve[name][1]]
     ]
-    hooks = _curve(board, e, e.plan.sheets["hooks"].cases[0], "hooks in friction, interlock apart")
+    hooks = _curve(
+        run_data, e, e.plan.sheets["hooks"].cases[0], "hooks in friction, interlock apart"
+    )
     largest = e.plan.base.campaign.mu[-1] if e.plan.base.campaign else 0.0
     return [
         CurveSheet(
@@ -83,7 +85,7 @@ def curve_sheets(board: RunData, e: Evidence) -> list[CurveSheet]:
             "Figure 12: friction coefficient",
             "Coupled responses with one harmonic. The peak falls as friction grows, as long as "
             "friction is below what damps best.",
-            [*limits, *(_curve(board, e, name, _mu(e, name), "") for name in only)],
+            [*limits, *(_curve(run_data, e, name, _mu(e, name), "") for name in only)],
         ),
         CurveSheet(
             "fig13_harmonics",
@@ -91,7 +93,7 @@ def curve_sheets(board: RunData, e: Evidence) -> list[CurveSheet]:
             "Coupled responses at the reference friction. Dashed and dotted lines give every "
             "harmonic the nodal diameter of the load instead of its own.",
             [
-                _curve(board, e, name, _order(e, name), _diameters(e, name))
+                _curve(run_data, e, name, _order(e, name), _diameters(e, name))
                 for name in e.plan.sheets["harmonics"].cases
             ],
         ),
@@ -99,7 +101,7 @@ def curve_sheets(board: RunData, e: Evidence) -> list[CurveSheet]:
             "fig14_interference",
             "Figure 14: interlock interference",
             f"Coupled responses with one harmonic at μ = {largest:g}.",
-            [*limits, *(_curve(board, e, name, _pressed(e, name), "") for name in pressed_only)],
+            [*limits, *(_curve(run_data, e, name, _pressed(e, name), "") for name in pressed_only)],
         ),
         CurveSheet(
             "fig15_coupling_friction",
@@ -107,23 +109,23 @@ def curve_sheets(board: RunData, e: Evidence) -> list[CurveSheet]:
             "Full lines: static and dynamic balance together. Dashed: the static state held while "
             "normal forces vary about it (uncoupled). Dotted: friction bounded by the forces at "
             "rest (constant-load).",
-            [_curve(board, e, name, _mu(e, name)) for name in friction],
+            [_curve(run_data, e, name, _mu(e, name)) for name in friction],
         ),
         CurveSheet(
             "fig16_coupling_interference",
             "Figure 16: coupled and uncoupled, interlock interference",
             f"As Figure 15, at μ = {largest:g}.",
-            [_curve(board, e, name, _pressed(e, name)) for name in pressed],
+            [_curve(run_data, e, name, _pressed(e, name)) for name in pressed],
         ),
     ]
 
 
-def draw_sheet(board: RunData, e: Evidence, sheet: CurveSheet) -> Figure:
+def draw_sheet(run_data: RunData, e: Evidence, sheet: CurveSheet) -> Figure:
     """A figure over the reference, and its data in Hz and µm."""
     base = reference(e)
-    keys = {each.case.name: each.response.key for each in board.planned}
+    keys = {each.case.name: each.response.key for each in run_data.planned}
     shows = [sheet.title, keys, base.frequency, base.amplitude, e.monitor, e.small]
-    path = board.easel.draw(
+    path = run_data.output_files.draw(
         f"figures/{sheet.name}.png",
         shows,
         lambda path: render.response_curves(
@@ -134,18 +136,18 @@ def draw_sheet(board: RunData, e: Evidence, sheet: CurveSheet) -> Figure:
         sheet.title,
         f"reference: {base.frequency:.9g} Hz, {1e6 * base.amplitude:.9g} um",
     ]
-    data = board.table(
+    data = run_data.table(
         f"figures/{sheet.name}.csv", shows, lambda: columns(list(sheet.curves)), notes
     )
     return Figure(path, sheet.title, REFERENCE + sheet.caption, (data,))
 
 
-def loop_exhibits(board: RunData, e: Evidence) -> list[Figure]:
+def loop_exhibits(run_data: RunData, e: Evidence) -> list[Figure]:
     """Figure 8: the loops of the contact element in three conditions."""
-    return [_loop(board, e, loop) for loop in e.conditions]
+    return [_loop(run_data, e, loop) for loop in e.conditions]
 
 
-def _loop(board: RunData, e: Evidence, loop: PrescribedLoop) -> Figure:
+def _loop(run_data: RunData, e: Evidence, loop: PrescribedLoop) -> Figure:
     joint = e.plan.base.joints.interlock
     name = f"figures/fig08_loop_{loop.title.replace(' ', '_')}"
     title = f"Figure 8: loop {loop.title}"
@@ -153,7 +155,7 @@ def _loop(board: RunData, e: Evidence, loop: PrescribedLoop) -> Figure:
     thin = slice(None, None, 4)
     displacement, force = loop.displacement[thin], loop.force[thin]
     shows = [title, subtitle, displacement.tolist(), force.tolist()]
-    path = board.easel.draw(
+    path = run_data.output_files.draw(
         f"{name}.png",
         shows,
         lambda path: render.loop_picture(path, displacement, force, loop.mu, title, subtitle, 1),
@@ -165,7 +167,7 @@ def _loop(board: RunData, e: Evidence, loop: PrescribedLoop) -> Figure:
         "normal force (N)": force[:, 0],
         "friction force (N)": force[:, 1],
     }
-    data = board.table(f"{name}.csv", shows, lambda: columns, [title, subtitle])
+    data = run_data.table(f"{name}.csv", shows, lambda: columns, [title, subtitle])
     caption = (
         f"The contact element under given harmonic motion, {loop.title}. Friction takes "
         f"{1e6 * loop.energy:.3g} µJ a cycle."
@@ -195,17 +197,17 @@ def _diameters(e: Evidence, name: str) -> str:
 
 
 def _curve(
-    board: RunData, e: Evidence, name: str, group: str, variant: str | None = None
+    run_data: RunData, e: Evidence, name: str, group: str, variant: str | None = None
 ) -> render.Curve:
     """A case's curve; the line style tells the coupling unless told otherwise."""
-    frequency, amplitude, converged = board.shown.curve[name]
+    frequency, amplitude, converged = run_data.shown.curve[name]
     told = _study(e, name).response.coupling if variant is None else variant
     return render.Curve(frequency, amplitude, group, None, converged, variant=told)
 
 
-def _limit(board: RunData, which: str) -> render.Curve:
+def _limit(run_data: RunData, which: str) -> render.Curve:
     """A linear limit at the full load."""
-    for (_, other), (frequency, amplitude) in board.shown.linear.items():
+    for (_, other), (frequency, amplitude) in run_data.shown.linear.items():
         if other == which:  # the first one: the reference case is planned first
             return render.Curve(frequency, amplitude, kind=other)
     raise KeyError(which)

@@ -45,18 +45,18 @@ class PublishedShown:
 
 
 def sections(
-    board: RunData,
+    run_data: RunData,
     e: Evidence,
     stated: Sequence[Statement],
     shown: PublishedShown,
     spent: Callable[[], float],
 ) -> list[Section]:
     """All sections of a campaign, its answers first; `spent` tells the seconds since it began."""
-    done = [*board.stages.done.values(), *board.easel.done]
+    done = [*run_data.stages.done.values(), *run_data.output_files.done]
     return [
         answers(e, stated),
         agreement(stated),
-        figures(board, e, shown.sheets, shown.loops),
+        figures(run_data, e, shown.sheets, shown.loops),
         optimum(e, shown.best),
         maps(e, shown.maps),
         energy(e),
@@ -121,11 +121,11 @@ def agreement(stated: Sequence[Statement]) -> Section:
 
 
 def figures(
-    board: RunData, e: Evidence, sheets: Sequence[CurveSheet], loops: Sequence[Figure]
+    run_data: RunData, e: Evidence, sheets: Sequence[CurveSheet], loops: Sequence[Figure]
 ) -> Section:
     """The study's figures: loops as pictures, curves to zoom into."""
     blocks: list[Block] = [_picture(each) for each in loops]
-    blocks += [_plot(board, e, sheet) for sheet in sheets]
+    blocks += [_plot(run_data, e, sheet) for sheet in sheets]
     return Section("The study's figures", blocks, id="published")
 
 
@@ -168,7 +168,7 @@ def optimum(e: Evidence, exhibit: Figure) -> Section:
     )
 
 
-def _plot(board: RunData, e: Evidence, sheet: CurveSheet) -> Plot:
+def _plot(run_data: RunData, e: Evidence, sheet: CurveSheet) -> Plot:
     base = reference(e)
     groups = list(dict.fromkeys(c.group for c in sheet.curves if c.kind == "nonlinear"))
     colours = dict(zip(groups, style.series(len(groups)), strict=True))
@@ -191,7 +191,7 @@ def _plot(board: RunData, e: Evidence, sheet: CurveSheet) -> Plot:
                 colour=style.GREY if linear else colour,
             )
         )
-    data = (board.easel.folder / "figures" / f"{sheet.name}.csv",)
+    data = (run_data.output_files.folder / "figures" / f"{sheet.name}.csv",)
     return Plot(
         traces,
         "frequency / reference frequency",

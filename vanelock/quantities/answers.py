@@ -153,43 +153,43 @@ class CaseAnswers:
         return min(clear or self.margins["vane"], key=lambda m: m.reserve)
 
 
-def looked_into(board: RunData) -> list[str]:
+def looked_into(run_data: RunData) -> list[str]:
     """Names of the cases that get answers of their own, in order.
 
     All if they are few; of samples those that have pictures, of other sweeps the first, the last
     and those of the extreme peaks.
     """
-    peaks = board.shown.peak
+    peaks = run_data.shown.peak
     names = list(peaks)
     if len(names) <= MOST:
         return names
-    if sampled(board):
-        return [each.case.name for each in named(board)]
+    if sampled(run_data):
+        return [each.case.name for each in named(run_data)]
     height = {name: peaks[name].amplitude for name in names}
     chosen = {names[0], names[-1], max(names, key=height.__getitem__)}
     chosen.add(min(names, key=height.__getitem__))
     return [name for name in names if name in chosen]
 
 
-def answers(board: RunData) -> dict[str, CaseAnswers]:
+def answers(run_data: RunData) -> dict[str, CaseAnswers]:
     """Answers of the cases of a run that are looked into."""
     known: dict[str, Spots] = {}
-    chosen = looked_into(board)
+    chosen = looked_into(run_data)
     return {
-        each.case.name: _answers(board, each, known)
-        for each in board.planned
+        each.case.name: _answers(run_data, each, known)
+        for each in run_data.planned
         if each.case.name in chosen
     }
 
 
-def _answers(board: RunData, planned: Planned, known: dict[str, Spots]) -> CaseAnswers:
-    stages, name = board.stages, planned.case.name
-    peak = board.shown.peak[name]
+def _answers(run_data: RunData, planned: Planned, known: dict[str, Spots]) -> CaseAnswers:
+    stages, name = run_data.stages, planned.case.name
+    peak = run_data.shown.peak[name]
     study = planned.case.study
     response = stages.get(planned.response)
     planned = planned.solved(response)
     top, system = as_solved(response, peak.point), stages.get(planned.system)
-    step = stressed_step(board, planned, peak.point)
+    step = stressed_step(run_data, planned, peak.point)
     cycles = stages.get(step)
     parts = {part: stages.get(mesh_step(study, part)) for part in PARTS}
     for part in PARTS:
@@ -208,7 +208,7 @@ def _answers(board: RunData, planned: Planned, known: dict[str, Spots]) -> CaseA
         )
         margins["vane"] = (*margins["vane"], *gauges)
     contacts = places(study, parts["vane"])
-    frequency, amplitude, converged = board.shown.curve[name]
+    frequency, amplitude, converged = run_data.shown.curve[name]
     return CaseAnswers(
         name=name,
         key=step.key,
@@ -230,16 +230,16 @@ def _answers(board: RunData, planned: Planned, known: dict[str, Spots]) -> CaseA
     )
 
 
-def balances(board: RunData) -> dict[str, EnergyBalance]:
+def balances(run_data: RunData) -> dict[str, EnergyBalance]:
     """Energies at the peak of every case, unless there are too many of them."""
-    if len(board.planned) > FEW:
+    if len(run_data.planned) > FEW:
         return {}
     found = {}
-    for each in board.planned:
+    for each in run_data.planned:
         name = each.case.name
-        if name in board.shown.peak:
-            planned = each.solved(board.stages.get(each.response))
-            found[name] = balance(board.stages.get(planned.system), board.top(each))
+        if name in run_data.shown.peak:
+            planned = each.solved(run_data.stages.get(each.response))
+            found[name] = balance(run_data.stages.get(planned.system), run_data.top(each))
     return found
 
 

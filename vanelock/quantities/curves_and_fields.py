@@ -127,7 +127,7 @@ class RunData:
     planned: Sequence[Planned]
     stages: Stages
     shown: Shown
-    easel: OutputFiles
+    output_files: OutputFiles
     _harmonics: dict[tuple[str, int], list[Shape]] = field(default_factory=dict, repr=False)
     _recoveries: dict[str, rom.Recovery] = field(default_factory=dict, repr=False)
 
@@ -139,7 +139,7 @@ class RunData:
         notes: Sequence[str] = (),
     ) -> Path:
         """The CSV file `name` of some columns; `shows` is all that they depend on."""
-        return self.easel.draw(
+        return self.output_files.draw(
             name,
             [shows, list(notes)],
             lambda path: write_columns(path, columns(), notes),

@@ -20,45 +20,45 @@ SHARE = 0.5
 """Of the cases, how many a band needs at a frequency."""
 
 
-def named(board: RunData) -> list[Planned]:
+def named(run_data: RunData) -> list[Planned]:
     """Cases with a peak that have pictures of their own, in their order.
 
     All if they are few; of samples those of the lowest, the middle and the largest peak, of other
     sweeps the first and the last.
     """
-    cases = [each for each in board.planned if each.case.name in board.shown.peak]
+    cases = [each for each in run_data.planned if each.case.name in run_data.shown.peak]
     if len(cases) <= DETAILED:
         return cases
-    if not sampled(board):
+    if not sampled(run_data):
         return [cases[0], cases[-1]]
-    height = [board.shown.peak[each.case.name].amplitude for each in cases]
+    height = [run_data.shown.peak[each.case.name].amplitude for each in cases]
     order = np.argsort(height, kind="stable")
     return [cases[i] for i in sorted({order[0], order[len(order) // 2], order[-1]})]
 
 
-def sampled(board: RunData) -> bool:
+def sampled(run_data: RunData) -> bool:
     """Whether the cases are samples of keys that scatter."""
-    return board.planned[0].case.name.startswith(f"{SAMPLE}=")
+    return run_data.planned[0].case.name.startswith(f"{SAMPLE}=")
 
 
-def in_words(board: RunData) -> str:
+def in_words(run_data: RunData) -> str:
     """Which cases are named, in words."""
-    if sampled(board):
+    if sampled(run_data):
         return "the lowest, the middle and the largest peak"
     return "the first and the last case"
 
 
-def drawn_alone(board: RunData) -> list[Planned]:
+def drawn_alone(run_data: RunData) -> list[Planned]:
     """Cases with a curve of their own."""
-    return list(board.planned) if len(board.planned) <= MANY else named(board)
+    return list(run_data.planned) if len(run_data.planned) <= MANY else named(run_data)
 
 
-def band(board: RunData) -> Band | None:
+def band(run_data: RunData) -> Band | None:
     """Percentiles of the curves of many cases; None where each has its own."""
-    if len(board.planned) <= MANY:
+    if len(run_data.planned) <= MANY:
         return None
     curves = []
-    for frequency, amplitude, converged in board.shown.curve.values():
+    for frequency, amplitude, converged in run_data.shown.curve.values():
         order = np.argsort(frequency, kind="stable")
         solved = order[converged[order]]
         curves.append((frequency[solved], amplitude[solved]))
@@ -71,9 +71,9 @@ def band(board: RunData) -> Band | None:
     else:
         at = np.linspace(min(f[0] for f, _ in curves), max(f[-1] for f, _ in curves), POINTS)
     table = np.array([np.interp(at, f, a, left=np.nan, right=np.nan) for f, a in curves])
-    enough = np.isfinite(table).sum(axis=0) >= SHARE * len(board.planned)
+    enough = np.isfinite(table).sum(axis=0) >= SHARE * len(run_data.planned)
     at, table = at[enough], table[:, enough]
     if not len(at):
         return None
-    kind = "samples" if sampled(board) else "cases"
-    return Band(at, np.nanpercentile(table, PERCENT, axis=0), f"{len(board.planned)} {kind}")
+    kind = "samples" if sampled(run_data) else "cases"
+    return Band(at, np.nanpercentile(table, PERCENT, axis=0), f"{len(run_data.planned)} {kind}")

@@ -41,9 +41,9 @@ def write_report(
     shows : JSON
         All that those depend on.
     """
-    easel = told.board.easel
+    output_files = told.run_data.output_files
     depends = [shown(told), shows] if shows else shown(told)
-    return easel.draw(REPORT, depends, lambda path: write_page(path, page(told, first())))
+    return output_files.draw(REPORT, depends, lambda path: write_page(path, page(told, first())))
 
 
 def page(told: PageContent, first: Sequence[Section] = ()) -> Page:
@@ -51,7 +51,7 @@ def page(told: PageContent, first: Sequence[Section] = ()) -> Page:
     summed, *rest = sections(told)
     version = f"vanelock {vanelock.__version__}, {written()}"
     return Page(
-        told.board.study.name,
+        told.run_data.study.name,
         f"Friction-damped vibration of a vane segment; {version}",
         (*first[:1], summed, *first[1:], *rest),
     )
@@ -62,7 +62,7 @@ def sections(told: PageContent) -> list[Section]:
     made = [
         summary(told),
         scatter(told),
-        inputs(told.board.study, [each.case.study for each in told.board.planned]),
+        inputs(told.run_data.study, [each.case.study for each in told.run_data.planned]),
         curves(told),
         shapes(told),
         fatigue(told),
@@ -72,7 +72,7 @@ def sections(told: PageContent) -> list[Section]:
         convergence(told),
         models(told),
         provenance(told),
-        all_inputs(told.board.study),
+        all_inputs(told.run_data.study),
     ]
     return [section for section in made if section.blocks]
 
@@ -89,13 +89,13 @@ def pictures(told: PageContent) -> Section:
 
 def shown(told: PageContent) -> Any:
     """All that the page depends on, but for the date; as JSON can hold it."""
-    board = told.board
+    run_data = told.run_data
     return {
-        "study": board.study.model_dump(mode="json"),
+        "study": run_data.study.model_dump(mode="json"),
         "text": told.text,
         "cases": [
             [e.case.name, *(r.key for r in e.responses), e.linear.key, e.system.key]
-            for e in board.planned
+            for e in run_data.planned
         ],
         "failed": {name: each.reason for name, each in told.failed.items()},
         "answers": [found.key for found in told.answers.values()],

@@ -20,21 +20,21 @@ from vanelock.stages.parts.components import PARTS
 from vanelock.stages.plan import Planned
 
 
-def steps(board: RunData, each: Planned) -> tuple[Path, ...]:
+def steps(run_data: RunData, each: Planned) -> tuple[Path, ...]:
     """The list of the instants of a case, where the study asks for some."""
-    count, name = board.study.outputs.steps, each.case.name
+    count, name = run_data.study.outputs.steps, each.case.name
     if not count:
         return ()
-    top, peak = board.top(each), board.shown.peak[name]
-    shows = [each.response.key, name, board.shown.monitor.name, count]
+    top, peak = run_data.top(each), run_data.shown.peak[name]
+    shows = [each.response.key, name, run_data.shown.monitor.name, count]
     folder = f"shapes/response_{slug(name)}"
 
     @cache
     def stresses() -> Shape:
-        return board.stresses(each)
+        return run_data.stresses(each)
 
     def fields(i: int, angle: float) -> Mapping[str, NDArray[np.float64]]:
-        harmonics = {h: board.harmonic(each, h)[i] for h in range(top.harmonics + 1)}
+        harmonics = {h: run_data.harmonic(each, h)[i] for h in range(top.harmonics + 1)}
         rest = np.real(harmonics.pop(0))
         vibration = render.at_instant(harmonics, angle)
         found = {"vibration": vibration, "displacement": rest + vibration}
@@ -50,12 +50,14 @@ def steps(board: RunData, each: Planned) -> tuple[Path, ...]:
 
             def write(path: Path, i: int = i, k: int = k) -> None:
                 angle = 2 * np.pi * k / count
-                render.write_step(path, board.parts(each)[i], fields(i, angle))
+                render.write_step(path, run_data.parts(each)[i], fields(i, angle))
 
-            row.append(board.easel.draw(f"{folder}/{part}_{k:03d}.vtu", shows, write, quick=True))
+            row.append(
+                run_data.output_files.draw(f"{folder}/{part}_{k:03d}.vtu", shows, write, quick=True)
+            )
         files.append(row)
     times = [k / count / peak.frequency for k in range(count)]
-    listed = board.easel.draw(
+    listed = run_data.output_files.draw(
         f"{folder}.pvd", shows, lambda path: render.write_pvd(path, times, files), quick=True
     )
     return (listed,)

@@ -37,7 +37,7 @@ def test_frequency_and_amplitude_in_any_order_of_rows(tmp_path):
         "rotor speed (rev/s),strain (µm/m),s\n125,2.5,0.1\n130,3,0.1\n".encode("cp1252"),
     ],
 )
-def test_one_curve_in_many_hands(tmp_path, text):
+def test_one_curve_in_many_executor(tmp_path, text):
     """The same strain at engine order 2, as different programs write it."""
     found = read(tmp_path, text)
     assert found.frequency == pytest.approx([250, 260])

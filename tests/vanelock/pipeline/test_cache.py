@@ -292,9 +292,9 @@ def test_pictures_are_drawn_again_only_when_they_would_change(tmp_path):
         return function
 
     def draw(shows, text):
-        easel = OutputFiles(tmp_path, silent)
-        path = easel.draw("figures/a.png", shows, write(text))
-        easel.tidy()
+        output_files = OutputFiles(tmp_path, silent)
+        path = output_files.draw("figures/a.png", shows, write(text))
+        output_files.tidy()
         return path
 
     for shows, text in (([1], "one"), ([1], "one again"), ([2], "two")):
@@ -311,9 +311,9 @@ def test_pictures_are_drawn_again_only_when_they_would_change(tmp_path):
 def test_what_is_drawn_last_of_all_is_known_to_the_next_run(tmp_path):
     drawn = []
     for _ in range(2):
-        easel = OutputFiles(tmp_path, silent)
-        easel.tidy(keep=["report.html"])
-        easel.draw("report.html", [], lambda path: drawn.append(path.write_text("drawn")))
+        output_files = OutputFiles(tmp_path, silent)
+        output_files.tidy(keep=["report.html"])
+        output_files.draw("report.html", [], lambda path: drawn.append(path.write_text("drawn")))
     assert len(drawn) == 1
 
 
@@ -326,12 +326,12 @@ def test_animations_come_after_the_page_which_is_then_written_again(tmp_path):
         order.append(path.name)
 
     def run(shows):
-        easel = OutputFiles(tmp_path, silent)
-        easel.animate("figures/a.gif", shows, write)
-        easel.draw("figures/a.png", shows, write)
-        easel.tidy()
+        output_files = OutputFiles(tmp_path, silent)
+        output_files.animate("figures/a.gif", shows, write)
+        output_files.draw("figures/a.png", shows, write)
+        output_files.tidy()
         there = lambda: [path.name for path in (tmp_path / "figures").iterdir()]  # noqa: E731
-        easel.finish(lambda: order.append(sorted(there())))
+        output_files.finish(lambda: order.append(sorted(there())))
 
     run(1)
     assert order == ["a.png", ["a.png"], "a.gif", ["a.gif", "a.png"]]
@@ -351,11 +351,11 @@ def test_pictures_of_other_results_are_removed(tmp_path):
     (tmp_path / "figures").mkdir()
     (tmp_path / "figures" / "mine.png").write_text("not ours")
     for names in (("a", "b"), ("b", "c")):
-        easel = OutputFiles(tmp_path, silent)
+        output_files = OutputFiles(tmp_path, silent)
         for name in names:
-            easel.draw(f"figures/{name}.png", [], write)
-        easel.draw(f"shapes/{names[0]}/step.vtu", [], write)
-        easel.tidy()
+            output_files.draw(f"figures/{name}.png", [], write)
+        output_files.draw(f"shapes/{names[0]}/step.vtu", [], write)
+        output_files.tidy()
     assert [path.name for path in (tmp_path / "shapes").iterdir()] == ["b"]  # nor empty folders
     assert {path.stem for path in (tmp_path / "figures").iterdir()} == {"b", "c", "mine"}
 

@@ -26,7 +26,7 @@ samples = {}
 """
 
 
-def board(text, own_limits=False, folder=None):
+def run_data(text, own_limits=False, folder=None):
     """Cases whose peaks go down and up again, with limits of their own or shared."""
     study = parse_study(text)
     shown = Shown(Monitor("vane accessory 1, radial", 0, 0))
@@ -40,13 +40,13 @@ def board(text, own_limits=False, folder=None):
         for which in ("free", "stuck"):
             shown.linear[name, which] = (F, 1e-5 * (1 + i * own_limits) * np.ones(7))
     told: list[Any] = []
-    easel: Any = SimpleNamespace(folder=folder, listener=told.append)
+    output_files: Any = SimpleNamespace(folder=folder, listener=told.append)
     stages: Any = None
-    return RunData(study, planned, stages, shown, easel), told
+    return RunData(study, planned, stages, shown, output_files), told
 
 
 def test_samples_that_are_looked_into_are_those_with_pictures():
-    many, _ = board(SAMPLES.format(30))
+    many, _ = run_data(SAMPLES.format(30))
     peaks = many.shown.peak
     order = sorted(peaks, key=lambda name: peaks[name].amplitude)
     assert set(looked_into(many)) == {order[0], order[15], order[-1]}
@@ -55,7 +55,7 @@ def test_samples_that_are_looked_into_are_those_with_pictures():
 
 def test_of_a_sweep_the_ends_and_the_extremes_are_looked_into():
     values = [round(0.1 + 0.01 * i, 2) for i in range(10)]
-    many, _ = board(f'[sweep]\n"joints.interlock.mu" = {values}')
+    many, _ = run_data(f'[sweep]\n"joints.interlock.mu" = {values}')
     assert looked_into(many) == ["mu=0.1", "mu=0.12", "mu=0.18", "mu=0.19"]
     assert [each.case.name for each in named(many)] == ["mu=0.1", "mu=0.19"]
 
@@ -70,20 +70,20 @@ def test_of_a_sweep_the_ends_and_the_extremes_are_looked_into():
     ],
 )
 def test_pictures_of_a_few_are_told_where_there_are_any(wanted, said):
-    many, told = board(f"{SAMPLES.format(30)}\n[outputs]\n{wanted}")
-    Pictures(many.study, many.planned, many.stages, many.shown, many.easel)._detailed()
+    many, told = run_data(f"{SAMPLES.format(30)}\n[outputs]\n{wanted}")
+    Pictures(many.study, many.planned, many.stages, many.shown, many.output_files)._detailed()
     expected = "pictures of {} for the lowest, the middle and the largest peak of 30"
     assert [event.text for event in told] == [expected.format(each) for each in said]
 
 
 def plot(made, folder):
-    told: Any = SimpleNamespace(board=made, monitor="vane accessory 1, radial")
-    made.easel.folder = folder
+    told: Any = SimpleNamespace(run_data=made, monitor="vane accessory 1, radial")
+    made.output_files.folder = folder
     return response_plot(told)
 
 
 def test_linear_curves_have_the_line_styles_of_the_picture(tmp_path):
-    made, _ = board('[sweep]\n"joints.interlock.mu" = [0.1, 0.2]')
+    made, _ = run_data('[sweep]\n"joints.interlock.mu" = [0.1, 0.2]')
     shown = plot(made, tmp_path)
     assert [(t.name, t.dash) for t in shown.traces] == [
         ("linear, free", "dash"),
@@ -96,7 +96,7 @@ def test_linear_curves_have_the_line_styles_of_the_picture(tmp_path):
 
 
 def test_linear_curves_of_a_case_have_its_colour(tmp_path):
-    made, _ = board('[sweep]\n"joints.hook.kn" = [5, 6]', own_limits=True)
+    made, _ = run_data('[sweep]\n"joints.hook.kn" = [5, 6]', own_limits=True)
     colours = {t.name: t.colour for t in plot(made, tmp_path).traces}
     assert len(colours) == 6
     for case in ("kn = 5", "kn = 6"):
@@ -105,7 +105,7 @@ def test_linear_curves_of_a_case_have_its_colour(tmp_path):
 
 
 def test_many_samples_are_shaded_as_in_the_picture(tmp_path):
-    made, _ = board(SAMPLES.format(30), own_limits=True)
+    made, _ = run_data(SAMPLES.format(30), own_limits=True)
     shown = plot(made, tmp_path)
     outer, inner, middle = shown.traces[:3]
     assert [t.name for t in (outer, inner, middle)] == [

@@ -82,7 +82,7 @@ class Run:
         What computes or finds each product.
     found : sequence of Case, optional
         The cases, where they are not those of the study's sweep.
-    hands : callable, optional
+    executor : callable, optional
         Gets the processes that compute the cases; without, this one does.
     memory : float, optional
         Bytes that meshes chosen for an accuracy may take, see `run_study`.
@@ -95,13 +95,13 @@ class Run:
         listener: Listener,
         stages: Stages,
         found: Sequence[Case] = (),
-        hands: Callable[[], Executor] | None = None,
+        executor: Callable[[], Executor] | None = None,
         memory: float | None = None,
     ) -> None:
         self.study, self.listener, self.stages = study, listener, stages
         self._cache = Cache(folder / "cache", lambda told: listener(Notice(told)))
         self.failed: dict[str, Failure] = {}
-        self._hands = hands
+        self._executor = executor
         self.measured = load_measured(study)  # refused before the long stages
         found = warmed(found or cases(study), stages)
         self._every = found
@@ -132,7 +132,7 @@ class Run:
             if isinstance(study.vane, OwnVane):
                 refuse_without_areas(study, self.stages.get(mesh_step(study, "vane")))
         with in_background(
-            self._hands,
+            self._executor,
             lambda: bundle(self.planned, self._cache),
             self.stages,
             self._cache,
@@ -220,22 +220,22 @@ class Run:
         return every
 
     def told(
-        self, gallery: Pictures, found: Sequence[Summary], drawn: Sequence[Figure], text: str = ""
+        self, pictures: Pictures, found: Sequence[Summary], drawn: Sequence[Figure], text: str = ""
     ) -> PageContent:
         """What the run's page is told from."""
         return PageContent(
-            board=gallery.board,
+            run_data=pictures.run_data,
             summaries=found,
-            exhibits=[each for each in drawn if each.path not in gallery.easel.waiting],
-            answers=gallery.answers,
-            wear=gallery.wear,
+            exhibits=[each for each in drawn if each.path not in pictures.output_files.waiting],
+            answers=pictures.answers,
+            wear=pictures.wear,
             strains=self._strains,
             worth=self._worth,
             linear=self._peaks,
             text=text,
-            balances=gallery.balances,
+            balances=pictures.balances,
             failed=self.failed,
-            scattered=gallery.scattered,
+            scattered=pictures.scattered,
         )
 
     def _linear(self, linear: Linear) -> None:

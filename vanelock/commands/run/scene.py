@@ -81,16 +81,16 @@ def run_scene(
     """
     path, began = Path(folder), time.perf_counter()
     with claimed(path):
-        hands = chosen_executor(workers, scheduler, listener, None, insecure)
-        running = SceneRun(scene, path, listener, text, hands)
+        executor = chosen_executor(workers, scheduler, listener, None, insecure)
+        running = SceneRun(scene, path, listener, text, executor)
         with running.record.finished():
             found = running.all_cases()
             shown = running.shown
             exhibits = draw(shown, found)
             if scene.outputs.report:
                 write_scene_page(shown, found, exhibits, text)
-            shown.easel.tidy()
-            listener(stage_times([*running.stages.done.values(), *shown.easel.done]))
+            shown.output_files.tidy()
+            listener(stage_times([*running.stages.done.values(), *shown.output_files.done]))
             running.record.complete(running.stages.done)
     pictures = [str(file) for each in exhibits for file in (each.path, *each.data)]
     told: dict[str, Any] = {
@@ -116,7 +116,7 @@ class SceneRun:
         Told about tables, points and notices.
     text : str
         The scene's file.
-    hands : callable, optional
+    executor : callable, optional
         Gets the processes that compute the cases; without, this one does.
     """
 
@@ -126,9 +126,9 @@ class SceneRun:
         folder: Path,
         listener: Listener,
         text: str,
-        hands: Callable[[], Executor] | None,
+        executor: Callable[[], Executor] | None,
     ) -> None:
-        self.listener, self._hands = listener, hands
+        self.listener, self._executor = listener, executor
         self._cache = Cache(folder / "cache", lambda told: listener(Notice(told)))
         self.stages = Stages(self._cache, listener)
         for told in unusual(scene):
@@ -147,7 +147,7 @@ class SceneRun:
         """Everything but the pictures; a line for each case."""
         found = []
         with in_background(
-            self._hands,
+            self._executor,
             lambda: divided([each.wanted() for each in self.planned], self._cache),
             self.stages,
             self._cache,

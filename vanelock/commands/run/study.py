@@ -76,24 +76,31 @@ def run_study(
         needed = estimated(found, memory)
         if needed is not None:
             workers = min(workers, processes(needed.memory, memory))
-        hands = chosen_executor(workers, scheduler, listener, path / "cache", insecure)
-        running = Run(study, path, listener, stages, found, hands, memory)
+        executor = chosen_executor(workers, scheduler, listener, path / "cache", insecure)
+        running = Run(study, path, listener, stages, found, executor, memory)
         running.record.provenance(study, text)
         if needed is not None:
             listener(Notice(f"about {', '.join(needed.words().values())}, if nothing is there yet"))
         with running.record.finished():
             summaries = running.all_cases()
-            easel = OutputFiles(path, listener)
-            gallery = Pictures(
-                study, running.planned, stages, running.shown, easel, running.scattered(summaries)
+            output_files = OutputFiles(path, listener)
+            pictures = Pictures(
+                study,
+                running.planned,
+                stages,
+                running.shown,
+                output_files,
+                running.scattered(summaries),
             )
-            drawn = gallery.draw()
+            drawn = pictures.draw()
             if study.outputs.report:
-                running.record.answers(gallery.answers)
-                easel.finish(lambda: write_report(running.told(gallery, summaries, drawn, text)))
+                running.record.answers(pictures.answers)
+                output_files.finish(
+                    lambda: write_report(running.told(pictures, summaries, drawn, text))
+                )
             else:
-                easel.finish()
-            listener(listing.stage_times([*stages.done.values(), *easel.done]))
+                output_files.finish()
+            listener(listing.stage_times([*stages.done.values(), *output_files.done]))
             running.record.complete(stages.done)
     told = {
         "cases": [asdict(case) for case in summaries],

@@ -13,7 +13,7 @@ from vanelock.pipeline.step import Stages, Step
 
 @contextmanager
 def in_background(
-    hire: Callable[[], Executor] | None,
+    make: Callable[[], Executor] | None,
     divide: Callable[[], tuple[list[Step[Any]], list[Task]]],
     stages: Stages,
     cache: Cache,
@@ -25,7 +25,7 @@ def in_background(
 
     Parameters
     ----------
-    hire : callable or None
+    make : callable or None
         Gets the processes.
     divide : callable
         What all cases need, which is computed here first, and the tasks after it.
@@ -40,7 +40,7 @@ def in_background(
     idle : callable
         Called whenever it waits.
     """
-    if hire is None:
+    if make is None:
         yield
         return
     shared, tasks = divide()
@@ -49,12 +49,12 @@ def in_background(
         return
     for step in shared:
         stages.get(step)
-    hands = hire()
+    executor = make()
     try:
-        crew = TaskQueue(tasks, cache, hands, listener, peak)
-        crew.idle = idle
-        stages.elsewhere = crew.bring
+        queue = TaskQueue(tasks, cache, executor, listener, peak)
+        queue.idle = idle
+        stages.elsewhere = queue.bring
         yield
     finally:
         stages.elsewhere = None
-        hands.close()
+        executor.close()

@@ -40,16 +40,16 @@ class Processes:
 
     def __init__(self, count: int, journals: Path | None = None) -> None:
         self.slots, self._journals = count, journals
-        self._hired: list[_Process] = []
+        self._processes: list[_Process] = []
         self._fresh: list[TaskOutcome] = []
 
     def send(self, task: Task, image: Callable[[str, str], bytes | None]) -> None:
         """Have a task done by an idle process, one that knows most of what it starts from."""
         wanted = {key for _, key in task.given}
-        idle = [each for each in self._hired if each.task is None]
+        idle = [each for each in self._processes if each.task is None]
         if not idle:
             idle = [_Process(self._journals)]
-            self._hired += idle
+            self._processes += idle
         chosen = max(idle, key=lambda each: len(wanted & each.knows))
         try:
             chosen.send(task, image)
@@ -59,7 +59,7 @@ class Processes:
     def wait(self, seconds: float) -> list[TaskOutcome]:
         """Tasks that ended."""
         found, self._fresh = self._fresh, []
-        busy = {each.pipe: each for each in self._hired if each.task is not None}
+        busy = {each.pipe: each for each in self._processes if each.task is not None}
         for pipe in wait(list(busy), 0 if found else seconds):
             process = busy[pipe]  # type: ignore[index]
             assert process.task is not None
@@ -73,18 +73,18 @@ class Processes:
 
     def forget(self, keys: Collection[str]) -> None:
         """Have all processes drop products with their next tasks."""
-        for each in self._hired:
+        for each in self._processes:
             each.drops |= each.knows.intersection(keys)
 
     def close(self) -> None:
         """Kill all processes."""
-        for each in self._hired:
+        for each in self._processes:
             each.kill()
-        self._hired = []
+        self._processes = []
 
     def _bury(self, process: "_Process", task: Task) -> None:
         told = process.kill(1.0)
-        self._hired.remove(process)
+        self._processes.remove(process)
         self._fresh.append(TaskOutcome(task, None, Failure(task.name, told)))
 
 

@@ -83,7 +83,7 @@ class TaskQueue:
         In the order in which they are wanted.
     cache : Cache
         Where products come from and go to.
-    hands : Executor
+    executor : Executor
         Who does them.
     listener : callable
         Told how many are done.
@@ -99,7 +99,7 @@ class TaskQueue:
 
     tasks: Sequence[Task]
     cache: Cache
-    hands: Executor
+    executor: Executor
     listener: Listener
     peak: Callable[[], float] = lambda: 0.0
     idle: Callable[[], object] = lambda: None
@@ -133,7 +133,7 @@ class TaskQueue:
             self._hand_out()
             if key in self.failed:
                 raise TaskFailed(self.failed[key])
-            for outcome in self.hands.wait(PATIENCE):
+            for outcome in self.executor.wait(PATIENCE):
                 self._take(outcome)
             self.idle()
             self._tell()
@@ -142,13 +142,13 @@ class TaskQueue:
     def _hand_out(self) -> None:
         """Send what can be done; fail what waits for something that failed."""
         held: deque[Task] = deque()
-        while self._waiting and len(self._out) < self.hands.slots:
+        while self._waiting and len(self._out) < self.executor.slots:
             task = self._waiting.popleft()
             lost = next((self.failed[key] for key in task.after if key in self.failed), None)
             if lost is not None:
                 self._fail(task, lost)
             elif all(key in self._made for key in task.after):
-                self.hands.send(task, self._image)
+                self.executor.send(task, self._image)
                 self._out[task.makes[0]] = task
             else:
                 held.append(task)
@@ -161,7 +161,7 @@ class TaskQueue:
 
     def _take(self, outcome: TaskOutcome) -> None:
         task = outcome.task
-        if self._out.get(task.makes[0]) is not task:  # sent by another crew with the same hands
+        if self._out.get(task.makes[0]) is not task:  # sent by another queue of the same executor
             return
         del self._out[task.makes[0]]
         if outcome.failure is None:
@@ -192,7 +192,7 @@ class TaskQueue:
         if task.counts:
             self._ended = time.monotonic()
         self._uses.subtract(key for _, key in task.given)
-        self.hands.forget([key for _, key in task.given if self._uses[key] <= 0])
+        self.executor.forget([key for _, key in task.given if self._uses[key] <= 0])
         self._tell(bool(task.counts))
 
     def _tell(self, now: bool = False) -> None:

@@ -68,7 +68,7 @@ def panels(plane: Plane, with_errors: bool) -> list[render.MapPanel]:
     return made
 
 
-def map_exhibit(board: RunData, e: Evidence, name: str, plane: Plane, words: str) -> Figure:
+def map_exhibit(run_data: RunData, e: Evidence, name: str, plane: Plane, words: str) -> Figure:
     """A plane's maps and its data."""
     scale = SCALE[plane.other]
     title = f"Where each statement holds: {words}"
@@ -80,7 +80,7 @@ def map_exhibit(board: RunData, e: Evidence, name: str, plane: Plane, words: str
         f"peak against {Method(orders(plane)[-1]).name}. "
     )
     file, shows = f"figures/{name}", [title, e.monitor, *_numbers(plane)]
-    path = board.easel.draw(
+    path = run_data.output_files.draw(
         f"{file}.png",
         shows,
         lambda path: render.map_picture(
@@ -95,7 +95,7 @@ def map_exhibit(board: RunData, e: Evidence, name: str, plane: Plane, words: str
             (scale * at, own.mu),
         ),
     )
-    data = board.table(f"{file}.csv", shows, lambda: plane_columns(plane), [title])
+    data = run_data.table(f"{file}.csv", shows, lambda: plane_columns(plane), [title])
     return Figure(path, title, caption, (data,))
 
 
@@ -117,7 +117,7 @@ def plane_columns(plane: Plane) -> Mapping[str, ArrayLike]:
     }
 
 
-def map_exhibits(board: RunData, e: Evidence) -> list[Figure]:
+def map_exhibits(run_data: RunData, e: Evidence) -> list[Figure]:
     """Maps over friction and interference, friction and load, and for other slants."""
     base = e.plan.base
     slant = getattr(base.vane, "interlock_slant", None)
@@ -125,21 +125,21 @@ def map_exhibits(board: RunData, e: Evidence) -> list[Figure]:
     unit = "kg m" if base.excitation.unbalance else "N a node"
     made = [
         map_exhibit(
-            board,
+            run_data,
             e,
             "map_interference",
             e.planes["interference"],
             f"friction and interference{words}, {load_of(base):g} {unit}",
         ),
-        map_exhibit(board, e, "map_load", e.planes["load"], f"friction and load{words}"),
+        map_exhibit(run_data, e, "map_load", e.planes["load"], f"friction and load{words}"),
     ]
     for other, plane in e.slants.items():
         told = f"friction and interference, slant {other:g}°"
-        made.append(map_exhibit(board, e, f"map_slant{other:g}", plane, told))
+        made.append(map_exhibit(run_data, e, f"map_slant{other:g}", plane, told))
     return made
 
 
-def ridge_exhibit(board: RunData, e: Evidence) -> Figure:
+def ridge_exhibit(run_data: RunData, e: Evidence) -> Figure:
     """The peak against friction and interference over decades."""
     marked = {
         "mu": e.plan.base.joints.interlock.mu,
@@ -153,12 +153,12 @@ def ridge_exhibit(board: RunData, e: Evidence) -> Figure:
         drawn.append(render.RidgePanel(label, lines, limits, marked[name]))
     title = "Peak over decades of friction and interference"
     shows = [title, e.monitor, [_values(line) for panel in drawn for line in panel.lines]]
-    path = board.easel.draw(
+    path = run_data.output_files.draw(
         "figures/optimum.png",
         shows,
         lambda path: render.ridge_picture(path, drawn, title, e.monitor),
     )
-    data = board.table("figures/optimum.csv", shows, lambda: _ridge_columns(e), [title])
+    data = run_data.table("figures/optimum.csv", shows, lambda: _ridge_columns(e), [title])
     caption = (
         "The peak itself followed along each parameter, the other one as in the study; the ring "
         "marks the least. With little friction the peak is that of the free interlock."

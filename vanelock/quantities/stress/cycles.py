@@ -46,8 +46,8 @@ class Stressed(Product):
     gauges: Cycle | None
 
 
-def stressed_step(board: RunData, planned: Planned, point: int) -> Step[Stressed]:
-    """Stress cycles of a case, `solved`, at a point of its response; the board recovers them."""
+def stressed_step(run_data: RunData, planned: Planned, point: int) -> Step[Stressed]:
+    """Stress cycles of a case, `solved`, at a point of its response."""
     inputs = {"point": point, "code": code_of("quantities.stress")}
     parts = [planned.part(part, k) for part in PARTS for k in planned.diameters]
     needs: list[Step[Any]] = [planned.response, *planned.rom.values(), *parts]
@@ -57,8 +57,8 @@ def stressed_step(board: RunData, planned: Planned, point: int) -> Step[Stressed
 
     def compute(get: Get) -> Stressed:
         top = as_solved(get(planned.response), point)
-        vane = harmonics_of(board, planned, top, "vane")
-        casing = harmonics_of(board, planned, top, "casing", CASING_HARMONICS)
+        vane = harmonics_of(run_data, planned, top, "vane")
+        casing = harmonics_of(run_data, planned, top, "casing", CASING_HARMONICS)
         gauges = None
         if planned.gauges is not None:
             mesh = get(mesh_step(planned.case.study, "vane"))
@@ -70,7 +70,7 @@ def stressed_step(board: RunData, planned: Planned, point: int) -> Step[Stressed
 
 
 def harmonics_of(
-    board: RunData,
+    run_data: RunData,
     planned: Planned,
     top: Response,
     part: str,
@@ -83,9 +83,9 @@ def harmonics_of(
     found = []
     for h in range(min(top.harmonics, highest or top.harmonics) + 1):
         k = int(top.harmonic_diameters[h])
-        joined = [board.stages.get(planned.part(each, k)) for each in PARTS]
+        joined = [run_data.stages.get(planned.part(each, k)) for each in PARTS]
         own = rom.split(*joined, np.asarray(top.x[h][0], complex))[PARTS.index(part)]
-        found.append(board.recovery(planned, part, k).stress(own, k))
+        found.append(run_data.recovery(planned, part, k).stress(own, k))
     return np.stack(found)
 
 

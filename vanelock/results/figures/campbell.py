@@ -21,21 +21,21 @@ DETAILED = 8
 """Diagrams drawn; of more the first and the last."""
 
 
-def campbells(board: RunData) -> list[Figure]:
+def campbells(run_data: RunData) -> list[Figure]:
     """One for each distinct set of lines."""
-    found = list(board.shown.campbell.items())
+    found = list(run_data.shown.campbell.items())
     if len(found) > DETAILED:
         found = [found[0], found[-1]]
-    alone = len(board.planned) == 1
-    return [_exhibit(board, "" if alone else name, each) for name, each in found]
+    alone = len(run_data.planned) == 1
+    return [_exhibit(run_data, "" if alone else name, each) for name, each in found]
 
 
-def _exhibit(board: RunData, name: str, diagram: Campbell) -> Figure:
+def _exhibit(run_data: RunData, name: str, diagram: Campbell) -> Figure:
     stem = f"figures/campbell_{slug(name)}" if name else "figures/campbell"
-    measured = board.shown.measured
-    title = f"{board.study.name}: Campbell diagram"
+    measured = run_data.shown.measured
+    title = f"{run_data.study.name}: Campbell diagram"
     shows = [_digest(diagram, measured), title, name]
-    path = board.easel.draw(
+    path = run_data.output_files.draw(
         f"{stem}.png",
         shows,
         lambda path: draw_campbell(path, diagram, title, words(name), measured),
@@ -46,7 +46,7 @@ def _exhibit(board: RunData, name: str, diagram: Campbell) -> Figure:
         "circles": (circle_columns(diagram), f"amplitude of {diagram.monitor} along them"),
     }
     data = [
-        board.table(f"{stem}_{kind}.csv", shows, partial(dict, columns), [f"{title}: {note}"])
+        run_data.table(f"{stem}_{kind}.csv", shows, partial(dict, columns), [f"{title}: {note}"])
         for kind, (columns, note) in tables.items()
     ]
     return Figure(path, "Campbell diagram", caption(diagram, name), tuple(data))

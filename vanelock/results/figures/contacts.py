@@ -16,15 +16,15 @@ from vanelock.stages.parts.components import PARTS, joints
 from vanelock.stages.plan import Planned
 
 
-def contacts(board: RunData, each: Planned) -> Figure:
+def contacts(run_data: RunData, each: Planned) -> Figure:
     """The map of a case's contacts, with its table."""
     name = each.case.name
-    around = board.around(each)
-    title = f"{board.study.name}: contacts around the resonance"
-    shows = [each.response.key, title, name, board.shown.monitor.name]
+    around = run_data.around(each)
+    title = f"{run_data.study.name}: contacts around the resonance"
+    shows = [each.response.key, title, name, run_data.shown.monitor.name]
 
     def places() -> tuple[Pairs, Floats]:
-        vane, casing = (board.stages.get(each.part(part, 0)).masters for part in PARTS)
+        vane, casing = (run_data.stages.get(each.part(part, 0)).masters for part in PARTS)
         pairs = contact_pairs(vane, casing, joints(each.case.study))
         return pairs, vane.position(pairs.vane)
 
@@ -32,7 +32,7 @@ def contacts(board: RunData, each: Planned) -> Figure:
         pairs, positions = places()
         render.contact_map_picture(
             path,
-            board.parts(each)[0],
+            run_data.parts(each)[0],
             positions,
             pairs.frames,
             pairs.contacts.joint,
@@ -44,14 +44,14 @@ def contacts(board: RunData, each: Planned) -> Figure:
             around.headings,
         )
 
-    path = board.easel.draw(f"figures/contacts_{slug(name)}.png", shows, picture)
+    path = run_data.output_files.draw(f"figures/contacts_{slug(name)}.png", shows, picture)
 
     def table() -> Mapping[str, ArrayLike]:
         pairs, positions = places()
         return columns(around, pairs.contacts.joint, pairs.vane, positions)
 
     notes = [f"{title}{of_case(name)}; places on the vane of sector 0; energy of friction a cycle"]
-    data = board.table(f"figures/contacts_{slug(name)}.csv", shows, table, notes)
+    data = run_data.table(f"figures/contacts_{slug(name)}.csv", shows, table, notes)
     hertz = around.frequency[around.headings.index("at the peak")]
     caption = (
         f"State of every contact of a sector at the peak, {hertz:.2f} Hz, "

@@ -17,20 +17,20 @@ MOST = 16
 """Linear limits that are drawn, free and stuck ones together."""
 
 
-def curves(board: RunData) -> Figure:
+def curves(run_data: RunData) -> Figure:
     """The figure of the curves, and what it draws as CSV."""
-    made = linear(board) + [
+    made = linear(run_data) + [
         render.Curve(
             frequency,
             amplitude,
             group=words(each.case.name, without="harmonics"),
-            harmonics=board.shown.harmonics[each.case.name],
+            harmonics=run_data.shown.harmonics[each.case.name],
             converged=converged,
             joined=each.case.study.response.frequencies is None,
             variant=direction,
         )
-        for each in drawn_alone(board)
-        for direction, (frequency, amplitude, converged) in board.shown.curves(
+        for each in drawn_alone(run_data)
+        for direction, (frequency, amplitude, converged) in run_data.shown.curves(
             each.case.name
         ).items()
     ]
@@ -38,18 +38,18 @@ def curves(board: RunData) -> Figure:
         render.Curve(
             each.frequency, each.amplitude, group=each.label, kind="measured", joined=False
         )
-        for each in board.shown.measured
+        for each in run_data.shown.measured
         if each.quantity == DISPLACEMENT
     ]
-    keys = [(*(r.key for r in each.responses), each.case.name) for each in board.planned]
-    monitor = board.shown.monitor.name
-    shows = [keys, monitor, board.study.name]
-    shows += [[m.name, m.frequency.tolist(), m.amplitude.tolist()] for m in board.shown.measured]
-    orders = {abs(each.case.study.excitation.engine_order) for each in board.planned}
+    keys = [(*(r.key for r in each.responses), each.case.name) for each in run_data.planned]
+    monitor = run_data.shown.monitor.name
+    shows = [keys, monitor, run_data.study.name]
+    shows += [[m.name, m.frequency.tolist(), m.amplitude.tolist()] for m in run_data.shown.measured]
+    orders = {abs(each.case.study.excitation.engine_order) for each in run_data.planned}
     order = orders.pop() if len(orders) == 1 else None  # one speed axis, or none
-    title = f"{board.study.name}: forced response"
-    shade = band(board)
-    path = board.easel.draw(
+    title = f"{run_data.study.name}: forced response"
+    shade = band(run_data)
+    path = run_data.output_files.draw(
         "figures/response.png",
         shows,
         lambda path: render.response_curves(
@@ -60,13 +60,13 @@ def curves(board: RunData) -> Figure:
         f"{title}, {monitor}: half the peak-to-peak over the excitation frequency",
         "solved: 1 where the point converged; the others are not to be trusted",
     ]
-    data = board.table(
+    data = run_data.table(
         "figures/response.csv", shows, lambda: {**columns(made), **shaded(shade)}, notes
     )
     limits = (
         "The thin lines are the linear limits, with the interlock free (dashed) and stuck "
         "(dotted): without friction's damping the peak would be as high as theirs. "
-        if board.study.joints.interlock.enabled
+        if run_data.study.joints.interlock.enabled
         else "The thin dashed line is the linear limit: the same structure without friction's "
         "damping. "
     )
@@ -75,12 +75,12 @@ def curves(board: RunData) -> Figure:
         "The other lines are the responses with friction, each with a marker at its peak, whose "
         "value stands in the legend. Read off how far friction lowers the peak, and how far it "
         "moves the resonance from the free towards the stuck frequency."
-        f"{' Black dots are measured.' if board.shown.measured else ''}"
+        f"{' Black dots are measured.' if run_data.shown.measured else ''}"
     )
     if shade is not None:
         caption += (
             f" Shaded: where {shade.label} lie at each frequency, and their median; lines of their "
-            f"own have {in_words(board)}."
+            f"own have {in_words(run_data)}."
         )
     return Figure(path, "Forced response", caption, (data,))
 
@@ -106,15 +106,15 @@ def shaded(band: render.Band | None) -> Mapping[str, ArrayLike]:
     return found
 
 
-def linear(board: RunData) -> list[render.Curve]:
+def linear(run_data: RunData) -> list[render.Curve]:
     """Linear limits: equal ones once; without an interlock there is no stuck one."""
     found: list[tuple[list[str], Limit, Floats, Floats]] = []
-    limits = board.shown.linear
+    limits = run_data.shown.linear
     if len(limits) > MOST:  # a stiffness is swept: those of the cases that are shown
-        own = {each.linear.name for each in named(board)}
+        own = {each.linear.name for each in named(run_data)}
         limits = {key: curve for key, curve in limits.items() if key[0] in own}
     for (name, which), (f, a) in limits.items():
-        if which == "stuck" and not board.study.joints.interlock.enabled:
+        if which == "stuck" and not run_data.study.joints.interlock.enabled:
             continue
         for names, other, *curve in found:
             if other == which and _equal(curve[0], f) and _equal(curve[1], a):

@@ -19,7 +19,7 @@ MARKED = 5
 """Features marked in a Haigh diagram, gauges aside."""
 
 
-def haigh(board: RunData, found: CaseAnswers) -> Figure:
+def haigh(run_data: RunData, found: CaseAnswers) -> Figure:
     """Haigh diagram of the vane at a case's peak, and its numbers at every node."""
     cycle, spots = found.cycles.vane, found.spots["vane"]
     bears = found.governing.strength
@@ -30,7 +30,7 @@ def haigh(board: RunData, found: CaseAnswers) -> Figure:
     )
     subtitle = "; ".join([*([] if found.name == "nominal" else [words(found.name)]), told])
     shows = [found.key, title, subtitle, [bears.limit, bears.tensile]]
-    path = board.easel.draw(
+    path = run_data.output_files.draw(
         f"figures/haigh_{slug(found.name)}.png",
         shows,
         lambda path: render.haigh_picture(
@@ -51,7 +51,7 @@ def haigh(board: RunData, found: CaseAnswers) -> Figure:
         "signed: its von Mises stress with the sign of the trace; n: Goodman's reserve with mean",
         "clear: 0 at sharp re-entrant corners and beside point forces, where stress has no limit",
     ]
-    data = board.table(
+    data = run_data.table(
         f"figures/fatigue_{slug(found.name)}.csv", shows, lambda: _nodes(found), notes
     )
     caption = (
@@ -89,7 +89,7 @@ def _nodes(found: CaseAnswers) -> dict[str, ArrayLike]:
     return columns
 
 
-def wear_table(board: RunData, found: CaseAnswers) -> Path:
+def wear_table(run_data: RunData, found: CaseAnswers) -> Path:
     """CSV of every contact's wear indicators, which the page shows as a table."""
     columns = contact_columns(found)
     notes = [
@@ -97,7 +97,7 @@ def wear_table(board: RunData, found: CaseAnswers) -> Path:
         "slip: distance under load in a cycle, both ways; pressure: force over the contact's area",
     ]
     shows = [found.key, [str(k) for k in found.places.coefficient]]
-    return board.table(f"figures/wear_{slug(found.name)}.csv", shows, lambda: columns, notes)
+    return run_data.table(f"figures/wear_{slug(found.name)}.csv", shows, lambda: columns, notes)
 
 
 def contact_columns(found: CaseAnswers) -> dict[str, ArrayLike]:

@@ -71,19 +71,19 @@ class Loop:
         }
 
 
-def loops(board: RunData, each: Planned, animated: bool) -> list[Figure]:
+def loops(run_data: RunData, each: Planned, animated: bool) -> list[Figure]:
     """The loop of a case, where there is one; `animated`, too."""
-    top, name = board.top(each), each.case.name
-    joints = board.stages.get(each.system).contacts.joint
+    top, name = run_data.top(each), each.case.name
+    joints = run_data.stages.get(each.system).contacts.joint
     own = [i for i, joint in enumerate(joints) if joint == "interlock"]
     sampled = top.samples > 0 and top.friction == "orthogonal"  # no loop is exact then
     if sampled or not own or not top.dissipation[0, own].any():
         return []
     contact = max(own, key=lambda i: float(top.dissipation[0, i]))
     loop = Loop(top, contact)
-    number, frequency = own.index(contact) + 1, board.shown.peak[name].frequency
+    number, frequency = own.index(contact) + 1, run_data.shown.peak[name].frequency
     title = f"Interlock contact {number} at {frequency:.2f} Hz"
-    shows = [each.response.key, title, name, board.shown.monitor.name]
+    shows = [each.response.key, title, name, run_data.shown.monitor.name]
     given: dict[str, Any] = {"isotropic": loop.isotropic}
 
     def still(path: Path) -> None:
@@ -94,9 +94,9 @@ def loops(board: RunData, each: Planned, animated: bool) -> list[Figure]:
         given["bounding"] = loop.bounding
         render.loop_animation(path, *loop.history, loop.mu, title, words(name), **given)
 
-    path = board.easel.draw(f"figures/loop_{slug(name)}.png", shows, still)
-    notes = [f"{board.study.name}: {title}{of_case(name)}, one period"]
-    data = board.table(f"figures/loop_{slug(name)}.csv", shows, loop.columns, notes)
+    path = run_data.output_files.draw(f"figures/loop_{slug(name)}.png", shows, still)
+    notes = [f"{run_data.study.name}: {title}{of_case(name)}, one period"]
+    data = run_data.table(f"figures/loop_{slug(name)}.csv", shows, loop.columns, notes)
     caption = (
         f"Contact {number} of the interlock, the one that turns most energy into heat, over one "
         f"period at the peak, {frequency:.2f} Hz{of_case(name)}. Left: friction over sliding; the "
@@ -107,7 +107,7 @@ def loops(board: RunData, each: Planned, animated: bool) -> list[Figure]:
     heading = f"Hysteresis of interlock contact {number}"
     made = [Figure(path, heading, caption, (data,))]
     if animated:
-        path = board.easel.animate(f"figures/loop_{slug(name)}.gif", shows, moving)
+        path = run_data.output_files.animate(f"figures/loop_{slug(name)}.gif", shows, moving)
         caption = (
             f"The same contact while its loop is traced{of_case(name)}: the point is the instant's "
             "friction, the dashed lines are the bounds ±μn that move with the normal force beside. "

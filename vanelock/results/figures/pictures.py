@@ -37,59 +37,59 @@ class Pictures:
     planned: Sequence[Planned]
     stages: Stages
     shown: Shown
-    easel: OutputFiles
+    output_files: OutputFiles
     scattered: Scattered | None = None
     wear: dict[str, Path] = field(default_factory=dict)
 
     @cached_property
-    def board(self) -> RunData:
+    def run_data(self) -> RunData:
         """What they are drawn from."""
-        return RunData(self.study, self.planned, self.stages, self.shown, self.easel)
+        return RunData(self.study, self.planned, self.stages, self.shown, self.output_files)
 
     def draw(self) -> list[Figure]:
         """Draw what is not there yet, and remove what earlier runs drew and this one does not."""
-        board = self.board
+        run_data = self.run_data
         if self.study.outputs.shapes:
             render.trial()  # whether this machine draws is known when the first shape is recovered
-        made = [curves(board), *campbells(board), *preloads(board)]
+        made = [curves(run_data), *campbells(run_data), *preloads(run_data)]
         if self.scattered is not None:
-            made.insert(1, scatters(board, self.scattered))
+            made.insert(1, scatters(run_data, self.scattered))
         detailed = self._detailed()
         moving = {each.case.name for each in (*detailed[:1], *detailed[-1:])}
         moving = moving if self.study.outputs.animations else set()
         if self.study.outputs.loops:
             for each in detailed:
-                made += loops(board, each, each.case.name in moving)
+                made += loops(run_data, each, each.case.name in moving)
         if self.study.outputs.shapes:
-            modes = all_modes(board)
-            made.append(mesh(board, self.planned[0], modes[0].data if modes else ()))
+            modes = all_modes(run_data)
+            made.append(mesh(run_data, self.planned[0], modes[0].data if modes else ()))
             made += modes
             for each in detailed:
-                made += response(board, each, each.case.name in moving)
-            made += [stress(board, each) for each in detailed]
-            made += [contacts(board, each) for each in detailed]
+                made += response(run_data, each, each.case.name in moving)
+            made += [stress(run_data, each) for each in detailed]
+            made += [contacts(run_data, each) for each in detailed]
         if self.study.outputs.report:
-            made += [haigh(board, found) for found in self.answers.values()]
-            self.wear = {name: wear_table(board, found) for name, found in self.answers.items()}
-        self.easel.tidy(keep=[REPORT] if self.study.outputs.report else [])
+            made += [haigh(run_data, found) for found in self.answers.values()]
+            self.wear = {name: wear_table(run_data, found) for name, found in self.answers.items()}
+        self.output_files.tidy(keep=[REPORT] if self.study.outputs.report else [])
         return made
 
     @cached_property
     def answers(self) -> dict[str, CaseAnswers]:
         """Margins, wear and damping of the cases that are looked into."""
-        return answers(self.board)
+        return answers(self.run_data)
 
     @cached_property
     def balances(self) -> dict[str, EnergyBalance]:
         """Energies at the peaks of all cases."""
-        return balances(self.board)
+        return balances(self.run_data)
 
     def _detailed(self) -> list[Planned]:
         """Cases with pictures of their own; says which, if any are drawn."""
-        cases, count = named(self.board), len(self.shown.peak)
+        cases, count = named(self.run_data), len(self.shown.peak)
         wanted = self.study.outputs
         drawn = [name for name in ("loops", "shapes") if getattr(wanted, name)]
         if drawn and len(cases) < count:
-            told = f"pictures of {' and '.join(drawn)} for {in_words(self.board)} of {count}"
-            self.easel.listener(Notice(told))
+            told = f"pictures of {' and '.join(drawn)} for {in_words(self.run_data)} of {count}"
+            self.output_files.listener(Notice(told))
         return cases

@@ -15,28 +15,28 @@ from vanelock.results.figures.figure import Figure
 from vanelock.stages.plan import Planned
 
 
-def preloads(board: RunData) -> list[Figure]:
+def preloads(run_data: RunData) -> list[Figure]:
     """One for each distinct preload."""
     found: dict[str, Figure] = {}
-    distinct = {each.preload.key for each in board.planned}
-    for each in board.planned if len(distinct) <= DETAILED else named(board):
+    distinct = {each.preload.key for each in run_data.planned}
+    for each in run_data.planned if len(distinct) <= DETAILED else named(run_data):
         if each.preload.key not in found:
-            found[each.preload.key] = _preload(board, each)
+            found[each.preload.key] = _preload(run_data, each)
     return list(found.values())
 
 
-def _preload(board: RunData, each: Planned) -> Figure:
-    static = board.stages.get(each.preload)
-    joints = board.stages.get(each.system).contacts.joint
+def _preload(run_data: RunData, each: Planned) -> Figure:
+    static = run_data.stages.get(each.preload)
+    joints = run_data.stages.get(each.system).contacts.joint
     name = each.preload_name
     suffix = f"_{slug(name)}" if name else ""
     shows = [each.preload.key, name]
-    path = board.easel.draw(
+    path = run_data.output_files.draw(
         f"figures/preload{suffix}.png",
         shows,
         lambda path: picture(path, static, joints, words(name)),
     )
-    data = board.table(f"figures/preload{suffix}.csv", shows, lambda: columns(static, joints))
+    data = run_data.table(f"figures/preload{suffix}.csv", shows, lambda: columns(static, joints))
     caption = (
         f"Contact forces at rest, from the interference alone{of_case(name)}. Above: normal force "
         "of each contact of a sector. Below: friction over its bound, |t| / (μ n): 1 where the "

@@ -12,11 +12,11 @@ from vanelock.results.figures.figure import Figure
 TITLE = "Scatter of the peaks"
 
 
-def scatters(board: RunData, found: Scattered) -> Figure:
+def scatters(run_data: RunData, found: Scattered) -> Figure:
     """Distribution of the peaks, and the peaks against what scatters."""
-    monitor, known = board.shown.monitor.name, found.known
-    shows = [[each.response.key, each.case.name] for each in board.planned]
-    shows += [[monitor, board.study.name, *found.keys], found.value.tolist()]
+    monitor, known = run_data.shown.monitor.name, found.known
+    shows = [[each.response.key, each.case.name] for each in run_data.planned]
+    shows += [[monitor, run_data.study.name, *found.keys], found.value.tolist()]
     keys = [_shown(key, found.value[known, i]) for i, key in enumerate(found.keys)]
     panels = [
         render.ScatterPanel(
@@ -32,8 +32,8 @@ def scatters(board: RunData, found: Scattered) -> Figure:
             found.frequency_correlation[:, 0],
         ),
     ]
-    title = f"{board.study.name}: {TITLE.lower()}"
-    path = board.easel.draw(
+    title = f"{run_data.study.name}: {TITLE.lower()}"
+    path = run_data.output_files.draw(
         "figures/scatter.png",
         shows,
         lambda path: render.scatter_picture(
@@ -46,8 +46,10 @@ def scatters(board: RunData, found: Scattered) -> Figure:
         ),
     )
     notes = [f"{title}, {monitor}: half the peak-to-peak"]
-    data = board.table("figures/scatter.csv", shows, lambda: sample_columns(found), notes)
-    table = board.table("figures/percentiles.csv", shows, lambda: percentile_columns(found), notes)
+    data = run_data.table("figures/scatter.csv", shows, lambda: sample_columns(found), notes)
+    table = run_data.table(
+        "figures/percentiles.csv", shows, lambda: percentile_columns(found), notes
+    )
     caption = (
         "Above: share of the samples whose peak, and its frequency, lies below a value; dots are "
         "percentiles, bars their confidence limits. Below: the same against each key that "

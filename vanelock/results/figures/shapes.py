@@ -55,68 +55,68 @@ class Drawn:
         return self.recover()
 
 
-def mesh(board: RunData, each: Planned, data: Sequence[Path] = ()) -> Figure:
+def mesh(run_data: RunData, each: Planned, data: Sequence[Path] = ()) -> Figure:
     """Both parts with their node sets."""
     keys = [mesh_step(each.case.study, part).key for part in PARTS]
-    title = f"{board.study.name}: mesh"
-    path = board.easel.draw(
+    title = f"{run_data.study.name}: mesh"
+    path = run_data.output_files.draw(
         "figures/mesh.png",
         [keys, title],
-        lambda path: render.mesh_picture(path, *board.parts(each), title),
+        lambda path: render.mesh_picture(path, *run_data.parts(each), title),
     )
     caption = (
         "Finite-element mesh of one vane segment and one casing sector (translucent). Balls are "
         "the nodes where the parts touch, are loaded and are measured; pale ones lie behind. "
         "Right: the meridional section through the front hook, whose foot sits in the casing's "
-        f"groove, and the full ring of {board.study.ring.sectors} sectors, of which one is meshed."
+        f"groove, and the full ring of {run_data.study.ring.sectors} sectors, of which one is meshed."
     )
     return Figure(path, "Mesh and node sets", caption, tuple(data))
 
 
-def all_modes(board: RunData) -> list[Figure]:
+def all_modes(run_data: RunData) -> list[Figure]:
     """Modes of each distinct set of linear limits, under the swept values that tell them."""
-    groups = [_mode_key(board, each) for each in board.planned]
-    names = label([each.case for each in board.planned], groups)
+    groups = [_mode_key(run_data, each) for each in run_data.planned]
+    names = label([each.case for each in run_data.planned], groups)
     chosen: dict[Any, tuple[Planned, str]] = {}
-    for each, group, name in zip(board.planned, groups, names, strict=True):
+    for each, group, name in zip(run_data.planned, groups, names, strict=True):
         chosen.setdefault(group, (each, name))
     distinct = list(chosen.values())
     if len(distinct) > DETAILED:
         told = f"pictures of modes for the first and the last of {len(distinct)} linear limits"
-        board.easel.listener(Notice(told))
+        run_data.output_files.listener(Notice(told))
         distinct = [distinct[0], distinct[-1]]
     found: list[Figure] = []
     for each, name in distinct:
-        found += _modes(board, each, name, board.study.outputs.animations and not found)
+        found += _modes(run_data, each, name, run_data.study.outputs.animations and not found)
     return found
 
 
-def _mode_key(board: RunData, each: Planned) -> tuple[Any, ...]:
+def _mode_key(run_data: RunData, each: Planned) -> tuple[Any, ...]:
     """What tells modes apart; a load or a damping ratio does not."""
-    limits = board.stages.get(each.linear.limits)
+    limits = run_data.stages.get(each.linear.limits)
     places = limits.nodal_diameter, limits.free_mode, limits.stuck_mode
     parts = tuple(step.key for step in each.rom.values())
     return *parts, *places, limits.free.tobytes(), limits.stuck.tobytes()
 
 
-def _modes(board: RunData, each: Planned, name: str, animated: bool) -> list[Figure]:
+def _modes(run_data: RunData, each: Planned, name: str, animated: bool) -> list[Figure]:
     """The mode of interest, interlock free and stuck; `animated`, the last one moves too."""
-    limits = board.stages.get(each.linear.limits)
+    limits = run_data.stages.get(each.linear.limits)
     k = limits.nodal_diameter
     made = []
     wanted = LIMITS if limits.interlock else LIMITS[:1]
     for which in wanted:
         place = limits.free_mode if which == "free" else limits.stuck_mode
         frequency = limits.free_frequency if which == "free" else limits.stuck_frequency
-        wave = render.wave_name(k, board.study.ring.sectors)
+        wave = render.wave_name(k, run_data.study.ring.sectors)
         held = f", interlock {which}" if limits.interlock else ""
         title = f"Mode {place + 1} of {wave}{held}: {frequency:.2f} Hz"
 
         def recover(which: str = which, place: int = place) -> list[Shape]:
-            system = board.stages.get(each.linear.system)
+            system = run_data.stages.get(each.linear.system)
             closed = hooks(system.contacts.joint) if which == "free" else None
             shapes = rom.linear_modes(system, k, place + 1, closed)[1]
-            return board.fields(each, np.asarray(shapes[:, place], complex), k)
+            return run_data.fields(each, np.asarray(shapes[:, place], complex), k)
 
         shows = [each.linear.limits.key, title, name]
         file = f"mode_{which}_{slug(name)}" if name else f"mode_{which}"
@@ -127,8 +127,8 @@ def _modes(board: RunData, each: Planned, name: str, animated: bool) -> list[Fig
             "stated, colours tell where it moves most. Left: one sector at its largest deflection, "
             "undeformed in grey; right: the wave around the ring."
         )
-        data = _data(board, each, drawn)
-        made.append(_picture(board, each, drawn, render.mode_picture, caption, data))
+        data = _data(run_data, each, drawn)
+        made.append(_picture(run_data, each, drawn, render.mode_picture, caption, data))
         if animated and which == wanted[-1]:
             caption = (
                 f"The same mode over one period{of_case(name)}: a wave that travels round the ring "
@@ -137,24 +137,24 @@ def _modes(board: RunData, each: Planned, name: str, animated: bool) -> list[Fig
 
             def animate(path: Path, drawn: Drawn = drawn) -> None:
                 render.mode_animation(
-                    path, board.parts(each), drawn.fields, k, drawn.title, drawn.subtitle
+                    path, run_data.parts(each), drawn.fields, k, drawn.title, drawn.subtitle
                 )
 
-            path = board.easel.animate(f"shapes/{file}.gif", shows, animate)
+            path = run_data.output_files.animate(f"shapes/{file}.gif", shows, animate)
             made.append(Figure(path, f"{title}, in motion", caption, data))
     return made
 
 
-def response(board: RunData, each: Planned, animated: bool) -> list[Figure]:
+def response(run_data: RunData, each: Planned, animated: bool) -> list[Figure]:
     """First harmonic at the peak; `animated`, all of them too."""
     name = each.case.name
-    top, peak = board.top(each), board.shown.peak[name]
+    top, peak = run_data.top(each), run_data.shown.peak[name]
     k = int(top.harmonic_diameters[1])
     title = f"Response at its peak, {peak.frequency:.2f} Hz"
-    shows = [each.response.key, title, name, board.shown.monitor.name]
+    shows = [each.response.key, title, name, run_data.shown.monitor.name]
     subtitle = f"{words(name)}, first harmonic"
     drawn = Drawn(
-        f"response_{slug(name)}", title, subtitle, k, lambda: board.harmonic(each, 1), shows
+        f"response_{slug(name)}", title, subtitle, k, lambda: run_data.harmonic(each, 1), shows
     )
     caption = (
         f"First harmonic of the vibration with friction at the largest response, "
@@ -163,18 +163,18 @@ def response(board: RunData, each: Planned, animated: bool) -> list[Figure]:
         "colours run once around the ring for each nodal diameter the wave travels, and a jump "
         "within a sector tells parts that move against each other."
     )
-    data = (*_data(board, each, drawn), *steps(board, each))
-    made = [_picture(board, each, drawn, render.response_picture, caption, data)]
+    data = (*_data(run_data, each, drawn), *steps(run_data, each))
+    made = [_picture(run_data, each, drawn, render.response_picture, caption, data)]
     if animated:
 
         def animate(path: Path) -> None:
             waves = [
-                render.Wave(h, int(top.harmonic_diameters[h]), board.harmonic(each, h))
+                render.Wave(h, int(top.harmonic_diameters[h]), run_data.harmonic(each, h))
                 for h in range(1, top.harmonics + 1)
             ]
-            render.response_animation(path, board.parts(each), waves, title, words(name))
+            render.response_animation(path, run_data.parts(each), waves, title, words(name))
 
-        path = board.easel.animate(f"shapes/{drawn.name}.gif", shows, animate)
+        path = run_data.output_files.animate(f"shapes/{drawn.name}.gif", shows, animate)
         caption = (
             f"The vibration at the peak over one period{of_case(name)}, all harmonics, each with "
             "its own nodal diameter, without what the preload does at rest. Colours are the "
@@ -184,29 +184,31 @@ def response(board: RunData, each: Planned, animated: bool) -> list[Figure]:
     return made
 
 
-def stress(board: RunData, each: Planned) -> Figure:
+def stress(run_data: RunData, each: Planned) -> Figure:
     """Von Mises stress of the vane at the peak."""
     name = each.case.name
-    peak = board.shown.peak[name]
+    peak = run_data.shown.peak[name]
     title = f"Largest von Mises stress in a period, {peak.frequency:.2f} Hz"
-    placed = None if each.gauges is None else board.stages.get(each.gauges).positions
+    placed = None if each.gauges is None else run_data.stages.get(each.gauges).positions
     shows = [each.response.key, title, name, [] if placed is None else placed.tolist()]
 
     @cache
     def values() -> tuple[Floats, Floats]:
-        return stress_over_a_period(board.stresses(each))
+        return stress_over_a_period(run_data.stresses(each))
 
     def picture(path: Path) -> None:
         gauges = () if placed is None else placed
-        render.stress_picture(path, board.parts(each)[0], *values(), title, words(name), gauges)
+        render.stress_picture(path, run_data.parts(each)[0], *values(), title, words(name), gauges)
 
     def write(path: Path) -> None:
         total, vibration = values()
         given = {"von_mises_largest": total, "von_mises_largest_of_vibration": vibration}
-        render.write_vtu(path, board.parts(each)[0], fields=given)
+        render.write_vtu(path, run_data.parts(each)[0], fields=given)
 
-    path = board.easel.draw(f"shapes/stress_{slug(name)}.png", shows, picture)
-    data = board.easel.draw(f"shapes/stress_{slug(name)}_vane.vtu", shows, write, quick=True)
+    path = run_data.output_files.draw(f"shapes/stress_{slug(name)}.png", shows, picture)
+    data = run_data.output_files.draw(
+        f"shapes/stress_{slug(name)}_vane.vtu", shows, write, quick=True
+    )
     caption = (
         f"Largest von Mises stress of the vane in a period at the peak, {peak.frequency:.2f} Hz"
         f"{of_case(name)}. Left: with what the preload does at rest; right: of the vibration "
@@ -217,7 +219,7 @@ def stress(board: RunData, each: Planned) -> Figure:
 
 
 def _picture(
-    board: RunData,
+    run_data: RunData,
     each: Planned,
     drawn: Drawn,
     draw: Callable[..., Path],
@@ -225,21 +227,21 @@ def _picture(
     data: tuple[Path, ...],
 ) -> Figure:
     def function(path: Path) -> None:
-        parts, k = board.parts(each), drawn.nodal_diameter
+        parts, k = run_data.parts(each), drawn.nodal_diameter
         draw(path, parts, drawn.fields, k, drawn.title, drawn.subtitle)
 
-    path = board.easel.draw(f"shapes/{drawn.name}.png", drawn.shows, function)
+    path = run_data.output_files.draw(f"shapes/{drawn.name}.png", drawn.shows, function)
     return Figure(path, drawn.title, caption, data)
 
 
-def _data(board: RunData, each: Planned, drawn: Drawn) -> tuple[Path, ...]:
+def _data(run_data: RunData, each: Planned, drawn: Drawn) -> tuple[Path, ...]:
     """One .vtu file for each part of a displacement field."""
     data = []
     for i, part in enumerate(PARTS):
 
         def write(path: Path, i: int = i) -> None:
-            render.write_vtu(path, board.parts(each)[i], drawn.fields[i])
+            render.write_vtu(path, run_data.parts(each)[i], drawn.fields[i])
 
         file = f"shapes/{drawn.name}_{part}.vtu"
-        data.append(board.easel.draw(file, drawn.shows, write, quick=True))
+        data.append(run_data.output_files.draw(file, drawn.shows, write, quick=True))
     return tuple(data)

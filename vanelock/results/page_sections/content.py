@@ -22,7 +22,7 @@ class PageContent:
 
     Attributes
     ----------
-    board : RunData
+    run_data : RunData
         Study, cases, stages, curves and where files go.
     summaries : sequence of Summary
         One for each case.
@@ -48,7 +48,7 @@ class PageContent:
         Percentiles of the peaks, where keys scatter.
     """
 
-    board: RunData
+    run_data: RunData
     summaries: Sequence[Summary]
     exhibits: Sequence[Figure]
     answers: Mapping[str, CaseAnswers]
@@ -64,7 +64,7 @@ class PageContent:
     @property
     def monitor(self) -> str:
         """The displacement in the curves."""
-        return self.board.shown.monitor.name
+        return self.run_data.shown.monitor.name
 
     @property
     def known(self) -> list[Summary]:

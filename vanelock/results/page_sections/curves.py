@@ -41,10 +41,10 @@ def curves(told: PageContent, further: Sequence[Trace] = ()) -> Section:
 
 def response_plot(told: PageContent, further: Sequence[Trace] = ()) -> Plot:
     """Amplitude over frequency of every case."""
-    board = told.board
-    shade, alone = band(board), drawn_alone(board)
+    run_data = told.run_data
+    shade, alone = band(run_data), drawn_alone(run_data)
     colours = _colours(alone)
-    limits = linear(board)
+    limits = linear(run_data)
     greys = render.style.greys(each.group for each in limits)
     traces = [] if shade is None else _shaded(shade)
     traces += [
@@ -62,18 +62,18 @@ def response_plot(told: PageContent, further: Sequence[Trace] = ()) -> Plot:
         name = each.case.name
         listed = each.case.study.response.frequencies is not None
         own = words(name) if name != "nominal" else "with friction"
-        for i, (direction, curve) in enumerate(board.shown.curves(name).items()):
+        for i, (direction, curve) in enumerate(run_data.shown.curves(name).items()):
             label = f"{own}, {direction}" if direction else own
             traces += _drawn(curve, label, colours[words(name)], listed, i > 0)
     traces += [
         Trace(each.frequency, 1e6 * each.amplitude, each.label, mode="markers", colour="#1a1a1a")
-        for each in board.shown.measured
+        for each in run_data.shown.measured
         if each.quantity == DISPLACEMENT
     ]
-    data = (board.easel.folder / "figures" / "response.csv",)
+    data = (run_data.output_files.folder / "figures" / "response.csv",)
     lines = (
         "Dashed and dotted: linear, interlock free and stuck."
-        if board.study.joints.interlock.enabled
+        if run_data.study.joints.interlock.enabled
         else "Dashed: linear."
     )
     return Plot(
@@ -138,7 +138,7 @@ def _shaded(shade: render.Band) -> list[Trace]:
 
 def gauges(told: PageContent) -> list[Plot]:
     """Strain over frequency of every gauge in the cases that are looked into."""
-    stages, traces = told.board.stages, []
+    stages, traces = told.run_data.stages, []
     many = len(told.answers) > 1
     for name, found in told.answers.items():
         if name not in told.strains:

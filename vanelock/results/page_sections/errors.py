@@ -80,7 +80,7 @@ def _points(told: PageContent) -> Table:
 
 
 def _not_estimated(told: PageContent) -> str:
-    study = told.board.study
+    study = told.run_data.study
     told_of = []
     if not told.worth:
         told_of.append(

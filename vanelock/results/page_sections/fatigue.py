@@ -67,7 +67,7 @@ def _haigh(told: PageContent, main: CaseAnswers) -> list[Block]:
 
 
 def _method(told: PageContent) -> str:
-    own = told.board.study.material
+    own = told.run_data.study.material
     bears = "; ".join(
         f"{part}: fatigue limit {1e-6 * m.fatigue_limit:g} MPa, "
         f"tensile strength {1e-6 * m.tensile_strength:g} MPa"
@@ -97,7 +97,7 @@ def _corners(told: PageContent) -> str:
     main = told.main
     if main is None:
         return ""
-    spots, study = main.spots["vane"], told.board.study
+    spots, study = main.spots["vane"], told.run_data.study
     sharp, count = int(spots.corner.sum()), int((~spots.clear).sum())
     places, advice = "", "Real parts have fillets"
     if isinstance(study.vane, VaneDimensions):

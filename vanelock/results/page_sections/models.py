@@ -26,11 +26,11 @@ def models(told: PageContent) -> Section:
 
 
 def _meshes(told: PageContent) -> Table:
-    board = told.board
-    study = board.planned[0].case.study
+    run_data = told.run_data
+    study = run_data.planned[0].case.study
     rows: list[tuple[Cell, ...]] = []
     for part in PARTS:
-        found = figures(board.stages.get(mesh_step(study, part)))
+        found = figures(run_data.stages.get(mesh_step(study, part)))
         density = getattr(study.material, part).rho
         rows.append(
             (
@@ -53,22 +53,22 @@ def _meshes(told: PageContent) -> Table:
 
 
 def _count(told: PageContent) -> int:
-    return len(told.board.planned)
+    return len(told.run_data.planned)
 
 
 def _mesh_keys(told: PageContent, i: int) -> tuple[str, ...]:
-    return tuple(mesh_step(told.board.planned[i].case.study, part).key for part in PARTS)
+    return tuple(mesh_step(told.run_data.planned[i].case.study, part).key for part in PARTS)
 
 
 def _reduced(told: PageContent) -> Table:
-    board = told.board
-    first = board.planned[0]
+    run_data = told.run_data
+    first = run_data.planned[0]
     rows: list[tuple[Cell, ...]] = []
     for part in PARTS:
-        component = board.stages.get(first.rom[part])
+        component = run_data.stages.get(first.rom[part])
         masters = 3 * len(component.masters.nodes)
         rows.append((part, masters, component.fixed_modes, component.size, component.route))
-    system = board.stages.get(first.system)
+    system = run_data.stages.get(first.system)
     size = len(system.at(system.nodal_diameter(1)).K)
     joints = system.contacts.joint
     counts = ", ".join(f"{joints.count(j)} {j}" for j in dict.fromkeys(joints))
@@ -79,15 +79,15 @@ def _reduced(told: PageContent) -> Table:
 
 
 def _limits(told: PageContent) -> Table:
-    board = told.board
+    run_data = told.run_data
     rows: list[tuple[Cell, ...]] = []
     seen = set()
     shown = 0
-    for each in board.planned:
+    for each in run_data.planned:
         if each.linear.key in seen:
             continue
         seen.add(each.linear.key)
-        found = board.stages.get(each.linear.limits)
+        found = run_data.stages.get(each.linear.limits)
         shown = min(SHOWN, len(found.free))
         name = each.linear.name or "all cases"
         for which, hertz, mode, error in (
@@ -114,7 +114,7 @@ def _limits(told: PageContent) -> Table:
 
 def _times(told: PageContent) -> Table:
     kinds: dict[str, list[float]] = {}
-    for done in told.board.stages.done.values():
+    for done in told.run_data.stages.done.values():
         word = done.stage.partition(",")[0].split(" ")
         kind = word[0] if word[0] in ("response", "preload", "stress", "check") else " ".join(word)
         kinds.setdefault(kind.split("/")[0], []).append(done.seconds)

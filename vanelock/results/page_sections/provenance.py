@@ -15,7 +15,8 @@ from vanelock.results.page_sections.content import PageContent
 def provenance(told: PageContent) -> Section:
     """Versions, date, command, study file, and the hash of every response."""
     hashes: list[tuple[Cell, ...]] = [
-        (words(each.case.name), each.response.key, each.system.key) for each in told.board.planned
+        (words(each.case.name), each.response.key, each.system.key)
+        for each in told.run_data.planned
     ]
     blocks: list[Block] = [
         Text(

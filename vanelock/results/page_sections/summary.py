@@ -80,7 +80,7 @@ def _error(told: PageContent, most: Summary) -> str:
 
 
 def _speed(told: PageContent, most: Summary) -> str:
-    (study,) = [e.case.study for e in told.board.planned if e.case.name == most.case]
+    (study,) = [e.case.study for e in told.run_data.planned if e.case.name == most.case]
     assert most.peak is not None
     order = abs(study.excitation.engine_order)
     text = f"{60 * most.peak.frequency / order:,.0f} rpm at engine order {order}"
@@ -171,7 +171,7 @@ def warnings(told: PageContent) -> list[str]:
             f"The worst node of all, n = {worst.reserve:.3g} ({worst.where}), lies "
             f"{worst.doubt}: its stress tells the mesh, not the part."
         )
-    study = told.board.study
+    study = told.run_data.study
     if isinstance(study.mesh.size, str) and study.mesh.size == "coarse" and not told.worth:
         lines.append("The mesh is coarse: frequencies are several per cent too high.")
     return lines

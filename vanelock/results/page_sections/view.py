@@ -22,8 +22,8 @@ def shapes(told: PageContent) -> Section:
 
     None where the study wants no shapes.
     """
-    wanted = told.main is not None and told.board.study.outputs.shapes
-    blocks: list[Block] = [view(told.board, _same_mesh(told))] if wanted else []
+    wanted = told.main is not None and told.run_data.study.outputs.shapes
+    blocks: list[Block] = [view(told.run_data, _same_mesh(told))] if wanted else []
     return Section("Shapes in three dimensions", blocks, id="shapes")
 
 
@@ -41,9 +41,9 @@ def _meshes(each: Planned) -> list[str]:
     return [mesh_step(each.case.study, part).key for part in PARTS]
 
 
-def view(board: RunData, cases: list[Planned]) -> View:
+def view(run_data: RunData, cases: list[Planned]) -> View:
     """Modes of the first of some cases on one mesh, and the response of each at its peak."""
-    found = [body_of(part) for part in board.parts(cases[0])]
+    found = [body_of(part) for part in run_data.parts(cases[0])]
     taken = [nodes for _, nodes in found]
 
     def cut(fields: list[Shape]) -> tuple[Shape, ...]:
@@ -51,18 +51,18 @@ def view(board: RunData, cases: list[Planned]) -> View:
 
     motions = []
     for each in cases:
-        top, peak = board.top(each), board.shown.peak[each.case.name]
+        top, peak = run_data.top(each), run_data.shown.peak[each.case.name]
         name = "" if each.case.name == "nominal" else f", {words(each.case.name)}"
         motions.append(
             Motion(
                 f"Response at the peak{name}",
                 int(top.harmonic_diameters[1]),
-                cut(board.harmonic(each, 1)),
+                cut(run_data.harmonic(each, 1)),
                 peak.frequency,
                 note="First harmonic alone.",
             )
         )
-    motions += [_mode(board, cases[0], which, cut) for which in _held(board, cases[0])]
+    motions += [_mode(run_data, cases[0], which, cut) for which in _held(run_data, cases[0])]
     return View(
         [body for body, _ in found],
         motions,
@@ -71,21 +71,21 @@ def view(board: RunData, cases: list[Planned]) -> View:
     )
 
 
-def _held(board: RunData, each: Planned) -> list[str]:
-    limits = board.stages.get(each.linear.limits)
+def _held(run_data: RunData, each: Planned) -> list[str]:
+    limits = run_data.stages.get(each.linear.limits)
     return list(LIMITS if limits.interlock else LIMITS[:1])
 
 
-def _mode(board: RunData, each: Planned, which: str, cut: object) -> Motion:
+def _mode(run_data: RunData, each: Planned, which: str, cut: object) -> Motion:
     """The mode of interest with the interlock free or stuck."""
-    limits = board.stages.get(each.linear.limits)
-    system = board.stages.get(each.linear.system)
+    limits = run_data.stages.get(each.linear.limits)
+    system = run_data.stages.get(each.linear.system)
     k = limits.nodal_diameter
     place = limits.free_mode if which == "free" else limits.stuck_mode
     frequency = limits.free_frequency if which == "free" else limits.stuck_frequency
     closed = hooks(system.contacts.joint) if which == "free" else None
     shape = rom.linear_modes(system, k, place + 1, closed)[1][:, place]
-    fields = board.fields(each, np.asarray(shape, complex), k)
+    fields = run_data.fields(each, np.asarray(shape, complex), k)
     assert callable(cut)
     held = f", interlock {which}" if limits.interlock else ""
     return Motion(

@@ -55,7 +55,7 @@ class SceneShown:
     scene: Scene
     cases: Sequence[SceneCase]
     stages: Stages
-    easel: OutputFiles
+    output_files: OutputFiles
     monitor: Monitor = field(default_factory=lambda: Monitor("", 0, 0))
     top: dict[str, ShownCase] = field(default_factory=dict)
     linear: dict[str, tuple[str, Sequence[Response]]] = field(default_factory=dict)
@@ -154,7 +154,7 @@ def _curves(shown: SceneShown) -> Figure:
     monitor = shown.monitor.name
     shows = _shows([each.key for each in shown.top.values()], list(shown.linear), monitor, title)
     order = abs(shown.scene.excitation.engine_order) if shown.scene.ring.sectors > 1 else None
-    path = shown.easel.draw(
+    path = shown.output_files.draw(
         "figures/response.png",
         shows,
         lambda path: render.response_curves(path, made, title, monitor, engine_order=order),
@@ -173,7 +173,7 @@ def _preload(shown: SceneShown, each: ShownCase, several: bool) -> Figure:
     static, name = each.static, each.case.name
     suffix = f"_{slug(name)}" if several else ""
     shows = _shows(each.key, name)
-    path = shown.easel.draw(
+    path = shown.output_files.draw(
         f"figures/preload{suffix}.png",
         shows,
         lambda path: picture(path, static, each.joints, words(name) if several else ""),
@@ -201,7 +201,7 @@ def _loop(shown: SceneShown, each: ShownCase) -> list[Figure]:
     heading = f"Contact {number} of {joint}"
     title = f"{heading} at {each.peak.frequency:.2f} Hz"
     shows = _shows(each.key, title, name)
-    path = shown.easel.draw(
+    path = shown.output_files.draw(
         f"figures/loop_{slug(name)}.png",
         shows,
         lambda path: render.loop_picture(
@@ -236,4 +236,4 @@ def _table(
         found: Mapping[str, ArrayLike] = made()
         write_columns(path, found, notes)
 
-    return shown.easel.draw(name, [shows, list(notes)], write, quick=True)
+    return shown.output_files.draw(name, [shows, list(notes)], write, quick=True)

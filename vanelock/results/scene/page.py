@@ -48,7 +48,7 @@ def write_scene_page(
     def write(path: Path) -> None:
         write_page(path, _page(shown, found, exhibits, text))
 
-    return shown.easel.draw(REPORT, shows, write)
+    return shown.output_files.draw(REPORT, shows, write)
 
 
 def _page(shown: SceneShown, found: Sequence[Found], exhibits: Sequence[Figure], text: str) -> Page:
@@ -162,7 +162,7 @@ def _plot(shown: SceneShown) -> Plot:
         f"Half the peak-to-peak of {shown.monitor.name}. Dashed and dotted: linear, contacts open "
         "and stuck. Click a name in the legend to hide its curve, twice to see it alone."
     )
-    data = [shown.easel.folder / "figures" / "response.csv"]
+    data = [shown.output_files.folder / "figures" / "response.csv"]
     return Plot(traces, "frequency (Hz)", "amplitude (µm)", "Forced response", caption, data=data)
 
 

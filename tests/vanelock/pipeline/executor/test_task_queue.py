@@ -88,7 +88,7 @@ def toy(tmp_path, monkeypatch):
 
 
 @pytest.fixture
-def crew_of(toy, tmp_path):
+def queue_of(toy, tmp_path):
     """Function that starts toys in two processes; they end with the test."""
     started = []
 
@@ -101,49 +101,49 @@ def crew_of(toy, tmp_path):
         for each in toys:
             tasks.append(Task(str(each.number), each, (each.own.key,), (), (("base", first.key),)))
         said: list[Event] = []
-        crew = TaskQueue(tasks, cache, Processes(2), said.append)
-        started.append(crew)
-        return crew, said
+        queue = TaskQueue(tasks, cache, Processes(2), said.append)
+        started.append(queue)
+        return queue, said
 
     yield start
-    for crew in started:
-        crew.hands.close()
+    for queue in started:
+        queue.executor.close()
     assert not active_children()
 
 
-def value(crew, toy):
-    assert crew.bring(toy.own.key)
-    entry = crew.cache.load(toy.own.name, toy.own.key, toy.own.kind)
+def value(queue, toy):
+    assert queue.bring(toy.own.key)
+    entry = queue.cache.load(toy.own.name, toy.own.key, toy.own.kind)
     return entry.product.value[0]
 
 
-def test_all_are_made_and_counted(toy, crew_of):
+def test_all_are_made_and_counted(toy, queue_of):
     toys = [toy.Toy(i) for i in range(5)]
-    crew, said = crew_of(*toys)
-    assert [value(crew, each) for each in toys] == [40, 41, 42, 43, 44]
+    queue, said = queue_of(*toys)
+    assert [value(queue, each) for each in toys] == [40, 41, 42, 43, 44]
     counts = [event for event in said if isinstance(event, Tasks)]
     assert sorted({each.done for each in counts} - {0}) == [1, 2, 3, 4, 5]
     assert {each.total for each in counts} == {5}
     assert np.isnan(counts[-1].left)  # pictures follow
-    assert not crew.bring("of no task")
+    assert not queue.bring("of no task")
 
 
-def test_the_time_left_never_rises_while_a_task_is_under_way(toy, crew_of):
-    crew, _ = crew_of(*(toy.Toy(i) for i in range(4)))
-    assert np.isnan(crew._left(crew._began + 5))
-    crew._done, crew._ended = 1, crew._began + 10
-    left = [crew._left(crew._began + after) for after in (10, 20, 39, 41)]
+def test_the_time_left_never_rises_while_a_task_is_under_way(toy, queue_of):
+    queue, _ = queue_of(*(toy.Toy(i) for i in range(4)))
+    assert np.isnan(queue._left(queue._began + 5))
+    queue._done, queue._ended = 1, queue._began + 10
+    left = [queue._left(queue._began + after) for after in (10, 20, 39, 41)]
     assert left[:3] == pytest.approx([30, 20, 1])
     assert np.isnan(left[3])
-    crew._done = 4
-    assert np.isnan(crew._left(crew._began + 50))
+    queue._done = 4
+    assert np.isnan(queue._left(queue._began + 50))
 
 
-def test_what_fails_once_is_made_the_second_time(toy, crew_of, tmp_path):
+def test_what_fails_once_is_made_the_second_time(toy, queue_of, tmp_path):
     folder = str(tmp_path)
     toys = [toy.Toy(1, "raises once", folder), toy.Toy(2, "dies once", folder), toy.Toy(3)]
-    crew, said = crew_of(*toys)
-    assert [value(crew, each) for each in toys] == [41, 42, 43]
+    queue, said = queue_of(*toys)
+    assert [value(queue, each) for each in toys] == [41, 42, 43]
     told = sorted(event.text for event in said if isinstance(event, Notice))
     assert told == [
         "1: RuntimeError: as it is told; trying again",
@@ -160,12 +160,12 @@ def test_what_fails_once_is_made_the_second_time(toy, crew_of, tmp_path):
         ("refuses", "toy.number = 3: must not be 3", 1),
     ],
 )
-def test_what_fails_always_is_told_and_the_others_are_made(toy, crew_of, how, reason, attempts):
+def test_what_fails_always_is_told_and_the_others_are_made(toy, queue_of, how, reason, attempts):
     toys = [toy.Toy(1), toy.Toy(3, how), *(toy.Toy(i) for i in range(5, 9))]
-    crew, said = crew_of(*toys)
-    assert [value(crew, each) for each in toys if each.how == "well"] == [41, 45, 46, 47, 48]
+    queue, said = queue_of(*toys)
+    assert [value(queue, each) for each in toys if each.how == "well"] == [41, 45, 46, 47, 48]
     with pytest.raises(TaskFailed) as caught:
-        crew.bring(toys[1].own.key)
+        queue.bring(toys[1].own.key)
     failure = caught.value.failure
     assert (failure.task, failure.reason, failure.attempts) == ("3", reason, attempts)
     assert failure.refused == (how == "refuses")
@@ -173,26 +173,26 @@ def test_what_fails_always_is_told_and_the_others_are_made(toy, crew_of, how, re
     assert (last.done, last.failed) == (6, 1)
 
 
-def test_a_task_waits_for_what_another_makes_or_fails_with_it(toy, crew_of):
+def test_a_task_waits_for_what_another_makes_or_fails_with_it(toy, queue_of):
     first, second = toy.Toy(1), toy.Toy(2)
-    crew, _ = crew_of(first, second, base=False)
+    queue, _ = queue_of(first, second, base=False)
     base = toy.base()
 
-    assert value(crew, first) == 41  # made on the way, and taken home too
-    assert crew.cache.load("base", base.key, base.kind).product.value == 40
+    assert value(queue, first) == 41  # made on the way, and taken home too
+    assert queue.cache.load("base", base.key, base.kind).product.value == 40
 
     bad = toy.Toy(5, "raises")
     tasks = [
         Task("bad", bad, (bad.own.key,)),
         Task("after", second, (second.own.key,), (bad.own.key,)),
     ]
-    both = TaskQueue(tasks, crew.cache, crew.hands, lambda event: None)
+    both = TaskQueue(tasks, queue.cache, queue.executor, lambda event: None)
     with pytest.raises(TaskFailed, match="as it is told"):
         both.bring(second.own.key)
 
 
-def test_what_comes_of_another_crew_s_task_is_left_alone(toy, tmp_path):
-    """The same hands bring the end of a task that another crew sent, then that of this one's."""
+def test_what_comes_of_another_queue_s_task_is_left_alone(toy, tmp_path):
+    """The same executor brings the end of a task that another queue sent."""
     wanted = toy.Toy(1).own.key
     other, own = Task("other", toy.Toy(1), (wanted,)), Task("own", toy.Toy(1), (wanted,))
     bad = TaskOutcome(own, None, Failure("own", "as it is told"), again=False)
@@ -214,19 +214,19 @@ def test_what_comes_of_another_crew_s_task_is_left_alone(toy, tmp_path):
         def close(self):
             pass
 
-    crew = TaskQueue([own], Cache(tmp_path, print), Shared(), lambda event: None)
+    queue = TaskQueue([own], Cache(tmp_path, print), Shared(), lambda event: None)
     with pytest.raises(TaskFailed, match="as it is told"):
-        crew.bring(wanted)
+        queue.bring(wanted)
 
 
-def test_what_is_sent_once_is_not_sent_again(toy, crew_of):
+def test_what_is_sent_once_is_not_sent_again(toy, queue_of):
     toys = [toy.Toy(i) for i in range(8)]
-    crew, _ = crew_of(*toys)
+    queue, _ = queue_of(*toys)
     for each in toys:
-        crew.bring(each.own.key)
-    size = len(crew.cache.image("base", toy.base().key))
-    made = sum(len(crew.cache.image(each.own.name, each.own.key)) for each in toys)
-    assert crew.moved == made + 2 * size
+        queue.bring(each.own.key)
+    size = len(queue.cache.image("base", toy.base().key))
+    made = sum(len(queue.cache.image(each.own.name, each.own.key)) for each in toys)
+    assert queue.moved == made + 2 * size
 
 
 SCRIPT = """
@@ -242,11 +242,11 @@ from vanelock.pipeline.executor.tasks import Task
 if __name__ == "__main__":
     made = [toys.Toy(i, "sleeps", {folder!r}) for i in range(2)]
     tasks = [Task(str(t.number), t, (t.own.key,)) for t in made]
-    crew = TaskQueue(tasks, Cache(Path({folder!r}) / "c", print), Processes(2), lambda event: None)
+    queue = TaskQueue(tasks, Cache(Path({folder!r}) / "c", print), Processes(2), lambda event: None)
     try:
-        crew.bring(made[0].own.key)
+        queue.bring(made[0].own.key)
     finally:
-        crew.hands.close()
+        queue.executor.close()
 """
 
 
@@ -271,11 +271,11 @@ def test_no_process_outlives_the_one_that_started_it(toy, tmp_path, number):
         parent.kill()
 
 
-def test_products_come_back_bit_by_bit(toy, crew_of):
+def test_products_come_back_bit_by_bit(toy, queue_of):
     odd = toy.Toy(1)
-    crew, _ = crew_of(odd)
-    crew.bring(odd.own.key)
-    found = crew.cache.load(odd.own.name, odd.own.key, odd.own.kind).product
+    queue, _ = queue_of(odd)
+    queue.bring(odd.own.key)
+    found = queue.cache.load(odd.own.name, odd.own.key, odd.own.kind).product
     here = odd.own.compute(toy.base().compute())
     np.testing.assert_array_equal(found.value, here.value)
 

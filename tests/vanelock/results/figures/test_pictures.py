@@ -23,8 +23,8 @@ from vanelock.stages.response.monitor import Monitor
 F = np.linspace(240.0, 300.0, 7)
 
 
-def board(text, limits=(), linear=None):
-    """A board of cases with the given limits; the easel keeps what it is told."""
+def run_data(text, limits=(), linear=None):
+    """Data of a run of cases with the given limits; its output files keep what they are told."""
     study = parse_study(text)
     shown = Shown(Monitor("vane accessory 1, radial", 0, 0), linear or {})
     planned: list[Any] = [
@@ -40,8 +40,8 @@ def board(text, limits=(), linear=None):
     for found in limits:
         object.__setattr__(found, "key", "key")
     drawn = {"draw": lambda *_: None, "animate": lambda *_: None}
-    easel: Any = SimpleNamespace(listener=told.append, **drawn)
-    return RunData(study, planned, stages, shown, easel), told
+    output_files: Any = SimpleNamespace(listener=told.append, **drawn)
+    return RunData(study, planned, stages, shown, output_files), told
 
 
 def found(k=1, free=250.0):
@@ -63,7 +63,7 @@ def modes(monkeypatch, drawn):
     """(file, title, subtitle) of each mode picture."""
     heard = []
 
-    def picture(board, each, field, *_):
+    def picture(run_data, each, field, *_):
         heard.append((field.name, field.title, field.subtitle))
 
     monkeypatch.setattr("vanelock.results.figures.shapes._picture", picture)
@@ -75,7 +75,7 @@ def modes(monkeypatch, drawn):
 def test_each_distinct_limit_has_its_modes_drawn(monkeypatch):
     text = '[ring]\nsectors = 18\n[vane]\naerofoils = 3\nchord = "54 mm"\nthickness = "4.8 mm"\n'
     text += '[sweep]\n"excitation.engine_order" = [-1, 1]\n"excitation.force" = [10, 20]'
-    drawn, _ = board(text, [found(17), found(17), found(1), found(1)])
+    drawn, _ = run_data(text, [found(17), found(17), found(1), found(1)])
     assert modes(monkeypatch, drawn) == [
         (
             f"mode_{which}_engine_order{order}",
@@ -88,11 +88,11 @@ def test_each_distinct_limit_has_its_modes_drawn(monkeypatch):
 
 
 def test_one_limit_needs_no_name_and_many_are_not_all_drawn(monkeypatch):
-    drawn, _ = board('[sweep]\n"joints.interlock.mu" = [0.1, 0.3]', [found(), found()])
+    drawn, _ = run_data('[sweep]\n"joints.interlock.mu" = [0.1, 0.3]', [found(), found()])
     assert [name for name, _, _ in modes(monkeypatch, drawn)] == ["mode_free", "mode_stuck"]
     values = [round(5 + 0.1 * i, 1) for i in range(9)]
     text = f'[sweep]\n"joints.hook.kn" = {values}'
-    drawn, told = board(text, [found(free=250.0 + i) for i in range(9)])
+    drawn, told = run_data(text, [found(free=250.0 + i) for i in range(9)])
     names = [name for name, _, _ in modes(monkeypatch, drawn)]
     assert names == [f"mode_{w}_kn{v}" for v in ("5", "5.8") for w in ("free", "stuck")]
     assert "the first and the last of 9 linear limits" in told[0].text
@@ -108,9 +108,9 @@ def test_equal_linear_limits_are_one_curve_and_others_are_named():
         ("engine_order=1", "stuck"): other,
         ("engine_order=2", "stuck"): other,
     }
-    labels = [curve.label for curve in linear_curves(board("", (), linear)[0])]
+    labels = [curve.label for curve in linear_curves(run_data("", (), linear)[0])]
     assert labels == ["linear, free: EO = -1 or 1", "linear, free: EO = 2", "linear, stuck"]
-    without = linear_curves(board("[joints.interlock]\nenabled = false", (), linear)[0])
+    without = linear_curves(run_data("[joints.interlock]\nenabled = false", (), linear)[0])
     assert [curve.kind for curve in without] == ["free", "free"]
 
 
@@ -155,7 +155,7 @@ def test_the_first_and_the_last_case_of_a_sweep_move(monkeypatch):
     text = '[sweep]\n"joints.interlock.mu" = [0.1, 0.2, 0.3]\n[outputs]\nreport = false\n'
     heard = []
 
-    def noted(board, each, animated):
+    def noted(run_data, each, animated):
         heard.append((each.case.name, animated))
         return []
 
@@ -169,11 +169,11 @@ def test_the_first_and_the_last_case_of_a_sweep_move(monkeypatch):
         monkeypatch.setattr(f"vanelock.results.figures.pictures.{name}", noted)
 
     def moving(text, cases_shown):
-        drawn, _ = board(text, [found()] * 3)
+        drawn, _ = run_data(text, [found()] * 3)
         drawn.shown.peak.update({name: None for name in cases_shown})
-        drawn.easel.tidy = lambda keep: None
+        drawn.output_files.tidy = lambda keep: None
         heard.clear()
-        Pictures(drawn.study, drawn.planned, drawn.stages, drawn.shown, drawn.easel).draw()
+        Pictures(drawn.study, drawn.planned, drawn.stages, drawn.shown, drawn.output_files).draw()
         assert heard[: len(heard) // 2] == heard[len(heard) // 2 :]
         return dict(heard)
 
