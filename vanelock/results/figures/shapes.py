@@ -68,7 +68,8 @@ def mesh(run_data: RunData, each: Planned, data: Sequence[Path] = ()) -> Figure:
         "Finite-element mesh of one vane segment and one casing sector (translucent). Balls are "
         "the nodes where the parts touch, are loaded and are measured; pale ones lie behind. "
         "Right: the meridional section through the front hook, whose foot sits in the casing's "
-        f"groove, and the full ring of {run_data.study.ring.sectors} sectors, of which one is meshed."
+        f"groove, and the full ring of {run_data.study.ring.sectors} sectors,"
+        " of which one is meshed."
     )
     return Figure(path, "Mesh and node sets", caption, tuple(data))
 
