@@ -84,7 +84,7 @@ def named(part: str, size: str | float) -> Named:
 
 def share_straightened(part: str, own: Part, size: str | float) -> float:
     """Share of the elements whose sides were drawn back towards their chords."""
-    module = import_module(f"vanelock.mesh.{part}")
+    module = import_module(f"vanelock.mesh.generate.{part}")
     with (
         patch.object(extract, "LEAST_JACOBIAN", -np.inf),
         patch.object(module, "valid", lambda p: p),

@@ -64,7 +64,7 @@ def extrapolated(coarse: Floats, fine: Floats, order: float | Floats = ORDER) ->
 
 def graded(part: str, corner: float, size: float) -> Part:
     """The product's "vane" or "casing", its elements growing from the re-entrant edges."""
-    module = import_module(f"vanelock.mesh.{part}")
+    module = import_module(f"vanelock.mesh.generate.{part}")
     make = {"vane": mesh.vane_segment, "casing": mesh.casing_sector}[part]
     usual = module.generate
 

@@ -62,5 +62,5 @@ def read_entries(path: Path, wanted: WantedMatrix) -> Entries:
         known = " ".join(sorted(READERS))
         raise InputError(f"{path}: matrices are read from files that end in {known}")
     module, function = found
-    reader: Reader = getattr(import_module(f"vanelock.fem.matrix_files.{module}"), function)
+    reader: Reader = getattr(import_module(f"vanelock.fem.matrix_files.readers.{module}"), function)
     return reader(path, wanted)

@@ -9,10 +9,10 @@ WRITES = {"write_text", "write_bytes", "savez", "savetxt", "tofile", "savefig", 
 BESIDE = ("placed(", "os.replace(")
 """What a function that writes a file has in it: the file is written beside its place."""
 ELSEWHERE = {
-    "hdf5.py:written": "the others call it",
-    "vanelock/pipeline/journal.py": "grows by records with checksums",
-    "vanelock/pipeline/executor/tasks.py:store": "in memory",
-    "vanelock/results/files/run_folder.py:claimed": "an empty file that is locked",
+    "common/files/hdf5.py:written": "the others call it",
+    "pipeline/journal.py": "grows by records with checksums",
+    "pipeline/executor/tasks.py:store": "in memory",
+    "results/files/run_folder.py:claimed": "an empty file that is locked",
     "fem/matrix_files/readers/ansys_full.py:_child": "a temporary file, for the parent alone",
     "fem/matrix_files/readers/ansys_full.py:main": "a temporary file, for the parent alone",
 }
