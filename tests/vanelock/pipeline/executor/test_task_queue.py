@@ -40,7 +40,7 @@ class Number(Product):
 
 
 def base():
-    return step("base", "study", {}, Number, (), lambda: Number(np.array([40.0])))
+    return step("base", "stages", {}, Number, (), lambda: Number(np.array([40.0])))
 
 
 @dataclass(frozen=True)
@@ -69,7 +69,7 @@ class Toy:
             return Number(base.value + self.number)
 
         inputs = {"number": self.number}
-        return step(f"toy {self.number}", "study", inputs, Number, (base(),), compute)
+        return step(f"toy {self.number}", "stages", inputs, Number, (base(),), compute)
 
     def steps(self):
         return [self.own]
