@@ -31,6 +31,7 @@ P = TypeVar("P", bound=Product)
 SHARD = 2
 """Letters of a key that name its entry's folder: among 256 folders a name is found fast."""
 CODE = {".py", ".html", ".css", ".js"}
+"""Endings of the files that say what the program does."""
 
 
 @dataclass(frozen=True)

@@ -48,7 +48,7 @@ def plan_of(study: Study, stages: Stages) -> Plan:
     limits = limits_step(base, bare, **rom)
     stuck = stages.get(linear_step(base, "stuck", bare, limits))
     system = system_step(base, **rom)
-    static = stages.get(preload_step(base, system))
+    static = stages.get(preload_step(base.joints.friction, system))
     small = sticking_load(static, stuck, stages.get(system).contacts.joint)
     return planned_sheets(study, small)
 

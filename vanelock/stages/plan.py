@@ -28,9 +28,9 @@ from vanelock.stages.response.responses import (
     limits_step,
     linear_step,
     linear_system_step,
-    modes_step,
     preload_step,
     response_step,
+    stuck_modes_step,
     without_load,
 )
 
@@ -174,13 +174,13 @@ def fixed(case: Case, wanted: Iterable[int], progress: Progress) -> Planned:
     modes = limits_step(study, base, **rom)
     linear = {which: linear_step(study, which, base, modes) for which in LIMITS}
     still = system_step(without_load(study), **rom) if is_loaded(study) else base
-    stuck = modes_step(still, study.response.harmonics)
+    stuck = stuck_modes_step(still, study.response.harmonics)
     swept = partial(response_step, case.name, study, system, modes, stuck, progress)
     return Planned(
         case=case,
         rom=rom,
         system=system,
-        preload=preload_step(study, system),
+        preload=preload_step(study.joints.friction, system),
         response=swept(),
         other=swept("down") if study.response.direction == "both" else None,
         linear=Linear("", study, base, modes, linear),
@@ -210,7 +210,7 @@ def adaptive(case: Case, settled: Settled, free: Step[Response], progress: Progr
         case=case,
         rom=own.rom,
         system=system,
-        preload=preload_step(study, system),
+        preload=preload_step(study.joints.friction, system),
         response=adaptive_step(case.name, study, settled.budget, own, free, mesh, progress),
         linear=Linear("", study, own.system, own.limits, linear),
         preload_name="",

@@ -35,8 +35,8 @@ from vanelock.stages.plan import plan
 from vanelock.stages.response.monitor import monitor
 from vanelock.stages.response.responses import (
     linear_step,
-    modes_step,
     response_step,
+    stuck_modes_step,
     without_load,
 )
 from vanelock.stages.response.warm import warmed
@@ -282,7 +282,8 @@ def chain(study: Study, name: str) -> Chain:
     """The steps of a case."""
     linear = linear_steps(study)
     H = study.response.harmonics
-    system, modes = united_step(study, H), modes_step(united_step(without_load(study), H), H)
+    system, still = united_step(study, H), united_step(without_load(study), H)
+    modes = stuck_modes_step(still, H)
     response = response_step(name, study, system, linear.limits, modes, _unheard)
     return Chain(study, linear.system, linear.limits, system, modes, response)
 

@@ -53,13 +53,10 @@ def _limits(
     return step("linear limits", "rom", {"mode": mode}, Limits, needs, compute)
 
 
-def preload_step(study: Study, system: Step[System]) -> Step[Response]:
-    """The state at rest."""
-    return _at_rest(study.joints.friction, system)
-
-
 @lru_cache(maxsize=SHARED)
-def _at_rest(friction: str, system: Step[System]) -> Step[Response]:
+def preload_step(friction: str, system: Step[System]) -> Step[Response]:
+    """The state at rest."""
+
     def compute(system: System) -> Response:
         return nonlinear.static_response(system, friction)
 
@@ -67,7 +64,7 @@ def _at_rest(friction: str, system: Step[System]) -> Step[Response]:
 
 
 @lru_cache(maxsize=SHARED)
-def modes_step(system: Step[System], harmonics: int) -> Step[HarmonicModes]:
+def stuck_modes_step(system: Step[System], harmonics: int) -> Step[HarmonicModes]:
     """Modes with all contacts stuck, shared by cases whose system is this one but for friction."""
 
     def compute(system: System) -> HarmonicModes:

@@ -9,8 +9,7 @@ from vanelock.input.cases.scene_cases import SceneCase
 from vanelock.nonlinear import Response
 from vanelock.pipeline.step import Step
 from vanelock.rom import System
-from vanelock.stages.response.responses import modes_step as stuck_modes_step
-from vanelock.stages.response.responses import silent_progress
+from vanelock.stages.response.responses import preload_step, silent_progress, stuck_modes_step
 from vanelock.stages.scene.gather import gathered
 from vanelock.stages.scene.modes import SceneModes
 from vanelock.stages.scene.piece import Piece
@@ -19,7 +18,6 @@ from vanelock.stages.scene.steps import (
     linear_step,
     modes_step,
     piece_step,
-    preload_step,
     response_step,
     system_step,
 )
@@ -96,7 +94,7 @@ def planned(case: SceneCase, progress: Callable[[int, int, float, float], None])
         system=system,
         modes=modes,
         linear=tuple(linear_step(scene, which, bare, modes) for which in LIMITS),
-        preload=preload_step(scene, system),
+        preload=preload_step(scene.response.friction, system),
         response=swept(),
         other=swept("down") if scene.response.direction == "both" else None,
         apart=tuple(given.apart()),

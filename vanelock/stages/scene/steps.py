@@ -188,16 +188,6 @@ def linear_step(
     return step(name, "stages", inputs, Response, (system, limits), compute)
 
 
-def preload_step(scene: Scene, system: Step[System]) -> Step[Response]:
-    """The state at rest."""
-    friction = scene.response.friction
-
-    def compute(system: System) -> Response:
-        return nonlinear.static_response(system, friction)
-
-    return step("preload", "nonlinear", {"friction": friction}, Response, (system,), compute)
-
-
 def response_step(
     name: str,
     scene: Scene,
