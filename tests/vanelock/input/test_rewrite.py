@@ -66,15 +66,35 @@ def test_the_template_can_be_fitted():
 
 
 @pytest.mark.parametrize(
-    "text",
+    ("text", "made"),
     [
-        "joints = { interlock = { mu = 0.3 } }",
-        "[joints]\ninterlock = { mu = 0.3 }",
-        'name = """\n[joints.interlock]\nmu = 0.1\n"""',
+        (
+            "joints = { interlock = { mu = 0.3 } } # faces",
+            "joints = { interlock = { mu = 0.2 } } # faces",
+        ),
+        ("[joints]\ninterlock.mu = 0.3\n", "[joints]\ninterlock.mu = 0.2\n"),
+        (
+            "[joints.interlock]\nkt = 1\n[joints.hook]\nmu = 0.3\n",
+            "[joints.interlock]\nkt = 1\nmu = 0.2\n[joints.hook]\nmu = 0.3\n",
+        ),
+        (
+            'name = """\n[joints.interlock]\nmu = 0.1\n"""\n',
+            'name = """\n[joints.interlock]\nmu = 0.1\n"""\n\n[joints.interlock]\nmu = 0.2\n',
+        ),
     ],
 )
+def test_a_table_may_be_written_in_any_way(text, made):
+    assert rewritten(text, {"joints.interlock.mu": 0.2}) == made
+
+
+@pytest.mark.parametrize("text", ["joints = 3", "[joints]\ninterlock = []", "mu = ", "[joints"])
 def test_what_cannot_be_changed_is_refused(text):
     with pytest.raises(
         InputError, match="cannot be changed: set joints.interlock.mu in it yoursel"
     ):
         rewritten(text, {"joints.interlock.mu": 0.2})
+
+
+def test_strings_are_escaped_and_fields_of_inline_lists_found():
+    made = rewritten('measured = [{ file = "a" }, { file = "b" }]', {"measured[1].file": 'C:\\"c"'})
+    assert made == 'measured = [{ file = "a" }, { file = "C:\\\\\\"c\\"" }]'
