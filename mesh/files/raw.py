@@ -6,14 +6,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from vanelock.common.errors import InputError
-
 Array = NDArray[np.float64]
 Integers = NDArray[np.int64]
-
-
-MOST_LISTED = 10_000_000
-"""Members of all sets of a file; a mesh at the limit of its nodes has a third of a million."""
 
 
 @dataclass(frozen=True)
@@ -67,46 +61,6 @@ class RawMesh:
     element_sets: dict[str, Integers] = field(default_factory=dict)
     face_sets: dict[str, list[Integers]] = field(default_factory=dict)
     repeated: bool = False
-
-
-def whole(text: str, where: str) -> int:
-    """A whole number out of a file.
-
-    Raises
-    ------
-    InputError
-        Where it is none, or too large to number anything.
-    """
-    try:
-        number = int(text)
-    except ValueError:
-        raise InputError(f"{where}: {shortened(text)} is not a whole number") from None
-    if not -(2**62) < number < 2**62:
-        raise InputError(f"{where}: {shortened(text)} is too large")
-    return number
-
-
-def shortened(text: str) -> str:
-    """Text of a file, quoted, for an error's single line."""
-    plain = "".join(c if c.isprintable() else "?" for c in text)
-    return f'"{plain}"' if len(plain) <= 40 else f'"{plain[:37]}..."'
-
-
-def span(low: int, high: int, step: int, where: str) -> Integers:
-    """Numbers of a range with both ends."""
-    if step < 1 or high < low:
-        raise InputError(f"{where}: {low} to {high} by {step} is no range")
-    if (high - low) // step > 5_000_000:
-        raise InputError(f"{where}: the range {low} to {high} is too long")
-    return np.arange(low, high + 1, step, dtype=np.int64)
-
-
-def counted(total: int, more: Integers, where: str) -> int:
-    """How many members all sets of a file have so far: short lines list very many."""
-    total += len(more)
-    if total > MOST_LISTED:
-        raise InputError(f"{where}: the sets have more than {MOST_LISTED:,} members so far")
-    return total
 
 
 def distinct(numbers: Iterable[int] | Integers) -> Integers:

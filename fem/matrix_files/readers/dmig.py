@@ -10,7 +10,6 @@ Guide, DMIG). Component 0 is a scalar point, which holds a generalised coordinat
 """
 
 import re
-from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -21,8 +20,8 @@ from vanelock.fem.matrix_files.choosing import WantedMatrix, chosen
 from vanelock.fem.matrix_files.contents import text
 from vanelock.fem.matrix_files.entries import FULL, SYMMETRIC, Entries
 from vanelock.fem.matrix_files.model import GENERALISED
-
-_REAL = re.compile(r"([+-]?(?:\d+(?:\.\d*)?|\.\d+))(?:[EeDd]?([+-]\d{1,3})|[EeDd](\d{1,3}))?")
+from vanelock.mesh.files.decks.nastran_cards import cards, lines_of
+from vanelock.mesh.files.decks.numbers import real, whole
 
 
 @dataclass
@@ -47,7 +46,9 @@ def read_dmig(path: Path, wanted: WantedMatrix) -> Entries:
     """
     source = str(path)
     matrices: dict[str, _Matrix] = {}
-    for number, fields in _cards(text(path)):
+    for number, keyword, fields in cards(lines_of(text(path))):
+        if keyword != "DMIG":
+            continue
         where = f"{source}: line {number}: DMIG"
         name = fields[0].upper()
         if not re.fullmatch(r"[A-Z]\w{0,7}", name):
@@ -82,7 +83,8 @@ def read_dmig(path: Path, wanted: WantedMatrix) -> Entries:
 
 
 def _head(where: str, fields: list[str]) -> _Matrix:
-    form, kind, polar = (_integer(where, fields[k], "0" if k == 5 else "") for k in (2, 3, 5))
+    form, kind = whole(fields[2], where), whole(fields[3], where)
+    polar = whole("".join(fields[5:6]) or "0", where)  # beyond the only line of large fields
     if form not in (1, 6):
         raise InputError(f"{where}: form {form}: square (1) and symmetric (6) matrices are read")
     if kind not in (1, 2, 3, 4):
@@ -94,11 +96,11 @@ def _column(where: str, fields: list[str], matrix: _Matrix) -> None:
     column = _label(where, fields[1], fields[2])
     entries = fields[4:]
     for k in range(0, len(entries), 4):
-        grid, component, real, imaginary = (*entries[k : k + 4], "", "", "", "")[:4]
-        if not any((grid, component, real, imaginary)):
+        grid, component, a, b = entries[k : k + 4]
+        if not any((grid, component, a, b)):
             continue
-        value = complex(_real(where, real), _real(where, imaginary) if imaginary else 0.0)
-        if matrix.kind < 3 and imaginary:
+        value = complex(real(a, where), real(b or "0", where))
+        if matrix.kind < 3 and b:
             raise InputError(f"{where}: an imaginary part in a real matrix")
         if matrix.polar:
             value = value.real * np.exp(1j * np.deg2rad(value.imag))
@@ -108,60 +110,10 @@ def _column(where: str, fields: list[str], matrix: _Matrix) -> None:
 
 
 def _label(where: str, grid: str, component: str) -> tuple[int, int]:
-    found = _integer(where, grid), _integer(where, component, "0")
+    found = whole(grid, where), whole(component or "0", where)
     if found[0] < 1 or not 0 <= found[1] <= 6:
         raise InputError(
             f"{where}: grid {found[0]}, component {found[1]}: grids are numbered from 1, "
             "components are 0 to 6"
         )
     return found
-
-
-def _integer(where: str, word: str, absent: str = "") -> int:
-    word = word or absent
-    if not re.fullmatch(r"[+-]?\d{1,15}", word):
-        raise InputError(f"{where}: {word[:16]!a} is not a whole number")
-    return int(word)
-
-
-def _real(where: str, word: str) -> float:
-    found = _REAL.fullmatch(word)
-    if found is None:
-        raise InputError(f"{where}: {word[:24]!a} is not a number")
-    return float(f"{found[1]}e{found[2] or found[3] or 0}")
-
-
-def _cards(held: str) -> Iterator[tuple[int, list[str]]]:
-    """The fields after the keyword of each DMIG, those of its continuations after them."""
-    current: tuple[int, list[str]] | None = None
-    for number, line in enumerate(held.splitlines(), start=1):
-        line = line.partition("$")[0].rstrip()
-        if not line:
-            continue
-        keyword, fields = _fields(line)
-        if keyword.upper().rstrip("*") == "DMIG":
-            if current is not None:
-                yield current
-            current = number, fields
-        elif current is not None and (not keyword or keyword[0] in "+*"):
-            current[1].extend(fields)
-        else:
-            if current is not None:
-                yield current
-            current = None
-    if current is not None:
-        yield current
-
-
-def _fields(line: str) -> tuple[str, list[str]]:
-    """Keyword and 8 fields (4 where they are wide) of a line, empty ones too."""
-    if "," in line:
-        words = [word.strip() for word in line.split(",")]
-        wide = words[0].endswith("*") or words[0].startswith("*")
-        count = 4 if wide else 8
-        return words[0], (words[1:] + [""] * count)[:count]
-    line = line.expandtabs(8)
-    keyword = line[:8].strip()
-    wide = keyword.endswith("*") or keyword.startswith("*")
-    width, count = (16, 4) if wide else (8, 8)
-    return keyword, [line[8 + width * k : 8 + width * (k + 1)].strip() for k in range(count)]

@@ -18,9 +18,8 @@ import numpy as np
 from vanelock.common.errors import InputError
 from vanelock.fem.matrix_files.choosing import WantedMatrix, chosen
 from vanelock.fem.matrix_files.entries import SYMMETRIC, Entries
-
-_NUMBER = re.compile(r"[+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eEdD][+-]?\d+)?")
-_TYPES = {"stiffness": "STIFFNESS", "mass": "MASS", "damping": "VISCOUS DAMPING"}
+from vanelock.mesh.files.decks.abaqus_keywords import Line, keywords
+from vanelock.mesh.files.decks.numbers import real, whole
 
 
 def read_superelement(source: str, held: str, wanted: WantedMatrix) -> Entries:
@@ -31,36 +30,25 @@ def read_superelement(source: str, held: str, wanted: WantedMatrix) -> Entries:
     InputError
         With the file's name.
     """
-    nodes: list[int] = []
     freedoms: dict[int, list[int]] = {}
     matrices: dict[str, list[float]] = {}
-    part, comment = "", ""
-    for number, line in _lines(held):
+    for number, keyword, options, lines in keywords(source, held):
         where = f"{source}: line {number}"
-        if line.startswith("**"):
-            told = line.strip("* ").upper()
-            if comment == "ELEMENT NODES" and re.fullmatch(r"[\d\s,-]+", told):
-                nodes += [int(word) for word in re.findall(r"-?\d{1,12}", told)]
-            else:
-                comment = told
-        elif line.startswith("*"):
-            keyword = re.sub(r"\s+", "", line.upper())
-            kind = re.fullmatch(r"\*MATRIX,TYPE=([A-Z]+)", keyword)
-            part = kind[1] if kind else "freedoms" if keyword.startswith("*USERELEMENT") else ""
-            if part == "freedoms" and freedoms:
+        if keyword == "USERELEMENT":
+            if freedoms:
                 raise InputError(f"{where}: a second element: one superelement is read")
-            if kind and matrices.setdefault(part, []):
-                raise InputError(f"{where}: a second matrix {part}")
-        elif part == "freedoms":
-            _freedoms(where, line, freedoms)
-        elif part:
-            matrices[part] += _numbers(where, line)
+            freedoms = _freedoms(source, lines)
+        elif keyword == "MATRIX":
+            kind = "".join(options.get("TYPE", "").split()).upper()
+            if kind in matrices:
+                raise InputError(f"{where}: a second matrix {kind}")
+            matrices[kind] = [real(*word) for word in _words(source, lines)]
     names = {
         ("damping" if key == "VISCOUSDAMPING" else key.lower()): values
         for key, values in matrices.items()
     }
     values = names[chosen(source, list(names), wanted)]
-    node, direction = _labels(source, nodes, freedoms)
+    node, direction = _labels(source, _nodes(held), freedoms)
     n = len(node)
     if len(values) != n * (n + 1) // 2:
         raise InputError(
@@ -71,29 +59,40 @@ def read_superelement(source: str, held: str, wanted: WantedMatrix) -> Entries:
     return Entries(source, n, rows, columns, np.array(values), SYMMETRIC, node, direction)
 
 
-def _lines(held: str) -> Iterator[tuple[int, str]]:
-    for number, line in enumerate(held.splitlines(), start=1):
-        if stripped := line.strip():
-            yield number, stripped
+def _words(source: str, lines: list[Line]) -> Iterator[tuple[str, str]]:
+    """Words of lines that may end in a comma, and where each stands."""
+    for number, words in lines:
+        for word in words if words[-1] else words[:-1]:
+            yield word, f"{source}: line {number}"
 
 
-def _freedoms(where: str, line: str, freedoms: dict[int, list[int]]) -> None:
-    """A line of them: at the first node without its place, later after it."""
-    words = [word.strip() for word in line.strip(" ,").split(",")]
-    if not all(re.fullmatch(r"\d{1,9}", word) for word in words):
-        raise InputError(f"{where}: not a list of freedoms")
-    numbers = [int(word) for word in words]
-    place = numbers.pop(0) if freedoms else 1
-    if place in freedoms or place < 1 or any(not 1 <= freedom <= 6 for freedom in numbers):
-        raise InputError(f"{where}: freedoms 1 to 6 are read, once for a place among the nodes")
-    freedoms[place] = numbers
+def _nodes(held: str) -> list[int]:
+    """The element's nodes, which are told in comments."""
+    nodes: list[int] = []
+    comment = ""
+    for line in held.splitlines():
+        if line.lstrip().startswith("**"):
+            told = line.strip("* \t").upper()
+            if comment == "ELEMENT NODES" and re.fullmatch(r"[\d\s,-]+", told):
+                nodes += [int(word) for word in re.findall(r"-?\d{1,12}", told)]
+            else:
+                comment = told
+    return nodes
 
 
-def _numbers(where: str, line: str) -> list[float]:
-    words = [word.strip() for word in line.strip(" ,").split(",")]
-    if not all(map(_NUMBER.fullmatch, words)):
-        raise InputError(f"{where}: not a list of numbers")
-    return [float(re.sub("[dD]", "e", word)) for word in words]
+def _freedoms(source: str, lines: list[Line]) -> dict[int, list[int]]:
+    """Those at the first node, in a line without its place, and after the places of others."""
+    freedoms: dict[int, list[int]] = {}
+    for line in lines:
+        numbers = [whole(*word) for word in _words(source, [line])]
+        place = numbers.pop(0) if freedoms else 1
+        if place in freedoms or place < 1 or any(not 1 <= freedom <= 6 for freedom in numbers):
+            raise InputError(
+                f"{source}: line {line[0]}: freedoms 1 to 6 are read, once for a place among the "
+                "nodes"
+            )
+        freedoms[place] = numbers
+    return freedoms
 
 
 def _labels(source: str, nodes: list[int], freedoms: dict[int, list[int]]) -> tuple[

@@ -77,6 +77,10 @@ TEXTS = {
     "dmig, rectangular": ("k.pch", "DMIG    KAAX    0       9       2\n", "form 9"),
     "dmig, component": ("k.pch", ONE_COLUMN.format("8       2."), "component 8"),
     "dmig, text": ("k.pch", ONE_COLUMN.format("1       two"), "two"),
+    "dmig, a large head of one line": (
+        "k.pch", "DMIG*   KAAX" + 19 * " " + "0" + 15 * " " + "6" + 15 * " " + "2\n", "no entries"
+    ),
+    "dmig, digits that are none": ("k.pch", ONE_COLUMN.format("1       1_0"), "1_0"),
     "dmig, none": ("k.bdf", "GRID,1,,0.,0.,0.\n", "no matrix"),
     "no reader": ("k.xls", "1", "end in"),
     "more numbers than announced": ("k.mtx", GOOD + "1 2 1\n", "4 lines of 3"),

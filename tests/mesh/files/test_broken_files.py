@@ -51,7 +51,7 @@ BROKEN = {
     "infinite": (deck(["1, 0,0,1e999", "2, 1,0,0", "3, 0,1,0", "4, 0,0,1"]), "node 1 has a coord"),
     "far": (deck(["1, 0,0,999", "2, 1,0,0", "3, 0,1,0", "4, 0,0,1"]), "node 1 lies 999 m from"),
     "small": (deck(["1, 0,0,1e-4", "2, 1e-3,0,0", "3, 0,1e-3,0", "4, 0,0,1e-3"]), "0.001 m large"),
-    "no number": (deck(["1, 0,0,x"]), 'line 2: "0, 0, x": not three coordinates'),
+    "no number": (deck(["1, 0,0,x"]), 'line 2: "x" is not a number'),
     "two coordinates": (deck(["1, 0,0"]), "line 2: a node needs its number and three"),
     "twice": (deck(["1, 0,0,0"] * 2 + ["2, 1,0,0", "3, 0,1,0", "4, 0,0,1"]), "node 1 is given tw"),
     "wedges": (deck(element="1, 1,2,3,4,1,2", kind="C3D6"), "1 wedge elements: allowed are tetra"),

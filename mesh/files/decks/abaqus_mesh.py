@@ -1,4 +1,4 @@
-"""An Abaqus deck by its keywords, and what the names in it stand for."""
+"""What an Abaqus deck lists, and what the names in it stand for."""
 
 import re
 from dataclasses import dataclass, field

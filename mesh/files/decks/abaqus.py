@@ -4,13 +4,13 @@ meshio's own reader of this format drops the nodes' numbers, the sets of `*NODE`
 all but the last block of a set given in several.
 """
 
-from collections.abc import Iterator
-
 import numpy as np
 
 from vanelock.common.errors import InputError
-from vanelock.mesh.files.abaqus_deck import Deck, nodes_of_type, resolved
-from vanelock.mesh.files.raw import RawMesh, counted, shortened, span, whole
+from vanelock.mesh.files.decks.abaqus_keywords import Line, keywords
+from vanelock.mesh.files.decks.abaqus_mesh import Deck, nodes_of_type, resolved
+from vanelock.mesh.files.decks.numbers import counted, real, span, whole
+from vanelock.mesh.files.raw import RawMesh
 
 _REFUSED = ("INCLUDE", "SYSTEM", "NGEN", "NFILL", "NCOPY", "NMAP", "ELGEN", "ELCOPY")
 
@@ -27,7 +27,7 @@ def read_abaqus(source: str, text: str) -> RawMesh:
         With the line's number: what is malformed, or generates a mesh instead of listing it.
     """
     deck = Deck(source)
-    for number, keyword, options, lines in _keywords(source, text):
+    for number, keyword, options, lines in keywords(source, text):
         where = f"{source}: line {number}: *{keyword}"
         if keyword in _REFUSED or "INPUT" in options:
             raise InputError(f"{where} is not read: write one deck that lists nodes and elements")
@@ -46,38 +46,6 @@ def read_abaqus(source: str, text: str) -> RawMesh:
     return resolved(deck)
 
 
-Line = tuple[int, list[str]]
-
-
-def _keywords(source: str, text: str) -> Iterator[tuple[int, str, dict[str, str], list[Line]]]:
-    """Each keyword with its line's number, its options and its lines of data."""
-    current: tuple[int, str, dict[str, str], list[Line]] | None = None
-    unfinished = ""
-    for number, line in enumerate(text.splitlines(), start=1):
-        line = line.strip()
-        if not line or line.startswith("**"):
-            continue
-        if unfinished or line.startswith("*"):
-            line = unfinished + line
-            unfinished = line if line.endswith(",") else ""
-            if unfinished:
-                continue
-            if current is not None:
-                yield current
-            name, *given = (word.strip() for word in line[1:].split(","))
-            pairs = (word.partition("=") for word in given if word)
-            options = {key.strip().upper(): value.strip().strip('"') for key, _, value in pairs}
-            current = number, " ".join(name.upper().split()), options, []
-        elif current is not None:
-            current[3].append((number, [word.strip() for word in line.split(",")]))
-        else:
-            raise InputError(f"{source}: line {number}: not an Abaqus deck: no keyword before it")
-    if unfinished:
-        raise InputError(f"{source}: ends within a keyword's options")
-    if current is not None:
-        yield current
-
-
 def _nodes(deck: Deck, where: str, options: dict[str, str], lines: list[Line]) -> None:
     if options.get("SYSTEM", "R").upper() != "R":
         raise InputError(f"{where}: only Cartesian coordinates are read")
@@ -87,12 +55,7 @@ def _nodes(deck: Deck, where: str, options: dict[str, str], lines: list[Line]) -
         if len(words) < 4:
             raise InputError(f"{at}: a node needs its number and three coordinates")
         found.append(whole(words[0], at))
-        try:
-            x, y, z = (float(word.upper().replace("D", "E")) for word in words[1:4])
-        except ValueError:
-            raise InputError(
-                f"{at}: {shortened(', '.join(words[1:4]))}: not three coordinates"
-            ) from None
+        x, y, z = (real(word, at) for word in words[1:4])
         deck.places.append((x, y, z))
     deck.numbers += found
     if "NSET" in options:

@@ -1,25 +1,17 @@
 """Read the mesh of a Nastran bulk data file: `GRID`, solid elements, and the sets of its cards.
 
 meshio's own reader of this format drops the sets, the coordinate systems and elements in large
-fields. Fields, continuations and sets after MSC Nastran's Quick Reference Guide.
+fields. Sets after MSC Nastran's Quick Reference Guide.
 """
 
 import re
-from collections.abc import Iterator
 
 import numpy as np
 
 from vanelock.common.errors import InputError
-from vanelock.mesh.files.raw import (
-    CellBlock,
-    Integers,
-    RawMesh,
-    counted,
-    distinct,
-    shortened,
-    span,
-    whole,
-)
+from vanelock.mesh.files.decks.nastran_cards import cards, lines_of
+from vanelock.mesh.files.decks.numbers import counted, real, span, whole
+from vanelock.mesh.files.raw import CellBlock, Integers, RawMesh, distinct
 
 _SOLIDS = {  # name, nodes of the linear and of the quadratic element
     "CTETRA": {4: "tetra", 10: "tetra10"},
@@ -50,12 +42,12 @@ def read_nastran(source: str, text: str) -> RawMesh:
     InputError
         With the line's number: what is malformed, or in a coordinate system of its own.
     """
-    lines = [line.partition("$")[0].rstrip().expandtabs(8) for line in text.splitlines()]
-    begin = next((i for i, line in enumerate(lines) if _begins(line)), -1)
+    lines = lines_of(text)
     sets = _case_sets(source, lines)
     numbers, places, listed = [], [], 0
     elements: dict[str, tuple[list[int], list[list[int]]]] = {}
-    for at, name, fields in _cards(source, lines, begin + 1):
+    for number, name, fields in cards(lines):
+        at = f"{source}: line {number}"
         if name == "INCLUDE":
             raise InputError(f"{at}: INCLUDE is not read: write one file")
         if name == "GRID":
@@ -65,7 +57,7 @@ def read_nastran(source: str, text: str) -> RawMesh:
                     f"{at}: node {numbers[-1]} is given in coordinate system {fields[1]}: write "
                     "the file in the basic one"
                 )
-            places.append([_real(_field(fields, i), at) for i in (2, 3, 4)])
+            places.append([real(_field(fields, i) or "0", at) for i in (2, 3, 4)])
         elif name == "GRDSET" and _field(fields, 1) not in ("", "0"):
             raise InputError(f"{at}: GRDSET: write the nodes in the basic coordinate system")
         elif name in _SOLIDS or name in _FLAT:
@@ -89,56 +81,8 @@ def read_nastran(source: str, text: str) -> RawMesh:
     return raw
 
 
-def _begins(line: str) -> bool:
-    return line.upper().split()[:2] == ["BEGIN", "BULK"]
-
-
-def _cards(source: str, lines: list[str], begin: int) -> Iterator[tuple[str, str, list[str]]]:
-    """Each card: where it stands, its name, and its data fields, continuations joined."""
-    current: tuple[str, str, list[str]] | None = None
-    for number, line in enumerate(lines[begin:], start=begin + 1):
-        if not line.strip():
-            continue
-        at = f"{source}: line {number}"
-        head, fields = _fields(line)
-        if head == "" or head[0] in "+*":
-            if current is not None:
-                current[2].extend(fields)
-            continue
-        if current is not None:
-            yield current
-        if head.upper().startswith("ENDDATA"):
-            return
-        words = head.upper().split()  # control statements are not in fields
-        current = at, words[0].rstrip("*"), fields
-    if current is not None:
-        yield current
-
-
-def _fields(line: str) -> tuple[str, list[str]]:
-    """First field of a line, and its data fields: 8, or 4 large ones."""
-    if "," in line:
-        head, *rest = (word.strip() for word in line.split(","))
-        count = 4 if head.endswith("*") or head.startswith("*") else 8
-    else:
-        head = line[:8].strip()
-        large = head.endswith("*") or head.startswith("*")
-        width, count = (16, 4) if large else (8, 8)
-        rest = [line[8 + i * width : 8 + (i + 1) * width].strip() for i in range(count)]
-    return head, (rest + [""] * count)[:count]
-
-
 def _field(fields: list[str], i: int) -> str:
     return fields[i] if i < len(fields) else ""
-
-
-def _real(text: str, at: str) -> float:
-    """A real number, whose exponent may lack its letter, as in 1.5-3; blank is zero."""
-    spelt = re.sub(r"(?<=[\d.])([+-]\d+)$", r"E\1", text.upper().replace("D", "E"))
-    try:
-        return float(spelt or 0.0)
-    except ValueError:
-        raise InputError(f"{at}: {shortened(text)} is not a number") from None
 
 
 def _element(name: str, fields: list[str], at: str) -> tuple[str, list[int]]:
