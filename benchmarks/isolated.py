@@ -1,6 +1,6 @@
 """What one backend costs for one matrix, measured in a process of its own.
 
-    python benchmarks/isolated.py matrix.npz cholmod 1
+    python -m benchmarks.isolated matrix.npz cholmod 1
 
 prints it as JSON; `in_child` runs that. Times are of the CPU, on one thread: the least of three, or
 of one where it takes more than two seconds.

@@ -1,37 +1,27 @@
 """Peaks asked for to an accuracy are that accurate, in a few scenes of the benchmark.
 
-Scenes, references and errors are those of benchmarks/accuracy_scenes.py, which has all of them.
+Scenes, references and errors are those of benchmarks/accuracy/peaks.py, which has all of them.
 """
-
-from importlib import import_module
-from pathlib import Path
 
 import pytest
 
+from benchmarks.accuracy import peaks
 from tests.verification.conftest import FULL
 
 pytestmark = pytest.mark.slow
 
-BENCHMARKS = Path(__file__).resolve().parents[2] / "benchmarks"
 SCENES = (10, 15) if FULL else (15,)
 ACCURACIES = (3e-2, 1e-2, 1e-3) if FULL else (1e-2,)
 
 
-@pytest.fixture(scope="module", name="program")
-def program_fixture():
-    with pytest.MonkeyPatch.context() as patch:
-        patch.syspath_prepend(str(BENCHMARKS))
-        yield import_module("accuracy_scenes")
-
-
 @pytest.fixture(scope="module", name="folder")
-def folder_fixture(program, tmp_path_factory):
-    return program.Folder(tmp_path_factory.mktemp("scenes"))
+def folder_fixture(tmp_path_factory):
+    return peaks.Folder(tmp_path_factory.mktemp("scenes"))
 
 
 @pytest.mark.parametrize("number", SCENES)
-def test_peak_is_as_accurate_as_asked(program, folder, number, record_property):
-    scene = program.draw(number)
+def test_peak_is_as_accurate_as_asked(folder, number, record_property):
+    scene = peaks.draw(number)
     known = folder.known(scene)
     record_property("doubt of the reference", f"{known['doubt']:.0e}")
     assert known["doubt"] < min(ACCURACIES) / 5

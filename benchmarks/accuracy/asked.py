@@ -1,0 +1,75 @@
+"""A scene run to an accuracy, stage by stage as `vanelock run` does, pictures left out."""
+
+from pathlib import Path
+
+import numpy as np
+
+from benchmarks.accuracy.models import Prepared
+from benchmarks.accuracy.runs import Outcome, outcome
+from benchmarks.accuracy.scenes import Scene
+from vanelock.input.cases.sweep import cases
+from vanelock.nonlinear import Response, peak_errors
+from vanelock.pipeline.cache import Cache
+from vanelock.pipeline.progress import silent
+from vanelock.pipeline.step import Stages
+from vanelock.stages.accuracy.choose_mesh import settle
+from vanelock.stages.plan import plan
+from vanelock.stages.response.limits import frequencies
+from vanelock.stages.response.monitor import monitor
+
+
+def asked(scene: Scene, accuracy: float, folder: Path) -> Outcome:
+    """Run a scene to an accuracy; scenes of a design share the parts that are reduced alike."""
+    own = folder / f"design_{scene.design}"
+    stages = Stages(Cache(own / "cache", print), silent)
+    (case,) = cases(scene.study(accuracy=accuracy))
+    settled = settle(case.study, stages)
+    (planned,) = plan([case], lambda *_: None, [settled])
+    response = stages.get(planned.response)
+    planned = planned.solved(response)
+    limits = stages.get(planned.linear.limits)
+    system = stages.get(planned.system)
+    wanted = frequencies(settled.study, limits)
+    assert isinstance(wanted, tuple)
+    watched = monitor(None, system, stages.get(planned.linear.responses["free"]))
+    given = Prepared(system, wanted, watched, limits)
+    sources, amplitude, frequency = stated(response)
+    assert response.estimates is not None
+    return outcome(
+        scene,
+        f"asked_{accuracy:g}",
+        given,
+        response,
+        response.estimates.harmonics,
+        rom=spent(stages, "rom"),
+        response=spent(stages, "response", "mesh errors"),
+        diameters=len(planned.diameters),
+        amplitude_estimate=amplitude,
+        frequency_estimate=frequency,
+        sources=sources,
+    )
+
+
+def stated(response: Response) -> tuple[dict[str, float], float, float]:
+    """Estimated relative errors of the peak: of its amplitude by source, and in all of both."""
+    found = peak_errors(response)
+    sources = {
+        name: float(error)
+        for name, error in found.amplitude_error.items()
+        if np.isfinite(error) and name != "mesh"  # it is pinned: no part of the accuracy
+    }
+    told = [
+        float(error)
+        for name, error in found.frequency_error.items()
+        if np.isfinite(error) and name != "mesh"
+    ]
+    return sources, sum(sources.values()), sum(told)
+
+
+def spent(stages: Stages, *names: str) -> float:
+    """CPU seconds of the stages of these names, of a cached one when it was computed."""
+    return sum(
+        stages.cpu.get(key, 0.0)
+        for key, done in stages.done.items()
+        if done.stage.startswith(names)
+    )

@@ -1,0 +1,40 @@
+"""The references that the benchmark programs measure errors against."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from benchmarks.solver import jenkins
+from vanelock.nonlinear import SLIP, frequency_response
+
+ROOT = Path(__file__).resolve().parents[3]
+
+
+@pytest.mark.parametrize("harmonics", [1, 3])
+def test_marched_friction_converges_to_located_events(harmonics: int) -> None:
+    given = jenkins.problem(12, 2, severity=30.0)
+    hertz = 0.97 * given.resonance()
+    response = frequency_response(given.system(), [hertz], harmonics)
+    assert response.converged.all()
+    assert np.all(response.state == SLIP)
+    q = response.contact[0, :, :, 1:].reshape(harmonics + 1, -1)
+    errors = []
+    for samples in (256, 4096):
+        reference, change = jenkins.reference(given, hertz, 1.01 * q, samples)
+        assert change < 1e-12
+        errors.append(np.abs(reference - q).max() / np.abs(q).max())
+    # Events between samples cost an error of second order: 256 times less at 16 times as many.
+    assert errors[0] < 1e-3
+    assert errors[1] < 2e-6
+    assert errors[1] < errors[0] / 40
+
+
+def test_peer_says_what_it_needs() -> None:
+    command = [sys.executable, "-m", "benchmarks.solver.peer"]
+    done = subprocess.run(command, capture_output=True, text=True, check=False, cwd=ROOT)
+    assert done.returncode == 1
+    assert done.stderr.startswith("--peer-python: not given: needs the interpreter")
+    assert done.stderr.count("\n") == 1
