@@ -4,7 +4,7 @@ Positions along the engine axis z are those of the front hook; the rear hook mir
 `HookDimensions.mid_plane`. The defaults make a segment whose second one-nodal-diameter mode lies
 at an engine's speed. Designs of 6 to 60 sectors and 1 to 8 aerofoils scaled to their spacing, whose
 thicknesses, gaps and distances lie within 30 % of the defaults, are meshed or refused by name:
-tests/verification/test_designs.py draws them.
+tests/verification/mesh/test_designs.py draws them.
 """
 
 from collections.abc import Iterator

@@ -9,7 +9,8 @@ slid, and it is homogeneous of degree one in u. Orthogonal friction has two slid
 tangential direction, that share v; isotropic friction has one in the tangential plane. On paths of
 two dimensions, independent directions dissipate less while slip is small, each waiting for its own
 share of the path to reach μ n/kt, and up to 4/π (circle) or √2 (oblique line) times as much when it
-is large, where together they pull with more than μ n (tests/verification/test_plane_friction.py).
+is large, where together they pull with more than μ n
+(tests/verification/nonlinear/test_plane_friction.py).
 
 Under constant load the normal spring neither loses contact nor moves the bound of friction: a
 contact that is closed at rest has w_n = 0 and slides at μ kn v^(0); one that is open at rest stays

@@ -5,7 +5,7 @@ import shutil
 
 import pytest
 
-from tests.verification.killing import numbers
+from tests.verification.kills.killing import numbers
 from vanelock import open_results, parse_study, run_campaign
 from vanelock.pipeline.progress import Done, Event, Tasks
 from vanelock.pipeline.tables import Table

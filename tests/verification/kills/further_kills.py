@@ -1,7 +1,7 @@
 """More kills: in a response to an accuracy, and of a sweep on two workers.
 
 Too long for a sample, so that no run of all tests collects it:
-`python -m pytest tests/verification/further_kills.py`.
+`python -m pytest tests/verification/kills/further_kills.py`.
 """
 
 import time
@@ -10,9 +10,9 @@ from pathlib import Path
 
 import numpy as np
 
-from tests.verification import killing
-from tests.verification.killing import Moment
-from tests.verification.victim import Victim, finish
+from tests.verification.kills import killing
+from tests.verification.kills.killing import Moment
+from tests.verification.kills.victim import Victim, finish
 
 SEED, EACH = 22, 5
 

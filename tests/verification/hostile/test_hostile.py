@@ -18,9 +18,9 @@ import pytest
 from tests.fem.matrix_files import test_formats
 from tests.fem.matrix_files.conftest import Model
 from tests.mesh.conftest import ring_sectors
-from tests.verification import hostile
-from tests.verification.hostile_hdf5 import mutated_hdf5, sealed
-from tests.verification.hostile_server import SECONDS, Outcome, Server
+from tests.verification.hostile import mutations
+from tests.verification.hostile.hdf5 import mutated_hdf5, sealed
+from tests.verification.hostile.server import SECONDS, Outcome, Server
 from vanelock import template_text
 from vanelock.mesh import read_mesh
 from vanelock.mesh.matching.own_part import own_part
@@ -29,7 +29,7 @@ from vanelock.nonlinear import System
 from vanelock.results.files.results_file import put
 
 FULL = os.environ.get("VANELOCK_VERIFY") == "full"
-ROOT = Path(__file__).resolve().parents[2]
+ROOT = Path(__file__).resolve().parents[3]
 COUNT = int(os.environ.get("VANELOCK_HOSTILE", 2510 if FULL else 80))
 """Mutations of each kind of files."""
 RUNS = 4
@@ -126,9 +126,9 @@ def test_studies(server, tmp_path, record_property):
     for i, random in numbered("study"):
         text, csv = seeds[i % len(seeds)], CSV
         if i % 8 == 7:
-            text, csv = seeds[2], hostile.mutated(random, csv, hostile.MATRIX)
+            text, csv = seeds[2], mutations.mutated(random, csv, mutations.MATRIX)
         else:
-            text = hostile.mutated(random, text, hostile.TOML)
+            text = mutations.mutated(random, text, mutations.TOML)
         (tmp_path / "study.toml").write_bytes(text)
         (tmp_path / "rig.csv").write_bytes(csv)
         checked(server, tally, f"study {i}", tmp_path, "study.toml")
@@ -182,7 +182,7 @@ def test_meshes(server, tmp_path, meshes, record_property):
         folder, files = folders[i % len(folders)]
         name = ("vane", "casing")[int(random.integers(2))]
         whole = wholes[i % len(folders)][name]
-        files[name].write_bytes(hostile.mutated(random, whole, hostile.MESH))
+        files[name].write_bytes(mutations.mutated(random, whole, mutations.MESH))
         checked(server, tally, f"mesh {i}", folder, "study.toml")
         files[name].write_bytes(whole)
     tally.tell(record_property)
@@ -231,11 +231,11 @@ def test_matrices(server, tmp_path, monkeypatch, record_property):
         files = sorted(path for path in folder.iterdir() if path.is_file())
         path = files[int(random.integers(len(files)))]
         whole = path.read_bytes()
-        choice = hostile.TOML if path.suffix == ".toml" else hostile.MATRIX
+        choice = mutations.TOML if path.suffix == ".toml" else mutations.MATRIX
         if path.suffix in (".h5", ".hdf5") and random.random() < 0.6:
             mutated_hdf5(random, path)
         else:
-            path.write_bytes(hostile.mutated(random, whole, choice))
+            path.write_bytes(mutations.mutated(random, whole, choice))
         outcome = checked(server, tally, f"matrix {i}", folder, "scene.toml")
         passed += outcome.status == 0
         # A file that lost its matrices is a study: its run is a large one, and tested elsewhere.

@@ -25,7 +25,7 @@ FULL = os.environ.get("VANELOCK_VERIFY") == "full"
 NUMBERS = range(250) if FULL else range(8)
 PATIENCE = 1800  # seconds without an outcome; the longest take ten
 Outcome = dict[str, Any]
-ROOT = Path(__file__).resolve().parents[2]
+ROOT = Path(__file__).resolve().parents[3]
 NAMES = {*VaneDimensions.model_fields, *CasingDimensions.model_fields, *HookDimensions.model_fields}
 NAMES |= {"sectors", "size"}
 

@@ -13,9 +13,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.verification import killing
-from tests.verification.killing import Moment
-from tests.verification.victim import Victim, finish
+from tests.verification.kills import killing
+from tests.verification.kills.killing import Moment
+from tests.verification.kills.victim import Victim, finish
 
 FULL = os.environ.get("VANELOCK_VERIFY") == "full"
 SEED = 20

@@ -16,7 +16,7 @@ from typing import Any
 import h5py
 import numpy as np
 
-ROOT = Path(__file__).resolve().parents[2]
+ROOT = Path(__file__).resolve().parents[3]
 TIMES = {"seconds", "cost", "cpu", "cached", "date", "stages", "digest"}
 """What tells how a run went: times, the date, stages that it computed or looked up, digests."""
 PATIENCE = 600.0

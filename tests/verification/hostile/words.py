@@ -1,4 +1,4 @@
-"""Numbers, words, values and lines that do not belong where `hostile` puts them."""
+"""Numbers, words, values and lines that do not belong where `mutations` puts them."""
 
 NUMBERS = [
     b"nan",

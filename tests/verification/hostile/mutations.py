@@ -10,7 +10,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from tests.verification.hostile_words import BOMB, CARDS, NUMBERS, ROWS, VALUES, WORDS
+from tests.verification.hostile.words import BOMB, CARDS, NUMBERS, ROWS, VALUES, WORDS
 
 Random = np.random.Generator
 Mutation = Callable[[Random, bytes], bytes]

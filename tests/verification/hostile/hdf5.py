@@ -8,8 +8,8 @@ from typing import Any
 import h5py
 import numpy as np
 
-from tests.verification.hostile import bits, cut, flips
-from tests.verification.hostile_words import VALUES, WORDS
+from tests.verification.hostile.mutations import bits, cut, flips
+from tests.verification.hostile.words import VALUES, WORDS
 from vanelock.common.files.digests import DIGEST, seal
 
 Random = np.random.Generator

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import numpy as np
 
-from tests.verification import killing
-from tests.verification.killing import Moment
+from tests.verification.kills import killing
+from tests.verification.kills.killing import Moment
 
 
 class Victim:
