@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from vanelock.common.arrays import as_whole, hold_arrays
 from vanelock.common.cyclic import phase_factor
 from vanelock.common.errors import InputError
-from vanelock.common.product import Product, Summarised
+from vanelock.common.product import Product, Summarised, packed
 
 Matrix: TypeAlias = NDArray[Any]
 """Real where the physics is, at the nodal diameters 0 and N/2, and complex elsewhere."""
@@ -240,7 +240,8 @@ class System(Product):
             for name in ("K", "M", "C", "own", "next", "output"):
                 value = getattr(matrices, name)
                 if value is not None:
-                    inner.create_dataset(name, data=value).attrs["unit"] = units.get(name, "1")
+                    dataset = inner.create_dataset(name, data=value, **packed(value))
+                    dataset.attrs["unit"] = units.get(name, "1")
         contact = group.create_group("contact")
         for name, unit in {"kn": "N/m", "kt": "N/m", "mu": "1", "v0": "m"}.items():
             contact.create_dataset(name, data=getattr(self.contacts, name)).attrs["unit"] = unit

@@ -9,12 +9,14 @@ from numpy.typing import NDArray
 
 from vanelock.common.product import Product
 from vanelock.nonlinear.balance.balance import Structure
-from vanelock.nonlinear.contact.law import Deviation
+from vanelock.nonlinear.contact.law import OPEN, SLIP, SLIP_OPEN, STUCK, Deviation
 from vanelock.nonlinear.fourier.trigonometric import TURN, basis, to_complex, to_real
 from vanelock.nonlinear.newton.newton import Solution
 
 Array = NDArray[np.complex128]
 Floats = NDArray[np.float64]
+STATES = f"{STUCK} stuck, {SLIP} slips, {OPEN} open, {SLIP_OPEN} slips and opens"
+"""What the numbers in a response's `state` stand for."""
 
 
 @dataclass(frozen=True)
@@ -134,10 +136,10 @@ class Response(Product):
     """
 
     frequency: Floats = field(metadata={"unit": "Hz"})
-    x: dict[int, NDArray[Any]]
+    x: dict[int, NDArray[Any]] = field(metadata={"unit": "m; modal coordinates kg^0.5 m"})
     contact: Array = field(metadata={"unit": "m"})
     force: Array = field(metadata={"unit": "N"})
-    state: NDArray[np.int64]
+    state: NDArray[np.int64] = field(metadata={"codes": STATES})
     dissipation: Floats = field(metadata={"unit": "J"})
     output: Array = field(metadata={"unit": "m"})
     amplitude: Floats = field(metadata={"unit": "m"})

@@ -11,7 +11,7 @@ import pytest
 
 from vanelock import rom
 from vanelock.nonlinear import Response, frequency_response
-from vanelock.results.files.results_file import Results, put, put_system
+from vanelock.results.files.writer import Results
 
 ROOT = Path(__file__).resolve().parents[2]
 PAGE = (ROOT / "docs" / "not_converged.md").read_text("utf-8")
@@ -95,9 +95,9 @@ def test_what_the_page_looks_closer_with_takes_the_system_of_the_case(
     results = Results(tmp_path / "runs" / "my" / "results.h5")
     results.path.parent.mkdir(parents=True)
     with results.edit("system", "response/mu=0.15") as file:
-        put_system(file, "system", first)
-        put(file, "response/mu=0.15", replace(found, converged=converged), {})
-        put_system(file, "response/mu=0.15/system", second, "system")
+        results.put_system(file, "system", first)
+        results.put(file, "response/mu=0.15", replace(found, converged=converged), {})
+        results.put_system(file, "response/mu=0.15/system", second)
     results.flush()
     monkeypatch.chdir(tmp_path)
     names: dict[str, Any] = {}

@@ -21,6 +21,7 @@ import h5py
 
 import vanelock
 from vanelock.common.errors import InputError
+from vanelock.common.files.digests import file_digest
 from vanelock.common.files.files import writing
 from vanelock.common.files.hdf5 import written
 from vanelock.common.process.signals import held
@@ -73,6 +74,7 @@ class Cache:
                 if file_digest(path) != path.stem.rpartition("-")[2]:
                     raise InputError("its contents have changed since it was written")
                 entry = read_entry(path, kind, key)
+                entry.product.stored_in(path)
                 journal_of(self.folder, stage, key).unlink(missing_ok=True)
                 return entry
             except (InputError, KeyError, OSError) as error:
@@ -102,7 +104,9 @@ class Cache:
                 with held(), written(temporary) as file:
                     write_entry(file, stage, key, product, (seconds, cpu))
                 digest, entry = file_digest(temporary), read_entry(temporary, type(product), key)
-                os.replace(temporary, self._place(stage, key, digest))
+                place = self._place(stage, key, digest)
+                os.replace(temporary, place)
+                entry.product.stored_in(place)
                 journal_of(self.folder, stage, key).unlink(missing_ok=True)
             finally:
                 temporary.unlink(missing_ok=True)
@@ -251,12 +255,6 @@ def installed(distribution: str) -> str:
         return version(distribution)
     except PackageNotFoundError:
         return "none"
-
-
-def file_digest(path: Path) -> str:
-    """Digest of a file's bytes."""
-    with path.open("rb") as file:
-        return hashlib.file_digest(file, "sha256").hexdigest()[:20]
 
 
 def _digest(image: bytes) -> str:

@@ -9,9 +9,10 @@ from typing import Any
 
 from vanelock.commands.run.cases import Run
 from vanelock.common.errors import InputError
+from vanelock.common.files.digests import file_digest
 from vanelock.input.schema.comparison import CampbellKeys
 from vanelock.input.schema.study import Study
-from vanelock.pipeline.cache import Cache, code_of, file_digest
+from vanelock.pipeline.cache import Cache, code_of
 from vanelock.pipeline.executor.choose import chosen_executor
 from vanelock.pipeline.progress import Finished, Listener, Notice, silent
 from vanelock.pipeline.step import Stages

@@ -5,7 +5,8 @@ from pathlib import Path
 from typing import Any
 
 import vanelock
-from vanelock.pipeline.cache import code_of, file_digest
+from vanelock.common.files.digests import file_digest
+from vanelock.pipeline.cache import code_of
 from vanelock.report import Page, Picture, Section, write_page
 from vanelock.report.blocks import Block
 from vanelock.results.figures.fatigue import HAIGH

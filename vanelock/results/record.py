@@ -13,7 +13,7 @@ from vanelock.nonlinear import Response
 from vanelock.pipeline.step import Stages, Step
 from vanelock.quantities import warnings
 from vanelock.quantities.answers import CaseAnswers
-from vanelock.results.files import results_file
+from vanelock.results.files import writer
 from vanelock.results.files.ledger import Ledger
 from vanelock.rom import Component, System
 from vanelock.stages.campbell.campbell import Campbell
@@ -47,7 +47,7 @@ class Record(Ledger):
     def product(self, where: str, product: Product) -> None:
         """A product of its own."""
         with self._file.edit(where) as file:
-            results_file.put(file, where, product, {})
+            self._file.put(file, where, product, {})
 
     def parts(self, planned: Planned) -> None:
         """Meshes, reduced parts and system of the first case."""
@@ -74,21 +74,18 @@ class Record(Ledger):
             mesh, reduced = mesh_step(planned.case.study, part).key, planned.rom[part].key
             if mesh in products:
                 self._places[mesh] = f"{under}/mesh/{part}"
-                results_file.put(file, self._places[mesh], products[mesh], {})
+                self._file.put(file, self._places[mesh], products[mesh], {})
             if isinstance(component := products.get(reduced), Component):
                 self._places[reduced] = f"{under}/rom/{part}"
-                results_file.put_component(file, self._places[reduced], component)
+                self._file.put_component(file, self._places[reduced], component)
         others = self._others(planned)
         for k, step in others.items():
             if isinstance(component := products.get(step.key), Component):
                 self._places[step.key] = f"{under}/rom/casing_nd{k}"
-                results_file.put_component(file, self._places[step.key], component)
+                self._file.put_component(file, self._places[step.key], component)
         system = products[planned.system.key]
         assert isinstance(system, System)
-        reduced_at = [*planned.rom.values(), *others.values()]
-        matrices = " ".join(step.key for step in reduced_at)
-        results_file.put_system(file, f"{under}/system", system, self._places.get(matrices))
-        self._places.setdefault(matrices, f"{under}/system")
+        self._file.put_system(file, f"{under}/system", system)
 
     def linear(self, linear: Linear, whole: bool = True) -> None:
         """Modes of a set of limits, and their responses, unless there are many sets."""
@@ -105,21 +102,21 @@ class Record(Ledger):
         products = self._products(planned)
         with self._file.edit(where) as file:
             self._write(file, planned, products, f"/{where}")
-            results_file.put(file, where, response, _attributes(planned, summary, monitor))
-            results_file.put(file, f"{where}/preload", static, {})
+            self._file.put(file, where, response, _attributes(planned, summary, monitor))
+            self._file.put(file, f"{where}/preload", static, {})
             if solved.other is not None:
-                results_file.put(file, f"{where}/lower", solved.other, {})
-            results_file.put_jumps(file, where, summary.sweeps)
+                self._file.put(file, f"{where}/lower", solved.other, {})
+            writer.put_jumps(file, where, summary.sweeps)
             if solved.strain is not None:
-                results_file.put_strain(file, where, solved.strain)
+                writer.put_strain(file, where, solved.strain)
             if solved.worth is not None:
-                results_file.put_errors(file, where, *solved.worth)
+                writer.put_errors(file, where, *solved.worth)
 
     def answers(self, found: Mapping[str, CaseAnswers]) -> None:
         """Damping, margin and energy at the peak of the cases that are looked into."""
-        with self._file.edit(*(f"response/{name}" for name in found)) as file:
-            for name, each in found.items():
-                results_file.put_answers(file, f"response/{name}", each.numbers)
+        for name, each in found.items():
+            with self._file.edit(f"response/{name}") as file:
+                writer.put_answers(file, f"response/{name}", each.numbers)
 
     def campbell(self, case: str, diagram: Campbell) -> None:
         """The Campbell diagram of a case."""

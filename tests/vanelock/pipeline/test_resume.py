@@ -26,8 +26,8 @@ from vanelock.pipeline.cache import Cache
 from vanelock.pipeline.journal import journal
 from vanelock.pipeline.progress import silent
 from vanelock.pipeline.step import Stages, Step, step
-from vanelock.results.files.results_file import Results
 from vanelock.results.files.run_folder import claimed, record
+from vanelock.results.files.writer import Results
 
 
 @dataclass(frozen=True)
@@ -202,15 +202,15 @@ def test_a_product_is_handed_on_as_the_cache_gives_it_back(tmp_path: Path) -> No
 
 
 def test_a_full_disk_leaves_the_cache_as_it_was(tmp_path: Path) -> None:
-    cache = Cache(tmp_path / "cache", print)
+    cache, large = Cache(tmp_path / "cache", print), Numbers(np.random.default_rng(1).random(10**5))
     cache.store("small", "key", Numbers(np.arange(10.0)), 1.0)
     before = sorted(cache.folder.rglob("*"))
     with disk_of(100_000), pytest.raises(InputError) as caught:
-        cache.store("large", "key", Numbers(np.arange(1e5)), 1.0)
+        cache.store("large", "key", large, 1.0)
     assert told(caught, cache.folder) == "File too large"
     assert sorted(cache.folder.rglob("*")) == before
     assert cache.load("small", "key", Numbers) is not None
-    cache.store("large", "key", Numbers(np.arange(1e5)), 1.0)
+    cache.store("large", "key", large, 1.0)
 
 
 def test_a_full_disk_leaves_the_results_as_they_were(tmp_path: Path) -> None:
@@ -219,11 +219,12 @@ def test_a_full_disk_leaves_the_results_as_they_were(tmp_path: Path) -> None:
         file["one"] = np.arange(10.0)
     results.flush()
     before = results.path.read_bytes()
-    with disk_of(100_000), pytest.raises(InputError) as caught, results.edit() as file:
-        file["two"] = np.arange(1e5)
-    assert told(caught, results.path) == "File too large"
-    assert results.path.read_bytes() == before
-    assert [path.name for path in tmp_path.iterdir()] == ["results.h5"]
+    for places, told_of in (((), results.path), (("two",), tmp_path / "results")):
+        with disk_of(100_000), pytest.raises(InputError) as caught, results.edit(*places) as file:
+            file["two"] = np.arange(1e5)
+        assert told(caught, told_of) == "File too large"
+        assert results.path.read_bytes() == before
+        assert [path.name for path in tmp_path.rglob("*.*")] == ["results.h5"]
 
 
 def test_a_complete_file_of_the_same_study_stays_until_the_next_one_is(tmp_path: Path) -> None:

@@ -6,6 +6,7 @@ import h5py
 import numpy as np
 import pytest
 
+from tests.vanelock.results.one_file import everything
 from tests.vanelock.scenes.conftest import Write, chain, joined
 from vanelock import load_scene, nonlinear, run_scene, scene_cases
 from vanelock.__main__ import main
@@ -164,13 +165,11 @@ def test_two_processes_leave_the_same_bits(tmp_path: Path, scene_file: Write) ->
     for workers in (1, 2):
         run_scene(scene, tmp_path / f"run{workers}", workers=workers)
         arrays: dict[str, bytes] = {}
-
-        def note(name: str, item: object, arrays: dict[str, bytes] = arrays) -> None:
-            if isinstance(item, h5py.Dataset) and not name.endswith("seconds"):
-                arrays[name] = np.asarray(item[()]).tobytes() if item.dtype.kind != "O" else b""
-
         with h5py.File(tmp_path / f"run{workers}" / "results.h5") as file:
-            file.visititems(note)
+            for name, item in everything(file):
+                if isinstance(item, h5py.Dataset) and not name.endswith("seconds"):
+                    kept = item.dtype.kind != "O"
+                    arrays[name] = np.asarray(item[()]).tobytes() if kept else b""
         held.append(arrays)
     assert held[0] == held[1]
     assert any("response/mu=0.2" in name for name in held[0])

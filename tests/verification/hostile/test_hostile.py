@@ -11,22 +11,21 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
-import h5py
 import numpy as np
 import pytest
 
 from tests.fem.matrix_files import test_formats
 from tests.fem.matrix_files.conftest import Model
 from tests.mesh.conftest import ring_sectors
+from tests.vanelock.results.one_file import in_one_file
 from tests.verification.hostile import mutations
-from tests.verification.hostile.hdf5 import mutated_hdf5, sealed
+from tests.verification.hostile.hdf5 import mutated_hdf5
 from tests.verification.hostile.server import SECONDS, Outcome, Server
 from vanelock import template_text
 from vanelock.mesh import read_mesh
 from vanelock.mesh.matching.own_part import own_part
 from vanelock.mesh.matching.pairing import pair
 from vanelock.nonlinear import System
-from vanelock.results.files.results_file import put
 
 FULL = os.environ.get("VANELOCK_VERIFY") == "full"
 ROOT = Path(__file__).resolve().parents[3]
@@ -270,11 +269,11 @@ def ran(server, tmp_path, monkeypatch, lattice, write_mesh):
         called = write_mesh(tmp_path / f"{name}.vtu", part)
         parts[name] = own_part(read_mesh(tmp_path / f"{name}.vtu", "mm"), name, called)
     mates = pair(parts["vane"], parts["casing"], 12)
-    with h5py.File(tmp_path / "ran" / "results.h5", "a") as file:
-        put(file, "mesh/vane", mates.vane, {})
-        put(file, "mesh/casing", mates.casing, {})
-        System.load(file["system"]).save(tmp_path / "system.h5")
-        sealed(file)
+    with in_one_file(tmp_path / "ran" / "results.h5") as file:
+        mates.vane.save(file.require_group("mesh/vane"))
+        mates.casing.save(file.require_group("mesh/casing"))
+        System._read(file["system"]).save(tmp_path / "system.h5")
+    shutil.rmtree(tmp_path / "ran" / "results")
     return tmp_path
 
 

@@ -16,6 +16,8 @@ from typing import Any
 import h5py
 import numpy as np
 
+from vanelock import open_results
+
 ROOT = Path(__file__).resolve().parents[3]
 TIMES = {"seconds", "cost", "cpu", "cached", "date", "stages", "digest"}
 """What tells how a run went: times, the date, stages that it computed or looked up, digests."""
@@ -260,9 +262,8 @@ def readable(folder: Path) -> bool:
     path = folder / "results.h5"
     if not path.exists():
         return True
-    with h5py.File(path) as file:
-        file.visititems(lambda name, node: node[()] if isinstance(node, h5py.Dataset) else None)
-        return str(file.attrs["format"]) == "vanelock-results"
+    with open_results(path) as file:
+        return str(file.attrs["format"]) == "vanelock-results" and bool(numbers(path))
 
 
 def seconds(folder: Path) -> dict[str, float]:

@@ -200,7 +200,7 @@ def _outputs(study: Study) -> Iterator[str]:
 
 def _stored(path: Path) -> tuple[list[Row], str]:
     """What an HDF5 file holds."""
-    with opened(path) as file:
+    with opened(path, results_file.PARTS) as file:
         kind = str(file.attrs.get("format", ""))
     if kind == "vanelock-system":
         return list(_system(System.load(path))), f"{path}: a system that can be solved"

@@ -195,7 +195,7 @@ class SceneRun:
                 self.listener(Notice(f"{name}: {told}: their load stays kn times interference"))
             wanted = each.case.scene.outputs.monitor
             self.shown.monitor = scene_monitor(wanted, system, linear[0])
-        self.record.model(pieces, each.system.key, system)
+        self.record.model(pieces, system)
         amplitude = self.shown.monitor.amplitude
         tops = [peak_of(response, amplitude(response)) for response in linear]
         peaks = [

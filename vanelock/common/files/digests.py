@@ -1,157 +1,91 @@
-"""Digests of what an HDF5 file holds, so that damage and mix-ups are noticed.
+"""Digests of files, so that damage and mix-ups are noticed.
 
-A sealed group has the digest of its attributes and of all that lies in it, names included, as an
-attribute; a group in it that was sealed before counts with its own. So a group can be added to a
-file, or lie at two places of it, without its numbers being read again. One that was sealed with its
-place says whether it lies where it was written.
+A file that is written once has the digest of its bytes in its name, `mu=0.1-<digest>.h5`, and lists
+the files that it links to, which are named in the same way: where its own name fits, theirs are
+those that it was written with. The file that changes as a run goes on has its digest in the block
+before its HDF5 data.
 
-No protection from intent: whoever alters a file can write digests that fit. The library's inner
-interface is used for its speed: files hold many small data sets.
+No protection from intent: whoever alters a file can give it a digest that fits.
 """
 
 import hashlib
-from collections.abc import Callable
-from typing import Any
+import os
+import re
+from functools import lru_cache
+from pathlib import Path
 
 import h5py
-import numpy as np
 
-from vanelock.common.errors import InputError, printable
+from vanelock.common.errors import InputError
 
-DIGEST, PLACE = "digest", "written at"
-
-
-def seal(group: h5py.Group, placed: bool = True) -> bytes:
-    """Write the digest of a group, and of those below it that have none.
-
-    Parameters
-    ----------
-    group : Group
-        What it holds may change no more, unless it is sealed again.
-    placed : bool
-        Whether it belongs where it is; one that lies at several places belongs to the first.
-
-    Returns
-    -------
-    bytes
-        The digest.
-    """
-    if placed:
-        group.attrs[PLACE] = group.name
-
-    def below(inner: h5py.h5g.GroupID) -> bytes:
-        if h5py.h5a.exists(inner, DIGEST.encode()):
-            return h5py.Group(inner).attrs[DIGEST].tobytes()  # type: ignore[no-any-return]
-        return seal(h5py.Group(inner), False)
-
-    found = _digest(group.id, below)
-    group.attrs[DIGEST] = np.frombuffer(found, np.uint8)
-    return found
+NEEDS = "files"
+"""Attribute of a file that was written once: names of all others, in its folder, that it needs."""
+BLOCK = 512
+"""Bytes before the HDF5 data of a file that changes."""
+NAMED = re.compile(r"-([0-9a-f]{20})\.h5$")
 
 
-def verify(group: h5py.Group, complete: bool = True) -> None:
-    """Refuse a group that does not hold what was written, or does not lie where it was.
+def file_digest(path: Path, start: int = 0) -> str:
+    """Digest of a file's bytes, from one of them on."""
+    with path.open("rb") as file:
+        file.seek(start)
+        return hashlib.file_digest(file, "sha256").hexdigest()[:20]
+
+
+def stamp(path: Path) -> None:
+    """Write the digest of a file that changes into the block before its HDF5 data."""
+    digest = file_digest(path, BLOCK)
+    with path.open("r+b") as file:
+        file.write(digest.encode())
+
+
+def verify(group: h5py.Group) -> None:
+    """Refuse a group of results whose file, or one that it needs, is not what was written.
 
     Parameters
     ----------
     group : Group
-        A sealed one, or a file.
-    complete : bool
-        Whether all groups must be sealed; else the root and those that hold nothing but groups
-        need not be.
+        Of any file; one that has no digest is taken as it is.
 
     Raises
     ------
     InputError
-        Naming the file and the innermost group that differs.
+        Naming the file.
     """
-    known: dict[int, bytes] = {}
-
-    def checked(inner: h5py.h5g.GroupID) -> bytes:
-        address = h5py.h5o.get_info(inner).addr
-        if address not in known:
-            try:
-                known[address] = _checked(h5py.Group(inner), complete, checked)
-            except InputError:
-                raise
-            except (KeyError, OSError, RuntimeError, TypeError, UnicodeError, ValueError) as error:
-                reason = printable((str(error).splitlines() or [""])[0])
-                raise InputError(f"{_where(inner)}: cannot be checked ({reason})") from None
-        return known[address]
-
-    above = group
-    while above.name != "/":
-        above = above.parent
-        _refuse_moved(above)
-    checked(group["/"].id if isinstance(group, h5py.File) else group.id)
+    file = group.file
+    if NEEDS in file.attrs or file.userblock_size == BLOCK:
+        path = Path(os.fsdecode(file.filename))
+        for name in (path.name, *needs(file)):
+            verify_file(path.with_name(name))
 
 
-def _refuse_moved(group: h5py.Group) -> None:
-    place = group.attrs.get(PLACE)
-    if place is not None and group.file.get(place) != group:
-        told = f"was written as {printable(str(place))}, and moved since"
-        raise InputError(f"{_where(group.id)}: {told}")
+def needs(file: h5py.File) -> list[str]:
+    """Names of the files, in its folder, that a file needs."""
+    return [str(name) for name in file.attrs.get(NEEDS, ())]
 
 
-def _where(group: h5py.h5g.GroupID) -> str:
-    name = (h5py.h5i.get_name(group) or b"?").decode("utf-8", "replace")
-    return f"{h5py.Group(group).file.filename}: {printable(name)}"
+def verify_file(path: Path) -> None:
+    """Refuse a file that is not what its name says, or where that says nothing, its first block.
+
+    Raises
+    ------
+    InputError
+        If it is missing, damaged or altered.
+    """
+    try:
+        found = os.stat(path)
+        fits = _fits(path, found.st_size, found.st_mtime_ns, found.st_ino)
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read: {error.strerror or error}") from None
+    if not fits:
+        raise InputError(f"{path}: is not what was written: damaged, or altered since")
 
 
-def _checked(
-    group: h5py.Group, complete: bool, below: Callable[[h5py.h5g.GroupID], bytes]
-) -> bytes:
-    _refuse_moved(group)
-    where, stated = _where(group.id), group.attrs.get(DIGEST)
-    found = _digest(group.id, below)
-    if stated is None:
-        holds = group.name != "/" and (
-            len(group.attrs) > 0 or any(isinstance(each, h5py.Dataset) for each in group.values())
-        )
-        if complete or holds:
-            raise InputError(f"{where}: lacks the digest that it was written with")
-    elif np.asarray(stated).tobytes() != found:
-        raise InputError(f"{where}: is not what was written: damaged, or altered since")
-    return found
-
-
-def _digest(group: h5py.h5g.GroupID, below: Callable[[h5py.h5g.GroupID], bytes]) -> bytes:
-    digest = hashlib.sha256()
-    _add_attributes(digest, group)
-    for name in sorted(group):
-        item = h5py.h5o.open(group, name)
-        if isinstance(item, h5py.h5g.GroupID):
-            _add(digest, b"group", name, below(item))
-        else:
-            value = np.empty(item.shape, item.dtype)
-            if value.size:
-                item.read(h5py.h5s.ALL, h5py.h5s.ALL, value)
-            _add_array(digest, name, value)
-            _add_attributes(digest, item)
-    return digest.digest()
-
-
-def _add_attributes(digest: Any, item: Any) -> None:
-    names: list[bytes] = []
-    h5py.h5a.iterate(item, names.append)
-    for name in sorted(names):
-        if name != DIGEST.encode():
-            attribute = h5py.h5a.open(item, name)
-            value = np.empty(attribute.shape, attribute.dtype)
-            if value.size:
-                attribute.read(value)
-            _add_array(digest, name, value)
-
-
-def _add_array(digest: Any, name: bytes, value: Any) -> None:
-    _add(digest, name, value.dtype.str.encode(), str(value.shape).encode())
-    if value.dtype.kind == "O":
-        texts = [each if isinstance(each, bytes) else str(each).encode() for each in value.flat]
-        _add(digest, *texts)
-    else:
-        digest.update(value)
-
-
-def _add(digest: Any, *parts: bytes) -> None:
-    for each in parts:
-        digest.update(b"%d:" % len(each) + each)
+@lru_cache(maxsize=1 << 16)
+def _fits(path: Path, *state: int) -> bool:
+    named = NAMED.search(path.name)
+    if named is not None:
+        return file_digest(path) == named[1]
+    with path.open("rb") as file:
+        stated = file.read(20)
+    return file_digest(path, BLOCK).encode() == stated

@@ -17,12 +17,15 @@ import h5py
 import numpy as np
 
 from vanelock.common.errors import InputError, printable
+from vanelock.common.files.digests import NAMED
 from vanelock.common.files.files import regular
 from vanelock.common.files.limited import Fallen, limited
 from vanelock.common.process.signals import held
 
 UNPACKED = 256_000_000
 """Bytes that all data sets that are packed, or not written in full, may have in all."""
+DENSEST = 10
+"""So many times the size of the files may be added to that."""
 TEXT = 64_000_000
 """Bytes of all texts in a file."""
 OBJECTS = 1_000_000
@@ -34,17 +37,26 @@ SECONDS = 4
 
 
 @contextmanager
-def opened(path: str | os.PathLike[str]) -> Generator[h5py.File, None, None]:
+def opened(
+    path: str | os.PathLike[str], beside: str | None = None
+) -> Generator[h5py.File, None, None]:
     """A file, open for reading, whose every object could be read.
+
+    Parameters
+    ----------
+    path : path
+    beside : str, optional
+        The folder beside it that files lie in to which it may lead, and these to one another;
+        their names end in digests, see `vanelock.common.files.digests`.
 
     Raises
     ------
     InputError
-        If it is missing, is not HDF5, is damaged, leads to other files, or stands for more than
+        If it is missing, is not HDF5, is damaged, leads to files elsewhere, or stands for more than
         could be kept in memory.
     """
     regular(path, "an HDF5 file")
-    _refuse_unreadable(path)
+    _refuse_unreadable(path, beside)
     try:
         file = h5py.File(path, "r")
     except FileNotFoundError:
@@ -56,8 +68,10 @@ def opened(path: str | os.PathLike[str]) -> Generator[h5py.File, None, None]:
 
 
 @contextmanager
-def written(path: str | os.PathLike[str], mode: str = "w") -> Generator[h5py.File, None, None]:
-    """A file, open for writing, "w", or for additions, "a".
+def written(
+    path: str | os.PathLike[str], mode: str = "w", block: int = 0
+) -> Generator[h5py.File, None, None]:
+    """A file, open for writing, "w", or for additions, "a"; a new one may begin with a block.
 
     Where the disk is full the HDF5 library cannot be told so: it drops small data sets without a
     word, and crashes as it closes the file. So it is told that all is well, and what the system
@@ -72,7 +86,7 @@ def written(path: str | os.PathLike[str], mode: str = "w") -> Generator[h5py.Fil
     with open(path, "w+b" if mode == "w" else "r+b", buffering=0) as place:
         sink = _Sink(place)
         with held():
-            file = h5py.File(sink, mode)
+            file = h5py.File(sink, mode, userblock_size=block if mode == "w" else None)
         try:
             yield file
         finally:
@@ -145,29 +159,40 @@ def texts(dataset: h5py.Dataset) -> list[str]:
     return [str(each) for each in np.atleast_1d(dataset.asstr()[()]).tolist()]
 
 
-def _refuse_unreadable(path: str | os.PathLike[str]) -> None:
+def _refuse_unreadable(path: str | os.PathLike[str], beside: str | None) -> None:
     """Let a child read the file, and tell what it says or that it fell."""
-    size = Path(path).stat().st_size
-    seconds = SECONDS + size // 50_000_000
+    sizes = [Path(path).stat().st_size]
+    if beside is not None and (folder := Path(path).with_name(beside)).is_dir():
+        sizes += [each.stat().st_size for each in os.scandir(folder) if each.is_file()]
+    size = sum(sizes)
+    seconds = SECONDS + size // 50_000_000 + len(sizes) // 50
     try:
-        told = limited(lambda: _trouble(path, size), seconds, MEMORY + 2 * size)
+        told = limited(lambda: _trouble(Path(path), size, beside), seconds, MEMORY + 2 * size)
     except Fallen as fallen:
         told = str(fallen)
     if told != "fine":
         raise InputError(f"{path}: not a readable HDF5 file ({told})")
 
 
-def _trouble(path: str | os.PathLike[str], size: int) -> str:
-    """What is wrong with a file, "fine" where nothing is."""
+def _trouble(path: Path, size: int, beside: str | None) -> str:
+    """What is wrong with a file and those that it leads to, "fine" where nothing is."""
+    walk = _Walk(size, beside)
+    waiting, seen = [path], {path}
     try:
-        with h5py.File(path, "r") as file:
-            _Walk(size).group(file, 0, ())
+        while waiting:
+            each = waiting.pop()
+            found = walk.file(each) - seen
+            seen |= found
+            waiting += found
     except _Refused as refused:
         return str(refused)
+    except FileNotFoundError:
+        return f"{each.parent.name}/{_plain(each.name)}, which it leads to, is missing"
     except MemoryError:
         raise
     except Exception as error:
-        return _said(error)
+        told = _said(error)
+        return told if each == path else f"{each.parent.name}/{_plain(each.name)}: {told}"
     return "fine"
 
 
@@ -187,12 +212,20 @@ class _Refused(Exception):
 
 
 class _Walk:
-    """Looks at every object of a file once, and adds up what it would take in memory."""
+    """Looks at every object of some files once, and adds up what they would take in memory."""
 
-    def __init__(self, size: int) -> None:
-        self.size = size
+    def __init__(self, size: int, beside: str | None) -> None:
+        self.size, self.beside = size, beside
         self.seen: set[int] = set()
         self.unpacked = self.text = self.links = 0
+        self.places: set[Path] = set()
+
+    def file(self, path: Path) -> set[Path]:
+        """All of a file; the files that it leads to."""
+        self.path, self.seen, self.places = path, set(), set()
+        with h5py.File(path, "r") as file:
+            self.group(file, 0, ())
+        return self.places
 
     def group(self, group: h5py.Group, depth: int, above: tuple[int, ...]) -> None:
         """A group and all below it."""
@@ -212,6 +245,8 @@ class _Walk:
             kind = group.get(name, getlink=True)
             if isinstance(kind, h5py.SoftLink):  # leads to what is looked at in its own place
                 continue
+            if isinstance(kind, h5py.ExternalLink) and self._beside(kind.filename):
+                continue
             if not isinstance(kind, h5py.HardLink):
                 raise _Refused(f"{_plain(name)} is a link to another file")
             value = group[name]
@@ -219,6 +254,15 @@ class _Walk:
                 self.group(value, depth + 1, (*above, place))
             elif isinstance(value, h5py.Dataset):
                 self._dataset(value)
+
+    def _beside(self, target: str) -> bool:
+        """Whether a file may be led to."""
+        folder, _, name = target.rpartition("/")
+        own = self.beside if NAMED.search(self.path.name) is None else ""
+        if self.beside is None or folder != own or NAMED.search(name) is None:
+            return False
+        self.places.add(self.path.with_name(folder) / name if folder else self.path.with_name(name))
+        return True
 
     def _attributes(self, item: Any) -> None:
         for name in item.attrs:
@@ -235,8 +279,8 @@ class _Walk:
         packed = plan.get_nfilters() or size > stored
         if packed:
             self.unpacked += size
-            if self.unpacked > UNPACKED:
-                raise _Refused(f"{where}: it is packed, and more than {UNPACKED:,} bytes in all")
+            if self.unpacked > (most := UNPACKED + DENSEST * self.size):
+                raise _Refused(f"{where}: it is packed, and more than {most:,} bytes in all")
         elif size > self.size:
             raise _Refused(f"{where}: larger than the file")
         if dataset.dtype.kind == "O":

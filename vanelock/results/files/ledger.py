@@ -12,7 +12,8 @@ from vanelock.nonlinear import Response
 from vanelock.pipeline.cache import installed
 from vanelock.pipeline.executor.tasks import Failure
 from vanelock.pipeline.progress import Done
-from vanelock.results.files import results_file
+from vanelock.results.files.results_file import NAME
+from vanelock.results.files.writer import Results
 
 LIBRARIES = (
     "gmsh",
@@ -39,12 +40,12 @@ class Ledger:
     """
 
     def __init__(self, folder: Path) -> None:
-        self._file = results_file.Results(folder / results_file.NAME)
+        self._file = Results(folder / NAME)
 
     def begin(self, settings: str, text: str) -> None:
         """Begin the file: what is computed (as JSON, and as it was given), when and by what."""
         self._file.wait_for_the_end(settings)
-        with self._file.edit("provenance") as file:
+        with self._file.edit() as file:
             group = file.require_group("provenance")
             group.attrs["date"] = datetime.now(UTC).isoformat(timespec="seconds")
             group.attrs["study"] = text
@@ -65,13 +66,13 @@ class Ledger:
         named = {f"{which},{label}" if label else which: which for which in responses}
         places = [f"limits/{label or 'all'}", *(f"response/{name}" for name in named)]
         with self._file.edit(*places) as file:
-            results_file.put(file, places[0], limits, {})
+            self._file.put(file, places[0], limits, {})
             for name, which in named.items():
-                results_file.put(file, f"response/{name}", responses[which], {"linear": which})
+                self._file.put(file, f"response/{name}", responses[which], {"linear": which})
 
     def complete(self, done: Mapping[str, Done]) -> None:
         """End the file: times and hashes of all stages, nothing is missing."""
-        with self._file.edit("provenance", "/") as file:
+        with self._file.edit() as file:
             for key, entry in done.items():
                 group = file.require_group(f"provenance/stages/{entry.stage} {key[:8]}")
                 group.attrs["key"] = key
@@ -82,7 +83,7 @@ class Ledger:
 
     def failed(self, name: str, values: Mapping[str, float | str], failure: Failure) -> None:
         """A case that could not be computed."""
-        with self._file.edit(f"failed/{name}") as file:
+        with self._file.edit() as file:
             group = file.require_group(f"failed/{name}")
             group.attrs["reason"], group.attrs["attempts"] = failure.reason, failure.attempts
             for key, value in values.items():

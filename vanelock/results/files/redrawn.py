@@ -10,7 +10,8 @@ from pathlib import Path
 from typing import Any
 
 from vanelock.common.errors import InputError
-from vanelock.pipeline.cache import code_of, file_digest, key_of
+from vanelock.common.files.digests import file_digest
+from vanelock.pipeline.cache import code_of, key_of
 from vanelock.pipeline.progress import Begun, Done, Listener
 from vanelock.results.files.run_folder import record
 

@@ -11,9 +11,9 @@ from vanelock.common.files.files import placed
 from vanelock.common.process.signals import held
 from vanelock.results.files import results_file
 
-PLACES = ("cache", "figures", "shapes", "mesh")
+PLACES = ("cache", "figures", "shapes", "mesh", results_file.PARTS)
 """Folders in it."""
-OWN = (".lock", results_file.NAME, *PLACES)
+OWN = (".lock", results_file.NAME, *PLACES[:-1])
 """By any of these a folder is known as that of a run."""
 _ADVICE = "move it away or name another folder with --output"
 

@@ -6,9 +6,10 @@ from pathlib import Path
 import numpy as np
 
 import vanelock
+from vanelock.common.files.digests import file_digest
 from vanelock.input.cases.names import words
 from vanelock.input.schema.scene import Scene
-from vanelock.pipeline.cache import code_of, file_digest
+from vanelock.pipeline.cache import code_of
 from vanelock.quantities.warnings import by_text, without_effect
 from vanelock.report import (
     Answer,

@@ -16,7 +16,7 @@ from typing import Any
 from vanelock.input.schema.scene import Scene
 from vanelock.nonlinear import Response
 from vanelock.quantities import warnings
-from vanelock.results.files import results_file
+from vanelock.results.files import writer
 from vanelock.results.files.ledger import Ledger
 from vanelock.rom import System
 from vanelock.stages.scene.modes import SceneModes
@@ -39,20 +39,18 @@ class SceneRecord(Ledger):
 
     def __init__(self, folder: Path, scene: Scene, text: str) -> None:
         super().__init__(folder)
-        self._system = ""
-        self._waiting: tuple[str, System] | None = None
+        self._system: System | None = None
         self.begin(scene.model_dump_json(), text)
 
-    def model(self, pieces: Sequence[Piece], key: str, system: System) -> None:
+    def model(self, pieces: Sequence[Piece], system: System) -> None:
         """Components and system of a case; those of the first stand at the root."""
-        if self._system:
-            self._waiting = None if key == self._system else (key, system)
+        first, self._system = self._system is None, system
+        if not first:
             return
-        self._system = key
         with self._file.edit(*(["component"] if pieces else []), "system") as file:
             for piece in pieces:
-                results_file.put(file, f"component/{piece.name}", piece, {})
-            results_file.put(file, "system", system, {})
+                self._file.put(file, f"component/{piece.name}", piece, {})
+            self._file.put_system(file, "system", system)
 
     def linear(self, label: str, limits: SceneModes, responses: Mapping[str, Response]) -> None:
         """Modes and linear responses of a set of limits."""
@@ -76,10 +74,8 @@ class SceneRecord(Ledger):
             attributes["peak_amplitude"] = found.peak.amplitude
         with self._file.edit(where) as file:
             for place, response in zip((where, f"{where}/lower"), responses, strict=False):
-                results_file.put(file, place, response, attributes if place == where else {})
-            results_file.put_jumps(file, where, found.sweeps)
-            results_file.put(file, f"{where}/preload", static, {})
-            if self._waiting is not None:
-                results_file.put_system(file, f"{where}/system", self._waiting[1])
-            else:
-                file[f"{where}/system"] = file["system"]
+                self._file.put(file, place, response, attributes if place == where else {})
+            writer.put_jumps(file, where, found.sweeps)
+            self._file.put(file, f"{where}/preload", static, {})
+            assert self._system is not None
+            self._file.put_system(file, f"{where}/system", self._system)

@@ -4,7 +4,7 @@ import pytest
 
 from vanelock import check_file
 from vanelock.common.errors import InputError
-from vanelock.results.files.results_file import Results
+from vanelock.results.files.writer import Results
 
 
 def rows(path):
@@ -56,7 +56,7 @@ def test_measured_files_do_not_hide_behind_other_mistakes(tmp_path):
 )
 def test_failed_cases_are_counted(tmp_path, failed, told):
     results = Results(tmp_path / "results.h5")
-    with results.edit("provenance") as file:
+    with results.edit() as file:
         about = file.create_group("provenance")
         about.create_group("versions")
         about.attrs.update({"date": "2026-01-01", "settings": "{}"})

@@ -12,7 +12,7 @@ from vanelock.commands.compare.page import compare_page
 from vanelock.common.errors import InputError
 from vanelock.input.settings import settings, told
 from vanelock.report import Answers, Text
-from vanelock.results.files.results_file import Results
+from vanelock.results.files.writer import Results
 
 
 def case(name, values, peak=1e-5):
@@ -126,7 +126,7 @@ def test_folders_without_results_are_refused(tmp_path):
 def test_results_that_lack_something_are_refused_in_one_line(tmp_path):
     for name in ("a", "b"):
         (tmp_path / name).mkdir()
-        with Results(tmp_path / name / "results.h5").edit("/") as file:
+        with Results(tmp_path / name / "results.h5").edit() as file:
             file.attrs["complete"] = True
     with pytest.raises(InputError, match=r"a/results.h5: lacks what a run writes .*provenance"):
         compare_runs(tmp_path / "a", tmp_path / "b")

@@ -17,6 +17,7 @@ import psutil
 import pytest
 
 import vanelock
+from tests.vanelock.results.one_file import everything
 from vanelock import nonlinear, parse_study, run_study
 from vanelock.common.errors import InputError
 from vanelock.pipeline.executor import dask as clusters
@@ -40,28 +41,23 @@ report = false
 "joints.interlock.mu" = [0.1, 0.15, 0.2, 0.3, 0.4, 0.5]
 """
 BEFORE = "DASK_DISTRIBUTED__COMM__TLS__"
-TIMES = ("date", "seconds", "cached", "digest")
+TIMES = ("date", "seconds", "cached")
 
 
 def contents(path):
     """Everything in a results file but times: attributes and bytes of the datasets, by place."""
     found = {}
-
-    def visit(name, item):
-        if isinstance(item, h5py.Dataset):
-            data = item[()]
-            if not name.endswith("/seconds"):
-                found[item.name] = (
-                    data.tolist() if item.dtype.kind == "O" else np.array(data).tobytes()
-                )
-        for key, value in item.attrs.items():
-            if key not in TIMES:
-                found[f"{item.name}@{key}"] = np.asarray(value).tolist()
-
     with h5py.File(path) as file:
         assert file.attrs["complete"]
-        for place in set(file) - {"provenance"}:  # which tells what was computed when
-            file[place].visititems(visit)
+        for name, item in everything(file):
+            if name.startswith("/provenance"):  # which tells what was computed when
+                continue
+            if isinstance(item, h5py.Dataset) and not name.endswith("/seconds"):
+                data = item[()]
+                found[name] = data.tolist() if item.dtype.kind == "O" else np.array(data).tobytes()
+            for key, value in item.attrs.items():
+                if key not in TIMES:
+                    found[f"{name}@{key}"] = np.asarray(value).tolist()
         assert len(file["response"]) > 2
     return {name: repr(value) for name, value in found.items()}
 

@@ -1,0 +1,32 @@
+"""Results as one: all that they hold, whatever file it is in; or taken into one, to be altered."""
+
+from collections.abc import Generator, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import h5py
+
+from vanelock.common.files.digests import BLOCK, stamp
+
+
+def everything(group: h5py.Group, place: str = "") -> Iterator[tuple[str, Any]]:
+    """All that a group holds, links to other files followed, by its place."""
+    for name, item in group.items():
+        yield f"{place}/{name}", item
+        if isinstance(item, h5py.Group):
+            yield from everything(item, f"{place}/{name}")
+
+
+@contextmanager
+def in_one_file(path: Path) -> Generator[h5py.File, None, None]:
+    """Take all parts of results into their index, and open it; what it then holds is whole."""
+    single = path.with_suffix(".single")
+    with h5py.File(path) as file, h5py.File(single, "w", userblock_size=BLOCK) as target:
+        for name in file:
+            file.copy(name, target, expand_external=True)
+        target.attrs.update(file.attrs)
+    single.replace(path)
+    with h5py.File(path, "a") as file:
+        yield file
+    stamp(path)
