@@ -1,6 +1,7 @@
 """A reduced part: dense matrices by nodal diameter and what recovery needs."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -103,6 +104,14 @@ class Component(Product):
             return self.band
         return common_band(each.reach for each in self.diameters.values())
 
+    def shortened(self) -> "Component":
+        """The same with its fixed-interface vectors in single precision.
+
+        Fields alone are told with them, to 1e-7; its matrices stay as they are.
+        """
+        diameters = {k: replace(r, vectors=_single(r.vectors)) for k, r in self.diameters.items()}
+        return replace(self, vectors=_single(self.vectors), diameters=diameters)
+
     @property
     def size(self) -> int:
         """Number of reduced coordinates."""
@@ -129,3 +138,9 @@ class Component(Product):
     def dofs(self, nodes: NDArray[np.int64]) -> NDArray[np.int64]:
         """(k, 3) reduced coordinates that are the displacement of the given retained nodes."""
         return self.interface_modes + 3 * self.masters.places(nodes)[:, None] + np.arange(3)
+
+
+def _single(array: NDArray[Any] | None) -> NDArray[Any] | None:
+    if array is None:
+        return None
+    return array.astype(np.complex64 if np.iscomplexobj(array) else np.float32)

@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 
 from vanelock.common.errors import InputError
 from vanelock.common.product import Product
+from vanelock.nonlinear.fourier.threads import one_thread
 from vanelock.rom.system import System
 
 Array: TypeAlias = NDArray[Any]
@@ -169,6 +170,7 @@ class HarmonicModes(Product):
     diameters: Mapping[int, StuckModes]
 
 
+@one_thread
 def harmonic_modes(system: System, harmonics: int) -> HarmonicModes:
     """Stuck modes for harmonics 0 to `harmonics`; friction, preload and loads do not matter."""
     wanted = {system.nodal_diameter(h) for h in range(harmonics + 1)}

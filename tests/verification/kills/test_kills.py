@@ -64,6 +64,7 @@ WRITES = {
     "journal": ("response ", "cache/response*.journal"),
     "response entry": ("response ", "cache/.response*.tmp"),
     "results.h5": ("", ".results.h5.*.tmp"),
+    "results": ("", "results/.*.tmp"),
 }
 
 
@@ -116,7 +117,9 @@ def test_killed_while_a_file_is_written(
     if not FULL:  # the sample begins with the reduced parts
         kept = shutil.ignore_patterns("response*", "Campbell*", "pictures.json", "rom-vane*")
         shutil.copytree(whole / "cache", victim.folder / "cache", ignore=kept)
-    wanted = WRITES if FULL else {name: WRITES[name] for name in ("rom entry", "journal")}
+    wanted = (
+        WRITES if FULL else {name: WRITES[name] for name in ("rom entry", "journal", "results")}
+    )
     for name, (stage, file) in wanted.items():
         tries = 0
         while victim.hits[name] < EACH and tries < 4 * EACH:

@@ -13,13 +13,14 @@ import os
 import re
 from functools import lru_cache
 from pathlib import Path
+from typing import TypeAlias
 
 import h5py
 
 from vanelock.common.errors import InputError
 
 NEEDS = "files"
-"""Attribute of a file that was written once: names of all others, in its folder, that it needs."""
+"""Attribute of a file that was written once: names of all others in its folder that it needs."""
 BLOCK = 512
 """Bytes before the HDF5 data of a file that changes."""
 NAMED = re.compile(r"-([0-9a-f]{20})\.h5$")
@@ -53,15 +54,19 @@ def verify(group: h5py.Group) -> None:
         Naming the file.
     """
     file = group.file
-    if NEEDS in file.attrs or file.userblock_size == BLOCK:
-        path = Path(os.fsdecode(file.filename))
-        for name in (path.name, *needs(file)):
-            verify_file(path.with_name(name))
+    names = needs(file)
+    if names is None and file.userblock_size != BLOCK:
+        return
+    path = Path(os.fsdecode(file.filename))
+    for name in (path.name, *(names or ())):
+        verify_file(path.with_name(name))
 
 
-def needs(file: h5py.File) -> list[str]:
-    """Names of the files, in its folder, that a file needs."""
-    return [str(name) for name in file.attrs.get(NEEDS, ())]
+def needs(file: h5py.File) -> list[str] | None:
+    """Names of the files, in its folder, that a file needs; None where it does not say."""
+    if not h5py.h5a.exists(file.id, NEEDS.encode()):
+        return None
+    return [name for name in str(file.attrs[NEEDS]).split("/") if name]
 
 
 def verify_file(path: Path) -> None:
@@ -73,16 +78,24 @@ def verify_file(path: Path) -> None:
         If it is missing, damaged or altered.
     """
     try:
-        found = os.stat(path)
-        fits = _fits(path, found.st_size, found.st_mtime_ns, found.st_ino)
+        fits = _fits(path, _state(path))
     except OSError as error:
         raise InputError(f"{path}: cannot be read: {error.strerror or error}") from None
     if not fits:
         raise InputError(f"{path}: is not what was written: damaged, or altered since")
 
 
+State: TypeAlias = tuple[int, int, int]
+
+
+def _state(path: Path) -> State:
+    """What changes when a file does."""
+    found = os.stat(path)
+    return found.st_size, found.st_mtime_ns, found.st_ino
+
+
 @lru_cache(maxsize=1 << 16)
-def _fits(path: Path, *state: int) -> bool:
+def _fits(path: Path, state: State) -> bool:
     named = NAMED.search(path.name)
     if named is not None:
         return file_digest(path) == named[1]

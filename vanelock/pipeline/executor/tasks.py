@@ -156,18 +156,22 @@ class Worker:
     def __init__(self, journals: Path | None = None) -> None:
         self._memory = Memory(journals=journals)
         self._stages = Stages(self._memory, silent)
+        self._apart: set[str] = set()
+        """What the last task made that no cache keeps: the next one may need it, too."""
 
     def learn(self, entries: Mapping[str, bytes], forget: Iterable[str] = ()) -> None:
         """Take in products for the tasks to come, and drop others."""
         for key in forget:
             self._memory.given.pop(key, None)
         self._memory.given.update(entries)
-        self._stages.keep(self._memory.given)
+        self._stages.keep(self._memory.given.keys() | self._apart)
 
     def perform(self, work: Work, makes: Sequence[str]) -> Made:
         """Products of a task, and what else was computed on the way."""
         self._memory.take()
         steps = {step.key: step for step in reachable(work.steps())}
+        self._apart = {key for key, step in steps.items() if not step.kept}
+        self._stages.keep(self._memory.given.keys() | self._apart)
         if any(key not in steps for key in makes):
             raise InputError("the program is not the same here as where the tasks come from")
         try:
@@ -175,7 +179,7 @@ class Worker:
                 self._stages.get(steps[key])
             return self._memory.take()
         finally:
-            self._stages.keep(self._memory.given)
+            self._stages.keep(self._memory.given.keys() | self._apart)
 
 
 def reachable(steps: Iterable[Step[Any]]) -> list[Step[Any]]:

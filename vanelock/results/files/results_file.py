@@ -119,7 +119,7 @@ def verify_all(path: Path, file: h5py.File) -> None:
         part = path.parent / name
         verify_file(part)
         with h5py.File(part, "r") as found:
-            known.update(part.with_name(each) for each in needs(found))
+            known.update(part.with_name(each) for each in needs(found) or ())
     for each in sorted(known):
         verify_file(each)
 

@@ -98,7 +98,7 @@ class Results:
             self._used = set(self._needs.get(known, ()))
             with self._new(places[0].removeprefix("response/"), known) as (file, name):
                 yield file
-                file.attrs.create(NEEDS, sorted(self._used), dtype=h5py.string_dtype())
+                file.attrs[NEEDS] = "/".join(sorted(self._used))
             self._needs[name[0]] = self._used
             former = [place for place, part in self._parts.items() if part == known]
             for place in dict.fromkeys((*former, *places)):
@@ -155,11 +155,12 @@ class Results:
         file[where]["nd"] = h5py.ExternalLink(self._taken[key], "/product/nd")
 
     def put_component(self, file: h5py.File, where: str, component: Component) -> None:
-        """Write a reduced part without the vectors that the cache has, which fields need.
+        """Write a reduced part without what the cache has that fields and errors are told from.
 
         Its matrices can be reached as `<where>/<nodal diameter>` too.
         """
-        diameters = {k: replace(each, vectors=None) for k, each in component.diameters.items()}
+        without = {"vectors": None, "neglected": None}
+        diameters = {k: replace(each, **without) for k, each in component.diameters.items()}
         self.put(file, where, replace(component, vectors=None, diameters=diameters), {})
         group = file[where]
         for k in component.diameters:

@@ -108,7 +108,7 @@ def _reduced_vane(
         inputs["least"] = least
 
     def compute(model: Model) -> Component:
-        return rom.reduce(model, **inputs)
+        return rom.reduce(model, **inputs).shortened()
 
     return step("rom vane", "rom", inputs, Component, (model,), compute)
 
@@ -133,7 +133,7 @@ def _reduced_casing(
     def compute(model: Model, *others: Any) -> Component:
         band = {} if vane is None else {"band": others[0].band}
         shared = {} if prepared is None else {"prepared": others[-1]}
-        return rom.reduce(model, **inputs | band, **shared)
+        return rom.reduce(model, **inputs | band, **shared).shortened()
 
     needs = (model, *(each for each in (vane, prepared) if each is not None))
     name = "rom casing" if prepared is None else f"rom casing, ND {', '.join(map(str, chosen))}"

@@ -65,13 +65,17 @@ def preload_step(friction: str, system: Step[System]) -> Step[Response]:
 
 @lru_cache(maxsize=SHARED)
 def stuck_modes_step(system: Step[System], harmonics: int) -> Step[HarmonicModes]:
-    """Modes with all contacts stuck, shared by cases whose system is this one but for friction."""
+    """Modes with all contacts stuck, shared by cases whose system is this one but for friction.
+
+    They are large, and reading them takes about as long as making them: they are not kept.
+    """
 
     def compute(system: System) -> HarmonicModes:
         return nonlinear.harmonic_modes(system, harmonics)
 
     inputs = {"harmonics": harmonics}
-    return step("stuck modes", "nonlinear", inputs, HarmonicModes, (system,), compute, quick=True)
+    kind, needs = HarmonicModes, (system,)
+    return step("stuck modes", "nonlinear", inputs, kind, needs, compute, kept=False, quick=True)
 
 
 def linear_step(
