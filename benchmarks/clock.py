@@ -9,13 +9,12 @@ import time
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import scipy.linalg as la
 from numpy.typing import NDArray
 
-from vanelock.nonlinear import Force, Response, System, frequency_response
+from vanelock.nonlinear import Force, Options, Response, System, frequency_response
 
 Floats = NDArray[np.float64]
 
@@ -96,10 +95,9 @@ def without_outputs(system: System) -> System:
 def sweep(
     system: System,
     hertz: Sequence[float] | Floats,
-    harmonics: int,
+    options: Options,
     unit: Unit,
     every: int = 5,
-    **options: Any,
 ) -> Curve:
     """Solve a closed list of frequencies; time each point, and the unit at every fifth one."""
     marks: list[float] = []
@@ -113,9 +111,7 @@ def sweep(
 
     before = len(unit.seconds)
     begin = resumed[0] = time.process_time()
-    response = frequency_response(
-        without_outputs(system), hertz, harmonics, progress=progress, **options
-    )
+    response = frequency_response(without_outputs(system), hertz, options, progress)
     spent = time.process_time() - begin
     own = float(np.sum(unit.seconds[before:]))
     points = np.array(marks[1:])

@@ -10,6 +10,7 @@ _modules = {
     "Hysteresis": "following.hysteresis",
     "Journal": "forced_response.replay",
     "OPEN": "contact.law",
+    "Options": "forced_response.options",
     "ParameterResponse": "following.parameter_response",
     "PeakResponse": "following.peak_response",
     "Response": "forced_response.response",

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from benchmarks.accuracy.models import Models, Prepared, prepared
 from benchmarks.accuracy.scenes import Scene
-from vanelock.nonlinear import Response, frequency_response
+from vanelock.nonlinear import Options, Response, frequency_response
 from vanelock.stages.parts.diameters import diameter_of
 
 Floats = NDArray[np.float64]
@@ -109,10 +109,12 @@ def fixed(scene: Scene, models: Models, setting: Setting) -> Outcome:
         frequency_response(
             given.system,
             ends,
-            setting.harmonics,
-            study.response.coupling,
-            study.joints.friction,
-            direction,
+            Options(
+                setting.harmonics,
+                coupling=study.response.coupling,
+                friction=study.joints.friction,
+                direction=direction,
+            ),
         )
         for ends in pairwise(np.linspace(*given.range, max(setting.parts, 1) + 1).tolist())
         for direction in (("up", "down") if setting.parts else ("up",))

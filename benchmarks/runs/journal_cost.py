@@ -11,7 +11,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 
-from vanelock.nonlinear import System, frequency_response
+from vanelock.nonlinear import Options, System, frequency_response
 from vanelock.pipeline.journal import journal
 
 
@@ -31,7 +31,7 @@ def main() -> None:
             with journal(path, print) as opened:
                 began = time.process_time()
                 found = frequency_response(
-                    system, ends, harmonics, journal=opened if writes else None
+                    system, ends, Options(harmonics), journal=opened if writes else None
                 )
                 spent[writes].append(time.process_time() - began)
             size = path.stat().st_size

@@ -19,7 +19,7 @@ from threadpoolctl import threadpool_limits
 
 from benchmarks.clock import Curve, Unit, dynamic_stiffness, page, scaled, sweep
 from benchmarks.solver.cyclic import natural, ring
-from vanelock.nonlinear import OPEN, SLIP, SLIP_OPEN, System, frequency_response
+from vanelock.nonlinear import OPEN, SLIP, SLIP_OPEN, Options, System, frequency_response
 
 
 class Regime(NamedTuple):
@@ -69,7 +69,8 @@ def vane(
     unit = Unit(dynamic_stiffness(system, 0.5 * (low + high)))
     for _ in range(5):
         unit.sample()
-    frequency_response(scaled(system, 0.01), hertz[:2], harmonics[0])  # kernels are compiled here
+    # Kernels are compiled here.
+    frequency_response(scaled(system, 0.01), hertz[:2], Options(harmonics[0]))
     size, contacts = len(unit.matrix), system.contacts.count
     lines = [
         f"A system of {size} coordinates a nodal diameter and {contacts} contacts; {points}",
@@ -93,7 +94,7 @@ def vane(
                 continue
             changed = scaled(system, regime.force, regime.mu)
             for direction in ("up", "down"):
-                curve = sweep(changed, hertz, H, unit, direction=direction)
+                curve = sweep(changed, hertz, Options(H, direction=direction), unit)
                 lines.append(row(regime, H, direction, curve))
                 print(lines[-1], flush=True)
     return [*lines, "", f"The unit took {1e3 * unit.time():.1f} ms of CPU here (median)."]
@@ -139,7 +140,7 @@ def measure(drawn: Drawn, mu: float, severity: float, points: int) -> Curve:
     top = natural(system)
     unit = Unit(dynamic_stiffness(system, top))
     hertz = np.linspace(0.8 * top, 1.05 * top, points)
-    return sweep(system, hertz, drawn.harmonics, unit, samples=drawn.samples)
+    return sweep(system, hertz, Options(drawn.harmonics, samples=drawn.samples), unit)
 
 
 def varied(name: str, values: tuple[int | None, ...], base: Drawn, points: int) -> list[str]:

@@ -22,7 +22,7 @@ from threadpoolctl import threadpool_limits
 
 from benchmarks.clock import page
 from benchmarks.solver.jenkins import Problem, problem, reference
-from vanelock.nonlinear import SLIP, SLIP_OPEN, frequency_response
+from vanelock.nonlinear import SLIP, SLIP_OPEN, Options, frequency_response
 
 Floats = NDArray[np.float64]
 Array = NDArray[np.complex128]
@@ -69,7 +69,7 @@ def ours(given: Problem, hertz: Floats, harmonics: int, repeat: int = 3) -> tupl
         def progress(*_: float, marks: list[float] = marks) -> None:
             marks.append(time.process_time())
 
-        response = frequency_response(system, hertz, harmonics, progress=progress)
+        response = frequency_response(system, hertz, Options(harmonics), progress=progress)
         times.append(np.diff(marks))
     q = response.contact[:, :, :, 1:].reshape(len(hertz), harmonics + 1, -1)
     x = np.stack([response.x[h] for h in range(harmonics + 1)], axis=1)
@@ -151,7 +151,7 @@ def band(given: Problem) -> tuple[Floats, float]:
     """Frequencies, Hz, at which most contacts slip, and the peak over the stuck one."""
     resonance = given.resonance()
     coarse = np.linspace(0.5 * resonance, 1.3 * resonance, 161)
-    response = frequency_response(given.system(), coarse, 1)
+    response = frequency_response(given.system(), coarse, Options(1))
     slips = np.isin(response.state, (SLIP, SLIP_OPEN)).mean(axis=1) > 0.5
     moved = np.abs(response.contact[:, 1, :, 1:]).max(axis=(1, 2))
     s = 2 * np.pi * resonance

@@ -20,6 +20,7 @@ from benchmarks.solver.cyclic import natural, ring
 from vanelock.nonlinear import (
     SLIP,
     SLIP_OPEN,
+    Options,
     System,
     TimeResponse,
     frequency_response,
@@ -63,7 +64,7 @@ def peak(system: System) -> tuple[float, float]:
     """Frequency, Hz, of the peak with friction among those where all contacts slip, and a step."""
     top = natural(system)
     hertz = np.linspace(0.6 * top, 1.05 * top, 91)
-    response = frequency_response(system, hertz, 3)
+    response = frequency_response(system, hertz, Options(3))
     slips = np.isin(response.state, (SLIP, SLIP_OPEN)).all(axis=1)
     moved = np.where(slips, np.abs(response.contact[:, 1]).max(axis=(1, 2)), 0.0)
     return float(hertz[int(moved.argmax())]), float(hertz[1] - hertz[0])
@@ -96,7 +97,7 @@ def rows(case: Case, harmonics: tuple[int, ...], steps: tuple[int, ...], fine: i
         case.size, case.contacts, KEPT, case.mu, case.severity, case.sectors, seed=case.seed
     )
     hertz, apart = peak(system)
-    rich = frequency_response(system, [hertz], 31)
+    rich = frequency_response(system, [hertz], Options(31))
     reference = time_response(system, hertz, 30, fine, KEPT, start=(rich, 0))
     exact = reference.contact[:, 0]
     head = f"| {case.name}, {case.sectors} × {case.size}, {case.contacts} contacts |"
@@ -122,7 +123,7 @@ def rows(case: Case, harmonics: tuple[int, ...], steps: tuple[int, ...], fine: i
         def progress(*_: float, marks: list[float] = marks) -> None:
             marks.append(time.process_time())
 
-        response = frequency_response(system, near, H, progress=progress)
+        response = frequency_response(system, near, Options(H), progress=progress)
         point = float(np.mean(np.diff(marks)))
         error = deviation(response.contact[8], exact)
         lost = np.count_nonzero(~response.converged)

@@ -19,21 +19,17 @@ from vanelock.nonlinear.adaptive.harmonic_levels import Climbed, Ladder
 from vanelock.nonlinear.adaptive.neighbours import places_of_jumps, settled
 from vanelock.nonlinear.adaptive.points import Point, Pointwise, Shares
 from vanelock.nonlinear.adaptive.sampling import Exploring
-from vanelock.nonlinear.contact.sampling import FRICTIONS, checked_samples
-from vanelock.nonlinear.forced_response.linear_response import (
+from vanelock.nonlinear.forced_response.frequencies import (
     check_band,
-    check_forces,
-    check_option,
     checked_frequencies,
     checked_range,
-    excited,
 )
+from vanelock.nonlinear.forced_response.options import Options, check_forces, excited
 from vanelock.nonlinear.forced_response.replay import Journal, replaying
 from vanelock.nonlinear.forced_response.response import ErrorEstimates, Response, assemble_response
-from vanelock.nonlinear.forced_response.static_mean import COUPLINGS, with_static_mean
+from vanelock.nonlinear.forced_response.static_mean import with_static_mean
 from vanelock.nonlinear.fourier.threads import one_thread
 from vanelock.nonlinear.fourier.trigonometric import TURN, resized
-from vanelock.nonlinear.newton.newton import TOLERANCE
 from vanelock.rom.errors.neglected import Neglected
 from vanelock.rom.system import System
 
@@ -49,14 +45,10 @@ def adaptive_response(
     systems: Callable[[int], System],
     frequencies: ArrayLike | tuple[float, float],
     shares: Shares,
+    options: Options = Options(),
     monitor: tuple[int, int] | None = None,
-    harmonics: int | None = None,
-    coupling: str = "coupled",
-    friction: str = "orthogonal",
-    samples: int | None = None,
     neglected: Callable[[int], Neglected] | None = None,
     mesh_error: Callable[[int, Floats], Floats] | None = None,
-    tolerance: float = TOLERANCE,
     progress: Progress | None = None,
     journal: Journal | None = None,
 ) -> Response:
@@ -73,21 +65,17 @@ def adaptive_response(
         needs it.
     shares : Shares
         What the errors may be.
+    options : Options
+        Harmonics that are given are those of every point, instead of being chosen; so are samples,
+        which are chosen where friction is isotropic. Frequencies are passed both ways, and the
+        largest solution counts, unless a direction is given. All modes count in full: what
+        `static_beyond` leaves out is not among the errors that are estimated.
     monitor : (int, int), optional
         Output node and direction, by their places in the system; by default those of the largest
         linear response with all contacts stuck.
-    harmonics : int, optional
-        H at every point, instead of choosing it.
-    coupling, friction : str
-        As of `frequency_response`.
-    samples : int, optional
-        Of a period, instead of locating events, or instead of choosing them where friction is
-        isotropic.
     neglected, mesh_error : callable, optional
         What else is estimated, see `nonlinear.estimates`: `rom.neglected_forms` by nodal diameter;
         relative errors (n,) of natural frequencies (n,) in Hz by a nodal diameter and these.
-    tolerance : float
-        Relative residual at which a point counts as converged.
     progress, journal : optional
         As of `frequency_response`.
 
@@ -100,22 +88,23 @@ def adaptive_response(
     Raises
     ------
     InputError
-        If an option is unknown, a share or a frequency is not positive, or there is no output.
+        If a share or a frequency is not positive, `static_beyond` is given, or there is no output.
     """
-    check_option("coupling", coupling, COUPLINGS)
-    check_option("friction", friction, FRICTIONS)
+    if options.static_beyond is not None:
+        raise InputError(
+            f"static_beyond: given {options.static_beyond}: adaptive_response does not estimate "
+            "what that leaves out: leave it out"
+        )
+    harmonics, isotropic = options.harmonics, options.friction == "isotropic"
     for name in ("harmonics", "frequencies", "samples"):
         share = getattr(shares, name)
         if share is not None and not 0 < share < 1:
             raise InputError(f"shares.{name}: given {share}: allowed are numbers between 0 and 1")
     is_range = isinstance(frequencies, tuple)
     hertz = (checked_range if is_range else checked_frequencies)(frequencies)
-    if samples is not None:
-        checked_samples(samples, harmonics or 1, friction)
-    sampled = samples or (FEWEST if friction == "isotropic" else None)
     omegas = TURN * hertz
     limits = float(omegas.min()), float(omegas.max())
-    ladder = Ladder(systems, limits, coupling, friction, sampled, tolerance)
+    ladder = Ladder(systems, limits, options, options.samples or (FEWEST if isotropic else None))
     first = ladder.structure(harmonics or 1)
     if harmonics is None:
         first = ladder.structure(max([1, *excited(first.system)]))
@@ -132,15 +121,17 @@ def adaptive_response(
         shares,
         first.harmonics,
         chooses_harmonics=harmonics is None,
-        chooses_samples=friction == "isotropic" and samples is None,
+        chooses_samples=isotropic and options.samples is None,
         replay=replaying(journal, Point, Estimate, Climbed),
     )
     told = _Told(progress)
     if is_range:
-        found = Exploring(pointwise, omegas[0], omegas[1], told).curve()
-        jumps, direction = places_of_jumps(pointwise, found), "both"
+        found = Exploring(pointwise, omegas[0], omegas[1], told, options.direction).curve()
+        order = np.arange(len(found))[:: -1 if options.direction == "down" else 1]
+        jumps = order[places_of_jumps(pointwise, [found[i] for i in order])]
+        direction = options.direction or "both"
     else:
-        found, jumps, direction = _swept(pointwise, omegas, told)
+        found, jumps, direction = _swept(pointwise, omegas, told, options.direction)
     return replace(_assembled(ladder, found, monitored), direction=direction, jump=jumps)
 
 
@@ -159,24 +150,27 @@ class _Told:
 
 
 def _swept(
-    pointwise: Pointwise, omegas: Floats, told: _Told
+    pointwise: Pointwise, omegas: Floats, told: _Told, direction: str | None
 ) -> tuple[list[Point], NDArray[np.int64], str]:
     """Exactly these frequencies, in the order given; their jumps; and how they were swept.
 
-    They are swept upwards and, where that jumps or loses a point, back downwards; of two solutions
-    at a frequency, the larger counts.
+    Unless told otherwise they are swept upwards and, where that jumps or loses a point, back
+    downwards; of two solutions at a frequency, the larger counts.
     """
     order = np.argsort(omegas, kind="stable")
-    back, direction = np.argsort(order), "up"
+    if direction == "down":
+        order = order[::-1]
+    taken = direction or "up"
     found = _passed(pointwise, omegas[order], told)
     jumps = places_of_jumps(pointwise, found)
-    if len(jumps) or not all(point.solution.converged for point in found):
+    lost = not all(point.solution.converged for point in found)
+    if direction is None and (len(jumps) or lost):
         down = _passed(pointwise, omegas[order[::-1]], told, found[-1:])[::-1]
         pairs = zip(found, down, strict=True)
         found = [max(pair, key=lambda point: point.amplitude) for pair in pairs]
-        jumps, direction = places_of_jumps(pointwise, found), "both"
+        jumps, taken = places_of_jumps(pointwise, found), "both"
     found = settled(pointwise, found)
-    return [found[i] for i in back], order[jumps], direction
+    return [found[i] for i in np.argsort(order)], order[jumps], taken
 
 
 def _passed(
@@ -228,8 +222,8 @@ def _assembled(ladder: Ladder, points: Sequence[Point], monitored: tuple[int, in
     samples = ladder.samples_of(H) or 0
     return replace(
         response,
-        coupling=ladder.coupling,
-        friction=ladder.friction,
+        coupling=ladder.options.coupling,
+        friction=ladder.options.friction,
         samples=samples,
         estimates=estimates,
     )

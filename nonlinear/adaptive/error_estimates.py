@@ -186,7 +186,7 @@ class Estimator:
         if step is None:
             return None
         # Isotropic friction: twice the samples halve the error.
-        share = 2.0 if self.ladder.friction == "isotropic" else 1.0
+        share = 2.0 if self.ladder.options.friction == "isotropic" else 1.0
         return self._of_deviation(state, state.w + share * step)
 
 

@@ -15,13 +15,14 @@ from vanelock.common.cyclic import folded
 from vanelock.nonlinear.balance.balance import Structure, structure
 from vanelock.nonlinear.balance.receptance_tables import Deferred
 from vanelock.nonlinear.balance.stuck_modes import StuckModes
-from vanelock.nonlinear.contact.law import Law, contact_law
+from vanelock.nonlinear.contact.law import Law
 from vanelock.nonlinear.contact.sampling import least_samples
 from vanelock.nonlinear.continuation.families import Frequencies
 from vanelock.nonlinear.forced_response.frequency_sweep import PointSolver
+from vanelock.nonlinear.forced_response.options import Options
 from vanelock.nonlinear.forced_response.static_mean import at_rest
 from vanelock.nonlinear.newton.linearised import Kept, to_be_made
-from vanelock.nonlinear.newton.newton import TOLERANCE, Solution
+from vanelock.nonlinear.newton.newton import Solution
 from vanelock.nonlinear.newton.preconditioner import Basis
 from vanelock.rom.system import System
 
@@ -58,20 +59,16 @@ class Ladder:
         From H to a system that has the nodal diameters of all harmonics up to H.
     limits : (float, float)
         Range of frequencies, rad/s.
-    coupling, friction : str
-        As of `frequency_response`.
+    options : Options
+        Their harmonics do not count here.
     samples : int or None
-        Of a period; None where events are located.
-    tolerance : float
-        Relative residual that counts as converged.
+        Of a period, at present; None where events are located.
     """
 
     systems: Callable[[int], System]
     limits: tuple[float, float]
-    coupling: str = "coupled"
-    friction: str = "orthogonal"
-    samples: int | None = None
-    tolerance: float = TOLERANCE
+    options: Options
+    samples: int | None
     _reached: int = -1
     _system: System | None = None
     _modes: dict[int, StuckModes] = field(default_factory=dict)
@@ -106,7 +103,7 @@ class Ladder:
             self._extended.clear()
         assert self._system is not None
         if harmonics not in self._structures:
-            made = structure(self._system, harmonics, known=self._modes)
+            made = structure(self._system, harmonics, self.options.harmonic_diameters, self._modes)
             self._modes |= made.modes
             self._structures[harmonics] = made
         return self._structures[harmonics]
@@ -123,7 +120,8 @@ class Ladder:
                 for own, place in places.items()
                 if (own, place) in self._guessed
             }
-            made = structure(system, harmonics, known=guessed | self._modes)
+            known = guessed | self._modes
+            made = structure(system, harmonics, self.options.harmonic_diameters, known)
             for own, place in places.items():
                 if own in made.modes:
                     self._guessed[own, place] = made.modes[own]
@@ -134,19 +132,19 @@ class Ladder:
         """The contact law for H harmonics; `finer`: without samples or, failing that, on twice."""
         samples = self.samples_of(harmonics)
         if finer and samples is not None:
-            samples = 2 * samples if self.friction == "isotropic" else None
-        key = harmonics, samples, self.coupling == "constant-load"
+            samples = 2 * samples if self.options.friction == "isotropic" else None
+        key = harmonics, samples, self.options.coupling == "constant-load"
         if key not in self._laws:
             assert self._system is not None
-            contacts = self._system.contacts
-            self._laws[key] = contact_law(contacts, harmonics, samples, self.friction, key[2])
+            options = replace(self.options, harmonics=harmonics, samples=samples)
+            self._laws[key] = options.law(self._system.contacts)(harmonics)
         return self._laws[key]
 
     def samples_of(self, harmonics: int) -> int | None:
         """Samples of a period for H harmonics, None where events are located."""
         if self.samples is None:
             return None
-        return max(self.samples, least_samples(harmonics, self.friction))
+        return max(self.samples, least_samples(harmonics, self.options.friction))
 
     @property
     def reached(self) -> int:
@@ -156,9 +154,10 @@ class Ladder:
     @property
     def rest(self) -> Solution | None:
         """The static state that vibration is referred to; None where both are coupled."""
-        if self.coupling != "coupled" and self._rest is None:
-            still = replace(self, coupling="coupled")  # constant load holds vibration alone
-            self._rest = at_rest(self.structure(1), still.law, self.tolerance)
+        if self.options.coupling != "coupled" and self._rest is None:
+            # Constant load holds vibration alone.
+            still = replace(self, options=replace(self.options, coupling="coupled"))
+            self._rest = at_rest(self.structure(1), still.law, self.options.tolerance)
         return self._rest
 
     def mean(self) -> NDArray[np.float64] | None:
@@ -172,7 +171,7 @@ class Ladder:
             source = Deferred(self.structure(harmonics), self.limits)
             source.asked, self._sources[key] = self._asked.get(key, 0), source
             family = Frequencies(source, self.law(harmonics), self.mean())
-            self._solvers[key] = PointSolver(family, self.law, self.tolerance)
+            self._solvers[key] = PointSolver(family, self.law, self.options.tolerance)
         return self._solvers[key]
 
     def guessing(self, harmonics: int) -> Frequencies:

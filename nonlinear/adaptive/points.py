@@ -315,7 +315,7 @@ class Pointwise:
         """The solution of a point with H harmonics; None where it is not found from that."""
         if (point.harmonics, point.samples) == (H, self.ladder.samples_of(H)):
             return point.solution
-        found = self._again(point, self.ladder.solver(H).family, self.ladder.tolerance)
+        found = self._again(point, self.ladder.solver(H).family, self.ladder.options.tolerance)
         return found if found.converged else None
 
     def _again(self, point: Point, family: Frequencies, tolerance: float) -> Solution:

@@ -67,6 +67,8 @@ class Exploring:
         The range, rad/s.
     told : callable
         Told of each point.
+    direction : {"up", "down"}, optional
+        The one way that the range is swept; what is added then comes from the points behind it.
     left : set of (float, float)
         Frequencies of jumps and ends of the range towards which a branch was followed from there.
     broken : bool
@@ -77,6 +79,7 @@ class Exploring:
     low: float
     high: float
     told: OnPoint
+    direction: str | None = None
     left: set[tuple[float, float]] = field(default_factory=set)
     broken: bool = False
 
@@ -99,15 +102,7 @@ class Exploring:
 
     def curve(self) -> list[Point]:
         """The points of the curve, ascending; the last ones tried where some did not converge."""
-        first = self.pointwise.point(self.low, [])
-        points = [first, *self._swept(first, self.high)]
-        coarse = 1.0 if self.broken else COARSE
-        back = self._swept(points[-1], self.low, coarse=coarse)
-        points = self._merged(points, [points[-1], *back][::-1])
-        points = self._upper(points)
-        if self.broken and self.pointwise.chooses_harmonics:
-            points = self._steadily(points)
-        points = self._graded(points)
+        points = self._graded(self._begun())
         for _ in range(ROUNDS):
             curve, share = self._drawn(points), self.pointwise.shares.frequencies
             wanted = curve.wanted(share, self.closest, self.widest)
@@ -124,6 +119,22 @@ class Exploring:
                     if len(self.left) == count:
                         break
             points = self._graded(points)
+        return points
+
+    def _begun(self) -> list[Point]:
+        """Points of the sweeps."""
+        if self.direction is not None:
+            ends = (self.low, self.high)[:: -1 if self.direction == "down" else 1]
+            first = self.pointwise.point(ends[0], [])
+            return sorted([first, *self._swept(first, ends[1])], key=lambda p: p.omega)
+        first = self.pointwise.point(self.low, [])
+        points = [first, *self._swept(first, self.high)]
+        coarse = 1.0 if self.broken else COARSE
+        back = self._swept(points[-1], self.low, coarse=coarse)
+        points = self._merged(points, [points[-1], *back][::-1])
+        points = self._upper(points)
+        if self.broken and self.pointwise.chooses_harmonics:
+            points = self._steadily(points)
         return points
 
     def _drawn(self, points: Sequence[Point]) -> Interpolant:
@@ -219,6 +230,8 @@ class Exploring:
 
     def _upper(self, points: list[Point]) -> list[Point]:
         """The larger solutions beside every jump put in place of the smaller ones."""
+        if self.direction is not None:
+            return points
         for end in (self.low, self.high):
             points = self._followed(points, end)
         return points
@@ -279,10 +292,15 @@ class Exploring:
     def _with(self, points: list[Point], omega: float) -> list[Point]:
         """The points with one more, reached from its neighbours, the larger where they differ."""
         place = int(np.searchsorted([p.omega for p in points], omega))
-        beside = [p for p in points[max(place - 1, 0) : place + 1] if p.solution.converged]
-        beside.sort(key=lambda p: -abs(p.omega - omega))
+        before, after = (1, 1) if self.direction is None else (2, 0)
+        if self.direction == "down":
+            before, after = after, before
+        beside = points[max(place - before, 0) : place + after]
+        beside = sorted(
+            (p for p in beside if p.solution.converged), key=lambda p: -abs(p.omega - omega)
+        )
         point = self.pointwise.point(omega, beside)
-        if len(beside) == 2 and any(may_jump(p, point) for p in beside):
+        if self.direction is None and len(beside) == 2 and any(may_jump(p, point) for p in beside):
             for other in beside:
                 if (easy := self.pointwise.easily(omega, [other])) is not None:
                     tried = self.pointwise.point(omega, [other], easy)

@@ -16,7 +16,6 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from vanelock.common.arrays import as_whole
 from vanelock.common.errors import InputError
 from vanelock.nonlinear.balance.receptance_columns import Columns, no_columns
 from vanelock.nonlinear.balance.stuck_modes import StuckModes, stuck_modes
@@ -329,17 +328,10 @@ def structure(
     Raises
     ------
     InputError
-        If the system's parts do not fit together, or an option is unknown.
+        If the system's parts do not fit together.
     """
     known = known or {}
     check(system, known=known)
-    as_whole(harmonics, "harmonics")
-    if harmonics < 0:
-        raise InputError(f"harmonics: given {harmonics}: must be >= 0")
-    if harmonic_diameters not in ("wave", "sector"):
-        raise InputError(
-            f"harmonic_diameters: given {harmonic_diameters!r}: allowed are 'wave' and 'sector'"
-        )
     wave = harmonic_diameters == "wave"
     diameters = tuple(system.nodal_diameter(h if wave else min(h, 1)) for h in range(harmonics + 1))
     modes = dict(known)

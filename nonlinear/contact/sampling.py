@@ -1,6 +1,5 @@
 """On how many samples of a period the contact law may be evaluated."""
 
-from vanelock.common.arrays import as_whole
 from vanelock.common.errors import InputError
 
 FRICTIONS = ("orthogonal", "isotropic")
@@ -26,9 +25,8 @@ def checked_samples(
     Raises
     ------
     InputError
-        If they are too few, or H is no whole number.
+        If they are too few.
     """
-    as_whole(harmonics, "harmonics")
     if friction == "isotropic" and samples is None:
         return default_samples(harmonics)
     least = least_samples(harmonics, friction)

@@ -11,7 +11,6 @@ sees that.
 import warnings
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from functools import lru_cache
 from math import sqrt
 from typing import TypeAlias
 
@@ -20,23 +19,16 @@ from numpy.typing import ArrayLike, NDArray
 
 from vanelock.common.errors import InputError
 from vanelock.common.product import Product
-from vanelock.nonlinear.balance.balance import structure
-from vanelock.nonlinear.balance.receptance_tables import balances
-from vanelock.nonlinear.contact.law import contact_law
-from vanelock.nonlinear.contact.sampling import checked_samples
 from vanelock.nonlinear.continuation.arc_length import SHORTEST, ArcStep, Tangent, path, tangent_at
 from vanelock.nonlinear.continuation.events import locate
-from vanelock.nonlinear.continuation.families import Frequencies, fixed
+from vanelock.nonlinear.continuation.families import fixed
+from vanelock.nonlinear.forced_response.frequencies import checked_frequencies
 from vanelock.nonlinear.forced_response.frequency_sweep import PointSolver
-from vanelock.nonlinear.forced_response.linear_response import (
-    check_band,
-    check_forces,
-    checked_frequencies,
-)
-from vanelock.nonlinear.forced_response.response import Response, assemble_response
+from vanelock.nonlinear.forced_response.options import Options
+from vanelock.nonlinear.forced_response.response import Response
 from vanelock.nonlinear.fourier.threads import one_thread
 from vanelock.nonlinear.fourier.trigonometric import TURN
-from vanelock.nonlinear.newton.newton import TOLERANCE, Family, Solution, scales, solve
+from vanelock.nonlinear.newton.newton import Family, Solution, scales, solve
 from vanelock.rom.system import System
 
 Floats = NDArray[np.float64]
@@ -121,10 +113,7 @@ class Place:
 def hysteresis(
     system: System,
     frequencies: ArrayLike | tuple[float, float],
-    harmonics: int = 3,
-    harmonic_diameters: str = "wave",
-    samples: int | None = None,
-    tolerance: float = TOLERANCE,
+    options: Options = Options(),
     progress: Progress | None = None,
 ) -> Hysteresis:
     """Sweep a range of frequencies up and down, and follow the path through the folds between.
@@ -136,8 +125,8 @@ def hysteresis(
         Hz. An array or list: where up and down are solved, exactly these; the path goes from the
         lowest to the highest. A tuple (low, high): a range; up and down are solved at the
         frequencies of the path's points.
-    harmonics, harmonic_diameters, samples, tolerance
-        As of `frequency_response`.
+    options : Options
+        All but the direction: both are taken.
     progress : callable, optional
         Called after each point of the path with (points done, points in all, estimated; Hz;
         largest amplitude of any output, m).
@@ -154,20 +143,20 @@ def hysteresis(
     Raises
     ------
     InputError
-        As of `frequency_response`, or if the range is empty or nothing converges at its beginning.
+        As of `frequency_response`, or if a direction is given, the range is empty or nothing
+        converges at its beginning.
     """
+    if options.direction is not None:
+        raise InputError(
+            f"direction: given {options.direction!r}: hysteresis is of both ways: leave it out"
+        )
     hertz = np.unique(checked_frequencies(frequencies))
     is_range = isinstance(frequencies, tuple)
     if len(hertz) < 2 or (is_range and len(hertz) != 2):
         raise InputError(f"frequencies: given {tuple(hertz)}: needs (low, high) or several")
-    samples = checked_samples(samples, harmonics)
-    prepared = structure(system, harmonics, harmonic_diameters)
-    check_forces(system, harmonics)
-    check_band(system, hertz)
-    law = lru_cache(lambda h: contact_law(system.contacts, h, samples))
+    ready = options.prepare(system, hertz, 1000)
+    solver = ready.solver
     low, high = TURN * hertz[[0, -1]]
-    source = balances(prepared, low, high, 1000)
-    solver = PointSolver(Frequencies(source, law(harmonics)), law, tolerance)
     begun = solver.point(float(low), [])
     if not begun.converged:
         raise InputError(f"frequencies: no solution was found at {hertz[0]:g} Hz to start from")
@@ -194,14 +183,13 @@ def hysteresis(
         warnings.warn(f"hysteresis: {ended}", RuntimeWarning, stacklevel=3)
     ends = same(down[0], places[0].solution) and same(down[-1], places[-1].solution)
     turning = np.array([i for i, place in enumerate(places) if place.fold], np.int64)
-    collect = [assemble_response(prepared, each) for each in (up, down)]
-    branch = assemble_response(prepared, [place.solution for place in places])
+    branch = ready.response([place.solution for place in places])
     path_hertz = branch.frequency
     return Hysteresis(
-        up=replace(collect[0], samples=samples or 0),
-        down=replace(collect[1], samples=samples or 0),
+        up=ready.response(up),
+        down=ready.response(down),
         differ=np.array([not same(*each) for each in zip(up, down, strict=True)], bool),
-        branch=replace(branch, samples=samples or 0),
+        branch=branch,
         passed=np.cumsum([place.fold for place in places]).astype(np.int64),
         unstable=np.array([place.orientation < 0 for place in places], bool),
         fold=turning,

@@ -1,8 +1,8 @@
 """Response at one frequency against a force, a friction coefficient or an interference."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, fields, replace
-from functools import lru_cache
+from dataclasses import dataclass, fields, replace
+from functools import lru_cache, partial
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -10,9 +10,6 @@ from numpy.typing import ArrayLike, NDArray
 
 from vanelock.common.errors import InputError
 from vanelock.common.product import Product
-from vanelock.nonlinear.balance.balance import Balance, Structure, structure
-from vanelock.nonlinear.contact.law import Law, contact_law
-from vanelock.nonlinear.contact.sampling import checked_samples
 from vanelock.nonlinear.continuation.arc_length import follow
 from vanelock.nonlinear.continuation.globalisation import from_nothing
 from vanelock.nonlinear.following.parameters import (
@@ -21,16 +18,13 @@ from vanelock.nonlinear.following.parameters import (
     checked_parameter,
     checked_values,
 )
+from vanelock.nonlinear.forced_response.frequencies import checked_frequencies
 from vanelock.nonlinear.forced_response.frequency_sweep import starts
-from vanelock.nonlinear.forced_response.linear_response import (
-    check_band,
-    check_forces,
-    checked_frequencies,
-)
-from vanelock.nonlinear.forced_response.response import CONSTANT, Response, assemble_response
+from vanelock.nonlinear.forced_response.options import Options, PreparedSystem
+from vanelock.nonlinear.forced_response.response import CONSTANT, Response
 from vanelock.nonlinear.fourier.threads import one_thread
 from vanelock.nonlinear.fourier.trigonometric import TURN
-from vanelock.nonlinear.newton.newton import TOLERANCE, Family, Solution, solve
+from vanelock.nonlinear.newton.newton import Family, Solution, solve
 from vanelock.rom.system import System
 
 Floats = NDArray[np.float64]
@@ -65,8 +59,11 @@ class ParameterResponse(Product):
         return replace(self.response.at([point]), mu=self.mu[point])
 
 
-def joined(responses: Sequence[Response]) -> Response:
-    """Points of several responses of one system, one after another; `mu` is the first one's."""
+def joined(responses: Sequence[Response], mu: Floats) -> tuple[Response, Floats]:
+    """Points of one system's responses, one after another; and (p, c) their friction coefficients.
+
+    Those of the system as it is given, `mu`, are those of the response.
+    """
     put: dict[str, Any] = {}
     for name in ALONG_POINTS:
         kept = [getattr(each, name) for each in responses]
@@ -74,19 +71,8 @@ def joined(responses: Sequence[Response]) -> Response:
             put[name] = {h: np.concatenate([each[h] for each in kept]) for h in kept[0]}
         else:
             put[name] = np.concatenate(kept)
-    return replace(responses[0], **put)
-
-
-def assembled(
-    prepared: Structure, varied: Parameter, values: Sequence[float], solutions: Sequence[Solution]
-) -> tuple[Response, Floats]:
-    """Collect solutions at several values into a response; and (p, c) friction coefficients."""
-    each = [
-        assemble_response(varied.structure(prepared, value), [solution])
-        for value, solution in zip(values, solutions, strict=True)
-    ]
-    mu = np.array([response.mu for response in each])
-    return replace(joined(each), mu=prepared.system.contacts.mu), mu
+    own = np.array([each.mu for each in responses])
+    return replace(responses[0], mu=mu, **put), own
 
 
 @one_thread
@@ -95,12 +81,8 @@ def parameter_response(
     frequency: float,
     parameter: str,
     values: ArrayLike,
-    harmonics: int = 3,
+    options: Options = Options(),
     joint: Joint = None,
-    direction: str = "up",
-    harmonic_diameters: str = "wave",
-    samples: int | None = None,
-    tolerance: float = TOLERANCE,
     progress: Progress | None = None,
 ) -> ParameterResponse:
     """Steady vibration at one frequency while a parameter varies.
@@ -117,14 +99,10 @@ def parameter_response(
         coefficient of friction; "interference": v0, m.
     values : (p,) array_like
         Values of the parameter; those of force and mu are positive.
-    harmonics : int
-        H.
+    options : Options
+        Their direction is that in which the values are passed.
     joint : str, sequence of str or (c,) bool, optional
         The joints or contacts whose friction or interference varies; all by default.
-    direction : {"up", "down"}
-        Whether the values are passed upwards or downwards.
-    harmonic_diameters, samples, tolerance
-        As of `frequency_response`.
     progress : callable, optional
         Called after each point with (points done, points in all, value, largest amplitude of any
         output, m).
@@ -137,38 +115,30 @@ def parameter_response(
     Raises
     ------
     InputError
-        If an option, a joint or a value is not possible.
+        As of `frequency_response`, or if a joint or a value is not possible.
     """
-    if direction not in ("up", "down"):
-        raise InputError(f"direction: given {direction!r}: allowed: up, down")
     hertz = checked_frequencies(frequency)
     if len(hertz) != 1:
         raise InputError(f"frequency: given {len(hertz)} of them: needs one")
     given = checked_values(values)
     varied = checked_parameter(parameter, system, given, joint)
-    samples = checked_samples(samples, harmonics)
-    prepared = structure(system, harmonics, harmonic_diameters)
-    check_forces(system, harmonics)
-    check_band(system, hertz)
-    law = lru_cache(lambda h: contact_law(system.contacts, h, samples))
-    balance = prepared.balance(TURN * hertz[0])
-    tracer = Tracer(prepared, varied, balance, law, tolerance)
+    ready = options.prepare(system, hertz, 1)
+    at = lru_cache(4)(partial(varied.at, ready))
+    tracer = Tracer(at, varied, varied.family(ready, TURN * hertz[0]), ready.options.tolerance)
     order = np.argsort(given, kind="stable")
-    if direction == "down":
+    if options.direction == "down":
         order = order[::-1]
     history: list[Solution] = []
-    found: dict[int, Solution] = {}
+    found: dict[int, Response] = {}
     for done, i in enumerate(order, 1):
-        solution = tracer.point(float(given[i]), history)
-        found[int(i)] = solution
+        value = float(given[i])
+        solution = tracer.point(value, history)
+        found[int(i)] = at(value).response([solution])
         if solution.converged:
             history = [*history, solution][-2:]
         if progress is not None:
-            one = assemble_response(varied.structure(prepared, float(given[i])), [solution])
-            progress(done, len(given), float(given[i]), float(one.amplitude.max(initial=0.0)))
-    solutions = [found[i] for i in range(len(given))]
-    response, mu = assembled(prepared, varied, given.tolist(), solutions)
-    response = replace(response, samples=samples or 0)
+            progress(done, len(given), value, float(found[int(i)].amplitude.max(initial=0.0)))
+    response, mu = joined([found[i] for i in range(len(given))], system.contacts.mu)
     return ParameterResponse(parameter, given, response, mu)
 
 
@@ -178,29 +148,19 @@ class Tracer:
 
     Attributes
     ----------
-    prepared : Structure
+    at : callable
+        The system by value, ready to be solved.
     varied : Parameter
-    balance : Balance
-        Of the system as it is given.
-    law_of : callable
-        The contact law of the system for a number of harmonics.
-    tolerance : float
     family : Family
         By the coordinate of the parameter.
+    tolerance : float
+        Relative residual that counts as converged.
     """
 
-    prepared: Structure
+    at: Callable[[float], PreparedSystem]
     varied: Parameter
-    balance: Balance
-    law_of: Callable[[int], Law]
+    family: Family
     tolerance: float
-    family: Family = field(init=False)
-
-    def __post_init__(self) -> None:
-        """Make the family."""
-        law = self.law_of(self.prepared.harmonics)
-        family = self.varied.family(self.prepared, self.balance, law)
-        object.__setattr__(self, "family", family)
 
     def point(self, value: float, history: Sequence[Solution]) -> Solution:
         """Solve at a value, given up to two converged neighbours, the nearest last."""
@@ -215,12 +175,7 @@ class Tracer:
             arc = follow(self.family, history[-1], place, self.tolerance)
             if arc.solution is not None:
                 return _counted([*tried, arc.solution])
-        system = self.prepared.system
-        found = from_nothing(
-            self.family.at(place),
-            lambda h: self.varied.law(system, self.law_of(h), value),
-            self.tolerance,
-        )
+        found = from_nothing(self.family.at(place), self.at(value).law, self.tolerance)
         return _counted([*tried, replace(found, parameter=place)])
 
 

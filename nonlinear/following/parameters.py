@@ -4,8 +4,9 @@ None of them changes the stuck modes or their damping, so that a system prepared
 their values.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache, partial
 from typing import TypeAlias
 
 import numpy as np
@@ -15,9 +16,13 @@ from vanelock.common.errors import InputError
 from vanelock.nonlinear.balance.balance import Balance, Structure
 from vanelock.nonlinear.balance.receptance_tables import Tabulated
 from vanelock.nonlinear.contact.law import Deviation, Law
+from vanelock.nonlinear.continuation.arc_length import tangent_at
 from vanelock.nonlinear.continuation.families import Frictions, Loads
-from vanelock.nonlinear.forced_response.linear_response import check_option, closed_contacts
-from vanelock.nonlinear.newton.newton import Family
+from vanelock.nonlinear.forced_response.linear_response import closed_contacts
+from vanelock.nonlinear.forced_response.options import PreparedSystem, check_option
+from vanelock.nonlinear.forced_response.static_mean import static_part
+from vanelock.nonlinear.newton.law_jacobian import response_to
+from vanelock.nonlinear.newton.newton import Family, Solution
 from vanelock.rom.system import System
 
 Floats = NDArray[np.float64]
@@ -72,7 +77,14 @@ class Parameter:
         vars(moved)["output_rows"] = prepared.output_rows  # the modes', whatever the value
         return moved
 
-    def source(self, source: Structure | Tabulated, value: float) -> Structure | Tabulated:
+    def at(self, ready: PreparedSystem, value: float) -> PreparedSystem:
+        """The system ready to be solved with the parameter at a value."""
+        moved = replace(ready, source=self._source(ready.source, value))
+        if self.name == "force":  # the static load stays
+            vars(moved)["rest"] = ready.rest
+        return moved
+
+    def _source(self, source: Structure | Tabulated, value: float) -> Structure | Tabulated:
         """What gives the balances by frequency, with the parameter at a value."""
         if not isinstance(source, Tabulated):
             return self.structure(source, value)
@@ -84,24 +96,30 @@ class Parameter:
             )
         return replace(source, structure=self.structure(source.structure, value), tables=tables)
 
-    def law(self, system: System, law: Law, value: float) -> Law:
-        """The law of contact with the parameter at a value, from that of the system."""
-        if self.name != "mu":
-            return law
-        contacts = system.contacts
-        steep = (value * contacts.kn)[:, None] / contacts.kt
-        return replace(law, alpha=np.where(self.contacts[:, None], steep, law.alpha))
+    def _rest(self, ready: PreparedSystem, value: float) -> Solution:
+        """The state at rest with the parameter at a value."""
+        found = self.at(ready, value).rest
+        assert found is not None
+        return found
 
-    def family(self, prepared: Structure, balance: Balance, law: Law) -> Family:
-        """Problems at the frequency of a balance, by the coordinate of the parameter."""
-        if self.name == "mu":
-            one = self.law(prepared.system, law, 1.0)
-            found: Family = Frictions(balance, one, self.contacts)
-        else:
-            at_zero = self.structure(prepared, 0.0).linear(balance.omega)
-            direction = self.structure(prepared, 1.0).linear(balance.omega) - at_zero
-            found = Loads(replace(balance, linear=at_zero), direction, law)
+    def family(self, ready: PreparedSystem, omega: float) -> Family:
+        """Problems at one frequency, rad/s, by the coordinate of the parameter."""
+        one = self.at(ready, 1.0)
+        moving = self._family(ready.structure, one.law(ready.structure.harmonics), omega)
+        found: Family = moving
+        if ready.rest is not None:
+            still = self._family(static_part(ready.structure), one.law_at_rest(0), 0.0)
+            found = AboutRest(moving, still, lru_cache(partial(self._rest, ready)))
         return Logarithmic(found) if self.logarithmic else found
+
+    def _family(self, prepared: Structure, law: Law, omega: float) -> Loads | Frictions:
+        """Coupled problems by the parameter itself; `law` is that at a value of 1."""
+        balance = prepared.balance(omega)
+        if self.name == "mu":
+            return Frictions(balance, law, self.contacts)
+        at_zero = self.structure(prepared, 0.0).linear(omega)
+        direction = self.structure(prepared, 1.0).linear(omega) - at_zero
+        return Loads(replace(balance, linear=at_zero), direction, law)
 
 
 def checked_parameter(name: str, system: System, values: Floats, joint: Joint = None) -> Parameter:
@@ -146,6 +164,55 @@ def checked_values(values: ArrayLike) -> Floats:
     if given.ndim != 1:
         raise InputError(f"values: given shape {given.shape}: needs a list")
     return given
+
+
+@dataclass(frozen=True)
+class AboutRest:
+    """Problems whose mean is held at the state at rest, which may move with the parameter.
+
+    Attributes
+    ----------
+    moving : Loads or Frictions
+        Those of all harmonics.
+    still : Loads or Frictions
+        The static ones.
+    rest : callable
+        Their solution at a value of the parameter.
+    """
+
+    moving: Loads | Frictions
+    still: Loads | Frictions
+    rest: Callable[[float], Solution]
+
+    def _held(self, parameter: float) -> Loads | Frictions:
+        """Problems about the state at rest at a value."""
+        mean = self.rest(parameter).u[:, :, 0]
+        found = replace(self.moving, balance=self.moving.balance.with_mean(mean))
+        if isinstance(found, Loads):  # what it does to the mean, it does to the state at rest
+            direction = found.direction.copy()
+            direction[:, :, 0] = 0.0
+            found = replace(found, direction=direction)
+        return found
+
+    def at(self, parameter: float) -> Balance:
+        """The balance at a value."""
+        return self._held(parameter).at(parameter)
+
+    def law(self, parameter: float) -> Law:
+        """The law of contact at a value."""
+        return self.moving.law(parameter)
+
+    def rate(self, parameter: float, w: Floats, deviation: Deviation, rows: Rows) -> Floats:
+        """Derivative of W at fixed w, on the given components of w."""
+        rates = self._held(parameter).rate(parameter, w, deviation, rows)
+        rest = replace(self.rest(parameter), parameter=parameter)
+        tangent = tangent_at(self.still, rest)
+        if tangent is None:
+            return rates
+        pushed = self.still.at(parameter + 1).linear - self.still.at(parameter).linear
+        moved = np.zeros_like(w)
+        moved[:, :, :1] = pushed + self.still.balance.moved(tangent.z)
+        return rates + response_to(deviation, rows, moved)
 
 
 @dataclass(frozen=True)

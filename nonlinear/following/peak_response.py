@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
+from functools import lru_cache, partial
 from typing import TypeAlias
 
 import numpy as np
@@ -9,23 +10,16 @@ from numpy.typing import ArrayLike, NDArray
 
 from vanelock.common.errors import InputError
 from vanelock.common.product import Product
-from vanelock.nonlinear.balance.balance import structure
-from vanelock.nonlinear.balance.receptance_tables import balances
-from vanelock.nonlinear.contact.sampling import checked_samples
-from vanelock.nonlinear.following.parameter_response import assembled
+from vanelock.nonlinear.following.parameter_response import joined
 from vanelock.nonlinear.following.parameters import Joint, checked_parameter, checked_values
 from vanelock.nonlinear.following.peak import CONDITION, PeakPoint
 from vanelock.nonlinear.following.peak_tracking import Mark, PeakTrack, named_component
-from vanelock.nonlinear.forced_response.linear_response import (
-    check_band,
-    check_forces,
-    checked_range,
-)
+from vanelock.nonlinear.forced_response.frequencies import checked_range
+from vanelock.nonlinear.forced_response.options import Options
 from vanelock.nonlinear.forced_response.replay import Journal, replaying
 from vanelock.nonlinear.forced_response.response import Response
 from vanelock.nonlinear.fourier.threads import one_thread
 from vanelock.nonlinear.fourier.trigonometric import TURN
-from vanelock.nonlinear.newton.newton import TOLERANCE
 from vanelock.rom.system import System
 
 Floats = NDArray[np.float64]
@@ -107,12 +101,9 @@ def peak_response(
     parameter: str,
     values: ArrayLike | tuple[float, float],
     near: tuple[float, float],
-    harmonics: int = 3,
+    options: Options = Options(),
     output: tuple[str, int] | None = None,
     joint: Joint = None,
-    harmonic_diameters: str = "wave",
-    samples: int | None = None,
-    tolerance: float = TOLERANCE,
     progress: Progress | None = None,
     journal: Journal | None = None,
 ) -> PeakResponse:
@@ -123,6 +114,9 @@ def peak_response(
     last value, another sweep looks for a higher one, which is then followed backwards; the higher
     one is reported, the other one named as its rival. A rival that is higher in between alone goes
     unnoticed.
+
+    Samples of the contact law leave kinks in the curve, and peaks that are sharp: they are as exact
+    as the law is, with isotropic friction to some 5e-4 on 256 samples and 1e-5 on 1024.
 
     Parameters
     ----------
@@ -135,15 +129,13 @@ def peak_response(
         range, sampled as the curve needs it.
     near : (float, float)
         Range of frequencies in which sweeps look for the peak, Hz.
-    harmonics : int
-        H >= 1.
+    options : Options
+        With one harmonic at least; their direction is that in which sweeps pass frequencies.
     output : (str, int), optional
         Name of the output node and direction, 0 to 2; by default those of the largest amplitude at
         the first value.
     joint : str, sequence of str or (c,) bool, optional
         The joints or contacts whose friction or interference varies; all by default.
-    harmonic_diameters, samples, tolerance
-        As of `frequency_response`.
     progress : callable, optional
         Called after each peak with (peaks done, peaks in all, estimated for a range; value;
         amplitude, m).
@@ -158,7 +150,8 @@ def peak_response(
     Raises
     ------
     InputError
-        If an option is not possible, or no peak lies in the range at the first value.
+        As of `frequency_response`, or if an argument is not possible, or no peak lies in the range
+        at the first value.
     """
     given = checked_values(values)
     is_range = isinstance(values, tuple)
@@ -167,23 +160,20 @@ def peak_response(
     if len(np.unique(given)) < len(given):
         raise InputError("values: given one of them twice: needs different ones")
     hertz = checked_range(near, "near")
-    if harmonics < 1:
-        raise InputError(f"harmonics: given {harmonics}: a peak needs at least 1")
+    if options.harmonics == 0:
+        raise InputError("harmonics: given 0: a peak needs at least 1")
     varied = checked_parameter(parameter, system, given, joint)
     component = named_component(system.output_names, output)
-    samples = checked_samples(samples, harmonics)
-    prepared = structure(system, harmonics, harmonic_diameters)
-    check_forces(system, harmonics)
-    check_band(system, hertz)
+    ready = options.prepare(system, hertz, 1000, replay=replaying(journal, PeakPoint))
     low, high = TURN * hertz
+    ends = (high, low) if options.direction == "down" else (low, high)
     places = [varied.coordinate(value) for value in given]
     span = max(np.ptp(places), 1e-12)
-    source = balances(prepared, low, high, 1000)
-    replay = replaying(journal, PeakPoint)
-    ridge = PeakTrack(source, varied, (low, high), component, samples, tolerance, span, replay)
+    at = lru_cache(4)(partial(varied.at, ready))
+    ridge = PeakTrack(at, varied, ends, component, span)
     tracks, ridge = traced(ridge, given.tolist(), is_range, progress)
     best, rivals = chosen(tracks)
-    return collected(ridge, best, rivals)
+    return collected(ridge, best, rivals, system)
 
 
 def traced(
@@ -304,20 +294,20 @@ def chosen(tracks: Sequence[dict[float, Mark]]) -> tuple[list[Mark], list[float]
     return best, rivals
 
 
-def collected(ridge: PeakTrack, best: Sequence[Mark], rivals: Sequence[float]) -> PeakResponse:
+def collected(
+    ridge: PeakTrack, best: Sequence[Mark], rivals: Sequence[float], system: System
+) -> PeakResponse:
     """Put the marks into arrays."""
     assert ridge.component is not None
-    varied = ridge.varied
-    solutions = [mark.peak.solution for mark in best]
-    values = [mark.value for mark in best]
-    response, mu = assembled(ridge.prepared, varied, values, solutions)
+    each = [ridge.at(mark.value).response([mark.peak.solution]) for mark in best]
+    response, mu = joined(each, system.contacts.mu)
     distance = np.array([mark.peak.distance for mark in best])
     sharp = np.array([mark.peak.sharp for mark in best], bool)
     node, direction = ridge.component
     return PeakResponse(
-        name=varied.name,
-        parameter=np.array(values),
-        output=ridge.prepared.system.output_names[node],
+        name=ridge.varied.name,
+        parameter=np.array([mark.value for mark in best]),
+        output=system.output_names[node],
         direction=direction,
         frequency=response.frequency,
         amplitude=np.array([mark.peak.amplitude for mark in best]),
@@ -327,6 +317,6 @@ def collected(ridge: PeakTrack, best: Sequence[Mark], rivals: Sequence[float]) -
         sharp=sharp,
         rival=np.array(rivals),
         readings=np.array([mark.peak.readings for mark in best], np.int64),
-        response=replace(response, samples=ridge.samples or 0),
+        response=response,
         mu=mu,
     )

@@ -1,21 +1,15 @@
 """Following the peak of a resonance along a parameter."""
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field, replace
-from functools import lru_cache
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vanelock.common.errors import InputError
-from vanelock.nonlinear.balance.balance import Structure
-from vanelock.nonlinear.balance.receptance_tables import Tabulated
-from vanelock.nonlinear.contact.law import Law, contact_law
-from vanelock.nonlinear.continuation.families import Frequencies
 from vanelock.nonlinear.following.parameters import Parameter
 from vanelock.nonlinear.following.peak import PeakPoint, Resonance
-from vanelock.nonlinear.forced_response.frequency_sweep import PointSolver
-from vanelock.nonlinear.forced_response.replay import Replay
+from vanelock.nonlinear.forced_response.options import PreparedSystem
 from vanelock.nonlinear.newton.newton import Solution
 
 Floats = NDArray[np.float64]
@@ -49,64 +43,34 @@ class PeakTrack:
 
     Attributes
     ----------
-    source : Structure or Tabulated
-        Gives the balances of the system as it is given.
+    at : callable
+        The system by value of the parameter, ready to be solved.
     varied : Parameter
     range : (float, float)
-        Where the resonance is looked for, rad/s.
+        Where the resonance is looked for, rad/s, from the end at which sweeps begin.
     component : (int, int) or None
         Output node and direction; None: that of the largest amplitude at the first peak.
-    samples : int or None
-        Of the contact law.
-    tolerance : float
-        Relative residual of the solutions.
     span : float
         Range of the parameter's coordinate.
-    replay : Replay, optional
-        What writes solutions and peaks down.
     """
 
-    source: Structure | Tabulated
+    at: Callable[[float], PreparedSystem]
     varied: Parameter
     range: tuple[float, float]
     component: tuple[int, int] | None
-    samples: int | None
-    tolerance: float
     span: float
-    replay: Replay = field(default_factory=Replay)
-
-    @property
-    def prepared(self) -> Structure:
-        """The system as it is given."""
-        return self.source.structure
-
-    def solver(self, value: float) -> PointSolver:
-        """What solves by frequency at a value of the parameter."""
-        source = self.varied.source(self.source, value)
-        contacts = self.prepared.system.contacts
-
-        @lru_cache
-        def law(harmonics: int) -> Law:
-            given = contact_law(contacts, harmonics, self.samples)
-            return self.varied.law(self.prepared.system, given, value)
-
-        family = Frequencies(source, law(self.prepared.harmonics))
-        return PointSolver(family, law, self.tolerance, self.replay)
-
-    def resonance(self, value: float) -> Resonance:
-        """The resonance at a value of the parameter."""
-        assert self.component is not None
-        return Resonance(self.solver(value).family, self.component, self.tolerance)
 
     def _peak(self, value: float, omega: float, near: PeakPoint, w: Floats) -> PeakPoint | None:
         """The peak near a frequency, from a guess of w and of its neighbour's curvature."""
-        find = self.resonance(value).peak
+        assert self.component is not None
+        ready = self.at(value)
+        find = Resonance(ready.solver.family, self.component, ready.options.tolerance).peak
         asked = value, omega, near.bend, w
-        return self.replay("peak", asked, lambda: find(omega, w, near.bend, near.solution.kept))
+        return ready.replay("peak", asked, lambda: find(omega, w, near.bend, near.solution.kept))
 
     def sweep(self, value: float) -> list[Solution]:
         """Solutions over the range of frequencies, if any converged those."""
-        explored = list(self.solver(value).explore(*self.range))
+        explored = list(self.at(value).solver.explore(*self.range))
         return [solution for solution in explored if solution.converged] or explored
 
     def highest(self, value: float, swept: Sequence[Solution]) -> PeakPoint | None:
@@ -139,8 +103,9 @@ class PeakTrack:
 
     def amplitudes(self, value: float, swept: Sequence[Solution]) -> Floats:
         """(p, o, 3) amplitude of every output, m."""
-        outputs, solver = len(self.prepared.system.output_names), self.solver(value)
-        return np.array([solver.amplitude(each) for each in swept]).reshape(-1, outputs, 3)
+        ready = self.at(value)
+        sizes = [ready.solver.amplitude(each) for each in swept]
+        return np.array(sizes).reshape(-1, len(ready.structure.system.output_names), 3)
 
     def with_component(self, value: float, swept: Sequence[Solution]) -> "PeakTrack":
         """The ridge of the output that peaks highest among solutions by frequency."""

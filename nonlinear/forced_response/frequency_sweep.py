@@ -116,7 +116,8 @@ class PointSolver:
 
         def solved() -> Solution:
             begin = time.process_time()
-            return self._finished(self._point(omega, history), begin)
+            found = self._point(omega, history)
+            return replace(found, seconds=time.process_time() - begin)
 
         return self.replay("point", (omega, *(each.w for each in history)), solved)
 
@@ -128,26 +129,20 @@ class PointSolver:
             tried = self._newton(omega, history)
             if not (tried and tried[-1].converged):
                 return None
-            return self._finished(_counted(tried, omega), begin)
+            return replace(_counted(tried, omega), seconds=time.process_time() - begin)
 
         return self.replay("easily", (omega, *(each.w for each in history)), solved)
 
-    def _finished(self, found: Solution, begin: float) -> Solution:
-        """A solution with the time since `begin` and, if modes are cut off, their error."""
-        found = replace(found, seconds=time.process_time() - begin)
-        cut = np.isfinite(self.family.structure.cutoff)
-        return replace(found, truncation=self._truncation(found)) if cut else found
-
-    def _truncation(self, found: Solution) -> float:
-        """Relative error of the vibration by modes that count by their static part alone."""
+    def with_truncation(self, found: Solution) -> Solution:
+        """A solution with the relative error by modes that count by their static part alone."""
         missed = self.family.structure.left_out(found.omega, found.w)
         stiffness = self.family.friction.stiffness.reshape(-1)
         moved = sensitivity(self.family.at(found.omega), found, missed, stiffness)
         if moved is None:
-            return np.inf
+            return replace(found, truncation=np.inf)
         sizes = (np.abs(to_complex(each)[1:]).max(initial=0.0) for each in (moved, found.u))
         wrong, largest = (float(size) for size in sizes)
-        return wrong / largest if largest > 0 else 0.0
+        return replace(found, truncation=wrong / largest if largest > 0 else 0.0)
 
     def _point(self, omega: float, history: list[Solution]) -> Solution:
         tried = self._newton(omega, history)

@@ -7,19 +7,18 @@ import numpy as np
 import scipy.linalg as la
 from numpy.typing import ArrayLike, NDArray
 
-from vanelock.common.arrays import as_array
+from vanelock.common.arrays import as_whole
 from vanelock.common.errors import InputError
-from vanelock.nonlinear.balance.balance import Balance, structure
-from vanelock.nonlinear.balance.receptance_tables import balances
+from vanelock.nonlinear.balance.balance import Balance
 from vanelock.nonlinear.contact.law import OPEN, STUCK, Deviation
-from vanelock.nonlinear.forced_response.response import Response, assemble_response
+from vanelock.nonlinear.forced_response.frequencies import checked_frequencies
+from vanelock.nonlinear.forced_response.options import Options
+from vanelock.nonlinear.forced_response.response import Response
 from vanelock.nonlinear.fourier.threads import one_thread
 from vanelock.nonlinear.fourier.trigonometric import TURN, to_complex, to_real
 from vanelock.nonlinear.newton.newton import Solution, scales
-from vanelock.rom.system import Contacts, System, wider_band
+from vanelock.rom.system import Contacts, System
 
-ROUND_OFF = 1e-9
-"""By which a frequency may exceed a band."""
 Closed: TypeAlias = str | Sequence[str] | NDArray[np.bool_]
 
 
@@ -53,97 +52,11 @@ def linear_response(
         If the mask or a joint does not fit, a static load is not held by what is closed, or a
         harmonic above H is excited.
     """
-    prepared = structure(system, harmonics)
-    check_forces(system, harmonics)
     mask = closed_contacts(system.contacts, closed)
     hertz = checked_frequencies(frequencies)
-    check_band(system, hertz)
-    omegas = TURN * hertz
-    source = balances(prepared, float(omegas.min()), float(omegas.max()), len(omegas))
-    return assemble_response(prepared, [_solve(source.balance(omega), mask) for omega in omegas])
-
-
-def checked_frequencies(frequencies: ArrayLike) -> NDArray[np.float64]:
-    """(p,) Hz, positive and finite.
-
-    Raises
-    ------
-    InputError
-        If they are not.
-    """
-    hertz = np.atleast_1d(as_array(frequencies, "frequencies"))
-    if hertz.ndim != 1 or not len(hertz):
-        raise InputError(f"frequencies: given shape {hertz.shape}: needs a list of at least one")
-    if not np.all(np.isfinite(hertz)) or np.any(hertz <= 0):
-        raise InputError(f"frequencies: given {hertz.min()} Hz: must be > 0 and finite")
-    return hertz
-
-
-def checked_range(frequencies: ArrayLike, name: str = "frequencies") -> NDArray[np.float64]:
-    """(2,) Hz, a range.
-
-    Raises
-    ------
-    InputError
-        If it is none.
-    """
-    hertz = checked_frequencies(frequencies)
-    if len(hertz) != 2 or hertz[0] >= hertz[1]:
-        raise InputError(f"{name}: given {tuple(hertz)}: a range is (low, high), low < high")
-    return hertz
-
-
-def check_band(system: System, hertz: ArrayLike) -> None:
-    """Refuse frequencies beyond those that a system's reduced parts answer.
-
-    Parameters
-    ----------
-    system : System
-    hertz : (p,) array_like
-        Frequencies of the excitation; their higher harmonics may lie beyond.
-
-    Raises
-    ------
-    InputError
-        Naming the frequency and the band.
-    """
-    highest = float(np.max(hertz))
-    if system.band is not None and highest > system.band * (1 + ROUND_OFF):
-        raise InputError(
-            f"frequencies: given {highest:.6g} Hz: the system's reduced parts answer up to "
-            f"{system.band:.6g} Hz (its band): reduce them with band = {wider_band(highest):g}"
-        )
-
-
-def check_option(name: str, given: str, allowed: Iterable[str]) -> None:
-    """Refuse an option that is not among those allowed.
-
-    Raises
-    ------
-    InputError
-        Naming it.
-    """
-    if given not in allowed:
-        raise InputError(f"{name}: given {given!r}: allowed: {', '.join(allowed)}")
-
-
-def check_forces(system: System, harmonics: int) -> None:
-    """Refuse a system that is excited at a harmonic beyond those of the balance.
-
-    Raises
-    ------
-    InputError
-        Naming the force.
-    """
-    if (most := max(excited(system), default=0)) > harmonics:
-        raise InputError(
-            f"harmonics: given {harmonics}: the system has force/{most}; needs at least {most}"
-        )
-
-
-def excited(system: System) -> list[int]:
-    """Harmonics that a force acts at."""
-    return [h for h, force in sorted(system.force.items()) if np.any(force.vector)]
+    options = Options(as_whole(harmonics, "harmonics"))
+    ready = options.prepare(system, hertz, len(hertz))
+    return ready.response([_solve(ready.source.balance(omega), mask) for omega in TURN * hertz])
 
 
 def closed_contacts(contacts: Contacts, closed: Closed) -> NDArray[np.bool_]:

@@ -121,7 +121,7 @@ class Response(Product):
         By how much the motion of the contacts is off, relative to the largest and to first order,
         because some modes count by their static part alone (`static_beyond`); 0 without those.
     coupling, friction : str
-        As of `frequency_response`. Unless it is "coupled", harmonic 0 of `x`, `contact`, `force`
+        As of `Options`. Unless it is "coupled", harmonic 0 of `x`, `contact`, `force`
         and `output` is the static problem's.
     samples : int
         Of the period, on which the contact law was evaluated; 0: its events were located.

@@ -47,8 +47,12 @@ def at_rest(
         raise InputError(
             "coupling: the system's force/0 grows with the frequency: only 'coupled' is possible"
         )
-    static = replace(structure, harmonics=0, nodal_diameters=structure.nodal_diameters[:1])
-    return from_nothing(static.balance(0.0), law, tolerance)
+    return from_nothing(static_part(structure).balance(0.0), law, tolerance)
+
+
+def static_part(structure: Structure) -> Structure:
+    """The same structure with harmonic 0 alone."""
+    return replace(structure, harmonics=0, nodal_diameters=structure.nodal_diameters[:1])
 
 
 def with_static_mean(solution: Solution, rest: Solution) -> Solution:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from vanelock.common.errors import InputError
 from vanelock.common.product import Product
 from vanelock.nonlinear.contact.law import OPEN, SLIP, SLIP_OPEN, STUCK
-from vanelock.nonlinear.forced_response.linear_response import check_band
+from vanelock.nonlinear.forced_response.frequencies import check_band
 from vanelock.nonlinear.forced_response.response import Response
 from vanelock.nonlinear.fourier.threads import one_thread
 from vanelock.nonlinear.fourier.trigonometric import TURN

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from vanelock import rom
-from vanelock.nonlinear import Response, frequency_response
+from vanelock.nonlinear import Options, Response, frequency_response
 from vanelock.results.files.writer import Results
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -90,7 +90,7 @@ def test_what_the_page_looks_closer_with_takes_the_system_of_the_case(
     """As written, on a sweep whose first case is stiffer, with points lost and without."""
     snippet = next(s for s in re.findall(r"^```python\n(.*?)^```$", PAGE, re.M | re.S))
     first, second = spring(4e6), spring(1e6)
-    found: Response = frequency_response(second, [100.0, 120.0, 140.0], harmonics=1)
+    found: Response = frequency_response(second, [100.0, 120.0, 140.0], Options(1))
     converged = ~np.isin(np.arange(3), lost)
     results = Results(tmp_path / "runs" / "my" / "results.h5")
     results.path.parent.mkdir(parents=True)

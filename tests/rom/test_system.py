@@ -13,6 +13,7 @@ from vanelock.nonlinear import (
     Contacts,
     Diameter,
     Force,
+    Options,
     System,
     frequency_response,
     hysteresis,
@@ -53,7 +54,9 @@ def test_lists_whole_numbers_and_sparse_matrices_are_as_good_as_arrays() -> None
         assert system.diameters[0].K.dtype == float
         assert system.output_names == ("mass",)
     hertz = [0.15, 0.18]
-    one_way, other = (frequency_response(each, hertz, 1).output for each in (lists, arrays))
+    one_way, other = (
+        frequency_response(each, hertz, Options(1)).output for each in (lists, arrays)
+    )
     np.testing.assert_array_equal(one_way, other)
     np.testing.assert_array_equal(Diameter(**ALONE).K, [[4, 1j], [-1j, 3]])
 
@@ -85,8 +88,14 @@ REFUSED: list[tuple[Any, str]] = [
     (lambda: static_response(None), "system: given a NoneType: needs a System"),
     (lambda: frequency_response(oscillator(), "0.1"), "frequencies: given '0.1': needs an array"),
     (lambda: linear_response(oscillator(), [1j]), "frequencies: given complex numbers"),
-    (lambda: hysteresis(oscillator(), [0.1, 0.2], 1.5), "harmonics: given 1.5: needs a whole"),
-    (lambda: frequency_response(oscillator(), 0.1, None), "harmonics: given None: needs a whole"),
+    (
+        lambda: hysteresis(oscillator(), [0.1, 0.2], Options(1.5)),
+        "harmonics: given 1.5: needs a whole",
+    ),
+    (
+        lambda: linear_response(oscillator(), 0.1, harmonics=None),
+        "harmonics: given None: needs a whole",
+    ),
     (lambda: linear_response(oscillator(), 0.1, harmonics=1.0), "harmonics: given 1.0: needs a w"),
 ]
 
@@ -105,7 +114,7 @@ def test_each_part_of_a_system_shows_itself_in_one_line() -> None:
     assert "diameters={0}, contacts=<Contacts>, force={1}, output_names=('mass',)" in repr(system)
     silent = Diameter(K=[[1]], M=[[1]], C=[[0.02]], own=ROWS)
     bare = oscillator(diameters={0: silent}, output_names=())
-    assert "output=none, amplitude=none" in repr(frequency_response(bare, 0.1, 1))
+    assert "output=none, amplitude=none" in repr(frequency_response(bare, 0.1, Options(1)))
     for shown in (system, system.force[1], system.diameters[0], frequency_response(system, 0.1)):
         assert "\n" not in repr(shown)
         assert len(repr(shown)) < 1000

@@ -85,7 +85,9 @@ def from_linear(
 def between(response: Response, other: str, system: System, output: tuple[int, int]) -> Difference:
     """A coupled response against another coupling at the same frequencies."""
     again = nonlinear.frequency_response(
-        system, response.frequency, response.harmonics, other, response.friction
+        system,
+        response.frequency,
+        nonlinear.Options(response.harmonics, coupling=other, friction=response.friction),
     )
     return _difference(response, again, output, np.ones(system.contacts.count, bool))
 
@@ -120,7 +122,9 @@ def at_mean_load(
     n = nonlinear.static_response(moved).force[0, 0, own, 0].real
     if np.abs(n - wanted).max(initial=0.0) > REACHED * np.abs(wanted).max(initial=0.0):
         return float("nan")
-    found = nonlinear.frequency_response(moved, hertz, top.harmonics, "constant-load")
+    found = nonlinear.frequency_response(
+        moved, hertz, nonlinear.Options(top.harmonics, coupling="constant-load")
+    )
     size = np.where(found.converged, found.amplitude[:, *output], -np.inf)
     peak = int(size.argmax())
     within = 0 < peak < found.points - 1 and np.isfinite(size[peak])

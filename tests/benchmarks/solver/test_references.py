@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from benchmarks.solver import jenkins
-from vanelock.nonlinear import SLIP, frequency_response
+from vanelock.nonlinear import SLIP, Options, frequency_response
 
 ROOT = Path(__file__).resolve().parents[3]
 
@@ -17,7 +17,7 @@ ROOT = Path(__file__).resolve().parents[3]
 def test_marched_friction_converges_to_located_events(harmonics: int) -> None:
     given = jenkins.problem(12, 2, severity=30.0)
     hertz = 0.97 * given.resonance()
-    response = frequency_response(given.system(), [hertz], harmonics)
+    response = frequency_response(given.system(), [hertz], Options(harmonics))
     assert response.converged.all()
     assert np.all(response.state == SLIP)
     q = response.contact[0, :, :, 1:].reshape(harmonics + 1, -1)

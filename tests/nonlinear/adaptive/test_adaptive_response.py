@@ -9,7 +9,14 @@ import scipy.linalg as la
 
 from vanelock.common.cyclic import folded
 from vanelock.common.errors import InputError
-from vanelock.nonlinear import Shares, System, adaptive_response, frequency_response, peak_errors
+from vanelock.nonlinear import (
+    Options,
+    Shares,
+    System,
+    adaptive_response,
+    frequency_response,
+    peak_errors,
+)
 from vanelock.nonlinear.adaptive import sampling
 from vanelock.nonlinear.adaptive.interpolant import Interpolant
 from vanelock.rom.system import Contacts, Diameter, Force
@@ -43,7 +50,7 @@ def test_peak_and_curve_are_as_exact_as_asked(
     system = rubbing_system(**case)
     systems = Asked(system)
     shares = Shares(0.6 * accuracy, 0.3 * accuracy)
-    found = adaptive_response(systems, (0.14, 0.22), shares, (0, 0))
+    found = adaptive_response(systems, (0.14, 0.22), shares, monitor=(0, 0))
     told = found.estimates
     assert told is not None
     assert found.converged.all()
@@ -53,13 +60,13 @@ def test_peak_and_curve_are_as_exact_as_asked(
     assert told.harmonics.max() == found.harmonics
     peak = peak_errors(found)
     near = peak.frequency * np.linspace(0.99, 1.01, 81)
-    best = frequency_response(system, near, 19).amplitude[:, 0, 0]
+    best = frequency_response(system, near, Options(19)).amplitude[:, 0, 0]
     assert abs(peak.amplitude / best.max() - 1) < accuracy
     assert abs(peak.frequency / near[best.argmax()] - 1) < accuracy
     assert peak.total < 1.2 * accuracy
     # Between its points the curve is as good.
     grid = np.linspace(0.141, 0.219, 57)
-    dense = frequency_response(system, grid, 19).amplitude[:, 0, 0]
+    dense = frequency_response(system, grid, Options(19)).amplitude[:, 0, 0]
     curve = Interpolant(found.frequency, told.amplitude, told.slope)
     assert np.abs(curve.at(grid) - dense).max() < 2 * accuracy * best.max()
 
@@ -68,7 +75,7 @@ def test_more_accuracy_costs_more_points_and_harmonics(rubbing_system: Make) -> 
     system, spent = rubbing_system(), []
     for accuracy in (3e-2, 1e-3, 1e-4):
         shares = Shares(accuracy, accuracy)
-        found = adaptive_response(lambda _: system, (0.14, 0.22), shares, (0, 0))
+        found = adaptive_response(lambda _: system, (0.14, 0.22), shares, monitor=(0, 0))
         assert found.estimates is not None
         spent.append((found.points, int(found.estimates.harmonics.sum())))
         least, most = found.estimates.harmonics.min(), found.estimates.harmonics.max()
@@ -80,7 +87,7 @@ def test_more_accuracy_costs_more_points_and_harmonics(rubbing_system: Make) -> 
 
 def test_without_slip_one_harmonic_is_enough(rubbing_system: Make) -> None:
     systems = Asked(rubbing_system(mu=100.0))
-    found = adaptive_response(systems, (0.14, 0.22), Shares(1e-3, 1e-3), (0, 0))
+    found = adaptive_response(systems, (0.14, 0.22), Shares(1e-3, 1e-3), monitor=(0, 0))
     assert systems.harmonics == [1]
     assert found.harmonics == 1
     assert np.all(found.error < 1e-12)
@@ -95,11 +102,13 @@ def test_a_resonance_of_a_harmonic_far_ahead_is_found(rubbing_system: Make) -> N
     factor = la.eigh(stuck, own.M, eigvals_only=True)[0] / mode**2
     system = replace(plain, diameters=plain.diameters | {9: replace(own, M=own.M * factor)})
     near = np.linspace(0.1675, 0.1695, 41)
-    exact, few = (frequency_response(system, near, H).amplitude[:, 0, 0].max() for H in (15, 3))
+    exact, few = (
+        frequency_response(system, near, Options(H)).amplitude[:, 0, 0].max() for H in (15, 3)
+    )
     assert few > 1.02 * exact
     for accuracy in (1e-2, 1e-3):
         shares = Shares(0.6 * accuracy, 0.3 * accuracy)
-        found = adaptive_response(Asked(system), (0.14, 0.22), shares, (0, 0))
+        found = adaptive_response(Asked(system), (0.14, 0.22), shares, monitor=(0, 0))
         assert abs(peak_errors(found).amplitude / exact - 1) < accuracy
 
 
@@ -107,9 +116,9 @@ def test_a_crowded_curve_gets_its_last_points_where_it_is_high(
     rubbing_system: Make, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     system, shares = rubbing_system(), Shares(1e-4, 1e-6)
-    many = adaptive_response(lambda _: system, (0.1, 0.3), shares, (0, 0))
+    many = adaptive_response(lambda _: system, (0.1, 0.3), shares, monitor=(0, 0))
     monkeypatch.setattr(sampling, "CROWD", 48)
-    few = adaptive_response(lambda _: system, (0.1, 0.3), shares, (0, 0))
+    few = adaptive_response(lambda _: system, (0.1, 0.3), shares, monitor=(0, 0))
     assert few.points == 48 < many.points
     assert peak_errors(few).amplitude == pytest.approx(peak_errors(many).amplitude, rel=1e-5)
 
@@ -119,7 +128,8 @@ def test_points_are_solved_in_any_order(rubbing_system: Make) -> None:
     hertz = np.linspace(0.17, 0.19, 7)
     order = np.array([3, 0, 6, 1, 5, 2, 4])
     up, mixed = (
-        adaptive_response(lambda _: system, each, shares, (0, 0)) for each in (hertz, hertz[order])
+        adaptive_response(lambda _: system, each, shares, monitor=(0, 0))
+        for each in (hertz, hertz[order])
     )
     np.testing.assert_allclose(mixed.frequency, hertz[order])
     np.testing.assert_allclose(mixed.amplitude, up.amplitude[order])
@@ -131,9 +141,9 @@ def test_a_force_at_a_higher_harmonic_begins_there_or_is_refused(rubbing_system:
     system = replace(system, force={**system.force, 3: Force(np.full(size, 0.01 + 0j))})
     shares, hertz = Shares(1e-2, 1e-2), [0.1]
     with pytest.raises(InputError, match="harmonics: given 1: the system has force/3"):
-        adaptive_response(lambda _: system, hertz, shares, (0, 0), harmonics=1)
+        adaptive_response(lambda _: system, hertz, shares, Options(1), monitor=(0, 0))
     systems = Asked(system)
-    found = adaptive_response(systems, hertz, shares, (0, 0))
+    found = adaptive_response(systems, hertz, shares, monitor=(0, 0))
     assert systems.harmonics[:2] == [1, 3]
     assert found.estimates is not None
     assert found.estimates.harmonics.min() >= 3
@@ -157,8 +167,8 @@ def test_diameters_that_are_not_there_are_stood_in_for(rubbing_system: Make) -> 
     mixed_system = replace(system, diameters=mixed)
     shares = Shares(1e-4, 1e-3)
     hertz = np.linspace(0.17, 0.19, 5)
-    whole = adaptive_response(lambda _: mixed_system, hertz, shares, (0, 0))
-    piece = adaptive_response(Asked(mixed_system), hertz, shares, (0, 0))
+    whole = adaptive_response(lambda _: mixed_system, hertz, shares, monitor=(0, 0))
+    piece = adaptive_response(Asked(mixed_system), hertz, shares, monitor=(0, 0))
     assert whole.harmonics >= 5
     np.testing.assert_allclose(piece.amplitude, whole.amplitude, rtol=1e-4)
 
@@ -182,18 +192,22 @@ def test_curve_takes_the_larger_of_two_solutions() -> None:
     # Hardening: upwards the upper branch is kept to its end. Mirrored, it is found from above.
     system = gap_oscillator()
     low, high = 0.9 / (2 * np.pi), 1.5 / (2 * np.pi)
-    up = frequency_response(system, (low, high), 3)
-    found = adaptive_response(lambda _: system, (low, high), Shares(1e-2, 1e-2), (0, 0), 3)
+    up = frequency_response(system, (low, high), Options(3))
+    found = adaptive_response(
+        lambda _: system, (low, high), Shares(1e-2, 1e-2), Options(3), monitor=(0, 0)
+    )
     largest = up.amplitude[:, 0, 0].max()
     assert peak_errors(found).amplitude > 0.98 * largest
     softened = replace(
         system,
         contacts=Contacts(np.ones(1), np.ones((1, 2)), np.zeros(1), np.full(1, 1.0)),
     )
-    down = frequency_response(softened, (0.7 * low, high), 3, direction="down")
-    upwards = frequency_response(softened, (0.7 * low, high), 3)
+    down = frequency_response(softened, (0.7 * low, high), Options(3, direction="down"))
+    upwards = frequency_response(softened, (0.7 * low, high), Options(3))
     assert down.amplitude.max() > 1.05 * upwards.amplitude.max()  # the sweep upwards misses it
-    found = adaptive_response(lambda _: softened, (0.7 * low, high), Shares(1e-2, 1e-2), (0, 0), 3)
+    found = adaptive_response(
+        lambda _: softened, (0.7 * low, high), Shares(1e-2, 1e-2), Options(3), monitor=(0, 0)
+    )
     assert found.amplitude.max() > 0.98 * down.amplitude.max()
 
 
@@ -203,11 +217,13 @@ def test_listed_frequencies_take_the_larger_of_two_solutions() -> None:
     closed = Contacts(np.ones(1), np.ones((1, 2)), np.zeros(1), np.full(1, 1.0))
     system = replace(system, contacts=closed)
     hertz = np.linspace(0.63, 1.5, 59)[::-1] / (2 * np.pi)
-    up = frequency_response(system, hertz, 3)
-    down = frequency_response(system, hertz, 3, direction="down")
+    up = frequency_response(system, hertz, Options(3))
+    down = frequency_response(system, hertz, Options(3, direction="down"))
     larger = np.maximum(up.amplitude, down.amplitude)[:, 0, 0]
     assert np.sum(larger > 1.05 * up.amplitude[:, 0, 0]) > 2  # the sweep upwards misses these
-    found = adaptive_response(lambda _: system, hertz, Shares(1e-2, 1e-2), (0, 0), 3)
+    found = adaptive_response(
+        lambda _: system, hertz, Shares(1e-2, 1e-2), Options(3), monitor=(0, 0)
+    )
     np.testing.assert_allclose(found.amplitude[:, 0, 0], larger, rtol=1e-6)
     assert found.direction == "both"
     assert found.jump is not None
@@ -222,7 +238,7 @@ def test_listed_frequencies_without_a_jump_are_swept_once(rubbing_system: Make) 
         lambda _: rubbing_system(preload=0.3),
         np.linspace(0.17, 0.19, 5),
         Shares(1e-2, 1e-2),
-        (0, 0),
+        monitor=(0, 0),
         progress=lambda done, total, hertz, size: seen.append(hertz),
     )
     assert seen == sorted(found.frequency)
@@ -232,19 +248,38 @@ def test_listed_frequencies_without_a_jump_are_swept_once(rubbing_system: Make) 
 @pytest.mark.parametrize("coupling", ["uncoupled", "constant-load"])
 def test_pinned_harmonics_give_the_plain_response(rubbing_system: Make, coupling: str) -> None:
     system, hertz = rubbing_system(preload=0.3), np.linspace(0.17, 0.19, 4)
-    plain = frequency_response(system, hertz, 3, coupling)
+    plain = frequency_response(system, hertz, Options(3, coupling=coupling))
     found = adaptive_response(
-        lambda _: system, hertz, Shares(1e-9, 1e-9), harmonics=3, coupling=coupling
+        lambda _: system, hertz, Shares(1e-9, 1e-9), Options(3, coupling=coupling)
     )
     np.testing.assert_allclose(found.output, plain.output, rtol=1e-6, atol=1e-9)
     np.testing.assert_allclose(found.contact[:, 0], plain.contact[:, 0], rtol=1e-8)
+
+
+def test_harmonics_at_one_diameter_are_chosen_and_judged_there(rubbing_system: Make) -> None:
+    system, hertz = rubbing_system(), np.linspace(0.16, 0.2, 9)
+    options = Options(harmonic_diameters="sector")
+    two = replace(system, diameters={k: system.diameters[k] for k in (0, 1)})
+    found = adaptive_response(lambda _: two, hertz, Shares(1e-3, 1e-3), options, (0, 0))
+    assert set(found.harmonic_diameters) == {0, 1}
+    assert found.harmonics > 1
+    size = found.amplitude[:, 0, 0]
+    best = frequency_response(system, hertz, replace(options, harmonics=19)).amplitude[:, 0, 0]
+    assert np.abs(size / best - 1).max() < 1e-3
+    wave = frequency_response(system, hertz, Options(19)).amplitude[:, 0, 0]
+    assert np.abs(size / wave - 1).max() > 2e-3
+    plain = frequency_response(system, hertz, replace(options, harmonics=3))
+    pinned = adaptive_response(
+        lambda _: two, hertz, Shares(1e-9, 1e-9), replace(options, harmonics=3)
+    )
+    np.testing.assert_allclose(pinned.contact, plain.contact, rtol=0, atol=1e-10)
 
 
 def test_isotropic_friction_gets_the_samples_it_needs(rubbing_system: Make) -> None:
     system, counts = rubbing_system(preload=0.3), []
     for share in (1e-1, 1e-5):
         found = adaptive_response(
-            lambda _: system, [0.175], Shares(share, share), harmonics=3, friction="isotropic"
+            lambda _: system, [0.175], Shares(share, share), Options(3, friction="isotropic")
         )
         counts.append(found.samples)
     assert counts[0] < counts[1]
@@ -259,9 +294,9 @@ def test_what_cannot_be_is_refused(rubbing_system: Make) -> None:
     with pytest.raises(InputError, match="a range is"):
         adaptive_response(given, (2.0, 1.0), shares)
     with pytest.raises(InputError, match="coupling: given 'x'"):
-        adaptive_response(given, (1.0, 2.0), shares, coupling="x")
+        adaptive_response(given, (1.0, 2.0), shares, Options(coupling="x"))
     with pytest.raises(InputError, match="samples: given 4: needs at least"):
-        adaptive_response(given, (1.0, 2.0), shares, samples=4)
+        adaptive_response(given, (1.0, 2.0), shares, Options(samples=4))
     mute = {k: replace(d, output=None) for k, d in system.diameters.items()}
     silent = replace(system, diameters=mute, output_names=())
     with pytest.raises(InputError, match="has no output nodes"):

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from vanelock.common.errors import InputError
 from vanelock.nonlinear import (
     SOURCES,
+    Options,
     Response,
     Shares,
     System,
@@ -41,10 +42,10 @@ def _told(response: Response, source: str) -> Floats:
 @pytest.mark.parametrize("preload", [1.0, 0.3])
 def test_neglected_harmonics(rubbing_system: Make, preload: float) -> None:
     system = rubbing_system(preload=preload)
-    best = _amplitude(frequency_response(system, HERTZ, 19))
+    best = _amplitude(frequency_response(system, HERTZ, Options(19)))
     greatest = []
     for H in (1, 3, 5):
-        found = adaptive_response(lambda _: system, HERTZ, LOOSE, (0, 0), harmonics=H)
+        found = adaptive_response(lambda _: system, HERTZ, LOOSE, Options(H), monitor=(0, 0))
         told, made = _told(found, "harmonics"), best - _amplitude(found)
         greatest.append(np.abs(made).max())
         np.testing.assert_allclose(told, made, atol=0.5 * np.abs(made).max())
@@ -69,10 +70,10 @@ def test_neglected_compliance(rubbing_system: Make) -> None:
     system = rubbing_system()
     softer, neglected = _softened(system, 1e-4)
     found = adaptive_response(
-        lambda _: system, HERTZ, LOOSE, (0, 0), harmonics=9, neglected=neglected
+        lambda _: system, HERTZ, LOOSE, Options(9), monitor=(0, 0), neglected=neglected
     )
     told = _told(found, "modes")
-    made = _amplitude(frequency_response(softer, HERTZ, 9)) - _amplitude(found)
+    made = _amplitude(frequency_response(softer, HERTZ, Options(9))) - _amplitude(found)
     assert np.abs(made / _amplitude(found)).max() > 1e-4
     np.testing.assert_allclose(told, made, atol=0.05 * np.abs(made).max())
 
@@ -88,10 +89,10 @@ def test_mesh_that_is_too_stiff(rubbing_system: Make) -> None:
         return np.full(len(hertz), share)
 
     found = adaptive_response(
-        lambda _: system, HERTZ, LOOSE, (0, 0), harmonics=1, mesh_error=mesh_error
+        lambda _: system, HERTZ, LOOSE, Options(1), monitor=(0, 0), mesh_error=mesh_error
     )
     heavier = {k: replace(d, M=d.M * (1 + 2 * share)) for k, d in system.diameters.items()}
-    best = _amplitude(frequency_response(replace(system, diameters=heavier), HERTZ, 1))
+    best = _amplitude(frequency_response(replace(system, diameters=heavier), HERTZ, Options(1)))
     told, made = _told(found, "mesh"), best - _amplitude(found)
     near = np.abs(made) > 0.5 * np.abs(made).max()  # where inertia and stiffness are alike
     np.testing.assert_allclose(told[near], made[near], rtol=0.2)
@@ -102,10 +103,12 @@ def test_mesh_that_is_too_stiff(rubbing_system: Make) -> None:
 def test_samples(rubbing_system: Make, friction: str) -> None:
     system = rubbing_system(preload=0.3)
     found = adaptive_response(
-        lambda _: system, HERTZ, LOOSE, (0, 0), harmonics=3, samples=64, friction=friction
+        lambda _: system, HERTZ, LOOSE, Options(3, samples=64, friction=friction), monitor=(0, 0)
     )
     finest = None if friction == "orthogonal" else 4096
-    best = _amplitude(frequency_response(system, HERTZ, 3, samples=finest, friction=friction))
+    best = _amplitude(
+        frequency_response(system, HERTZ, Options(3, samples=finest, friction=friction))
+    )
     told, made = _told(found, "samples"), best - _amplitude(found)
     assert np.abs(made / best).max() > 1e-6
     assert 0.4 < np.abs(told).max() / np.abs(made).max() < 2.5
@@ -113,7 +116,7 @@ def test_samples(rubbing_system: Make, friction: str) -> None:
 
 def test_estimates_survive_their_file(rubbing_system: Make, tmp_path: Path) -> None:
     system = rubbing_system()
-    found = adaptive_response(lambda _: system, HERTZ[:5], LOOSE, (0, 0))
+    found = adaptive_response(lambda _: system, HERTZ[:5], LOOSE, monitor=(0, 0))
     found.save(tmp_path / "r.h5")
     again = Response.load(tmp_path / "r.h5")
     assert again.estimates is not None
@@ -123,9 +126,9 @@ def test_estimates_survive_their_file(rubbing_system: Make, tmp_path: Path) -> N
 
 def test_errors_of_a_peak(rubbing_system: Make) -> None:
     system = rubbing_system()
-    exact = adaptive_response(lambda _: system, (0.165, 0.195), Shares(1e-5, 1e-5), (0, 0))
+    exact = adaptive_response(lambda _: system, (0.165, 0.195), Shares(1e-5, 1e-5), monitor=(0, 0))
     coarse = adaptive_response(
-        lambda _: system, (0.165, 0.195), Shares(0.03, 0.03), (0, 0), harmonics=1
+        lambda _: system, (0.165, 0.195), Shares(0.03, 0.03), Options(1), monitor=(0, 0)
     )
     best, told = peak_errors(exact), peak_errors(coarse)
     assert best.total < 1e-4
@@ -137,7 +140,7 @@ def test_errors_of_a_peak(rubbing_system: Make) -> None:
     assert coarse.estimates is not None
     ends = coarse.at([0, 1, 2])
     assert np.isnan(peak_errors(ends).amplitude_error["frequencies"])
-    plain = frequency_response(system, HERTZ[:3], 1)
+    plain = frequency_response(system, HERTZ[:3], Options(1))
     assert np.isnan(plain.error).all()
     with pytest.raises(InputError, match="peak_errors: the response has no error estimates"):
         peak_errors(plain)

@@ -12,6 +12,7 @@ from vanelock.nonlinear import (
     SLIP,
     SLIP_OPEN,
     STUCK,
+    Options,
     System,
     contact_loop,
     frequency_response,
@@ -65,7 +66,9 @@ def test_solution_balances_in_full_coordinates_with_marched_forces(
     hertz = first_frequency(system) * np.array([0.8, 1.4])
     load, gaps = np.abs(system.force[1].vector).max(), []
     for samples in (128, 1024):
-        response = frequency_response(system, hertz, 3, friction="isotropic", samples=samples)
+        response = frequency_response(
+            system, hertz, Options(3, friction="isotropic", samples=samples)
+        )
         assert response.converged.all()
         assert response.residual.max() < 1e-10
         assert {SLIP, SLIP_OPEN} & set(response.state.ravel())
@@ -145,7 +148,7 @@ def test_mass_that_rubs_in_a_plane(swing: complex, v0: float, shake: float, stat
     errors = []
     for harmonics in (1, 3, 7, 15):
         response = frequency_response(
-            system, [omega / (2 * np.pi)], harmonics, friction="isotropic", samples=1024
+            system, [omega / (2 * np.pi)], Options(harmonics, friction="isotropic", samples=1024)
         )
         assert response.converged.all()
         assert response.state[0, 0] == state
@@ -164,7 +167,7 @@ def test_loop_stays_within_the_bound_in_the_plane_and_encloses_the_work(
 ) -> None:
     system = even(random_system(0, preload=1.0))
     hertz = np.linspace(0.9, 1.2, 7) * first_frequency(system)
-    response = frequency_response(system, hertz, 3, friction="isotropic")
+    response = frequency_response(system, hertz, Options(3, friction="isotropic"))
     assert response.converged.all()
     assert np.any(response.state[-1] == SLIP_OPEN)
     for contact in range(6):
@@ -203,7 +206,7 @@ def test_isotropic_friction_sticks_as_orthogonal_does(
     system = even(random_system(3, preload=10.0, mu=10.0, amplitude=0.02))
     hertz = np.linspace(0.7, 1.6, 9) * first_frequency(system)
     one, other = (
-        frequency_response(system, hertz, 3, friction=friction)
+        frequency_response(system, hertz, Options(3, friction=friction))
         for friction in ("orthogonal", "isotropic")
     )
     assert np.all(other.state == STUCK)
@@ -213,10 +216,10 @@ def test_isotropic_friction_sticks_as_orthogonal_does(
 def test_what_isotropic_friction_cannot_do_is_refused(random_system: Make) -> None:
     system = random_system(0)
     with pytest.raises(InputError, match="contact 0 has kt"):
-        frequency_response(system, [1.0], 1, friction="isotropic")
+        frequency_response(system, [1.0], Options(1, friction="isotropic"))
     with pytest.raises(InputError, match="contact 0 has kt"):
-        static_response(system, "isotropic")
+        static_response(system, Options(friction="isotropic"))
     with pytest.raises(InputError, match="samples: given 40: needs at least 48"):
-        frequency_response(even(system), [1.0], 3, friction="isotropic", samples=40)
+        frequency_response(even(system), [1.0], Options(3, friction="isotropic", samples=40))
     with pytest.raises(InputError, match="friction: given 'round': allowed: orthogonal, isotropic"):
-        frequency_response(system, [1.0], 1, friction="round")
+        frequency_response(system, [1.0], Options(1, friction="round"))

@@ -10,7 +10,15 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq, minimize_scalar
 
 from vanelock.common.errors import InputError
-from vanelock.nonlinear import OPEN, SLIP_OPEN, Hysteresis, System, frequency_response, hysteresis
+from vanelock.nonlinear import (
+    OPEN,
+    SLIP_OPEN,
+    Hysteresis,
+    Options,
+    System,
+    frequency_response,
+    hysteresis,
+)
 from vanelock.nonlinear.fourier.trigonometric import TURN
 from vanelock.rom.system import Contacts, Diameter, Force
 
@@ -101,7 +109,7 @@ def amplitude_after(omega: float, position: float, velocity: float, periods: int
 
 
 def test_branch_is_the_closed_form_with_both_folds() -> None:
-    found = hysteresis(gap_oscillator(), (LOW / TURN, HIGH / TURN), 1)
+    found = hysteresis(gap_oscillator(), (LOW / TURN, HIGH / TURN), Options(1))
     assert found.complete
     assert found.connected
     assert found.branch.converged.all()
@@ -129,7 +137,7 @@ def test_branch_is_the_closed_form_with_both_folds() -> None:
 def test_sweeps_differ_between_the_folds_alone() -> None:
     (top, _), (bottom, _) = closed_folds()
     hertz = np.linspace(LOW, HIGH, 61) / TURN
-    found = hysteresis(gap_oscillator(), hertz, 1)
+    found = hysteresis(gap_oscillator(), hertz, Options(1))
     np.testing.assert_allclose(found.up.frequency, hertz, rtol=1e-14)
     np.testing.assert_allclose(found.down.frequency, hertz, rtol=1e-14)
     omega = TURN * hertz
@@ -142,7 +150,7 @@ def test_sweeps_differ_between_the_folds_alone() -> None:
 @pytest.mark.slow
 def test_a_state_between_the_folds_is_left_and_the_others_are_kept() -> None:
     omega = 1.11
-    found = hysteresis(gap_oscillator(), np.linspace(LOW, HIGH, 5) / TURN, 1)
+    found = hysteresis(gap_oscillator(), np.linspace(LOW, HIGH, 5) / TURN, Options(1))
     first, last = found.fold
     at = TURN * found.branch.frequency
     kept = []
@@ -162,7 +170,7 @@ def test_a_curve_without_folds_is_the_same_both_ways(tmp_path: Path) -> None:
     system = gap_oscillator()
     weak = {1: Force(np.array([0.01], complex))}  # never reaches the stop
     linear = System(**{**vars(system), "force": weak})
-    found = hysteresis(linear, (LOW / TURN, HIGH / TURN), 1)
+    found = hysteresis(linear, (LOW / TURN, HIGH / TURN), Options(1))
     assert found.complete
     assert found.connected
     assert len(found.fold) == 0
@@ -177,9 +185,9 @@ def test_a_curve_without_folds_is_the_same_both_ways(tmp_path: Path) -> None:
 
 def test_impossible_ranges_are_refused() -> None:
     with pytest.raises(InputError, match="frequencies: given"):
-        hysteresis(gap_oscillator(), [1.0], 1)
+        hysteresis(gap_oscillator(), [1.0], Options(1))
     with pytest.raises(InputError, match="frequencies: given"):
-        hysteresis(gap_oscillator(), (1.0, 1.0), 1)
+        hysteresis(gap_oscillator(), (1.0, 1.0), Options(1))
 
 
 def two_masses() -> System:
@@ -228,7 +236,7 @@ def period_later(system: System, omega: float, state: Floats) -> Floats:
 
 @pytest.fixture(scope="module")
 def both_masses() -> Hysteresis:
-    return hysteresis(two_masses(), [0.5 / TURN, 0.8 / TURN], 5)
+    return hysteresis(two_masses(), [0.5 / TURN, 0.8 / TURN], Options(5))
 
 
 @pytest.mark.slow
@@ -245,7 +253,7 @@ def test_a_contact_that_opens_wide_is_followed_in_a_few_hundred_points(
     # Where one solution exists a sweep by frequency finds the same; above, it may jump off early.
     alone = TURN * found.branch.frequency < 0.65
     picked = np.flatnonzero(alone & (found.passed == 0))[::8]
-    swept = frequency_response(two_masses(), found.branch.frequency[picked], 5)
+    swept = frequency_response(two_masses(), found.branch.frequency[picked], Options(5))
     np.testing.assert_allclose(swept.amplitude, found.branch.amplitude[picked], rtol=1e-7)
 
 
@@ -271,7 +279,7 @@ def test_points_of_the_path_are_where_integration_in_time_is_after_a_period(
 def test_a_path_that_ends_early_says_where_and_why(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("vanelock.nonlinear.following.hysteresis.LIMIT", 20)
     with pytest.warns(RuntimeWarning, match="hysteresis: the path ended at") as warned:
-        found = hysteresis(gap_oscillator(), [LOW / TURN, HIGH / TURN], 1)
+        found = hysteresis(gap_oscillator(), [LOW / TURN, HIGH / TURN], Options(1))
     assert not found.complete
     assert not found.connected
     assert str(warned[0].message) == f"hysteresis: {found.ended}"
@@ -301,7 +309,7 @@ def test_a_path_goes_on_where_another_branch_crosses_it() -> None:
         ),
         force={1: Force(push)},
     )
-    found = hysteresis(system, [0.8 / TURN, 2.2 / TURN], 1)
+    found = hysteresis(system, [0.8 / TURN, 2.2 / TURN], Options(1))
     assert found.complete
     assert found.upper.tolist() == [True, False]
     assert len(found.several) == 1

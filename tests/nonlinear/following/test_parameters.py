@@ -12,15 +12,15 @@ from vanelock.common.errors import InputError
 from vanelock.nonlinear import (
     SLIP,
     SLIP_OPEN,
+    Options,
     ParameterResponse,
     System,
     contact_loop,
     frequency_response,
     parameter_response,
 )
-from vanelock.nonlinear.balance.balance import structure
-from vanelock.nonlinear.contact.law import contact_law
 from vanelock.nonlinear.following.parameters import NAMES, checked_parameter
+from vanelock.nonlinear.forced_response.static_mean import COUPLINGS
 from vanelock.nonlinear.fourier.trigonometric import TURN
 from vanelock.rom.system import Force
 
@@ -69,7 +69,9 @@ def test_values_give_what_systems_changed_by_hand_give(
     hertz = 1.3 * first_frequency(two_joints)
     values = np.linspace(low, high, 8) if low < 0 else np.geomspace(low, high, 8)
     up, down = (
-        parameter_response(two_joints, hertz, name, values, 1, joint=joint, direction=direction)
+        parameter_response(
+            two_joints, hertz, name, values, Options(1, direction=direction), joint=joint
+        )
         for direction in ("up", "down")
     )
     mask = MASK if joint else np.ones(6, bool)
@@ -80,7 +82,7 @@ def test_values_give_what_systems_changed_by_hand_give(
     assert len(states) > 1
     assert states & {SLIP, SLIP_OPEN}
     for i in (0, 4, 7):
-        direct = frequency_response(changed(two_joints, name, values[i], mask), [hertz], 1)
+        direct = frequency_response(changed(two_joints, name, values[i], mask), [hertz], Options(1))
         assert direct.converged.all()
         for found in (up, down):
             for key in ("contact", "force", "output", "dissipation"):
@@ -90,18 +92,18 @@ def test_values_give_what_systems_changed_by_hand_give(
         np.testing.assert_array_equal(up.at(i).mu, direct.mu)
 
 
+@pytest.mark.parametrize("coupling", COUPLINGS)
 @pytest.mark.parametrize("name", NAMES)
 def test_derivative_to_each_parameter_is_exact(
-    two_joints: System, first_frequency: Lowest, name: str
+    two_joints: System, first_frequency: Lowest, name: str, coupling: str
 ) -> None:
-    prepared = structure(two_joints, 3)
-    balance = prepared.balance(TURN * 1.3 * first_frequency(two_joints))
-    law = contact_law(two_joints.contacts, 3)
+    hertz = 1.3 * first_frequency(two_joints)
+    ready = Options(3, coupling=coupling).prepare(two_joints, [hertz], 1)
     joint = None if name == "force" else "rim"
     varied = checked_parameter(name, two_joints, np.array([0.5, 2.0]), joint)
-    family = varied.family(prepared, balance, law)
+    family = varied.family(ready, TURN * hertz)
     rng = np.random.default_rng(0)
-    w = 0.1 * rng.normal(size=balance.linear.shape)
+    w = 0.1 * rng.normal(size=(6, 3, 7))
     place, step = varied.coordinate(0.7), 1e-6
 
     def deviation(parameter: float) -> NDArray[np.float64]:
@@ -124,7 +126,7 @@ def test_points_keep_their_own_friction_and_survive_a_file(
     two_joints: System, first_frequency: Lowest, tmp_path: Path
 ) -> None:
     hertz = 1.3 * first_frequency(two_joints)
-    found = parameter_response(two_joints, hertz, "mu", [0.2, 0.05], 3, joint="root")
+    found = parameter_response(two_joints, hertz, "mu", [0.2, 0.05], Options(3), joint="root")
     np.testing.assert_array_equal(found.mu, np.where(MASK, 0.3, np.array([[0.2], [0.05]])))
     found.save(tmp_path / "mu.h5")
     again = ParameterResponse.load(tmp_path / "mu.h5")
@@ -151,18 +153,16 @@ def test_points_keep_their_own_friction_and_survive_a_file(
         ({"values": [[1.0]]}, "needs a list"),
         ({"joint": "hub"}, "joints are rim, root"),
         ({"parameter": "force", "joint": "rim"}, "the force acts on no joint"),
-        ({"direction": "left"}, "direction: given 'left'"),
         ({"frequency": [1.0, 2.0]}, "frequency: given 2 of them"),
     ],
 )
-def test_impossible_options_are_refused(
+def test_impossible_arguments_are_refused(
     two_joints: System, options: dict[str, object], message: str
 ) -> None:
     arguments: dict[str, object] = {
         "frequency": 1.0,
         "parameter": "mu",
         "values": [0.1],
-        "harmonics": 1,
         **options,
     }
     with pytest.raises(InputError, match=message):

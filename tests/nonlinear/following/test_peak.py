@@ -12,6 +12,7 @@ from scipy.optimize import brentq, minimize_scalar
 from vanelock.common.errors import InputError
 from vanelock.nonlinear import (
     STUCK,
+    Options,
     PeakResponse,
     System,
     frequency_response,
@@ -89,7 +90,7 @@ def check_against_closed_form(found: PeakResponse, peaks: list[tuple[float, floa
 def test_backbone_of_a_jenkins_oscillator_is_that_of_its_describing_function() -> None:
     limit = 0.5 * 2.0
     values = np.geomspace(1e-3, 10, 33)
-    found = peak_response(jenkins(), "force", values, (0.1, 0.3), 1)
+    found = peak_response(jenkins(), "force", values, (0.1, 0.3), Options(1))
     assert found.output == "mass"
     assert found.direction == 1
     np.testing.assert_array_equal(found.parameter, values)
@@ -108,12 +109,17 @@ def test_backbone_of_a_jenkins_oscillator_is_that_of_its_describing_function() -
 
 
 def test_backbones_from_the_other_side_and_at_steps_of_their_own() -> None:
-    up = peak_response(jenkins(), "force", [0.05, 0.5, 5.0], (0.1, 0.3), 1)
-    down = peak_response(jenkins(), "force", [5.0, 0.5, 0.05], (0.1, 0.3), 1)
+    up = peak_response(jenkins(), "force", [0.05, 0.5, 5.0], (0.1, 0.3), Options(1))
+    down = peak_response(jenkins(), "force", [5.0, 0.5, 0.05], (0.1, 0.3), Options(1))
     np.testing.assert_allclose(up.amplitude, down.amplitude[::-1], rtol=1e-9)
     told: list[tuple[int, int, float, float]] = []
     own = peak_response(
-        jenkins(), "force", (1e-2, 10.0), (0.1, 0.3), 1, progress=lambda *each: told.append(each)
+        jenkins(),
+        "force",
+        (1e-2, 10.0),
+        (0.1, 0.3),
+        Options(1),
+        progress=lambda *each: told.append(each),
     )
     assert own.parameter[[0, -1]].tolist() == [1e-2, 10.0]
     assert 25 < len(own.parameter) < 200
@@ -131,7 +137,9 @@ def test_backbones_from_the_other_side_and_at_steps_of_their_own() -> None:
 def test_friction_that_damps_most_is_the_one_known(name: str, factor: float) -> None:
     # Without a damper X = (μn)² / (kt (μn - πF/4)): least at μn = πF/2, where X = πF/kt.
     values = np.geomspace(0.1, 10, 41)
-    found = peak_response(jenkins(mu=0.5, v0=1.0), name, values, (0.1, 0.3), 1, joint="pad")
+    found = peak_response(
+        jenkins(mu=0.5, v0=1.0), name, values, (0.1, 0.3), Options(1), joint="pad"
+    )
     limits = factor * values
     check_against_closed_form(found, [jenkins_peak(1.0, float(limit)) for limit in limits])
     best = int(np.argmin(found.amplitude))
@@ -164,7 +172,7 @@ def test_slope_of_the_amplitude_is_exact(
     below, here, above = (side for side in sides if side is not None)
     measured = (above.amplitude - below.amplitude) / (2 * step)
     np.testing.assert_allclose(here.slope, measured, rtol=1e-6)
-    response = frequency_response(system, [omega / TURN], harmonics)
+    response = frequency_response(system, [omega / TURN], Options(harmonics))
     np.testing.assert_allclose(here.amplitude, response.amplitude[0, 0, 2], rtol=1e-9)
 
 
@@ -190,7 +198,7 @@ def test_peaks_are_those_of_dense_sweeps(
     curve = linear_response(system, hertz, "all").amplitude[:, 0].max(axis=1)
     stuck = hertz[1 + np.argmax((curve[1:-1] > curve[:-2]) & (curve[1:-1] > curve[2:]))]
     values = np.geomspace(1e-3, 3.0, 12)
-    found = peak_response(system, "force", values, (0.7 * stuck, 1.2 * stuck), harmonics)
+    found = peak_response(system, "force", values, (0.7 * stuck, 1.2 * stuck), Options(harmonics))
     assert found.converged.all()
     smooth = ~found.sharp  # where contacts change their states the slope may jump over zero
     assert smooth.sum() >= 10
@@ -201,7 +209,7 @@ def test_peaks_are_those_of_dense_sweeps(
         moved = replace(system, force={1: Force(values[i] * system.force[1].vector)})
 
         def size(frequency: Floats, moved: System = moved) -> Floats:
-            swept = frequency_response(moved, frequency, harmonics)
+            swept = frequency_response(moved, frequency, Options(harmonics))
             return np.asarray(swept.amplitude[:, 0, found.direction])
 
         across = size(found.frequency[i] + found.width[i] * np.linspace(-1, 1, 21))
@@ -219,7 +227,7 @@ def test_peaks_are_those_of_dense_sweeps(
 
 
 def test_peaks_survive_a_file(tmp_path: Path) -> None:
-    found = peak_response(jenkins(), "mu", [0.1, 1.0], (0.1, 0.3), 1)
+    found = peak_response(jenkins(), "mu", [0.1, 1.0], (0.1, 0.3), Options(1))
     found.save(tmp_path / "peaks.h5")
     again = PeakResponse.load(tmp_path / "peaks.h5")
     np.testing.assert_array_equal(again.amplitude, found.amplitude)
@@ -234,21 +242,20 @@ def test_peaks_survive_a_file(tmp_path: Path) -> None:
         ({"values": (1.0, 1.0)}, "values: given .*: a range is"),
         ({"near": (0.3, 0.1)}, "near: given"),
         ({"near": (0.3, 0.5)}, "near: no peak was found in it at force = 1"),
-        ({"harmonics": 0}, "harmonics: given 0"),
+        ({"options": Options(0)}, "harmonics: given 0"),
         ({"output": ("tip", 0)}, "output: given 'tip': allowed: mass"),
         ({"output": ("mass", 3)}, "output: given direction 3"),
     ],
 )
-def test_impossible_options_are_refused(options: dict[str, object], message: str) -> None:
+def test_impossible_arguments_are_refused(options: dict[str, object], message: str) -> None:
     arguments: dict[str, object] = {
         "parameter": "force",
         "values": [1.0],
         "near": (0.1, 0.3),
-        "harmonics": 1,
         **options,
     }
     with pytest.raises(InputError, match=message):
         peak_response(jenkins(), **arguments)
     bare = replace(jenkins(), output_names=())
     with pytest.raises(InputError, match="no output nodes"):
-        peak_response(bare, "force", [1.0], (0.1, 0.3), 1)
+        peak_response(bare, "force", [1.0], (0.1, 0.3), Options(1))

@@ -13,6 +13,7 @@ from vanelock.nonlinear import (
     SLIP,
     SLIP_OPEN,
     STUCK,
+    Options,
     Response,
     System,
     contact_loop,
@@ -47,7 +48,7 @@ def test_every_point_from_stick_to_rattling_converges_and_is_right(
     system = random_system(seed, preload=preload)
     hertz = np.linspace(0.5, 2.5, 40) * first_frequency(system)
     for harmonics in (1, 3):
-        response = frequency_response(system, hertz, harmonics)
+        response = frequency_response(system, hertz, Options(harmonics))
         assert response.converged.all()
         assert response.residual.max() < 1e-10
         worst = np.array(
@@ -67,7 +68,7 @@ def test_states_run_from_stuck_through_slip_to_opening(
     seen: set[int] = set()
     for factor in (0.01, 1.0, 10.0):
         load = {1: Force(system.force[1].vector * factor)}
-        response = frequency_response(replace(system, force=load), hertz, 1)
+        response = frequency_response(replace(system, force=load), hertz, Options(1))
         assert response.converged.all()
         seen |= set(response.state.ravel().tolist())
     assert {STUCK, SLIP, SLIP_OPEN} <= seen
@@ -96,8 +97,8 @@ def gap_oscillator() -> System:
 def test_sweeps_up_and_down_take_their_own_branch_through_folds() -> None:
     system = gap_oscillator()
     hertz = np.linspace(0.85, 1.6, 60) / (2 * np.pi)
-    up = frequency_response(system, hertz, 1, direction="up")
-    down = frequency_response(system, hertz, 1, direction="down")
+    up = frequency_response(system, hertz, Options(1, direction="up"))
+    down = frequency_response(system, hertz, Options(1, direction="down"))
     assert up.converged.all()
     assert down.converged.all()
     np.testing.assert_array_equal(up.frequency, hertz)
@@ -143,7 +144,7 @@ def test_load_raised_step_by_step_meets_the_direct_solution(
     assert still.converged
     arc = follow(family, still, 1.0)
     assert arc.solution is not None
-    direct = frequency_response(system, [balance.omega / (2 * np.pi)], 3)
+    direct = frequency_response(system, [balance.omega / (2 * np.pi)], Options(3))
     assert direct.converged.all()
     expected = np.moveaxis(direct.contact[0, 1:].real, 0, -1)
     np.testing.assert_allclose(arc.solution.u[:, :, 1::2], expected, atol=1e-8)
@@ -154,13 +155,13 @@ def test_range_follows_the_curve(random_system: Make, first_frequency: Lowest) -
     low, high = np.array([0.6, 2.2]) * first_frequency(system)
     told: list[tuple[int, int, float, float]] = []
     found = frequency_response(
-        system, (float(low), float(high)), 1, progress=lambda *each: told.append(each)
+        system, (float(low), float(high)), Options(1), progress=lambda *each: told.append(each)
     )
     assert found.converged.all()
     assert found.frequency[0] == low
     assert found.frequency[-1] == pytest.approx(high, rel=1e-15)
     assert np.all(np.diff(found.frequency) > 0)
-    fine = frequency_response(system, np.linspace(low, high, 4001), 1)
+    fine = frequency_response(system, np.linspace(low, high, 4001), Options(1))
     exact, coarse = fine.amplitude[:, 0].max(axis=1), found.amplitude[:, 0].max(axis=1)
     assert found.points < 400
     drawn = np.interp(fine.frequency, found.frequency, coarse)
@@ -177,9 +178,11 @@ def test_listed_frequencies_come_back_as_given(
     system = random_system(1)
     hertz = first_frequency(system) * np.array([1.4, 0.6, 1.0])
     told: list[tuple[int, int, float, float]] = []
-    response = frequency_response(system, hertz, 1, progress=lambda *each: told.append(each))
+    response = frequency_response(
+        system, hertz, Options(1), progress=lambda *each: told.append(each)
+    )
     np.testing.assert_allclose(response.frequency, hertz, rtol=1e-15)
-    single = frequency_response(system, hertz[:1], 1)
+    single = frequency_response(system, hertz[:1], Options(1))
     np.testing.assert_allclose(response.x[1][0], single.x[1][0], atol=1e-8)
     assert [each[:2] for each in told] == [(1, 3), (2, 3), (3, 3)]
 
@@ -188,7 +191,7 @@ def test_loop_encloses_the_work_and_has_the_forces_of_the_balance(
     random_system: Make, first_frequency: Lowest
 ) -> None:
     system = random_system(0, preload=1.0)
-    response = frequency_response(system, [1.2 * first_frequency(system)], 3)
+    response = frequency_response(system, [1.2 * first_frequency(system)], Options(3))
     assert np.any(response.state == SLIP_OPEN)
     for contact in range(6):
         u, f = contact_loop(response, 0, contact, 20000)
@@ -207,12 +210,12 @@ def test_loop_is_refused_where_it_would_not_have_the_forces_of_the_response(
 ) -> None:
     system = random_system(0, preload=1.0)
     hertz = [1.2 * first_frequency(system)]
-    response = frequency_response(system, hertz, 3)
+    response = frequency_response(system, hertz, Options(3))
     lost = replace(response, converged=np.zeros(1, bool))
     with pytest.raises(InputError, match="point: given 0: not converged"):
         contact_loop(lost, 0, 0)
     slipping = int(np.argmax(response.dissipation[0]))
-    sampled = frequency_response(system, hertz, 3, samples=32)
+    sampled = frequency_response(system, hertz, Options(3, samples=32))
     assert sampled.converged.all()
     for other in (sampled, linear_response(system, hertz, "all", harmonics=3)):
         with pytest.raises(InputError, match=f"contact {slipping} has forces"):
@@ -245,7 +248,7 @@ def test_response_survives_its_file(
     system.save(tmp_path / "system.h5")
     again = System.load(tmp_path / "system.h5")
     hertz = first_frequency(system) * np.array([0.9, 1.1])
-    response, other = (frequency_response(s, hertz, 3) for s in (system, again))
+    response, other = (frequency_response(s, hertz, Options(3)) for s in (system, again))
     response.save(tmp_path / "response.h5")
     loaded = Response.load(tmp_path / "response.h5")
     for field in fields(Response):
@@ -264,19 +267,13 @@ def test_response_survives_its_file(
         ({"frequencies": [0.0, 1.0]}, "frequencies: given 0.0 Hz"),
         ({"frequencies": (2.0, 1.0)}, "a range is"),
         ({"frequencies": []}, "at least one"),
-        ({"harmonics": -1}, "harmonics: given -1"),
-        ({"coupling": "loose"}, "coupling: given 'loose'"),
-        ({"direction": "left"}, "direction: given 'left'"),
-        ({"harmonic_diameters": "own"}, "'wave' and 'sector'"),
-        ({"samples": 4}, "samples: given 4"),
     ],
 )
-def test_impossible_options_are_refused(
+def test_impossible_frequencies_are_refused(
     random_system: Make, options: dict[str, object], message: str
 ) -> None:
-    arguments: dict[str, object] = {"frequencies": [1.0], "harmonics": 1, **options}
     with pytest.raises(InputError, match=message):
-        frequency_response(random_system(0), **arguments)
+        frequency_response(random_system(0), **options)
 
 
 def test_a_structure_without_contacts_is_linear() -> None:
@@ -294,7 +291,7 @@ def test_a_structure_without_contacts_is_linear() -> None:
     hertz = np.array([0.1, 0.2])
     omega = 2 * np.pi * hertz
     expected = 1 / (1 - omega**2 + 0.1j * omega)
-    for response in (frequency_response(bare, hertz, 2), linear_response(bare, hertz)):
+    for response in (frequency_response(bare, hertz, Options(2)), linear_response(bare, hertz)):
         assert response.converged.all()
         np.testing.assert_allclose(response.x[1][:, 0], expected, rtol=1e-12)
         np.testing.assert_allclose(response.x[0][:, 0], 2, rtol=1e-12)
@@ -312,4 +309,4 @@ def test_a_structure_that_hangs_in_nothing_is_refused() -> None:
         contacts=Contacts(np.ones(1), np.ones((1, 2)), np.zeros(1), np.ones(1)),
     )
     with pytest.raises(InputError, match="something is not held"):
-        frequency_response(loose, [1.0], 1)
+        frequency_response(loose, [1.0], Options(1))

@@ -5,7 +5,7 @@ import pytest
 from numpy.typing import NDArray
 
 from tests.nonlinear.following.test_hysteresis import HIGH, LOW, closed_folds, gap_oscillator
-from vanelock.nonlinear import Shares, adaptive_response, frequency_response
+from vanelock.nonlinear import Options, Shares, adaptive_response, frequency_response
 from vanelock.nonlinear.fourier.trigonometric import TURN
 
 ENDS = (LOW / TURN, HIGH / TURN)
@@ -21,7 +21,7 @@ def test_a_sweep_says_where_it_jumps_and_from_what_to_what(
     wanted: tuple[float, float] | NDArray[np.float64] = ENDS
     if points is not None:
         wanted = np.linspace(*ENDS, points)
-    found = frequency_response(gap_oscillator(), wanted, 1, direction=direction)
+    found = frequency_response(gap_oscillator(), wanted, Options(1, direction=direction))
     assert found.direction == direction
     assert found.jump is not None
     assert found.jump.shape == (1, 2)
@@ -37,22 +37,46 @@ def test_a_sweep_says_where_it_jumps_and_from_what_to_what(
 def test_where_nothing_folds_nothing_jumps(points: int | None) -> None:
     ends = (1.2 / TURN, 1.6 / TURN)
     wanted = ends if points is None else np.linspace(*ends, points)
-    found = frequency_response(gap_oscillator(), wanted, 3)
+    found = frequency_response(gap_oscillator(), wanted, Options(3))
     assert found.jump is not None
     assert found.jump.shape == (0, 2)
 
 
 def test_points_of_a_response_alone_have_no_jumps() -> None:
-    found = frequency_response(gap_oscillator(), np.linspace(*ENDS, 12), 1)
+    found = frequency_response(gap_oscillator(), np.linspace(*ENDS, 12), Options(1))
     some = found.at([3, 4])
     assert some.jump is None
     assert some.direction == "up"
 
 
+@pytest.mark.parametrize("direction", ["up", "down"])
+def test_with_an_accuracy_one_way_is_that_way_s_branch(direction: str) -> None:
+    system, shares = gap_oscillator(), Shares(harmonics=0.03, frequencies=0.03)
+    upper, lower = closed_folds()
+    fold = (upper if direction == "up" else lower)[0]
+    options = Options(1, direction=direction)
+    for wanted in (ENDS, np.linspace(*ENDS, 40)):
+        found = adaptive_response(lambda _: system, wanted, shares, options)
+        assert found.direction == direction
+        assert found.jump is not None
+        ((before, after),) = found.jump
+        ends = TURN * found.frequency[[before, after]]
+        assert ends.min() <= fold <= ends.max()
+        assert (ends[0] < ends[1]) == (direction == "up")
+        same = frequency_response(system, found.frequency, options)
+        np.testing.assert_allclose(found.amplitude, same.amplitude, rtol=0, atol=1e-9)
+    chosen = adaptive_response(
+        lambda _: system, ENDS, Shares(0.01, 0.01), Options(direction=direction)
+    )
+    exact = frequency_response(system, ENDS, Options(9, direction=direction))
+    assert chosen.harmonics > 1
+    assert chosen.amplitude.max() == pytest.approx(exact.amplitude.max(), rel=0.01)
+
+
 def test_with_an_accuracy_the_jump_is_that_of_the_highest_solutions() -> None:
     (fold, height), _ = closed_folds()
     shares = Shares(harmonics=0.03, frequencies=0.03)
-    found = adaptive_response(lambda _: gap_oscillator(), ENDS, shares, harmonics=1)
+    found = adaptive_response(lambda _: gap_oscillator(), ENDS, shares, Options(1))
     assert found.direction == "both"
     assert found.jump is not None
     ((before, after),) = found.jump

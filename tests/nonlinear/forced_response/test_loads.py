@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from vanelock.nonlinear import Force, System, frequency_response
+from vanelock.nonlinear import Force, Options, System, frequency_response
 from vanelock.nonlinear.balance.balance import structure
 from vanelock.nonlinear.contact.law import contact_law
 from vanelock.nonlinear.continuation.families import Frequencies
@@ -24,7 +24,7 @@ def test_static_load_that_grows_with_frequency_is_that_load(
     grown = Force((push / omega**2).astype(np.complex128), omega_power=2)
     growing = replace(system, force={**system.force, 0: grown})
     constant = replace(system, force={**system.force, 0: Force(push)})
-    found, expected = (frequency_response(s, [hertz], 2) for s in (growing, constant))
+    found, expected = (frequency_response(s, [hertz], Options(2)) for s in (growing, constant))
     assert expected.converged.all()
     np.testing.assert_allclose(found.contact, expected.contact, atol=1e-9)
     np.testing.assert_allclose(found.x[0], expected.x[0], atol=1e-9)

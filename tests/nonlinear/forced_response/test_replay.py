@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from vanelock.common.cyclic import folded
 from vanelock.nonlinear import (
+    Options,
     Shares,
     System,
     adaptive_response,
@@ -97,21 +98,21 @@ class Case:
 
 def _range(random_system: Make, rubbing_system: Make) -> Compute:
     system = rubbing_system(amplitude=2.0)
-    return lambda journal: frequency_response(system, (0.15, 0.21), 3, journal=journal)
+    return lambda journal: frequency_response(system, (0.15, 0.21), Options(3), journal=journal)
 
 
 def _many_contacts(random_system: Make, rubbing_system: Make) -> Compute:
     # More unknowns than are factored: GMRES, whose preconditioner goes from point to point.
     system = random_system(5, size=40, contacts=20, mu=0.1, damping_ratio=0.05, harmonics=3)
     hertz = np.linspace(0.02, 0.05, 8)
-    return lambda journal: frequency_response(system, hertz, 3, journal=journal)
+    return lambda journal: frequency_response(system, hertz, Options(3), journal=journal)
 
 
 def _uncoupled(random_system: Make, rubbing_system: Make) -> Compute:
     system = random_system(2, amplitude=3.0)
     hertz = np.linspace(0.05, 0.4, 12)
     return lambda journal: frequency_response(
-        system, hertz, 3, "uncoupled", direction="down", journal=journal
+        system, hertz, Options(3, coupling="uncoupled", direction="down"), journal=journal
     )
 
 
@@ -119,7 +120,7 @@ def _adaptive(random_system: Make, rubbing_system: Make) -> Compute:
     system = rubbing_system(amplitude=3.0)
     shares = Shares(6e-3, 3e-3)
     return lambda journal: adaptive_response(
-        growing(system), (0.14, 0.22), shares, (0, 0), journal=journal
+        growing(system), (0.14, 0.22), shares, monitor=(0, 0), journal=journal
     )
 
 
@@ -127,13 +128,23 @@ def _isotropic(random_system: Make, rubbing_system: Make) -> Compute:
     system = evened(rubbing_system(preload=0.5))
     shares = Shares(2e-2, 2e-2, 2e-2)
     return lambda journal: adaptive_response(
-        growing(system), (0.15, 0.2), shares, friction="isotropic", journal=journal
+        growing(system), (0.15, 0.2), shares, Options(friction="isotropic"), journal=journal
     )
 
 
 def _ridge(random_system: Make, rubbing_system: Make) -> Compute:
     system, values = rubbing_system(), np.geomspace(0.1, 2.0, 6)
-    return lambda journal: peak_response(system, "mu", values, (0.14, 0.22), 1, journal=journal)
+    return lambda journal: peak_response(
+        system, "mu", values, (0.14, 0.22), Options(1), journal=journal
+    )
+
+
+def _ridge_uncoupled(random_system: Make, rubbing_system: Make) -> Compute:
+    system, values = rubbing_system(), np.geomspace(0.1, 2.0, 3)
+    options = Options(1, "uncoupled", "isotropic")
+    return lambda journal: peak_response(
+        system, "mu", values, (0.14, 0.22), options, journal=journal
+    )
 
 
 CASES = [
@@ -143,6 +154,7 @@ CASES = [
     Case("to an accuracy", _adaptive),
     Case("isotropic, to an accuracy", _isotropic),
     Case("ridge", _ridge),
+    Case("ridge, uncoupled", _ridge_uncoupled),
 ]
 
 
@@ -189,12 +201,12 @@ def test_points_of_another_computation_are_not_taken(rubbing_system: Make) -> No
     one = rubbing_system()
     hertz = np.linspace(0.15, 0.21, 10)
     paper = Paper()
-    frequency_response(one, hertz, 3, journal=paper)
+    frequency_response(one, hertz, Options(3), journal=paper)
     first = len(paper.records)
     again = Paper(list(paper.records))
     elsewhere = np.append(hertz[:4], hertz[4:] + 1e-3)
-    found = frequency_response(one, elsewhere, 3, journal=again)
-    assert bits(found) == bits(frequency_response(one, elsewhere, 3))
+    found = frequency_response(one, elsewhere, Options(3), journal=again)
+    assert bits(found) == bits(frequency_response(one, elsewhere, Options(3)))
     assert again.asked == first - 4
 
 

@@ -14,6 +14,7 @@ from vanelock.nonlinear import (
     SLIP,
     SLIP_OPEN,
     STUCK,
+    Options,
     Response,
     System,
     audit_response,
@@ -44,7 +45,8 @@ def even(system: System) -> System:
 
 def all_three(system: System, hertz: Floats, harmonics: int, friction: str) -> list[Response]:
     return [
-        frequency_response(system, hertz, harmonics, coupling, friction) for coupling in COUPLINGS
+        frequency_response(system, hertz, Options(harmonics, coupling=coupling, friction=friction))
+        for coupling in COUPLINGS
     ]
 
 
@@ -57,7 +59,7 @@ def test_couplings_agree_in_full_stick(
     for mu, slid in ((10.0, False), (0.3, True)):
         system = even(random_system(3, preload=10.0, mu=mu, amplitude=0.02))
         hertz = np.linspace(0.7, 1.6, 9) * first_frequency(system)
-        static = static_response(system, friction)
+        static = static_response(system, Options(friction=friction))
         assert (static.active[0] > 0) == slid
         coupled, *others = all_three(system, hertz, 3, friction)
         assert np.all(coupled.state == STUCK)
@@ -82,10 +84,10 @@ def test_harmonic_zero_is_the_static_problem(
 ) -> None:
     system = even(random_system(0, preload=1.0))
     hertz = np.array([0.8, 1.2]) * first_frequency(system)
-    response = frequency_response(system, hertz, 2, coupling, friction)
+    response = frequency_response(system, hertz, Options(2, coupling=coupling, friction=friction))
     assert response.converged.all()
     assert np.any(response.dissipation > 0)
-    static = static_response(system, friction)
+    static = static_response(system, Options(friction=friction))
     for p in range(2):
         np.testing.assert_allclose(response.x[0][p], static.x[0][0], atol=1e-12)
         for name in ("contact", "force", "output"):
@@ -132,7 +134,7 @@ def test_solution_balances_in_full_coordinates_with_marched_forces(
         diameters={k: replace(d, C=0.05 * d.M + 0.01 * d.K) for k, d in system.diameters.items()},
     )
     response = frequency_response(
-        system, first_frequency(system) * np.array([0.8, 1.4]), 3, coupling
+        system, first_frequency(system) * np.array([0.8, 1.4]), Options(3, coupling=coupling)
     )
     assert response.converged.all()
     assert {SLIP, SLIP_OPEN} & set(response.state.ravel())
@@ -188,7 +190,9 @@ def test_constant_load_is_the_closed_form_of_the_oscillator_with_a_jenkins_eleme
         return complex(in_phase / amplitude, work / (np.pi * amplitude**2))
 
     omegas = np.linspace(0.2, 1.5, 14)
-    response = frequency_response(system, omegas / (2 * np.pi), 1, "constant-load")
+    response = frequency_response(
+        system, omegas / (2 * np.pi), Options(1, coupling="constant-load")
+    )
     assert response.converged.all()
     assert {STUCK, SLIP} <= set(response.state[:, 0])
     for p, omega in enumerate(omegas):
@@ -234,7 +238,9 @@ def test_time_integration_with_the_mean_held(coupling: str) -> None:
         last[(s + 1) % steps] = x
     errors = []
     for harmonics in (1, 3, 7, 15):
-        response = frequency_response(system, [omega / (2 * np.pi)], harmonics, coupling)
+        response = frequency_response(
+            system, [omega / (2 * np.pi)], Options(harmonics, coupling=coupling)
+        )
         assert response.converged.all()
         assert response.state[0, 0] == SLIP
         history = sum(
@@ -249,8 +255,8 @@ def test_time_integration_with_the_mean_held(coupling: str) -> None:
 def test_contact_open_at_rest_stays_open_under_constant_load() -> None:
     system = rubbing(0.7, 3.0, -0.2)
     hertz = np.array([0.1, 0.15])
-    held = frequency_response(system, hertz, 2, "constant-load")
-    loose = frequency_response(system, hertz, 2, "uncoupled")
+    held = frequency_response(system, hertz, Options(2, coupling="constant-load"))
+    loose = frequency_response(system, hertz, Options(2, coupling="uncoupled"))
     assert held.converged.all()
     assert loose.converged.all()
     assert np.all(held.state == OPEN)
@@ -271,12 +277,18 @@ def test_ranges_directions_samples_and_loops_work_with_every_coupling(
 ) -> None:
     system = even(random_system(5, preload=3.0, contacts=3, damping_ratio=0.01))
     low, high = (float(f) for f in np.array([0.8, 1.3]) * first_frequency(system))
-    found = frequency_response(system, (low, high), 1, coupling, friction)
+    found = frequency_response(
+        system, (low, high), Options(1, coupling=coupling, friction=friction)
+    )
     assert found.converged.all()
     down = frequency_response(
-        system, found.frequency[::-3], 1, coupling, friction, direction="down"
+        system,
+        found.frequency[::-3],
+        Options(1, coupling=coupling, friction=friction, direction="down"),
     )
-    sampled = frequency_response(system, found.frequency[::-3], 1, coupling, friction, samples=512)
+    sampled = frequency_response(
+        system, found.frequency[::-3], Options(1, coupling=coupling, friction=friction, samples=512)
+    )
     largest = np.abs(found.contact).max()
     for other in (down, sampled):
         assert other.converged.all()
@@ -310,12 +322,14 @@ def test_static_load_that_grows_with_the_frequency_needs_the_coupled_balance() -
     system = rubbing(0.7, 0.0, 1.0)
     load = {**system.force, 0: Force(np.ones(2, complex), 2)}
     with pytest.raises(InputError, match="force/0 grows with the frequency"):
-        frequency_response(replace(system, force=load), [0.1], 1, "uncoupled")
+        frequency_response(replace(system, force=load), [0.1], Options(1, coupling="uncoupled"))
 
 
 def test_an_audit_is_refused_where_it_would_judge_by_another_law() -> None:
     system = rubbing(0.7, 0.0, 1.0)
     for coupling, friction in (("uncoupled", "orthogonal"), ("coupled", "isotropic")):
-        response = frequency_response(system, [0.1], 1, coupling, friction)
+        response = frequency_response(
+            system, [0.1], Options(1, coupling=coupling, friction=friction)
+        )
         with pytest.raises(InputError, match=f"response: {coupling}, friction {friction}"):
             audit_response(system, response)

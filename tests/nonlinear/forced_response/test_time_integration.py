@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from vanelock.nonlinear import SLIP, SLIP_OPEN, System, frequency_response
+from vanelock.nonlinear import SLIP, SLIP_OPEN, Options, System, frequency_response
 from vanelock.rom.system import Contacts, Diameter, Force
 
 Floats = NDArray[np.float64]
@@ -81,7 +81,7 @@ def test_oscillator_that_rubs_on_the_ground(mu: float, ratio: float) -> None:
     )[:, 0]
     errors = []
     for harmonics in (1, 3, 7, 15):
-        response = frequency_response(system, [omega / (2 * np.pi)], harmonics)
+        response = frequency_response(system, [omega / (2 * np.pi)], Options(harmonics))
         assert response.converged.all()
         assert response.state[0, 0] == SLIP
         errors.append(difference(response.x, reference[:, None]))
@@ -140,7 +140,7 @@ def test_pair_with_variable_normal_load_and_lift_off(v0: float, state: int, omeg
     )
     errors = []
     for harmonics in (1, 3, 7, 15):
-        response = frequency_response(system, [omega / (2 * np.pi)], harmonics)
+        response = frequency_response(system, [omega / (2 * np.pi)], Options(harmonics))
         assert response.converged.all()
         assert response.state[0, 0] == state
         errors.append(difference(response.x, reference))

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from vanelock.nonlinear import (
     SLIP,
     SLIP_OPEN,
+    Options,
     System,
     frequency_response,
     linear_response,
@@ -111,8 +112,8 @@ def test_sector_balance_is_the_rings(order: int, v0: float, harmonics: int) -> N
     ring = whole(3, one)
     hertz = np.linspace(0.12, 0.3, 5)
     mine, all_ = (
-        frequency_response(one, hertz, harmonics),
-        frequency_response(ring, hertz, harmonics),
+        frequency_response(one, hertz, Options(harmonics)),
+        frequency_response(ring, hertz, Options(harmonics)),
     )
     assert mine.converged.all()
     assert all_.converged.all()
@@ -144,8 +145,8 @@ def test_one_diameter_for_all_harmonics_is_another_structure() -> None:
     # The wave's own diameters reproduce the ring; that of the first harmonic for all does not.
     one = sector(3, 1, 0.5)
     hertz = [0.17, 0.21]
-    wave = frequency_response(one, hertz, 5)
-    same = frequency_response(one, hertz, 5, harmonic_diameters="sector")
+    wave = frequency_response(one, hertz, Options(5))
+    same = frequency_response(one, hertz, Options(5, harmonic_diameters="sector"))
     np.testing.assert_array_equal(wave.harmonic_diameters, [0, 1, 2, 3, 4, 0])
     np.testing.assert_array_equal(same.harmonic_diameters, [0, 1, 1, 1, 1, 1])
     assert same.converged.all()
@@ -157,8 +158,10 @@ def test_known_modes_serve_other_friction_and_interference(monkeypatch: pytest.M
     modes = {k: stuck_modes(one, k) for k in one.diameters}
     contacts = replace(one.contacts, mu=0.7 * one.contacts.mu, v0=1.3 * one.contacts.v0)
     other = replace(one, contacts=contacts)
-    plain = frequency_response(other, [0.17, 0.21], 5)
+    plain = frequency_response(other, [0.17, 0.21], Options(5))
     monkeypatch.setattr("vanelock.nonlinear.balance.balance.stuck_modes", None)
-    given = frequency_response(other, [0.17, 0.21], 5, modes=modes)
+    given = frequency_response(other, [0.17, 0.21], Options(5), modes=modes)
     np.testing.assert_array_equal(given.contact, plain.contact)
-    assert np.any(given.contact != frequency_response(one, [0.17, 0.21], 5, modes=modes).contact)
+    assert np.any(
+        given.contact != frequency_response(one, [0.17, 0.21], Options(5), modes=modes).contact
+    )

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from vanelock.common.errors import InputError
-from vanelock.nonlinear import frequency_response, time_response
+from vanelock.nonlinear import Options, frequency_response, time_response
 from vanelock.nonlinear.transient.modal_step import steps_of
 from vanelock.rom.system import Contacts, Diameter, Force, System
 
@@ -84,7 +84,7 @@ def test_missing_diameters_are_named(random_system) -> None:
 
 def test_start_from_a_balance_stays_there() -> None:
     system = single(0.4, 0.5, 0.1)
-    response = frequency_response(system, [0.17], harmonics=15)
+    response = frequency_response(system, [0.17], Options(15))
     found = time_response(system, 0.17, 3, steps=2000, start=(response, 0))
     assert found.departure.max() < 2e-3
     assert found.defect.max() < 2e-3
@@ -92,7 +92,7 @@ def test_start_from_a_balance_stays_there() -> None:
 
 def test_what_the_integration_does_not_know_is_refused(random_system) -> None:
     system = single(0.4, 0.5, 0.1)
-    response = frequency_response(system, [0.17, 0.2], harmonics=3)
+    response = frequency_response(system, [0.17, 0.2], Options(3))
     for start, message in (
         ((response, 2), "given point 2: the response has 2"),
         ((response, 1), "given a point at 0.2 Hz: needs one at 0.17 Hz"),
@@ -111,7 +111,7 @@ def test_what_the_integration_does_not_know_is_refused(random_system) -> None:
 def test_linear_ring_is_in_its_steady_state_at_once(random_system) -> None:
     # So much preload and friction that all sticks: the motion is the balance's, nothing to settle.
     system = random_system(3, preload=1e3, mu=50.0, sectors=6, engine_order=-1, harmonics=5)
-    response = frequency_response(system, [0.3], harmonics=2)
+    response = frequency_response(system, [0.3], Options(2))
     found = time_response(system, 0.3, 2, 64, 2)
     assert found.defect.max() < 1e-12
     lag = np.exp(2j * np.pi * np.arange(6) / 6)[:, None, None]

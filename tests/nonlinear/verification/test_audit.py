@@ -9,7 +9,7 @@ import pytest
 from numpy.typing import NDArray
 
 from vanelock.common.errors import InputError
-from vanelock.nonlinear import System, audit_response, frequency_response, static_response
+from vanelock.nonlinear import Options, System, audit_response, frequency_response, static_response
 from vanelock.nonlinear.verification.audit import damping_matrix
 from vanelock.nonlinear.verification.marched_contact import coefficients, histories, march_contacts
 from vanelock.rom.system import Contacts, Diameter, Force
@@ -148,7 +148,7 @@ def solved_fixture(
     random_system: Callable[..., System], first_frequency: Callable[[System], float]
 ) -> tuple[System, Any]:
     system = random_system(4)
-    response = frequency_response(system, [first_frequency(system)], harmonics=3)
+    response = frequency_response(system, [first_frequency(system)], Options(3))
     assert response.converged.all()
     return system, response
 
@@ -192,7 +192,7 @@ def test_a_response_of_another_system_fails(change: str, solved: tuple[System, A
 
 def test_error_of_plain_samples_shows(solved: tuple[System, Any]) -> None:
     system, exact = solved
-    response = frequency_response(system, exact.frequency, harmonics=3, samples=64)
+    response = frequency_response(system, exact.frequency, Options(3, samples=64))
     assert response.residual[0] < 1e-10
     found = audit_response(system, response)
     assert 1e-5 < found.residual[0] < 1e-1
@@ -214,7 +214,7 @@ def test_points_are_those_asked_for(
 ) -> None:
     system = random_system(6)
     hertz = first_frequency(system) * np.array([0.9, 1.0, 1.1])
-    response = frequency_response(system, hertz, harmonics=1)
+    response = frequency_response(system, hertz, Options(1))
     found = audit_response(system, response, points=[2, 0])
     np.testing.assert_array_equal(found.frequency, response.frequency[[2, 0]])
     every = audit_response(system, response)

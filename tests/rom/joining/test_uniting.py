@@ -8,7 +8,7 @@ import pytest
 from tests.conftest import CASING_MASTERS, JOINTS
 from vanelock import rom
 from vanelock.common.errors import InputError
-from vanelock.nonlinear import frequency_response
+from vanelock.nonlinear import Options, frequency_response
 
 LOAD = rom.Excitation(1, force=30.0)
 
@@ -42,8 +42,8 @@ def test_united_diameters_respond_as_those_reduced_together(scene, one_by_one):
     sizes = {len(found.K) for found in united.diameters.values()}
     assert len(sizes) > 1  # or this shows less than it says
     hertz = [270.0, 280.0]
-    found = frequency_response(united, hertz, harmonics=2)
-    expected = frequency_response(scene.system, hertz, harmonics=2)
+    found = frequency_response(united, hertz, Options(2))
+    expected = frequency_response(scene.system, hertz, Options(2))
     # Both are within the same accuracy of reduction, 1e-4 at most.
     np.testing.assert_allclose(found.amplitude, expected.amplitude, rtol=1e-4)
 

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from vanelock.nonlinear import frequency_response
+from vanelock.nonlinear import Options, frequency_response
 from vanelock.pipeline.journal import journal
 from vanelock.published.maps.maps import thinned
 from vanelock.published.maps.plane import Method, PlaneTask, plane
@@ -23,7 +23,7 @@ def alone(system, mu, v0, factor, method):
     contacts = replace(system.contacts, mu=np.array([0.3, mu]), v0=np.array([4e-4, v0]))
     force = {1: replace(system.force[1], vector=factor * system.force[1].vector)}
     changed = replace(system, contacts=contacts, force=force)
-    found = frequency_response(changed, RANGE, method.harmonics, method.coupling)
+    found = frequency_response(changed, RANGE, Options(method.harmonics, coupling=method.coupling))
     assert found.converged.all()
     amplitude = found.amplitude[:, 0, 2]
     return amplitude.max(), found.frequency[amplitude.argmax()]

@@ -10,7 +10,7 @@ import pytest
 
 from tests.vanelock.pipeline.test_progress import summary
 from vanelock import parse_study, run_study
-from vanelock.nonlinear import frequency_response, static_response
+from vanelock.nonlinear import Options, frequency_response, static_response
 from vanelock.pipeline.progress import Event
 from vanelock.pipeline.tables import Table
 from vanelock.quantities import warnings
@@ -49,14 +49,14 @@ def test_motion_that_is_not_small_is_told():
     """30 N on 1 kg at resonance slides by metres; a thousandth of it by less than the spacing."""
     places = np.array([[0, 0, 0], [3e-3, 0, 0]])
     hertz = np.linspace(45, 60, 16)
-    found = frequency_response(oscillator(force=3000.0), hertz, 1)
+    found = frequency_response(oscillator(force=3000.0), hertz, Options(1))
     top = found.amplitude[peak(found).point, 0, 1]
     lines = warnings.large(found, peak(found), 4.5e-3, "the thickness", places)
     assert top > 4.5e-3
     assert f"{1e3 * top:.3g} mm, is more than the thickness, 4.5 mm" in lines[0]
     assert f"slide by up to {2e3 * top:.3g} mm" in lines[1]
     assert "further than to the next node, 3 mm" in lines[1]
-    small = frequency_response(oscillator(force=3.0), hertz, 1)
+    small = frequency_response(oscillator(force=3.0), hertz, Options(1))
     assert small.amplitude.max() < 4.5e-3
     assert warnings.large(small, peak(small), 4.5e-3, "the thickness", places) == []
     assert warnings.large(small, peak(small), np.nan, "unknown", None) == []
@@ -94,7 +94,7 @@ def test_frequencies_that_no_solid_has_are_told(frequency, size, fits):
 
 def test_harmonics_beyond_the_band_are_told_where_they_count():
     """Contacts that open hard at 20 Hz, a third of what harmonics 2 and 3 would be at."""
-    found = frequency_response(oscillator(v0=2e-5, force=50.0), np.linspace(45, 60, 16), 3)
+    found = frequency_response(oscillator(v0=2e-5, force=50.0), np.linspace(45, 60, 16), Options(3))
     at = peak(found)
     share = np.linalg.norm(found.contact[at.point, 2:]) / np.linalg.norm(found.contact[at.point, 1])
     told = warnings.beyond_band(found, at, 70.0)
@@ -104,7 +104,7 @@ def test_harmonics_beyond_the_band_are_told_where_they_count():
 
 
 def test_harmonics_that_count_are_named():
-    found = frequency_response(oscillator(), [50.0, 51.0], 3)
+    found = frequency_response(oscillator(), [50.0, 51.0], Options(3))
     contact = found.contact.copy()
     contact[:, 2] = 0.5 * contact[:, 1]
     (line,) = warnings.beyond_band(replace(found, contact=contact), Peak(0, 50.0, 1.0, False), 70.0)

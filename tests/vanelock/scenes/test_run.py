@@ -41,7 +41,7 @@ def test_a_run_leaves_results_figures_and_a_page(tmp_path: Path, scene_file: Wri
         for name in ("mu=0.05", "mu=0.2"):
             system = nonlinear.System.load(file[f"response/{name}/system"])
             response = nonlinear.Response.load(file[f"response/{name}"])
-            again = nonlinear.frequency_response(system, response.frequency, 3)
+            again = nonlinear.frequency_response(system, response.frequency, nonlinear.Options(3))
             top = int(response.amplitude[:, 0, 1].argmax())
             assert again.amplitude[top, 0, 1] == pytest.approx(
                 response.amplitude[top, 0, 1], rel=1e-6

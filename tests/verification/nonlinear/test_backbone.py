@@ -10,6 +10,7 @@ import pytest
 from vanelock import rom
 from vanelock.nonlinear import (
     STUCK,
+    Options,
     frequency_response,
     hysteresis,
     linear_response,
@@ -49,7 +50,7 @@ def loaded(system, factor):
 def test_peaks_against_force_are_those_of_sweeps(scene, harmonics, record_property):
     values = np.geomspace(1e-3, 3.0, COUNT)
     begun = process_time()
-    found = peak_response(scene.system, "force", values, near(scene.system), harmonics)
+    found = peak_response(scene.system, "force", values, near(scene.system), Options(harmonics))
     record_property("CPU", f"{process_time() - begun:.1f} s")
     record_property("frequencies", f"{found.readings.sum()}")
     assert found.converged.all()
@@ -73,7 +74,7 @@ def test_peaks_against_force_are_those_of_sweeps(scene, harmonics, record_proper
         centre = found.frequency[i] + 0.2 * width  # so that nothing leads to the peak but size
         for _ in range(7):
             hertz = centre + width * np.linspace(-1, 1, 9)
-            swept = frequency_response(system, hertz, harmonics)
+            swept = frequency_response(system, hertz, Options(harmonics))
             size = swept.amplitude[:, node, found.direction]
             centre, width = hertz[size.argmax()], width / 4
         worst_frequency = max(worst_frequency, abs(centre / found.frequency[i] - 1))
@@ -90,7 +91,7 @@ def test_some_friction_damps_most(scene, harmonics, record_property):
     values = np.geomspace(0.01, 10, COUNT)
     begun = process_time()
     found = peak_response(
-        scene.system, "mu", values, near(scene.system), harmonics, joint="interlock"
+        scene.system, "mu", values, near(scene.system), Options(harmonics), joint="interlock"
     )
     record_property("CPU", f"{process_time() - begun:.1f} s")
     record_property("converged", f"{found.converged.sum()} of {len(values)}")
@@ -109,7 +110,7 @@ def test_sweeps_both_ways_and_the_path_agree(scene, record_property):
     free, stuck = second_mode(scene.system)
     hertz = np.linspace(free - 3, stuck + 3, 41)
     begun = process_time()
-    found = hysteresis(scene.system, hertz, 3 if FULL else 1)
+    found = hysteresis(scene.system, hertz, Options(3 if FULL else 1))
     record_property("CPU", f"{process_time() - begun:.1f} s")
     assert found.complete
     assert found.connected

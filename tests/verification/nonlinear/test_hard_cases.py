@@ -17,6 +17,7 @@ from vanelock.nonlinear import (
     OPEN,
     SLIP,
     SLIP_OPEN,
+    Options,
     System,
     audit_response,
     frequency_response,
@@ -199,7 +200,7 @@ def outcome(strong, aim, seed):
     """Solve one case from nothing, and check what was found."""
     case = draw(aim, strong, seed)
     begin = time.process_time()
-    response = frequency_response(case.system, [case.frequency], case.harmonics)
+    response = frequency_response(case.system, [case.frequency], Options(case.harmonics))
     seconds = time.process_time() - begin
     if not response.converged[0]:
         return Outcome(aim, False, response.residual[0], 0.0, seconds)
@@ -218,7 +219,9 @@ def solved_further(case, response):
     The force of a stiff contact may hang on displacements a million times smaller than the largest,
     to which the tolerance refers.
     """
-    finer = frequency_response(case.system, [case.frequency], case.harmonics, tolerance=1e-12)
+    finer = frequency_response(
+        case.system, [case.frequency], Options(case.harmonics, tolerance=1e-12)
+    )
     apart = np.abs(finer.contact - response.contact).max() / np.abs(response.contact).max()
     return error(case.system, finer) if finer.converged[0] and apart < 1e-6 else np.inf
 
@@ -277,7 +280,7 @@ def test_curves_through_hard_systems(record_property):
     for seed in range(1000, 1025 if FULL else 1003):
         case = draw(STRATA[seed % 4], False, seed)
         frequencies = case.frequency * np.linspace(0.9, 1.1, 21)
-        response = frequency_response(case.system, frequencies, case.harmonics)
+        response = frequency_response(case.system, frequencies, Options(case.harmonics))
         points += len(frequencies)
         lost += int(np.count_nonzero(~response.converged))
         kept = np.flatnonzero(response.converged)[::10]

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from vanelock import rom
-from vanelock.nonlinear import SLIP, SLIP_OPEN, frequency_response
+from vanelock.nonlinear import SLIP, SLIP_OPEN, Options, frequency_response
 from vanelock.nonlinear.contact.isotropic_law import place_history
 from vanelock.nonlinear.contact.law import contact_law
 from vanelock.nonlinear.fourier.trigonometric import basis
@@ -154,7 +154,7 @@ def test_error_by_number_of_samples(harmonics, record_property):
 
 
 def peak(system, low, high, friction):
-    response = frequency_response(system, (low, high), 1, friction=friction)
+    response = frequency_response(system, (low, high), Options(1, friction=friction))
     assert response.converged.all()
     size = response.amplitude[:, 0].max(axis=1)
     top = int(size.argmax())

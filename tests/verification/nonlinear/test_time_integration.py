@@ -18,6 +18,7 @@ from vanelock import rom
 from vanelock.nonlinear import (
     SLIP,
     SLIP_OPEN,
+    Options,
     System,
     TimeResponse,
     frequency_response,
@@ -90,7 +91,7 @@ def worst_of(seed):
     stuck = linear_response(system, np.linspace(0.1, 0.45, 1500)).amplitude[:, 0].max()
     found: dict[str, tuple[float, float, float]] = {}
     for force in 0.1 * 1.5 ** np.arange(12):
-        response = frequency_response(loaded(system, force), np.linspace(0.1, 0.45, 71), 1)
+        response = frequency_response(loaded(system, force), np.linspace(0.1, 0.45, 71), Options(1))
         size = response.amplitude[:, 0].max(axis=1)
         top = int(np.argmax(size))
         state, ratio = response.state[top], size[top] / (force * stuck)
@@ -144,7 +145,7 @@ def errors(system, found, responses, of="contact"):
 def compare(seed, kind):
     ratio, force, frequency = worst_of(seed)[kind]
     system = loaded(spring_ring(seed), force)
-    responses = [frequency_response(system, [frequency], H) for H in ORDERS]
+    responses = [frequency_response(system, [frequency], Options(H)) for H in ORDERS]
     assert all(response.converged.all() for response in responses)
     steady = time_response(
         system, frequency, 300, 512, H_MAX, start=(responses[-1], 0), tolerance=1e-7
@@ -255,7 +256,7 @@ def test_another_integrator_stays_with_the_wave_and_leaves_it_alike(
     # solution, in which the sectors cease to repeat each other.
     _, force, frequency = worst_of(seed)[kind]
     system = loaded(spring_ring(seed), force)
-    response = frequency_response(system, [frequency], 9)
+    response = frequency_response(system, [frequency], Options(9))
     found = time_response(system, frequency, periods, 512, 9, start=(response, 0)).departure
     other = by_central_differences(seed, force, frequency, response, 2000, periods)
     record_property("departure", f"{found[0]:.1e} to {found[-1]:.1e}")
@@ -278,7 +279,7 @@ def vane(scene):
 
 
 def peak_of(system):
-    response = frequency_response(system, (255.0, 280.0), 1)
+    response = frequency_response(system, (255.0, 280.0), Options(1))
     return float(response.frequency[response.amplitude[:, 0].max(axis=1).argmax()])
 
 
@@ -291,7 +292,7 @@ def test_vane_stays_with_the_balance(vane, beside, record_property):
     system = loaded(vane, GENTLE)
     frequency = peak_of(system) + beside
     orders = (1, 3, 5, 9, HIGHEST)
-    responses = [frequency_response(system, [frequency], H) for H in orders]
+    responses = [frequency_response(system, [frequency], Options(H)) for H in orders]
     assert all(response.converged.all() for response in responses)
     interlock = np.array(vane.contacts.joint) == "interlock"
     assert np.all(np.isin(responses[-1].state[0, interlock], (SLIP, SLIP_OPEN)))
@@ -323,7 +324,7 @@ def test_vane_stays_with_the_balance(vane, beside, record_property):
 @pytest.mark.slow
 def test_vane_at_full_force_leaves_the_balance_at_any_step(vane, record_property):
     frequency = peak_of(vane)
-    response = frequency_response(vane, [frequency], 9)
+    response = frequency_response(vane, [frequency], Options(9))
     assert response.converged.all()
     rates = []
     for steps in (256, 512) if FULL else (128, 192):

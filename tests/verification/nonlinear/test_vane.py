@@ -7,7 +7,14 @@ import pytest
 import scipy.linalg as la
 
 from vanelock import rom
-from vanelock.nonlinear import OPEN, STUCK, frequency_response, linear_response, static_response
+from vanelock.nonlinear import (
+    OPEN,
+    STUCK,
+    Options,
+    frequency_response,
+    linear_response,
+    static_response,
+)
 
 
 def changed(system, interlock, mu=None, v0=None, force=1.0):
@@ -68,7 +75,7 @@ def test_friction_holds_the_peak_down_between_the_linear_limits(
         band = frequency * (1 + 0.005 * np.linspace(-1, 1, 41))
         limits[name] = linear_response(system, band, closed).amplitude[:, 0].max()
     frequencies = np.linspace(free - 3, stuck + 3, 120)
-    response = frequency_response(system, frequencies, harmonics=harmonics)
+    response = frequency_response(system, frequencies, Options(harmonics))
     assert response.converged.all()
     assert response.residual.max() < 1e-10
     curve = response.amplitude[:, 0].max(axis=1)
@@ -123,7 +130,7 @@ def test_a_thousandth_of_the_force_gives_the_stuck_linear_response(
     free, stuck, _ = second_mode(scene)
     frequencies = np.linspace(free - 3, stuck + 3, 25)
     system = changed(scene.system, scene.interlock, 0.3, force=1e-3)
-    response = frequency_response(system, frequencies, harmonics=harmonics)
+    response = frequency_response(system, frequencies, Options(harmonics))
     expected = direct_solution(system, frequencies, np.full(66, True))
     assert response.converged.all()
     assert np.all(response.state == STUCK)
@@ -136,7 +143,7 @@ def test_an_open_interlock_gives_the_free_linear_response(scene, record_property
     free, stuck, _ = second_mode(scene)
     frequencies = np.linspace(free - 3, stuck + 3, 25)
     system = changed(scene.system, scene.interlock, v0=-1e-2, force=1.0)
-    response = frequency_response(system, frequencies, harmonics=3)
+    response = frequency_response(system, frequencies, Options(3))
     expected = direct_solution(system, frequencies, ~scene.interlock)
     assert response.converged.all()
     assert np.all(response.state[:, scene.interlock] == OPEN)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from vanelock import rom
-from vanelock.nonlinear import STUCK, frequency_response, static_response
+from vanelock.nonlinear import STUCK, Options, frequency_response, static_response
 
 COUPLINGS = ("coupled", "uncoupled", "constant-load")
 
@@ -37,7 +37,9 @@ def test_full_stick(scene, mu, harmonics, record_property):
     record_property("contacts that slid at assembly", str(slid))
     assert (slid > 0) == (mu < 1)
     hertz = limits(scene)[1] + np.linspace(-6.0, 6.0, 25)
-    coupled, *others = (frequency_response(system, hertz, harmonics, c) for c in COUPLINGS)
+    coupled, *others = (
+        frequency_response(system, hertz, Options(harmonics, coupling=c)) for c in COUPLINGS
+    )
     assert np.all(coupled.state == STUCK)
     moving = np.abs(coupled.contact[:, 1:]).max()
     pull = np.abs(coupled.force[:, 1:]).max()
@@ -62,7 +64,9 @@ def peaks(system, scene, record_property):
     low, high = limits(scene)
     found = {}
     for coupling in COUPLINGS:
-        response = frequency_response(system, (low - 4.0, high + 4.0), 1, coupling)
+        response = frequency_response(
+            system, (low - 4.0, high + 4.0), Options(1, coupling=coupling)
+        )
         assert response.converged.all()
         size = response.amplitude[:, 0].max(axis=1)
         top = int(size.argmax())

@@ -162,9 +162,7 @@ class _Measuring:
         nonlinear.frequency_response(
             system,
             [0.99 * limits.free_frequency, limits.free_frequency],
-            harmonics=1,
-            coupling=options.coupling,
-            friction=self.study.joints.friction,
+            nonlinear.Options(1, coupling=options.coupling, friction=self.study.joints.friction),
         )
 
     def _knob(self, knob: Knob) -> list[Outcome]:

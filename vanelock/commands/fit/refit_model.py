@@ -96,12 +96,14 @@ class Rejoined:
         found = nonlinear.frequency_response(
             system,
             hertz,
-            harmonics=options.harmonics,
-            coupling=options.coupling,
-            samples=options.samples,
-            friction=self.study.joints.friction,
-            direction=direction,
-            harmonic_diameters=options.harmonic_diameters,
+            nonlinear.Options(
+                options.harmonics,
+                coupling=options.coupling,
+                samples=options.samples,
+                friction=self.study.joints.friction,
+                direction=direction,
+                harmonic_diameters=options.harmonic_diameters,
+            ),
             modes=self._modes,
         )
         return found, vane, casing

@@ -103,7 +103,7 @@ def ridge(
             name,
             values,
             range,
-            harmonics,
+            nonlinear.Options(harmonics),
             output=output,
             joint="interlock",
             journal=journal,

@@ -215,9 +215,9 @@ class PlaneSolver:
         found = nonlinear.frequency_response(
             system,
             self._task.range,
-            method.harmonics,
-            method.coupling,
-            harmonic_diameters=method.diameters,
+            nonlinear.Options(
+                method.harmonics, coupling=method.coupling, harmonic_diameters=method.diameters
+            ),
             modes=self._modes,
         )
         spent = time.process_time() - began

@@ -88,12 +88,12 @@ def adaptive_step(
             systems,
             frequencies(study, limits),
             nonlinear.Shares(**shares),
+            nonlinear.Options(**fixed),
             monitor=(watched.node, watched.component),
             neglected=neglected if tells else None,
             mesh_error=errors.at,
             progress=progress,
             journal=journal,
-            **fixed,
         )
 
     needs: tuple[Step[Any], ...] = (linear.limits, mesh, free, base, *casings.values())

@@ -58,7 +58,7 @@ def preload_step(friction: str, system: Step[System]) -> Step[Response]:
     """The state at rest."""
 
     def compute(system: System) -> Response:
-        return nonlinear.static_response(system, friction)
+        return nonlinear.static_response(system, nonlinear.Options(friction=friction))
 
     return step("preload", "nonlinear", {"friction": friction}, Response, (system,), compute)
 
@@ -150,7 +150,7 @@ def response_step(
     def compute(system: System, found: Limits, stuck: HarmonicModes, journal: Journal) -> Response:
         wanted = frequencies(study, found)
         return nonlinear.frequency_response(
-            system, wanted, modes=stuck.diameters, progress=progress, journal=journal, **options
+            system, wanted, nonlinear.Options(**options), progress, stuck.diameters, journal
         )
 
     needs = (system, limits, modes)

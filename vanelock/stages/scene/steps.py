@@ -210,7 +210,7 @@ def response_step(
     ) -> Response:
         wanted = frequencies(scene, found)
         return nonlinear.frequency_response(
-            system, wanted, modes=stuck.diameters, progress=progress, journal=journal, **options
+            system, wanted, nonlinear.Options(**options), progress, stuck.diameters, journal
         )
 
     inputs, needs = {**_range(scene), **options}, (system, limits, modes)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from vanelock import load_system, open_results, parse_study, run_study
-from vanelock.nonlinear import STUCK, Response, frequency_response
+from vanelock.nonlinear import STUCK, Options, Response, frequency_response
 from vanelock.pipeline.progress import Done, Event
 from vanelock.pipeline.tables import Table
 
@@ -54,7 +54,7 @@ def test_engine_orders_are_responses_of_their_own(tmp_path):
         assert set(system.diameters) == {0, 1, 2}  # of the casing, for all orders at once
         assert kept.harmonic_diameters.tolist() == [0, order % 16]
         assert kept.converged.all()
-        again = frequency_response(system, kept.frequency, 1)
+        again = frequency_response(system, kept.frequency, Options(1))
         np.testing.assert_array_equal(again.contact, kept.contact)
     _, again = run(f"{frequencies}[excitation]\nengine_orders = {list(orders)}", tmp_path)
     assert not computed(again)
@@ -109,7 +109,7 @@ def test_samples_of_the_study_reach_the_law(folder):
     kept = response(folder, "nominal")
     assert kept.samples == 64
     system = load_system(folder / "results.h5", "nominal")
-    again = frequency_response(system, [276.0], 1, samples=64)
+    again = frequency_response(system, [276.0], Options(1, samples=64))
     np.testing.assert_array_equal(again.contact, kept.contact)
 
 

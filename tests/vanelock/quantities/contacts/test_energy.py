@@ -57,7 +57,7 @@ def test_linear_curve_has_its_damping_ratio_by_bandwidth():
 def test_friction_and_viscous_work_are_those_of_the_motion():
     system = oscillator(50.0)
     hertz = np.linspace(0.97 * F, F, 61)
-    response = nonlinear.frequency_response(system, hertz, harmonics=5)
+    response = nonlinear.frequency_response(system, hertz, nonlinear.Options(5))
     point = int(np.abs(response.x[1][:, 0]).argmax())
     found = balance(system, response, point)
     assert found.friction > 0.01 * found.input

@@ -72,7 +72,7 @@ def test_nothing_is_counted_while_the_contact_is_open(loop):
 
 
 def test_solved_response_dissipates_what_its_slider_travels_under_load():
-    response = nonlinear.frequency_response(jenkins(60.0), [10.0], harmonics=9)
+    response = nonlinear.frequency_response(jenkins(60.0), [10.0], nonlinear.Options(9))
     assert response.converged.all()
     found = wear(response, area=np.array([2e-6]), coefficient=np.array([1e-15]))
     assert found.slip[0] > 0
@@ -87,7 +87,7 @@ def test_solved_response_dissipates_what_its_slider_travels_under_load():
 
 
 def test_stuck_contact_travels_nowhere():
-    response = nonlinear.frequency_response(jenkins(1.0), [10.0], harmonics=3)
+    response = nonlinear.frequency_response(jenkins(1.0), [10.0], nonlinear.Options(3))
     found = wear(response)
     assert found.slip[0] == found.work[0] == found.energy[0] == 0
     assert np.isnan(found.energy_per_area[0])
@@ -95,7 +95,9 @@ def test_stuck_contact_travels_nowhere():
 
 
 def test_sampled_friction_has_no_exact_slip():
-    response = nonlinear.frequency_response(jenkins(60.0), [10.0], harmonics=3, samples=256)
+    response = nonlinear.frequency_response(
+        jenkins(60.0), [10.0], nonlinear.Options(3, samples=256)
+    )
     found = wear(response)
     assert np.isnan(found.slip[0])
     assert found.energy[0] > 0

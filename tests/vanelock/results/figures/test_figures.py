@@ -92,7 +92,9 @@ def test_data_beside_the_pictures_are_the_results(tmp_path):
 def test_a_loop_knows_its_bounds(ring):
     hertz = np.array([250.0])
     for coupling in ("coupled", "constant-load"):
-        response = nonlinear.frequency_response(ring, hertz, harmonics=1, coupling=coupling)
+        response = nonlinear.frequency_response(
+            ring, hertz, nonlinear.Options(1, coupling=coupling)
+        )
         loop = Loop(response, 1)
         n = loop.history[1][:, 0]
         expected = n if coupling == "coupled" else np.full(len(n), response.force[0, 0, 1, 0].real)

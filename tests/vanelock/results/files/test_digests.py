@@ -11,7 +11,7 @@ from vanelock import load_system, open_results
 from vanelock.commands.check.study import check_file
 from vanelock.commands.compare.load import load_run
 from vanelock.common.errors import InputError
-from vanelock.nonlinear import Response, frequency_response, static_response
+from vanelock.nonlinear import Options, Response, frequency_response, static_response
 from vanelock.pipeline.cache import Cache
 from vanelock.results.files.writer import Results, put_answers
 from vanelock.rom import System
@@ -36,7 +36,7 @@ def written(tmp_path, ring):
             results.put_system(file, "system", ring)
         for name, mu in CASES.items():
             changed = replace(ring, contacts=replace(ring.contacts, mu=np.full(2, mu)))
-            response = frequency_response(changed, [150.0, 300.0], harmonics=1)
+            response = frequency_response(changed, [150.0, 300.0], Options(1))
             kept = cache.store("response", f"key {mu}", response, 1.0).product
             where = f"response/{name}"
             values = {"monitor": "vane accessory 1, y", "sweep mu": mu, "peak_amplitude": 1.0}
@@ -233,7 +233,7 @@ def test_what_cases_share_is_written_once(written):
 
 def test_what_the_cache_has_takes_no_room(tmp_path, ring):
     cache, results = Cache(tmp_path / "cache", print), Results(tmp_path / "results.h5")
-    found = frequency_response(ring, [150.0, 300.0], harmonics=1)
+    found = frequency_response(ring, [150.0, 300.0], Options(1))
     kept = cache.store("response", "key", found, 1.0).product
     for name in ("one", "other"):
         with results.edit(f"response/{name}") as file:
@@ -255,7 +255,7 @@ def test_a_file_system_without_links_gets_copies(tmp_path, ring, monkeypatch):
 
     monkeypatch.setattr("os.link", refuses)
     cache, results = Cache(tmp_path / "cache", print), Results(tmp_path / "results.h5")
-    found = frequency_response(ring, [150.0, 300.0], harmonics=1)
+    found = frequency_response(ring, [150.0, 300.0], Options(1))
     kept = cache.store("response", "key", found, 1.0).product
     with results.edit("response/one") as file:
         results.put(file, "response/one", kept, {})

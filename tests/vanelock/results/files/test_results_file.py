@@ -8,7 +8,7 @@ import pytest
 
 from vanelock import load_system, open_results
 from vanelock.common.errors import InputError
-from vanelock.nonlinear import Response, frequency_response
+from vanelock.nonlinear import Options, Response, frequency_response
 from vanelock.results.files.results_file import check_results
 from vanelock.results.files.writer import Results
 from vanelock.rom import System
@@ -30,7 +30,7 @@ def same(a, b):
 
 def test_round_trip(tmp_path, ring):
     slippery = replace(ring, contacts=replace(ring.contacts, mu=np.array([0.1, 0.2])))
-    response = frequency_response(ring, [150.0, 300.0], harmonics=1)
+    response = frequency_response(ring, [150.0, 300.0], Options(1))
     results = Results(tmp_path / "results.h5")
     with results.edit("system") as file:
         results.put_system(file, "system", ring)

@@ -1,0 +1,233 @@
+"""The options that responses share, and a system prepared to be solved with them."""
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property, lru_cache, partial
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from vanelock.common.arrays import as_array, as_whole
+from vanelock.common.errors import InputError
+from vanelock.nonlinear.balance.balance import Structure, structure
+from vanelock.nonlinear.balance.receptance_tables import Tabulated, balances
+from vanelock.nonlinear.balance.stuck_modes import StuckModes
+from vanelock.nonlinear.contact.law import Law, contact_law
+from vanelock.nonlinear.contact.sampling import FRICTIONS, checked_samples
+from vanelock.nonlinear.continuation.families import Frequencies
+from vanelock.nonlinear.forced_response.frequencies import check_band
+from vanelock.nonlinear.forced_response.frequency_sweep import PointSolver
+from vanelock.nonlinear.forced_response.replay import Replay
+from vanelock.nonlinear.forced_response.response import Response, assemble_response
+from vanelock.nonlinear.forced_response.static_mean import COUPLINGS, at_rest, with_static_mean
+from vanelock.nonlinear.fourier.trigonometric import TURN
+from vanelock.nonlinear.newton.newton import TOLERANCE, Solution
+from vanelock.rom.system import Contacts, System
+
+HARMONICS = 3
+"""H, unless told otherwise or chosen point by point."""
+
+
+@dataclass(frozen=True)
+class Options:
+    """How a response is solved; the same for all that solve one.
+
+    Attributes
+    ----------
+    harmonics : int, optional
+        H; harmonic 0 is the mean. By default 3; in `adaptive_response` as many as a point needs.
+    coupling : {"coupled", "uncoupled", "constant-load"}
+        Whether static and dynamic balance are solved together. If not, the static one is solved
+        first and harmonic 0 of the response is its solution: normal forces then vary about those
+        at rest, or are held there for friction's sake, the normal springs linear for good.
+    friction : {"orthogonal", "isotropic"}
+        Whether friction in the two tangential directions is independent, |t1| <= μ n and
+        |t2| <= μ n, or bounded in their plane, |t| <= μ n.
+    harmonic_diameters : {"wave", "sector"}
+        Nodal diameter of harmonic h: (h·EO) mod N, or that of the first one for all h >= 1.
+    direction : {"up", "down"}, optional
+        Whether frequencies, in `parameter_response` the parameter's values, are passed upwards or
+        downwards, which chooses the branch where several solutions exist. By default upwards; in
+        `adaptive_response` both ways, and the largest solution counts.
+    samples : int, optional
+        Evaluate the contact law on this many samples of the period instead of locating its
+        events; isotropic friction always does, on 256 unless told otherwise.
+    static_beyond : float, optional
+        Let modes whose natural frequency is more than this multiple of a harmonic's count by their
+        static part alone; the response's `truncation` says what that left out. All modes count in
+        full otherwise.
+    tolerance : float
+        Relative residual at which a point counts as converged.
+
+    Raises
+    ------
+    InputError
+        If one is not possible.
+    """
+
+    harmonics: int | None = None
+    coupling: str = "coupled"
+    friction: str = "orthogonal"
+    harmonic_diameters: str = "wave"
+    direction: str | None = None
+    samples: int | None = None
+    static_beyond: float | None = None
+    tolerance: float = TOLERANCE
+
+    def __post_init__(self) -> None:
+        """Check each by itself, and samples against harmonics."""
+        check_option("coupling", self.coupling, COUPLINGS)
+        check_option("friction", self.friction, FRICTIONS)
+        check_option("harmonic_diameters", self.harmonic_diameters, ("wave", "sector"))
+        if self.direction is not None:
+            check_option("direction", self.direction, ("up", "down"))
+        harmonics = 1 if self.harmonics is None else as_whole(self.harmonics, "harmonics")
+        if harmonics < 0:
+            raise InputError(f"harmonics: given {harmonics}: must be >= 0")
+        checked_samples(self.samples, harmonics, self.friction)
+        if self.static_beyond is not None and not self.static_beyond > 1:
+            raise InputError(f"static_beyond: given {self.static_beyond}: must be > 1")
+        if not self.tolerance > 0:
+            raise InputError(f"tolerance: given {self.tolerance}: must be > 0")
+
+    def law(self, contacts: Contacts) -> Callable[[int], Law]:
+        """The law of vibrating contacts by number of harmonics."""
+        constant = self.coupling == "constant-load"
+        samples, friction = self.samples, self.friction
+        return lru_cache(lambda h: contact_law(contacts, h, samples, friction, constant))
+
+    def prepare(
+        self,
+        system: System,
+        hertz: ArrayLike,
+        points: int,
+        modes: Mapping[int, StuckModes] | None = None,
+        replay: Replay | None = None,
+    ) -> "PreparedSystem":
+        """A system ready to be solved.
+
+        Parameters
+        ----------
+        system : System
+        hertz : (p,) array_like
+            Frequencies, Hz, of which the lowest and the highest count.
+        points : int
+            About how many are solved between these.
+        modes : dict of int to StuckModes, optional
+            Stuck modes that were computed before.
+        replay : Replay, optional
+            What writes solved points down.
+
+        Raises
+        ------
+        InputError
+            If the system's parts do not fit together, a nodal diameter is missing, a harmonic
+            above H is excited, or a frequency lies beyond the system's band.
+        """
+        H = HARMONICS if self.harmonics is None else self.harmonics
+        samples = checked_samples(self.samples, H, self.friction)
+        options = replace(self, harmonics=H, samples=samples)
+        made = structure(system, H, self.harmonic_diameters, modes)
+        check_forces(system, H)
+        check_band(system, hertz)
+        omegas = TURN * as_array(hertz, "frequencies")
+        low, high = float(omegas.min()), float(omegas.max())
+        if self.static_beyond is not None:
+            made = replace(made, cutoff=self.static_beyond * high)
+        return PreparedSystem(options, balances(made, low, high, points), replay or Replay())
+
+
+@dataclass(frozen=True)
+class PreparedSystem:
+    """A system ready to be solved.
+
+    Attributes
+    ----------
+    options : Options
+        Harmonics and samples as they are by default, where they were not given.
+    source : Structure or Tabulated
+        Gives the balances by frequency.
+    replay : Replay
+        What writes solved points down.
+    """
+
+    options: Options
+    source: Structure | Tabulated
+    replay: Replay = field(default_factory=Replay)
+
+    @property
+    def structure(self) -> Structure:
+        """The structure behind the balances."""
+        return self.source.structure
+
+    @cached_property
+    def law(self) -> Callable[[int], Law]:
+        """The law of vibrating contacts by number of harmonics."""
+        return self.options.law(self.structure.system.contacts)
+
+    @cached_property
+    def law_at_rest(self) -> Callable[[int], Law]:
+        """That of contacts at rest."""
+        return replace(self.options, coupling="coupled").law(self.structure.system.contacts)
+
+    @cached_property
+    def rest(self) -> Solution | None:
+        """The static state that vibration is referred to; None where both are coupled."""
+        if self.options.coupling == "coupled":
+            return None
+        solve = partial(at_rest, self.structure, self.law_at_rest, self.options.tolerance)
+        return self.replay("rest", (), solve)
+
+    @cached_property
+    def solver(self) -> PointSolver:
+        """What solves one frequency after another."""
+        mean = None if self.rest is None else self.rest.u[:, :, 0]
+        family = Frequencies(self.source, self.law(self.structure.harmonics), mean)
+        return PointSolver(family, self.law, self.options.tolerance, self.replay)
+
+    def response(self, solutions: Sequence[Solution], **more: Any) -> Response:
+        """Solved points as a response, with `more` of its attributes."""
+        if np.isfinite(self.structure.cutoff):
+            solutions = [self.solver.with_truncation(each) for each in solutions]
+        if self.rest is not None:
+            solutions = [with_static_mean(each, self.rest) for each in solutions]
+        found, options = assemble_response(self.structure, solutions), self.options
+        return replace(
+            found,
+            coupling=options.coupling,
+            friction=options.friction,
+            samples=options.samples or 0,
+            **more,
+        )
+
+
+def check_option(name: str, given: str, allowed: Iterable[str]) -> None:
+    """Refuse an option that is not among those allowed.
+
+    Raises
+    ------
+    InputError
+        Naming it.
+    """
+    if given not in allowed:
+        raise InputError(f"{name}: given {given!r}: allowed: {', '.join(allowed)}")
+
+
+def check_forces(system: System, harmonics: int) -> None:
+    """Refuse a system that is excited at a harmonic beyond those of the balance.
+
+    Raises
+    ------
+    InputError
+        Naming the force.
+    """
+    if (most := max(excited(system), default=0)) > harmonics:
+        raise InputError(
+            f"harmonics: given {harmonics}: the system has force/{most}; needs at least {most}"
+        )
+
+
+def excited(system: System) -> list[int]:
+    """Harmonics that a force acts at."""
+    return [h for h, force in sorted(system.force.items()) if np.any(force.vector)]

@@ -1,0 +1,89 @@
+"""What options there may be, and what they are by default."""
+
+from collections.abc import Callable
+from dataclasses import fields, replace
+
+import numpy as np
+import pytest
+
+from tests.nonlinear.following.test_hysteresis import gap_oscillator
+from vanelock.common.errors import InputError
+from vanelock.nonlinear import (
+    Options,
+    Shares,
+    System,
+    adaptive_response,
+    frequency_response,
+    hysteresis,
+    parameter_response,
+    peak_response,
+    static_response,
+)
+
+Make = Callable[..., System]
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ({"harmonics": -1}, "harmonics: given -1: must be >= 0"),
+        ({"harmonics": 2.5}, "harmonics: given 2.5: needs a whole number"),
+        ({"coupling": "loose"}, "coupling: given 'loose': allowed: coupled, uncoupled, constant-l"),
+        ({"friction": "round"}, "friction: given 'round': allowed: orthogonal, isotropic"),
+        ({"harmonic_diameters": "own"}, "harmonic_diameters: given 'own': allowed: wave, sector"),
+        ({"direction": "left"}, "direction: given 'left': allowed: up, down"),
+        ({"samples": 7}, "samples: given 7: needs at least 8"),
+        ({"samples": 15, "harmonics": 3}, "samples: given 15: needs at least 16"),
+        (
+            {"samples": 47, "harmonics": 3, "friction": "isotropic"},
+            "samples: given 47: needs at least 48",
+        ),
+        ({"static_beyond": 1.0}, "static_beyond: given 1.0: must be > 1"),
+        ({"tolerance": 0.0}, "tolerance: given 0.0: must be > 0"),
+    ],
+)
+def test_what_is_not_possible_is_refused_at_once(given: dict[str, object], message: str) -> None:
+    with pytest.raises(InputError, match=message):
+        Options(**given)
+
+
+def test_too_few_samples_for_the_harmonics_by_default_are_refused(random_system: Make) -> None:
+    system, few = random_system(0), Options(samples=15)
+    for solve in (
+        lambda: frequency_response(system, [1.0], few),
+        lambda: hysteresis(system, [1.0, 2.0], few),
+        lambda: parameter_response(system, 1.0, "force", [1.0], few),
+        lambda: peak_response(system, "force", [1.0], (1.0, 2.0), few),
+    ):
+        with pytest.raises(InputError, match="samples: given 15: needs at least 16"):
+            solve()
+
+
+def test_what_cannot_be_honoured_is_refused_with_the_reason() -> None:
+    system, hertz = gap_oscillator(), [0.15, 0.2]
+    with pytest.raises(InputError, match="direction: given 'down': hysteresis is of both ways"):
+        hysteresis(system, hertz, Options(direction="down"))
+    with pytest.raises(InputError, match="static_beyond: given 4: adaptive_response does not est"):
+        adaptive_response(lambda _: system, hertz, Shares(0.1, 0.1), Options(static_beyond=4))
+
+
+def test_by_default_there_are_three_harmonics_and_the_way_is_up(random_system: Make) -> None:
+    system = random_system(0)
+    found = frequency_response(system, [0.3, 0.4])
+    told = frequency_response(system, [0.3, 0.4], Options(harmonics=3, direction="up"))
+    assert (found.harmonics, found.direction) == (3, "up")
+    np.testing.assert_array_equal(found.contact, told.contact)
+
+
+def test_at_rest_harmonics_and_couplings_make_no_difference(random_system: Make) -> None:
+    system = random_system(0)
+    system = replace(system, contacts=replace(system.contacts, kt=system.contacts.kt[:, [0, 0]]))
+    plain = static_response(system, Options(friction="isotropic"))
+    assert (plain.friction, plain.samples, plain.coupling) == ("isotropic", 256, "coupled")
+    other = static_response(
+        system, Options(5, "constant-load", "isotropic", "sector", "down", static_beyond=2.0)
+    )
+    for field in fields(plain):
+        if field.name not in ("seconds", "x"):
+            np.testing.assert_array_equal(getattr(other, field.name), getattr(plain, field.name))
+    np.testing.assert_array_equal(other.x[0], plain.x[0])
