@@ -59,6 +59,8 @@ class Contacts(Summarised):
         Interference, m; negative: a gap.
     joint : tuple of str
         The joint that each contact belongs to; empty where it is not known.
+    always_closed : tuple of str
+        Joints that the linear limit "free" keeps closed; it opens all others.
     """
 
     kn: NDArray[np.float64]
@@ -66,10 +68,12 @@ class Contacts(Summarised):
     mu: NDArray[np.float64]
     v0: NDArray[np.float64]
     joint: tuple[str, ...] = ()
+    always_closed: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         hold_arrays(self, {"kn": 1, "kt": 2, "mu": 1, "v0": 1})
-        object.__setattr__(self, "joint", tuple(self.joint))
+        for name in ("joint", "always_closed"):
+            object.__setattr__(self, name, tuple(getattr(self, name)))
 
     @property
     def count(self) -> int:
@@ -80,6 +84,16 @@ class Contacts(Summarised):
     def stiffness(self) -> NDArray[np.float64]:
         """(c, 3) stiffness of (normal, t1, t2), N/m."""
         return np.column_stack([self.kn, self.kt])
+
+    @property
+    def joints(self) -> tuple[str, ...]:
+        """The joint of each contact, "contact" where that is not known."""
+        return self.joint or ("contact",) * self.count
+
+    @property
+    def opens(self) -> NDArray[np.bool_]:
+        """(c,) contacts that the linear limit "free" opens."""
+        return np.array([joint not in self.always_closed for joint in self.joints], bool)
 
 
 @dataclass(frozen=True)
@@ -248,6 +262,9 @@ class System(Product):
         text = h5py.string_dtype()
         if self.contacts.joint:
             contact.create_dataset("joint", data=list(self.contacts.joint), dtype=text)
+        if self.contacts.always_closed:
+            closed = list(self.contacts.always_closed)
+            contact.create_dataset("always_closed", data=closed, dtype=text)
         for h, force in self.force.items():
             dataset = group.create_dataset(f"force/{h}", data=force.vector)
             dataset.attrs["unit"] = "N" if force.omega_power == 0 else "N s^2"
@@ -288,13 +305,18 @@ class System(Product):
             for k, inner in group["nd"].items()
         }
         contact = group["contact"]
+
+        def names(name: str) -> tuple[str, ...]:
+            return tuple(contact[name].asstr()[()]) if name in contact else ()
+
         kt = np.asarray(contact["kt"][()], float)
         contacts = Contacts(
             kn=np.asarray(contact["kn"][()], float),
             kt=np.column_stack([kt, kt]) if kt.ndim == 1 else kt,
             mu=np.asarray(contact["mu"][()], float),
             v0=np.asarray(contact["v0"][()], float),
-            joint=tuple(contact["joint"].asstr()[()]) if "joint" in contact else (),
+            joint=names("joint"),
+            always_closed=names("always_closed"),
         )
         force = {
             int(h): Force(dataset[()], int(dataset.attrs.get("omega_power", 0)))

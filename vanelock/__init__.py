@@ -10,18 +10,18 @@ from vanelock.common import lazy
 
 __version__ = "0.1.0"
 _modules = {
+    "cases": "input.cases.sweep",
     "Case": "input.cases.sweep",
     "Outcome": "commands.converge.converge",
     "Scene": "input.schema.scene",
     "Study": "input.schema.study",
-    "cases": "input.cases.sweep",
     "check_file": "commands.check.scene",
     "check_scene": "input.read_scene",
     "choose_listener": "pipeline.progress",
     "compare_runs": "commands.compare.compare",
     "converge_study": "commands.converge.converge",
     "fit_study": "commands.fit.fit",
-    "is_scene": "input.read_scene",
+    "is_scene": "input.read_study",
     "load_scene": "input.read_scene",
     "load_study": "input.read_study",
     "load_system": "results.files.results_file",
@@ -29,9 +29,8 @@ _modules = {
     "open_results": "results.files.results_file",
     "parse_study": "input.read_study",
     "run_campaign": "published.command",
-    "run_scene": "commands.run.scene",
+    "run_scene": "commands.run.study",
     "run_study": "commands.run.study",
-    "scene_cases": "input.cases.scene_cases",
     "template_text": "input.templates.template",
     "write_template": "input.templates.template",
 }

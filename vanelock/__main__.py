@@ -162,26 +162,21 @@ def run(
     """
     from vanelock.commands.run.study import run_study
     from vanelock.common.toml import toml_tables
-    from vanelock.input.read_scene import is_scene, load_scene
-    from vanelock.input.read_study import load_study, read_text
+    from vanelock.input.read_scene import load_scene
+    from vanelock.input.read_study import is_scene, load_study, read_text
+    from vanelock.input.schema.scene import Scene
+    from vanelock.input.schema.study import Study
     from vanelock.pipeline.executor.processes import cores
     from vanelock.pipeline.progress import Counter, choose_listener
 
     folder, text = output or Path("runs") / study.stem, read_text(study)
     computing = workers or cores(), scheduler, insecure_scheduler
     if is_scene(toml_tables(text, str(study))):
-        from vanelock.commands.run.scene import run_scene
-
-        scene = load_scene(study, allow_outside)
-        with _going_on_later(folder), choose_listener(quiet, as_json) as listener:
-            counter = Counter(listener)
-            run_scene(scene, folder, counter, text, *computing)
-            if counter.failed:
-                raise typer.Exit(1)
-        return
-    loaded = load_study(study, allow_outside)
+        loaded: Scene | Study = load_scene(study, allow_outside)
+    else:
+        loaded = load_study(study, allow_outside)
     with _going_on_later(folder), choose_listener(quiet, as_json) as listener:
-        if loaded.campaign is None:
+        if isinstance(loaded, Scene) or loaded.campaign is None:
             counter = Counter(listener)
             run_study(loaded, folder, counter, text, *computing, memory)
             if counter.failed:

@@ -14,7 +14,7 @@ from vanelock.common.product import Product
 from vanelock.mesh import Part
 from vanelock.stages.parts.components import MASTERS, PARTS, averaged, joints, model_step
 from vanelock.stages.parts.meshes import mesh_step
-from vanelock.stages.response.limits import Limits, dense, frequencies, hooks, limits
+from vanelock.stages.response.limits import Limits, dense, frequencies, limits
 from vanelock.stages.response.monitor import Monitor, monitor
 
 P = TypeVar("P", bound=Product)
@@ -154,7 +154,7 @@ def framed(scene: Scene, system: rom.System) -> Prepared:
     found = limits(base, study.response.mode)
     wanted = frequencies(study, found)
     assert isinstance(wanted, tuple)
-    closed = hooks(system.contacts.joint)
+    closed = ~system.contacts.opens
     grid = dense(wanted, found, False, study.damping.ratio)
     free = nonlinear.linear_response(base, grid, closed)
     return Prepared(system, wanted, monitor(None, system, free), found)

@@ -105,7 +105,7 @@ class Reference:
     def __init__(self, scene: Scene, given: Prepared) -> None:
         self.scene, self.given = scene, given
         study = scene.study()
-        self.coupling, self.friction = study.response.coupling, study.joints.friction
+        self.coupling, self.friction = study.response.coupling, study.response.friction
         self.samples = SAMPLES[0] if self.friction == "isotropic" else None
         self.jumped = False
         self.ladder = ISOTROPIC if self.friction == "isotropic" else LADDER

@@ -112,7 +112,7 @@ def fixed(scene: Scene, models: Models, setting: Setting) -> Outcome:
             Options(
                 setting.harmonics,
                 coupling=study.response.coupling,
-                friction=study.joints.friction,
+                friction=study.response.friction,
                 direction=direction,
             ),
         )

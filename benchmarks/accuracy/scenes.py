@@ -125,6 +125,7 @@ def draw(number: int) -> Scene:
     damping = log_uniform(random, 1e-3, 5e-3)
     coupling = {(6, 1): "uncoupled", (8, 2): "constant-load"}.get((of, place), "coupled")
     joints: Values = {"hook": hook, "interlock": interlock}
+    response: Values = {"coupling": coupling}
     kinds = []
     if place == 3:
         hook["mu"] = log_uniform(random, 0.02, 0.1)
@@ -135,7 +136,7 @@ def draw(number: int) -> Scene:
             kinds.append("no interlock")
     if place == 4:
         if of % 3 == 0:
-            joints["friction"] = "isotropic"
+            response["friction"] = "isotropic"
             kinds.append("isotropic")
         else:  # contacts open at every period
             force = log_uniform(random, 30, 60)
@@ -151,6 +152,6 @@ def draw(number: int) -> Scene:
         "joints": joints,
         "excitation": {"engine_order": order, "force": force},
         "damping": {"ratio": damping},
-        "response": {"coupling": coupling},
+        "response": response,
     }
     return Scene(number, of, ", ".join(kinds), values)

@@ -15,7 +15,7 @@ from benchmarks.clock import page
 
 from vanelock import choose_listener, converge_study, load_study
 from vanelock.commands.converge.table import markdown
-from vanelock.input.cases.sweep import with_values
+from vanelock.input.cases.values import with_values
 from vanelock.input.schema.study import Study
 
 ROOT = Path(__file__).parents[2]

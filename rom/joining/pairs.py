@@ -104,6 +104,7 @@ def contact_pairs(vane: Masters, casing: Masters, joints: Sequence[Joint]) -> Pa
         mu=each([joint.mu for joint, *_ in found]),
         v0=each([joint.interference for joint, *_ in found]),
         joint=tuple(np.repeat([joint.name for joint, *_ in found], count).tolist()),
+        always_closed=("hook",),
     )
     none = np.empty(0, np.int64)
     return Pairs(

@@ -34,6 +34,7 @@ def ring():
             mu=np.array([0.3, 0.3]),
             v0=np.array([1e-5, 1e-5]),
             joint=("hook", "interlock"),
+            always_closed=("hook",),
         ),
         force={1: Force(np.array([1.0 + 0j, 0]))},
         output_names=("vane accessory 1",),

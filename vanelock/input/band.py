@@ -27,8 +27,8 @@ def asked_for(response: Any) -> dict[str, float]:
 
 
 def asked_by(study: Any) -> dict[str, float]:
-    """The same of a `Study`, with what its Campbell diagram asks for."""
-    found, keys = asked_for(study.response), study.campbell
+    """The same of a study or scene, with what a study's Campbell diagram asks for."""
+    found, keys = asked_for(study.response), getattr(study, "campbell", None)
     if keys is not None and keys.speeds is not None:
         order = max(abs(each) for each in (*keys.engine_orders, study.excitation.engine_order))
         found["campbell.speeds"] = keys.speeds[1] * order / 60
@@ -106,7 +106,11 @@ def refuse_beyond(what: str, highest: float, band: float | None, advice: str) ->
 
 
 def advice(study: Any) -> str:
-    """What to write into a `Study` for a wider band."""
+    """What to write into a study or scene for a wider band."""
+    if not hasattr(study, "rom"):
+        return (
+            'write band = "{:g} Hz" for the reduced components, instead of modes or a cutoff if any'
+        )
     modes = [f"rom.{name}" for name in ("vane_modes", "casing_modes") if getattr(study.rom, name)]
     if study.rom.route != "cyclic":
         return 'give more rom.vane_modes, or choose rom.route = "cyclic"'

@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 from vanelock.common.errors import InputError, raised
 from vanelock.common.files.files import contents
 from vanelock.common.quantities import si
+from vanelock.input.cases.values import Given
 from vanelock.input.messages import show
 from vanelock.input.schema.comparison import MeasuredCurve
 from vanelock.input.schema.study import Study
@@ -100,30 +101,31 @@ class Measured:
         return 60 * self.frequency / self.engine_order
 
 
-def load_measured(study: Study) -> tuple[Measured, ...]:
-    """The measured curves of a study.
+def load_measured(given: Given) -> tuple[Measured, ...]:
+    """The measured curves of a study or a scene.
 
     Raises
     ------
     InputError
         One line with file, line and column for what cannot be read.
     """
-    return tuple(_read(study, i) for i in range(len(study.measured)))
+    return tuple(_read(given, i) for i in range(len(given.measured)))
 
 
-def curve_mistakes(study: Study) -> list[str]:
-    """What is wrong with the files of a study's measured curves, each by itself."""
+def curve_mistakes(given: Given) -> list[str]:
+    """What is wrong with the files of measured curves, each by itself."""
     return [
         f"measured[{i}].file: {line}"
-        for i in range(len(study.measured))
-        for line in raised(partial(_read, study, i))
+        for i in range(len(given.measured))
+        for line in raised(partial(_read, given, i))
     ]
 
 
-def _read(study: Study, i: int) -> Measured:
-    orders = study.excitation.engine_orders or (study.excitation.engine_order,)
-    where, gauges = f"measured[{i}]", len(study.outputs.gauges)
-    return read_measured(study.measured[i], abs(orders[0]), gauges, where)
+def _read(given: Given, i: int) -> Measured:
+    order, gauges = given.excitation.engine_order, 0
+    if isinstance(given, Study):
+        order, gauges = (given.excitation.engine_orders or (order,))[0], len(given.outputs.gauges)
+    return read_measured(given.measured[i], abs(order), gauges, f"measured[{i}]")
 
 
 def read_measured(keys: MeasuredCurve, order: int, gauges: int, where: str) -> Measured:

@@ -4,24 +4,17 @@ import os
 from pathlib import Path
 from typing import Any
 
-from vanelock.common.checked import UNCHECKED
 from vanelock.common.errors import InputError
 from vanelock.common.files.files import beside
 from vanelock.common.toml import toml_tables
 from vanelock.fem.matrix_files.readers.hdf5 import split_path
-from vanelock.input.cases.scene_cases import sweep_mistakes
-from vanelock.input.read_study import checked, read_text
+from vanelock.input.read_study import case_mistakes, checked, read_text
 from vanelock.input.schema.scene import FILES, Scene
 
 ND = "{nd}"
 """Stands for the nodal diameter in the name of a file."""
 MOST_ND = 1000
 """Nodal diameters below this are looked for."""
-
-
-def is_scene(data: dict[str, Any]) -> bool:
-    """Whether the tables of a file are a scene's, not a study's."""
-    return "components" in data or "system" in data
 
 
 def load_scene(path: str | os.PathLike[str], outside: bool = False) -> Scene:
@@ -42,11 +35,7 @@ def load_scene(path: str | os.PathLike[str], outside: bool = False) -> Scene:
     where = str(path)
     data = toml_tables(read_text(Path(path)), where)
     data, refused = _beside(data, Path(path).parent, outside)
-
-    def of_sweep(scene: Scene, lacks: bool) -> list[str]:
-        return sweep_mistakes(scene, UNCHECKED if lacks else None)
-
-    return checked(Scene, data, where, refused, of_sweep)
+    return checked(Scene, data, where, refused, case_mistakes)
 
 
 def check_scene(data: dict[str, Any], where: str = "scene") -> Scene:
@@ -76,6 +65,12 @@ def _beside(data: dict[str, Any], folder: Path, outside: bool) -> tuple[dict[str
     if isinstance(data.get("loads"), list):
         found["loads"] = [
             placed(load, ("nodes",), f"loads[{i}]") for i, load in enumerate(data["loads"])
+        ]
+    measured = data.get("measured")
+    if isinstance(measured, dict | list):
+        listed = measured if isinstance(measured, list) else [measured]
+        found["measured"] = [
+            placed(each, ("file",), f"measured[{i}]") for i, each in enumerate(listed)
         ]
     if isinstance(outputs := data.get("outputs"), dict) and isinstance(outputs.get("nodes"), dict):
         nodes = outputs["nodes"]

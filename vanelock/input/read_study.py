@@ -10,6 +10,7 @@ from vanelock.common.errors import InputError, raised
 from vanelock.common.files.files import beside, contents
 from vanelock.common.toml import LARGEST, toml_tables
 from vanelock.input.cases.sweep import cases, list_mistakes, misfits
+from vanelock.input.cases.values import Given
 from vanelock.input.messages import Order, described, mistakes
 from vanelock.input.schema.study import Study
 
@@ -44,10 +45,20 @@ def load_study(
     """
     where, place = str(path), Path(path)
     data = toml_tables(read_text(place), where)
+    if is_scene(data):
+        raise InputError(
+            f"{where}: a scene of matrices, which run, check and compare take; this needs a study, "
+            "whose parts have meshes"
+        )
     data, refused = _beside(data, place.parent, outside)
     return checked(
         Study, data, where, refused, lambda *found: [*case_mistakes(*found), *also(*found)]
     )
+
+
+def is_scene(data: dict[str, Any]) -> bool:
+    """Whether the tables of a file are a scene's, not a study's."""
+    return "components" in data or "system" in data
 
 
 def read_text(path: Path) -> str:
@@ -114,12 +125,12 @@ def checked(
     raise InputError("\n".join(f"{where}: {line}" for line in lines))
 
 
-def case_mistakes(study: Study, lacks: bool) -> list[str]:
-    """What is wrong with a study's cases; of one that lacks keys, each swept value by itself."""
+def case_mistakes(given: Given, lacks: bool) -> list[str]:
+    """What is wrong with the cases; where keys are missing, with each swept value by itself."""
     if not lacks:
-        return raised(lambda: cases(study))
-    varied = list_mistakes(study, UNCHECKED)
-    return varied if study.sweep or study.rows or study.scatter else [*varied, *misfits(study)]
+        return raised(lambda: cases(given))
+    varied = list_mistakes(given, UNCHECKED)
+    return varied if given.sweep or given.rows or given.scatter else [*varied, *misfits(given)]
 
 
 def _beside(data: dict[str, Any], folder: Path, outside: bool) -> tuple[dict[str, Any], list[str]]:

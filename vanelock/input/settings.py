@@ -1,4 +1,4 @@
-"""The settings of a study as flat lists: each key with its value in people's units."""
+"""The settings of a study or scene as flat lists: each key with its value in people's units."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -6,7 +6,9 @@ from typing import Any
 
 from pydantic.fields import FieldInfo
 
+from vanelock.input.cases.values import Given, path_of
 from vanelock.input.messages import field_at, show
+from vanelock.input.schema.scene import Scene
 from vanelock.input.schema.study import Study
 
 Flat = dict[str, Any]
@@ -32,11 +34,14 @@ class Setting:
         As the study holds it, SI.
     default : the same
         What it is unless a study says otherwise; None where there is no default.
+    schema : type
+        Whose key it is.
     """
 
     key: str
     value: Any
     default: Any
+    schema: type[Given] = Study
 
     @property
     def changed(self) -> bool:
@@ -46,7 +51,7 @@ class Setting:
     @property
     def meaning(self) -> str:
         """What the key is, in words."""
-        return described(self.key)[0]
+        return meaning(self.key, self.schema)
 
 
 def same(one: Any, other: Any) -> bool:
@@ -70,9 +75,33 @@ def flattened(table: Mapping[str, Any], prefix: str = "") -> Flat:
     return found
 
 
-def settings(study: Study) -> list[Setting]:
-    """All keys of a study, in the order of the study file."""
-    return settings_of(study.model_dump(mode="json"))
+def meaning(key: str, schema: type[Given]) -> str:
+    """What a key is, in words."""
+    return described(key, schema)[0]
+
+
+def settings(given: Given) -> list[Setting]:
+    """All keys of a study or scene, in the order of its file."""
+    dumped = given.model_dump(mode="json")
+    if isinstance(given, Study):
+        return settings_of(dumped)
+    return [
+        Setting(key, value, _default(key, Scene), Scene)
+        for key, value in flattened(_numbered(dumped)).items()
+    ]
+
+
+def _numbered(table: Any) -> Any:
+    """Lists of tables as tables by their places."""
+    if isinstance(table, Mapping):
+        found: dict[str, Any] = {}
+        for key, value in table.items():
+            if isinstance(value, list) and value and isinstance(value[0], Mapping):
+                found |= {f"{key}[{i}]": _numbered(each) for i, each in enumerate(value)}
+            else:
+                found[key] = _numbered(value)
+        return found
+    return table
 
 
 def settings_of(dumped: Mapping[str, Any]) -> list[Setting]:
@@ -86,18 +115,18 @@ def settings_of(dumped: Mapping[str, Any]) -> list[Setting]:
     ]
 
 
-def _default(key: str) -> Any:
+def _default(key: str, schema: type[Given] = Study) -> Any:
     """Of a key in a table that is there only where a study has it."""
-    field = _field(key)
+    field = _field(key, schema)
     value = None if field is None or field.is_required() else field.get_default()
     return list(value) if isinstance(value, tuple) else value
 
 
-def _field(key: str) -> FieldInfo | None:
+def _field(key: str, schema: type[Given]) -> FieldInfo | None:
     """The schema's field of a dotted key, be it swept, in rows, or part of a distribution."""
     if key.startswith(SCATTERING):
-        return field_at(("scatter", "keys", "key", key.rpartition(".")[2]))
-    return field_at(tuple(_listed_key(key).split(".")))
+        return field_at(("scatter", "keys", "key", key.rpartition(".")[2]), schema)
+    return field_at(path_of(_listed_key(key)), schema)
 
 
 def _listed_key(key: str) -> str:
@@ -105,17 +134,17 @@ def _listed_key(key: str) -> str:
     return key.removeprefix("sweep.").removeprefix("rows.")
 
 
-def described(key: str) -> tuple[str, str]:
+def described(key: str, schema: type[Given] = Study) -> tuple[str, str]:
     """What a key is, and its unit in SI, "" where it has none."""
-    swept, field = _listed_key(key), _field(key)
+    swept, field = _listed_key(key), _field(key, schema)
     text = (field.description if field else None) or swept.rpartition(".")[2].replace("_", " ")
     meaning, _, unit = text.partition(" [")
     return (f"swept: {meaning}" if swept != key else meaning), unit.rstrip("]")
 
 
-def told(key: str, value: Any) -> str:
+def told(key: str, value: Any, schema: type[Given] = Study) -> str:
     """A value with its unit, as people write it; a list in the unit of its largest entry."""
-    unit = "m" if key == "mesh.size" else described(key)[1]  # a size may be a word
+    unit = "m" if key == "mesh.size" else described(key, schema)[1]  # a size may be a word
     if value is None:
         return "not set"
     if isinstance(value, bool):

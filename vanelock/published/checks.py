@@ -4,7 +4,6 @@ Figure 10: hooks in friction, interlock apart, against the linear response. Figu
 coupled against uncoupled.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -12,7 +11,6 @@ from numpy.typing import NDArray
 
 from vanelock import nonlinear
 from vanelock.nonlinear import Response, System
-from vanelock.stages.response.limits import hooks
 
 STEPS = 10
 """Of the iteration for an interference; each leaves a small share of the distance."""
@@ -22,8 +20,8 @@ MARGIN = 0.5
 """Share of the friction bound that vibration may use where all contacts shall stick."""
 
 
-def sticking_load(static: Response, linear: Response, joints: Sequence[str]) -> float:
-    """Factor of the load at which every interlock contact sticks in every period.
+def sticking_load(static: Response, linear: Response, opens: NDArray[np.bool_]) -> float:
+    """Factor of the load at which every contact that can open sticks in every period.
 
     A slider that rests at its bound gives way once and then sticks where the bounds leave room for
     all of the motion: 2 kt |u| + 2 mu |n| <= 2 mu n0, amplitudes of the linear response at its
@@ -35,13 +33,13 @@ def sticking_load(static: Response, linear: Response, joints: Sequence[str]) -> 
         The state at rest.
     linear : Response
         Linear response with all contacts stuck, at the full load.
-    joints : sequence of str
-        Joint of each contact.
+    opens : (c,) bool
+        Those contacts.
     """
     force = np.abs(linear.force[:, 1]).max(axis=0)  # (c, 3)
     bound = static.mu * static.force[0, 0, :, 0].real
     wanted = force[:, 1:].max(axis=1) + static.mu * force[:, 0]
-    own = ~hooks(joints) & (wanted > 0)
+    own = opens & (wanted > 0)
     room = MARGIN * float((bound[own] / wanted[own]).min())
     if not room > 0:
         return 1e-3
@@ -111,7 +109,7 @@ def at_mean_load(
     output : (int, int)
         Output node and direction.
     """
-    own = ~hooks(system.contacts.joint)
+    own = system.contacts.opens
     wanted = top.force[0, 0, own, 0].real
     moved = system
     for _ in range(STEPS):

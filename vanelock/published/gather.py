@@ -6,7 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vanelock.commands.run.cases import Run
-from vanelock.input.cases.sweep import Case, with_values
+from vanelock.input.cases.sweep import Case
+from vanelock.input.cases.values import with_values
 from vanelock.input.schema.study import Study
 from vanelock.nonlinear import Response
 from vanelock.pipeline.progress import PointDone
@@ -20,7 +21,6 @@ from vanelock.published.maps.plane import Plane
 from vanelock.published.sheets import COUPLINGS, Plan, case_of, load_of, planned_sheets
 from vanelock.stages.parts.components import diameters, rom_step, system_step
 from vanelock.stages.plan import Planned
-from vanelock.stages.response.limits import hooks
 from vanelock.stages.response.responses import (
     limits_step,
     linear_step,
@@ -45,11 +45,11 @@ def plan_of(study: Study, stages: Stages) -> Plan:
     base = draft.base
     rom = {part: rom_step(base, part, wanted) for part in ("vane", "casing")}
     bare = linear_system_step(base, **rom)
-    limits = limits_step(base, bare, **rom)
+    limits = limits_step(base.response.mode, bare, tuple(rom.values()))
     stuck = stages.get(linear_step(base, "stuck", bare, limits))
     system = system_step(base, **rom)
-    static = stages.get(preload_step(base.joints.friction, system))
-    small = sticking_load(static, stuck, stages.get(system).contacts.joint)
+    static = stages.get(preload_step(base.response.friction, system))
+    small = sticking_load(static, stuck, stages.get(system).contacts.opens)
     return planned_sheets(study, small)
 
 
@@ -68,7 +68,7 @@ def evidence(run: Run, plan: Plan, summaries: Sequence[Summary], workers: int = 
     reference = by_name[case_of(plan)]
     stages, shown = run.stages, run.shown
     system = stages.get(reference.system)
-    interlock = ~hooks(system.contacts.joint)
+    interlock = system.contacts.opens
     output = shown.monitor.node, shown.monitor.component
     linear: dict[str, Peak] = {}
     for which in ("free", "stuck"):
@@ -106,7 +106,7 @@ def evidence(run: Run, plan: Plan, summaries: Sequence[Summary], workers: int = 
 
 def _hooks(stages: Stages, each: Planned, output: tuple[int, int]) -> Difference:
     system = stages.get(each.system)
-    closed: NDArray[np.bool_] = hooks(system.contacts.joint)
+    closed: NDArray[np.bool_] = ~system.contacts.opens
     return from_linear(stages.get(each.response), system, closed, output)
 
 

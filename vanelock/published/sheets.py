@@ -9,7 +9,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from vanelock.common.errors import InputError
-from vanelock.input.cases.sweep import Case, value_at, with_values
+from vanelock.input.cases.sweep import Case
+from vanelock.input.cases.values import value_at, with_values
 from vanelock.input.schema.study import Study
 
 MU = "joints.interlock.mu"

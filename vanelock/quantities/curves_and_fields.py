@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from vanelock import fem, rom
 from vanelock.common.files.csv_table import write_columns
 from vanelock.common.process.memory import latest
+from vanelock.input.cases.values import Given
 from vanelock.input.measured import Measured
 from vanelock.input.schema.study import Study
 from vanelock.mesh import Part
@@ -20,7 +21,6 @@ from vanelock.results.files.redrawn import OutputFiles
 from vanelock.stages.campbell.campbell import Campbell
 from vanelock.stages.parts.components import PARTS, model_step
 from vanelock.stages.parts.diameters import prepared_step
-from vanelock.stages.parts.meshes import mesh_step
 from vanelock.stages.plan import Planned
 from vanelock.stages.response.monitor import Monitor
 from vanelock.stages.response.responses import Limit
@@ -43,7 +43,7 @@ class Shown:
     monitor : Monitor
         The displacement in the curves.
     linear : dict of (name, "free" | "stuck") to (frequency, amplitude)
-        Linear responses.
+        Linear responses; without "stuck" where no contacts open in the free limit.
     curve : dict of str to (frequency, amplitude, converged)
         Nonlinear responses by case.
     peak : dict of str to Peak
@@ -56,6 +56,8 @@ class Shown:
         Campbell diagrams by case.
     measured : tuple of Measured
         Measured curves.
+    opens : str
+        What opens in the free limit, in words; "" where nothing does.
     """
 
     monitor: Monitor
@@ -66,6 +68,7 @@ class Shown:
     sweeps: dict[str, dict[str, Drawn]] = field(default_factory=dict)
     campbell: dict[str, Campbell] = field(default_factory=dict)
     measured: tuple[Measured, ...] = ()
+    opens: str = "all contacts"
 
     def curves(self, case: str) -> dict[str, Drawn]:
         """The curves of a case by their direction, which is "" where there is but one."""
@@ -123,13 +126,19 @@ class Around:
 class RunData:
     """All that pictures are drawn from, and where they go."""
 
-    study: Study
+    given: Given
     planned: Sequence[Planned]
     stages: Stages
     shown: Shown
     output_files: OutputFiles
     _harmonics: dict[tuple[str, int], list[Shape]] = field(default_factory=dict, repr=False)
     _recoveries: dict[str, rom.Recovery] = field(default_factory=dict, repr=False)
+
+    @property
+    def study(self) -> Study:
+        """What is given, where only a study has what is drawn."""
+        assert isinstance(self.given, Study)
+        return self.given
 
     def table(
         self,
@@ -158,7 +167,7 @@ class RunData:
 
     def parts(self, each: Planned) -> list[Part]:
         """Vane segment and casing sector of a case."""
-        return [self.stages.get(mesh_step(each.case.study, part)) for part in PARTS]
+        return [self.stages.get(step) for step in each.meshes.values()]
 
     def fields(self, each: Planned, x: Shape, k: int) -> list[Shape]:
         """Displacement of every node of both parts from joined coordinates."""

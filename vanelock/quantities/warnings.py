@@ -35,6 +35,13 @@ SAME = 1e-9
 """Relative difference of peaks below which cases are the same."""
 
 
+LOOSE = (
+    "at rest a part is held by no closed contact: where it lies, and so its response, is "
+    "NOT DETERMINED"
+)
+"""What is to be known where nothing presses a loose part."""
+
+
 class Numbers(Protocol):
     """What a study or a scene knows of a case in numbers."""
 
@@ -190,6 +197,13 @@ def large(
             "as fixed, so the answer means nothing"
         )
     return lines
+
+
+def tenth(points: Floats) -> tuple[float, str]:
+    """What displacements of nodes (n, 3), m, must stay below to be small, m, and its name."""
+    extent = np.ptp(points, axis=0) if len(points) else np.zeros(1)
+    extent = extent[extent > 1e-3 * extent.max()]
+    return TENTH * float(extent.min(initial=np.inf)), "a tenth of the least extent of all nodes"
 
 
 def implausible(frequency: float, points: Floats) -> list[str]:

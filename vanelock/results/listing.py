@@ -4,12 +4,15 @@ from collections.abc import Collection, Mapping, Sequence
 
 import numpy as np
 
+from vanelock.fem.matrix_files.model import GENERALISED
 from vanelock.nonlinear import OPEN, Response
 from vanelock.pipeline.executor.tasks import Failure
 from vanelock.pipeline.progress import Done
 from vanelock.pipeline.tables import Cell, Column, Table
 from vanelock.quantities import warnings
 from vanelock.render import wave_name
+from vanelock.rom import System
+from vanelock.stages.matrices.piece import Piece
 from vanelock.stages.response.gauges import Strain
 from vanelock.stages.response.limits import SHOWN, Limits
 from vanelock.stages.response.summary import Peak, Summary
@@ -48,15 +51,37 @@ def stage_times(done: Collection[Done]) -> Table:
     return Table("stages", "Stages", columns, tuple(rows))
 
 
-def limits_table(name: str, limits: Limits) -> Table:
-    """First frequencies with the interlock free and stuck, and the mode of interest.
+def components_table(pieces: Sequence[Piece], system: System) -> Table:
+    """Coordinates of each component of a scene, and of the system."""
+    columns = (
+        Column("component", "component"),
+        Column("nodes", "nodes kept", "d"),
+        Column("modes", "modes", "d"),
+        Column("coordinates", "coordinates", "d"),
+    )
+    rows: list[tuple[Cell, ...]] = []
+    for piece in pieces:
+        physical = piece.direction < GENERALISED
+        nodes, modal = len(np.unique(piece.node[physical])), int(np.sum(~physical))
+        rows.append((piece.name, nodes, modal, piece.size))
+    size = len(next(iter(system.diameters.values())).K)
+    rows.append(("system", None, None, size))
+    ks = ", ".join(map(str, sorted(system.diameters)))
+    note = f"{system.contacts.count} contacts" + (
+        f"; nodal diameters {ks} of {system.sectors} sectors" if system.sectors > 1 else ""
+    )
+    return Table("components", "Components", columns, tuple(rows), (note,))
 
-    Without interlock contacts there is no stuck system. The error is the largest estimate among
-    the frequencies shown, the mode of interest's included.
+
+def limits_table(name: str, limits: Limits) -> Table:
+    """First frequencies with contacts free and stuck, and the mode of interest.
+
+    Where no contacts open there is one limit. The error is the largest estimate among the
+    frequencies shown, the mode of interest's included.
     """
     count = min(SHOWN, len(limits.free))
     columns = (
-        Column("interlock", "interlock"),
+        Column("contacts", "contacts"),
         *(Column(f"f{i + 1}_hz", f"f{i + 1} [Hz]", ".6g") for i in range(count)),
         Column("mode", "mode of interest", "d"),
         Column("frequency_hz", "its f [Hz]", ".6g"),
@@ -75,12 +100,11 @@ def limits_table(name: str, limits: Limits) -> Table:
     rise = _known(100 * limits.rise)
     stuck = (limits.stuck_mode + 1, limits.stuck_frequency, rise, limits.mac, errors[1])
     rows: list[tuple[Cell, ...]] = [("free", *limits.free[:count].tolist(), *free)]
-    if limits.interlock:
+    if limits.opens:
         rows.append(("stuck", *limits.stuck[:count].tolist(), *stuck))
-    notes = []
-    notes += warnings.alike(limits.mac)
-    wave = wave_name(limits.nodal_diameter, limits.sectors)
-    title = f"Linear limits{name and f', {name}'}: modes of {wave}"
+    notes = warnings.alike(limits.mac)
+    wave = f": modes of {wave_name(limits.nodal_diameter, limits.sectors)}"
+    title = f"Linear limits{name and f', {name}'}{wave if limits.sectors > 1 else ''}"
     return Table("limits", title, columns, tuple(rows), tuple(notes))
 
 
@@ -135,9 +159,9 @@ def preload_table(name: str, joints: Sequence[str], static: Response) -> Table:
 
 
 def linear_table(peaks: Mapping[str, Peak | None], monitor: str, name: str) -> Table:
-    """Linear peaks with the interlock free and stuck, one line where the two are the same."""
+    """Linear peaks with contacts free and stuck, one line where the two are the same."""
     columns = (
-        Column("interlock", "interlock"),
+        Column("contacts", "contacts"),
         Column("peak_um", "peak [um]", ".4g"),
         Column("frequency_hz", "at [Hz]", ".6g"),
     )
@@ -159,10 +183,11 @@ def _extremes(cases: Sequence[Summary]) -> list[Summary]:
 
 def response_table(cases: Sequence[Summary], monitor: str) -> Table:
     """One line for each case."""
+    known = any(c.mu is not None for c in cases)
     columns = (
         Column("case", "case"),
         Column("harmonics", "H", "d"),
-        Column("mu", "mu", ".3g"),
+        *([Column("mu", "mu", ".3g")] if known else []),
         Column("peak_um", "peak [um]", ".4g"),
         Column("frequency_hz", "at [Hz]", ".6g"),
         Column("of_free", "/ free", ".4g"),
@@ -170,21 +195,24 @@ def response_table(cases: Sequence[Summary], monitor: str) -> Table:
         Column("x", "x", ".3g"),
         Column("slipping_percent", "slip [%]", ".0f"),
         Column("opening_percent", "open [%]", ".0f"),
+        Column("work_uj", "work [uJ]", ".4g"),
         Column("converged", "converged"),
         Column("seconds", "s", ".1f"),
     )
-    rows = []
+    rows: list[tuple[Cell, ...]] = []
     shown = cases if len(cases) <= MOST_ROWS else _extremes(cases)
     for c in shown:
         found = (None, None) if c.peak is None else (1e6 * c.peak.amplitude, c.peak.frequency)
         rest = (c.of_free, c.of_stuck, c.position, 100 * c.slipping, 100 * c.opening)
-        known = map(_known, rest)
+        work = 1e6 * sum(c.work.values()) if c.peak is not None else None
+        mu = (c.mu,) if known else ()
         done = f"{c.converged}/{c.points}"
-        rows.append((c.case, c.harmonics, c.mu, *found, *known, done, c.seconds))
+        rows.append((c.case, c.harmonics, *mu, *found, *map(_known, rest), work, done, c.seconds))
     notes = [
         "/ free, / stuck: peak over the linear peaks; x: 0 at the free, 1 at the stuck frequency, "
-        "- where the range holds none between; slip, open: interlock pairs that rub, that lift off "
-        "in a period at the peak (or both)."
+        "- where the range holds none between; slip, open: contacts that rub, that lift off in a "
+        "period at the peak (or both), of those that are open in the free limit; work: friction "
+        "work of all contacts in a period there."
     ]
     if len(shown) < len(cases):
         notes.append(

@@ -52,8 +52,8 @@ def page(told: PageContent, first: Sequence[Section] = ()) -> Page:
     summed, *rest = sections(told)
     version = f"vanelock {vanelock.__version__}, {written()}"
     return Page(
-        told.run_data.study.name,
-        f"Friction-damped vibration of a vane segment; {version}",
+        told.run_data.given.name,
+        f"Friction-damped vibration; {version}",
         (*first[:1], summed, *first[1:], *rest),
     )
 
@@ -63,7 +63,7 @@ def sections(told: PageContent) -> list[Section]:
     made = [
         summary(told),
         scatter(told),
-        inputs(told.run_data.study, [each.case.study for each in told.run_data.planned]),
+        inputs(told.run_data.given, [each.case.given for each in told.run_data.planned]),
         curves(told),
         shapes(told),
         fatigue(told),
@@ -73,7 +73,7 @@ def sections(told: PageContent) -> list[Section]:
         convergence(told),
         models(told),
         provenance(told),
-        all_inputs(told.run_data.study),
+        all_inputs(told.run_data.given),
     ]
     return [section for section in made if section.blocks]
 
@@ -92,7 +92,7 @@ def shown(told: PageContent) -> Any:
     """All that the page depends on, but for the date; as JSON can hold it."""
     run_data = told.run_data
     return {
-        "study": run_data.study.model_dump(mode="json"),
+        "study": run_data.given.model_dump(mode="json"),
         "text": told.text,
         "cases": [
             [e.case.name, *(r.key for r in e.responses), e.linear.key, e.system.key]

@@ -8,7 +8,7 @@ from typing import Any
 import h5py
 
 from vanelock.common.product import Product
-from vanelock.input.schema.study import Study
+from vanelock.input.cases.values import Given
 from vanelock.nonlinear import Response
 from vanelock.pipeline.step import Stages, Step
 from vanelock.quantities import warnings
@@ -17,9 +17,8 @@ from vanelock.results.files import writer
 from vanelock.results.files.ledger import Ledger
 from vanelock.rom import Component, System
 from vanelock.stages.campbell.campbell import Campbell
-from vanelock.stages.parts.components import PARTS
-from vanelock.stages.parts.meshes import mesh_step
-from vanelock.stages.plan import LIMITS, Linear, Planned
+from vanelock.stages.plan import Linear, Planned
+from vanelock.stages.response.responses import LIMITS
 from vanelock.stages.response.summary import Summary
 from vanelock.stages.sweep.retries import Solved
 
@@ -40,9 +39,9 @@ class Record(Ledger):
         self._stages = stages
         self._places: dict[str, str] = {}
 
-    def provenance(self, study: Study, text: str) -> None:
+    def provenance(self, given: Given, text: str) -> None:
         """Begin the file: what is computed, when and by which versions."""
-        self.begin(study.model_dump_json(), text)
+        self.begin(given.model_dump_json(), text)
 
     def product(self, where: str, product: Product) -> None:
         """A product of its own."""
@@ -52,37 +51,37 @@ class Record(Ledger):
     def parts(self, planned: Planned) -> None:
         """Meshes, reduced parts and system of the first case."""
         products = self._products(planned)
-        with self._file.edit("mesh", "rom", "system") as file:
+        groups = {"Part": "mesh", "Component": "rom", "Piece": "component", "System": "system"}
+        kinds = {type(product).__name__ for product in products.values()}
+        with self._file.edit(*(place for kind, place in groups.items() if kind in kinds)) as file:
             self._write(file, planned, products, "")
 
     def _products(self, planned: Planned) -> dict[str, Product]:
         """What a case has that is not in the file yet, by key; its system always."""
-        steps: list[Step[Any]] = [mesh_step(planned.case.study, part) for part in PARTS]
-        steps += [*planned.rom.values(), *self._others(planned).values()]
+        steps = [*planned.meshes.values(), *planned.rom.values(), *self._others(planned).values()]
         wanted = [step for step in steps if step.key not in self._places]
         return {step.key: self._stages.get(step) for step in [*wanted, planned.system]}
 
     def _others(self, planned: Planned) -> dict[int, Step[Any]]:
-        """The casing at further nodal diameters, where each is reduced by itself."""
+        """The casing at further nodal diameters, where each is reduced by itself: an accuracy's."""
         steps = {k: planned.part("casing", k) for k in planned.diameters}
         return {k: step for k, step in steps.items() if step.key != planned.rom["casing"].key}
 
     def _write(
         self, file: h5py.File, planned: Planned, products: dict[str, Product], under: str
     ) -> None:
-        for part in PARTS:
-            mesh, reduced = mesh_step(planned.case.study, part).key, planned.rom[part].key
-            if mesh in products:
-                self._places[mesh] = f"{under}/mesh/{part}"
-                self._file.put(file, self._places[mesh], products[mesh], {})
-            if isinstance(component := products.get(reduced), Component):
-                self._places[reduced] = f"{under}/rom/{part}"
-                self._file.put_component(file, self._places[reduced], component)
-        others = self._others(planned)
-        for k, step in others.items():
-            if isinstance(component := products.get(step.key), Component):
-                self._places[step.key] = f"{under}/rom/casing_nd{k}"
-                self._file.put_component(file, self._places[step.key], component)
+        named: dict[str, Step[Any]] = {f"mesh/{p}": step for p, step in planned.meshes.items()}
+        kind = "rom" if planned.meshes else "component"
+        named |= {f"{kind}/{part}": step for part, step in planned.rom.items()}
+        named |= {f"rom/casing_nd{k}": step for k, step in self._others(planned).items()}
+        for name, step in named.items():
+            if (product := products.get(step.key)) is None:
+                continue
+            self._places[step.key] = place = f"{under}/{name}"
+            if isinstance(product, Component):
+                self._file.put_component(file, place, product)
+            else:
+                self._file.put(file, place, product, {})
         system = products[planned.system.key]
         assert isinstance(system, System)
         self._file.put_system(file, f"{under}/system", system)

@@ -1,4 +1,4 @@
-"""All steps of a study, case by case, known before anything is computed.
+"""All steps of a study or a scene, case by case, known before anything is computed.
 
 But for what an accuracy settles first, the mesh above all.
 """
@@ -6,22 +6,29 @@ But for what an accuracy settles first, the mesh above all.
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
+from typing import Any
 
 from vanelock.common.cyclic import folded
 from vanelock.input.cases.sweep import Case, label
+from vanelock.input.schema.scene import Scene
 from vanelock.input.schema.study import Study
+from vanelock.mesh import Part
 from vanelock.nonlinear import Response
 from vanelock.pipeline.step import Step
-from vanelock.rom import Component, System
+from vanelock.rom import System
 from vanelock.stages.accuracy.choose_mesh import Settled
 from vanelock.stages.accuracy.mesh_errors import MeshErrors, mesh_errors_step
+from vanelock.stages.matrices import steps as of_matrices
+from vanelock.stages.matrices.gather import gathered
 from vanelock.stages.parts.components import PARTS, diameters, reference_step, rom_step, system_step
 from vanelock.stages.parts.diameters import casing_step, diameter_of, united_step
+from vanelock.stages.parts.meshes import mesh_step
 from vanelock.stages.parts.nodal_diameters import linear_steps
 from vanelock.stages.response.adaptive import adaptive_step
 from vanelock.stages.response.gauges import Gauges, gauges_step
 from vanelock.stages.response.limits import Limits
 from vanelock.stages.response.responses import (
+    LIMITS,
     Limit,
     Progress,
     is_loaded,
@@ -34,8 +41,6 @@ from vanelock.stages.response.responses import (
     without_load,
 )
 
-LIMITS: tuple[Limit, ...] = ("free", "stuck")
-
 
 @dataclass(frozen=True, slots=True)
 class Linear:
@@ -45,8 +50,6 @@ class Linear:
     ----------
     name : str
         The swept values that tell them from those of other cases, "" if there are no others.
-    study : Study
-        One of those cases.
     system : Step
         The system without friction and preload.
     limits : Step
@@ -56,7 +59,6 @@ class Linear:
     """
 
     name: str
-    study: Study
     system: Step[System]
     limits: Step[Limits]
     responses: dict[Limit, Step[Response]]
@@ -74,7 +76,9 @@ class Planned:
     Attributes
     ----------
     case : Case
-        Its name, values and study.
+        Its name, values and file.
+    meshes : dict of str to Step
+        Meshes of its parts; none where parts are matrices.
     rom : dict of str to Step
         Reduced parts.
     system, preload, response : Step
@@ -94,10 +98,13 @@ class Planned:
         Nodal diameters, 0 to N/2, at which its casing is known to be reduced.
     other : Step or None
         The response in the other direction, where both are wanted.
+    apart : tuple of str
+        A line for each part that nothing joins to another.
     """
 
     case: Case
-    rom: dict[str, Step[Component]]
+    meshes: dict[str, Step[Part]]
+    rom: dict[str, Step[Any]]
     system: Step[System]
     preload: Step[Response]
     response: Step[Response]
@@ -108,6 +115,7 @@ class Planned:
     mesh_errors: Step[MeshErrors] | None = None
     diameters: tuple[int, ...] = ()
     other: Step[Response] | None = None
+    apart: tuple[str, ...] = ()
 
     @property
     def responses(self) -> tuple[Step[Response], ...]:
@@ -119,7 +127,7 @@ class Planned:
         assert self.other is not None
         return replace(self, response=self.other, other=self.response)
 
-    def part(self, name: str, nodal_diameter: int) -> Step[Component]:
+    def part(self, name: str, nodal_diameter: int) -> Step[Any]:
         """A reduced part that holds a nodal diameter."""
         if self.settled is None or name == "vane":
             return self.rom[name]
@@ -144,13 +152,15 @@ def plan(
     Parameters
     ----------
     cases : sequence of Case
-        Those of a study.
+        Those of a study or a scene.
     progress : callable
         Told of each point.
     settled : sequence of Settled or None
         What the accuracy of each case chose, whose studies replace those of the cases.
     """
-    if any(settled):
+    if isinstance(cases[0].given, Scene):
+        found = [from_matrices(case, progress) for case in cases]
+    elif any(settled):
         chosen = [each for each in settled if each is not None]
         free = free_step(chosen[0])
         found = [adaptive(c, s, free, progress) for c, s in zip(cases, chosen, strict=True)]
@@ -166,24 +176,55 @@ def plan(
     )
 
 
+def from_matrices(case: Case, progress: Progress) -> Planned:
+    """Steps of a case of a scene."""
+    scene = case.given
+    assert isinstance(scene, Scene)
+    given = gathered(scene)
+    system, base = (of_matrices.system_step(scene, given, bare) for bare in (False, True))
+    modes = limits_step(scene.response.mode, base)
+    linear = {which: linear_step(scene, which, base, modes) for which in LIMITS}
+    stuck = stuck_modes_step(base, scene.response.harmonics)
+    swept = partial(response_step, case.name, scene, system, modes, stuck, progress)
+    return Planned(
+        case=case,
+        meshes={},
+        rom={name: of_matrices.piece_step(scene, name, given) for name in scene.components},
+        system=system,
+        preload=preload_step(scene.response.friction, system),
+        response=swept(),
+        other=swept("down") if scene.response.direction == "both" else None,
+        linear=Linear("", base, modes, linear),
+        preload_name="",
+        gauges=None,
+        apart=tuple(given.apart()),
+    )
+
+
+def meshes_of(study: Study) -> dict[str, Step[Part]]:
+    """Meshes of both parts."""
+    return {part: mesh_step(study, part) for part in PARTS}
+
+
 def fixed(case: Case, wanted: Iterable[int], progress: Progress) -> Planned:
     """Steps of a case without an accuracy, its casing reduced at the `wanted` diameters."""
     study = case.study
     rom = {part: rom_step(study, part, wanted) for part in PARTS}
     system, base = system_step(study, **rom), linear_system_step(study, **rom)
-    modes = limits_step(study, base, **rom)
+    modes = limits_step(study.response.mode, base, tuple(rom.values()))
     linear = {which: linear_step(study, which, base, modes) for which in LIMITS}
     still = system_step(without_load(study), **rom) if is_loaded(study) else base
     stuck = stuck_modes_step(still, study.response.harmonics)
     swept = partial(response_step, case.name, study, system, modes, stuck, progress)
     return Planned(
         case=case,
+        meshes=meshes_of(study),
         rom=rom,
         system=system,
-        preload=preload_step(study.joints.friction, system),
+        preload=preload_step(study.response.friction, system),
         response=swept(),
         other=swept("down") if study.response.direction == "both" else None,
-        linear=Linear("", study, base, modes, linear),
+        linear=Linear("", base, modes, linear),
         preload_name="",
         gauges=gauges_step(study, rom["vane"]) if study.outputs.gauges else None,
     )
@@ -201,18 +242,19 @@ def shared_diameters(cases: Sequence[Case]) -> list[tuple[int, ...]]:
 
 def adaptive(case: Case, settled: Settled, free: Step[Response], progress: Progress) -> Planned:
     """Steps of a case with an accuracy; the `free` linear response says what is monitored."""
-    case = replace(case, study=settled.study)
+    case = replace(case, given=settled.study)
     study, own = case.study, linear_steps(settled.study)
     linear = {which: linear_step(study, which, own.system, own.limits) for which in LIMITS}
     system = united_step(study, 1)
     mesh = mesh_errors_step(study, own.limits)
     return Planned(
         case=case,
+        meshes=meshes_of(study),
         rom=own.rom,
         system=system,
-        preload=preload_step(study.joints.friction, system),
+        preload=preload_step(study.response.friction, system),
         response=adaptive_step(case.name, study, settled.budget, own, free, mesh, progress),
-        linear=Linear("", study, own.system, own.limits, linear),
+        linear=Linear("", own.system, own.limits, linear),
         preload_name="",
         gauges=gauges_step(study, own.vane) if study.outputs.gauges else None,
         settled=settled,

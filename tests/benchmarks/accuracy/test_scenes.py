@@ -45,10 +45,10 @@ def test_scenes_are_drawn_again_and_cover_what_is_hard():
 
 def test_changed_keys_leave_the_others_of_their_table():
     scene = scenes.draw(3)
-    study = scene.study(joints={"friction": "isotropic"}, name="other")
+    study = scene.study(response={"friction": "isotropic"}, name="other")
     assert study.name == "other"
-    assert study.joints.friction == "isotropic"
-    assert study.joints.hook == scene.study().joints.hook
+    assert study.response.friction == "isotropic"
+    assert study.response.mode == scene.study().response.mode
 
 
 def test_errors_are_of_amplitude_and_frequency():

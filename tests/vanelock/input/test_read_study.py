@@ -166,11 +166,15 @@ def test_other_units():
         ),
         (
             "[joints.interlock]\nfriction = 0.1",
-            "joints.interlock.friction = 0.1: unknown key; nearest known key: joints.friction",
+            "joints.interlock.friction = 0.1: unknown key; nearest known key: response.friction",
         ),
         (
             "[joints]\nfriction = 0.1",
-            "joints.friction = 0.1: friction in the tangential plane must be one of "
+            "joints.friction = 0.1: unknown key; nearest known key: response.friction",
+        ),
+        (
+            "[response]\nfriction = 0.1",
+            "response.friction = 0.1: friction in the tangential plane must be one of "
             '"orthogonal" or "isotropic"',
         ),
         (
@@ -253,7 +257,7 @@ def test_other_units():
             "orthogonal friction",
         ),
         (
-            '[response]\nsamples = 40\n[joints]\nfriction = "isotropic"',
+            '[response]\nsamples = 40\nfriction = "isotropic"',
             "response.samples = 40: number of samples must be >= 48 for 3 harmonics and "
             "isotropic friction",
         ),

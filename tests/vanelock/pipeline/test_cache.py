@@ -10,7 +10,8 @@ from vanelock import parse_study
 from vanelock.common.errors import InputError
 from vanelock.common.product import Product
 from vanelock.input.cases.names import slug, words
-from vanelock.input.cases.sweep import cases, with_values
+from vanelock.input.cases.sweep import cases
+from vanelock.input.cases.values import with_values
 from vanelock.input.schema.structure import leaves
 from vanelock.pipeline.cache import Cache, key_of
 from vanelock.pipeline.progress import silent

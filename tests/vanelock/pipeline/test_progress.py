@@ -44,8 +44,10 @@ def summary(**changed):
         "position": 0.09,
         "slipping": 1.0,
         "opening": 0.9,
-        "hook_slipping": 0.0,
+        "closed_slipping": 0.0,
         "friction_share": 1.0,
+        "work": {"interlock": 2e-6},
+        "loose": False,
         "converged": 10,
         "points": 10,
         "worst": 0.0,
@@ -99,7 +101,7 @@ def test_a_range_beside_free_and_stuck_has_no_place_between_them(ring):
     def position(*hertz):
         response = linear_response(ring, list(hertz), np.array([True, True]))
         peak = peak_of(response, response.amplitude[:, 0, 1])
-        found = summarise(case, ("hook", "interlock"), response, peak, limits, none, 0.0)
+        found = summarise(case, ring.contacts, response, peak, limits, none, 0.0)
         return found.position
 
     assert position(265.0) == pytest.approx(0.5)

@@ -36,6 +36,7 @@ def sector():
             mu=np.array([0.3, 0.3]),
             v0=np.array([4e-4, 2e-6]),
             joint=("hook", "interlock"),
+            always_closed=("hook",),
         ),
         force={1: Force(np.array([0, 0.2 + 0j, 1.0, 3.0]))},
         output_names=("vane accessory 1",),

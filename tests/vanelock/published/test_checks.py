@@ -9,7 +9,6 @@ from vanelock.nonlinear import STUCK, Options, frequency_response, linear_respon
 from vanelock.published.checks import MARGIN, at_mean_load, between, from_linear, sticking_load
 
 HERTZ = np.linspace(100, 190, 60)
-JOINTS = ("hook", "interlock")
 OUTPUT = (0, 2)
 
 
@@ -20,7 +19,7 @@ def loaded(system, factor):
 
 def test_the_interlock_sticks_at_the_load_and_slips_well_above(sector):
     stuck = linear_response(sector, HERTZ, np.ones(2, bool))
-    small = sticking_load(static_response(sector), stuck, JOINTS)
+    small = sticking_load(static_response(sector), stuck, sector.contacts.opens)
     assert 0 < small < 1
     at = frequency_response(loaded(sector, small), HERTZ, Options(1))
     assert (at.state[:, 1] == STUCK).all()
@@ -30,7 +29,7 @@ def test_the_interlock_sticks_at_the_load_and_slips_well_above(sector):
 
 def test_at_full_stick_coupled_and_uncoupled_coincide(sector):
     stuck = linear_response(sector, HERTZ, np.ones(2, bool))
-    small = loaded(sector, sticking_load(static_response(sector), stuck, JOINTS))
+    small = loaded(sector, sticking_load(static_response(sector), stuck, sector.contacts.opens))
     response = frequency_response(small, HERTZ, Options(1))
     found = between(response, "uncoupled", small, OUTPUT)
     assert found.vibration < 1e-9

@@ -82,7 +82,7 @@ def test_harmonics_of_the_scene_have_their_own_diameters():
     [
         ('[sweep]\n"joints.interlock.mu" = [0.1]', "campaign: cannot be combined with sweep"),
         ("[excitation]\nengine_orders = [1, 2]", "combined with excitation.engine_orders"),
-        ('[joints]\nfriction = "isotropic"', 'combined with joints.friction = "isotropic"'),
+        ('[response]\nfriction = "isotropic"', 'combined with response.friction = "isotropic"'),
         ("[response]\nsamples = 512", "combined with response.samples"),
     ],
 )

@@ -92,7 +92,7 @@ def test_linear_curves_have_the_line_styles_of_the_picture(tmp_path):
         ("μ = 0.2", "solid"),
     ]
     assert {t.colour for t in shown.traces[:2]} == {render.style.GREY}
-    assert "Dashed and dotted: linear, interlock free and stuck." in shown.caption
+    assert "Dashed and dotted: linear, all contacts free and stuck." in shown.caption
 
 
 def test_linear_curves_of_a_case_have_its_colour(tmp_path):

@@ -15,7 +15,7 @@ from vanelock.pipeline.progress import Event
 from vanelock.pipeline.tables import Table
 from vanelock.quantities import warnings
 from vanelock.results.listing import limits_table, response_table
-from vanelock.results.page_sections.summary import MU, best_friction
+from vanelock.results.page_sections.summary import best_friction
 from vanelock.rom import Contacts, Diameter, Force, System
 from vanelock.stages.response.limits import limits
 from vanelock.stages.response.summary import Peak, peak_of
@@ -138,9 +138,15 @@ def test_a_line_names_its_cases_once():
 
 
 def test_the_friction_that_damps_best_is_withheld_where_a_peak_may_lie_beyond():
+    key = "joints.interlock.mu"
     height = {0.1: 2e-5, 0.2: 1e-5, 0.3: 3e-5}
     known = [
-        summary(case=f"mu={mu}", mu=mu, values={MU: mu}, peak=Peak(3, 250.0, top, False))
+        summary(
+            case=f"mu={mu}",
+            mu=mu,
+            values={key: mu},
+            peak=Peak(3, 250.0, top, False),
+        )
         for mu, top in height.items()
     ]
     told: Any = SimpleNamespace(known=known)
@@ -170,7 +176,7 @@ def test_warnings_stand_in_the_table_on_the_page_and_in_the_results(tmp_path):
     assert same in table.notes
     assert edge in page
     assert same in page
-    assert page.count(">withheld<") == 1  # n, and no friction is swept that damps best
+    assert page.count(">withheld<") == 2  # n, and the friction that damps best
     with h5py.File(tmp_path / "results.h5") as file:
         for case in ("mu=0.3", "mu=0.4"):
             assert list(file[f"response/{case}"].attrs["warnings"]) == [edge]

@@ -137,7 +137,9 @@ def test_each_line_of_the_summary_is_that_case_s(page, results):
         "peak µm",
         "at Hz",
         "of linear free",
+        "of linear stuck",
         "damping %",
+        "work µJ",
         "slip %",
         "open %",
         "stress MPa",
@@ -148,12 +150,14 @@ def test_each_line_of_the_summary_is_that_case_s(page, results):
         assert row[1] == pytest.approx(1e6 * case["peak_amplitude"], rel=1e-3)
         assert row[2] == pytest.approx(case["peak_frequency"], rel=1e-3)
         assert row[3] == pytest.approx(case["of_free"], rel=1e-3)
-        assert row[4] == pytest.approx(100 * answers["damping_ratio"], rel=1e-3)
-        assert row[5] == pytest.approx(100 * case["slipping"], rel=1e-3)
-        assert row[6] == pytest.approx(100 * case["opening"], rel=1e-3)
-        assert row[7] == pytest.approx(1e-6 * answers["alternating_stress"], rel=1e-3)
-        assert row[8] == pytest.approx(answers["goodman_reserve"], rel=1e-3)
-    assert rows[0][7] != pytest.approx(rows[1][7], rel=0.02)  # or one could stand for the other
+        assert row[4] == pytest.approx(case["of_stuck"], rel=1e-3)
+        assert row[5] == pytest.approx(100 * answers["damping_ratio"], rel=1e-3)
+        assert row[6] == pytest.approx(1e6 * answers["friction_work"], rel=1e-3)
+        assert row[7] == pytest.approx(100 * case["slipping"], rel=1e-3)
+        assert row[8] == pytest.approx(100 * case["opening"], rel=1e-3)
+        assert row[9] == pytest.approx(1e-6 * answers["alternating_stress"], rel=1e-3)
+        assert row[10] == pytest.approx(answers["goodman_reserve"], rel=1e-3)
+    assert rows[0][9] != pytest.approx(rows[1][9], rel=0.02)  # or one could stand for the other
 
 
 def test_the_answers_are_those_of_the_largest_peak(page, results):

@@ -15,7 +15,7 @@ from vanelock import load_scene
 from vanelock.pipeline.cache import Cache
 from vanelock.pipeline.step import Stages
 from vanelock.rom import System
-from vanelock.stages.scene.steps import system_step
+from vanelock.stages.matrices.steps import system_step
 
 Matrix = NDArray[np.float64]
 Write: TypeAlias = Callable[[str], Path]

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vanelock import load_scene, run_scene
-from vanelock.stages.scene.monitor import Found
+from vanelock.stages.response.summary import Summary
 
 EXAMPLES = Path(__file__).resolve().parents[3] / "examples"
 
@@ -17,13 +17,13 @@ Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
 
-def run_one(name: str, key: str, value: float | str, folder: Path) -> Found:
+def run_one(name: str, key: str, value: float | str, folder: Path) -> Summary:
     """The example's case of one value."""
     scene = load_scene(EXAMPLES / name / "scene.toml")
     assert value in scene.sweep[key]
     outputs = scene.outputs.model_copy(update={"report": False})
     one = scene.model_copy(update={"sweep": {key: (value,)}, "outputs": outputs})
-    results: tuple[Found, ...] = run_scene(one, folder)
+    results: tuple[Summary, ...] = run_scene(one, folder)
     return results[0]
 
 

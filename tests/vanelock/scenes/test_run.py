@@ -8,7 +8,7 @@ import pytest
 
 from tests.vanelock.results.one_file import everything
 from tests.vanelock.scenes.conftest import Write, chain, joined
-from vanelock import load_scene, nonlinear, run_scene, scene_cases
+from vanelock import cases, load_scene, nonlinear, run_scene
 from vanelock.__main__ import main
 from vanelock.common.errors import InputError
 from vanelock.pipeline.progress import Done, Failed
@@ -33,7 +33,7 @@ def test_a_run_leaves_results_figures_and_a_page(tmp_path: Path, scene_file: Wri
     folder = tmp_path / "run"
     text = path.read_text()
     found = run_scene(load_scene(path), folder, text=text)
-    assert [each.case.name for each in found] == ["mu=0.05", "mu=0.2"]
+    assert [each.case for each in found] == ["mu=0.05", "mu=0.2"]
     assert all(each.converged == each.points and each.peak is not None for each in found)
     assert found[0].work["pad"] > 0
     with h5py.File(folder / "results.h5") as file:
@@ -100,7 +100,7 @@ def test_the_command_runs_a_scene(
 
 def test_swept_values_are_checked_as_their_keys(tmp_path: Path, scene_file: Write) -> None:
     text = arm(tmp_path) + PAD
-    found = scene_cases(
+    found = cases(
         load_scene(
             scene_file(
                 text + '[sweep]\n"loads[0].amplitude" = [1, "2 N"]\n"contacts.pad.mu" = [0.1]'
@@ -115,12 +115,12 @@ def test_swept_values_are_checked_as_their_keys(tmp_path: Path, scene_file: Writ
         ('"contacts.pad.mu" = [-1]', r'sweep."contacts.pad.mu"\[0\] = -1: .* must be >= 0'),
         ('"contacts.bad.mu" = [1]', "no contacts.bad; there are pad"),
         ('"loads[3].amplitude" = [1]', "nothing of that name"),
-        ('"name" = ["a"]', "cannot be swept"),
+        ('"name" = ["a"]', "only keys that hold a number"),
         ('"contacts.pad.mu" = []', "needs at least one value"),
         ('"contacts.pad.mu" = [1, 1]', "the same as entry 0"),
     ):
         with pytest.raises(InputError, match=told):
-            scene_cases(load_scene(scene_file(f"{text}[sweep]\n{sweep}")))
+            cases(load_scene(scene_file(f"{text}[sweep]\n{sweep}")))
 
 
 @pytest.mark.parametrize(
@@ -183,7 +183,7 @@ def test_a_case_that_cannot_be_computed_is_told_and_the_rest_goes_on(
     heard: list[object] = []
     scene = load_scene(scene_file(text + "[outputs]\nreport = false\n"))
     found = run_scene(scene, tmp_path / "run", heard.append)
-    assert [each.case.name for each in found] == ["mode=1"]
+    assert [each.case for each in found] == ["mode=1"]
     (failed,) = [event for event in heard if isinstance(event, Failed)]
     assert failed.case == "mode=9"
     assert "has 6 modes" in failed.reason

@@ -26,7 +26,6 @@ LOADED = (
     "meshio",
     "vanelock.__main__",
     "vanelock.commands.check.scene",
-    "vanelock.commands.run.scene",
     "vanelock.mesh",
     "vanelock.mesh.files.read",
     "vanelock.mesh.matching.pairing",

@@ -21,7 +21,7 @@ accuracy = 0.03
 mesh.size = "coarse"
 excitation.force = 30
 joints.interlock.mu = 0.15
-joints.friction = "isotropic"
+response.friction = "isotropic"
 outputs = { shapes = false, loops = false, report = false }
 """
 SWEPT = """

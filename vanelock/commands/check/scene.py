@@ -9,14 +9,15 @@ import numpy as np
 from vanelock.commands.check import study
 from vanelock.common.errors import InputError
 from vanelock.common.toml import toml_tables
-from vanelock.input.cases.scene_cases import scene_cases
+from vanelock.input.cases.sweep import cases
 from vanelock.input.plausible import unusual
-from vanelock.input.read_scene import ND, is_scene, load_scene
-from vanelock.input.read_study import read_text
+from vanelock.input.read_scene import ND, load_scene
+from vanelock.input.read_study import is_scene, read_text
 from vanelock.input.schema.scene import Scene
 from vanelock.pipeline.tables import Column, Table
-from vanelock.stages.scene.gather import gathered, nodes
-from vanelock.stages.scene.steps import diameters, matrices
+from vanelock.stages.matrices.gather import gathered, nodes
+from vanelock.stages.matrices.steps import matrices
+from vanelock.stages.parts.components import diameters
 
 Row = tuple[str, str]
 
@@ -52,18 +53,18 @@ def check_file(path: str | os.PathLike[str], outside: bool = False) -> Table:
 
 
 def _planned(scene: Scene) -> Iterator[Row]:
-    cases = scene_cases(scene)
+    found = cases(scene)
     yield "name", scene.name
-    swept = ", ".join(cases[0].values)
-    yield "cases", f"{len(cases):,} over {swept}" if swept else "1"
+    varied = ", ".join(scene.scatter.keys if scene.scatter else found[0].values)
+    yield "cases", f"{len(found):,} over {varied}" if varied else "1"
     yield from (("careful", text) for text in unusual(scene))
     if scene.system is not None:
-        found = study.check_file(scene.system.file)
-        yield from ((f"system, {what}", str(told)) for what, told in found.rows)
+        held = study.check_file(scene.system.file)
+        yield from ((f"system, {what}", str(told)) for what, told in held.rows)
         return
     given = gathered(scene)
     for name, keys in scene.components.items():
-        all_of = diameters(scene) if ND in keys.stiffness else (0,)
+        all_of = diameters([scene]) if ND in keys.stiffness else (0,)
         read = [matrices(name, keys, k) for k in all_of]
         kept = given.kept[name][0]
         if len(missing := np.setdiff1d(kept, read[0].node)):

@@ -167,7 +167,7 @@ def _accuracy(study: Study) -> str:
     if study.accuracy is None:
         return "as given"
     chosen = [source for source in SOURCES if source not in pins(study)]
-    if study.joints.friction == "orthogonal" and "samples" in chosen:
+    if study.response.friction == "orthogonal" and "samples" in chosen:
         chosen.remove("samples")  # its events are located
     told = f"an error of {100 * study.accuracy:g} %"
     return f"{told}: the run chooses {', '.join(chosen)}" if chosen else f"{told} is estimated"

@@ -21,7 +21,8 @@ from vanelock import nonlinear
 from vanelock.commands.converge.settings import DOFS, Knob, chosen
 from vanelock.commands.converge.table import NAME, Outcome, draw, markdown, table
 from vanelock.common.errors import InputError
-from vanelock.input.cases.sweep import Case, cases, with_values
+from vanelock.input.cases.sweep import Case, cases
+from vanelock.input.cases.values import with_values
 from vanelock.input.schema.study import Study
 from vanelock.nonlinear import Response
 from vanelock.pipeline.cache import Cache
@@ -162,7 +163,7 @@ class _Measuring:
         nonlinear.frequency_response(
             system,
             [0.99 * limits.free_frequency, limits.free_frequency],
-            nonlinear.Options(1, coupling=options.coupling, friction=self.study.joints.friction),
+            nonlinear.Options(1, coupling=options.coupling, friction=self.study.response.friction),
         )
 
     def _knob(self, knob: Knob) -> list[Outcome]:

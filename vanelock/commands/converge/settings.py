@@ -12,7 +12,7 @@ import numpy as np
 from pydantic import ValidationError
 
 from vanelock.common.errors import InputError
-from vanelock.input.cases.sweep import value_at, with_values
+from vanelock.input.cases.values import value_at, with_values
 from vanelock.input.messages import show
 from vanelock.input.schema.structure import ACCURACY, MODES
 from vanelock.input.schema.study import Study
@@ -103,7 +103,7 @@ _PATCHES = ("node", "area")
 
 
 def _friction(study: Study) -> str:
-    return study.joints.friction
+    return study.response.friction
 
 
 def _sizes(study: Study, dofs: float) -> list[Any]:
@@ -158,7 +158,7 @@ def _reductions(study: Study) -> Iterator[Knob]:
 def _samples(study: Study) -> Knob:
     """Samples of a period; located events are the finest where there are such."""
     least = least_samples(study.response.harmonics, _friction(study))
-    located = study.joints.friction == "orthogonal"
+    located = study.response.friction == "orthogonal"
     counts = {2**i for i in range(5, 11 if located else 13) if 2**i >= least}
     if study.response.samples is not None:
         counts.add(study.response.samples)

@@ -20,7 +20,8 @@ from vanelock.commands.fit.tables import fit_table, json_of, shown
 from vanelock.common.errors import InputError
 from vanelock.common.files.csv_table import write_columns
 from vanelock.common.toml import toml_tables
-from vanelock.input.cases.sweep import cases, value_at, with_values
+from vanelock.input.cases.sweep import cases
+from vanelock.input.cases.values import value_at, with_values
 from vanelock.input.measured import DISPLACEMENT, Measured, load_measured
 from vanelock.input.messages import explain
 from vanelock.input.rewrite import rewritten

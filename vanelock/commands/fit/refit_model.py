@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vanelock import nonlinear, rom
-from vanelock.input.cases.sweep import value_at, with_values
+from vanelock.input.cases.values import value_at, with_values
 from vanelock.input.measured import DISPLACEMENT, Measured
 from vanelock.input.schema.study import Study
 from vanelock.nonlinear import Response, System
@@ -100,7 +100,7 @@ class Rejoined:
                 options.harmonics,
                 coupling=options.coupling,
                 samples=options.samples,
-                friction=self.study.joints.friction,
+                friction=self.study.response.friction,
                 direction=direction,
                 harmonic_diameters=options.harmonic_diameters,
             ),

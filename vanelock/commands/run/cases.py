@@ -1,20 +1,19 @@
 """A run under way: case after case computed, written and shown."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TypeVar
 
-import numpy as np
-
+from vanelock.commands.run.doubts import doubts, opening
 from vanelock.common.errors import InputError
 from vanelock.input.cases.sweep import Case, cases
+from vanelock.input.cases.values import Given
 from vanelock.input.measured import load_measured
 from vanelock.input.plausible import unusual
 from vanelock.input.schema.own_mesh import OwnVane, refuse_without_areas
 from vanelock.input.schema.study import Study
 from vanelock.input.schema.temperature import described
-from vanelock.mesh import Part, VaneDimensions
 from vanelock.nonlinear import Response
 from vanelock.pipeline.cache import Cache
 from vanelock.pipeline.executor.background import in_background
@@ -23,7 +22,6 @@ from vanelock.pipeline.executor.tasks import Failure, TaskFailed
 from vanelock.pipeline.progress import Failed, Listener, Notice
 from vanelock.pipeline.step import Stages, Step
 from vanelock.quantities import warnings
-from vanelock.quantities.contacts.places import places
 from vanelock.quantities.jumps import by_height, notes
 from vanelock.quantities.scatter import (
     FEWEST,
@@ -48,11 +46,11 @@ from vanelock.stages.accuracy.left_out import LeftOut, left_out_table
 from vanelock.stages.accuracy.mesh_sizes import most_dofs
 from vanelock.stages.campbell.campbell import Campbell, campbell
 from vanelock.stages.campbell.speed_lines import lines_step
-from vanelock.stages.parts.meshes import mesh_step
-from vanelock.stages.plan import LIMITS, Linear, Planned, plan
+from vanelock.stages.plan import Linear, Planned, plan
 from vanelock.stages.response.gauges import Strain
-from vanelock.stages.response.limits import Limits
 from vanelock.stages.response.monitor import monitor
+from vanelock.stages.response.responses import LIMITS
+from vanelock.stages.response.rest import constant_loads, undetermined
 from vanelock.stages.response.solved import drawn
 from vanelock.stages.response.summary import Peak, Summary, peak_of, summarise, sweep_of
 from vanelock.stages.response.warm import warmed
@@ -72,7 +70,7 @@ class Run:
 
     Parameters
     ----------
-    study : Study
+    given : Study or Scene
         What to compute.
     folder : Path
         The run's folder, claimed.
@@ -90,7 +88,7 @@ class Run:
 
     def __init__(
         self,
-        study: Study,
+        given: Given,
         folder: Path,
         listener: Listener,
         stages: Stages,
@@ -98,22 +96,22 @@ class Run:
         executor: Callable[[], Executor] | None = None,
         memory: float | None = None,
     ) -> None:
-        self.study, self.listener, self.stages = study, listener, stages
+        self.given, self.listener, self.stages = given, listener, stages
         self._cache = Cache(folder / "cache", lambda told: listener(Notice(told)))
         self.failed: dict[str, Failure] = {}
         self._executor = executor
-        self.measured = load_measured(study)  # refused before the long stages
-        found = warmed(found or cases(study), stages)
+        self.measured = load_measured(given)  # refused before the long stages
+        found = warmed(found or cases(given), stages)
         self._every = found
-        for text in (*unusual(study), *dict.fromkeys(described(case.study) for case in found)):
+        studies = [case.given for case in found if isinstance(case.given, Study)]
+        for text in (*unusual(given), *dict.fromkeys(map(described, studies))):
             if text:
                 listener(Notice(text))
         most = most_dofs(memory)
-        settled = [
-            None if case.study.accuracy is None else settle(case.study, stages, most)
-            for case in found
-        ]
+        settled = [None if s.accuracy is None else settle(s, stages, most) for s in studies]
         self.planned = plan(found, self._point, settled)
+        for text in self.planned[0].apart:  # what joins what is not swept
+            listener(Notice(text))
         self.record = Record(folder, stages)
         self._clock = Clock(self.planned)
         self._peaks: dict[str, dict[str, Peak | None]] = {}
@@ -122,15 +120,15 @@ class Run:
         self._spacings: list[float] = []
         self._lines: set[str] = set()
         self._top = 0.0
-        self._preloads: set[str] = set()
+        self._loose: dict[str, bool] = {}
         self._turned: set[str] = set()
 
     def all_cases(self) -> tuple[Summary, ...]:
         """Everything but the pictures; a line for each case."""
         for each in self.planned:  # refused before the long stages
-            study = each.case.study
-            if isinstance(study.vane, OwnVane):
-                refuse_without_areas(study, self.stages.get(mesh_step(study, "vane")))
+            study = each.case.given
+            if isinstance(study, Study) and isinstance(study.vane, OwnVane):
+                refuse_without_areas(study, self.stages.get(each.meshes["vane"]))
         with in_background(
             self._executor,
             lambda: bundle(self.planned, self._cache),
@@ -198,9 +196,16 @@ class Run:
         linear = planned.linear
         if not self._peaks:
             self.record.parts(planned)
+            system = self.stages.get(planned.system)
+            if not planned.meshes:
+                pieces = [self.stages.get(step) for step in planned.rom.values()]
+                self.listener(listing.components_table(pieces, system))
+            for name, count in constant_loads(system).items():
+                told = f"nothing moves along the normal of {count} of its contacts"
+                self.listener(Notice(f"{name}: {told}: their load stays kn times interference"))
             free = self.stages.get(linear.responses["free"])
-            wanted = self.study.outputs.monitor
-            self.shown = Shown(monitor(wanted, self.stages.get(planned.system), free))
+            watched = monitor(self.given.outputs.monitor, system, free)
+            self.shown = Shown(watched, opens=opening(system.contacts))
             self.shown.measured = self.measured
         if linear.key not in self._peaks:
             self.record.linear(linear, len(self._peaks) < MOST_TABLES)
@@ -208,7 +213,7 @@ class Run:
 
     def scattered(self, found: Sequence[Summary]) -> Scattered | None:
         """Percentiles of the peaks, where keys scatter: written, shown."""
-        if self.study.scatter is None:
+        if self.given.scatter is None:
             return None
         every = scattered(self._every, found, self._spacings)
         if every is None:
@@ -241,14 +246,16 @@ class Run:
     def _linear(self, linear: Linear) -> None:
         """Linear modes and peaks of a set of limits."""
         peaks: dict[str, Peak | None] = {}
+        limits = self.stages.get(linear.limits)
         for which in LIMITS:
             response = self.stages.get(linear.responses[which])
             amplitude = self.shown.monitor.amplitude(response)
             peaks[which] = peak_of(response, amplitude)
-            self.shown.linear[linear.name, which] = response.frequency, amplitude
+            if which == "free" or limits.opens:
+                self.shown.linear[linear.name, which] = response.frequency, amplitude
         self._peaks[linear.key] = peaks
         if self._few(len(self._peaks), "linear limits"):
-            self.listener(listing.limits_table(linear.name, self.stages.get(linear.limits)))
+            self.listener(listing.limits_table(linear.name, limits))
             self.listener(listing.linear_table(peaks, self.shown.monitor.name, linear.name))
 
     def _few(self, count: int, what: str) -> bool:
@@ -281,11 +288,12 @@ class Run:
     def _case(self, planned: Planned, solved: Solved) -> Summary:
         """A case that is solved: written, shown."""
         planned, response, static = solved.planned, solved.response, solved.static
-        case, joints = planned.case, self.stages.get(planned.system).contacts.joint
-        if planned.preload.key not in self._preloads:
-            self._preloads.add(planned.preload.key)
-            if self._few(len(self._preloads), "preloads"):
-                self.listener(listing.preload_table(planned.preload_name, joints, static))
+        case, system = planned.case, self.stages.get(planned.system)
+        if planned.preload.key not in self._loose:
+            self._loose[planned.preload.key] = undetermined(system, static)
+            if system.contacts.count and self._few(len(self._loose), "preloads"):
+                table = listing.preload_table(planned.preload_name, system.contacts.joints, static)
+                self.listener(table)
         self.shown.harmonics[case.name] = response.harmonics
         amplitude = self.shown.monitor.amplitude(response)
         peak = peak_of(response, amplitude)
@@ -296,8 +304,9 @@ class Run:
             for each in (response, solved.other)
             if each is not None
         ]
-        found = summarise(case, joints, response, peak, limits, linear, seconds)
-        lines = (*notes(sweeps), *self._warnings(solved, peak, limits))
+        loose = self._loose[planned.preload.key]
+        found = summarise(case, system.contacts, response, peak, limits, linear, seconds, loose)
+        lines = (*notes(sweeps), *doubts(solved, peak, limits, loose, self.stages))
         found = replace(found, sweeps=tuple(sweeps), warnings=lines)
         if solved.other is not None and response.direction == "down":
             self._turned.add(case.name)
@@ -310,7 +319,7 @@ class Run:
         if solved.strain is not None and peak is not None:
             self._strains[case.name] = solved.strain, peak
         curve = response.frequency, amplitude, response.converged
-        listed = case.study.response.frequencies is not None
+        listed = case.given.response.frequencies is not None
         self.shown.curve[case.name] = curve if listed else drawn(response, amplitude)
         if solved.other is not None:
             lower = self.shown.monitor.amplitude(solved.other)
@@ -320,7 +329,7 @@ class Run:
                 for each, drawn_as in zip(sweeps, (curve, second), strict=True)
             }
         if peak is not None:
-            given = case.study.response
+            given = case.given.response
             if given.points is not None or given.frequencies is not None:
                 self._spacings.append(spacing(response.frequency, peak.point))
             self.shown.peak[case.name] = peak
@@ -329,24 +338,10 @@ class Run:
             self.listener(Notice(f"{case.name}: {line}"))
         return found
 
-    def _warnings(self, solved: Solved, peak: Peak | None, limits: Limits) -> Iterator[str]:
-        """What to know of a case, from its products."""
-        planned, study = solved.planned, solved.planned.case.study
-        joints = self.stages.get(planned.system).contacts.joint
-        vane = self.stages.get(mesh_step(study, "vane"))
-        yield from warnings.alike(limits.mac)
-        yield from warnings.implausible(limits.free_frequency, vane.points)
-        yield from warnings.open_at_rest(solved.static, joints, ["hook"])
-        if peak is not None:
-            points = places(study, vane).points
-            yield from warnings.large(solved.response, peak, *_thin(study, vane), points)
-            yield from warnings.beyond_band(solved.response, peak, limits.band)
-        if solved.campbell is not None:
-            yield from warnings.campbell(solved.campbell.lines, limits.band)
-
     def _campbell(self, planned: Planned) -> Campbell | None:
         """The Campbell diagram of a case, the first of those that share its lines."""
-        if planned.case.study.campbell is None:
+        given = planned.case.given
+        if not isinstance(given, Study) or given.campbell is None:
             return None
         key = lines_step(planned, self.stages).key
         if key in self._lines:
@@ -369,10 +364,3 @@ class Run:
     def _point(self, done: int, total: int, frequency: float, amplitude: float) -> None:
         self.listener(self._clock.point(done, total, amplitude))
         self.record.flush_if_due()
-
-
-def _thin(study: Study, vane: Part) -> tuple[float, str]:
-    """The length, m, that displacements of the vane must stay below to be small, and its name."""
-    if isinstance(study.vane, VaneDimensions):
-        return study.vane.thickness, "the aerofoils' thickness"
-    return warnings.TENTH * float(np.ptp(vane.points, axis=0).min()), "a tenth of the vane's depth"

@@ -1,4 +1,4 @@
-"""Run a study: every stage that is not cached, the results file, the tables and the pictures."""
+"""Run a study or a scene: every stage that is not cached, results file, tables and pictures."""
 
 import os
 import time
@@ -7,6 +7,7 @@ from pathlib import Path
 
 from vanelock.commands.run.cases import Run
 from vanelock.input.cases.sweep import cases
+from vanelock.input.cases.values import Given
 from vanelock.input.schema.study import Study
 from vanelock.pipeline.cache import Cache
 from vanelock.pipeline.executor.choose import chosen_executor
@@ -24,7 +25,7 @@ from vanelock.stages.response.summary import Summary
 
 
 def run_study(
-    study: Study,
+    given: Given,
     folder: str | os.PathLike[str],
     listener: Listener = silent,
     text: str = "",
@@ -33,25 +34,26 @@ def run_study(
     insecure: bool = False,
     memory: float | None = None,
 ) -> tuple[Summary, ...]:
-    """Run a study in a folder; what earlier runs there computed is used again.
+    """Run a study or a scene in a folder; what earlier runs there computed is used again.
 
     With several `workers`, protect the calling script with `if __name__ == "__main__":`, since each
     of the processes imports it.
 
     Parameters
     ----------
-    study : Study
+    given : Study or Scene
         What to compute.
     folder : path
         Where `results.h5`, `figures/`, `shapes/` and `cache/` go.
     listener : callable
         Told about stages, points, notices and tables.
     text : str
-        The study file's text, kept in the results.
+        The file's text, kept in the results.
     workers : int
         Processes that compute the cases of a sweep; 1: this one does.
     scheduler : str, optional
-        Address of a Dask scheduler whose workers do, such as "tcp://host:8786".
+        Address of a Dask scheduler whose workers do, such as "tcp://host:8786"; they read the
+        files that a scene names at the same places.
     insecure : bool
         Whether the scheduler may be on another machine without encryption.
     memory : float, optional
@@ -66,26 +68,26 @@ def run_study(
     Raises
     ------
     InputError
-        If the study cannot be computed, or the folder not be used.
+        If it cannot be computed, or the folder not be used.
     """
     path = Path(folder)
     began = time.perf_counter()
     with claimed(path):
         stages = Stages(Cache(path / "cache", lambda told: listener(Notice(told))), listener)
-        found = cases(study)
-        needed = estimated(found, memory)
+        found = cases(given)
+        needed = estimated(found, memory) if isinstance(given, Study) else None
         if needed is not None:
             workers = min(workers, processes(needed.memory, memory))
         executor = chosen_executor(workers, scheduler, listener, path / "cache", insecure)
-        running = Run(study, path, listener, stages, found, executor, memory)
-        running.record.provenance(study, text)
+        running = Run(given, path, listener, stages, found, executor, memory)
+        running.record.provenance(given, text)
         if needed is not None:
             listener(Notice(f"about {', '.join(needed.words().values())}, if nothing is there yet"))
         with running.record.finished():
             summaries = running.all_cases()
             output_files = OutputFiles(path, listener)
             pictures = Pictures(
-                study,
+                given,
                 running.planned,
                 stages,
                 running.shown,
@@ -93,7 +95,7 @@ def run_study(
                 running.scattered(summaries),
             )
             drawn = pictures.draw()
-            if study.outputs.report:
+            if given.outputs.report:
                 running.record.answers(pictures.answers)
                 output_files.finish(
                     lambda: write_report(running.told(pictures, summaries, drawn, text))
@@ -110,3 +112,7 @@ def run_study(
     }
     listener(Finished(str(path), time.perf_counter() - began, told))
     return summaries
+
+
+run_scene = run_study
+"""The same for a scene."""

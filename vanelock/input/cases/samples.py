@@ -14,9 +14,9 @@ from pydantic.fields import FieldInfo
 
 from vanelock.common.errors import InputError, raised
 from vanelock.common.quantities import bounds, number
-from vanelock.input.messages import field_at, known_keys, show, unknown
+from vanelock.input.cases.values import Given, path_of
+from vanelock.input.messages import field_at, show, unknown
 from vanelock.input.schema.distributions import Distribution
-from vanelock.input.schema.study import Study
 
 DIGITS = 9
 """Of a sample, so that it can be written down and run again."""
@@ -25,7 +25,7 @@ LEAST = 1e-3
 """Probability that a distribution must leave between its ends."""
 
 
-def samples(study: Study) -> dict[str, list[float]]:
+def samples(given: Given) -> dict[str, list[float]]:
     """Values of each scattering key, in the order of the samples.
 
     Raises
@@ -35,47 +35,54 @@ def samples(study: Study) -> dict[str, list[float]]:
     """
     from scipy.stats import qmc  # takes longer to load than the rest of this package
 
-    scatter = study.scatter
+    scatter = given.scatter
     assert scatter is not None
-    if wrong := sample_mistakes(study):
+    if wrong := sample_mistakes(given):
         raise InputError("\n".join(wrong))
     random = np.random.default_rng(scatter.seed)
     cube = qmc.LatinHypercube(len(scatter.keys), rng=random).random(scatter.samples)
     return {
-        key: [float(f"{value:.{DIGITS}g}") for value in _mapped(key, each, cube[:, i])]
+        key: [
+            float(f"{value:.{DIGITS}g}")
+            for value in _mapped(key, each, cube[:, i], field_at(path_of(key), type(given)))
+        ]
         for i, (key, each) in enumerate(scatter.keys.items())
     }
 
 
-def sample_mistakes(study: Study) -> list[str]:
+def sample_mistakes(given: Given) -> list[str]:
     """What is wrong with the keys that scatter and with their distributions."""
-    if study.scatter is None:
+    if given.scatter is None:
         return []
     found: list[str] = []
-    if study.sweep or study.rows or study.excitation.engine_orders is not None:
+    if given.sweep or given.rows or getattr(given.excitation, "engine_orders", None):
         found.append(
             "scatter: give either this, or sweep, rows and excitation.engine_orders, not both"
         )
-    for key, each in study.scatter.keys.items():
-        found += _mistakes(key) or raised(partial(_mapped, key, each, MIDDLE))
+    for key, each in given.scatter.keys.items():
+        field = field_at(path_of(key), type(given))
+        found += _mistakes(key, field, type(given)) or raised(
+            partial(_mapped, key, each, MIDDLE, field)
+        )
     return found
 
 
-def _mistakes(key: str) -> list[str]:
+def _mistakes(key: str, field: FieldInfo | None, schema: type[Given]) -> list[str]:
     where = f'scatter.keys."{key}"'
-    if key not in known_keys():
-        return [f"{where}: {unknown(tuple(key.split('.')))}"]
-    field = field_at(tuple(key.split(".")))
-    if field is None or float not in _types(field) or key.startswith(("outputs.", "scatter.")):
+    if field is None:
+        return [f"{where}: {unknown(path_of(key), schema)}"]
+    if float not in _types(field) or key.startswith(("outputs.", "scatter.")):
         return [f"{where}: only keys that hold a number with a fraction can scatter"]
     return []
 
 
-def _mapped(key: str, given: Distribution, probability: NDArray[np.float64]) -> Any:
+def _mapped(
+    key: str, given: Distribution, probability: NDArray[np.float64], field: FieldInfo | None
+) -> Any:
     """Quantiles of a key's distribution, cut where it is cut."""
     from scipy import stats
 
-    where, field = f'scatter.keys."{key}"', field_at(tuple(key.split(".")))
+    where = f'scatter.keys."{key}"'
     assert field is not None
     low, high, mean, deviation = (
         _number(f"{where}.{name}", getattr(given, name), field)

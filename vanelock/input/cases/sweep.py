@@ -1,4 +1,4 @@
-"""Cases of a study: the product of the swept keys' values, each checked as the key itself is.
+"""Cases of a study or a scene: the product of the swept keys' values, each checked as its key is.
 
 Several engine orders are swept values of `excitation.engine_order`, the slowest of them. Rows of
 keys that vary together are slower still. Keys that scatter have their samples instead.
@@ -13,11 +13,11 @@ from typing import Any, Literal, get_args, get_origin
 
 from pydantic import ValidationError
 
-from vanelock.common.checked import UNCHECKED, NotKnown, disagreements
+from vanelock.common.checked import NotKnown, disagreements
 from vanelock.common.errors import InputError
-from vanelock.input.messages import explain, field_at, known_keys, mistakes, reason, show, unknown
+from vanelock.input.cases.values import Given, path_of, value_at, with_values
+from vanelock.input.messages import explain, field_at, mistakes, reason, show, unknown
 from vanelock.input.schema.own_mesh import OwnCasing, OwnVane
-from vanelock.input.schema.structure import KeyTable
 from vanelock.input.schema.study import Study
 from vanelock.mesh.checks.dimensions import (
     check_casing,
@@ -46,49 +46,55 @@ class Case:
         Short and unique in its study, such as "mu=0.15,harmonics=3".
     values : dict of str to number or str
         The swept keys' values, SI.
-    study : Study
-        The study with those values and no sweep.
+    given : Study or Scene
+        What the file says, with those values and no sweep.
     """
 
     name: str
     values: dict[str, float | str]
-    study: Study
+    given: Given
+
+    @property
+    def study(self) -> Study:
+        """The same, where only a study has cases like this one."""
+        assert isinstance(self.given, Study)
+        return self.given
 
 
-def cases(study: Study) -> tuple[Case, ...]:
+def cases(given: Given) -> tuple[Case, ...]:
     """Every case, the last key running fastest; one called "nominal" where nothing is swept.
 
     Raises
     ------
     InputError
-        One line for each swept key or value that the study could not hold.
+        One line for each swept key or value that the study or scene could not hold.
     """
-    if study.scatter is not None:
-        return _samples(study)
-    if wrong := list_mistakes(study):
+    if given.scatter is not None:
+        return _samples(given)
+    if wrong := list_mistakes(given):
         raise InputError("\n".join(wrong))
-    lists = dict(study.sweep)
-    if study.excitation.engine_orders is not None:
-        lists = {ORDER: study.excitation.engine_orders, **lists}
-    if not lists and not study.rows:
-        if wrong := misfits(study):
+    lists = dict(given.sweep)
+    if orders := _orders(given):
+        lists = {ORDER: orders, **lists}
+    if not lists and not given.rows:
+        if wrong := misfits(given):
             raise InputError("\n".join(wrong))
-        return (Case("nominal", {}, study),)
-    together = zip(*study.rows.values(), strict=True)
-    rows = [dict(zip(study.rows, row, strict=True)) for row in together] or [{}]
+        return (Case("nominal", {}, given),)
+    together = zip(*given.rows.values(), strict=True)
+    rows = [dict(zip(given.rows, row, strict=True)) for row in together] or [{}]
     count = len(rows)
     for values in lists.values():
         count *= len(values)
-    where = _where(study, [*study.rows, *lists])
+    where = _where(given, [*given.rows, *lists])
     if count > LARGEST:
         raise InputError(f"{where}: {count} cases: at most {LARGEST} are allowed")
-    names = short_names([*study.rows, *lists])
+    names = short_names([*given.rows, *lists])
     found: dict[str, Case] = {}
     fitting: set[Hashable] = set()
     known: dict[Hashable, Any] = {}
     for row, combination in product(rows, product(*lists.values())):
         chosen = {**row, **dict(zip(lists, combination, strict=True))}
-        case = _case(study, chosen, names, known)
+        case = _case(given, chosen, names, known)
         _check_fit(case, chosen, fitting, where)
         if case.name in found:
             raise InputError(f"rows: {case.name} is there twice")
@@ -96,12 +102,17 @@ def cases(study: Study) -> tuple[Case, ...]:
     return tuple(found.values())
 
 
-def list_mistakes(study: Study, context: str | None = None) -> list[str]:
-    """What is wrong with the lists of a study's sweep, rows and scatter.
+def _orders(given: Given) -> tuple[int, ...]:
+    """Engine orders that each have cases of their own."""
+    return (given.excitation.engine_orders or ()) if isinstance(given, Study) else ()
+
+
+def list_mistakes(given: Given, context: str | None = None) -> list[str]:
+    """What is wrong with the lists of its sweep, rows and scatter.
 
     Parameters
     ----------
-    study : Study
+    given : Study or Scene
         It may lack keys whose values are wrong.
     context : str, optional
         "unchecked" looks at each value by itself, without its combination with others.
@@ -110,27 +121,27 @@ def list_mistakes(study: Study, context: str | None = None) -> list[str]:
 
     found: list[str] = []
     with suppress(NotKnown):
-        for key, values in study.sweep.items():
-            found += _mistakes(study, key, values, context)
+        for key, values in given.sweep.items():
+            found += _mistakes(given, key, values, context)
     with suppress(NotKnown):
-        found += _of_rows(study, context)
+        found += _of_rows(given, context)
     with suppress(NotKnown):
-        found += sample_mistakes(study)
+        found += sample_mistakes(given)
     return found
 
 
-def _samples(study: Study) -> tuple[Case, ...]:
+def _samples(given: Given) -> tuple[Case, ...]:
     """A case for each sample of the keys that scatter."""
     from vanelock.input.cases.samples import samples
 
-    columns = samples(study)
+    columns = samples(given)
     count = len(next(iter(columns.values())))
     found = []
     fitting: set[Hashable] = set()
     for i in range(count):
         chosen = {key: values[i] for key, values in columns.items()}
         try:
-            case = _case(study, chosen, short_names(list(chosen)), {})
+            case = _case(given, chosen, short_names(list(chosen)), {})
             _check_fit(case, chosen, fitting)
         except InputError as error:
             told = str(error).removeprefix("sweep: ")
@@ -141,13 +152,13 @@ def _samples(study: Study) -> tuple[Case, ...]:
     return tuple(found)
 
 
-def _of_rows(study: Study, context: str | None) -> list[str]:
+def _of_rows(given: Given, context: str | None) -> list[str]:
     """What is wrong with the lists of keys that vary together."""
     found: list[str] = []
-    lengths = {len(values) for values in study.rows.values()}
-    for key, values in study.rows.items():
+    lengths = {len(values) for values in given.rows.values()}
+    for key, values in given.rows.items():
         where = f'rows."{key}"'
-        if key in study.sweep:
+        if key in given.sweep:
             found.append(f"{where}: is in sweep too")
         elif not values:
             found.append(f"{where} = []: needs at least one value")
@@ -155,11 +166,11 @@ def _of_rows(study: Study, context: str | None) -> list[str]:
             found += [
                 line.replace("sweep.", "rows.", 1)
                 for value in dict.fromkeys(map(_hashable, values))
-                for line in _mistakes(study, key, (value,), context)
+                for line in _mistakes(given, key, (value,), context)
                 if "must" not in line  # may hold for the other values of its row
             ][:1]
     if not found and len(lengths) > 1:
-        told = ", ".join(f'"{key}" {len(values)}' for key, values in study.rows.items())
+        told = ", ".join(f'"{key}" {len(values)}' for key, values in given.rows.items())
         found.append(f"rows: lists must be equally long, not {told}")
     return found
 
@@ -169,26 +180,29 @@ def _hashable(value: object) -> Any:
 
 
 def _case(
-    study: Study, chosen: dict[str, Any], names: dict[str, str], known: dict[Hashable, Any]
+    given: Given, chosen: dict[str, Any], names: dict[str, str], known: dict[Hashable, Any]
 ) -> Case:
-    """The study with all chosen values at once: combinations may be impossible too.
+    """What is given with all chosen values at once: combinations may be impossible too.
 
     Cases whose values in a table are the same share it: those `known` so far.
     """
     try:
-        changed = with_values(study, chosen, known=known)
+        changed = with_values(given, chosen, known=known)
     except ValidationError as error:
         shown = ", ".join(f"{key} = {show(value)}" for key, value in chosen.items())
         told = f"{shown}: " if len(chosen) > 1 else ""
-        raise InputError(f"{_where(study, chosen)}: {told}{explain(error, {})[0]}") from None
+        why = explain(error, {}, type(given))[0]
+        raise InputError(f"{_where(given, chosen)}: {told}{why}") from None
     values = {key: value_at(changed, key) for key in chosen}
     name = ",".join(f"{names[key]}={shown_value(value)}" for key, value in values.items())
     return Case(name, values, changed)
 
 
-def misfits(study: Study) -> list[str]:
-    """What dimensions contradict one another, and what mesh files are not there."""
-    return disagreements(study, (_files, _sectors, _vane, _casing, _both))
+def misfits(given: Given) -> list[str]:
+    """What dimensions of a study contradict one another, and what mesh files are not there."""
+    if not isinstance(given, Study):
+        return []
+    return disagreements(given, (_files, _sectors, _vane, _casing, _both))
 
 
 def _files(study: Study) -> Iterator[str]:
@@ -217,10 +231,10 @@ def _both(study: Study) -> None:
         check_clearances(study.vane, study.casing)
 
 
-def _where(study: Study, keys: Collection[str]) -> str:
-    """Which tables of the study vary some keys."""
-    rows = any(key in study.rows for key in keys)
-    others = any(key not in study.rows for key in keys)
+def _where(given: Given, keys: Collection[str]) -> str:
+    """Which tables of the study or scene vary some keys."""
+    rows = any(key in given.rows for key in keys)
+    others = any(key not in given.rows for key in keys)
     return "rows and sweep" if rows and others else "rows" if rows else "sweep"
 
 
@@ -228,30 +242,32 @@ def _check_fit(
     case: Case, chosen: dict[str, Any], known: set[Hashable], where: str = "sweep"
 ) -> None:
     """Refuse a vane and a casing that cannot be assembled, unless it is known that they can."""
-    geometry = case.study.vane, case.study.casing, case.study.ring.sectors
+    if not isinstance(study := case.given, Study):
+        return
+    geometry = study.vane, study.casing, study.ring.sectors
     if geometry in known:
         return
-    if wrong := misfits(case.study):
+    if wrong := misfits(study):
         shown = ", ".join(f"{key} = {show(value)}" for key, value in chosen.items())
         raise InputError(f"{where}: {shown}: {wrong[0]}")
     known.add(geometry)
 
 
-def _mistakes(study: Study, key: str, values: tuple[Any, ...], context: str | None) -> list[str]:
+def _mistakes(given: Given, key: str, values: tuple[Any, ...], context: str | None) -> list[str]:
     """What is wrong with a swept key, value by value."""
-    where = f'sweep."{key}"'
-    if key not in known_keys():
-        return [f"{where}: {unknown(tuple(key.split('.')))}"]
-    if key.startswith(("outputs.", "scatter.")) or not (_holds_number(key) or _holds_choice(key)):
+    where, schema = f'sweep."{key}"', type(given)
+    if field_at(path_of(key), schema) is None:
+        return [f"{where}: {unknown(path_of(key), schema)}"]
+    if key.startswith(("outputs.", "scatter.")) or not _can_vary(key, schema):
         return [f"{where}: only keys that hold a number or a choice of words can be swept"]
-    if key == ORDER and study.excitation.engine_orders is not None:
+    if key == ORDER and _orders(given):
         return [f"{where}: give either this or excitation.engine_orders, not both"]
 
     def held(value: Any) -> Any:
         try:
-            return value_at(with_values(study, {key: value}, context), key)
+            return value_at(with_values(given, {key: value}, context), key)
         except ValidationError as error:
-            raise InputError(reason(mistakes(error)[0], given=value)) from None
+            raise InputError(reason(mistakes(error)[0], schema, value)) from None
 
     return value_mistakes(where, values, held)
 
@@ -278,73 +294,20 @@ def value_mistakes(where: str, values: Sequence[Any], held: Callable[[Any], Any]
     return found
 
 
-def _holds_number(key: str) -> bool:
-    field = field_at(tuple(key.split(".")))
+def _can_vary(key: str, schema: type[Given]) -> bool:
+    """Whether a key holds a number or a choice of words."""
+    field = field_at(path_of(key), schema)
     if field is None:
         return False
     options = [field.annotation, *get_args(field.annotation)]
     options += [inner for option in options for inner in get_args(option)[:1]]
-    return key in NUMBERS or any(option in (int, float) for option in options)
-
-
-def _holds_choice(key: str) -> bool:
-    field = field_at(tuple(key.split(".")))
-    return field is not None and get_origin(field.annotation) is Literal
+    numbers = key in NUMBERS or any(option in (int, float) for option in options)
+    return numbers or get_origin(field.annotation) is Literal
 
 
 def shown_value(value: float | str) -> str:
     """A value as case names have it."""
     return value if isinstance(value, str) else f"{value:.9g}"
-
-
-def value_at(study: Study, key: str) -> Any:
-    """Value of a dotted key, None where there is none."""
-    value: Any = study
-    for name in key.split("."):
-        value = getattr(value, name, None)
-    return value
-
-
-def with_values(
-    study: Study,
-    changes: dict[str, Any],
-    context: str | None = None,
-    known: dict[Hashable, Any] | None = None,
-) -> Study:
-    """The study with some keys changed and no sweep; raises pydantic's ValidationError.
-
-    Tables without a change are those of the study itself, which are not checked again, nor are
-    tables `known` from the same changes of the same study; new ones are added to these. In the
-    context "unchecked" it is not looked at whether keys contradict one another.
-    """
-    changed: dict[str, Any] = {"excitation": ("excitation",)}  # what it is known by
-    for key, value in changes.items():
-        name = key.partition(".")[0]
-        changed[name] = (*changed.get(name, (name,)), key, repr(value))
-    apart = {"sweep", "rows", "scatter"}
-    tables: dict[str, Any] = {}
-    if context != UNCHECKED:  # else keys may be missing
-        same = {name: getattr(study, name) for name in study.model_fields_set - apart - {*changed}}
-        if known is not None:
-            same |= {name: known[by] for name, by in changed.items() if by in known}
-        tables = {name: value for name, value in same.items() if isinstance(value, KeyTable)}
-    data = tables | study.model_dump(
-        exclude_unset=True, exclude={*apart, *tables}, warnings=context != UNCHECKED
-    )
-    if "excitation" not in tables:
-        data.get("excitation", {}).pop("engine_orders", None)
-    for key, value in changes.items():
-        *path, last = key.split(".")
-        if path and path[0] in tables:
-            continue
-        table = data
-        for name in path:
-            table = table.setdefault(name, {})
-        table[last] = value
-    found = Study.model_validate(data, strict=True, context=context)
-    if known is not None:
-        known.update({by: getattr(found, name) for name, by in changed.items() if name in data})
-    return found
 
 
 def short_names(keys: list[str]) -> dict[str, str]:

@@ -74,7 +74,7 @@ _APART: dict[str, Callable[[Any], bool]] = {
     "response.frequencies": lambda study: study.response.frequencies is not None,
     "response.samples": lambda study: study.response.samples is not None,
     'response.direction, unless "up"': lambda study: study.response.direction != "up",
-    'joints.friction = "isotropic"': lambda study: study.joints.friction != "orthogonal",
+    'response.friction = "isotropic"': lambda study: study.response.friction != "orthogonal",
     "joints.interlock.enabled = false": lambda study: not study.joints.interlock.enabled,
     "vane.mesh, unless campaign.slants = []": lambda study: (
         bool(getattr(study.vane, "mesh", None)) and bool(study.campaign.slants)

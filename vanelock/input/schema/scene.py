@@ -11,8 +11,10 @@ from pydantic import AfterValidator, BeforeValidator, Field
 from vanelock.common.checked import Check
 from vanelock.common.quantities import Angle, Force, Frequency, Length, Stiffness
 from vanelock.input.band import asked_for, too_narrow
+from vanelock.input.schema.comparison import MeasuredCurve, curves
+from vanelock.input.schema.distributions import Scatter
 from vanelock.input.schema.structure import SPRING, KeyTable, sequence
-from vanelock.input.schema.study import Order, ResponseKeys
+from vanelock.input.schema.study import Lists, Order, ResponseKeys
 
 GROUND = "ground"
 """What a contact's second component is called where there is none."""
@@ -210,9 +212,6 @@ class SceneResponse(ResponseKeys):
     """Where and how finely the forced response is computed."""
 
     mode: int = Field(default=1, ge=1, le=1000, description="mode of interest")
-    friction: Literal["orthogonal", "isotropic"] = Field(
-        default="orthogonal", description="friction in the plane"
-    )
 
 
 class SceneOutputs(KeyTable):
@@ -220,6 +219,8 @@ class SceneOutputs(KeyTable):
 
     nodes: dict[str, Nodes] = Field(default_factory=dict, description="output nodes")
     monitor: str | None = Field(default=None, description="monitored displacement")
+    loops: bool = Field(default=True, description="whether a hysteresis loop is drawn")
+    animations: bool = Field(default=True, description="whether loops are animated")
     report: bool = Field(default=True, description="whether the report is written")
 
 
@@ -239,9 +240,12 @@ class Scene(KeyTable):
     damping: SceneDamping = SceneDamping()
     response: SceneResponse = SceneResponse()
     outputs: SceneOutputs = SceneOutputs()
-    sweep: dict[str, Annotated[tuple[Any, ...], BeforeValidator(sequence)]] = Field(
-        default_factory=dict, description="swept keys"
+    measured: Annotated[tuple[MeasuredCurve, ...], BeforeValidator(curves)] = Field(
+        default=(), max_length=100, description="measured curves"
     )
+    sweep: Lists = Field(default_factory=dict, description="swept keys")
+    rows: Lists = Field(default_factory=dict, description="keys that vary together")
+    scatter: Scatter | None = Field(default=None, description="scattering keys")
 
     def _harmonics_are_computed(self) -> Iterator[str]:
         for i, load in enumerate(self.loads):
@@ -282,6 +286,11 @@ class Scene(KeyTable):
         if held:
             yield f"{', '.join(held)}: system.file holds it already"
 
+    def _measures_displacement(self) -> Iterator[str]:
+        for i, curve in enumerate(self.measured):
+            if curve.gauge is not None:
+                yield f"measured[{i}].gauge: a scene of matrices has no strain gauges"
+
     def _answers_its_range(self) -> Iterator[str]:
         for name, keys in self.components.items():
             yield from too_narrow(f"components.{name}.band", keys.band, asked_for(self.response))
@@ -289,6 +298,7 @@ class Scene(KeyTable):
     checks: ClassVar[tuple[Check, ...]] = (
         _harmonics_are_computed,
         _answers_its_range,
+        _measures_displacement,
         _turns_in_a_ring,
         _has_components,
         _touches_somewhere,

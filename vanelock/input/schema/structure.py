@@ -197,9 +197,6 @@ class InterlockJoint(KeyTable):
 class Joints(KeyTable):
     """The joints with friction contacts."""
 
-    friction: Literal["orthogonal", "isotropic"] = Field(
-        default="orthogonal", description="friction in the tangential plane"
-    )
     hook: HookJoint = HookJoint()
     interlock: InterlockJoint = InterlockJoint()
 

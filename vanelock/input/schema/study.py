@@ -150,6 +150,9 @@ class ResponseKeys(KeyTable):
         default="up", description="direction of the sweep"
     )
     harmonics: int = Field(default=3, ge=1, le=99, description="highest harmonic")
+    friction: Literal["orthogonal", "isotropic"] = Field(
+        default="orthogonal", description="friction in the tangential plane"
+    )
     coupling: Literal["coupled", "uncoupled", "constant-load"] = Field(
         default="coupled", description="coupling of the static and the dynamic balance"
     )
@@ -284,11 +287,11 @@ class Study(KeyTable):
     campaign: Campaign | None = Field(default=None, description="published study")
 
     def _is_sampled_enough(self) -> Iterator[str]:
-        least = least_samples(self.response.harmonics, self.joints.friction)
+        least = least_samples(self.response.harmonics, self.response.friction)
         if self.response.samples is not None and self.response.samples < least:
             yield (
                 f"response.samples = {self.response.samples}: number of samples must be >= {least} "
-                f"for {self.response.harmonics} harmonics and {self.joints.friction} friction"
+                f"for {self.response.harmonics} harmonics and {self.response.friction} friction"
             )
 
     def _has_the_output(self) -> Iterator[str]:

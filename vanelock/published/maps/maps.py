@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from vanelock.input.cases.sweep import with_values
+from vanelock.input.cases.values import with_values
 from vanelock.input.schema.study import Study
 from vanelock.nonlinear import Journal, System
 from vanelock.pipeline.cache import code_of
@@ -145,7 +145,7 @@ def slanted(study: Study, slant: float, band: float | None) -> tuple[Step[System
     wanted = diameters([other])
     rom = {part: rom_step(other, part, wanted) for part in ("vane", "casing")}
     base = linear_system_step(other, **rom)
-    return system_step(other, **rom), limits_step(other, base, **rom)
+    return system_step(other, **rom), limits_step(other.response.mode, base, tuple(rom.values()))
 
 
 def ends(study: Study, limits: Limits) -> tuple[float, float]:

@@ -10,9 +10,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from vanelock.input.cases.values import Given
 from vanelock.input.schema.study import Study
 from vanelock.mesh import CasingDimensions, Part, VaneDimensions
 from vanelock.mesh.contact.patches import hook_overlap, hook_patches, interlock_patches
+from vanelock.rom import Contacts
 
 Floats = NDArray[np.float64]
 
@@ -27,13 +29,13 @@ class Places:
     Attributes
     ----------
     names : tuple of str
-        "interlock 3", "front hook 12": counted along their sets.
+        "interlock 3", "front hook 12": counted along their sets, or in their joints.
     joint : tuple of str
-        "hook" or "interlock".
+        Name of each one's joint.
     nodes : (c,) int
-        The vane's node of each.
+        The vane's node of each; -1 of a contact between matrices.
     points : (c, 3) float
-        Its place, m.
+        Its place, m; NaN there.
     area : (c,) float
         m²; NaN where it is not known.
     coefficient : (c,) float
@@ -48,7 +50,18 @@ class Places:
     coefficient: Floats
 
 
-def places(study: Study, vane: Part) -> Places:
+def places(given: Given, contacts: Contacts, vane: Part | None) -> Places:
+    """Contacts of a case, on its vane if it has one."""
+    if vane is not None:
+        assert isinstance(given, Study)
+        return places_on(given, vane)
+    joint, unknown = contacts.joints, np.full(contacts.count, np.nan)
+    names = tuple(f"{name} {joint[: i + 1].count(name)}" for i, name in enumerate(joint))
+    none = np.full(contacts.count, -1)
+    return Places(names, joint, none, np.full((contacts.count, 3), np.nan), unknown, unknown)
+
+
+def places_on(study: Study, vane: Part) -> Places:
     """Contacts of a case on its vane."""
     areas = _areas(study, vane)
     sets = [*HOOKS, *(["interlock_right"] if study.joints.interlock.enabled else [])]

@@ -23,10 +23,10 @@ def curves(run_data: RunData) -> Figure:
         render.Curve(
             frequency,
             amplitude,
-            group=words(each.case.name, without="harmonics"),
+            group=called(each.case.name),
             harmonics=run_data.shown.harmonics[each.case.name],
             converged=converged,
-            joined=each.case.study.response.frequencies is None,
+            joined=each.case.given.response.frequencies is None,
             variant=direction,
         )
         for each in drawn_alone(run_data)
@@ -43,11 +43,15 @@ def curves(run_data: RunData) -> Figure:
     ]
     keys = [(*(r.key for r in each.responses), each.case.name) for each in run_data.planned]
     monitor = run_data.shown.monitor.name
-    shows = [keys, monitor, run_data.study.name]
+    shows = [keys, monitor, run_data.given.name]
     shows += [[m.name, m.frequency.tolist(), m.amplitude.tolist()] for m in run_data.shown.measured]
-    orders = {abs(each.case.study.excitation.engine_order) for each in run_data.planned}
+    orders = {
+        abs(each.case.given.excitation.engine_order)
+        for each in run_data.planned
+        if each.case.given.ring.sectors > 1
+    }
     order = orders.pop() if len(orders) == 1 else None  # one speed axis, or none
-    title = f"{run_data.study.name}: forced response"
+    title = f"{run_data.given.name}: forced response"
     shade = band(run_data)
     path = run_data.output_files.draw(
         "figures/response.png",
@@ -64,9 +68,9 @@ def curves(run_data: RunData) -> Figure:
         "figures/response.csv", shows, lambda: {**columns(made), **shaded(shade)}, notes
     )
     limits = (
-        "The thin lines are the linear limits, with the interlock free (dashed) and stuck "
-        "(dotted): without friction's damping the peak would be as high as theirs. "
-        if run_data.study.joints.interlock.enabled
+        f"The thin lines are the linear limits, with {run_data.shown.opens} free (dashed) and "
+        "stuck (dotted): without friction's damping the peak would be as high as theirs. "
+        if run_data.shown.opens
         else "The thin dashed line is the linear limit: the same structure without friction's "
         "damping. "
     )
@@ -83,6 +87,11 @@ def curves(run_data: RunData) -> Figure:
             f"own have {in_words(run_data)}."
         )
     return Figure(path, "Forced response", caption, (data,))
+
+
+def called(name: str) -> str:
+    """A case in the legend, where its harmonics stand apart."""
+    return "with friction" if name == "nominal" else words(name, without="harmonics")
 
 
 def columns(curves: list[render.Curve]) -> Mapping[str, ArrayLike]:
@@ -107,15 +116,13 @@ def shaded(band: render.Band | None) -> Mapping[str, ArrayLike]:
 
 
 def linear(run_data: RunData) -> list[render.Curve]:
-    """Linear limits: equal ones once; without an interlock there is no stuck one."""
+    """Linear limits, equal ones once."""
     found: list[tuple[list[str], Limit, Floats, Floats]] = []
     limits = run_data.shown.linear
     if len(limits) > MOST:  # a stiffness is swept: those of the cases that are shown
         own = {each.linear.name for each in named(run_data)}
         limits = {key: curve for key, curve in limits.items() if key[0] in own}
     for (name, which), (f, a) in limits.items():
-        if which == "stuck" and not run_data.study.joints.interlock.enabled:
-            continue
         for names, other, *curve in found:
             if other == which and _equal(curve[0], f) and _equal(curve[1], a):
                 names.append(name)

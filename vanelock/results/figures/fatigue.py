@@ -7,8 +7,9 @@ from numpy.typing import ArrayLike
 
 from vanelock import render
 from vanelock.input.cases.names import of_case, slug, words
-from vanelock.quantities.answers import CaseAnswers, Margin
+from vanelock.quantities.answers import CaseAnswers
 from vanelock.quantities.curves_and_fields import RunData
+from vanelock.quantities.stress.margins import Margin
 from vanelock.results.figures.figure import Figure
 
 DIGITS = 6
@@ -21,8 +22,8 @@ MARKED = 5
 
 def haigh(run_data: RunData, found: CaseAnswers) -> Figure:
     """Haigh diagram of the vane at a case's peak, and its numbers at every node."""
-    cycle, spots = found.cycles.vane, found.spots["vane"]
-    bears = found.governing.strength
+    cycle, spots = found.stress.cycles.vane, found.stress.spots["vane"]
+    bears = found.stress.governing.strength
     named = [render.Named(m.what, m.mean, m.amplitude, m.node is None) for m in _marked(found)]
     title = f"Fatigue of the vane at the peak, {found.peak.frequency:.2f} Hz"
     told = (
@@ -65,13 +66,12 @@ def haigh(run_data: RunData, found: CaseAnswers) -> Figure:
 
 
 def _marked(found: CaseAnswers) -> list[Margin]:
-    gauges = [m for m in found.margins["vane"] if m.node is None]
-    return [*found.features["vane"][:MARKED], *gauges[:3]]
+    return [*found.stress.features["vane"][:MARKED], *found.stress.gauges[:3]]
 
 
 def _nodes(found: CaseAnswers) -> dict[str, ArrayLike]:
-    cycle, spots = found.cycles.vane, found.spots["vane"]
-    bears = found.governing.strength
+    cycle, spots = found.stress.cycles.vane, found.stress.spots["vane"]
+    bears = found.stress.governing.strength
     x, y, z = 1e3 * spots.part.points.T
     columns: dict[str, ArrayLike] = {
         "node": np.arange(len(x)),

@@ -1,4 +1,4 @@
-"""The hysteresis loop of the interlock contact that dissipates most at a case's peak."""
+"""The hysteresis loop of the contact that dissipates most at a case's peak."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -74,15 +74,17 @@ class Loop:
 def loops(run_data: RunData, each: Planned, animated: bool) -> list[Figure]:
     """The loop of a case, where there is one; `animated`, too."""
     top, name = run_data.top(each), each.case.name
-    joints = run_data.stages.get(each.system).contacts.joint
-    own = [i for i, joint in enumerate(joints) if joint == "interlock"]
+    contacts = run_data.stages.get(each.system).contacts
+    own = np.flatnonzero(contacts.opens).tolist()
     sampled = top.samples > 0 and top.friction == "orthogonal"  # no loop is exact then
     if sampled or not own or not top.dissipation[0, own].any():
         return []
     contact = max(own, key=lambda i: float(top.dissipation[0, i]))
     loop = Loop(top, contact)
-    number, frequency = own.index(contact) + 1, run_data.shown.peak[name].frequency
-    title = f"Interlock contact {number} at {frequency:.2f} Hz"
+    frequency = run_data.shown.peak[name].frequency
+    joint = contacts.joints[contact]
+    heading = f"contact {contacts.joints[: contact + 1].count(joint)} of {joint}"
+    title = f"C{heading[1:]} at {frequency:.2f} Hz"
     shows = [each.response.key, title, name, run_data.shown.monitor.name]
     given: dict[str, Any] = {"isotropic": loop.isotropic}
 
@@ -95,16 +97,16 @@ def loops(run_data: RunData, each: Planned, animated: bool) -> list[Figure]:
         render.loop_animation(path, *loop.history, loop.mu, title, words(name), **given)
 
     path = run_data.output_files.draw(f"figures/loop_{slug(name)}.png", shows, still)
-    notes = [f"{run_data.study.name}: {title}{of_case(name)}, one period"]
+    notes = [f"{run_data.given.name}: {title}{of_case(name)}, one period"]
     data = run_data.table(f"figures/loop_{slug(name)}.csv", shows, loop.columns, notes)
     caption = (
-        f"Contact {number} of the interlock, the one that turns most energy into heat, over one "
+        f"C{heading[1:]}, the one that turns most energy into heat, over one "
         f"period at the peak, {frequency:.2f} Hz{of_case(name)}. Left: friction over sliding; the "
         "area inside is the energy lost in a cycle. Where the loop runs along its dashed bounds "
         "±μn the contact slips, on the steep flanks it sticks. Right: normal force and friction "
         "over the period; the bounds move because the normal force does."
     )
-    heading = f"Hysteresis of interlock contact {number}"
+    heading = f"Hysteresis of {heading}"
     made = [Figure(path, heading, caption, (data,))]
     if animated:
         path = run_data.output_files.animate(f"figures/loop_{slug(name)}.gif", shows, moving)

@@ -6,7 +6,8 @@ from functools import cached_property
 from pathlib import Path
 
 from vanelock import render
-from vanelock.input.schema.study import Study
+from vanelock.input.cases.values import Given
+from vanelock.input.schema.study import Outputs
 from vanelock.pipeline.progress import Notice
 from vanelock.pipeline.step import Stages
 from vanelock.quantities.answers import CaseAnswers, answers, balances
@@ -33,7 +34,7 @@ __all__ = ["Pictures", "Shown"]
 class Pictures:
     """All pictures of a run."""
 
-    study: Study
+    given: Given
     planned: Sequence[Planned]
     stages: Stages
     shown: Shown
@@ -44,23 +45,24 @@ class Pictures:
     @cached_property
     def run_data(self) -> RunData:
         """What they are drawn from."""
-        return RunData(self.study, self.planned, self.stages, self.shown, self.output_files)
+        return RunData(self.given, self.planned, self.stages, self.shown, self.output_files)
 
     def draw(self) -> list[Figure]:
         """Draw what is not there yet, and remove what earlier runs drew and this one does not."""
-        run_data = self.run_data
-        if self.study.outputs.shapes:
+        run_data, outputs = self.run_data, self.given.outputs
+        shapes = isinstance(outputs, Outputs) and outputs.shapes
+        if shapes:
             render.trial()  # whether this machine draws is known when the first shape is recovered
         made = [curves(run_data), *campbells(run_data), *preloads(run_data)]
         if self.scattered is not None:
             made.insert(1, scatters(run_data, self.scattered))
         detailed = self._detailed()
         moving = {each.case.name for each in (*detailed[:1], *detailed[-1:])}
-        moving = moving if self.study.outputs.animations else set()
-        if self.study.outputs.loops:
+        moving = moving if outputs.animations else set()
+        if outputs.loops:
             for each in detailed:
                 made += loops(run_data, each, each.case.name in moving)
-        if self.study.outputs.shapes:
+        if shapes:
             modes = all_modes(run_data)
             made.append(mesh(run_data, self.planned[0], modes[0].data if modes else ()))
             made += modes
@@ -68,10 +70,10 @@ class Pictures:
                 made += response(run_data, each, each.case.name in moving)
             made += [stress(run_data, each) for each in detailed]
             made += [contacts(run_data, each) for each in detailed]
-        if self.study.outputs.report:
-            made += [haigh(run_data, found) for found in self.answers.values()]
+        if outputs.report:
+            made += [haigh(run_data, each) for each in self.answers.values() if each.margins]
             self.wear = {name: wear_table(run_data, found) for name, found in self.answers.items()}
-        self.output_files.tidy(keep=[REPORT] if self.study.outputs.report else [])
+        self.output_files.tidy(keep=[REPORT] if outputs.report else [])
         return made
 
     @cached_property
@@ -87,8 +89,8 @@ class Pictures:
     def _detailed(self) -> list[Planned]:
         """Cases with pictures of their own; says which, if any are drawn."""
         cases, count = named(self.run_data), len(self.shown.peak)
-        wanted = self.study.outputs
-        drawn = [name for name in ("loops", "shapes") if getattr(wanted, name)]
+        wanted = self.given.outputs
+        drawn = [name for name in ("loops", "shapes") if getattr(wanted, name, False)]
         if drawn and len(cases) < count:
             told = f"pictures of {' and '.join(drawn)} for {in_words(self.run_data)} of {count}"
             self.output_files.listener(Notice(told))

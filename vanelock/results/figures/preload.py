@@ -1,4 +1,4 @@
-"""What interference alone does to the contacts, before anything vibrates."""
+"""What interference and static loads do to the contacts, before anything vibrates."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -19,7 +19,8 @@ def preloads(run_data: RunData) -> list[Figure]:
     """One for each distinct preload."""
     found: dict[str, Figure] = {}
     distinct = {each.preload.key for each in run_data.planned}
-    for each in run_data.planned if len(distinct) <= DETAILED else named(run_data):
+    every = [each for each in run_data.planned if run_data.stages.get(each.system).contacts.count]
+    for each in every if len(distinct) <= DETAILED else named(run_data):
         if each.preload.key not in found:
             found[each.preload.key] = _preload(run_data, each)
     return list(found.values())
@@ -38,7 +39,7 @@ def _preload(run_data: RunData, each: Planned) -> Figure:
     )
     data = run_data.table(f"figures/preload{suffix}.csv", shows, lambda: columns(static, joints))
     caption = (
-        f"Contact forces at rest, from the interference alone{of_case(name)}. Above: normal force "
+        f"Contact forces at rest, nothing vibrating{of_case(name)}. Above: normal force "
         "of each contact of a sector. Below: friction over its bound, |t| / (μ n): 1 where the "
         "contact slid while the parts were assembled. An open contact carries nothing and cannot "
         "damp; the spread of the normal forces tells how unevenly a joint will slip."

@@ -16,7 +16,7 @@ def scatters(run_data: RunData, found: Scattered) -> Figure:
     """Distribution of the peaks, and the peaks against what scatters."""
     monitor, known = run_data.shown.monitor.name, found.known
     shows = [[each.response.key, each.case.name] for each in run_data.planned]
-    shows += [[monitor, run_data.study.name, *found.keys], found.value.tolist()]
+    shows += [[monitor, run_data.given.name, *found.keys], found.value.tolist()]
     keys = [_shown(key, found.value[known, i]) for i, key in enumerate(found.keys)]
     panels = [
         render.ScatterPanel(
@@ -32,7 +32,7 @@ def scatters(run_data: RunData, found: Scattered) -> Figure:
             found.frequency_correlation[:, 0],
         ),
     ]
-    title = f"{run_data.study.name}: {TITLE.lower()}"
+    title = f"{run_data.given.name}: {TITLE.lower()}"
     path = run_data.output_files.draw(
         "figures/scatter.png",
         shows,

@@ -17,8 +17,8 @@ from vanelock.results.figures.figure import Figure
 from vanelock.results.time_steps import steps
 from vanelock.stages.parts.components import PARTS
 from vanelock.stages.parts.meshes import mesh_step
-from vanelock.stages.plan import LIMITS, Planned
-from vanelock.stages.response.limits import hooks
+from vanelock.stages.plan import Planned
+from vanelock.stages.response.responses import LIMITS
 
 DETAILED = 8
 """Cases that get pictures of their own; a larger sweep gets those of the first and the last."""
@@ -105,17 +105,17 @@ def _modes(run_data: RunData, each: Planned, name: str, animated: bool) -> list[
     limits = run_data.stages.get(each.linear.limits)
     k = limits.nodal_diameter
     made = []
-    wanted = LIMITS if limits.interlock else LIMITS[:1]
+    wanted = LIMITS if limits.opens else LIMITS[:1]
     for which in wanted:
         place = limits.free_mode if which == "free" else limits.stuck_mode
         frequency = limits.free_frequency if which == "free" else limits.stuck_frequency
         wave = render.wave_name(k, run_data.study.ring.sectors)
-        held = f", interlock {which}" if limits.interlock else ""
+        held = f", interlock {which}" if limits.opens else ""
         title = f"Mode {place + 1} of {wave}{held}: {frequency:.2f} Hz"
 
         def recover(which: str = which, place: int = place) -> list[Shape]:
             system = run_data.stages.get(each.linear.system)
-            closed = hooks(system.contacts.joint) if which == "free" else None
+            closed = ~system.contacts.opens if which == "free" else None
             shapes = rom.linear_modes(system, k, place + 1, closed)[1]
             return run_data.fields(each, np.asarray(shapes[:, place], complex), k)
 

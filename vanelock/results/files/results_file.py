@@ -4,11 +4,12 @@
     /mesh/<part>         mesh.Part
     /rom/<part>          rom.Component, its matrices also as /rom/<part>/<nodal diameter>; with an
                          accuracy the casing's at the load's diameter, others in /rom/casing_nd<k>
+    /component/<name>    of a scene, in place of these: matrices.Piece
     /system              nonlinear.System
-    /limits/<name>       linear modes with the interlock free and stuck; "all" if cases share them
+    /limits/<name>       linear modes with contacts free and stuck; "all" if cases share them
     /response/<case>     nonlinear.Response, with the swept keys, the summary and warnings as
                          attributes;
-                         its system and preload, and mesh and rom where they are not those above;
+                         its system and preload, and mesh, rom or component where not those above;
                          gauge, (points, H+1, gauges): harmonics of the strain at each gauge;
                          with an accuracy error, by source: estimated relative errors of the peak's
                          amplitude and frequency, share, cost, knob; left_out: what, and why;

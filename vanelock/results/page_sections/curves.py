@@ -60,7 +60,7 @@ def response_plot(told: PageContent, further: Sequence[Trace] = ()) -> Plot:
     ]
     for each in alone:
         name = each.case.name
-        listed = each.case.study.response.frequencies is not None
+        listed = each.case.given.response.frequencies is not None
         own = words(name) if name != "nominal" else "with friction"
         for i, (direction, curve) in enumerate(run_data.shown.curves(name).items()):
             label = f"{own}, {direction}" if direction else own
@@ -72,8 +72,8 @@ def response_plot(told: PageContent, further: Sequence[Trace] = ()) -> Plot:
     ]
     data = (run_data.output_files.folder / "figures" / "response.csv",)
     lines = (
-        "Dashed and dotted: linear, interlock free and stuck."
-        if run_data.study.joints.interlock.enabled
+        f"Dashed and dotted: linear, {run_data.shown.opens} free and stuck."
+        if run_data.shown.opens
         else "Dashed: linear."
     )
     return Plot(
@@ -159,11 +159,6 @@ def gauges(told: PageContent) -> list[Plot]:
     where = "; ".join(f"gauge {g + 1}: {text}" for g, text in enumerate(names))
     caption = f"Half the peak-to-peak of the strain that the gauges read. {where}."
     return [Plot(traces, "frequency (Hz)", "strain (µm/m)", "Strain gauges", caption)]
-
-
-def render_grey() -> str:
-    """The house's grey for linear limits."""
-    return str(render.style.GREY)
 
 
 def loops(found: CaseAnswers) -> list[Plot]:

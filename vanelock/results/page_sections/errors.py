@@ -3,6 +3,7 @@
 import numpy as np
 
 from vanelock.input.cases.names import fixed, of_case, words
+from vanelock.input.schema.scene import Scene
 from vanelock.report import Section, Table, Text
 from vanelock.report.blocks import Block, Cell, Flag
 from vanelock.results.page_sections.content import PageContent
@@ -80,22 +81,31 @@ def _points(told: PageContent) -> Table:
 
 
 def _not_estimated(told: PageContent) -> str:
-    study = told.run_data.study
+    given = told.run_data.given
     told_of = []
-    if not told.worth:
+    if isinstance(given, Scene):
+        told_of.append(
+            "**Matrices, harmonics and frequency points**: chosen by the scene, their errors not "
+            "estimated."
+        )
+    elif not told.worth:
         told_of.append(
             "**Mesh, harmonics and frequency points**: chosen by the study, their errors not "
             "estimated; `accuracy = 0.01` asks for estimates, `vanelock converge` measures them."
         )
+    if not isinstance(given, Scene):
+        told_of.append(
+            "**Stresses**: no error is estimated; they converge more slowly than frequencies, and "
+            "not at all at sharp corners and point forces."
+        )
     told_of += [
-        "**Stresses**: no error is estimated; they converge more slowly than frequencies, and not "
-        "at all at sharp corners and point forces.",
         "**Contact**: stiffnesses, friction and interference are inputs; their scatter between "
         "builds is usually larger than every number in this section.",
         "**Stability**: a solved point need not be stable; another solution, or a wave that does "
         "not travel, may exist beside it.",
-        "**Mistuning**: all sectors are alike.",
     ]
-    if study.response.samples is not None:
+    if given.ring.sectors > 1:
+        told_of.append("**Mistuning**: all sectors are alike.")
+    if given.response.samples is not None:
         told_of.append("**Samples**: contact forces are sampled, their error is not estimated.")
     return "Not estimated:\n\n" + "\n\n".join(told_of)

@@ -5,12 +5,17 @@ from collections.abc import Sequence
 from vanelock.input.cases.names import of_case, slug, words
 from vanelock.input.schema.study import Study
 from vanelock.mesh import VaneDimensions
-from vanelock.quantities.answers import CaseAnswers, Margin
+from vanelock.quantities.answers import CaseAnswers
+from vanelock.quantities.stress.margins import Margin
 from vanelock.report import Picture, Section, Table, Text
 from vanelock.report.blocks import Block, Flag
 from vanelock.results.figures.fatigue import HAIGH
 from vanelock.results.page_sections.content import PageContent
 
+WITHOUT = (
+    "A component of matrices has no field of stress: margins need the mesh and the shape functions "
+    "behind it. Motion of its nodes, forces and wear of its contacts are told."
+)
 SAFE, ENOUGH = 1.0, 1.5
 """Reserves below which a margin is not met, and below which it is tight."""
 
@@ -21,6 +26,8 @@ PARTS = ("vane", "casing")
 
 def fatigue(told: PageContent) -> Section:
     """Margins of the cases that are looked into, the largest peak first."""
+    if not told.run_data.planned[0].meshes:
+        return Section("Fatigue", [Text(WITHOUT)], id="fatigue")
     blocks: list[Block] = [Text(_method(told))]
     main = told.main
     if main is not None:
@@ -97,7 +104,7 @@ def _corners(told: PageContent) -> str:
     main = told.main
     if main is None:
         return ""
-    spots, study = main.spots["vane"], told.run_data.study
+    spots, study = main.stress.spots["vane"], told.run_data.study
     sharp, count = int(spots.corner.sum()), int((~spots.clear).sum())
     places, advice = "", "Real parts have fillets"
     if isinstance(study.vane, VaneDimensions):
@@ -128,13 +135,13 @@ def _case(found: CaseAnswers) -> list[Block]:
     case = of_case(found.name)
     rows, flags = [], []
     for part in PARTS:
-        for what, m in _merged(found.margins[part]):
+        for what, m in _merged(found.stress.worst[part]):
             prefix = "" if m.node is None else f"{part}, "
             rows.append(_row(found, m, part, f"{prefix}{what}: {m.where}"))
             flags.append("" if m.doubt else judged(found, m.reserve, part))
     title = f"Worst places at the peak, {found.peak.frequency:.2f} Hz{case}"
     blocks: list[Block] = [Table(HEADER, rows, title, UNITS, flags)]
-    every = [(part, m) for part in PARTS for m in found.features[part]]
+    every = [(part, m) for part in PARTS for m in found.stress.features[part]]
     rows = [_row(found, m, part, m.where) for part, m in every]
     flags = [judged(found, m.reserve, part) for part, m in every]
     title = f"Worst place of each feature{case}, clear of sharp corners and point forces"
@@ -155,7 +162,7 @@ def _others(told: PageContent) -> Table:
     """The governing place of every case."""
     rows, flags = [], []
     for found in told.answers.values():
-        m = found.governing
+        m = found.stress.governing
         rows.append(_row(found, m, "vane", f"{words(found.name)}: {m.where}"))
         flags.append(judged(found, m.reserve))
     return Table(HEADER, rows, "The vane's governing place in each case", UNITS, flags)
@@ -164,7 +171,7 @@ def _others(told: PageContent) -> Table:
 def _row(found: CaseAnswers, m: Margin, part: str, place: str) -> tuple[str | float | None, ...]:
     at = ""
     if m.node is not None:
-        r, angle, z = found.spots[part].coordinates(m.node)
+        r, angle, z = found.stress.spots[part].coordinates(m.node)
         at = f"{1e3 * r:.1f}, {angle:.2f}, {1e3 * z:.1f}"
     return (
         f"{place} ({m.doubt})" if m.doubt else place,

@@ -2,10 +2,11 @@
 
 from collections.abc import Iterator, Sequence
 
+from vanelock.input.cases.values import Given
 from vanelock.input.schema.distributions import Distribution
 from vanelock.input.schema.study import Study
 from vanelock.input.schema.temperature import described
-from vanelock.input.settings import SCATTERING, Setting, settings, told
+from vanelock.input.settings import SCATTERING, Setting, meaning, settings, told
 from vanelock.report import Section, Table, Text
 
 MAIN = (
@@ -16,7 +17,7 @@ MAIN = (
     "material.vane.E",
     "material.casing.E",
     "mesh.size",
-    "joints.friction",
+    "response.friction",
     "joints.hook.kn",
     "joints.hook.kt",
     "joints.hook.mu",
@@ -42,8 +43,21 @@ VARIED = ("sweep.", "rows.", SCATTERING)
 """What cases differ in, which has tables of its own."""
 
 
-def inputs(study: Study, cases: Sequence[Study] = ()) -> Section:
-    """What the study sets; its `cases` know the temperatures of their responses."""
+def inputs(given: Given, cases: Sequence[Given] = ()) -> Section:
+    """What a study or scene sets; the `cases` know the temperatures of their responses."""
+    if not isinstance(given, Study):
+        found = [each for each in settings(given) if not each.key.startswith(VARIED)]
+        varied = (*given.sweep, *given.rows, *(given.scatter.keys if given.scatter else ()))
+        apart = (*APART, *varied)
+        chosen = [each for each in found if each.changed and not each.key.startswith(apart)]
+        set_so = Table(
+            ("key", "what it is", "value"), _rows(chosen), "Set differently from defaults"
+        )
+        return Section("Inputs", [*_varied(given), set_so])
+    return _of_study(given, [each for each in cases if isinstance(each, Study)])
+
+
+def _of_study(study: Study, cases: Sequence[Study]) -> Section:
     found = [each for each in settings(study) if not each.key.startswith(VARIED)]
     changed = [each for each in found if each.changed and not each.key.startswith(APART)]
     blocks: list[Text | Table] = list(_varied(study))
@@ -85,32 +99,32 @@ def inputs(study: Study, cases: Sequence[Study] = ()) -> Section:
     return Section("Inputs", blocks)
 
 
-def _varied(study: Study) -> Iterator[Table]:
+def _varied(given: Given) -> Iterator[Table]:
     """What cases differ in."""
     kinds = (
-        ("sweep", study.sweep, "Swept: each case has one of the values"),
-        ("rows", study.rows, "Varied together: a case has the values of one place in all lists"),
+        ("sweep", given.sweep, "Swept: each case has one of the values"),
+        ("rows", given.rows, "Varied together: a case has the values of one place in all lists"),
     )
     for name, lists, caption in kinds:
         rows = [
-            (key, Setting(key, None, None).meaning, told(f"{name}.{key}", list(values)))
+            (key, meaning(key, type(given)), told(f"{name}.{key}", list(values), type(given)))
             for key, values in lists.items()
         ]
         if rows:
             yield Table(("key", "what it is", "values"), rows, caption)
-    if study.scatter is not None:
-        caption = f"Scattering: {study.scatter.samples:,} samples of a Latin hypercube"
+    if given.scatter is not None:
+        caption = f"Scattering: {given.scatter.samples:,} samples of a Latin hypercube"
         rows = [
-            (key, Setting(key, None, None).meaning, _distribution(key, each))
-            for key, each in study.scatter.keys.items()
+            (key, meaning(key, type(given)), _distribution(key, each, type(given)))
+            for key, each in given.scatter.keys.items()
         ]
         yield Table(("key", "what it is", "distribution"), rows, caption)
 
 
-def _distribution(key: str, given: Distribution) -> str:
+def _distribution(key: str, given: Distribution, schema: type[Given]) -> str:
     """How a key scatters, in words."""
     words = [
-        f"{name} {value if isinstance(value, str) else told(key, value)}"
+        f"{name} {value if isinstance(value, str) else told(key, value, schema)}"
         for name in ("mean", "deviation", "low", "high")
         if (value := getattr(given, name)) is not None
     ]
@@ -118,24 +132,20 @@ def _distribution(key: str, given: Distribution) -> str:
     return ", ".join([given.distribution, *words, *cut])
 
 
-def all_inputs(study: Study) -> Section:
+def all_inputs(given: Given) -> Section:
     """Every key, defaults included."""
-    found = [each for each in settings(study) if not each.key.startswith("sweep.")]
+    found = [each for each in settings(given) if not each.key.startswith("sweep.")]
     return Section(
         "All settings",
-        [
-            Table(
-                ("key", "what it is", "value"), _rows(found), "Every key of the study", folded=True
-            )
-        ],
+        [Table(("key", "what it is", "value"), _rows(found), "Every key", folded=True)],
     )
 
 
 def _rows(found: Sequence[Setting], with_default: bool = False) -> list[tuple[str, ...]]:
     rows = []
     for each in found:
-        row: tuple[str, ...] = (each.key, each.meaning, told(each.key, each.value))
-        rows.append((*row, told(each.key, each.default)) if with_default else row)
+        row: tuple[str, ...] = (each.key, each.meaning, told(each.key, each.value, each.schema))
+        rows.append((*row, told(each.key, each.default, each.schema)) if with_default else row)
     return rows
 
 

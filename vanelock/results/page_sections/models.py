@@ -5,24 +5,61 @@ import numpy as np
 from vanelock.quantities.meshes.quality import figures
 from vanelock.report import Section, Table, Text
 from vanelock.report.blocks import Cell
+from vanelock.results.listing import components_table
 from vanelock.results.page_sections.content import PageContent
 from vanelock.stages.parts.components import PARTS
-from vanelock.stages.parts.meshes import mesh_step
 from vanelock.stages.response.limits import SHOWN
 
-NOTES = (
+OF_MESHES = (
     "Quality: signed inverse condition number, 1 for a perfect element. Masters: coordinates of "
     "the nodes that joints, loads and outputs use; modes: vibration with these held. Error of a "
     "natural frequency: the largest relative one by reducing the parts, estimated; that of the "
-    "mesh comes on top. Times are those of when a stage was computed; later runs find it in the "
-    "cache."
+    "mesh comes on top. "
 )
+TIMES = "Times are those of when a stage was computed; later runs find it in the cache."
 
 
 def models(told: PageContent) -> Section:
-    """Meshes, reduced parts, system and linear limits."""
-    tables = [_meshes(told), _reduced(told), _limits(told), _times(told)]
-    return Section("Model", [*tables, Text(NOTES)], id="model")
+    """Meshes, reduced parts, system, contacts and linear limits."""
+    planned = told.run_data.planned[0]
+    tables = [_meshes(told), _reduced(told)] if planned.meshes else [_components(told)]
+    tables += [_contacts(told), _limits(told), _times(told)]
+    notes = OF_MESHES + TIMES if planned.meshes else TIMES
+    return Section("Model", [*tables, Text(notes)], id="model")
+
+
+def _components(told: PageContent) -> Table:
+    """Components of a scene."""
+    run_data = told.run_data
+    first = run_data.planned[0]
+    found = components_table(
+        [run_data.stages.get(step) for step in first.rom.values()],
+        run_data.stages.get(first.system),
+    )
+    header = tuple(column.head for column in found.columns)
+    return Table(header, list(found.rows), f"Components: {found.notes[0]}")
+
+
+def _contacts(told: PageContent) -> Table:
+    """Properties of the first case's contacts by joint."""
+    first = told.run_data.planned[0]
+    contacts = told.run_data.stages.get(first.system).contacts
+    rows: list[tuple[Cell, ...]] = []
+    for name in dict.fromkeys(contacts.joints):
+        own = np.array([joint == name for joint in contacts.joints])
+        ranges = [
+            _range(values[own])
+            for values in (contacts.kn, contacts.kt[:, 0], contacts.mu, 1e6 * contacts.v0)
+        ]
+        rows.append((name, int(own.sum()), *ranges))
+    header = ("joint", "contacts", "kn", "kt", "μ", "interference")
+    units = ("", "", "N/m", "N/m", "", "µm")
+    return Table(header, rows, "Contacts of one sector in the first case", units)
+
+
+def _range(values: np.ndarray) -> str:
+    low, high = float(values.min()), float(values.max())
+    return f"{low:.4g}" if low == high else f"{low:.4g} to {high:.4g}"
 
 
 def _meshes(told: PageContent) -> Table:
@@ -30,7 +67,7 @@ def _meshes(told: PageContent) -> Table:
     study = run_data.planned[0].case.study
     rows: list[tuple[Cell, ...]] = []
     for part in PARTS:
-        found = figures(run_data.stages.get(mesh_step(study, part)))
+        found = figures(run_data.stages.get(run_data.planned[0].meshes[part]))
         density = getattr(study.material, part).rho
         rows.append(
             (
@@ -57,7 +94,7 @@ def _count(told: PageContent) -> int:
 
 
 def _mesh_keys(told: PageContent, i: int) -> tuple[str, ...]:
-    return tuple(mesh_step(told.run_data.planned[i].case.study, part).key for part in PARTS)
+    return tuple(step.key for step in told.run_data.planned[i].meshes.values())
 
 
 def _reduced(told: PageContent) -> Table:
@@ -94,7 +131,7 @@ def _limits(told: PageContent) -> Table:
             ("free", found.free, found.free_mode, found.free_error),
             ("stuck", found.stuck, found.stuck_mode, found.stuck_error),
         ):
-            if which == "stuck" and not found.interlock:
+            if which == "stuck" and not found.opens:
                 continue
             worst = float(np.max(error[: max(shown, mode + 1)]))
             rows.append(
@@ -106,7 +143,7 @@ def _limits(told: PageContent) -> Table:
                     worst if np.isfinite(worst) else None,
                 )
             )
-    header = ("cases", "interlock", *(f"f{i + 1}" for i in range(shown)), "mode", "error")
+    header = ("cases", "contacts", *(f"f{i + 1}" for i in range(shown)), "mode", "error")
     units = ("", "", *["Hz"] * shown, "of interest", "~")
     caption = "Natural frequencies at the excited nodal diameter"
     return Table(header, rows, caption, units)

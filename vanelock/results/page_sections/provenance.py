@@ -22,7 +22,7 @@ def provenance(told: PageContent) -> Section:
         Text(
             f"Written {written()} by `vanelock run`, from `results.h5` beside this page, which "
             "holds every mesh, reduced model and response with their units. The page shows the "
-            "results of the study below and nothing else; it is written again when any of them "
+            "results of the file below and nothing else; it is written again when any of them "
             "changes."
         ),
         Table(("program", "version"), versions(), "Versions"),
@@ -34,7 +34,7 @@ def provenance(told: PageContent) -> Section:
     ]
     if told.text.strip():
         lines = [(line,) for line in told.text.rstrip().splitlines()]
-        blocks.append(Table(("the study file",), lines, "As it was given"))
+        blocks.append(Table(("the file",), lines, "As it was given"))
     return Section("Provenance", blocks, id="provenance")
 
 

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from vanelock.input.cases.names import fixed, words
+from vanelock.input.schema.study import Study
 from vanelock.quantities.answers import CaseAnswers
 from vanelock.quantities.warnings import by_text, without_effect
 from vanelock.report import Answer, Answers, Section, Table, Text
@@ -14,16 +15,17 @@ from vanelock.results.page_sections.fatigue import assumed, judged
 from vanelock.results.page_sections.wear import shares
 from vanelock.stages.response.summary import Summary
 
-MU = "joints.interlock.mu"
 MOST_FAILED = 5
 """Failed cases that the summary names."""
-HEADER = ("case", "peak", "at", "of linear", "damping", "slip", "open", "stress", "HCF reserve")
-UNITS = ("", "µm", "Hz", "free", "%", "%", "%", "MPa", "n")
+HEADER = ("case", "peak", "at", "of linear", "of linear", "damping", "work", "slip", "open")
+UNITS = ("", "µm", "Hz", "free", "stuck", "%", "µJ", "%", "%")
+STRESS, STRESS_UNITS = ("stress", "HCF reserve"), ("MPa", "n")
 COLUMNS = (
-    "Of linear: over the linear peak with the interlock free. Damping: equivalent ratio by energy. "
-    "Slip, open: share of the interlock's contacts that rub, that lift off in a period. Stress and "
-    "reserve: alternating stress and Goodman's n at the vane's governing place."
+    "Of linear: over the linear peak with contacts free and stuck. Damping: equivalent ratio by "
+    "energy. Work: of friction in a period. Slip, open: share of the contacts that rub, that lift "
+    "off in a period, of those that are open in the free limit."
 )
+OF_STRESS = " Stress and reserve: alternating stress and Goodman's n at the vane's governing place."
 
 
 def summary(told: PageContent, further: Sequence[Answer] = ()) -> Section:
@@ -32,7 +34,8 @@ def summary(told: PageContent, further: Sequence[Answer] = ()) -> Section:
     warned = warnings(told)
     if warned:
         blocks.append(Text("**Be careful.** " + "\n\n".join(warned)))
-    blocks += [cases(told), Text(COLUMNS)]
+    stressed = bool(told.run_data.planned[0].meshes)
+    blocks += [cases(told, stressed), Text(COLUMNS + OF_STRESS if stressed else COLUMNS)]
     return Section("Summary", blocks, id="summary")
 
 
@@ -62,9 +65,12 @@ def answers_of(told: PageContent) -> list[Answer]:
 
 
 def _of_linear(most: Summary) -> str:
-    if not np.isfinite(most.of_free):
-        return ""
-    return f"{most.of_free:.2f} of the linear peak with the interlock free"
+    over = (
+        f"{value:.2f} of the linear peak with contacts {which}"
+        for which, value in (("free", most.of_free), ("stuck", most.of_stuck))
+        if np.isfinite(value)
+    )
+    return "; ".join(over)
 
 
 def _error(told: PageContent, most: Summary) -> str:
@@ -80,28 +86,34 @@ def _error(told: PageContent, most: Summary) -> str:
 
 
 def _speed(told: PageContent, most: Summary) -> str:
-    (study,) = [e.case.study for e in told.run_data.planned if e.case.name == most.case]
+    (given,) = [e.case.given for e in told.run_data.planned if e.case.name == most.case]
     assert most.peak is not None
-    order = abs(study.excitation.engine_order)
-    text = f"{60 * most.peak.frequency / order:,.0f} rpm at engine order {order}"
+    order, texts = abs(given.excitation.engine_order), []
+    if given.ring.sectors > 1:
+        texts.append(f"{60 * most.peak.frequency / order:,.0f} rpm at engine order {order}")
     if 0 <= most.position <= 1:
-        text += f"; {100 * most.position:.0f} % of the way from free to stuck"
-    return text
+        texts.append(f"{100 * most.position:.0f} % of the way from free to stuck")
+    return "; ".join(texts)
 
 
 def _of_case(main: CaseAnswers) -> list[Answer]:
     b = main.balance
     joints = ", ".join(f"{name} {100 * s:.0f} %" for name, s in shares(main).items() if s > 0)
-    m = main.governing
-    r, angle, z = main.spots["vane"].coordinates(m.node) if m.node is not None else (0, 0, 0)
-    place = f"r {1e3 * r:.1f} mm, {angle:+.2f}°, z {1e3 * z:.1f} mm"
-    return [
+    found = [
         _damping(main),
         Answer(
             "Friction's share",
             f"{100 * b.friction_share:.0f} %",
             f"of the energy lost in a cycle: {joints}" if joints else "nothing slips",
         ),
+    ]
+    if main.margins is None:
+        return found
+    m, spots = main.margins.governing, main.margins.spots["vane"]
+    r, angle, z = spots.coordinates(m.node) if m.node is not None else (0, 0, 0)
+    place = f"r {1e3 * r:.1f} mm, {angle:+.2f}°, z {1e3 * z:.1f} mm"
+    return [
+        *found,
         Answer(
             "Governing stress",
             f"{1e-6 * m.amplitude:.3g} MPa",
@@ -119,8 +131,17 @@ def _withheld(title: str) -> Answer:
     return Answer(title, "withheld", f"{note}: widen response.range", "warn")
 
 
+def _structure(main: CaseAnswers) -> str:
+    ratio = main.planned.case.given.damping.ratio
+    return (
+        "structure by its matrix, or 0.3 %"
+        if ratio is None
+        else f"structure alone {100 * ratio:.2g} %"
+    )
+
+
 def _damping(main: CaseAnswers) -> Answer:
-    note = f"structure alone {100 * main.planned.case.study.damping.ratio:.2g} %"
+    note = _structure(main)
     if main.peak.at_edge:
         note += "; the largest point is no resonance, so this is no more than its order"
     elif np.isfinite(main.bandwidth):
@@ -130,27 +151,27 @@ def _damping(main: CaseAnswers) -> Answer:
 
 
 def _reserve(main: CaseAnswers) -> str:
-    m = main.governing
+    m = main.stress.governing
     text = (
         f"Goodman, {'ASSUMED ' if assumed(main) else ''}fatigue limit "
         f"{1e-6 * m.strength.limit:g} MPa; vibration alone may grow {m.growth:.3g} times. Clear of "
         "sharp corners and point forces"
     )
-    worst = main.margins["vane"][0]
+    worst = main.stress.worst["vane"][0]
     return f"{text}, where the mesh shows n = {worst.reserve:.3g}" if worst.doubt else text
 
 
 def best_friction(told: PageContent) -> list[Answer]:
-    """The friction that damps best, where the interlock's is swept and nothing else."""
-    found = [each for each in told.known if each.mu is not None]
-    if len(found) < 2 or any(set(each.values) != {MU} for each in found):
+    """The friction that damps best, where that of one joint is swept and nothing else."""
+    found, swept = told.known, {key for each in told.known for key in each.values}
+    if len(found) < 2 or len(swept) != 1 or not (key := swept.pop()).endswith(".mu"):
         return []
     if any(each.peak.at_edge for each in found if each.peak):
         return [_withheld("Friction that damps best")]
     height = [each.peak.amplitude for each in found if each.peak]
     best = int(np.argmin(height))
-    mu = [each.mu for each in found]
-    at_end = mu[best] in (min(mu), max(mu))  # type: ignore[type-var]
+    mu = [float(each.values[key]) for each in found]
+    at_end = mu[best] in (min(mu), max(mu))
     note = f"lowest peak of the cases, {1e6 * height[best]:.3g} µm"
     if at_end:
         note += "; at the end of the values swept, so the best may lie beyond"
@@ -166,13 +187,13 @@ def warnings(told: PageContent) -> list[str]:
         case = "" if name == "nominal" else f"{words(name)}: "
         lines += [f"{case}{line.removeprefix('WARNING: ')}." for line in errors.warnings]
     main = told.main
-    if main is not None and (worst := main.margins["vane"][0]).doubt:
+    if main and main.margins and (worst := main.margins.worst["vane"][0]).doubt:
         lines.append(
             f"The worst node of all, n = {worst.reserve:.3g} ({worst.where}), lies "
             f"{worst.doubt}: its stress tells the mesh, not the part."
         )
-    study = told.run_data.study
-    if isinstance(study.mesh.size, str) and study.mesh.size == "coarse" and not told.worth:
+    given = told.run_data.given
+    if isinstance(given, Study) and given.mesh.size == "coarse" and not told.worth:
         lines.append("The mesh is coarse: frequencies are several per cent too high.")
     return lines
 
@@ -188,8 +209,8 @@ def _failed(told: PageContent) -> list[str]:
     return [f"{len(names)} of {every} cases FAILED and are left out: {shown}{more}."]
 
 
-def cases(told: PageContent) -> Table:
-    """A line for each case."""
+def cases(told: PageContent, stressed: bool) -> Table:
+    """A line for each case, its stress as well where it is known."""
     rows: list[tuple[Cell, ...]] = []
     flags: list[Flag] = []
     for each in told.summaries:
@@ -201,15 +222,25 @@ def cases(told: PageContent) -> Table:
                 None if peak is None else 1e6 * peak.amplitude,
                 None if peak is None else round(peak.frequency, 2),
                 _known(each.of_free),
+                _known(each.of_stuck),
                 _ratio(told, each),
+                None if peak is None else 1e6 * sum(each.work.values()),
                 _percent(each.slipping),
                 _percent(each.opening),
-                None if found is None else 1e-6 * found.governing.amplitude,
-                None if found is None or found.peak.at_edge else found.governing.reserve,
+                *(_stress(found) if stressed else ()),
             )
         )
         flags.append("" if each.converged == each.points else "warn")
-    return Table(HEADER, rows, f"All cases at their largest {told.monitor}", UNITS, flags)
+    header, units = (HEADER + STRESS, UNITS + STRESS_UNITS) if stressed else (HEADER, UNITS)
+    return Table(header, rows, f"All cases at their largest {told.monitor}", units, flags)
+
+
+def _stress(found: CaseAnswers | None) -> tuple[float | None, float | None]:
+    """Alternating stress, MPa, and reserve; withheld where the peak may lie beyond the range."""
+    if found is None:
+        return None, None
+    m = found.stress.governing
+    return 1e-6 * m.amplitude, None if found.peak.at_edge else m.reserve
 
 
 def _ratio(told: PageContent, each: Summary) -> float | None:

@@ -8,10 +8,8 @@ from vanelock.quantities.curves_and_fields import RunData, Shape
 from vanelock.report import Motion, Section, View, body_of
 from vanelock.report.blocks import Block
 from vanelock.results.page_sections.content import PageContent
-from vanelock.stages.parts.components import PARTS
-from vanelock.stages.parts.meshes import mesh_step
-from vanelock.stages.plan import LIMITS, Planned
-from vanelock.stages.response.limits import hooks
+from vanelock.stages.plan import Planned
+from vanelock.stages.response.responses import LIMITS
 
 MOST = 4
 """Responses shown besides the modes."""
@@ -22,7 +20,8 @@ def shapes(told: PageContent) -> Section:
 
     None where the study wants no shapes.
     """
-    wanted = told.main is not None and told.run_data.study.outputs.shapes
+    main = told.main
+    wanted = main is not None and main.margins and told.run_data.study.outputs.shapes
     blocks: list[Block] = [view(told.run_data, _same_mesh(told))] if wanted else []
     return Section("Shapes in three dimensions", blocks, id="shapes")
 
@@ -38,7 +37,7 @@ def _same_mesh(told: PageContent) -> list[Planned]:
 
 
 def _meshes(each: Planned) -> list[str]:
-    return [mesh_step(each.case.study, part).key for part in PARTS]
+    return [step.key for step in each.meshes.values()]
 
 
 def view(run_data: RunData, cases: list[Planned]) -> View:
@@ -73,7 +72,7 @@ def view(run_data: RunData, cases: list[Planned]) -> View:
 
 def _held(run_data: RunData, each: Planned) -> list[str]:
     limits = run_data.stages.get(each.linear.limits)
-    return list(LIMITS if limits.interlock else LIMITS[:1])
+    return list(LIMITS if limits.opens else LIMITS[:1])
 
 
 def _mode(run_data: RunData, each: Planned, which: str, cut: object) -> Motion:
@@ -83,11 +82,11 @@ def _mode(run_data: RunData, each: Planned, which: str, cut: object) -> Motion:
     k = limits.nodal_diameter
     place = limits.free_mode if which == "free" else limits.stuck_mode
     frequency = limits.free_frequency if which == "free" else limits.stuck_frequency
-    closed = hooks(system.contacts.joint) if which == "free" else None
+    closed = ~system.contacts.opens if which == "free" else None
     shape = rom.linear_modes(system, k, place + 1, closed)[1][:, place]
     fields = run_data.fields(each, np.asarray(shape, complex), k)
     assert callable(cut)
-    held = f", interlock {which}" if limits.interlock else ""
+    held = f", interlock {which}" if limits.opens else ""
     return Motion(
         f"Mode {place + 1}{held}",
         k,

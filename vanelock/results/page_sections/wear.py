@@ -17,21 +17,22 @@ SHOWN = 16
 def damping(told: PageContent) -> Section:
     """Where the energy goes, and the damping ratio it amounts to."""
     rows: list[tuple[Cell, ...]] = []
+    names = list(dict.fromkeys(j for found in told.answers.values() for j in found.places.joint))
     for found in told.answers.values():
         b, joints = found.balance, shares(found)
         rows.append(
             (
                 fixed(words(found.name)),
                 1e3 * b.input * found.peak.frequency,
-                *(100 * joints.get(name, 0.0) for name in ("interlock", "hook")),
+                *(100 * joints.get(name, 0.0) for name in names),
                 100 * b.viscous / b.input if b.input > 0 else None,
                 100 * b.damping_ratio,
                 100 * found.bandwidth if np.isfinite(found.bandwidth) else None,
                 _opinion(found),
             )
         )
-    header = ("case", "power", "interlock", "hooks", "structure", "ζ, energy", "ζ, bandwidth", "")
-    units = ("", "mW", "%", "%", "%", "%", "%", "")
+    header = ("case", "power", *names, "structure", "ζ, energy", "ζ, bandwidth", "")
+    units = ("", "mW", *["%"] * len(names), "%", "%", "%", "")
     text = (
         "At the peak the excitation's work in a period goes into friction at the joints and into "
         "the structure's own damping. The **equivalent damping ratio by energy** is that work over "
@@ -40,7 +41,7 @@ def damping(told: PageContent) -> Section:
         "The two agree for a linear mode. Where contacts slip, damping changes along the curve and "
         "the two differ: the energy's tells the height of the peak, the bandwidth's its shape."
     )
-    caption = "Power of one sector at the peak of each case, where it goes, and damping ratios"
+    caption = f"Power{of_sector(told)} at the peak of each case, where it goes, and damping ratios"
     return Section("Energy and damping", [Text(text), Table(header, rows, caption, units)])
 
 
@@ -67,7 +68,7 @@ def _opinion(found: CaseAnswers) -> str:
 def wear(told: PageContent) -> Section:
     """Wear indicators by joint, and the contacts that rub most."""
     blocks: list[Block] = [Text(_method())]
-    blocks.append(_joints(list(told.answers.values())))
+    blocks.append(_joints(list(told.answers.values()), of_sector(told)))
     main = told.main
     if main is not None and main.wear.energy.any():
         blocks.append(_contacts(main, told))
@@ -86,7 +87,12 @@ def _method() -> str:
     )
 
 
-def _joints(cases: Sequence[CaseAnswers]) -> Table:
+def of_sector(told: PageContent) -> str:
+    """Of what numbers are, where there are several sectors."""
+    return " of one sector" if told.run_data.given.ring.sectors > 1 else ""
+
+
+def _joints(cases: Sequence[CaseAnswers], of_what: str) -> Table:
     """A line for each joint of each case."""
     archard = any(np.isfinite(found.wear.coefficient).any() for found in cases)
     rows: list[tuple[Cell, ...]] = []
@@ -116,7 +122,7 @@ def _joints(cases: Sequence[CaseAnswers]) -> Table:
     if archard:
         header += ["worn", "depth"]
         units += ["mm³/h", "µm/h"]
-    title = "Joints of one sector at the peak: energy and worn volume in all, else the largest"
+    title = f"Joints{of_what} at the peak: energy and worn volume in all, else the largest"
     return Table(header, rows, title, units)
 
 

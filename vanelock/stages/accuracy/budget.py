@@ -98,7 +98,7 @@ def budget(study: Study, spent: float = 0.0) -> Budget:
     assert study.accuracy is not None
     pinned = pins(study)
     open_to = [source for source in SOURCES if source not in pinned]
-    if study.joints.friction == "orthogonal" and "samples" in open_to:
+    if study.response.friction == "orthogonal" and "samples" in open_to:
         open_to.remove("samples")  # its events are located
     left = max(study.accuracy - spent, LEAST * study.accuracy)
     return Budget(study.accuracy, split(left, open_to), pinned)

@@ -12,7 +12,7 @@ from typing import Any
 from pydantic import ValidationError
 
 from vanelock.common.errors import InputError
-from vanelock.input.cases.sweep import with_values
+from vanelock.input.cases.values import with_values
 from vanelock.input.schema.own_mesh import OwnVane, refuse_without_areas
 from vanelock.input.schema.study import Study
 from vanelock.mesh.geometry.dimensions import CasingDimensions, VaneDimensions

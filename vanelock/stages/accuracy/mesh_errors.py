@@ -22,7 +22,7 @@ from vanelock.pipeline.step import Step, step
 from vanelock.rom import Component, System
 from vanelock.stages.parts.components import PARTS, model_step, rom_step
 from vanelock.stages.parts.diameters import casing_step, diameter_of, joined_step, prepared_step
-from vanelock.stages.response.limits import Limits, hooks
+from vanelock.stages.response.limits import Limits
 from vanelock.stages.response.responses import without_friction
 
 Floats = NDArray[np.float64]
@@ -83,7 +83,7 @@ def mesh_errors_step(study: Study, limits: Step[Limits]) -> Step[MeshErrors]:
         prepared: Any,
     ) -> MeshErrors:
         count = min(max(MODES, limits.stuck_mode + 3), len(system.at(k).K))
-        closed = hooks(system.contacts.joint)
+        closed = ~system.contacts.opens
         stuck, shapes = rom.linear_modes(system, k, count)
         free, free_shapes = rom.linear_modes(system, k, limits.free_mode + 1, closed)
         x = np.hstack([shapes, free_shapes[:, -1:]])

@@ -112,7 +112,7 @@ def campbell(planned: Planned, stages: Stages, monitor: Monitor) -> Campbell:
 def _condition(limits: Limits, response: Response, monitor: Monitor) -> Limit:
     """Which linear limit the nonlinear peak is nearer to."""
     peak = peak_of(response, monitor.amplitude(response))
-    if peak is None or not limits.interlock:
+    if peak is None or not limits.opens:
         return "free"
     return "free" if limits.position(peak.frequency) < 0.5 else "stuck"
 

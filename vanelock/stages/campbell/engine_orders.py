@@ -21,7 +21,7 @@ from vanelock.rom import Component, Joint, System
 from vanelock.stages.campbell.speed_lines import Lines, at_diameter, casings, lines_step
 from vanelock.stages.parts.components import joints
 from vanelock.stages.plan import Planned
-from vanelock.stages.response.limits import fine, hooks
+from vanelock.stages.response.limits import fine
 from vanelock.stages.response.monitor import Monitor
 from vanelock.stages.response.responses import Limit, without_friction
 from vanelock.stages.response.warm import factors
@@ -74,7 +74,7 @@ def along_step(
         for low, high, centre, peaks in segments(lines, order, closed == "stuck"):
             scale = factors(study, lambda part: modulus(study, part))(centre)
             system = joined_at(study, order, vane, shell, joined, scale)
-            mask = hooks(system.contacts.joint) if closed == "free" else "all"
+            mask = ~system.contacts.opens if closed == "free" else "all"
             hertz = _frequencies(low, high, peaks, order, study.damping.ratio)
             hertz = hertz[hertz <= (system.band or np.inf)]
             if not len(hertz):  # a warning tells of it

@@ -19,7 +19,6 @@ from scipy.optimize import brentq
 
 from vanelock.rom import Component, System
 from vanelock.rom.joining.vane_and_casing import joined_dofs
-from vanelock.stages.response.limits import hooks
 
 Floats = NDArray[np.float64]
 Factors = Callable[[float], tuple[float, float]]
@@ -78,7 +77,7 @@ class Spinning:
         shell, blade = np.zeros((2, n, n), complex)
         shell[: self.casing.size, : self.casing.size] = self.casing.at(k).K
         blade[np.ix_(dofs, dofs)] = self.vane.at(k).K
-        rows, stays = self.system.contact_rows(k), hooks(self.system.contacts.joint)
+        rows, stays = self.system.contact_rows(k), ~self.system.contacts.opens
         contacts = []
         for own in (stays, ~stays):
             B = rows[own].reshape(-1, n)

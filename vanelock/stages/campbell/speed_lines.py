@@ -152,7 +152,7 @@ def _lines(
     speeds: Floats,
 ) -> Lines:
     count = max(keys.modes, limits.free_mode + 1, limits.stuck_mode + 1)
-    conditions = (False, True) if limits.interlock else (False,)
+    conditions = (False, True) if limits.opens else (False,)
     own, N = abs(study.excitation.engine_order), study.ring.sectors
     rows = []
     for order in keys.engine_orders:

@@ -12,6 +12,7 @@ from vanelock import fem, rom
 from vanelock.common.cyclic import folded
 from vanelock.fem import Model
 from vanelock.input.band import LEAST, asked_by, least_band, softest
+from vanelock.input.cases.values import Given
 from vanelock.input.schema.structure import Rom
 from vanelock.input.schema.study import Study
 from vanelock.input.schema.temperature import modulus, reference
@@ -154,19 +155,19 @@ def averaged(study: Study, part: str) -> tuple[str, ...]:
     return tuple(name for name in masters(study, part) if name.partition("_")[0] in on_patches)
 
 
-def diameters(studies: Iterable[Study]) -> tuple[int, ...]:
+def diameters(cases: Iterable[Given]) -> tuple[int, ...]:
     """Nodal diameters (h·EO) mod N of all harmonics of some cases, k and N-k once."""
     found = {
-        folded(h * study.excitation.engine_order, study.ring.sectors)
-        for study in studies
-        for h in range(_waves(study) + 1)
+        folded(h * each.excitation.engine_order, each.ring.sectors)
+        for each in cases
+        for h in range(_waves(each) + 1)
     }
     return tuple(sorted(found))
 
 
-def _waves(study: Study) -> int:
+def _waves(given: Given) -> int:
     """Harmonics with a nodal diameter of their own."""
-    return study.response.harmonics if study.response.harmonic_diameters == "wave" else 1
+    return given.response.harmonics if given.response.harmonic_diameters == "wave" else 1
 
 
 def joints(study: Study) -> tuple[Joint, ...]:

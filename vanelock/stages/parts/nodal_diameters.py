@@ -41,4 +41,5 @@ def linear_steps(study: Study) -> LinearSteps:
     k = diameter_of(study, 1)
     vane, casing = rom_step(study, "vane", ()), casing_step(study, k)
     system = joined_step(without_friction(study), {0, k})
-    return LinearSteps(vane, casing, system, limits_step(study, system, vane, casing))
+    modes = limits_step(study.response.mode, system, (vane, casing))
+    return LinearSteps(vane, casing, system, modes)

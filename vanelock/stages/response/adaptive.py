@@ -59,7 +59,7 @@ def adaptive_step(
         "harmonics": study.response.harmonics if "harmonics" in budget.pinned else None,
         "coupling": study.response.coupling,
         "samples": study.response.samples,
-        "friction": study.joints.friction,
+        "friction": study.response.friction,
     }
     inputs = {
         **frequency_keys(study),

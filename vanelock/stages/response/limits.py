@@ -1,7 +1,9 @@
-"""The linear limits of a case: its modes with the interlock free and stuck, the mode of interest.
+"""The linear limits of a case: its modes with contacts free and stuck, and the mode of interest.
 
-The mode of interest is counted with the interlock free and followed to the stuck system by the
-modal assurance criterion. Both share their coordinates, so their shapes compare directly.
+"Free" opens every joint but those that `Contacts.always_closed` names; "stuck" closes all. The mode
+of interest is counted with the contacts stuck, where nothing is loose, and followed to the free
+structure by the modal assurance criterion. Both share their coordinates, so their shapes compare
+directly.
 """
 
 from collections.abc import Sequence
@@ -13,6 +15,7 @@ from numpy.typing import NDArray
 from vanelock.common.errors import InputError
 from vanelock.common.product import Product
 from vanelock.input.band import advice, asked_by, refuse_beyond
+from vanelock.input.schema.scene import Scene
 from vanelock.input.schema.study import Study
 from vanelock.rom import Component, System, frequency_errors, linear_modes, mac
 
@@ -20,6 +23,14 @@ SHOWN = 6
 """Frequencies in the table."""
 RIGID = 1e-5
 """Of the largest frequency known, below which one is nothing but rounding."""
+LOWEST = 1e-6
+"""Hz; no structure vibrates below."""
+LIKE = 0.3
+"""Least modal assurance criterion of a free mode that counts as the one of interest."""
+FAR = 0.3
+"""Of the stuck mode's frequency, below which the free one is another motion, a loose part's."""
+MARGIN = 0.03
+"""Least margin of the default range, relative."""
 
 
 @dataclass(frozen=True)
@@ -30,10 +41,10 @@ class Limits(Product):
     ----------
     nodal_diameter, sectors : int
         ND of the first harmonic, and N.
-    interlock : bool
-        Whether there are interlock contacts; without them both limits are the same.
+    opens : bool
+        Whether there are contacts that open; without them both limits are the same.
     free, stuck : (m,) float
-        Natural frequencies with the interlock's contacts open and closed, Hz; hooks are closed.
+        Natural frequencies with those contacts open and closed, Hz.
     free_mode, stuck_mode : int
         Place of the mode of interest among them, from 0.
     mac : float
@@ -47,7 +58,7 @@ class Limits(Product):
 
     nodal_diameter: int
     sectors: int
-    interlock: bool
+    opens: bool
     free: NDArray[np.float64] = field(metadata={"unit": "Hz"})
     stuck: NDArray[np.float64] = field(metadata={"unit": "Hz"})
     free_mode: int
@@ -59,12 +70,12 @@ class Limits(Product):
 
     @property
     def free_frequency(self) -> float:
-        """Frequency of the mode of interest with the interlock free, Hz."""
+        """Frequency of the mode of interest with contacts free, Hz."""
         return float(self.free[self.free_mode])
 
     @property
     def stuck_frequency(self) -> float:
-        """Frequency of the mode of interest with the interlock stuck, Hz."""
+        """Frequency of the mode of interest with contacts stuck, Hz."""
         return float(self.stuck[self.stuck_mode])
 
     @property
@@ -79,17 +90,7 @@ class Limits(Product):
         return (frequency - self.free_frequency) / span if span else float("nan")
 
 
-def hooks(joints: Sequence[str]) -> NDArray[np.bool_]:
-    """(c,) contacts that stay closed when the interlock is free, from each contact's joint."""
-    return np.array([joint != "interlock" for joint in joints], bool)
-
-
-def limits(
-    system: System,
-    mode: int,
-    vane: Component | None = None,
-    casing: Component | None = None,
-) -> Limits:
+def limits(system: System, mode: int, parts: Sequence[Component] = ()) -> Limits:
     """Modes of both limits, and the mode of interest in both.
 
     Parameters
@@ -97,81 +98,98 @@ def limits(
     system : System
         The system of a case.
     mode : int
-        Place of the mode of interest with the interlock free, from 1.
-    vane, casing : Component, optional
-        The parts that it joins, for the errors.
+        Place of the mode of interest with contacts stuck, from 1.
+    parts : pair of Component, optional
+        Vane and casing that it joins, for the errors.
+
+    Raises
+    ------
+    InputError
+        If the system has not so many modes.
     """
     k = system.nodal_diameter(1)
     size = len(system.at(k).K)
     if mode > size:
         raise InputError(f"response.mode = {mode}: the reduced model has {size} modes")
     count = min(size, max(SHOWN, mode + 6))
-    free, free_shapes = linear_modes(system, k, count, closed=hooks(system.contacts.joint))
+    closed = ~system.contacts.opens
+    free, free_shapes = linear_modes(system, k, count, closed=closed)
     stuck, stuck_shapes = linear_modes(system, k, count)
-    likeness = mac(free_shapes[:, [mode - 1]], stuck_shapes, system.at(k).M)[0]
+    if mode > len(stuck):
+        raise InputError(f"response.mode = {mode}: only {len(stuck)} modes have a mass")
+    likeness = mac(stuck_shapes[:, [mode - 1]], free_shapes, system.at(k).M)[0]
     partner = int(likeness.argmax())
     return Limits(
         nodal_diameter=k,
         sectors=system.sectors,
-        interlock=not hooks(system.contacts.joint).all(),
+        opens=not closed.all(),
         free=free,
         stuck=stuck,
-        free_mode=mode - 1,
-        stuck_mode=partner,
+        free_mode=partner,
+        stuck_mode=mode - 1,
         mac=float(likeness[partner]),
-        free_error=_errors(system, vane, casing, count, hooks(system.contacts.joint)),
-        stuck_error=_errors(system, vane, casing, count, None),
+        free_error=_errors(system, parts, len(free), closed),
+        stuck_error=_errors(system, parts, len(stuck), None),
         band=system.band,
     )
 
 
 def _errors(
     system: System,
-    vane: Component | None,
-    casing: Component | None,
+    parts: Sequence[Component],
     count: int,
     closed: NDArray[np.bool_] | None,
 ) -> NDArray[np.float64]:
     k = system.nodal_diameter(1)
-    unknown = np.full(count, np.nan)
-    if vane is None or casing is None:
-        return unknown
-    if vane.at(k).neglected is None or casing.at(k).neglected is None:
-        return unknown
+    if not parts or any(part.at(k).neglected is None for part in parts):
+        return np.full(count, np.nan)
+    vane, casing = parts
     return np.asarray(frequency_errors(system, vane, casing, k, count, closed).total)
 
 
-def frequencies(study: Study, limits: Limits) -> NDArray[np.float64] | tuple[float, float]:
+def frequencies(given: Study | Scene, limits: Limits) -> NDArray[np.float64] | tuple[float, float]:
     """Excitation frequencies of a case, Hz; a tuple is a range.
 
-    Where the study names neither frequencies nor a range: from a little below the mode of interest
-    with the interlock free to a little above it with the interlock stuck.
+    Where the file names neither frequencies nor a range: from a little below the mode of interest
+    with contacts free to a little above it with contacts stuck.
 
     Raises
     ------
     InputError
         If the mode of interest is a rigid-body motion, or beyond what the reduced models answer.
     """
-    if min(limits.free_frequency, limits.stuck_frequency) <= RIGID * limits.stuck.max():
+    mode, stuck = f"response.mode = {limits.stuck_mode + 1}", limits.stuck_frequency
+    if stuck <= RIGID * limits.stuck.max():
         raise InputError(
-            f"response.mode = {limits.free_mode + 1}: a rigid-body motion, 0 Hz: choose a mode "
-            "with a frequency, or clamp what moves"
+            f"{mode}: a rigid-body motion, 0 Hz, even with all contacts stuck: choose another "
+            "mode, or clamp what moves"
         )
-    response, asked = study.response, asked_by(study)
-    mode = max(limits.free_frequency, limits.stuck_frequency)  # a linear response spans its peak
-    own = fine(mode, study.damping.ratio).max() if asked else _around(limits)[1]
-    for what, highest in {**asked, f"response.mode = {limits.free_mode + 1}": own}.items():
-        refuse_beyond(what, highest, limits.band, advice(study))
+    if stuck < LOWEST:
+        raise InputError(
+            f"{mode}: lies at {stuck:.2g} Hz: are stiffness and mass swapped, or in other units?"
+        )
+    response, asked = given.response, asked_by(given)
+    # a linear response spans its peak
+    own = fine(max(_ends(limits)), given.damping.ratio or 0.0).max()
+    for what, highest in {**asked, mode: own if asked else _around(limits)[1]}.items():
+        refuse_beyond(what, highest, limits.band, advice(given))
     if response.frequencies is not None:
         return np.array(response.frequencies)
     low, high = _around(limits) if response.range is None else response.range
     return (low, high) if response.points is None else np.linspace(low, high, response.points)
 
 
+def _ends(limits: Limits) -> list[float]:
+    """The mode of interest stuck and, where there is such a mode, free, Hz, ascending."""
+    free, stuck = limits.free_frequency, limits.stuck_frequency
+    return sorted([free, stuck]) if limits.mac > LIKE and free > FAR * stuck else [stuck]
+
+
 def _around(limits: Limits) -> tuple[float, float]:
     """Range around the mode of interest, free to stuck, Hz."""
-    low, high = sorted([limits.free_frequency, limits.stuck_frequency])
-    margin = max(0.25 * (high - low), 0.03 * low)
+    ends = _ends(limits)
+    low, high = ends[0] if len(ends) > 1 else 0.8 * ends[0], ends[-1]
+    margin = max(0.25 * (high - low), MARGIN * low)
     return low - margin, high + margin
 
 
@@ -195,15 +213,14 @@ def dense(
     limits : Limits
         The modes.
     stuck : bool
-        Whose modes are resolved: those with the interlock stuck, or free.
+        Whose modes are resolved: those with contacts stuck, or free.
     damping : float
         Modal damping ratio.
     points : int
         Points of each even part.
     """
     modes = limits.stuck if stuck else limits.free
-    ends = (limits.free_frequency, limits.stuck_frequency)
-    near = np.concatenate([fine(f, damping) for f in ends])
+    near = np.concatenate([fine(f, damping) for f in _ends(limits)])
     if isinstance(wanted, tuple):
         listed = np.linspace(*wanted, points)
         near = np.concatenate([near, listed])

@@ -1,6 +1,5 @@
 """Which displacement stands for the vibration: one component of one output node."""
 
-import re
 from dataclasses import dataclass
 
 import numpy as np
@@ -8,9 +7,12 @@ from numpy.typing import NDArray
 
 from vanelock.common.cyclic import COMPONENTS
 from vanelock.common.errors import InputError
-from vanelock.input.schema.study import MONITOR
 from vanelock.nonlinear import Response
 from vanelock.rom import System
+
+CARTESIAN = ("x", "y", "z")
+MOST = 6
+"""Output nodes that a message names."""
 
 
 @dataclass(frozen=True)
@@ -36,21 +38,35 @@ class Monitor:
 
 
 def monitor(wanted: str | None, system: System, free: Response) -> Monitor:
-    """The displacement that a study monitors.
+    """The displacement that a case monitors.
 
     Parameters
     ----------
     wanted : str or None
-        `outputs.monitor`: an output node and perhaps a component; by default the first node, and
-        the component that moves most in the linear response `free`.
+        `outputs.monitor`: an output node and perhaps a component, such as "upper 17, x"; by default
+        the first node, and the component that moves most in the linear response `free`.
+    system : System
+        Where its outputs are.
+    free : Response
+        Linear response with contacts free.
+
+    Raises
+    ------
+    InputError
+        If there is no such output.
     """
-    found = re.fullmatch(MONITOR, wanted or system.output_names[0])
-    if found is None or found["node"] not in system.output_names:
-        names = ", ".join(system.output_names)
-        raise InputError(f'outputs.monitor = "{wanted}": allowed nodes are {names}')
-    node = system.output_names.index(found["node"])
-    if found["component"]:
-        component = COMPONENTS.index(found["component"])
-    else:
-        component = int(free.amplitude[:, node].max(axis=0).argmax())
-    return Monitor(f"{found['node']}, {COMPONENTS[component]}", node, component)
+    names = system.output_names
+    if not names:
+        raise InputError("outputs: the scene has no output nodes: give outputs.nodes or a load")
+    components = COMPONENTS if system.sectors > 1 else CARTESIAN
+    node, _, component = (wanted or names[0]).partition(", ")
+    if node not in names or (component and component not in components):
+        some = ", ".join(names[:MOST]) + (", ..." if len(names) > MOST else "")
+        raise InputError(
+            f'outputs.monitor = "{wanted}": allowed are {some}, and after ", " one of '
+            f"{', '.join(components)}"
+        )
+    at = names.index(node)
+    largest = int(free.amplitude[:, at].max(axis=0).argmax())
+    place = components.index(component) if component else largest
+    return Monitor(f"{node}, {components[place]}", at, place)

@@ -5,23 +5,25 @@ from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any, Literal, TypeAlias
 
-import numpy as np
-
 from vanelock import nonlinear
+from vanelock.input.cases.values import Given
+from vanelock.input.schema.scene import DAMPING
 from vanelock.input.schema.study import Study
 from vanelock.nonlinear import HarmonicModes, Journal, Response
 from vanelock.pipeline.step import SHARED, Step, step
 from vanelock.rom import Component, System
 from vanelock.stages.parts.components import system_step
-from vanelock.stages.response.limits import Limits, dense, frequencies, hooks, limits
+from vanelock.stages.response.limits import Limits, dense, frequencies, limits
 
 Limit: TypeAlias = Literal["free", "stuck"]
+LIMITS: tuple[Limit, ...] = ("free", "stuck")
 FIRST = {"up": "up", "down": "down", "both": "up"}
 """Direction of the first sweep, by `response.direction`."""
 Progress: TypeAlias = Callable[[int, int, float, float], None]
 
 READ = ("rom", "excitation", "damping", "response", "campbell")
-"""Tables of a study that the frequencies of its responses follow from, with its linear limits."""
+"""Tables that the frequencies of responses follow from, with the linear limits; a scene lacks two.
+"""
 
 
 def silent_progress(done: int, total: int, frequency: float, amplitude: float) -> None:
@@ -35,21 +37,16 @@ def linear_system_step(
     return system_step(without_friction(study), vane, casing)
 
 
-def limits_step(
-    study: Study, system: Step[System], vane: Step[Component], casing: Step[Component]
-) -> Step[Limits]:
-    """Modes with the interlock free and stuck, and their errors."""
-    return _limits(study.response.mode, system, vane, casing)
-
-
 @lru_cache(maxsize=SHARED)
-def _limits(
-    mode: int, system: Step[System], vane: Step[Component], casing: Step[Component]
+def limits_step(
+    mode: int, system: Step[System], parts: tuple[Step[Component], ...] = ()
 ) -> Step[Limits]:
-    def compute(system: System, vane: Component, casing: Component) -> Limits:
-        return limits(system, mode, vane, casing)
+    """Modes with contacts free and stuck, and their errors by the reduced `parts`."""
 
-    needs = (system, vane, casing)
+    def compute(system: System, *parts: Component) -> Limits:
+        return limits(system, mode, parts)
+
+    needs = (system, *parts)
     return step("linear limits", "rom", {"mode": mode}, Limits, needs, compute)
 
 
@@ -79,21 +76,21 @@ def stuck_modes_step(system: Step[System], harmonics: int) -> Step[HarmonicModes
 
 
 def linear_step(
-    study: Study, which: Limit, system: Step[System], limits: Step[Limits]
+    given: Given, which: Limit, system: Step[System], limits: Step[Limits]
 ) -> Step[Response]:
-    """Linear response with the interlock free or stuck, dense enough to be drawn as a curve."""
-    return _linear(which, _Alike(study), system, limits)
+    """Linear response with contacts free or stuck, dense enough to be drawn as a curve."""
+    return _linear(which, _Alike(given), system, limits)
 
 
 @dataclass(frozen=True, eq=False)
 class _Alike:
-    """A study that equals another if both have the same frequencies of the same limits."""
+    """A study or scene that equals another with the same frequencies of the same limits."""
 
-    study: Study
+    given: Given
 
     @property
     def _read(self) -> tuple[Any, ...]:
-        return tuple(getattr(self.study, name) for name in READ)
+        return tuple(getattr(self.given, name, None) for name in READ)
 
     def __hash__(self) -> int:
         return hash(self._read)
@@ -106,27 +103,23 @@ class _Alike:
 def _linear(
     which: Limit, alike: _Alike, system: Step[System], limits: Step[Limits]
 ) -> Step[Response]:
-    study = alike.study
-    inputs = {**frequency_keys(study), "closed": which}
+    given = alike.given
+    inputs = {**frequency_keys(given), "closed": which}
 
     def compute(system: System, found: Limits) -> Response:
-        closed = (
-            hooks(system.contacts.joint)
-            if which == "free"
-            else np.ones(system.contacts.count, bool)
-        )
-        wanted = frequencies(study, found)
-        grid = dense(wanted, found, which == "stuck", study.damping.ratio)
-        return nonlinear.linear_response(system, grid, closed)
+        closed = ~system.contacts.opens if which == "free" else "all"
+        ratio = system.damping_ratio or DAMPING
+        grid = dense(frequencies(given, found), found, which == "stuck", ratio)
+        highest = max([1, *system.force])
+        return nonlinear.linear_response(system, grid, closed, highest)
 
-    return step(
-        f"linear response, {which}", "nonlinear", inputs, Response, (system, limits), compute
-    )
+    name = f"linear response, {which}"
+    return step(name, "nonlinear", inputs, Response, (system, limits), compute)
 
 
 def response_step(
     name: str,
-    study: Study,
+    given: Given,
     system: Step[System],
     limits: Step[Limits],
     modes: Step[HarmonicModes],
@@ -135,20 +128,21 @@ def response_step(
 ) -> Step[Response]:
     """Nonlinear response of a case; over a range, where its curve needs points.
 
-    In the study's direction, or the given one; upwards where the study wants both.
+    In the file's direction, or another one; upwards where the file wants both.
     """
+    response = given.response
     options: dict[str, Any] = {
-        "harmonics": study.response.harmonics,
-        "coupling": study.response.coupling,
-        "samples": study.response.samples,
-        "friction": study.joints.friction,
-        "harmonic_diameters": study.response.harmonic_diameters,
-        "direction": direction or FIRST[study.response.direction],
+        "harmonics": response.harmonics,
+        "coupling": response.coupling,
+        "samples": response.samples,
+        "friction": response.friction,
+        "harmonic_diameters": response.harmonic_diameters,
+        "direction": direction or FIRST[response.direction],
     }
-    inputs = {**frequency_keys(study), **options}
+    inputs = {**frequency_keys(given), **options}
 
     def compute(system: System, found: Limits, stuck: HarmonicModes, journal: Journal) -> Response:
-        wanted = frequencies(study, found)
+        wanted = frequencies(given, found)
         return nonlinear.frequency_response(
             system, wanted, nonlinear.Options(**options), progress, stuck.diameters, journal
         )
@@ -158,10 +152,9 @@ def response_step(
     return step("response", "nonlinear", inputs, Response, needs, compute, resumes=True, of=of)
 
 
-def frequency_keys(study: Study) -> dict[str, Any]:
+def frequency_keys(given: Given) -> dict[str, Any]:
     """What the choice of frequencies depends on, beside the linear limits."""
-    apart = {"harmonics", "mode", "coupling", "samples", "harmonic_diameters", "direction"}
-    return study.response.model_dump(exclude=apart)
+    return given.response.model_dump(include={"frequencies", "range", "points"})
 
 
 def without_friction(study: Study) -> Study:

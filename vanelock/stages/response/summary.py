@@ -1,6 +1,6 @@
 """What a run found, in numbers."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -8,7 +8,8 @@ from numpy.typing import NDArray
 
 from vanelock.input.cases.sweep import Case
 from vanelock.nonlinear import OPEN, SLIP_OPEN, Response
-from vanelock.stages.response.limits import Limits, hooks
+from vanelock.rom import Contacts
+from vanelock.stages.response.limits import Limits
 
 OPENING = (OPEN, SLIP_OPEN)
 RUBS = 1e-6
@@ -72,21 +73,25 @@ class Summary:
     harmonics : int
         H.
     mu : float or None
-        Friction coefficient of the interlock.
+        Friction coefficient of the contacts that the limit "free" opens, where it is one.
     peak : Peak or None
         None where no point converged.
     of_free, of_stuck : float
-        Peak over the linear peak with the interlock free and stuck.
+        Peak over the linear peak with contacts free and stuck.
     position : float
         Frequency of the peak between that of the mode of interest free (0) and stuck (1); NaN where
         the response has no frequency from one to the other.
     slipping, opening : float
-        Share of the interlock's pairs that slip, by their friction work, and that open in every
-        period at the peak; a pair may do both.
-    hook_slipping : float
-        Share of the hooks' pairs that slip.
+        Share of the contacts that the limit "free" opens that slip, by their friction work, and
+        that open in every period at the peak; a contact may do both.
+    closed_slipping : float
+        Share of the others that slip.
     friction_share : float
-        Share of the friction work at the peak that is the interlock's.
+        Share of the friction work at the peak that is those contacts'.
+    work : dict of str to float
+        Friction work of each joint in a period at the peak, J.
+    loose : bool
+        Whether a part is held by no contact that is closed at rest.
     converged, points : int
         Points that converged, and all.
     worst : float
@@ -109,8 +114,10 @@ class Summary:
     position: float
     slipping: float
     opening: float
-    hook_slipping: float
+    closed_slipping: float
     friction_share: float
+    work: dict[str, float]
+    loose: bool
     converged: int
     points: int
     worst: float
@@ -145,20 +152,21 @@ def share(chosen: NDArray[np.bool_]) -> float:
     return float(chosen.mean()) if len(chosen) else float("nan")
 
 
-def friction_share(dissipation: NDArray[np.float64], interlock: NDArray[np.bool_]) -> float:
-    """The interlock's share of the friction work; NaN where nothing slips."""
+def friction_share(dissipation: NDArray[np.float64], own: NDArray[np.bool_]) -> float:
+    """The own contacts' share of the friction work; NaN where nothing slips."""
     total = float(dissipation.sum())
-    return float(dissipation[interlock].sum()) / total if total > 0 else float("nan")
+    return float(dissipation[own].sum()) / total if total > 0 else float("nan")
 
 
 def summarise(
     case: Case,
-    joints: Sequence[str],
+    contacts: Contacts,
     response: Response,
     peak: Peak | None,
     limits: Limits,
     linear: Mapping[str, Peak | None],
     seconds: float,
+    loose: bool = False,
 ) -> Summary:
     """A case in numbers.
 
@@ -166,8 +174,8 @@ def summarise(
     ----------
     case : Case
         The case.
-    joints : sequence of c str
-        Joint of each contact.
+    contacts : Contacts
+        Its contacts.
     response : Response
         Its nonlinear response.
     peak : Peak or None
@@ -178,19 +186,23 @@ def summarise(
         Peaks of the linear responses.
     seconds : float
         What computing the response took.
+    loose : bool
+        Whether a part is held by no contact that is closed at rest.
     """
-    interlock = ~hooks(joints)
-    if not interlock.any():  # nothing to stick: the stuck limit is the free one again
+    opens, joints = contacts.opens, np.array(contacts.joints)
+    if not opens.any():  # nothing to stick: the stuck limit is the free one again
         linear = {"free": linear["free"], "stuck": None}
-    slipping = opening = hook_slipping = friction = position = float("nan")
+    slipping = opening = closed_slipping = friction = position = float("nan")
     ratio = dict.fromkeys(linear, float("nan"))
+    each: dict[str, float] = {}
     if peak is not None:
         state = response.state[peak.point]
         work = response.dissipation[peak.point]
         slips = work > RUBS * work.max(initial=np.finfo(float).tiny)
-        slipping, hook_slipping = share(slips[interlock]), share(slips[~interlock])
-        opening = share(np.isin(state[interlock], OPENING))
-        friction = friction_share(work, interlock)
+        slipping, closed_slipping = share(slips[opens]), share(slips[~opens])
+        opening = share(np.isin(state[opens], OPENING))
+        friction = friction_share(work, opens)
+        each = {name: float(work[joints == name].sum()) for name in dict.fromkeys(contacts.joints)}
         ends = sorted((limits.free_frequency, limits.stuck_frequency))
         if ends[0] <= response.frequency.max() and ends[1] >= response.frequency.min():
             position = limits.position(peak.frequency)
@@ -198,20 +210,22 @@ def summarise(
             if other is not None and other.amplitude > 0:
                 ratio[which] = peak.amplitude / other.amplitude
     lost = response.residual[~response.converged]
-    interlocked = case.study.joints.interlock
+    mu = set(contacts.mu[opens].tolist())
     return Summary(
         case=case.name,
         values=case.values,
         harmonics=response.harmonics,
-        mu=interlocked.mu if interlocked.enabled else None,
+        mu=mu.pop() if len(mu) == 1 else None,
         peak=peak,
         of_free=ratio["free"],
         of_stuck=ratio["stuck"],
         position=position,
         slipping=slipping,
         opening=opening,
-        hook_slipping=hook_slipping,
+        closed_slipping=closed_slipping,
         friction_share=friction,
+        work=each,
+        loose=loose,
         converged=int(response.converged.sum()),
         points=response.points,
         worst=float(lost.max()) if len(lost) else 0.0,

@@ -11,8 +11,10 @@ from dataclasses import replace
 import numpy as np
 
 from vanelock.common.errors import InputError
-from vanelock.input.cases.sweep import Case, with_values
+from vanelock.input.cases.sweep import Case
+from vanelock.input.cases.values import with_values
 from vanelock.input.schema.piecewise import ends
+from vanelock.input.schema.scene import Scene
 from vanelock.input.schema.study import Study
 from vanelock.input.schema.temperature import PARTS, modulus, reference
 from vanelock.pipeline.step import Stages
@@ -20,6 +22,7 @@ from vanelock.rom import Component, System
 from vanelock.stages.campbell.frequencies import Meeting, Spinning, grid
 from vanelock.stages.parts.components import reduced_step, system_step
 from vanelock.stages.plan import shared_diameters
+from vanelock.stages.response.limits import limits
 from vanelock.stages.response.responses import without_friction
 
 HIGHEST = 1e6
@@ -34,7 +37,7 @@ def warmed(cases: Sequence[Case], stages: Stages) -> list[Case]:
     InputError
         If the engine order does not meet the mode of interest where temperatures are given.
     """
-    if not any(needs_speed(case.study) for case in cases):
+    if isinstance(cases[0].given, Scene) or not any(needs_speed(case.study) for case in cases):
         return list(cases)
     shared = shared_diameters(cases)
     found = []
@@ -44,7 +47,7 @@ def warmed(cases: Sequence[Case], stages: Stages) -> list[Case]:
             continue
         speed = _crossing(case.study, wanted, stages)
         study = with_values(case.study, {"temperature.speed": speed})
-        found.append(replace(case, study=study))
+        found.append(replace(case, given=study))
     return found
 
 
@@ -90,16 +93,16 @@ def _crossing(study: Study, wanted: Sequence[int], stages: Stages) -> float:
     low, high = max(low, 1.0), min(high, HIGHEST)
     scale = factors(study, lambda part: reference(study, part))
     spinning = Spinning(system, *parts, system.nodal_diameter(1), scale, (low, high))
-    mode = study.response.mode
+    mode = limits(system, study.response.mode).free_mode + 1
     found = spinning.meetings(order, False, mode, grid(low, high, bends(study)))
     met = [each for each in found if each.mode == mode - 1]
     if not met:
-        raise InputError(_missed(study, spinning, (low, high)))
+        raise InputError(_missed(study, spinning, (low, high), mode))
     return _rounded(met[0])
 
 
-def _missed(study: Study, spinning: Spinning, speeds: tuple[float, float]) -> str:
-    order, mode = abs(study.excitation.engine_order), study.response.mode
+def _missed(study: Study, spinning: Spinning, speeds: tuple[float, float], mode: int) -> str:
+    order = abs(study.excitation.engine_order)
     at_end = spinning.frequencies(speeds[1], False, mode)[-1]
     part = next(
         part
@@ -108,9 +111,9 @@ def _missed(study: Study, spinning: Spinning, speeds: tuple[float, float]) -> st
         and (speeds[1] in ends(known) or speeds[0] in ends(known))
     )
     return (
-        f"temperature.{part}: engine order {order} meets mode {mode} nowhere from {speeds[0]:g} to "
-        f"{speeds[1]:g} rpm (it has {at_end:.5g} Hz there, {60 * at_end / order:.5g} rpm): give "
-        "temperatures up to that, or temperature.speed"
+        f"temperature.{part}: engine order {order} meets free mode {mode} nowhere from "
+        f"{speeds[0]:g} to {speeds[1]:g} rpm (it has {at_end:.5g} Hz there, "
+        f"{60 * at_end / order:.5g} rpm): give temperatures up to that, or temperature.speed"
     )
 
 

@@ -10,14 +10,20 @@ from dataclasses import dataclass
 from typing import Any
 
 from vanelock.input.cases.sweep import Case
+from vanelock.input.schema.scene import Scene
 from vanelock.pipeline.cache import Cache
-from vanelock.pipeline.executor.tasks import Task, Work
+from vanelock.pipeline.executor.tasks import Task
 from vanelock.pipeline.step import Step
 from vanelock.stages.accuracy.choose_mesh import Settled
-from vanelock.stages.parts.components import PARTS
-from vanelock.stages.parts.meshes import mesh_step
-from vanelock.stages.plan import LIMITS, Planned, adaptive, fixed, free_step, shared_diameters
-from vanelock.stages.response.responses import silent_progress
+from vanelock.stages.plan import (
+    Planned,
+    adaptive,
+    fixed,
+    free_step,
+    from_matrices,
+    shared_diameters,
+)
+from vanelock.stages.response.responses import LIMITS, silent_progress
 
 
 @dataclass(frozen=True)
@@ -27,7 +33,7 @@ class CaseWork:
     Attributes
     ----------
     case : Case
-        With its study as given, not as settled.
+        As given, not as settled; files that a scene names are read where it is computed.
     diameters : tuple of int
         Nodal diameters at which the cases have their casing reduced, without an accuracy.
     settled, first : Settled or None
@@ -41,6 +47,8 @@ class CaseWork:
 
     def steps(self) -> list[Step[Any]]:
         """All whose products a run shows."""
+        if isinstance(self.case.given, Scene):
+            return steps_of(from_matrices(self.case, silent_progress))
         if self.settled is None or self.first is None:
             return steps_of(fixed(self.case, self.diameters, silent_progress))
         free = free_step(self.first)
@@ -54,8 +62,7 @@ def steps_of(planned: Planned) -> list[Step[Any]]:
 
 def parts_of(planned: Planned) -> list[Step[Any]]:
     """Those before preload and response."""
-    study = planned.case.study
-    found: list[Step[Any]] = [*(mesh_step(study, part) for part in PARTS), *planned.rom.values()]
+    found: list[Step[Any]] = [*planned.meshes.values(), *planned.rom.values()]
     found += [planned.linear.limits, *(planned.linear.responses[which] for which in LIMITS)]
     if planned.gauges is not None:
         found.append(planned.gauges)
@@ -65,29 +72,15 @@ def parts_of(planned: Planned) -> list[Step[Any]]:
 def works(planned: Sequence[Planned]) -> list[CaseWork]:
     """What to send of each case."""
     settled = [each.settled for each in planned]
+    if isinstance(planned[0].case.given, Scene):
+        return [CaseWork(each.case, ()) for each in planned]
     if any(settled):
         return [CaseWork(each.case, (), each.settled, settled[0]) for each in planned]
     shared = shared_diameters([each.case for each in planned])
     return [CaseWork(each.case, ks) for each, ks in zip(planned, shared, strict=True)]
 
 
-@dataclass(frozen=True)
-class Wanted:
-    """What is wanted of a case: its steps, that of its response, and how others make them."""
-
-    name: str
-    steps: Sequence[Step[Any]]
-    response: Step[Any]
-    work: Work
-
-
 def bundle(planned: Sequence[Planned], cache: Cache) -> tuple[list[Step[Any]], list[Task]]:
-    """What all cases need and is not in the cache, in order, and the tasks after it."""
-    cases = zip(planned, works(planned), strict=True)
-    return divided([Wanted(p.case.name, steps_of(p), p.response, w) for p, w in cases], cache)
-
-
-def divided(cases: Sequence[Wanted], cache: Cache) -> tuple[list[Step[Any]], list[Task]]:
     """What all cases need and is not in the cache, in order, and the tasks after it."""
     held, known = cache.held(), dict[str, bool]()
     nodes: dict[str, Step[Any]] = {}
@@ -111,26 +104,26 @@ def divided(cases: Sequence[Wanted], cache: Cache) -> tuple[list[Step[Any]], lis
             nodes.setdefault(step.key, step)
             users.setdefault(step.key, []).append(i)
 
-    for i, each in enumerate(cases):
+    for i, each in enumerate(planned):
         seen: set[str] = set()
-        for step in each.steps:
+        for step in steps_of(each):
             visit(step, i, seen)
     groups: dict[tuple[int, ...], list[Step[Any]]] = {}
     for key, step in nodes.items():
         groups.setdefault(tuple(users[key]), []).append(step)
-    shared = groups.pop(tuple(range(len(cases))), [])
+    shared = groups.pop(tuple(range(len(planned))), [])
     apart = nodes.keys() - {step.key for step in shared}
-    tasks = []
+    tasks, work = [], works(planned)
     for members, steps in groups.items():
         own = {step.key for step in steps}
         given = _frontier(steps, own)
-        first = cases[members[0]]
+        first = planned[members[0]]
         tasks.append(
             Task(
-                name=first.name
+                name=first.case.name
                 if len(members) == 1
-                else f"{first.name} and {len(members) - 1} more",
-                work=first.work,
+                else f"{first.case.name} and {len(members) - 1} more",
+                work=work[members[0]],
                 makes=tuple(step.key for step in steps),
                 after=tuple(key for _, key in given if key in apart),
                 given=tuple(given),

@@ -3,7 +3,7 @@
 import time
 from collections.abc import Collection
 
-from vanelock.input.schema.study import Study
+from vanelock.input.cases.values import Given
 from vanelock.nonlinear import Response
 from vanelock.pipeline.progress import PointDone
 from vanelock.pipeline.step import Step
@@ -17,9 +17,9 @@ class Clock:
     """Stopwatch over all cases of a run."""
 
     def __init__(self, planned: Collection[Planned]) -> None:
-        self._adaptive = any(each.case.study.accuracy is not None for each in planned)
+        self._adaptive = any(getattr(each.case.given, "accuracy", None) for each in planned)
         self._left = {
-            step.key: work(each.case.study) for each in planned for step in each.responses
+            step.key: work(each.case.given) for each in planned for step in each.responses
         }
         self._after = sum(self._left.values())
         self._done = 0.0
@@ -54,8 +54,8 @@ class Clock:
         return PointDone(self._name, done, total, self._peak, left)
 
 
-def work(study: Study) -> float:
+def work(given: Given) -> float:
     """Relative cost of a response: the unknowns at a point grow with 2H + 1."""
-    response = study.response
+    response = given.response
     points = len(response.frequencies) if response.frequencies else response.points or TYPICAL
     return float(points * (2 * response.harmonics + 1) ** 1.5)

@@ -58,7 +58,7 @@ def test_values_around_what_the_study_has():
     assert values('[rom]\nroute = "direct"', "rom.interface_modes")[1] == ["10"]
     assert values("[response]\nharmonics = 12", "response.harmonics")[0][-1] == "23"
     assert values("[response]\npoints = 50", "response.points")[1] == ["50"]
-    isotropic = values('[joints]\nfriction = "isotropic"', "response.samples")
+    isotropic = values('[response]\nfriction = "isotropic"', "response.samples")
     assert isotropic == (["64", "128", "256", "512", "1024", "2048", "4096"], ["256"])
 
 

@@ -74,7 +74,8 @@ def folder(tmp_path_factory):
 def test_couplings_and_friction_are_swept_like_numbers(folder):
     text = (
         'frequencies = [274, 278]\n[excitation]\nforce = 15\n[sweep]\n"response.coupling" = '
-        '["coupled", "uncoupled", "constant-load"]\n"joints.friction" = ["orthogonal", "isotropic"]'
+        '["coupled", "uncoupled", "constant-load"]\n'
+        '"response.friction" = ["orthogonal", "isotropic"]'
     )
     found, heard = run(text, folder)
     assert [each.case for each in found] == [

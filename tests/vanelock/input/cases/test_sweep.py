@@ -6,7 +6,8 @@ import pytest
 
 from vanelock import cases, load_study, parse_study
 from vanelock.common.errors import InputError
-from vanelock.input.cases.sweep import label, with_values
+from vanelock.input.cases.sweep import label
+from vanelock.input.cases.values import with_values
 from vanelock.input.schema.study import Study
 
 
@@ -49,10 +50,10 @@ def test_names_tell_equal_last_words_apart():
 def test_words_can_be_swept_too():
     study = parse_study(
         '[sweep]\n"response.coupling" = ["coupled", "constant-load"]\n'
-        '"joints.friction" = ["orthogonal", "isotropic"]'
+        '"response.friction" = ["orthogonal", "isotropic"]'
     )
     found = cases(study)
-    assert [(c.study.response.coupling, c.study.joints.friction) for c in found] == [
+    assert [(c.study.response.coupling, c.study.response.friction) for c in found] == [
         ("coupled", "orthogonal"),
         ("coupled", "isotropic"),
         ("constant-load", "orthogonal"),

@@ -6,7 +6,7 @@ import pytest
 from vanelock import mesh, parse_study
 from vanelock.mesh import VaneDimensions
 from vanelock.mesh.geometry.aerofoil import accessory_points
-from vanelock.quantities.contacts.places import places
+from vanelock.quantities.contacts.places import places_on
 from vanelock.quantities.stress.corners import reentrant_edges, within
 from vanelock.quantities.stress.locations import spots
 
@@ -102,7 +102,7 @@ def test_contact_nodes_carry_point_forces(vane, found):
 
 
 def test_areas_tile_the_contact_faces(study, vane):
-    at = places(study, vane)
+    at = places_on(study, vane)
     joint = np.array(at.joint)
     assert at.names[0] == "front hook 1"
     assert at.names[-1] == "interlock 10"

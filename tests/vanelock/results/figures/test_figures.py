@@ -9,6 +9,7 @@ import h5py
 import numpy as np
 import pytest
 
+from tests.vanelock.kept import reduced_parts
 from vanelock import fem, mesh, nonlinear, parse_study, rom, run_study
 from vanelock.nonlinear import Response, static_response
 from vanelock.pipeline.progress import Event, Finished
@@ -123,14 +124,14 @@ def test_contacts_are_shown_at_the_peak_and_where_half_as_much_moves():
 
 @pytest.mark.slow
 def test_a_period_for_paraview_is_the_response_evaluated(tmp_path):
-    """Instants read back by VTK against harmonics recovered here from the results file."""
+    """Instants read back by VTK against harmonics recovered here from results and cache."""
     text = STUDY.replace("[262, 266, 270]", "[266]").replace("shapes = false", "steps = 5")
     run_study(parse_study(text + "animations = false\nloops = false"), tmp_path)
     study = parse_study(text)
     with h5py.File(tmp_path / "results.h5") as file:
         response = Response.load(file["response/nominal"])
-        components = [rom.Component.load(file[f"rom/{part}"]) for part in ("vane", "casing")]
         parts = [mesh.Part.load(file[f"mesh/{part}"]) for part in ("vane", "casing")]
+    components = reduced_parts(study, tmp_path)
     elastic = fem.Material(**study.material.vane.model_dump(include={"E", "nu", "rho"}))
     recoveries = [
         rom.recovery(component, fem.assemble(part, elastic))

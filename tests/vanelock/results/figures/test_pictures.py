@@ -110,8 +110,6 @@ def test_equal_linear_limits_are_one_curve_and_others_are_named():
     }
     labels = [curve.label for curve in linear_curves(run_data("", (), linear)[0])]
     assert labels == ["linear, free: EO = -1 or 1", "linear, free: EO = 2", "linear, stuck"]
-    without = linear_curves(run_data("[joints.interlock]\nenabled = false", (), linear)[0])
-    assert [curve.kind for curve in without] == ["free", "free"]
 
 
 def test_words_for_cases():

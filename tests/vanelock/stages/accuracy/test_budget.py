@@ -43,7 +43,7 @@ def test_what_costs_most_gets_most():
 def test_what_the_study_sets_is_pinned():
     study = parse_study(
         'accuracy = 0.01\n[mesh]\nsize = "coarse"\n[rom]\ncasing_modes = 8\n'
-        '[response]\npoints = 30\n[joints]\nfriction = "isotropic"'
+        '[response]\npoints = 30\nfriction = "isotropic"'
     )
     assert pins(study) == {
         "mesh": "mesh.size",

@@ -79,11 +79,18 @@ def test_frequencies_that_a_study_names():
 
 
 @pytest.mark.parametrize("text", ["", "frequencies = [1, 2]", "range = [240, 300]"])
-@pytest.mark.parametrize(("free", "stuck"), [(0.0, 280.0), (1e-4, 2e-4)])
-def test_rigid_motion_is_no_mode_of_interest(text, free, stuck):
+def test_rigid_motion_is_no_mode_of_interest(text):
     """Frequencies of rounding alone, 1e-4 Hz beside 120 Hz, count as none."""
-    with pytest.raises(InputError, match=r"response\.mode = 2: a rigid-body motion, 0 Hz: choose"):
-        frequencies(parse_study(f"[response]\n{text}"), some_limits(free, stuck))
+    with pytest.raises(InputError, match=r"response\.mode = 2: a rigid-body motion, 0 Hz, even"):
+        frequencies(parse_study(f"[response]\n{text}"), some_limits(1e-4, 2e-4))
+
+
+def test_a_part_that_is_loose_when_free_leaves_the_stuck_mode():
+    """A quarter of the way from 0.8 of it, to either side."""
+    low, high = frequencies(parse_study(""), some_limits(free=0.0))
+    assert (low, high) == pytest.approx((224 - 14, 280 + 14))
+    grid = dense((low, high), some_limits(free=0.0), False, 0.003)
+    assert low - 1e-9 <= grid.min() < grid.max() <= high + 1e-9
 
 
 def test_position_between_the_limits():
@@ -113,7 +120,7 @@ def test_fine_frequencies_find_the_linear_peak(ring):
 def test_monitor_that_is_not_there(ring):
     response = linear_response(ring, [100.0], "all")
     assert monitor("vane accessory 1, axial", ring, response).component == 2
-    with pytest.raises(InputError, match='monitor = "vane accessory 2, axial": allowed nodes are'):
+    with pytest.raises(InputError, match='monitor = "vane accessory 2, axial": allowed are vane'):
         monitor("vane accessory 2, axial", ring, response)
 
 
@@ -139,10 +146,10 @@ def test_straight_lines_between_dense_frequencies_are_a_true_curve(wanted, stuck
 
 
 def test_a_system_without_interlock_has_one_limit(ring):
-    contacts = replace(ring.contacts, joint=("hook", "hook"))
-    assert limits(ring, 1).interlock
+    contacts = replace(ring.contacts, joint=("hook", "hook"), always_closed=("hook",))
+    assert limits(ring, 1).opens
     found = limits(replace(ring, contacts=contacts), 1)
-    assert not found.interlock
+    assert not found.opens
     table = limits_table("", found)
     assert [row[0] for row in table.rows] == ["free"]
     linear = linear_table(

@@ -6,7 +6,8 @@ from typing import Any
 
 from vanelock import parse_study
 from vanelock.commands.run.cases import Run
-from vanelock.input.cases.sweep import cases, with_values
+from vanelock.input.cases.sweep import cases
+from vanelock.input.cases.values import with_values
 from vanelock.pipeline import step
 from vanelock.pipeline.cache import Cache, key_of
 from vanelock.pipeline.executor.tasks import reachable

@@ -22,7 +22,7 @@ from vanelock.rom import (
 )
 from vanelock.rom.fixed_interface.selection import DEFAULT
 from vanelock.rom.system import common_band
-from vanelock.stages.scene.piece import DiameterBlock, Piece
+from vanelock.stages.matrices.piece import DiameterBlock, Piece
 
 Integers = NDArray[np.int64]
 

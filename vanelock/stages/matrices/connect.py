@@ -19,7 +19,7 @@ from vanelock.common.cyclic import COMPONENTS, turn
 from vanelock.common.errors import InputError
 from vanelock.rom import Contacts, Diameter, Force, System
 from vanelock.rom.system import common_band
-from vanelock.stages.scene.piece import Matrix, Piece
+from vanelock.stages.matrices.piece import Matrix, Piece
 
 Integers = NDArray[np.int64]
 Floats = NDArray[np.float64]

@@ -12,7 +12,7 @@ from vanelock.common.errors import InputError
 from vanelock.common.quantities import bounds
 from vanelock.fem.matrix_files import load_nodes, load_pairs
 from vanelock.input.schema.scene import GROUND, ContactKeys, Load, Scene, TieKeys
-from vanelock.stages.scene.connect import Pull, Tie, Touching
+from vanelock.stages.matrices.connect import Pull, Tie, Touching
 
 Integers = NDArray[np.int64]
 Floats = NDArray[np.float64]

@@ -1,45 +1,32 @@
-"""The stages of a scene: components, system, linear limits, preload, responses."""
+"""The steps of a scene to its components and its system."""
 
 from collections.abc import Iterator
 from dataclasses import fields, replace
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 
-from vanelock import nonlinear
-from vanelock.common.cyclic import folded
 from vanelock.common.errors import InputError
 from vanelock.fem.matrix_files import Matrices, load_matrices
 from vanelock.input.band import asked_for, least_band
 from vanelock.input.read_scene import ND
 from vanelock.input.schema.scene import DAMPING, FILES, ComponentKeys, Scene
-from vanelock.nonlinear import HarmonicModes, Journal, Response
 from vanelock.pipeline.cache import code_of, content_digest
 from vanelock.pipeline.step import Step, step
 from vanelock.rom import System
-from vanelock.stages.response.responses import FIRST, Progress
-from vanelock.stages.scene import pieces
-from vanelock.stages.scene.connect import Joined
-from vanelock.stages.scene.gather import Gathered, gathered, nodes
-from vanelock.stages.scene.modes import SceneModes, dense, frequencies, modes
-from vanelock.stages.scene.piece import Piece
-
-LIMITS: tuple[Literal["free", "stuck"], ...] = ("free", "stuck")
-
-
-def diameters(scene: Scene) -> tuple[int, ...]:
-    """Nodal diameters (h·EO) mod N of all harmonics, k and N-k once."""
-    waves = scene.response.harmonics if scene.response.harmonic_diameters == "wave" else 1
-    order, sectors = scene.excitation.engine_order, scene.ring.sectors
-    return tuple(sorted({folded(h * order, sectors) for h in range(waves + 1)}))
+from vanelock.stages.matrices import pieces
+from vanelock.stages.matrices.connect import Joined
+from vanelock.stages.matrices.gather import Gathered, gathered, nodes
+from vanelock.stages.matrices.piece import Piece
+from vanelock.stages.parts.components import diameters
 
 
 def piece_step(scene: Scene, name: str, given: Gathered) -> Step[Piece]:
     """A component, reduced or as it is."""
     keys = scene.components[name]
     wanted, turned = given.kept[name]
-    by_diameter = diameters(scene) if keys.low is not None or ND in keys.stiffness else ()
+    by_diameter = diameters([scene]) if keys.low is not None or ND in keys.stiffness else ()
     least = least_band(asked_for(scene.response))
     inputs = {
         "least": least,
@@ -106,17 +93,17 @@ def matrices(name: str, keys: ComponentKeys, nodal_diameter: int = 0) -> Matrice
         raise InputError(f"components.{name}: {error}") from None
 
 
-def system_step(scene: Scene, bare: bool = False, given: Gathered | None = None) -> Step[System]:
+def system_step(scene: Scene, given: Gathered | None = None, bare: bool = False) -> Step[System]:
     """The system of a case; joining takes no time, so it is not kept.
 
     Parameters
     ----------
     scene : Scene
         A case's.
-    bare : bool
-        Without friction, preload and static load, which linear limits do not depend on.
     given : Gathered, optional
         What the scene's lists say, where they were read already.
+    bare : bool
+        Without friction, preload and static load, which linear limits do not depend on.
     """
     if scene.system is not None:
         return _ready_step(scene, Path(scene.system.file), bare)
@@ -135,7 +122,7 @@ def system_step(scene: Scene, bare: bool = False, given: Gathered | None = None)
         "joined": [_plain(each) for each in (*contacts, *ties, *loads)],
         "outputs": [[name, own.tolist()] for name, own in outputs],
         "damping": scene.damping.ratio,
-        "diameters": diameters(scene),
+        "diameters": diameters([scene]),
         "code": code_of("rom"),
     }
 
@@ -155,71 +142,9 @@ def system_step(scene: Scene, bare: bool = False, given: Gathered | None = None)
             outputs=outputs,
             damping_ratio=ratio,
         )
-        return joined.system(diameters(scene))
+        return joined.system(diameters([scene]))
 
     return step("system", "stages", inputs, System, needs, compute, False, True)
-
-
-def modes_step(scene: Scene, system: Step[System]) -> Step[SceneModes]:
-    """Linear limits, which friction and preload do not matter for."""
-    mode = scene.response.mode
-
-    def compute(system: System) -> SceneModes:
-        return modes(system, mode)
-
-    return step("linear limits", "stages", {"mode": mode}, SceneModes, (system,), compute)
-
-
-def linear_step(
-    scene: Scene, which: Literal["free", "stuck"], system: Step[System], limits: Step[SceneModes]
-) -> Step[Response]:
-    """Linear response with all contacts open or closed, dense enough to be drawn as a curve."""
-
-    def compute(system: System, found: SceneModes) -> Response:
-        own = found.free if which == "free" else found.stuck
-        ratio = system.damping_ratio or DAMPING
-        grid = dense(frequencies(scene, found), own, ratio)
-        most = max((h for h in system.force), default=1)
-        closed = "none" if which == "free" else "all"
-        return nonlinear.linear_response(system, grid, closed, max(most, 1))
-
-    inputs = {**_range(scene), "closed": which, "code": code_of("nonlinear")}
-    name = f"linear response, {which}"
-    return step(name, "stages", inputs, Response, (system, limits), compute)
-
-
-def response_step(
-    name: str,
-    scene: Scene,
-    system: Step[System],
-    limits: Step[SceneModes],
-    modes: Step[HarmonicModes],
-    progress: Progress,
-    direction: str | None = None,
-) -> Step[Response]:
-    """Nonlinear response of a case; over a range, where its curve needs points.
-
-    In the scene's direction, or the given one; upwards where the scene wants both.
-    """
-    keys = ("harmonics", "coupling", "samples", "friction", "harmonic_diameters")
-    options: dict[str, Any] = {key: getattr(scene.response, key) for key in keys}
-    options["direction"] = direction or FIRST[scene.response.direction]
-
-    def compute(
-        system: System, found: SceneModes, stuck: HarmonicModes, journal: Journal
-    ) -> Response:
-        wanted = frequencies(scene, found)
-        return nonlinear.frequency_response(
-            system, wanted, nonlinear.Options(**options), progress, stuck.diameters, journal
-        )
-
-    inputs, needs = {**_range(scene), **options}, (system, limits, modes)
-    of = name + (", down" if options["direction"] == "down" else "")
-    return step("response", "nonlinear", inputs, Response, needs, compute, resumes=True, of=of)
-
-
-def _range(scene: Scene) -> dict[str, Any]:
-    return scene.response.model_dump(include={"mode", "frequencies", "range", "points"})
 
 
 def _named(keys: ComponentKeys) -> Iterator[tuple[str, Any]]:

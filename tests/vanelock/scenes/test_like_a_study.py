@@ -1,0 +1,88 @@
+"""What a scene of matrices does as a study does: rows, scatter, measured curves, energy, wear."""
+
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+
+from tests.vanelock.scenes.conftest import Write
+from tests.vanelock.scenes.test_run import PAD, arm
+from vanelock import cases, load_scene, run_scene
+from vanelock.__main__ import main
+from vanelock.common.errors import InputError
+
+QUIET = "[outputs]\nloops = false\nreport = false\n"
+SMOOTH = PAD.replace("mu = 0.2", "mu = 0")
+"""A pad that stays closed and has no friction: the response is linear in its load."""
+
+
+def test_percentiles_of_a_linear_scene_are_those_of_its_load(
+    tmp_path: Path, scene_file: Write
+) -> None:
+    text = arm(tmp_path) + "modes = 2\n" + SMOOTH + QUIET
+    alone = run_scene(load_scene(scene_file(text)), tmp_path / "alone")[0].peak
+    assert alone is not None
+    scatter = (
+        '[scatter]\nsamples = 12\nseed = 4\n[scatter.keys."loads[0].amplitude"]\n'
+        'distribution = "uniform"\nlow = "0.5 N"\nhigh = 1.5\n'
+    )
+    scene = load_scene(scene_file(text + scatter))
+    run_scene(scene, tmp_path / "run")
+    loads = [each.values["loads[0].amplitude"] for each in cases(scene)]
+    expected = np.quantile(loads, [0.25, 0.5, 0.75], method="median_unbiased") * alone.amplitude
+    with h5py.File(tmp_path / "run" / "results.h5") as file:
+        found = file["scatter/amplitude_percentile"][1:4, 0]
+    np.testing.assert_allclose(found, expected, rtol=1e-6)
+
+
+def test_rows_of_a_scene_vary_together(tmp_path: Path, scene_file: Write) -> None:
+    text = arm(tmp_path) + "modes = 2\n" + PAD
+    rows = '[rows]\n"contacts.pad.kn" = [1e4, "2e4 N/m"]\n"contacts.pad.kt" = [3e4, 5e4]\n'
+    found = cases(load_scene(scene_file(text + rows)))
+    assert [each.name for each in found] == ["kn=10000,kt=30000", "kn=20000,kt=50000"]
+    with pytest.raises(InputError, match=r'rows\."contacts\.pad\.kx": unknown key'):
+        load_scene(scene_file(text + rows.replace("pad.kt", "pad.kx")))
+
+
+def test_a_measured_curve_is_drawn_beside_a_scene(tmp_path: Path, scene_file: Write) -> None:
+    (tmp_path / "test.csv").write_text("frequency (Hz), amplitude (um)\n100, 7.5\n120, 9.25\n")
+    text = arm(tmp_path) + "modes = 2\n" + PAD
+    measured = '[[measured]]\nfile = "test.csv"\nname = "rig"\n'
+    run_scene(load_scene(scene_file(text + measured + QUIET)), tmp_path / "run")
+    table = (tmp_path / "run" / "figures" / "response.csv").read_text()
+    assert "amplitude (µm): measured: rig" in table
+    assert "9.25" in table
+    with pytest.raises(InputError, match=r"measured\[0\]\.gauge: a scene of matrices has no"):
+        load_scene(scene_file(text + measured + "gauge = 1\n"))
+    with pytest.raises(InputError, match=r"measured\[0\]\.file.*outside"):
+        load_scene(scene_file(text + measured.replace("test.csv", "../test.csv")))
+
+
+def test_energy_and_wear_of_the_contacts_are_told(tmp_path: Path, scene_file: Write) -> None:
+    """Friction's work is what the loop encloses, and the balance closes: input = friction + C."""
+    slipping = PAD.replace("mu = 0.2", "mu = 0.05")
+    text = arm(tmp_path) + "modes = 2\n" + slipping + "[outputs]\nanimations = false\n"
+    (found,) = run_scene(load_scene(scene_file(text)), tmp_path / "run")
+    with h5py.File(tmp_path / "run" / "results.h5") as file:
+        answers = dict(file["response/nominal/answers"].attrs)
+    assert answers["friction_work"] == pytest.approx(found.work["pad"], rel=1e-9)
+    assert 0 < answers["friction_work"] < answers["input_work"]
+    assert 0.003 < answers["damping_ratio"] < 1
+    assert "goodman_reserve" not in answers
+    page = (tmp_path / "run" / "report.html").read_text()
+    for words in ("Equivalent damping", "Wear of the joints", "no field of stress", "pad 1"):
+        assert words in page
+
+
+@pytest.mark.parametrize("command", ["fit", "converge", "mesh"])
+def test_what_needs_a_mesh_says_so_of_a_scene(
+    tmp_path: Path, scene_file: Write, command: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = scene_file(arm(tmp_path) + PAD)
+    with pytest.raises(SystemExit) as status:
+        main([command, str(path), "-o", str(tmp_path / "out")])
+    assert status.value.code == 2
+    (line,) = capsys.readouterr().err.strip().splitlines()
+    assert "a scene of matrices" in line
+    assert not (tmp_path / "out").exists()

@@ -1,0 +1,57 @@
+"""What to know of a case before its numbers are used, from its products."""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from vanelock.input.schema.study import Study
+from vanelock.mesh import Part, VaneDimensions
+from vanelock.pipeline.step import Stages
+from vanelock.quantities import warnings
+from vanelock.quantities.contacts.places import places_on
+from vanelock.rom import Contacts
+from vanelock.stages.response.limits import Limits
+from vanelock.stages.response.summary import Peak
+from vanelock.stages.sweep.retries import Solved
+
+
+def doubts(
+    solved: Solved, peak: Peak | None, limits: Limits, loose: bool, stages: Stages
+) -> Iterator[str]:
+    """Lines on a case; `loose` says whether a part is held by no contact that is closed at rest."""
+    planned, given = solved.planned, solved.planned.case.given
+    contacts = stages.get(planned.system).contacts
+    if loose:
+        yield warnings.LOOSE
+    yield from warnings.alike(limits.mac)
+    if isinstance(given, Study):
+        vane = stages.get(planned.meshes["vane"])
+        nodes, points = vane.points, places_on(given, vane).points
+        small = _thin(given, vane)
+    else:
+        pieces = [stages.get(step) for step in planned.rom.values()]
+        nodes = np.concatenate([np.empty((0, 3)), *(piece.positions for piece in pieces)])
+        points, small = None, warnings.tenth(nodes)
+    yield from warnings.implausible(limits.stuck_frequency, nodes)
+    held = contacts.always_closed or tuple(dict.fromkeys(contacts.joints))
+    yield from warnings.open_at_rest(solved.static, contacts.joints, held)
+    if peak is not None:
+        yield from warnings.large(solved.response, peak, *small, points)
+        yield from warnings.beyond_band(solved.response, peak, limits.band)
+    if solved.campbell is not None:
+        yield from warnings.campbell(solved.campbell.lines, limits.band)
+
+
+def opening(contacts: Contacts) -> str:
+    """The contacts that the limit "free" opens, in words."""
+    if not contacts.always_closed:
+        return "all contacts" if contacts.count else ""
+    joints = dict.fromkeys(np.array(contacts.joints)[contacts.opens].tolist())
+    return f"the contacts of {' and '.join(joints)}" if joints else ""
+
+
+def _thin(study: Study, vane: Part) -> tuple[float, str]:
+    """The length, m, that displacements of the vane must stay below to be small, and its name."""
+    if isinstance(study.vane, VaneDimensions):
+        return study.vane.thickness, "the aerofoils' thickness"
+    return warnings.tenth(vane.points)

@@ -1,0 +1,101 @@
+"""Values of dotted keys, such as "loads[0].amplitude": read off a study or scene, put into one."""
+
+import re
+from collections.abc import Hashable
+from typing import Any, TypeAlias, TypeVar, cast, get_origin
+
+from vanelock.common.checked import UNCHECKED
+from vanelock.common.errors import InputError
+from vanelock.input.messages import Location, dotted
+from vanelock.input.schema.scene import Scene
+from vanelock.input.schema.structure import KeyTable
+from vanelock.input.schema.study import Study
+
+Given: TypeAlias = Study | Scene
+"""What a file says."""
+G = TypeVar("G", bound=Given)
+
+VARIED = {"sweep", "rows", "scatter"}
+"""Tables of what cases differ in, which a case has not."""
+_STEP = re.compile(r"([^.\[\]]+)((?:\[\d+\])*)")
+
+
+def path_of(key: str) -> Location:
+    """Names and places on the way to a key; a key that is not written as one stays whole."""
+    path: list[str | int] = []
+    for word in key.split("."):
+        found = _STEP.fullmatch(word)
+        if found is None:
+            return (key,)
+        path += [found[1], *(int(i) for i in re.findall(r"\d+", found[2]))]
+    return tuple(path)
+
+
+def value_at(given: Given, key: str) -> Any:
+    """Value of a dotted key, None where there is none."""
+    value: Any = given
+    for item in path_of(key):
+        if isinstance(item, int) or isinstance(value, dict):
+            value = value[item]
+        else:
+            value = getattr(value, item, None)
+    return value
+
+
+def with_values(
+    given: G,
+    changes: dict[str, Any],
+    context: str | None = None,
+    known: dict[Hashable, Any] | None = None,
+) -> G:
+    """The study or scene with some keys changed and no sweep; raises pydantic's ValidationError.
+
+    Tables without a change are those of the given one itself, which are not checked again, nor are
+    tables `known` from the same changes of the same study; new ones are added to these. In the
+    context "unchecked" it is not looked at whether keys contradict one another.
+
+    Raises
+    ------
+    InputError
+        If there is no entry or table of that name to change.
+    """
+    changed: dict[str, Any] = {"excitation": ("excitation",)}  # what it is known by
+    for key, value in changes.items():
+        table = str(path_of(key)[0])
+        changed[table] = (*changed.get(table, (table,)), key, repr(value))
+    tables: dict[str, Any] = {}
+    if context != UNCHECKED:  # else keys may be missing
+        same = {name: getattr(given, name) for name in given.model_fields_set - VARIED - {*changed}}
+        if known is not None:
+            same |= {name: known[by] for name, by in changed.items() if by in known}
+        tables = {name: value for name, value in same.items() if isinstance(value, KeyTable)}
+    data = tables | given.model_dump(
+        exclude_unset=True, exclude={*VARIED, *tables}, warnings=context != UNCHECKED
+    )
+    if "excitation" not in tables:
+        data.get("excitation", {}).pop("engine_orders", None)
+    for key, value in changes.items():
+        path = path_of(key)
+        if len(path) == 1 or path[0] not in tables:
+            _put(data, path, value, type(given))
+    found = cast("G", type(given).model_validate(data, strict=True, context=context))
+    if known is not None:
+        known.update({by: getattr(found, name) for name, by in changed.items() if name in data})
+    return found
+
+
+def _put(data: dict[str, Any], path: Location, value: Any, schema: type[KeyTable]) -> None:
+    """Change a value in nested tables; tables that a user names must be there."""
+    table: Any = data
+    for i, item in enumerate(path[:-1]):
+        if i == 1 and get_origin(schema.model_fields[str(path[0])].annotation) is dict:
+            if item not in table:
+                have = ", ".join(table) or "none"
+                raise InputError(f"no {dotted(path[:2])}; there are {have}")
+        try:
+            table = table.setdefault(item, {}) if isinstance(item, str) else table[item]
+        except (AttributeError, IndexError, KeyError, TypeError):
+            table = None
+    if not isinstance(table, dict) or isinstance(path[-1], int):
+        raise InputError(f"{dotted(path)}: there is nothing of that name to change")
+    table[path[-1]] = value

@@ -1,0 +1,160 @@
+"""How far the stress of a case is from what its parts bear: the worst places, by part."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vanelock.input.schema.study import Study
+from vanelock.quantities.stress.cycles import Stressed
+from vanelock.quantities.stress.fatigue import Cycle, Strength
+from vanelock.quantities.stress.locations import Spots
+from vanelock.stages.parts.components import PARTS
+
+
+@dataclass(frozen=True)
+class Margin:
+    """How far a place is from the Goodman line.
+
+    Attributes
+    ----------
+    what : str
+        Of what this is the worst place.
+    node : int or None
+        Of the part; None for a gauge.
+    where, doubt : str
+        The place in words, and why its stress may mean nothing, "" if it does.
+    amplitude, mean, mean_mises, chord : float
+        As of `fatigue.Cycle`, Pa.
+    strength : Strength
+    """
+
+    what: str
+    node: int | None
+    where: str
+    doubt: str
+    amplitude: float
+    mean: float
+    mean_mises: float
+    chord: float
+    strength: Strength
+
+    @property
+    def reserve(self) -> float:
+        """Goodman's factor n on both stresses, by Sines."""
+        return float(self.strength.reserve(self.amplitude, self.mean))
+
+    @property
+    def reserve_mises(self) -> float:
+        """The same with the signed von Mises stress of the mean."""
+        return float(self.strength.reserve(self.amplitude, self.mean_mises))
+
+    @property
+    def growth(self) -> float:
+        """Factor by which the vibration alone may grow."""
+        return float(self.strength.growth(self.amplitude, self.mean))
+
+
+@dataclass(frozen=True)
+class Margins:
+    """Stress at the peak of a case, and what it leaves.
+
+    Attributes
+    ----------
+    cycles : Stressed
+        Stress of every node and gauge.
+    spots : dict of str to Spots
+        Places of each part's nodes.
+    worst : dict of str to tuple of Margin
+        By part: anywhere, clear of corners and point forces, aerofoils, gauges.
+    features : dict of str to tuple of Margin
+        By part: the worst clear place of each feature.
+    """
+
+    cycles: Stressed
+    spots: dict[str, Spots]
+    worst: dict[str, tuple[Margin, ...]]
+    features: dict[str, tuple[Margin, ...]]
+
+    @property
+    def governing(self) -> Margin:
+        """The vane's worst place whose stress means something."""
+        clear = [m for m in self.worst["vane"] if not m.doubt and m.node is not None]
+        return min(clear or self.worst["vane"], key=lambda m: m.reserve)
+
+    @property
+    def gauges(self) -> list[Margin]:
+        """Those of the strain gauges."""
+        return [each for each in self.worst["vane"] if each.node is None]
+
+
+def margins(
+    study: Study, cycles: Stressed, at: dict[str, Spots], gauges: tuple[str, ...] = ()
+) -> Margins:
+    """Margins of a study's parts; its `gauges` by their names."""
+    worst = {
+        part: _margins(at[part], getattr(cycles, part), strength(study, part)) for part in PARTS
+    }
+    if cycles.gauges is not None:
+        found = (
+            _margin(f"gauge {g + 1}", None, name, "", cycles.gauges, g, strength(study, "vane"))
+            for g, name in enumerate(gauges)
+        )
+        worst["vane"] = (*worst["vane"], *found)
+    features = {
+        part: _features(at[part], getattr(cycles, part), strength(study, part)) for part in PARTS
+    }
+    return Margins(cycles, at, worst, features)
+
+
+def strength(study: Study, part: str) -> Strength:
+    """What a part of a study bears."""
+    own = getattr(study.material, part)
+    return Strength(own.fatigue_limit, own.tensile_strength)
+
+
+def _margin(
+    what: str, node: int | None, where: str, doubt: str, found: Cycle, i: int, bears: Strength
+) -> Margin:
+    return Margin(
+        what=what,
+        node=node,
+        where=where,
+        doubt=doubt,
+        amplitude=float(found.amplitude[i]),
+        mean=float(found.mean[i]),
+        mean_mises=float(found.mean_mises[i]),
+        chord=float(found.chord[i]),
+        strength=bears,
+    )
+
+
+def _worst(
+    what: str, at: Spots, found: Cycle, bears: Strength, chosen: NDArray[np.bool_]
+) -> list[Margin]:
+    """The worst of some nodes, if there are any."""
+    nodes = np.flatnonzero(chosen)
+    if not len(nodes):
+        return []
+    n = bears.reserve(found.amplitude[nodes], found.mean[nodes])
+    node = int(nodes[int(np.argmin(n))])
+    return [_margin(what, node, at.words(node), at.doubt(node), found, node, bears)]
+
+
+def _margins(at: Spots, found: Cycle, bears: Strength) -> tuple[Margin, ...]:
+    aerofoil = np.char.startswith(at.feature, "aerofoil")
+    every = np.ones(len(aerofoil), bool)
+    return (
+        *_worst("all nodes", at, found, bears, every),
+        *_worst("clear of corners and point forces", at, found, bears, at.clear),
+        *_worst("aerofoils with their roots", at, found, bears, aerofoil),
+        *_worst("aerofoils, clear", at, found, bears, aerofoil & at.clear),
+    )
+
+
+def _features(at: Spots, found: Cycle, bears: Strength) -> tuple[Margin, ...]:
+    """The worst clear place of each feature, the worst first."""
+    made: list[Margin] = []
+    for name in dict.fromkeys(sorted(at.feature.tolist())):
+        made += _worst(name, at, found, bears, at.clear & (at.feature == name))
+    return tuple(sorted(made, key=lambda m: m.reserve))

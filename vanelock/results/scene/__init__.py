@@ -1,1 +1,0 @@
-"""What a scene's run prints, draws and writes."""

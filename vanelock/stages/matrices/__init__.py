@@ -1,0 +1,1 @@
+"""Components from matrices, and what joins them to a system."""

@@ -1,1 +1,0 @@
-"""Steps from matrices and contacts by node lists to a response."""
