@@ -2,6 +2,7 @@
 
 import hashlib
 from collections.abc import Mapping, Sequence
+from dataclasses import fields
 from functools import partial
 from pathlib import Path
 
@@ -225,10 +226,8 @@ def _held(lines: Lines) -> list[str]:
 def _digest(diagram: Campbell, measured: Sequence[Measured]) -> str:
     """Hash of all that is drawn."""
     digest = hashlib.sha256()
-    for values in vars(diagram.lines).values():
-        digest.update(np.ascontiguousarray(values).tobytes())
-    for each in (diagram, *measured):
-        for value in vars(each).values():
+    for each in (diagram.lines, diagram, *measured):
+        for value in (getattr(each, field.name) for field in fields(each)):
             if not isinstance(value, Lines):
                 array = isinstance(value, np.ndarray)
                 digest.update(
