@@ -1,6 +1,7 @@
 """The stages' folders, their links and the list of packages agree, and imports point one way."""
 
 import ast
+import re
 import subprocess
 import sys
 import tomllib
@@ -12,6 +13,12 @@ from setuptools import find_packages
 ROOT = Path(__file__).resolve().parent.parent
 PHYSICS = ["mesh", "fem", "rom", "nonlinear"]
 MOST = 12
+GENERAL = [
+    "nonlinear", "vanelock/common", "vanelock/pipeline", "vanelock/stages/matrices",
+    "vanelock/stages/sweep", *(f"vanelock/stages/response/{name}.py" for name in (
+        "limits", "monitor", "responses", "rest", "solved", "summary")),
+]  # fmt: skip
+"""What knows no vane, casing or interlock: of these a study alone has any."""
 TWICE = {"Table"}  # that of the terminal and of CSV files, and that of a page
 
 
@@ -54,6 +61,15 @@ def test_no_folder_of_code_is_crowded() -> None:
         if len(held) > MOST:
             crowded[str(folder.relative_to(ROOT))] = len(held)
     assert crowded == {}
+
+
+def test_what_is_general_knows_no_parts_by_name() -> None:
+    named = re.compile(r"\b(vanes?|casings?|interlocks?|hooks?)\b", re.IGNORECASE)
+    sources = [ROOT / at for at in GENERAL if at.endswith(".py")]
+    sources += [path for at in GENERAL for path in (ROOT / at).rglob("*.py")]
+    assert len(sources) > 100
+    found = {str(f.relative_to(ROOT)) for f in sources if named.search(f.read_text())}
+    assert found == set()
 
 
 def test_every_file_of_code_is_in_a_room() -> None:

@@ -2,7 +2,7 @@
 
 Nodal diameters are asked for when a harmonic needs them. Until then, where no more than an estimate
 is wanted, the matrices of the nearest diameter stand for them, at the harmonic's own phase between
-neighbours: the vane is the same at all of them, and the casing changes little from one to the next.
+neighbours: parts change little from one to the next, if at all.
 """
 
 from collections.abc import Callable

@@ -19,12 +19,12 @@ from vanelock.published.maps import maps
 from vanelock.published.maps.optimum import Ridge
 from vanelock.published.maps.plane import Plane
 from vanelock.published.sheets import COUPLINGS, Plan, case_of, load_of, planned_sheets
+from vanelock.stages.parts.bare import linear_system_step
 from vanelock.stages.parts.components import diameters, rom_step, system_step
 from vanelock.stages.plan import Planned
 from vanelock.stages.response.responses import (
     limits_step,
     linear_step,
-    linear_system_step,
     preload_step,
 )
 from vanelock.stages.response.solved import as_solved

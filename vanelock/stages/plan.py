@@ -20,6 +20,7 @@ from vanelock.stages.accuracy.choose_mesh import Settled
 from vanelock.stages.accuracy.mesh_errors import MeshErrors, mesh_errors_step
 from vanelock.stages.matrices import steps as of_matrices
 from vanelock.stages.matrices.gather import gathered
+from vanelock.stages.parts.bare import is_loaded, linear_system_step, without_load
 from vanelock.stages.parts.components import PARTS, diameters, reference_step, rom_step, system_step
 from vanelock.stages.parts.diameters import casing_step, diameter_of, united_step
 from vanelock.stages.parts.meshes import mesh_step
@@ -31,14 +32,11 @@ from vanelock.stages.response.responses import (
     LIMITS,
     Limit,
     Progress,
-    is_loaded,
     limits_step,
     linear_step,
-    linear_system_step,
     preload_step,
     response_step,
     stuck_modes_step,
-    without_load,
 )
 
 

@@ -17,10 +17,10 @@ from vanelock.pipeline.step import Stages
 from vanelock.rom.errors.unreduced_sector import unreduced
 from vanelock.rom.joining.pairs import key_pairs, merged_dofs
 from vanelock.rom.masters import everything
+from vanelock.stages.parts.bare import without_friction
 from vanelock.stages.parts.components import joints, reduced_step, reference_step
 from vanelock.stages.plan import fixed
 from vanelock.stages.response.limits import frequencies, limits
-from vanelock.stages.response.responses import without_friction
 
 
 @pytest.mark.slow

@@ -30,6 +30,7 @@ from vanelock.pipeline.progress import Finished, Listener, Notice, silent
 from vanelock.pipeline.step import Stages, Step
 from vanelock.results.files.run_folder import claimed, record
 from vanelock.stages.accuracy.choose_mesh import settle
+from vanelock.stages.parts.bare import without_load
 from vanelock.stages.parts.diameters import united_step
 from vanelock.stages.parts.nodal_diameters import linear_steps
 from vanelock.stages.plan import plan
@@ -38,7 +39,6 @@ from vanelock.stages.response.responses import (
     linear_step,
     response_step,
     stuck_modes_step,
-    without_load,
 )
 from vanelock.stages.response.warm import warmed
 

@@ -31,7 +31,7 @@ def beside(folder: str | os.PathLike[str], given: str, key: str, outside: bool =
     given : str
         The path as the study has it, from that folder on.
     key : str
-        What errors call it, such as "vane.mesh".
+        What errors call it, such as "measured[0].file".
     outside : bool
         Whether the user allows what leaves the folder.
 

@@ -18,9 +18,10 @@ from vanelock.published.maps import optimum, plane
 from vanelock.published.maps.optimum import Ridge
 from vanelock.published.maps.plane import Method, Plane, PlaneTask
 from vanelock.published.sheets import COUPLINGS, HARMONICS
+from vanelock.stages.parts.bare import linear_system_step
 from vanelock.stages.parts.components import diameters, rom_step, system_step
 from vanelock.stages.response.limits import Limits, frequencies
-from vanelock.stages.response.responses import limits_step, linear_system_step
+from vanelock.stages.response.responses import limits_step
 
 Told = Callable[[int, int, float], None]
 Output = tuple[int, int]

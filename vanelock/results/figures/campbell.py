@@ -5,6 +5,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import fields
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -226,7 +227,8 @@ def _held(lines: Lines) -> list[str]:
 def _digest(diagram: Campbell, measured: Sequence[Measured]) -> str:
     """Hash of all that is drawn."""
     digest = hashlib.sha256()
-    for each in (diagram.lines, diagram, *measured):
+    shown: tuple[Any, ...] = (diagram.lines, diagram, *measured)
+    for each in shown:
         for value in (getattr(each, field.name) for field in fields(each)):
             if not isinstance(value, Lines):
                 array = isinstance(value, np.ndarray)

@@ -19,11 +19,12 @@ from vanelock.input.schema.temperature import modulus
 from vanelock.pipeline.step import Stages, Step, step
 from vanelock.rom import Component, Joint, System
 from vanelock.stages.campbell.speed_lines import Lines, at_diameter, casings, lines_step
+from vanelock.stages.parts.bare import without_friction
 from vanelock.stages.parts.components import joints
 from vanelock.stages.plan import Planned
 from vanelock.stages.response.limits import fine
 from vanelock.stages.response.monitor import Monitor
-from vanelock.stages.response.responses import Limit, without_friction
+from vanelock.stages.response.responses import Limit
 from vanelock.stages.response.warm import factors
 
 Floats = NDArray[np.float64]

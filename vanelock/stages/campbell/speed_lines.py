@@ -23,10 +23,10 @@ from vanelock.input.schema.temperature import PARTS, modulus
 from vanelock.pipeline.step import Stages, Step, step
 from vanelock.rom import Component, System
 from vanelock.stages.campbell.frequencies import Spinning, grid
+from vanelock.stages.parts.bare import without_friction
 from vanelock.stages.parts.components import joints, rom_step
 from vanelock.stages.plan import Planned
 from vanelock.stages.response.limits import Limits
-from vanelock.stages.response.responses import without_friction
 from vanelock.stages.response.warm import bends, factors
 
 Floats = NDArray[np.float64]

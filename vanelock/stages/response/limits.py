@@ -100,7 +100,7 @@ def limits(system: System, mode: int, parts: Sequence[Component] = ()) -> Limits
     mode : int
         Place of the mode of interest with contacts stuck, from 1.
     parts : pair of Component, optional
-        Vane and casing that it joins, for the errors.
+        What it joins, for the errors.
 
     Raises
     ------
@@ -143,8 +143,8 @@ def _errors(
     k = system.nodal_diameter(1)
     if not parts or any(part.at(k).neglected is None for part in parts):
         return np.full(count, np.nan)
-    vane, casing = parts
-    return np.asarray(frequency_errors(system, vane, casing, k, count, closed).total)
+    first, second = parts
+    return np.asarray(frequency_errors(system, first, second, k, count, closed).total)
 
 
 def frequencies(given: Study | Scene, limits: Limits) -> NDArray[np.float64] | tuple[float, float]:

@@ -22,7 +22,7 @@ class Monitor:
     Attributes
     ----------
     name : str
-        Such as "vane accessory 1, radial".
+        Such as "upper 17, x".
     node, component : int
         Where it is among the outputs.
     """

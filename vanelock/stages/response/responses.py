@@ -8,11 +8,9 @@ from typing import Any, Literal, TypeAlias
 from vanelock import nonlinear
 from vanelock.input.cases.values import Given
 from vanelock.input.schema.scene import DAMPING
-from vanelock.input.schema.study import Study
 from vanelock.nonlinear import HarmonicModes, Journal, Response
 from vanelock.pipeline.step import SHARED, Step, step
 from vanelock.rom import Component, System
-from vanelock.stages.parts.components import system_step
 from vanelock.stages.response.limits import Limits, dense, frequencies, limits
 
 Limit: TypeAlias = Literal["free", "stuck"]
@@ -28,13 +26,6 @@ READ = ("rom", "excitation", "damping", "response", "campbell")
 
 def silent_progress(done: int, total: int, frequency: float, amplitude: float) -> None:
     """Tell nobody."""
-
-
-def linear_system_step(
-    study: Study, vane: Step[Component], casing: Step[Component]
-) -> Step[System]:
-    """The system without friction and preload, which the linear limits do not depend on."""
-    return system_step(without_friction(study), vane, casing)
 
 
 @lru_cache(maxsize=SHARED)
@@ -155,25 +146,3 @@ def response_step(
 def frequency_keys(given: Given) -> dict[str, Any]:
     """What the choice of frequencies depends on, beside the linear limits."""
     return given.response.model_dump(include={"frequencies", "range", "points"})
-
-
-def without_friction(study: Study) -> Study:
-    """The study of the linear limits: no friction, no interference."""
-    joints = study.joints.model_copy(
-        update={
-            name: getattr(study.joints, name).model_copy(update={"mu": 0.0, "interference": 0.0})
-            for name in ("hook", "interlock")
-        }
-    )
-    return study.model_copy(update={"joints": joints})
-
-
-def without_load(study: Study) -> Study:
-    """The study of the modes with all contacts stuck: no friction, and the default load."""
-    load = study.excitation.model_copy(update={"force": None, "unbalance": None})
-    return without_friction(study).model_copy(update={"excitation": load})
-
-
-def is_loaded(study: Study) -> bool:
-    """Whether a study has another load than the default one."""
-    return (study.excitation.force, study.excitation.unbalance) != (None, None)

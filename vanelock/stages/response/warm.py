@@ -20,10 +20,10 @@ from vanelock.input.schema.temperature import PARTS, modulus, reference
 from vanelock.pipeline.step import Stages
 from vanelock.rom import Component, System
 from vanelock.stages.campbell.frequencies import Meeting, Spinning, grid
+from vanelock.stages.parts.bare import without_friction
 from vanelock.stages.parts.components import reduced_step, system_step
 from vanelock.stages.plan import shared_diameters
 from vanelock.stages.response.limits import limits
-from vanelock.stages.response.responses import without_friction
 
 HIGHEST = 1e6
 """Speed beyond which no crossing is looked for, rpm."""

@@ -35,7 +35,7 @@ class CaseWork:
     case : Case
         As given, not as settled; files that a scene names are read where it is computed.
     diameters : tuple of int
-        Nodal diameters at which the cases have their casing reduced, without an accuracy.
+        Nodal diameters at which the cases have their parts reduced, without an accuracy.
     settled, first : Settled or None
         With one: what it settled for this case, and for the first.
     """

@@ -13,7 +13,7 @@ from vanelock.pipeline.cache import Cache, key_of
 from vanelock.pipeline.executor.tasks import reachable
 from vanelock.pipeline.progress import silent
 from vanelock.pipeline.step import Stages
-from vanelock.stages.parts import components, meshes
+from vanelock.stages.parts import bare, components, meshes
 from vanelock.stages.plan import fixed, plan, shared_diameters
 from vanelock.stages.response import responses
 from vanelock.stages.sweep.graph import bundle, steps_of
@@ -58,14 +58,14 @@ def test_a_key_that_cases_share_is_made_once(monkeypatch):
         made.append(given)
         return key_of(*given)
 
-    bare = []
+    asked = []
 
     def without_friction(study):
-        bare.append(study)
+        asked.append(study)
         return forced_without(study)
 
-    forced_without = responses.without_friction
-    monkeypatch.setattr(responses, "without_friction", without_friction)
+    forced_without = bare.without_friction
+    monkeypatch.setattr(bare, "without_friction", without_friction)
     monkeypatch.setattr(step, "key_of", counted)
     forget()
     values = ", ".join(f"{0.1 + 0.01 * i:.2f}" for i in range(40))
@@ -73,7 +73,7 @@ def test_a_key_that_cases_share_is_made_once(monkeypatch):
     bundle(planned, Cache(Path("none"), print))
     distinct = {step.key for each in planned for step in reachable(steps_of(each))}
     assert len(made) == len(distinct) == 11 + 3 * 40
-    assert len(bare) == 40
+    assert len(asked) == 40
 
 
 def test_cases_with_the_same_values_in_a_table_share_it():
