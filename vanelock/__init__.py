@@ -22,6 +22,7 @@ _modules = {
     "converge_study": "commands.converge.converge",
     "fit_study": "commands.fit.fit",
     "is_scene": "input.read_study",
+    "load_component": "results.files.results_file",
     "load_scene": "input.read_scene",
     "load_study": "input.read_study",
     "load_system": "results.files.results_file",

@@ -2,7 +2,7 @@
 
     /                    format, version, complete (false while the run goes on)
     /mesh/<part>         mesh.Part
-    /rom/<part>          rom.Component, its matrices also as /rom/<part>/<nodal diameter>; with an
+    /rom/<part>          matrices of a rom.Component, also as /rom/<part>/<nodal diameter>; with an
                          accuracy the casing's at the load's diameter, others in /rom/casing_nd<k>
     /component/<name>    of a scene, in place of these: matrices.Piece
     /system              nonlinear.System
@@ -44,14 +44,17 @@ import numpy as np
 
 from vanelock.common.errors import InputError
 from vanelock.common.files.digests import needs, verify_file
+from vanelock.common.files.files import beside
 from vanelock.common.files.hdf5 import opened
-from vanelock.rom import System
+from vanelock.rom import Component, System
 
 FORMAT = "vanelock-results"
 VERSION = 3
 NAME = "results.h5"
 PARTS = "results"
 """The folder beside it."""
+WHOLE = "whole"
+"""Attribute of a reduced part's matrices: the file in the run's folder that has all of it."""
 
 
 def check_results(path: Path) -> None:
@@ -151,3 +154,30 @@ def load_system(path: str | os.PathLike[str], case: str) -> System:
             have = ", ".join(file.get("response", {}))
             raise InputError(f"{path}: no case {case!r} (it has {have})")
         return System.load(group["system"])
+
+
+def load_component(path: str | os.PathLike[str], part: str) -> Component:
+    """A reduced part of a run, with what fields and errors are told from, which its cache has.
+
+    Parameters
+    ----------
+    path : path
+        The results file, in the run's folder.
+    part : str
+        As below `/rom`: "vane", "casing".
+
+    Raises
+    ------
+    InputError
+        If the file cannot be used or has no such part, or the cache not the whole of it any more.
+    """
+    with open_results(path) as file:
+        group = file.get(f"rom/{part}")
+        if not isinstance(group, h5py.Group):
+            raise InputError(f"{path}: no part {part!r} (it has {', '.join(file.get('rom', {}))})")
+        if WHOLE not in group.attrs:
+            return Component.load(group)
+        whole = beside(Path(path).parent, str(group.attrs[WHOLE]), f"{path}: /rom/{part}")
+    verify_file(whole)
+    with opened(whole) as file:
+        return Component.load(file["product"])

@@ -21,7 +21,7 @@ from vanelock.common.process.signals import held
 from vanelock.common.product import Product
 from vanelock.input.cases.names import slug
 from vanelock.quantities.jumps import rows
-from vanelock.results.files.results_file import FORMAT, PARTS, VERSION, open_results
+from vanelock.results.files.results_file import FORMAT, PARTS, VERSION, WHOLE, open_results
 from vanelock.rom import Component, System
 from vanelock.stages.accuracy.errors import Errors
 from vanelock.stages.accuracy.left_out import LeftOut
@@ -155,13 +155,17 @@ class Results:
         file[where]["nd"] = h5py.ExternalLink(self._taken[key], "/product/nd")
 
     def put_component(self, file: h5py.File, where: str, component: Component) -> None:
-        """Write a reduced part without what the cache has that fields and errors are told from.
+        """Write a reduced part; of one that the cache has the matrices, and where it is as a whole.
 
         Its matrices can be reached as `<where>/<nodal diameter>` too.
         """
-        without = {"vectors": None, "neglected": None}
-        diameters = {k: replace(each, **without) for k, each in component.diameters.items()}
-        self.put(file, where, replace(component, vectors=None, diameters=diameters), {})
+        attributes, slim = {}, component
+        if component.stored is not None:
+            attributes[WHOLE] = os.path.relpath(component.stored, self.path.parent)
+            without = {"vectors": None, "neglected": None}
+            diameters = {k: replace(each, **without) for k, each in component.diameters.items()}
+            slim = replace(component, vectors=None, diameters=diameters)
+        self.put(file, where, slim, attributes)
         group = file[where]
         for k in component.diameters:
             group[str(k)] = group[f"diameters/{k}"]

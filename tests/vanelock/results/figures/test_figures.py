@@ -9,8 +9,7 @@ import h5py
 import numpy as np
 import pytest
 
-from tests.vanelock.kept import reduced_parts
-from vanelock import fem, mesh, nonlinear, parse_study, rom, run_study
+from vanelock import fem, load_component, mesh, nonlinear, parse_study, rom, run_study
 from vanelock.nonlinear import Response, static_response
 from vanelock.pipeline.progress import Event, Finished
 from vanelock.quantities.curves_and_fields import Around
@@ -131,7 +130,7 @@ def test_a_period_for_paraview_is_the_response_evaluated(tmp_path):
     with h5py.File(tmp_path / "results.h5") as file:
         response = Response.load(file["response/nominal"])
         parts = [mesh.Part.load(file[f"mesh/{part}"]) for part in ("vane", "casing")]
-    components = reduced_parts(study, tmp_path)
+    components = [load_component(tmp_path / "results.h5", part) for part in ("vane", "casing")]
     elastic = fem.Material(**study.material.vane.model_dump(include={"E", "nu", "rho"}))
     recoveries = [
         rom.recovery(component, fem.assemble(part, elastic))

@@ -7,7 +7,7 @@ import h5py
 import numpy as np
 import pytest
 
-from vanelock import load_system, open_results
+from vanelock import load_component, load_system, open_results
 from vanelock.commands.check.study import check_file
 from vanelock.commands.compare.load import load_run
 from vanelock.common.errors import InputError
@@ -263,3 +263,19 @@ def test_a_file_system_without_links_gets_copies(tmp_path, ring, monkeypatch):
     with open_results(results.path) as file:
         again = Response.load(file["response/one"])
     np.testing.assert_array_equal(again.contact, found.contact)
+
+
+def test_a_reduced_part_whose_whole_is_gone_is_told_in_one_line(tmp_path):
+    path, name = tmp_path / "results.h5", "rom-vane-0123456789abcdef0123.h5"
+    with Results(path).edit() as file:
+        file.create_group("rom/vane").attrs["whole"] = f"cache/01/{name}"
+        file.create_group("rom/casing").attrs["whole"] = "../cache/x.h5"
+    with open_results(path, whole=False):
+        pass
+    for part, told in {
+        "vane": f"{name}: cannot be read: No such file or directory",
+        "casing": "outside the study file's folder",
+        "ring": r"no part 'ring' \(it has casing, vane\)",
+    }.items():
+        with pytest.raises(InputError, match=told):
+            load_component(path, part)
