@@ -16,23 +16,24 @@ Array = NDArray[np.complex128]
 def march(contacts: Contacts, q: Array, count: int) -> Floats:
     """Forces (n, t1, t2) of all contacts by the three states of the element, after one period.
 
-    q holds one-sided coefficients (H + 1, c, 3) of (v, u1, u2); the result is (count, c, 3).
+    q holds one-sided coefficients (H + 1, ..., c, 3) of (v, u1, u2), several motions at once; the
+    result is (count, ..., c, 3).
     """
     angle = 2 * np.pi * np.arange(count) / count
     h = np.arange(len(q))
     wave = np.exp(1j * np.outer(angle, h))
-    u = np.einsum("th,hcd->tcd", wave, q).real
+    u = np.einsum("th,h...->t...", wave, q).real
     kt, mu = contacts.kt, contacts.mu[:, None]
-    n = np.maximum(contacts.kn * u[:, :, 0], 0.0)[:, :, None]
+    n = np.maximum(contacts.kn * u[..., 0], 0.0)[..., None]
     slip = mu * n
-    moved = kt * np.diff(u[:, :, 1:], axis=0, prepend=u[-1:, :, 1:])
+    moved = kt * np.diff(u[..., 1:], axis=0, prepend=u[-1:, ..., 1:])
     open_ = n == 0
-    forces = np.concatenate([n, np.zeros((count, contacts.count, 2))], axis=2)
-    t = np.clip(kt * u[0, :, 1:], -slip[0], slip[0])
+    forces = np.concatenate([n, np.zeros_like(u[..., 1:])], axis=-1)
+    t = np.clip(kt * u[0, ..., 1:], -slip[0], slip[0])
     for i in range(1, 2 * count):
         s = i % count
         t = np.where(open_[s], 0.0, np.clip(t + moved[s], -slip[s], slip[s]))
-        forces[s, :, 1:] = t
+        forces[s, ..., 1:] = t
     return forces
 
 
