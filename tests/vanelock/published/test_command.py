@@ -94,9 +94,9 @@ def test_a_second_run_computes_nothing(ran):
 
 
 def test_two_processes_compute_the_same(ran, tmp_path):
-    """Three cases by two processes, and maps by two more: every number is that of one process."""
+    """The cases by two processes, and a map by two more: every number is that of one process."""
     folder, _, _ = ran
-    gone = ("response-*", "map-friction*")
+    gone = ("response-*", "map-friction--load*")
     kept = shutil.ignore_patterns(*gone, "results.h5")
     shutil.copytree(folder, tmp_path / "two", ignore=kept)
     heard: list[Event] = []

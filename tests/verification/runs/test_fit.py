@@ -33,12 +33,12 @@ pytestmark = pytest.mark.slow
 @pytest.fixture(scope="module")
 def model(tmp_path_factory):
     """Function that reduces the scene with a mesh and a number of harmonics."""
+    stages = Stages(Cache(tmp_path_factory.mktemp("fit"), print), lambda event: None)
 
     @lru_cache
     def build(size="coarse", harmonics=3):
         text = f'[mesh]\nsize = "{size}"\n[response]\nharmonics = {harmonics}'
-        folder = tmp_path_factory.mktemp("fit")
-        return rejoined(parse_study(text), Stages(Cache(folder, print), lambda event: None))
+        return rejoined(parse_study(text), stages)
 
     return build
 
