@@ -19,8 +19,9 @@ import numpy as np
 from vanelock import open_results
 
 ROOT = Path(__file__).resolve().parents[3]
-TIMES = {"seconds", "cost", "cpu", "cached", "date", "stages", "digest"}
-"""What tells how a run went: times, the date, stages that it computed or looked up, digests."""
+TIMES = {"seconds", "cost", "cpu", "cached", "date", "stages", "digest", "whole"}
+"""What tells how a run went: times, the date, stages that it computed or looked up, digests, and
+the name of a cache entry, which has one."""
 PATIENCE = 600.0
 """Seconds after which a run that neither ends nor comes to the moment of its kill is given up."""
 
