@@ -4,7 +4,6 @@ Studies and scenes take them from the same functions, each from the products tha
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,7 +13,7 @@ from vanelock.input.cases.names import words
 from vanelock.nonlinear import OPEN, Response
 from vanelock.nonlinear.forced_response.response import half_peak_to_peak
 from vanelock.stages.campbell.speed_lines import Lines
-from vanelock.stages.response.summary import Peak
+from vanelock.stages.response.summary import Peak, Summary
 
 Floats = NDArray[np.float64]
 
@@ -42,41 +41,12 @@ LOOSE = (
 """What is to be known where nothing presses a loose part."""
 
 
-class Numbers(Protocol):
-    """What a study or a scene knows of a case in numbers."""
-
-    @property
-    def peak(self) -> Peak | None:
-        """Largest point, None where none converged."""
-        ...
-
-    @property
-    def converged(self) -> int:
-        """Points that did."""
-        ...
-
-    @property
-    def points(self) -> int:
-        """All points."""
-        ...
-
-    @property
-    def worst(self) -> float:
-        """Largest residual of the others."""
-        ...
-
-    @property
-    def warnings(self) -> tuple[str, ...]:
-        """What else to know."""
-        ...
-
-
-def of_case(found: Numbers) -> list[str]:
+def of_case(found: Summary) -> list[str]:
     """All that is to be known of a case, a line each."""
     return [*doubts(found), *found.warnings]
 
 
-def doubts(found: Numbers) -> list[str]:
+def doubts(found: Summary) -> list[str]:
     """Why the peak of a case may not be the largest."""
     lines = []
     if found.peak is None:
@@ -89,7 +59,7 @@ def doubts(found: Numbers) -> list[str]:
     return lines
 
 
-def lost(found: Numbers) -> list[str]:
+def lost(found: Summary) -> list[str]:
     """How many points of a case did not converge, if any."""
     if found.converged == found.points:
         return []
@@ -99,7 +69,7 @@ def lost(found: Numbers) -> list[str]:
     ]
 
 
-def by_text(cases: Mapping[str, Numbers], told: Callable[[str], str] = words) -> list[str]:
+def by_text(cases: Mapping[str, Summary], told: Callable[[str], str] = words) -> list[str]:
     """Sentences on the cases of a run: each line once, with the cases, as `told`, that it is of."""
     named: dict[str, list[str]] = {}
     for name, found in cases.items():
@@ -232,11 +202,11 @@ def campbell(lines: Lines, band: float | None) -> list[str]:
     return [f"Campbell diagram: {' and '.join(found)}: {end}"] if found else []
 
 
-def without_effect(cases: Sequence[tuple[Mapping[str, float | str], Numbers]]) -> list[str]:
+def without_effect(cases: Sequence[tuple[Mapping[str, float | str], Summary]]) -> list[str]:
     """Swept keys whose values change nothing: cases that differ in one alone are the same."""
     lines = []
     for key in cases[0][0] if cases else ():
-        groups: dict[tuple[object, ...], list[Numbers]] = {}
+        groups: dict[tuple[object, ...], list[Summary]] = {}
         for values, found in cases:
             others = tuple(value for name, value in values.items() if name != key)
             groups.setdefault(others, []).append(found)
@@ -246,7 +216,7 @@ def without_effect(cases: Sequence[tuple[Mapping[str, float | str], Numbers]]) -
     return lines
 
 
-def _same(one: Numbers, other: Numbers) -> bool:
+def _same(one: Summary, other: Summary) -> bool:
     if one.peak is None or other.peak is None or one.points != other.points:
         return False
     a, b = ((each.amplitude, each.frequency) for each in (one.peak, other.peak))

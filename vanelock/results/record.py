@@ -1,20 +1,28 @@
 """What a run writes into its results file, and when."""
 
-from collections.abc import Mapping
+import platform
+from collections.abc import Iterator, Mapping
+from contextlib import AbstractContextManager, contextmanager
 from dataclasses import asdict
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
 import h5py
 
+import vanelock
 from vanelock.common.product import Product
 from vanelock.input.cases.values import Given
 from vanelock.nonlinear import Response
+from vanelock.pipeline.cache import installed
+from vanelock.pipeline.executor.tasks import Failure
+from vanelock.pipeline.progress import Done
 from vanelock.pipeline.step import Stages, Step
 from vanelock.quantities import warnings
 from vanelock.quantities.answers import CaseAnswers
 from vanelock.results.files import writer
-from vanelock.results.files.ledger import Ledger
+from vanelock.results.files.results_file import NAME
+from vanelock.results.files.writer import Results
 from vanelock.rom import Component, System
 from vanelock.stages.campbell.campbell import Campbell
 from vanelock.stages.plan import Linear, Planned
@@ -22,8 +30,22 @@ from vanelock.stages.response.responses import LIMITS
 from vanelock.stages.response.summary import Summary
 from vanelock.stages.sweep.retries import Solved
 
+LIBRARIES = (
+    "gmsh",
+    "h5py",
+    "matplotlib",
+    "numba",
+    "numpy",
+    "pydantic",
+    "pyvista",
+    "scikit-fem",
+    "scikit-sparse",
+    "scipy",
+    "vtk",
+)
 
-class Record(Ledger):
+
+class Record:
     """The results file of a run, written part by part as they come.
 
     Parameters
@@ -35,13 +57,29 @@ class Record(Ledger):
     """
 
     def __init__(self, folder: Path, stages: Stages) -> None:
-        super().__init__(folder)
+        self._file = Results(folder / NAME)
         self._stages = stages
         self._places: dict[str, str] = {}
 
     def provenance(self, given: Given, text: str) -> None:
-        """Begin the file: what is computed, when and by which versions."""
-        self.begin(given.model_dump_json(), text)
+        """Begin the file: what is computed (as JSON, and as it was given), when and by what."""
+        settings = given.model_dump_json()
+        self._file.wait_for_the_end(settings)
+        with self._file.edit() as file:
+            group = file.require_group("provenance")
+            group.attrs["date"] = datetime.now(UTC).isoformat(timespec="seconds")
+            group.attrs["study"] = text
+            group.attrs["settings"] = settings
+            versions = group.require_group("versions")
+            versions.attrs["vanelock"] = vanelock.__version__
+            versions.attrs["python"] = platform.python_version()
+            versions.attrs["platform"] = platform.platform()
+            for library in LIBRARIES:
+                versions.attrs[library] = installed(library)
+
+    def together(self) -> AbstractContextManager[None]:
+        """Let all that a block writes appear at once."""
+        return self._file.together()
 
     def product(self, where: str, product: Product) -> None:
         """A product of its own."""
@@ -92,7 +130,12 @@ class Record(Ledger):
         responses: dict[str, Response] = {
             which: self._stages.get(linear.responses[which]) for which in (LIMITS if whole else ())
         }
-        self._limits(linear.name, limits, responses)
+        named = {f"{which},{linear.name}" if linear.name else which: which for which in responses}
+        places = [f"limits/{linear.name or 'all'}", *(f"response/{name}" for name in named)]
+        with self._file.edit(*places) as file:
+            self._file.put(file, places[0], limits, {})
+            for name, which in named.items():
+                self._file.put(file, f"response/{name}", responses[which], {"linear": which})
 
     def case(self, solved: Solved, summary: Summary, monitor: str) -> None:
         """Everything about a case, at once."""
@@ -120,6 +163,41 @@ class Record(Ledger):
     def campbell(self, case: str, diagram: Campbell) -> None:
         """The Campbell diagram of a case."""
         self.product(f"campbell/{case}", diagram)
+
+    def complete(self, done: Mapping[str, Done]) -> None:
+        """End the file: times and hashes of all stages, nothing is missing."""
+        with self._file.edit() as file:
+            for key, entry in done.items():
+                group = file.require_group(f"provenance/stages/{entry.stage} {key[:8]}")
+                group.attrs["key"] = key
+                group.attrs["seconds"] = entry.seconds
+                group.attrs["cached"] = entry.cached
+            file.attrs["complete"] = True
+        self._file.end()
+
+    def failed(self, name: str, values: Mapping[str, float | str], failure: Failure) -> None:
+        """A case that could not be computed."""
+        with self._file.edit() as file:
+            group = file.require_group(f"failed/{name}")
+            group.attrs["reason"], group.attrs["attempts"] = failure.reason, failure.attempts
+            for key, value in values.items():
+                group.attrs[f"sweep {key}"] = value
+
+    def flush_if_due(self) -> None:
+        """Let additions appear in the file, unless it is too soon after the last ones."""
+        self._file.flush_if_due()
+
+    @contextmanager
+    def finished(self) -> Iterator[None]:
+        """If this block ends early, let the last additions appear, as far as that can be done."""
+        try:
+            yield
+        except BaseException:
+            try:
+                self._file.flush()
+            finally:
+                self._file.abandon()
+            raise
 
 
 def _attributes(planned: Planned, summary: Summary, monitor: str) -> dict[str, Any]:

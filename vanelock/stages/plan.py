@@ -181,22 +181,9 @@ def from_matrices(case: Case, progress: Progress) -> Planned:
     given = gathered(scene)
     system, base = (of_matrices.system_step(scene, given, bare) for bare in (False, True))
     modes = limits_step(scene.response.mode, base)
-    linear = {which: linear_step(scene, which, base, modes) for which in LIMITS}
-    stuck = stuck_modes_step(base, scene.response.harmonics)
-    swept = partial(response_step, case.name, scene, system, modes, stuck, progress)
-    return Planned(
-        case=case,
-        meshes={},
-        rom={name: of_matrices.piece_step(scene, name, given) for name in scene.components},
-        system=system,
-        preload=preload_step(scene.response.friction, system),
-        response=swept(),
-        other=swept("down") if scene.response.direction == "both" else None,
-        linear=Linear("", base, modes, linear),
-        preload_name="",
-        gauges=None,
-        apart=tuple(given.apart()),
-    )
+    rom = {name: of_matrices.piece_step(scene, name, given) for name in scene.components}
+    planned = _planned(case, rom, system, base, base, modes, progress)
+    return replace(planned, apart=tuple(given.apart()))
 
 
 def meshes_of(study: Study) -> dict[str, Step[Part]]:
@@ -210,21 +197,37 @@ def fixed(case: Case, wanted: Iterable[int], progress: Progress) -> Planned:
     rom = {part: rom_step(study, part, wanted) for part in PARTS}
     system, base = system_step(study, **rom), linear_system_step(study, **rom)
     modes = limits_step(study.response.mode, base, tuple(rom.values()))
-    linear = {which: linear_step(study, which, base, modes) for which in LIMITS}
     still = system_step(without_load(study), **rom) if is_loaded(study) else base
-    stuck = stuck_modes_step(still, study.response.harmonics)
-    swept = partial(response_step, case.name, study, system, modes, stuck, progress)
+    planned = _planned(case, rom, system, base, still, modes, progress)
+    gauges = gauges_step(study, rom["vane"]) if study.outputs.gauges else None
+    return replace(planned, meshes=meshes_of(study), gauges=gauges)
+
+
+def _planned(
+    case: Case,
+    rom: dict[str, Step[Any]],
+    system: Step[System],
+    base: Step[System],
+    still: Step[System],
+    modes: Step[Limits],
+    progress: Progress,
+) -> Planned:
+    """Steps from a system on: `base` without friction and preload, `still` without friction."""
+    given = case.given
+    linear = {which: linear_step(given, which, base, modes) for which in LIMITS}
+    stuck = stuck_modes_step(still, given.response.harmonics)
+    swept = partial(response_step, case.name, given, system, modes, stuck, progress)
     return Planned(
         case=case,
-        meshes=meshes_of(study),
+        meshes={},
         rom=rom,
         system=system,
-        preload=preload_step(study.response.friction, system),
+        preload=preload_step(given.response.friction, system),
         response=swept(),
-        other=swept("down") if study.response.direction == "both" else None,
+        other=swept("down") if given.response.direction == "both" else None,
         linear=Linear("", base, modes, linear),
         preload_name="",
-        gauges=gauges_step(study, rom["vane"]) if study.outputs.gauges else None,
+        gauges=None,
     )
 
 

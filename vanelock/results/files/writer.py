@@ -100,7 +100,7 @@ class Results:
                 yield file
                 file.attrs[NEEDS] = "/".join(sorted(self._used))
             self._needs[name[0]] = self._used
-            former = [place for place, part in self._parts.items() if part == known]
+            former = [p for p, part in self._parts.items() if part == known] if known else []
             for place in dict.fromkeys((*former, *places)):
                 self._parts[place] = name[0]
                 if place in former:

@@ -8,8 +8,8 @@ from vanelock.input.cases.names import words
 from vanelock.pipeline.cache import installed
 from vanelock.report import Section, Table, Text
 from vanelock.report.blocks import Block, Cell
-from vanelock.results.files.ledger import LIBRARIES
 from vanelock.results.page_sections.content import PageContent
+from vanelock.results.record import LIBRARIES
 
 
 def provenance(told: PageContent) -> Section:

@@ -38,5 +38,5 @@ def constant_loads(system: System) -> dict[str, int]:
     """By joint, contacts across which nothing moves along the normal; only where there are any."""
     k = system.nodal_diameter(1)
     still = ~np.any(system.contact_rows(k)[:, 0], axis=1)
-    joints = np.array(system.contacts.joint)[still].tolist()
+    joints = np.array(system.contacts.joints)[still].tolist()
     return {name: joints.count(name) for name in dict.fromkeys(joints)}
