@@ -27,7 +27,9 @@ Progress: TypeAlias = Callable[[int, int, float, float], None]
 
 
 @one_thread
-def static_response(system: System, options: Options = Options()) -> Response:
+def static_response(
+    system: System, options: Options = Options(), modes: Mapping[int, StuckModes] | None = None
+) -> Response:
     """The assembled state at rest: preload by interference and static load, friction, lift-off.
 
     Parameters
@@ -35,6 +37,8 @@ def static_response(system: System, options: Options = Options()) -> Response:
     system : System
     options : Options
         Friction, samples and tolerance; the others make no difference at rest.
+    modes : dict of int to StuckModes, optional
+        As for `frequency_response`.
 
     Returns
     -------
@@ -47,7 +51,7 @@ def static_response(system: System, options: Options = Options()) -> Response:
         If the structure is not held even with all contacts stuck, or friction is not possible.
     """
     still = replace(options, harmonics=0, coupling="coupled")
-    prepared = structure(system, 0)
+    prepared = structure(system, 0, known=modes)
     found = from_nothing(prepared.balance(0.0), still.law(system.contacts), still.tolerance)
     samples = checked_samples(still.samples, 0, still.friction) or 0
     return replace(assemble_response(prepared, [found]), friction=still.friction, samples=samples)
@@ -61,6 +65,7 @@ def frequency_response(
     progress: Progress | None = None,
     modes: Mapping[int, StuckModes] | None = None,
     journal: Journal | None = None,
+    find_jumps: bool = True,
 ) -> Response:
     """Steady vibration with friction: the balance of all harmonics at every frequency.
 
@@ -81,6 +86,9 @@ def frequency_response(
     journal : Journal, optional
         Where solved points are written down; those that it holds already are not solved again. It
         must be of this very computation.
+    find_jumps : bool
+        Whether jumps between neighbours are looked for, which may take as long as the points; the
+        response's `jump` is None otherwise.
 
     Returns
     -------
@@ -110,7 +118,7 @@ def frequency_response(
         swept = _reported(solver, solver.sweep(omegas[order]), progress, None, len(omegas))
         by_place = dict(zip(order, swept, strict=True))
         found = [by_place[i] for i in range(len(omegas))]
-    jump = order[jumps(solver, [found[i] for i in order])]
+    jump = order[jumps(solver, [found[i] for i in order])] if find_jumps else None
     return ready.response(found, direction=options.direction or "up", jump=jump)
 
 

@@ -86,6 +86,7 @@ def between(response: Response, other: str, system: System, output: tuple[int, i
         system,
         response.frequency,
         nonlinear.Options(response.harmonics, coupling=other, friction=response.friction),
+        find_jumps=False,
     )
     return _difference(response, again, output, np.ones(system.contacts.count, bool))
 
@@ -112,16 +113,21 @@ def at_mean_load(
     own = system.contacts.opens
     wanted = top.force[0, 0, own, 0].real
     moved = system
+    modes = nonlinear.harmonic_modes(system, top.harmonics).diameters
     for _ in range(STEPS):
-        n = nonlinear.static_response(moved).force[0, 0, own, 0].real
+        n = nonlinear.static_response(moved, modes=modes).force[0, 0, own, 0].real
         v0 = moved.contacts.v0.copy()
         v0[own] += (wanted - n) / system.contacts.kn[own]
         moved = replace(moved, contacts=replace(moved.contacts, v0=v0))
-    n = nonlinear.static_response(moved).force[0, 0, own, 0].real
+    n = nonlinear.static_response(moved, modes=modes).force[0, 0, own, 0].real
     if np.abs(n - wanted).max(initial=0.0) > REACHED * np.abs(wanted).max(initial=0.0):
         return float("nan")
     found = nonlinear.frequency_response(
-        moved, hertz, nonlinear.Options(top.harmonics, coupling="constant-load")
+        moved,
+        hertz,
+        nonlinear.Options(top.harmonics, coupling="constant-load"),
+        modes=modes,
+        find_jumps=False,
     )
     size = np.where(found.converged, found.amplitude[:, *output], -np.inf)
     peak = int(size.argmax())

@@ -18,6 +18,7 @@ from vanelock.nonlinear import (
     Response,
     System,
     frequency_response,
+    harmonic_modes,
     linear_response,
     static_response,
 )
@@ -377,6 +378,8 @@ def test_static_state_balances_with_friction_and_lift_off(random_system: Make) -
         force={0: Force(rng.normal(size=16).astype(complex))},
     )
     rest = static_response(system)
+    known = static_response(system, modes=harmonic_modes(system, 0).diameters)
+    np.testing.assert_array_equal(known.force, rest.force)
     assert rest.converged.all()
     assert set(rest.state[0]) == {STUCK, OPEN}
     assert rest.x[0].dtype == float

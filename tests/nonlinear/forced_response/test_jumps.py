@@ -47,6 +47,9 @@ def test_points_of_a_response_alone_have_no_jumps() -> None:
     some = found.at([3, 4])
     assert some.jump is None
     assert some.direction == "up"
+    again = frequency_response(gap_oscillator(), found.frequency, Options(1), find_jumps=False)
+    assert again.jump is None
+    np.testing.assert_array_equal(again.x[1], found.x[1])
 
 
 @pytest.mark.parametrize("direction", ["up", "down"])

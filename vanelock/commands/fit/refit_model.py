@@ -105,6 +105,7 @@ class Rejoined:
                 harmonic_diameters=options.harmonic_diameters,
             ),
             modes=self._modes,
+            find_jumps=False,
         )
         return found, vane, casing
 

@@ -219,6 +219,7 @@ class PlaneSolver:
                 method.harmonics, coupling=method.coupling, harmonic_diameters=method.diameters
             ),
             modes=self._modes,
+            find_jumps=False,
         )
         spent = time.process_time() - began
         lost = int((~found.converged).sum())
