@@ -4,17 +4,16 @@ Nothing is shared with them but the program itself, of the same version. What ma
 is sent to one worker, from which the others fetch it; what a worker made comes back as bytes.
 """
 
-import queue
 import threading
-import uuid
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
+from concurrent.futures import Future
 from ipaddress import ip_address
 from typing import Any
 from urllib.parse import urlsplit
+from weakref import WeakSet
 
 from vanelock.common.errors import InputError
-from vanelock.pipeline.executor.task_queue import TaskOutcome
-from vanelock.pipeline.executor.tasks import Failure, Made, Task, Work, Worker, identity, reason
+from vanelock.pipeline.executor.tasks import Answer, Failure, Task, Work, Worker, identity, reason
 from vanelock.pipeline.progress import Listener, Notice
 
 AHEAD = 2
@@ -56,6 +55,8 @@ class Cluster:
                 f"--scheduler {address}: needs Dask: pip install 'dask[distributed]'"
             ) from None
         self._address, self._listener = address, listener
+        self._entries: dict[str, Any] = {}
+        self._out: WeakSet[Any] = WeakSet()
         try:
             client: Any = distributed.Client
             security: Any = distributed.Security
@@ -72,14 +73,22 @@ class Cluster:
         except BaseException:
             self.close()
             raise
-        self._ended: queue.SimpleQueue[tuple[Task, Any]] = queue.SimpleQueue()
-        self._entries: dict[str, Any] = {}
-        self._out: set[Any] = set()
 
     @property
     def slots(self) -> int:
-        """How many tasks may be out at a time, by the workers there are now."""
+        """How many tasks may be out at a time, by the workers there are now.
+
+        Raises
+        ------
+        InputError
+            If the scheduler is gone.
+        """
+        self._check_scheduler()
         return int(max(AHEAD * sum(self._client.nthreads().values()), 1))
+
+    def _check_scheduler(self) -> None:
+        if self._client.status != "running":
+            raise InputError(f"{self._address}: the scheduler is gone")
 
     def _check(self) -> None:
         """Refuse workers whose program is another; wait for the first of them."""
@@ -96,62 +105,42 @@ class Cluster:
             told = "does one task at a time in each worker: start workers with --nthreads 1"
             self._listener(Notice(f"{self._address}: {told}"))
 
-    def send(self, task: Task, image: Callable[[str, str], bytes | None]) -> None:
+    def submit(self, task: Task, image: Callable[[str, str], bytes | None]) -> Future[Answer]:
         """Have a task done."""
-        keys = []
+        entries = {}
         for stage, key in task.given:
             known = self._entries.get(key)
             if known is None or known.status in ("cancelled", "lost", "error"):
                 if (found := image(stage, key)) is None:
                     continue
                 self._entries[key] = self._client.scatter(found, hash=False)
-            keys.append(key)
-        future = self._client.submit(
-            _perform,
-            task.work,
-            task.makes,
-            identity(),
-            keys,
-            *(self._entries[key] for key in keys),
-            key=f"vanelock-{uuid.uuid4().hex}",
-            pure=False,
-        )
-        self._out.add(future)
-        future.add_done_callback(lambda ended: self._ended.put((task, ended)))
+            entries[key] = self._entries[key]
+        sent = (task.work, task.makes, entries, identity())
+        there, here = self._client.submit(_perform, *sent, pure=False), Future[Answer]()
 
-    def wait(self, seconds: float) -> list[TaskOutcome]:
-        """Tasks that ended."""
-        try:
-            found = [self._ended.get(timeout=seconds)]
-            while not self._ended.empty():
-                found.append(self._ended.get())
-        except queue.Empty:
-            if self._client.status != "running":
-                raise InputError(f"{self._address}: the scheduler is gone") from None
-            return []
-        return [self._outcome(task, future) for task, future in found]
+        def end(there: Any) -> None:
+            try:
+                here.set_result(there.result(timeout=60))
+            except Exception as error:
+                here.set_exception(error)
 
-    def _outcome(self, task: Task, future: Any) -> TaskOutcome:
+        self._out.add(there)
+        there.add_done_callback(end)
+        return here
+
+    def failure(self, task: Task, error: Exception) -> Failure:
+        """Why a worker has no answer."""
         from distributed import KilledWorker
 
-        self._out.discard(future)
-        try:
-            answer: Made | Failure = future.result(timeout=60)
-        except KilledWorker:
+        if isinstance(error, InputError):
+            raise error
+        if isinstance(error, KilledWorker):
             told = "each of the workers that tried it was killed"
-            return TaskOutcome(task, None, Failure(task.name, told), again=False)
-        except Exception as error:  # what it starts from went with a worker, above all
-            if self._client.status != "running":
-                raise InputError(f"{self._address}: the scheduler is gone") from None
-            for _, key in task.given:
-                self._entries.pop(key, None)
-            return TaskOutcome(task, None, Failure(task.name, reason(error)), counts=False)
-        if isinstance(answer, Failure):
-            if answer.reason.startswith(_OTHER):
-                raise InputError(answer.reason)
-            failure = Failure(task.name, answer.reason, refused=answer.refused)
-            return TaskOutcome(task, None, failure, again=not answer.refused)
-        return TaskOutcome(task, answer)
+            return Failure(task.name, told, again=False)
+        self._check_scheduler()
+        for _, key in task.given:  # what it starts from went with a worker, above all
+            self._entries.pop(key, None)
+        return Failure(task.name, reason(error), counts=False)
 
     def forget(self, keys: Collection[str]) -> None:
         """Let workers drop products."""
@@ -162,7 +151,7 @@ class Cluster:
         """Call back all tasks and leave; one that runs ends on its worker, unheard."""
         try:
             if self._client.status == "running":
-                self._client.cancel(list(getattr(self, "_out", ())), force=True)
+                self._client.cancel(list(self._out), force=True)
         finally:
             self._client.close(timeout=2)
 
@@ -179,10 +168,9 @@ def protected(address: str) -> bool:
         return False
 
 
-_OTHER = "a worker has vanelock "
-_workshop = Worker()
-_known: set[str] = set()
+_worker = Worker()
 _alone = threading.Lock()
+"""The mesher and the products in memory are for one task at a time."""
 
 
 def _identity() -> str:
@@ -190,20 +178,10 @@ def _identity() -> str:
 
 
 def _perform(
-    work: Work, makes: Sequence[str], expected: str, keys: Sequence[str], *entries: bytes
-) -> Made | Failure:
+    work: Work, makes: Sequence[str], entries: Mapping[str, bytes], expected: str
+) -> Answer:
     """On a worker: do a task."""
     if identity() != expected:
-        return Failure("", f"{_OTHER}{identity()}, here it is {expected}", refused=True)
-    with _alone:  # the mesher and the products in memory are for one at a time
-        try:
-            fresh: dict[str, Any] = dict(zip(keys, entries, strict=True))
-            for key in _known.intersection(fresh):
-                del fresh[key]
-            gone = _known.difference(keys)
-            _workshop.learn(fresh, gone)
-            _known.difference_update(gone)
-            _known.update(keys)
-            return _workshop.perform(work, makes)
-        except Exception as error:
-            return Failure("", reason(error), refused=isinstance(error, InputError))
+        raise InputError(f"a worker has vanelock {identity()}, here it is {expected}")
+    with _alone:
+        return _worker.perform(work, makes, entries, entries.keys())

@@ -1,7 +1,7 @@
 """Tasks done by processes of this machine.
 
-Each process has a pipe of its own, so that it is known which task a process died with, and what it
-has been sent before. A process ends with the one that started it, however that ends.
+Each is a pool of its own, so that it is known which task a process died with, and what it has been
+sent before. A process ends with the one that started it, however that ends.
 """
 
 import ctypes
@@ -9,16 +9,16 @@ import os
 import signal
 import sys
 import threading
-from collections.abc import Callable, Collection, Generator
+from collections.abc import Callable, Collection, Generator, Sequence, Set
+from concurrent.futures import Future, ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
-from multiprocessing import get_context, parent_process
-from multiprocessing.connection import Connection, wait
+from multiprocessing import parent_process
+from multiprocessing.context import SpawnContext, SpawnProcess
 from pathlib import Path
 from typing import Any
 
-from vanelock.common.errors import InputError
-from vanelock.pipeline.executor.task_queue import TaskOutcome
-from vanelock.pipeline.executor.tasks import Failure, Task, Worker, reason
+from vanelock.pipeline.executor.tasks import Answer, Failure, Task, Work, Worker, reason
 
 _PR_SET_PDEATHSIG = 1
 
@@ -41,137 +41,117 @@ class Processes:
     def __init__(self, count: int, journals: Path | None = None) -> None:
         self.slots, self._journals = count, journals
         self._processes: list[_Process] = []
-        self._fresh: list[TaskOutcome] = []
 
-    def send(self, task: Task, image: Callable[[str, str], bytes | None]) -> None:
+    def submit(self, task: Task, image: Callable[[str, str], bytes | None]) -> Future[Answer]:
         """Have a task done by an idle process, one that knows most of what it starts from."""
         wanted = {key for _, key in task.given}
-        idle = [each for each in self._processes if each.task is None]
+        idle = [each for each in self._processes if each.idle]
         if not idle:
             idle = [_Process(self._journals)]
             self._processes += idle
-        chosen = max(idle, key=lambda each: len(wanted & each.knows))
-        try:
-            chosen.send(task, image)
-        except OSError:  # it died while it was idle
-            self._bury(chosen, task)
+        return max(idle, key=lambda each: len(wanted & each.knows)).submit(task, image)
 
-    def wait(self, seconds: float) -> list[TaskOutcome]:
-        """Tasks that ended."""
-        found, self._fresh = self._fresh, []
-        busy = {each.pipe: each for each in self._processes if each.task is not None}
-        for pipe in wait(list(busy), 0 if found else seconds):
-            process = busy[pipe]  # type: ignore[index]
-            assert process.task is not None
-            try:
-                found.append(process.receive())
-            except (EOFError, OSError):
-                self._bury(process, process.task)
-        found += self._fresh
-        self._fresh = []
-        return found
+    def failure(self, task: Task, error: Exception) -> Failure:
+        """How the process that a task was sent to ended."""
+        if not isinstance(error, BrokenProcessPool):
+            return Failure(task.name, reason(error))
+        (process,) = [each for each in self._processes if each.task is task]
+        self._processes.remove(process)
+        return Failure(task.name, process.close())
 
     def forget(self, keys: Collection[str]) -> None:
         """Have all processes drop products with their next tasks."""
         for each in self._processes:
-            each.drops |= each.knows.intersection(keys)
+            each.knows.difference_update(keys)
 
     def close(self) -> None:
         """Kill all processes."""
         for each in self._processes:
             each.kill()
+        for each in self._processes:
+            each.close()
         self._processes = []
 
-    def _bury(self, process: "_Process", task: Task) -> None:
-        told = process.kill(1.0)
-        self._processes.remove(process)
-        self._fresh.append(TaskOutcome(task, None, Failure(task.name, told)))
 
-
-class _Process:
-    """A process, what it knows, and the task that it is at."""
+class _Process(SpawnContext):
+    """A pool of one process: what it knows, and the task that it was sent last."""
 
     def __init__(self, journals: Path | None) -> None:
-        context = get_context("spawn")
-        self.pipe, far = context.Pipe()
-        self._process = context.Process(
-            target=_serve, args=(far, os.getpid(), journals), daemon=True
-        )
-        # A child inherits which signals are held back: Ctrl-C reaches every process of a terminal,
-        # and is for the one that runs the study to answer.
-        before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-        try:
-            self._process.start()
-        finally:
-            signal.pthread_sigmask(signal.SIG_SETMASK, before)
-        far.close()
+        begin = (os.getpid(), journals)
+        self._pool = ProcessPoolExecutor(1, self, _begin, begin)
+        self._process: SpawnProcess | None = None
+        self._future: Future[Answer] | None = None
         self.task: Task | None = None
         self.knows: set[str] = set()
-        self.drops: set[str] = set()
 
-    def send(self, task: Task, image: Callable[[str, str], bytes | None]) -> None:
-        self.task = task
+    def Process(self, *args: Any, **options: Any) -> SpawnProcess:  # type: ignore[override]
+        """What the pool starts, kept to tell how it ended."""
+        self._process = SpawnProcess(*args, **options, daemon=True)
+        return self._process
+
+    @property
+    def idle(self) -> bool:
+        """Whether it can be sent a task."""
+        last = self._future
+        return last is None or (last.done() and not isinstance(last.exception(), BrokenProcessPool))
+
+    def submit(self, task: Task, image: Callable[[str, str], bytes | None]) -> Future[Answer]:
+        """Send it a task, with what it does not know of what that starts from."""
         entries: dict[str, bytes] = {}
         for stage, key in task.given:
             if key not in self.knows and (found := image(stage, key)) is not None:
                 entries[key] = found
-        drops, self.drops = tuple(self.drops), set()
-        self.knows = self.knows.difference(drops) | entries.keys()
-        with _unbroken():
-            self.pipe.send((task.work, task.makes, entries, drops))
+        self.knows |= entries.keys()
+        self.task, sent = task, (task.work, task.makes, entries, frozenset(self.knows))
+        try:
+            with _held_back():
+                self._future = self._pool.submit(_perform, *sent)
+        except BrokenProcessPool as error:  # it died while it was idle
+            self._future = Future()
+            self._future.set_exception(error)
+        return self._future
 
-    def receive(self) -> TaskOutcome:
-        task, answer = self.task, self.pipe.recv()
-        assert task is not None
-        self.task = None
-        if isinstance(answer, Failure):
-            failure = Failure(task.name, answer.reason, refused=answer.refused)
-            return TaskOutcome(task, None, failure, again=not answer.refused)
-        return TaskOutcome(task, answer)
-
-    def kill(self, patience: float = 0.0) -> str:
-        """End it, unless it ends by itself in so many seconds; how it ended, in words."""
-        self._process.join(patience)
-        if self._process.exitcode is None:
+    def kill(self) -> None:
+        """End it at once."""
+        if self._process is not None:
             self._process.kill()
-        self._process.join()
-        self.pipe.close()
-        code = self._process.exitcode or 0
+
+    def close(self) -> str:
+        """Wait until it has ended; how it did, in words."""
+        self._pool.shutdown()
+        code = (self._process and self._process.exitcode) or 0
         if code < 0:
             return f"its process was killed by signal {-code} ({signal.Signals(-code).name})"
         return f"its process ended with status {code}"
 
 
 @contextmanager
-def _unbroken() -> Generator[None, None, None]:
-    """Let writing to a process that has died fail rather than end this one.
+def _held_back() -> Generator[None, None, None]:
+    """Start processes and threads that are not told of Ctrl-C, nor of a pipe that is broken.
 
-    Python ignores the signal of a broken pipe, but libraries that were loaded since may not.
+    They inherit which signals are held back. Ctrl-C reaches every process of a terminal, and is for
+    the one that runs the study to answer. Writing to a process that has died is to fail rather than
+    to end this one: Python ignores that signal, but libraries that were loaded since may not.
     """
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGPIPE})
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT, signal.SIGPIPE})
     try:
         yield
     finally:
-        signal.sigtimedwait({signal.SIGPIPE}, 0)
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
-def _serve(pipe: Connection, parent: int, journals: Path | None) -> None:
-    """Do tasks until the pipe closes."""
+_worker: Worker
+"""In a process that does tasks."""
+
+
+def _begin(parent: int, journals: Path | None) -> None:
+    global _worker
     end_with(parent)
-    workshop = Worker(journals)
-    while True:
-        try:
-            work, makes, entries, drops = pipe.recv()
-        except EOFError:
-            return
-        answer: Any
-        try:
-            workshop.learn(entries, drops)
-            answer = workshop.perform(work, makes)
-        except Exception as error:
-            answer = Failure("", reason(error), refused=isinstance(error, InputError))
-        pipe.send(answer)
+    _worker = Worker(journals)
+
+
+def _perform(work: Work, makes: Sequence[str], entries: dict[str, bytes], keys: Set[str]) -> Answer:
+    return _worker.perform(work, makes, entries, keys)
 
 
 def end_with(parent: int) -> None:

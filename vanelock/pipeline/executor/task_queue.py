@@ -8,11 +8,12 @@ rest goes on.
 import time
 from collections import Counter, deque
 from collections.abc import Callable, Collection, Sequence
+from concurrent.futures import FIRST_COMPLETED, Future, wait
 from dataclasses import dataclass, field, replace
 from typing import Protocol
 
 from vanelock.pipeline.cache import Cache
-from vanelock.pipeline.executor.tasks import Failure, Made, Task, TaskFailed
+from vanelock.pipeline.executor.tasks import Answer, Failure, Task, TaskFailed
 from vanelock.pipeline.progress import Listener, Notice, Tasks
 
 ATTEMPTS = 2
@@ -23,45 +24,32 @@ PATIENCE = 1.0
 """Seconds after which the display is told again."""
 
 
-@dataclass(frozen=True)
-class TaskOutcome:
-    """How a task ended.
-
-    Attributes
-    ----------
-    task : Task
-        The task.
-    made : list or None
-        What it made.
-    failure : Failure or None
-        Why it did not.
-    again : bool
-        Whether another try may help.
-    counts : bool
-        Whether the task is to blame.
-    """
-
-    task: Task
-    made: Made | None
-    failure: Failure | None = None
-    again: bool = True
-    counts: bool = True
-
-
 class Executor(Protocol):
     """Processes that do tasks."""
 
     @property
     def slots(self) -> int:
-        """How many tasks may be out at a time."""
+        """How many tasks may be out at a time.
+
+        Raises
+        ------
+        InputError
+            If nothing will come back of those that are.
+        """
         ...
 
-    def send(self, task: Task, image: Callable[[str, str], bytes | None]) -> None:
+    def submit(self, task: Task, image: Callable[[str, str], bytes | None]) -> Future[Answer]:
         """Have a task done; `image` reads a product that it starts from."""
         ...
 
-    def wait(self, seconds: float) -> list[TaskOutcome]:
-        """Tasks that ended, after so many seconds at most."""
+    def failure(self, task: Task, error: Exception) -> Failure:
+        """Why there is no answer to a task.
+
+        Raises
+        ------
+        InputError
+            If there will be none to any other.
+        """
         ...
 
     def forget(self, keys: Collection[str]) -> None:
@@ -114,7 +102,7 @@ class TaskQueue:
         self._attempts: Counter[str] = Counter()
         self._spared: Counter[str] = Counter()
         self._uses = Counter(key for task in self.tasks for _, key in task.given)
-        self._out: dict[str, Task] = {}  # by the first product that each makes
+        self._out: dict[Future[Answer], Task] = {}
         self._total = sum(task.counts for task in self.tasks)
         self._done = 0
         self._began = self._told = self._ended = time.monotonic()
@@ -133,8 +121,8 @@ class TaskQueue:
             self._hand_out()
             if key in self.failed:
                 raise TaskFailed(self.failed[key])
-            for outcome in self.executor.wait(PATIENCE):
-                self._take(outcome)
+            for future in wait(self._out, PATIENCE, FIRST_COMPLETED).done:
+                self._take(self._out.pop(future), future)
             self.idle()
             self._tell()
         return True
@@ -142,14 +130,14 @@ class TaskQueue:
     def _hand_out(self) -> None:
         """Send what can be done; fail what waits for something that failed."""
         held: deque[Task] = deque()
-        while self._waiting and len(self._out) < self.executor.slots:
+        slots = self.executor.slots
+        while self._waiting and len(self._out) < slots:
             task = self._waiting.popleft()
             lost = next((self.failed[key] for key in task.after if key in self.failed), None)
             if lost is not None:
                 self._fail(task, lost)
             elif all(key in self._made for key in task.after):
-                self.executor.send(task, self._image)
-                self._out[task.makes[0]] = task
+                self._out[self.executor.submit(task, self._image)] = task
             else:
                 held.append(task)
         self._waiting.extendleft(reversed(held))
@@ -159,28 +147,32 @@ class TaskQueue:
         self.moved += len(image or b"")
         return image
 
-    def _take(self, outcome: TaskOutcome) -> None:
-        task = outcome.task
-        if self._out.get(task.makes[0]) is not task:  # sent by another queue of the same executor
+    def _take(self, task: Task, future: Future[Answer]) -> None:
+        try:
+            answer = future.result()
+        except Exception as error:
+            answer = self.executor.failure(task, error)
+        if isinstance(answer, Failure):
+            self._retry(task, replace(answer, task=task.name))
             return
-        del self._out[task.makes[0]]
-        if outcome.failure is None:
-            for stage, key, image in outcome.made or ():
-                self.moved += len(image)
-                if not self.cache.holds(stage, key):
-                    self.cache.adopt(stage, key, image)
-            self._made.update(task.makes)
-            self._end(task)
-            return
-        self._spared[task.makes[0]] += not outcome.counts
-        spared = not outcome.counts and self._spared[task.makes[0]] <= SPARED
+        for stage, key, image in answer:
+            self.moved += len(image)
+            if not self.cache.holds(stage, key):
+                self.cache.adopt(stage, key, image)
+        self._made.update(task.makes)
+        self._end(task)
+
+    def _retry(self, task: Task, failure: Failure) -> None:
+        """Try a task again, where that may help and was not done often enough."""
+        self._spared[task.makes[0]] += not failure.counts
+        spared = not failure.counts and self._spared[task.makes[0]] <= SPARED
         self._attempts[task.makes[0]] += not spared
-        if outcome.again and self._attempts[task.makes[0]] < ATTEMPTS:
-            told = f"{task.name}: {outcome.failure.reason}; trying again"
-            self.listener(Notice(told))
+        attempts = self._attempts[task.makes[0]]
+        if failure.again and not failure.refused and attempts < ATTEMPTS:
+            self.listener(Notice(f"{task.name}: {failure.reason}; trying again"))
             self._waiting.append(task)
-            return
-        self._fail(task, replace(outcome.failure, attempts=self._attempts[task.makes[0]]))
+        else:
+            self._fail(task, replace(failure, attempts=attempts))
 
     def _fail(self, task: Task, failure: Failure) -> None:
         self.failed.update(dict.fromkeys(task.makes, failure))

@@ -10,7 +10,7 @@ no file system need be shared.
 import hashlib
 import io
 import platform
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence, Set
 from contextlib import AbstractContextManager
 from dataclasses import dataclass, field
 from functools import lru_cache
@@ -84,12 +84,22 @@ class Failure:
         How often it was tried.
     refused : bool
         Whether the input is to blame.
+    again : bool
+        Whether another try may help.
+    counts : bool
+        Whether the task is to blame.
     """
 
     task: str
     reason: str
     attempts: int = 1
     refused: bool = False
+    again: bool = True
+    counts: bool = True
+
+
+Answer: TypeAlias = Made | Failure
+"""What comes back of a task."""
 
 
 class TaskFailed(Exception):
@@ -159,27 +169,35 @@ class Worker:
         self._apart: set[str] = set()
         """What the last task made that no cache keeps: the next one may need it, too."""
 
-    def learn(self, entries: Mapping[str, bytes], forget: Iterable[str] = ()) -> None:
-        """Take in products for the tasks to come, and drop others."""
-        for key in forget:
-            self._memory.given.pop(key, None)
-        self._memory.given.update(entries)
-        self._stages.keep(self._memory.given.keys() | self._apart)
+    def perform(
+        self, work: Work, makes: Sequence[str], entries: Mapping[str, bytes], keys: Set[str]
+    ) -> Answer:
+        """Products of a task, and what else was computed on the way, or why there are none.
 
-    def perform(self, work: Work, makes: Sequence[str]) -> Made:
-        """Products of a task, and what else was computed on the way."""
+        Of the `entries` those that are not known yet are taken in; what is known is forgotten but
+        for the `keys`.
+        """
+        given = self._memory.given
+        for key in given.keys() - keys:
+            del given[key]
+        self._memory.given = {**entries, **given}
         self._memory.take()
-        steps = {step.key: step for step in reachable(work.steps())}
-        self._apart = {key for key, step in steps.items() if not step.kept}
-        self._stages.keep(self._memory.given.keys() | self._apart)
-        if any(key not in steps for key in makes):
-            raise InputError("the program is not the same here as where the tasks come from")
         try:
+            steps = {step.key: step for step in reachable(work.steps())}
+            self._apart = {key for key, step in steps.items() if not step.kept}
+            self._keep()
+            if any(key not in steps for key in makes):
+                raise InputError("the program is not the same here as where the tasks come from")
             for key in makes:
                 self._stages.get(steps[key])
             return self._memory.take()
+        except Exception as error:
+            return Failure("", reason(error), refused=isinstance(error, InputError))
         finally:
-            self._stages.keep(self._memory.given.keys() | self._apart)
+            self._keep()
+
+    def _keep(self) -> None:
+        self._stages.keep(self._memory.given.keys() | self._apart)
 
 
 def reachable(steps: Iterable[Step[Any]]) -> list[Step[Any]]:

@@ -6,6 +6,7 @@ import subprocess
 import sys
 import textwrap
 import time
+from concurrent.futures import Future
 from multiprocessing import active_children
 
 import numpy as np
@@ -14,8 +15,8 @@ import pytest
 
 from vanelock.pipeline.cache import Cache
 from vanelock.pipeline.executor.processes import Processes
-from vanelock.pipeline.executor.task_queue import TaskOutcome, TaskQueue
-from vanelock.pipeline.executor.tasks import Failure, Task, TaskFailed
+from vanelock.pipeline.executor.task_queue import TaskQueue
+from vanelock.pipeline.executor.tasks import Answer, Failure, Task, TaskFailed
 from vanelock.pipeline.progress import Event, Failed, Notice, Tasks
 
 TOY = '''
@@ -195,18 +196,19 @@ def test_what_comes_of_another_queue_s_task_is_left_alone(toy, tmp_path):
     """The same executor brings the end of a task that another queue sent."""
     wanted = toy.Toy(1).own.key
     other, own = Task("other", toy.Toy(1), (wanted,)), Task("own", toy.Toy(1), (wanted,))
-    bad = TaskOutcome(own, None, Failure("own", "as it is told"), again=False)
-
-    ended = [[TaskOutcome(other, [])], [bad]]
 
     class Shared:
         slots = 1
 
-        def send(self, task, image):
-            assert task is own
+        def submit(self, task, image):
+            assert task in (other, own)
+            future: Future[Answer] = Future()
+            bad = Failure("own", "as it is told", again=False)
+            future.set_result(bad if task is own else [])
+            return future
 
-        def wait(self, seconds):
-            return ended.pop(0)
+        def failure(self, task, error):
+            raise error
 
         def forget(self, keys):
             pass
@@ -214,7 +216,11 @@ def test_what_comes_of_another_queue_s_task_is_left_alone(toy, tmp_path):
         def close(self):
             pass
 
-    queue = TaskQueue([own], Cache(tmp_path, print), Shared(), lambda event: None)
+    first, queue = (
+        TaskQueue([task], Cache(tmp_path, print), Shared(), lambda event: None)
+        for task in (other, own)
+    )
+    assert first.bring(wanted)
     with pytest.raises(TaskFailed, match="as it is told"):
         queue.bring(wanted)
 
