@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from vanelock.common.cyclic import cylindrical
 from vanelock.common.errors import InputError
 from vanelock.common.product import Product
 from vanelock.rom.masters import Masters
@@ -134,6 +135,17 @@ class Component(Product):
             return self.diameters[mirrored].conjugate()
         have = ", ".join(str(k) for k in sorted(self.diameters))
         raise InputError(f"{self.masters.part}: not reduced at nodal diameter {k} (only at {have})")
+
+    def coordinates(
+        self, nodes: NDArray[np.int64], where: str, directions: int = 3
+    ) -> NDArray[np.int64]:
+        """(k, 3) or, with rotations, which are no coordinates, (k, 6): see `dofs`."""
+        none = np.full((len(nodes), directions - 3), -1)
+        return np.column_stack([self.dofs(nodes), none])
+
+    def frames(self, nodes: NDArray[np.int64], where: str) -> NDArray[np.float64]:
+        """(k, 3, 3) turn from Cartesian components to each retained node's cylindrical ones."""
+        return cylindrical(self.masters.position(nodes))
 
     def dofs(self, nodes: NDArray[np.int64]) -> NDArray[np.int64]:
         """(k, 3) reduced coordinates that are the displacement of the given retained nodes."""

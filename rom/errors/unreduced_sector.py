@@ -9,16 +9,11 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from vanelock.common.cyclic import phase_factor
+from vanelock.common.cyclic import phase_factor, turn
 from vanelock.fem import Model, cyclic_transform
-from vanelock.rom.joining.pairs import (
-    HOOK_SETS,
-    Joint,
-    contact_pairs,
-    key_pairs,
-    merged_dofs,
-    relative_rows,
-)
+from vanelock.rom.joining.joined import properties, relative_rows
+from vanelock.rom.joining.merging import merged
+from vanelock.rom.joining.pairs import HOOK_SETS, Joint, contact_pairs, key_tie
 from vanelock.rom.joining.patches import with_means
 from vanelock.rom.masters import everything
 
@@ -61,22 +56,19 @@ def unreduced(
         # A node off the faces has a coordinate of its own: one unit entry in its row of T.
         return np.asarray(T.indices[T.indptr[casing.dofs[nodes]]], np.int64)
 
-    own, mate = key_pairs(*pieces)
-    keys = vane.dofs[own].ravel()
-    of_vane = merged_dofs(n_vane, n_casing, keys, casing_dofs(mate).ravel())
-    n = n_casing + n_vane - len(keys)
+    tie = key_tie(*pieces)
+    keys = casing_dofs(tie.mate_nodes).ravel(), n_casing + vane.dofs[tie.own_nodes].ravel()
+    joined = merged((n_casing, n_vane), [np.column_stack(keys)])
 
-    to_vane = sp.csr_array((np.ones(n_vane), (np.arange(n_vane), of_vane)), shape=(n_vane, n))
-    to_casing = sp.hstack([T, sp.csr_array((T.shape[0], n - n_casing))]).tocsr()
-    pairs = contact_pairs(*pieces, joints)
-    here, there = relative_rows(
-        pairs, lambda nodes: of_vane[vane.dofs[nodes]], casing_dofs, n, vane.part.sectors
-    )
-    B = here + there * phase_factor(nodal_diameter, vane.part.sectors)
-    springs = sp.diags_array(pairs.contacts.stiffness.ravel())
+    def places(part: str, nodes: NDArray[np.int64], where: str) -> NDArray[np.int64]:
+        if part == "vane":
+            return joined.of(1, vane.dofs[nodes])
+        return joined.of(0, casing_dofs(nodes))
 
-    def joined(shell: sp.csc_array, blade: sp.csc_array) -> sp.csc_array:
-        return sp.csc_array(to_casing.conj().T @ shell @ to_casing + to_vane.T @ blade @ to_vane)
-
-    K = joined(shell[0], blade[0]) + B.conj().T @ springs @ B
-    return sp.csc_array((K + K.conj().T) / 2), joined(shell[1], blade[1])
+    contacts, N = contact_pairs(*pieces, joints), vane.part.sectors
+    here, there = relative_rows(contacts, joined, places, turn(N))
+    B = here + there * phase_factor(nodal_diameter, N)
+    springs = sp.diags_array(properties(contacts).stiffness.ravel())
+    K, M = (joined.sum((T.conj().T @ A @ T, D)) for A, D in zip(shell, blade, strict=True))
+    K = K + B.conj().T @ springs @ B
+    return sp.csc_array((K + K.conj().T) / 2), sp.csc_array(M)

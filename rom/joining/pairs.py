@@ -1,16 +1,15 @@
-"""Which node meets which: contact pairs of the vane's joints and their relative displacement."""
+"""Which node of a vane meets which: the pairs of its joints, and those that the key merges."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from vanelock.common.cyclic import turn
 from vanelock.common.errors import InputError
+from vanelock.rom.joining.joined import Tie, Touching
 from vanelock.rom.masters import Masters
-from vanelock.rom.system import Contacts
 
 HOOK_SETS = ("hook_front", "hook_rear")
 COINCIDENT = 1e-9
@@ -44,35 +43,8 @@ class Joint:
     kt_area: float | None = None
 
 
-@dataclass(frozen=True)
-class Pairs:
-    """Node pairs in contact, hooks first.
-
-    Attributes
-    ----------
-    vane : (c,) int
-        The vane's node.
-    mate : (c,) int
-        The node it meets: the casing's, or the next vane's where `next`.
-    next : (c,) bool
-        Whether the mate belongs to the next sector.
-    frames : (c, 3, 3) float
-        Rows: the vane's outward normal and two tangents.
-    joint : tuple of str
-        Name of each pair's joint.
-    contacts : Contacts
-        Their properties.
-    """
-
-    vane: NDArray[np.int64]
-    mate: NDArray[np.int64]
-    next: NDArray[np.bool_]
-    frames: NDArray[np.float64]
-    contacts: Contacts
-
-
-def contact_pairs(vane: Masters, casing: Masters, joints: Sequence[Joint]) -> Pairs:
-    """Pair the nodes of the given joints.
+def contact_pairs(vane: Masters, casing: Masters, joints: Sequence[Joint]) -> list[Touching]:
+    """Pair the nodes of the given joints: of "vane" and "casing", or the next sector's "vane".
 
     Raises
     ------
@@ -86,59 +58,56 @@ def contact_pairs(vane: Masters, casing: Masters, joints: Sequence[Joint]) -> Pa
             raise InputError(f'joint "{name}": allowed are "hook" and "interlock"')
         if names.count(name) > 1:
             raise InputError(f'joint "{name}" is given {names.count(name)} times')
-    found = [
-        (joint, *pairs)
+    return [
+        _touching(joint, *pairs)
         for joint in sorted(joints, key=lambda joint: joint.name)
         for pairs in (_hook(vane, casing) if joint.name == "hook" else _interlock(vane))
     ]
-    count = [len(own) for _, own, *_ in found]
-
-    def each(values: list[float]) -> NDArray[np.float64]:
-        return np.repeat(np.asarray(values, float), count)
-
-    contacts = Contacts(
-        kn=_stiffness([(j.name, j.kn, j.kn_area, area) for j, *_, area in found], count),
-        kt=np.column_stack(
-            [_stiffness([(j.name, j.kt, j.kt_area, area) for j, *_, area in found], count)] * 2
-        ),
-        mu=each([joint.mu for joint, *_ in found]),
-        v0=each([joint.interference for joint, *_ in found]),
-        joint=tuple(np.repeat([joint.name for joint, *_ in found], count).tolist()),
-        always_closed=("hook",),
-    )
-    none = np.empty(0, np.int64)
-    return Pairs(
-        vane=np.concatenate([none, *(own for _, own, *_ in found)]),
-        mate=np.concatenate([none, *(mate for _, _, mate, *_ in found)]),
-        next=np.repeat([joint.name == "interlock" for joint, *_ in found], count).astype(bool),
-        frames=np.concatenate([np.empty((0, 3, 3)), *(frames for *_, frames, _ in found)]),
-        contacts=contacts,
-    )
 
 
-Coordinates = Callable[[NDArray[np.int64]], NDArray[np.int64]]
 NodePairs = tuple[
     NDArray[np.int64], NDArray[np.int64], NDArray[np.float64], NDArray[np.float64] | None
 ]
 """Both nodes of each pair, the own one's frame, and its area where that is known."""
 
 
+def _touching(
+    joint: Joint,
+    own: NDArray[np.int64],
+    mate: NDArray[np.int64],
+    frames: NDArray[np.float64],
+    area: NDArray[np.float64] | None,
+) -> Touching:
+    around, same = joint.name == "interlock", np.ones(len(own))
+    kn = _stiffness(joint.name, joint.kn, joint.kn_area, area, len(own))
+    kt = _stiffness(joint.name, joint.kt, joint.kt_area, area, len(own))
+    return Touching(
+        name=joint.name,
+        own="vane",
+        mate="vane" if around else "casing",
+        own_nodes=own,
+        mate_nodes=mate,
+        frames=frames,
+        kn=kn,
+        kt=np.column_stack([kt, kt]),
+        mu=joint.mu * same,
+        interference=joint.interference * same,
+        next_sector=around,
+    )
+
+
 def _stiffness(
-    joints: list[tuple[str, float, float | None, NDArray[np.float64] | None]], count: list[int]
+    name: str, each: float, per_area: float | None, area: NDArray[np.float64] | None, count: int
 ) -> NDArray[np.float64]:
     """(c,) stiffness of each pair, N/m: the joint's, or the one per area times its node's area."""
-    parts = [np.empty(0)]
-    for (name, each, per_area, area), pairs in zip(joints, count, strict=True):
-        if per_area is None:
-            parts.append(np.full(pairs, each))
-        elif area is None:
-            raise InputError(
-                f'joint "{name}": a stiffness per area needs contact sets of the vane that consist '
-                "of whole faces"
-            )
-        else:
-            parts.append(per_area * area)
-    return np.concatenate(parts)
+    if per_area is None:
+        return np.full(count, float(each))
+    if area is None:
+        raise InputError(
+            f'joint "{name}": a stiffness per area needs contact sets of the vane that consist '
+            "of whole faces"
+        )
+    return per_area * area
 
 
 def _hook(vane: Masters, casing: Masters) -> list[NodePairs]:
@@ -171,12 +140,12 @@ def _interlock(vane: Masters) -> list[NodePairs]:
     return [(own, mate, vane.frames["interlock_right"], vane.areas.get("interlock_right"))]
 
 
-def key_pairs(vane: Masters, casing: Masters) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Vane and casing nodes that are merged."""
+def key_tie(vane: Masters, casing: Masters) -> Tie:
+    """Nodes of vane and casing that are merged."""
     own, mate = vane.set("key"), casing.set("key")
     _act_alike("key", vane, own, casing, mate)
     _coincide("key", vane.position(own), casing.position(mate), mate)
-    return own, mate
+    return Tie("key", "vane", "casing", own, mate)
 
 
 def _act_alike(
@@ -211,67 +180,3 @@ def _coincide(
             f"{name}: pair {worst} (mate node {mate_nodes[worst]}) lies "
             f"{distance[worst]:.3g} m apart"
         )
-
-
-def merged_dofs(
-    vane_size: int, casing_size: int, vane_keys: NDArray[np.int64], casing_keys: NDArray[np.int64]
-) -> NDArray[np.int64]:
-    """(vane_size,) joined coordinate of each of the vane's, which follow the casing's.
-
-    Parameters
-    ----------
-    vane_size, casing_size : int
-        Numbers of coordinates of the two parts.
-    vane_keys, casing_keys : (k,) int
-        The vane's coordinates that are merged with the casing's.
-    """
-    joined = np.empty(vane_size, np.int64)
-    free = np.setdiff1d(np.arange(vane_size), vane_keys)
-    joined[free] = casing_size + np.arange(len(free))
-    joined[vane_keys] = casing_keys
-    return joined
-
-
-def relative_rows(
-    pairs: Pairs,
-    of_vane: Coordinates,
-    of_casing: Coordinates,
-    size: int,
-    sectors: int,
-) -> tuple[sp.csr_array, sp.csr_array]:
-    """Rows (normal, t1, t2) of every pair's relative displacement, closing positive.
-
-    Parameters
-    ----------
-    pairs : Pairs
-        c pairs.
-    of_vane, of_casing : callable
-        (k, 3) coordinates that are the Cartesian displacement of k nodes in their own sector.
-    size : int
-        Number of coordinates n.
-    sectors : int
-        N.
-
-    Returns
-    -------
-    own, next : (3c, n) sparse
-        Rows on this sector's coordinates and on the next one's.
-    """
-    other = ~pairs.next
-    vane_dofs = of_vane(pairs.vane)
-    mate_dofs = np.empty_like(vane_dofs)
-    mate_dofs[pairs.next] = of_vane(pairs.mate[pairs.next])
-    mate_dofs[other] = of_casing(pairs.mate[other])
-    own = _rows(pairs.frames, vane_dofs, size) - _rows(
-        pairs.frames * other[:, None, None], mate_dofs, size
-    )
-    turned = pairs.frames @ turn(sectors) * pairs.next[:, None, None]
-    return own, -_rows(turned, mate_dofs, size)
-
-
-def _rows(frames: NDArray[np.float64], dofs: NDArray[np.int64], size: int) -> sp.csr_array:
-    """(3c, n) matrix with each 3x3 frame in the columns of its node."""
-    rows = np.broadcast_to(np.arange(3 * len(frames)).reshape(-1, 3, 1), frames.shape)
-    columns = np.broadcast_to(dofs[:, None, :], frames.shape)
-    shape = (3 * len(frames), size)
-    return sp.csr_array((frames.ravel(), (rows.ravel(), columns.ravel())), shape=shape)

@@ -14,8 +14,11 @@ from numpy.typing import NDArray
 from vanelock.common.cyclic import folded
 from vanelock.common.errors import InputError
 from vanelock.rom.component import Component
-from vanelock.rom.joining.pairs import Joint, contact_pairs, key_pairs, merged_dofs, relative_rows
-from vanelock.rom.system import Diameter, Force, Matrix, System, common_band
+from vanelock.rom.joining.joined import Joined, Load, Output
+from vanelock.rom.joining.merging import merged
+from vanelock.rom.joining.pairs import Joint, contact_pairs, key_tie
+from vanelock.rom.masters import Masters
+from vanelock.rom.system import System
 
 
 @dataclass(frozen=True)
@@ -40,8 +43,10 @@ class Excitation:
 
 def joined_dofs(vane: Component, casing: Component) -> NDArray[np.int64]:
     """(vane.size,) joined coordinate of each of the vane's; key nodes share the casing's."""
-    own, mate = key_pairs(vane.masters, casing.masters)
-    return merged_dofs(vane.size, casing.size, vane.dofs(own).ravel(), casing.dofs(mate).ravel())
+    tie = key_tie(vane.masters, casing.masters)
+    own, mate = vane.dofs(tie.own_nodes).ravel(), casing.dofs(tie.mate_nodes).ravel()
+    pairs = np.column_stack([mate, casing.size + own])
+    return merged((casing.size, vane.size), [pairs]).places[1]
 
 
 def split(
@@ -107,36 +112,29 @@ def join(
         raise InputError(f"diameters: given {diameters!r}: allowed are 'given' and 'all'")
     if diameters == "all":
         _check_all(casing)
-    of_vane = joined_dofs(vane, casing)
-    n = int(of_vane.max(initial=casing.size - 1)) + 1
-
-    pairs = contact_pairs(vane.masters, casing.masters, joints)
-    own, following = relative_rows(
-        pairs, lambda nodes: of_vane[vane.dofs(nodes)], casing.dofs, n, N
-    )
-    output, names = _outputs(vane, casing, of_vane, n)
-
-    c = len(pairs.vane)
-    matrices = {}
-    for k in sorted(casing.diameters):
-        shell, blade = casing.at(k), vane.at(k)
-        matrices[k] = Diameter(
-            K=_superpose(shell.K, blade.K, of_vane, n),
-            M=_superpose(shell.M, blade.M, of_vane, n),
-            own=own.toarray().reshape(c, 3, n),
-            next=following.toarray().reshape(c, 3, n) if np.any(pairs.next) else None,
-            output=output,
+    outputs = [
+        Output(
+            "outputs",
+            name,
+            nodes,
+            [f"{part.masters.part} accessory {i + 1}" for i in range(len(nodes))],
+            turned=True,
         )
-    return System(
+        for name, part in (("vane", vane), ("casing", casing))
+        if (nodes := part.masters.node_sets.get("accessory")) is not None
+    ]
+    joined = Joined(
         sectors=N,
         engine_order=excitation.engine_order,
-        diameters=matrices,
-        contacts=pairs.contacts,
-        force={1: travelling_force(casing, excitation, n)},
-        output_names=names,
+        parts={"casing": casing, "vane": vane},
+        contacts=contact_pairs(vane.masters, casing.masters, joints),
+        ties=(key_tie(vane.masters, casing.masters),),
+        loads=(travelling_load(casing.masters, excitation),),
+        outputs=outputs,
+        always_closed=("hook",),
         damping_ratio=damping_ratio,
-        band=common_band((vane.reach, casing.reach)),
     )
+    return joined.system(sorted(casing.diameters))
 
 
 def _check_all(casing: Component) -> None:
@@ -150,9 +148,9 @@ def _check_all(casing: Component) -> None:
         )
 
 
-def travelling_force(casing: Component, excitation: Excitation, size: int) -> Force:
+def travelling_load(casing: Masters, excitation: Excitation) -> Load:
     """First harmonic of the excitation, amplitude · e_r(θ) · e^{-i·EO·θ} at each force node."""
-    nodes = casing.masters.set("force")
+    nodes = casing.set("force")
     amplitude, power = excitation.force, 0
     if excitation.unbalance:
         if excitation.force:
@@ -162,41 +160,10 @@ def travelling_force(casing: Component, excitation: Excitation, size: int) -> Fo
                 f"excitation.unbalance: excites engine order 1 or -1, not {excitation.engine_order}"
             )
         # Σ over the ring of a cos²θ = U ω², θ the angle from the load's direction.
-        amplitude, power = 2 * excitation.unbalance / (casing.masters.sectors * len(nodes)), 2
-    points = casing.masters.position(nodes)
+        amplitude, power = 2 * excitation.unbalance / (casing.sectors * len(nodes)), 2
+    points = casing.position(nodes)
     theta = np.arctan2(points[:, 1], points[:, 0])
     radial = np.column_stack([np.cos(theta), np.sin(theta), np.zeros(len(nodes))])
-    vector = np.zeros(size, complex)
-    vector[casing.dofs(nodes)] = (
-        amplitude * radial * np.exp(-1j * excitation.engine_order * theta)[:, None]
-    )
-    return Force(vector, power)
-
-
-def _superpose(shell: Matrix, blade: Matrix, of_vane: NDArray[np.int64], n: int) -> Matrix:
-    joined = np.zeros((n, n), np.result_type(shell, blade))
-    joined[: len(shell), : len(shell)] = shell
-    joined[np.ix_(of_vane, of_vane)] += blade
-    return joined
-
-
-def _outputs(
-    vane: Component, casing: Component, of_vane: NDArray[np.int64], n: int
-) -> tuple[NDArray[np.float64] | None, tuple[str, ...]]:
-    """Rows of the retained accessory nodes, and their names."""
-    rows: list[NDArray[np.float64]] = []
-    names: list[str] = []
-    for piece in (vane, casing):
-        nodes = piece.masters.node_sets.get("accessory")
-        if nodes is None:
-            continue
-        dofs = piece.dofs(nodes) if piece is casing else of_vane[piece.dofs(nodes)]
-        points = piece.masters.position(nodes)
-        theta = np.arctan2(points[:, 1], points[:, 0])
-        for i, angle in enumerate(theta):
-            row = np.zeros((3, n))
-            c, s = np.cos(angle), np.sin(angle)
-            row[:, dofs[i]] = [[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]]
-            rows.append(row)
-            names.append(f"{piece.masters.part} accessory {i + 1}")
-    return (np.array(rows) if rows else None), tuple(names)
+    wave = np.exp(-1j * excitation.engine_order * theta)[:, None]
+    vector = np.asarray(amplitude * radial * wave, complex)
+    return Load("excitation", "casing", nodes, vector, omega_power=power)

@@ -17,6 +17,11 @@ def rotation(angle: float) -> NDArray[np.float64]:
     return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
 
 
+def cylindrical(points: NDArray[np.float64]) -> NDArray[np.float64]:
+    """(k, 3, 3) turn from Cartesian components to cylindrical ones at each of k points."""
+    return np.array([rotation(-angle) for angle in np.arctan2(points[:, 1], points[:, 0])])
+
+
 def turn(sectors: int, steps: int = 1) -> NDArray[np.float64]:
     """(3, 3) rotation from a sector to the one that many steps on."""
     return rotation(2 * np.pi * steps / sectors)

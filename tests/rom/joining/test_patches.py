@@ -13,7 +13,7 @@ from vanelock import fem, mesh, rom
 from vanelock.common.errors import InputError
 from vanelock.mesh.contact.patch_means import averages, plane
 from vanelock.mesh.contact.patches import Patch
-from vanelock.rom.joining.pairs import contact_pairs, key_pairs
+from vanelock.rom.joining.pairs import contact_pairs, key_tie
 from vanelock.rom.joining.patches import patch_transform, patch_weights, with_means
 from vanelock.rom.masters import choose, everything
 
@@ -129,7 +129,7 @@ def test_mates_stand_at_their_patches_centroids(parts):
     vane, casing = everything(parts.vane, HOOKS + INTERLOCK), everything(parts.casing, HOOKS)
     joints = [rom.Joint(name, 1e7, 1e7, 0.3, 1e-5) for name in ("hook", "interlock")]
     pairs = contact_pairs(vane, casing, joints)
-    assert len(pairs.vane) == 66
+    assert sum(len(each.own_nodes) for each in pairs) == 66
     front = vane.node_sets["hook_front"]
     assert vane.points[front, 2] == pytest.approx(np.full(30, 0.075))
     assert parts.vane.points[front, 2] == pytest.approx(np.full(30, 0.074))
@@ -149,7 +149,7 @@ def test_patches_on_one_side_of_a_joint_are_refused(parts):
             contact_pairs(*pieces, joints[joint : joint + 1])
     pieces = everything(parts.vane, HOOKS[:1]), everything(parts.casing, HOOKS[1:])
     with pytest.raises(InputError, match="key: a patch on one side and a node on the other"):
-        key_pairs(*pieces)
+        key_tie(*pieces)
 
 
 @pytest.mark.slow

@@ -5,6 +5,7 @@ import pytest
 
 from vanelock.common.errors import InputError
 from vanelock.rom import Joint
+from vanelock.rom.joining.joined import properties
 from vanelock.rom.joining.pairs import contact_pairs
 from vanelock.rom.masters import Masters
 
@@ -27,7 +28,7 @@ def side(name, areas):
 
 def stiffness(areas, **options):
     joint = Joint("hook", kn=7.0, kt=5.0, mu=0.3, interference=0.0, **options)
-    return contact_pairs(side("vane", areas), side("casing", {}), [joint]).contacts
+    return properties(contact_pairs(side("vane", areas), side("casing", {}), [joint]))
 
 
 def test_each_pair_has_its_nodes_area():

@@ -15,7 +15,8 @@ from vanelock.input.cases.sweep import cases
 from vanelock.pipeline.cache import Cache
 from vanelock.pipeline.step import Stages
 from vanelock.rom.errors.unreduced_sector import unreduced
-from vanelock.rom.joining.pairs import key_pairs, merged_dofs
+from vanelock.rom.joining.merging import merged
+from vanelock.rom.joining.pairs import key_tie
 from vanelock.rom.masters import everything
 from vanelock.stages.parts.bare import without_friction
 from vanelock.stages.parts.components import joints, reduced_step, reference_step
@@ -157,6 +158,7 @@ def of_vane(models, node):
     vane, casing = models
     pieces = [everything(each.part, ()) for each in models]
     n_casing, n_vane = cyclic_transform(casing, 1).shape[1], vane.K.shape[0]
-    own, mate = key_pairs(*pieces)
-    keys, mates = vane.dofs[own].ravel(), columns(casing, casing.dofs[mate].ravel())
-    return merged_dofs(n_vane, n_casing, keys, mates)[vane.dofs[node]]
+    tie = key_tie(*pieces)
+    mates = columns(casing, casing.dofs[tie.mate_nodes].ravel())
+    pairs = np.column_stack([mates, n_casing + vane.dofs[tie.own_nodes].ravel()])
+    return merged((n_casing, n_vane), [pairs]).of(1, vane.dofs[node])

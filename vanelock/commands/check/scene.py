@@ -78,4 +78,4 @@ def _planned(scene: Scene) -> Iterator[Row]:
     yield "contacts", f"{sum(len(each.mu) for each in given.contacts):,}"
     yield "ties, loads", f"{len(given.ties)}, {len(given.loads)}"
     yield from (("careful", text) for text in given.apart())
-    yield "output nodes", f"{sum(len(own) for _, own in given.outputs)}"
+    yield "output nodes", f"{sum(len(each.nodes) for each in given.outputs)}"

@@ -179,7 +179,7 @@ class TieKeys(KeyTable):
     pairs: Pairs = Field(description="node pairs")
 
 
-class Load(KeyTable):
+class LoadKeys(KeyTable):
     """A force on nodes of a component, the same on each."""
 
     component: str = Field(description="component")
@@ -233,7 +233,7 @@ class Scene(KeyTable):
     system: SystemKeys | None = Field(default=None, description="joined system")
     ties: dict[Name, TieKeys] = Field(default_factory=dict, description="ties")
     contacts: dict[Name, ContactKeys] = Field(default_factory=dict, description="contacts")
-    loads: Annotated[tuple[Load, ...], BeforeValidator(sequence)] = Field(
+    loads: Annotated[tuple[LoadKeys, ...], BeforeValidator(sequence)] = Field(
         default=(), description="loads"
     )
     excitation: SceneExcitation = SceneExcitation()

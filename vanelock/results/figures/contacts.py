@@ -4,16 +4,19 @@ from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from vanelock import render
 from vanelock.input.cases.names import of_case, slug, words
 from vanelock.quantities.curves_and_fields import Around, Floats, RunData
 from vanelock.results.figures.figure import Figure
 from vanelock.results.figures.preload import numbers
-from vanelock.rom.joining.pairs import Pairs, contact_pairs
+from vanelock.rom.joining.joined import properties
+from vanelock.rom.joining.pairs import contact_pairs
 from vanelock.stages.parts.components import PARTS, joints
 from vanelock.stages.plan import Planned
+
+Integers = NDArray[np.int64]
 
 
 def contacts(run_data: RunData, each: Planned) -> Figure:
@@ -23,19 +26,22 @@ def contacts(run_data: RunData, each: Planned) -> Figure:
     title = f"{run_data.study.name}: contacts around the resonance"
     shows = [each.response.key, title, name, run_data.shown.monitor.name]
 
-    def places() -> tuple[Pairs, Floats]:
+    def places() -> tuple[Integers, Floats, Floats, tuple[str, ...]]:
+        """The vane's node of each contact, its place and frame, and its joint."""
         vane, casing = (run_data.stages.get(each.part(part, 0)).masters for part in PARTS)
-        pairs = contact_pairs(vane, casing, joints(each.case.study))
-        return pairs, vane.position(pairs.vane)
+        found = contact_pairs(vane, casing, joints(each.case.study))
+        nodes = np.concatenate([touching.own_nodes for touching in found])
+        frames = np.concatenate([touching.frames for touching in found])
+        return nodes, vane.position(nodes), frames, properties(found).joint
 
     def picture(path: Path) -> None:
-        pairs, positions = places()
+        _, positions, frames, joint = places()
         render.contact_map_picture(
             path,
             run_data.parts(each)[0],
             positions,
-            pairs.frames,
-            pairs.contacts.joint,
+            frames,
+            joint,
             around.frequency,
             around.state,
             around.dissipation,
@@ -47,8 +53,8 @@ def contacts(run_data: RunData, each: Planned) -> Figure:
     path = run_data.output_files.draw(f"figures/contacts_{slug(name)}.png", shows, picture)
 
     def table() -> Mapping[str, ArrayLike]:
-        pairs, positions = places()
-        return columns(around, pairs.contacts.joint, pairs.vane, positions)
+        nodes, positions, _, joint = places()
+        return columns(around, joint, nodes, positions)
 
     notes = [f"{title}{of_case(name)}; places on the vane of sector 0; energy of friction a cycle"]
     data = run_data.table(f"figures/contacts_{slug(name)}.csv", shows, table, notes)

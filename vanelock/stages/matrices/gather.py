@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from vanelock.common.errors import InputError
 from vanelock.common.quantities import bounds
 from vanelock.fem.matrix_files import load_nodes, load_pairs
-from vanelock.input.schema.scene import GROUND, ContactKeys, Load, Scene, TieKeys
-from vanelock.stages.matrices.connect import Pull, Tie, Touching
+from vanelock.input.schema.scene import GROUND, ContactKeys, LoadKeys, Scene, TieKeys
+from vanelock.rom.joining.joined import Load, Output, Tie, Touching
 
 Integers = NDArray[np.int64]
 Floats = NDArray[np.float64]
@@ -51,9 +51,9 @@ class Gathered:
 
     Attributes
     ----------
-    contacts, ties, loads : tuples of Touching, Tie, Pull
+    contacts, ties, loads : tuples of Touching, Tie, Load
         What acts on the components.
-    outputs : tuple of (component, nodes)
+    outputs : tuple of Output
         Output nodes; the loaded ones where none are named.
     kept : dict of str to pair of (k,) int
         By component: nodes that must be kept, and those of them whose rotations too.
@@ -61,8 +61,8 @@ class Gathered:
 
     contacts: tuple[Touching, ...]
     ties: tuple[Tie, ...]
-    loads: tuple[Pull, ...]
-    outputs: tuple[tuple[str, Integers], ...]
+    loads: tuple[Load, ...]
+    outputs: tuple[Output, ...]
     kept: Mapping[str, tuple[Integers, Integers]]
 
     def apart(self) -> Iterator[str]:
@@ -87,7 +87,7 @@ def gathered(scene: Scene) -> Gathered:
         return Gathered((), (), (), (), {})
     contacts = tuple(_touching(name, keys, scene) for name, keys in scene.contacts.items())
     ties = tuple(_tie(name, keys) for name, keys in scene.ties.items())
-    loads = tuple(_pull(i, load) for i, load in enumerate(scene.loads))
+    loads = tuple(_load(i, load) for i, load in enumerate(scene.loads))
     outputs = tuple(_outputs(scene, loads))
     return Gathered(
         contacts,
@@ -98,23 +98,24 @@ def gathered(scene: Scene) -> Gathered:
     )
 
 
-def _outputs(scene: Scene, loads: Sequence[Pull]) -> list[tuple[str, Integers]]:
-    named = scene.outputs.nodes
-    if named:
-        return [(name, nodes(given, f"outputs.nodes.{name}")) for name, given in named.items()]
-    found: dict[str, list[int]] = {}
-    for load in loads:
-        own = found.setdefault(load.component, [])
-        own += [n for n in load.nodes.tolist() if n not in own]
-    return [(name, np.array(own, np.int64)) for name, own in found.items()]
+def _outputs(scene: Scene, loads: Sequence[Load]) -> Iterator[Output]:
+    found: dict[str, Integers] = {}
+    for name, given in scene.outputs.nodes.items():
+        found[name] = nodes(given, f"outputs.nodes.{name}")
+    for load in loads if not found else ():
+        every = [*found.get(load.part, ()), *load.nodes]
+        found[load.part] = np.array(list(dict.fromkeys(every)), np.int64)
+    turned = scene.ring.sectors > 1 and scene.ring.coordinates != "cylindrical"
+    for name, own in found.items():
+        yield Output(f"outputs.nodes.{name}", name, own, [f"{name} {n}" for n in own], turned)
 
 
 def _kept(
     components: Sequence[str],
     contacts: Sequence[Touching],
     ties: Sequence[Tie],
-    loads: Sequence[Pull],
-    outputs: Sequence[tuple[str, Integers]],
+    loads: Sequence[Load],
+    outputs: Sequence[Output],
 ) -> dict[str, tuple[Integers, Integers]]:
     kept: dict[str, set[int]] = {name: set() for name in components}
     turned: dict[str, set[int]] = {name: set() for name in components}
@@ -137,9 +138,9 @@ def _kept(
         keep(tie.own, tie.own_nodes, where, True)
         keep(tie.mate, tie.mate_nodes, where, True)
     for load in loads:
-        keep(load.component, load.nodes, f"{load.where}.component")
-    for name, own in outputs:
-        keep(name, own, f"outputs.nodes.{name}")
+        keep(load.part, load.nodes, f"{load.where}.component")
+    for output in outputs:
+        keep(output.part, output.nodes, output.where)
     return {
         name: (np.array(sorted(kept[name]), np.int64), np.array(sorted(turned[name]), np.int64))
         for name in components
@@ -211,7 +212,7 @@ def _tie(name: str, keys: TieKeys) -> Tie:
     return Tie(name, own, mate, mine, theirs)
 
 
-def _pull(i: int, load: Load) -> Pull:
+def _load(i: int, load: LoadKeys) -> Load:
     where, direction = f"loads[{i}]", np.array(load.direction, float)
     length = float(np.linalg.norm(direction))
     if not length > 0:
@@ -220,7 +221,7 @@ def _pull(i: int, load: Load) -> Pull:
         raise InputError(f"{where}.phase: a static load (harmonic = 0) has none")
     phase = np.exp(1j * np.deg2rad(load.phase))
     vector = load.amplitude * phase * direction / length
-    return Pull(where, load.component, nodes(load.nodes, f"{where}.nodes"), vector, load.harmonic)
+    return Load(where, load.component, nodes(load.nodes, f"{where}.nodes"), vector, load.harmonic)
 
 
 def _pairs(given: Any, alone: bool, where: str) -> tuple[Integers, Integers, Mapping[str, Any]]:

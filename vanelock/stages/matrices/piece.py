@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from vanelock.common.cyclic import rotation
+from vanelock.common.cyclic import cylindrical
 from vanelock.common.errors import InputError
 from vanelock.common.product import Product
 
@@ -62,6 +62,11 @@ class Piece(Product):
     def size(self) -> int:
         """Number of coordinates r."""
         return len(self.node)
+
+    @property
+    def reach(self) -> float | None:
+        """Frequency up to which it answers, Hz: its band."""
+        return self.band
 
     def at(self, nodal_diameter: int) -> DiameterBlock:
         """Matrices of a nodal diameter.
@@ -122,5 +127,4 @@ class Piece(Product):
                 f"{where}: the coordinates of node {node} are not known: give "
                 f"components.{self.name}.nodes"
             )
-        x, y, _ = self.positions[order[at]].T
-        return np.array([rotation(-angle) for angle in np.arctan2(y, x)])
+        return cylindrical(self.positions[order[at]])

@@ -15,8 +15,8 @@ from vanelock.input.schema.scene import DAMPING, FILES, ComponentKeys, Scene
 from vanelock.pipeline.cache import code_of, content_digest
 from vanelock.pipeline.step import Step, step
 from vanelock.rom import System
+from vanelock.rom.joining.joined import Joined
 from vanelock.stages.matrices import pieces
-from vanelock.stages.matrices.connect import Joined
 from vanelock.stages.matrices.gather import Gathered, gathered, nodes
 from vanelock.stages.matrices.piece import Piece
 from vanelock.stages.parts.components import diameters
@@ -120,7 +120,7 @@ def system_step(scene: Scene, given: Gathered | None = None, bare: bool = False)
         "ring": scene.ring.model_dump(),
         "engine_order": scene.excitation.engine_order,
         "joined": [_plain(each) for each in (*contacts, *ties, *loads)],
-        "outputs": [[name, own.tolist()] for name, own in outputs],
+        "outputs": [[each.part, each.nodes.tolist()] for each in outputs],
         "damping": scene.damping.ratio,
         "diameters": diameters([scene]),
         "code": code_of("rom"),
@@ -135,7 +135,7 @@ def system_step(scene: Scene, given: Gathered | None = None, bare: bool = False)
             sectors=scene.ring.sectors,
             engine_order=scene.excitation.engine_order,
             cylindrical=scene.ring.coordinates == "cylindrical",
-            pieces=found,
+            parts={piece.name: piece for piece in found},
             contacts=contacts,
             ties=ties,
             loads=loads,

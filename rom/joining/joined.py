@@ -1,0 +1,329 @@
+"""Join parts to a `System`: ties merge coordinates; contacts, loads and outputs are rows."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any, Protocol
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+
+from vanelock.common.cyclic import COMPONENTS, turn
+from vanelock.common.errors import InputError
+from vanelock.rom.joining.merging import Merged, merged
+from vanelock.rom.system import Contacts, Diameter, Force, Matrix, System, common_band
+
+Integers = NDArray[np.int64]
+Floats = NDArray[np.float64]
+
+
+class Joinable(Protocol):
+    """A part with matrices by nodal diameter and coordinates that nodes name."""
+
+    @property
+    def size(self) -> int:
+        """Number of coordinates r."""
+        ...
+
+    @property
+    def reach(self) -> float | None:
+        """Frequency up to which it answers, Hz; None where that is not known."""
+        ...
+
+    def at(self, nodal_diameter: int) -> Any:
+        """K and M of a nodal diameter, (r, r), and C where it has one."""
+        ...
+
+    def coordinates(self, nodes: Integers, where: str, directions: int = 3) -> Integers:
+        """(k, 3) coordinates of the displacements of nodes, -1 where one does not move.
+
+        With six `directions`, (k, 6): the rotations behind them.
+        """
+        ...
+
+    def frames(self, nodes: Integers, where: str) -> Floats:
+        """(k, 3, 3) turn from Cartesian components to each node's cylindrical ones."""
+        ...
+
+
+@dataclass(frozen=True)
+class Touching:
+    """Contact elements of one name.
+
+    Attributes
+    ----------
+    name : str
+        Of the contacts.
+    own, mate : str
+        Parts; an empty mate is ground.
+    own_nodes, mate_nodes : (c,) int
+        Nodes that meet; `mate_nodes` counts for nothing at ground.
+    frames : (c, 3, 3) float
+        Rows: the outward normal of `own`, and two tangents.
+    kn, mu, interference : (c,) float
+        N/m, -, m.
+    kt : (c, 2) float
+        N/m.
+    next_sector : bool
+        Whether the mate belongs to the next sector of the ring.
+    """
+
+    name: str
+    own: str
+    mate: str
+    own_nodes: Integers
+    mate_nodes: Integers
+    frames: Floats
+    kn: Floats
+    kt: Floats
+    mu: Floats
+    interference: Floats
+    next_sector: bool = False
+
+
+@dataclass(frozen=True)
+class Tie:
+    """Nodes of two parts that move as one, in every direction that both have."""
+
+    name: str
+    own: str
+    mate: str
+    own_nodes: Integers
+    mate_nodes: Integers
+
+
+@dataclass(frozen=True)
+class Load:
+    """Forces on nodes at a harmonic.
+
+    Attributes
+    ----------
+    where : str
+        Who asks, in messages.
+    part : str
+        Whose nodes.
+    nodes : (k,) int
+        The nodes.
+    vector : (3,) or (k, 3) complex
+        On each of them, N (N s² for an unbalance).
+    harmonic : int
+        0: a static load.
+    omega_power : int
+        See `Force`; the same for all loads of a harmonic.
+    """
+
+    where: str
+    part: str
+    nodes: Integers
+    vector: NDArray[np.complex128]
+    harmonic: int = 1
+    omega_power: int = 0
+
+
+@dataclass(frozen=True)
+class Output:
+    """Nodes whose displacements are answers; in cylindrical components if `turned`."""
+
+    where: str
+    part: str
+    nodes: Integers
+    names: Sequence[str]
+    turned: bool
+
+
+@dataclass(frozen=True)
+class Joined:
+    """Parts and what joins and loads them.
+
+    Attributes
+    ----------
+    sectors, engine_order : int
+        N and EO.
+    parts : dict of str to Joinable
+        In the order of their coordinates.
+    contacts, ties, loads, outputs : sequences
+        What acts on them.
+    cylindrical : bool
+        Whether directions 0 to 2 of the parts are radial, circumferential, axial.
+    always_closed : tuple of str
+        Contacts that the linear limit "free" keeps closed.
+    damping_ratio : float, optional
+        Modal damping ratio, contacts stuck.
+    """
+
+    sectors: int
+    engine_order: int
+    parts: Mapping[str, Joinable]
+    contacts: Sequence[Touching] = ()
+    ties: Sequence[Tie] = ()
+    loads: Sequence[Load] = ()
+    outputs: Sequence[Output] = ()
+    cylindrical: bool = False
+    always_closed: tuple[str, ...] = ()
+    damping_ratio: float | None = None
+    _merged: Merged = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        sizes = [part.size for part in self.parts.values()]
+        start = dict(zip(self.parts, np.cumsum([0, *sizes]), strict=False))
+        links = []
+        for tie in self.ties:
+            where, sides = f"ties.{tie.name}", (tie.own_nodes, tie.mate_nodes)
+            parts = self.parts[tie.own], self.parts[tie.mate]
+            a, b = (p.coordinates(n, where, 6) for p, n in zip(parts, sides, strict=True))
+            both = (a >= 0) & (b >= 0)
+            links.append(np.column_stack([start[tie.own] + a[both], start[tie.mate] + b[both]]))
+        object.__setattr__(self, "_merged", merged(sizes, links))
+
+    def system(self, nodal_diameters: Sequence[int]) -> System:
+        """The system with matrices of nodal diameters.
+
+        Raises
+        ------
+        InputError
+            If a node or nodal diameter is missing, or coordinates of outputs are not known.
+        """
+        around = np.eye(3) if self.cylindrical else turn(self.sectors)
+        rows = relative_rows(self.contacts, self._merged, self.places, around)
+        own, following = (self._by_node(each) for each in rows)
+        self._refuse_still(own, following)
+        output = self._output_rows()
+        names = tuple(name for each in self.outputs for name in each.names)
+        return System(
+            sectors=self.sectors,
+            engine_order=self.engine_order,
+            diameters={
+                k: Diameter(
+                    K=self._sum("K", k),
+                    M=self._sum("M", k),
+                    own=own,
+                    next=following if np.any(following) else None,
+                    output=output if len(names) else None,
+                    C=self._sum("C", k) if self._damped(k) else None,
+                )
+                for k in nodal_diameters
+            },
+            contacts=properties(self.contacts, self.always_closed),
+            force=self._forces(),
+            output_names=names,
+            damping_ratio=self.damping_ratio,
+            band=common_band(part.reach for part in self.parts.values()),
+        )
+
+    def places(self, name: str, nodes: Integers, where: str) -> Integers:
+        """(k, 3) joined coordinates of a part's nodes, -1 where one does not move."""
+        own = self.parts[name].coordinates(nodes, where)
+        return self._merged.of(list(self.parts).index(name), own)
+
+    def _by_node(self, rows: sp.csr_array) -> Floats:
+        """(c, 3, n) of rows (3c, n)."""
+        return np.asarray(rows.toarray().reshape(-1, 3, self._merged.size))
+
+    def _damped(self, k: int) -> bool:
+        return any(getattr(part.at(k), "C", None) is not None for part in self.parts.values())
+
+    def _sum(self, which: str, k: int) -> Matrix:
+        """The joined K, M or C; a part without one adds nothing."""
+        blocks = [part.at(k) for part in self.parts.values()]
+        given = [getattr(block, which, None) for block in blocks]
+        every = [np.zeros_like(b.K) if A is None else A for b, A in zip(blocks, given, strict=True)]
+        return np.asarray(self._merged.sum(every))
+
+    def _refuse_still(self, own: Floats, following: Floats) -> None:
+        """A contact between nodes that cannot move against each other is none."""
+        moves = np.any(own != 0, axis=(1, 2)) | np.any(following != 0, axis=(1, 2))
+        start = 0
+        for each in self.contacts:
+            still = ~moves[start : start + len(each.own_nodes)]
+            start += len(still)
+            if still.any():
+                a, b = each.own_nodes[still][0], each.mate_nodes[still][0]
+                told = f"nodes {a} and {b} are one" if each.mate else f"node {a} is held"
+                raise InputError(
+                    f"contacts.{each.name}: {told}: nothing moves there (a pair of itself, or of "
+                    "nodes that a tie merges?)"
+                )
+
+    def _forces(self) -> dict[int, Force]:
+        found: dict[int, NDArray[np.complex128]] = {}
+        for load in self.loads:
+            vector = found.setdefault(load.harmonic, np.zeros(self._merged.size, complex))
+            places = self.places(load.part, load.nodes, load.where)
+            forces = np.broadcast_to(load.vector, places.shape)
+            if np.any(lost := (places < 0) & (np.abs(forces) > 0)):
+                i, direction = np.argwhere(lost)[0]
+                raise InputError(
+                    f"{load.where}.direction: node {load.nodes[i]} of components.{load.part} has "
+                    f"no {self._word(int(direction))} displacement among its rows"
+                )
+            np.add.at(vector, places[places >= 0], forces[places >= 0])
+        power = {load.harmonic: load.omega_power for load in self.loads}
+        return {h: Force(vector, power[h]) for h, vector in sorted(found.items())}
+
+    def _word(self, direction: int) -> str:
+        return (COMPONENTS if self.cylindrical else "xyz")[direction]
+
+    def _output_rows(self) -> Floats:
+        rows = [np.empty((0, 3, self._merged.size))]
+        for each in self.outputs:
+            at = self.places(each.part, each.nodes, each.where)
+            frames = np.tile(np.eye(3), (len(at), 1, 1))
+            if each.turned:
+                frames = self.parts[each.part].frames(each.nodes, each.where)
+            rows.append(self._by_node(self._merged.rows(frames, at)))
+        return np.concatenate(rows)
+
+
+Places = Callable[[str, Integers, str], Integers]
+"""(k, 3) joined coordinates of the nodes of a part; the last argument is who asks."""
+
+
+def relative_rows(
+    contacts: Sequence[Touching], joined: Merged, places: Places, around: Floats
+) -> tuple[sp.csr_array, sp.csr_array]:
+    """Rows (normal, t1, t2) of every contact's relative displacement, closing positive.
+
+    Parameters
+    ----------
+    contacts : sequence of Touching
+        c contacts in all.
+    joined : Merged
+        The n coordinates.
+    places : callable
+        Where nodes stand among them.
+    around : (3, 3) float
+        Turns displacements of the next sector into this one's directions.
+
+    Returns
+    -------
+    own, next : (3c, n) sparse
+        Rows on this sector's coordinates and on the next one's.
+    """
+    none = sp.csr_array((0, joined.size))
+    own, following = [none], [none]
+    for each in contacts:
+        where = f"contacts.{each.name}"
+        here = joined.rows(each.frames, places(each.own, each.own_nodes, where))
+        there = sp.csr_array(here.shape)
+        if each.mate:
+            mate = places(each.mate, each.mate_nodes, where)
+            if each.next_sector:
+                there = joined.rows(-each.frames @ around, mate)
+            else:
+                here = here - joined.rows(each.frames, mate)
+        own.append(here)
+        following.append(there)
+    return sp.vstack(own, format="csr"), sp.vstack(following, format="csr")
+
+
+def properties(contacts: Sequence[Touching], always_closed: tuple[str, ...] = ()) -> Contacts:
+    """Stiffness, friction and interference of contacts, all in one."""
+    none = np.empty(0)
+    return Contacts(
+        kn=np.concatenate([none, *(each.kn for each in contacts)]),
+        kt=np.concatenate([np.empty((0, 2)), *(each.kt for each in contacts)]),
+        mu=np.concatenate([none, *(each.mu for each in contacts)]),
+        v0=np.concatenate([none, *(each.interference for each in contacts)]),
+        joint=tuple(each.name for each in contacts for _ in each.own_nodes),
+        always_closed=always_closed,
+    )
