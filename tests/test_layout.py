@@ -19,7 +19,6 @@ GENERAL = [
         "limits", "monitor", "responses", "rest", "solved", "summary")),
 ]  # fmt: skip
 """What knows no vane, casing or interlock: of these a study alone has any."""
-TWICE = {"Table"}  # that of the terminal and of CSV files, and that of a page
 
 
 def imported_modules(source: Path) -> set[str]:
@@ -124,4 +123,4 @@ def test_a_class_name_means_one_thing() -> None:
             for node in ast.parse(path.read_text("utf-8")).body:
                 if isinstance(node, ast.ClassDef):
                     places.setdefault(node.name, []).append(str(path.relative_to(ROOT)))
-    assert {name for name, found in places.items() if len(found) > 1} <= TWICE
+    assert {name for name, found in places.items() if len(found) > 1} == set()

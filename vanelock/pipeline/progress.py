@@ -12,11 +12,15 @@ from dataclasses import asdict, dataclass
 from io import StringIO
 from typing import Any, TypeAlias
 
+from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskID, TextColumn
+from rich.table import Table as RichTable
 
 from vanelock.common.errors import printable
-from vanelock.pipeline.tables import Table
+from vanelock.common.tables import Table
+
+_PLAIN = str.maketrans({"µ": "u", "μ": "mu", "²": "^2", "³": "^3", "ζ": "zeta"})
 
 
 @dataclass(frozen=True)
@@ -220,12 +224,28 @@ def choose_listener(quiet: bool, as_json: bool) -> Generator[Listener, None, Non
 def print_table(console: Console, table: Table) -> None:
     """Print a table under its title, and its notes; a narrow terminal breaks lines."""
     written = StringIO()
-    Console(width=1000, file=written, markup=False, highlight=False).print(table.rich())
+    Console(width=1000, file=written, markup=False, highlight=False).print(lined_up(table))
     lines = [line.rstrip() for line in written.getvalue().splitlines()]
-    lines = ["", table.title, *filter(None, lines), *table.notes]
+    lines = ["", table.title, *filter(None, lines), *table.lines]
     text = "\n".join(map(printable, lines))
     console.print(text, soft_wrap=True)
     console.file.flush()
+
+
+def lined_up(table: Table) -> RichTable:
+    """A table's head and rows, in characters that every terminal has."""
+    lined = RichTable(box=SIMPLE_HEAD, pad_edge=False)
+    for i, column in enumerate(table.columns):
+        numbers = any(isinstance(row[i], int | float) for row in table.shown)
+        head = f"{column.head} [{column.unit}]" if column.unit else column.head
+        lined.add_column(
+            printable(head.translate(_PLAIN)), justify="right" if numbers else "left", no_wrap=True
+        )
+    for row in table.shown:
+        lined.add_row(
+            *(printable(c.text(value)) for c, value in zip(table.columns, row, strict=True))
+        )
+    return lined
 
 
 def _line(event: Event) -> str:

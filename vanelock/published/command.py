@@ -20,8 +20,9 @@ from vanelock.published import figures, page
 from vanelock.published.evidence import Evidence
 from vanelock.published.gather import evidence, ordered, plan_of
 from vanelock.published.maps import map_figures
+from vanelock.published.page_tables import short_table
 from vanelock.published.sheets import Plan, case_of
-from vanelock.published.statements import Statement, statement_table, statements
+from vanelock.published.statements import Statement, statements
 from vanelock.quantities.curves_and_fields import RunData
 from vanelock.results import listing
 from vanelock.results.figures.figure import Figure
@@ -91,7 +92,7 @@ def run_campaign(
         found = evidence(run, plan, summaries, workers)
         stated = statements(found)
         _record(run, found)
-        listener(statement_table(stated))
+        listener(short_table(stated))
         output_files = OutputFiles(path, listener)
         drawn = _draw(
             run,

@@ -5,24 +5,24 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from vanelock.common.tables import Cell, Column, Table, heads
 from vanelock.input.schema.study import Study
 from vanelock.published.evidence import Evidence, known, share
 from vanelock.published.figures import REFERENCE, CurveSheet, reference
 from vanelock.published.maps.map_figures import holds
 from vanelock.published.maps.optimum import Ridge
 from vanelock.published.maps.plane import Method
-from vanelock.published.page_tables import costs, diameters, energy, parameters
+from vanelock.published.page_tables import costs, diameters, energy, parameters, statement_table
 from vanelock.published.sheets import COUPLINGS
 from vanelock.published.statements import Statement
 from vanelock.quantities import warnings
 from vanelock.quantities.curves_and_fields import RunData
 from vanelock.render import style
-from vanelock.report import Answer, Answers, Picture, Plot, Section, Table, Text, Trace
-from vanelock.report.blocks import Block, Cell, Flag
+from vanelock.report import Answer, Answers, Picture, Plot, Section, Text, Trace
+from vanelock.report.blocks import Block
 from vanelock.results.figures.figure import Figure
 
 DASHES = {"coupled": "solid", "uncoupled": "dash", "constant-load": "dot", "one diameter": "dash"}
-FLAGS: dict[str, Flag] = {"yes": "good", "partly": "warn", "no": "bad"}
 
 
 @dataclass(frozen=True)
@@ -68,7 +68,7 @@ def sections(
 
 def answers(e: Evidence, stated: Sequence[Statement]) -> Section:
     """The first things to know."""
-    agreed = {word: sum(s.agrees == word for s in stated) for word in FLAGS}
+    agreed = {word: sum(s.agrees == word for s in stated) for word in ("yes", "partly", "no")}
     items = [
         Answer(
             "Published statements",
@@ -108,16 +108,7 @@ def doubts(e: Evidence) -> list[str]:
 
 def agreement(stated: Sequence[Statement]) -> Section:
     """The table of agreement."""
-    rows = [(s.figure, s.says, s.found, s.agrees, s.why) for s in stated]
-    header = ("figure", "the study states", "this run finds", "agrees", "why not, or where")
-    flags = [FLAGS[s.agrees] for s in stated]
-    caption = (
-        "Figures are those of Lassalle and Firrone's study of a vane segment. Nothing was tuned "
-        "but what it withholds, listed under its parameters."
-    )
-    return Section(
-        "Statements and agreement", [Table(header, rows, caption, flags=flags)], id="agreement"
-    )
+    return Section("Statements and agreement", [statement_table(stated)], id="agreement")
 
 
 def figures(
@@ -138,14 +129,14 @@ def maps(e: Evidence, exhibits: Sequence[Figure]) -> Section:
     rows = []
     for words, plane in planes.items():
         found = holds(plane)
-        shares = [100 * share(plane, found[name]) if name in found else None for name in names]
+        shares = [share(plane, found[name]) if name in found else None for name in names]
         rows.append((words, int((~known(plane)).sum()) or None, *shares))
     table = Table(
-        ("plane", "cells unknown", *names),
+        "Share of each map's known cells in which a statement holds; a cell is unknown where a "
+        "point at the peak did not converge. Other slants have meshes of their own, medium ones "
+        "where the study's is finer or a length, and fewer cells.",
+        (*heads("plane", "cells unknown"), *(Column(name, "%") for name in names)),
         rows,
-        "Share of each map's known cells in which a statement holds, percent; a cell is unknown "
-        "where a point at the peak did not converge. Other slants have meshes of "
-        "their own, medium ones where the study's is finer or a length, and fewer cells.",
     )
     return Section("Where each statement holds", [table, *map(_picture, exhibits)], id="maps")
 
@@ -158,12 +149,16 @@ def optimum(e: Evidence, exhibit: Figure) -> Section:
         scale, unit = (1e6, "µm") if ridge.name == "interference" else (1.0, "-")
         told: tuple[Cell, ...] = (None, None, ridge.message or "not enough points")
         if best is not None:
-            told = (scale * best[0], 1e6 * best[1], "at the end" if best[2] else "")
+            told = (scale * best[0], best[1], "at the end" if best[2] else "")
         rows.append((ridge.name, ridge.harmonics, unit, *told))
-    header = ("parameter", "H", "unit", "best", "peak there (µm)", "note")
+    columns = (
+        *heads("parameter", "H", "unit", "best"),
+        Column("peak there", "µm"),
+        Column("note"),
+    )
     return Section(
         "Friction and interference that damp best",
-        [Table(header, rows), _picture(exhibit)],
+        [Table("", columns, rows), _picture(exhibit)],
         id="optimum",
     )
 

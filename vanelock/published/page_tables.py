@@ -1,14 +1,44 @@
-"""Tables of a campaign: what the study withholds, energy by joint, nodal diameters, costs."""
+"""Tables of a campaign: statements, what the study withholds, energy, nodal diameters, costs."""
 
 from collections.abc import Iterable, Sequence
+from dataclasses import replace
 
 import numpy as np
 
+from vanelock.common.tables import Cell, Column, Flag, Table, heads
 from vanelock.pipeline.progress import Done
 from vanelock.published.evidence import Evidence
 from vanelock.published.sheets import case_words, load_of
-from vanelock.report import Section, Table, Text
-from vanelock.report.blocks import Cell
+from vanelock.published.statements import Agrees, Statement
+from vanelock.report import Section, Text
+
+
+def statement_table(found: Sequence[Statement]) -> Table:
+    """The table of agreement."""
+    flags: dict[Agrees, Flag] = {"yes": "good", "partly": "warn", "no": "bad"}
+    columns = (
+        Column("figure"),
+        Column("the published study states", key="says"),
+        Column("this run finds", key="found"),
+        Column("agrees"),
+        Column("why not, or where", key="why"),
+    )
+    rows = [(s.figure, s.says, s.found, s.agrees, s.why) for s in found]
+    note = (
+        "Figures are those of Lassalle and Firrone's study of a vane segment. Nothing was tuned "
+        "but what it withholds, listed under its parameters."
+    )
+    marks = [flags[s.agrees] for s in found]
+    return Table("Statements and agreement", columns, rows, (note,), "agreement", marks)
+
+
+def short_table(found: Sequence[Statement]) -> Table:
+    """The same for a terminal: its numbers in lines of their own, since they are long."""
+    notes = [
+        f"{s.figure}: {s.found}" + (f" ({s.why})" if s.why and s.agrees != "yes" else "")
+        for s in found
+    ]
+    return replace(statement_table(found).without("found", "why"), notes=notes)
 
 
 def parameters(e: Evidence) -> Section:
@@ -36,7 +66,7 @@ def parameters(e: Evidence) -> Section:
     ]
     return Section(
         "Parameters that the study withholds",
-        [Table(("parameter", "value here", "unit"), rows)],
+        [Table("", heads("parameter", "value here", "unit"), rows)],
         id="withheld",
     )
 
@@ -55,9 +85,9 @@ def diameters(e: Evidence) -> Section:
         rows.append(
             (
                 order,
-                1e6 * e.amplitude(own),
-                1e6 * e.amplitude(same),
-                100 * (e.amplitude(same) / e.amplitude(own) - 1),
+                e.amplitude(own),
+                e.amplitude(same),
+                e.amplitude(same) / e.amplitude(own) - 1,
                 e.frequency(same) - e.frequency(own),
             )
         )
@@ -66,9 +96,15 @@ def diameters(e: Evidence) -> Section:
         "number of sectors. The published study does not say which its higher harmonics have; "
         "this is what it costs to give all of them that of the load."
     )
-    header = ("H", "own diameters", "one diameter", "difference", "shift")
-    table = Table(header, rows, units=("", "µm", "µm", "%", "Hz"))
-    return Section("Nodal diameter of the harmonics", [text, table], id="diameters")
+    columns = (
+        Column("H"),
+        Column("own diameters", "µm"),
+        Column("one diameter", "µm"),
+        Column("difference", "%"),
+        Column("shift", "Hz"),
+    )
+    blocks = [text, Table("", columns, rows)]
+    return Section("Nodal diameter of the harmonics", blocks, id="diameters")
 
 
 def energy(e: Evidence) -> Section:
@@ -85,20 +121,22 @@ def energy(e: Evidence) -> Section:
             (
                 case_words(name),
                 summary.peak.frequency,
-                1e6 * lock,
-                1e6 * hook,
-                100 * hook / total if total > 0 else None,
-                100 * summary.slipping,
-                100 * summary.opening,
+                lock,
+                hook,
+                hook / total if total > 0 else None,
+                summary.slipping,
+                summary.opening,
             )
         )
-    header = ("case", "peak at", "interlock", "hooks", "hooks' share", "pairs slip", "lift off")
-    units = ("", "Hz", "µJ a cycle", "µJ a cycle", "%", "%", "%")
-    return Section(
-        "Energy that friction takes, by joint",
-        [Table(header, rows, "At the peak of each case.", units)],
-        id="energy-by-joint",
+    columns = (
+        Column("case"),
+        Column("peak at", "Hz"),
+        Column("interlock", "µJ/cycle"),
+        Column("hooks", "µJ/cycle"),
+        *(Column(name, "%") for name in ("hooks' share", "pairs slip", "lift off")),
     )
+    table = Table("At the peak of each case.", columns, rows)
+    return Section("Energy that friction takes, by joint", [table], id="energy-by-joint")
 
 
 def costs(e: Evidence, done: Sequence[Done], total: float) -> Section:
@@ -106,15 +144,14 @@ def costs(e: Evidence, done: Sequence[Done], total: float) -> Section:
     plane = e.planes["interference"]
     seconds = np.median(plane.seconds, axis=(0, 1))
     rows = [
-        (name, 1e3 * seconds[k], float(np.median(plane.points[..., k])), seconds[k] / seconds[0])
+        (name, seconds[k], np.median(plane.points[..., k]), seconds[k] / seconds[0])
         for k, name in enumerate(plane.methods)
     ]
     methods = Table(
-        ("method", "a response", "frequencies", "relative"),
-        rows,
         "Processor time of a response, the median over the map; the modes with all contacts stuck "
         "are computed once for all.",
-        ("", "ms", "", "-"),
+        (Column("method"), Column("a response", "ms"), *heads("frequencies", "relative")),
+        rows,
     )
     kinds: dict[str, float] = {}
     for each in done:
@@ -124,10 +161,9 @@ def costs(e: Evidence, done: Sequence[Done], total: float) -> Section:
     spent = sorted(kinds.items(), key=lambda item: -item[1])
     rest = total - sum(kinds.values())
     stages = Table(
-        ("stage", "time"),
-        [*spent, ("rest", max(rest, 0.0)), ("total", total)],
         "Wall time of this run by kind of stage; what earlier runs computed is not counted.",
-        ("", "s"),
+        (Column("stage"), Column("time", "s")),
+        [*spent, ("rest", max(rest, 0.0)), ("total", total)],
     )
     return Section("Calculation time", [methods, stages], id="costs")
 

@@ -13,7 +13,6 @@ import numpy as np
 
 from vanelock.common.cyclic import folded
 from vanelock.input.schema.published import Campaign
-from vanelock.pipeline.tables import Column, Table
 from vanelock.published.evidence import SAME, Evidence, known, share, slight
 from vanelock.published.maps.plane import Method
 from vanelock.published.sheets import case_of, case_words
@@ -357,18 +356,3 @@ def _against(e: Evidence, figure: str, sheet: str, coupling: str) -> Statement:
         judge(*(x > 0 for x in shift), *(x < 1 for x in ratio)),
         why,
     )
-
-
-def statement_table(found: Sequence[Statement]) -> Table:
-    """The table of agreement; its numbers in lines of their own, since they are long."""
-    columns = (
-        Column("figure", "figure"),
-        Column("says", "the published study states"),
-        Column("agrees", "agrees"),
-    )
-    rows = tuple((s.figure, s.says, s.agrees) for s in found)
-    notes = tuple(
-        f"{s.figure}: {s.found}" + (f" ({s.why})" if s.why and s.agrees != "yes" else "")
-        for s in found
-    )
-    return Table("agreement", "Statements and agreement", columns, rows, notes)

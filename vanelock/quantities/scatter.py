@@ -15,8 +15,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vanelock.common.product import Product
+from vanelock.common.tables import Column, Table
 from vanelock.input.cases.sweep import Case
-from vanelock.pipeline.tables import Cell, Column, Table
 from vanelock.stages.response.summary import Summary
 
 Floats = NDArray[np.float64]
@@ -153,23 +153,18 @@ def correlations(value: Floats, response: Floats) -> Floats:
 def percentile_table(found: Scattered, monitor: str) -> Table:
     """Percentiles of amplitude and frequency."""
     columns = (
-        Column("percent", "percentile", ".3g"),
-        Column("peak_um", "peak [um]", ".4g"),
-        Column("peak_low_um", "from", ".4g"),
-        Column("peak_high_um", "to", ".4g"),
-        Column("frequency_hz", "at [Hz]", ".6g"),
-        Column("frequency_low_hz", "from", ".6g"),
-        Column("frequency_high_hz", "to", ".6g"),
+        Column("percentile", form=".3g", key="percent"),
+        Column("peak", "µm", key="peak_um"),
+        Column("peak, low", "µm", key="peak_low_um"),
+        Column("peak, high", "µm", key="peak_high_um"),
+        Column("frequency", "Hz", ".6g", "frequency_hz"),
+        Column("frequency, low", "Hz", ".6g", "frequency_low_hz"),
+        Column("frequency, high", "Hz", ".6g", "frequency_high_hz"),
     )
-    rows = tuple(
-        (float(p), *(_known(1e6 * v) for v in a), *(_known(float(v)) for v in f))
-        for p, a, f in zip(
-            found.percent, found.amplitude_percentile, found.frequency_percentile, strict=True
-        )
-    )
+    rows = np.column_stack((found.percent, found.amplitude_percentile, found.frequency_percentile))
     known, every = int(found.known.sum()), len(found.case)
     notes = [
-        f"of {known} samples; from, to: {100 * found.confidence:g} % confidence, - where that "
+        f"of {known} samples; low, high: {100 * found.confidence:g} % confidence, - where that "
         "takes more samples"
     ]
     if known < every:
@@ -181,28 +176,24 @@ def percentile_table(found: Scattered, monitor: str) -> Table:
             f"apart, and scatter by {spread:.3g} Hz: without response.points and "
             "response.frequencies each peak is located"
         )
-    return Table("percentiles", f"Scatter of the peaks of {monitor}", columns, rows, tuple(notes))
+    return Table(f"Scatter of the peaks of {monitor}", columns, rows.tolist(), notes, "percentiles")
 
 
 def sensitivity_table(found: Scattered) -> Table:
     """Rank correlation of amplitude and frequency with each key."""
     columns = (
-        Column("key", "key"),
-        Column("peak", "with the peak", "+.2f"),
-        Column("peak_low", "from", "+.2f"),
-        Column("peak_high", "to", "+.2f"),
-        Column("frequency", "with its frequency", "+.2f"),
-        Column("frequency_low", "from", "+.2f"),
-        Column("frequency_high", "to", "+.2f"),
+        Column("key"),
+        Column("with the peak", form="+.2f", key="peak"),
+        Column("from", form="+.2f", key="peak_low"),
+        Column("to", form="+.2f", key="peak_high"),
+        Column("with its frequency", form="+.2f", key="frequency"),
+        Column("from", form="+.2f", key="frequency_low"),
+        Column("to", form="+.2f", key="frequency_high"),
     )
-    rows: list[tuple[Cell, ...]] = [
-        (key, *(_known(float(v)) for v in (*a, *f)))
-        for key, a, f in zip(
-            found.keys, found.amplitude_correlation, found.frequency_correlation, strict=True
-        )
-    ]
+    correlation = np.hstack((found.amplitude_correlation, found.frequency_correlation))
+    rows = [(key, *own) for key, own in zip(found.keys, correlation.tolist(), strict=True)]
     notes = ("rank correlation: 1 rises with the key, -1 falls, 0 has nothing to do with it",)
-    return Table("sensitivity", "What the scatter comes from", columns, tuple(rows), notes)
+    return Table("What the scatter comes from", columns, rows, notes, "sensitivity")
 
 
 def sample_columns(found: Scattered) -> Mapping[str, ArrayLike]:
@@ -214,21 +205,3 @@ def sample_columns(found: Scattered) -> Mapping[str, ArrayLike]:
         "peak (µm)": 1e6 * found.amplitude,
         "frequency (Hz)": found.frequency,
     }
-
-
-def percentile_columns(found: Scattered) -> Mapping[str, ArrayLike]:
-    """Percentiles as columns."""
-    a, f = 1e6 * found.amplitude_percentile, found.frequency_percentile
-    return {
-        "percentile": found.percent,
-        "peak (µm)": a[:, 0],
-        "peak, low (µm)": a[:, 1],
-        "peak, high (µm)": a[:, 2],
-        "frequency (Hz)": f[:, 0],
-        "frequency, low (Hz)": f[:, 1],
-        "frequency, high (Hz)": f[:, 2],
-    }
-
-
-def _known(value: float) -> float | None:
-    return value if np.isfinite(value) else None

@@ -11,10 +11,10 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from vanelock.common.tables import Flag, Table
+
 Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]
-Cell = str | float | int | None
-Flag = Literal["", "good", "warn", "bad"]
 
 
 @dataclass(frozen=True)
@@ -51,34 +51,6 @@ class Answers:
     """Answers side by side as cards."""
 
     items: tuple[Answer, ...]
-
-
-@dataclass(frozen=True)
-class Table:
-    """A table.
-
-    Attributes
-    ----------
-    header : sequence of str
-        Column names.
-    rows : sequence of sequences of str, float, int or None
-        Cells; numbers stand right and floats have four significant digits, None is empty.
-    caption : str
-        What it tells.
-    units : sequence of str
-        One for each column, or none at all.
-    flags : sequence of {"", "good", "warn", "bad"}
-        One for each row, or none at all.
-    folded : bool
-        Shown only when it is asked for, and on paper.
-    """
-
-    header: Sequence[str]
-    rows: Sequence[Sequence[Cell]]
-    caption: str = ""
-    units: Sequence[str] = ()
-    flags: Sequence[Flag] = ()
-    folded: bool = False
 
 
 @dataclass(frozen=True)

@@ -7,39 +7,49 @@ from typing import Final
 
 from markupsafe import Markup, escape
 
-from vanelock.report.blocks import Cell
-
 _RAISED: Final = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 _MARKS: Final = re.compile(r"\*\*(?P<bold>.+?)\*\*|`(?P<code>[^`]+)`")
 
 
-def number(value: float) -> str:
+def number(value: float, digits: int = 4) -> str:
     """A number to four significant digits: 250.9, 16,940, 0.3, 1.67×10⁷; "–" if there is none."""
     if math.isnan(value):
         return "–"
     if math.isinf(value):
         return "∞" if value > 0 else "−∞"
-    mantissa, _, power = f"{value:.3e}".partition("e")
-    exponent = int(power)
-    if value == 0 or -4 < exponent < 6:
-        # At most three decimals below the first digit; no zeros at the end.
-        text = f"{float(f'{value:.4g}'):,.{max(3 - exponent, 0)}f}"
-        text = text.rstrip("0").rstrip(".") if "." in text else text
-    else:
-        text = f"{mantissa.rstrip('0').rstrip('.')}×10{str(exponent).translate(_RAISED)}"
-    return text.replace("-", "−")
+    text = f"{value:.{digits - 1}e}"
+    mantissa, _, power = text.partition("e")
+    if value == 0 or -4 < int(power) < 6:
+        # No zeros at the end.
+        text = f"{float(text):,.{max(digits - 1 - int(power), 0)}f}"
+        return _signed(text.rstrip("0").rstrip(".") if "." in text else text)
+    return _signed(f"{mantissa.rstrip('0').rstrip('.')}e{power}")
 
 
-def cell(value: Cell) -> Markup:
-    """What a table shows of a cell."""
+def _signed(text: str) -> str:
+    """A formatted number with a minus sign, and its power of ten raised."""
+    mantissa, e, power = text.partition("e")
+    raised = f"×10{str(int(power)).translate(_RAISED)}" if e else ""
+    return f"{mantissa.replace('-', '−')}{raised}"
+
+
+def cell(value: str | float | None, form: str = "") -> Markup:
+    """What a table shows of a cell, its numbers by a format such as ".1f"."""
     if value is None:
         return Markup("")
     if isinstance(value, bool):
         return Markup("yes") if value else Markup("no")
     if isinstance(value, str):
         return marked(value)
-    # Counts are told in full.
-    return escape(f"{value:,}".replace("-", "−") if isinstance(value, int) else number(value))
+    if math.isfinite(value) and (isinstance(value, int) or (form and form[-1] not in "g")):
+        return escape(_signed(format(value, form or ",")))  # counts are told in full
+    sign = "+" if form.startswith("+") and value > 0 else ""
+    return escape(sign + number(value, int(form.strip("+,.g") or 4)))
+
+
+def sentence(text: str) -> str:
+    """A line as a sentence."""
+    return f"{text[:1].upper()}{text[1:]}{'' if text.endswith('.') else '.'}"
 
 
 def marked(text: str) -> Markup:

@@ -18,8 +18,9 @@ from markupsafe import Markup
 
 from vanelock.common.errors import InputError
 from vanelock.common.files.files import placed
+from vanelock.common.tables import Table
 from vanelock.report import pictures, plots, views, wording
-from vanelock.report.blocks import Block, Cell, Page, Picture, Plot, Section, Table, Text, View
+from vanelock.report.blocks import Block, Page, Picture, Plot, Section, Text, View
 
 _HERE: Final = Path(__file__).resolve().parent / "page"
 _MARKS: Final = {"good": "✓", "warn": "!", "bad": "✗"}
@@ -58,6 +59,7 @@ def _html(page: Page, folder: Path) -> str:
         "cell": wording.cell,
         "marked": wording.marked,
         "paragraphs": wording.paragraphs,
+        "sentence": wording.sentence,
     }
     environment.filters.update(filters)
     sections = list(_sections(page.sections, folder))
@@ -123,7 +125,8 @@ def _shown(block: Block, name: str, folder: Path) -> SimpleNamespace:
         case Text():
             pass
         case Table():
-            shown["classes"] = [Markup(f' class="{c}"') for c in _columns(block)]
+            shown["classes"] = [Markup(f' class="{each}"') for each in _classes(block)]
+            shown |= {"rows": block.shown, "lines": block.lines}
         case Picture():
             shown["data"] = [wording.told(file, folder) for file in block.data]
             shown["source"], shown["size"] = pictures.embedded(Path(block.path))
@@ -140,29 +143,24 @@ def _shown(block: Block, name: str, folder: Path) -> SimpleNamespace:
     return SimpleNamespace(**shown)
 
 
-def _columns(table: Table) -> list[str]:
+def _classes(table: Table) -> Iterator[str]:
     """Class of each column: numbers "n", words "s" on one line, longer text "t"."""
-    width = len(table.header)
+    width = len(table.columns)
     for row in table.rows:
         if len(row) != width:
-            raise InputError(
-                f"{table.caption or 'table'}: a row of {len(row)} cells: {width} are needed"
-            )
-    for name, given, wanted in (
-        ("units", table.units, width),
-        ("flags", table.flags, len(table.rows)),
-    ):
-        if given and len(given) != wanted:
-            raise InputError(
-                f"{table.caption or 'table'}: {len(given)} {name}: {wanted}, or none, are needed"
-            )
-    return [_kind([row[i] for row in table.rows]) for i in range(width)]
+            raise InputError(f"{table.title}: a row of {len(row)} cells: {width} are needed")
+    if table.flags and len(table.flags) != len(table.rows):
+        raise InputError(
+            f"{table.title}: {len(table.flags)} flags: {len(table.rows)}, or none, are needed"
+        )
+    return (_kind([row[i] for row in table.shown]) for i in range(width))
 
 
-def _kind(cells: Sequence[Cell]) -> str:
+def _kind(cells: Sequence[str | float | None]) -> str:
     texts = [cell for cell in cells if isinstance(cell, str)]
     longest = max((len(text) for text in texts), default=0)
-    if any(map(_is_number, texts)) and all(_is_number(text) or text == "-" for text in texts):
+    known = [text for text in texts if text not in ("-", "same")]
+    if known and all(map(_is_number, known)):
         return "n"
     if longest <= 12 and any(isinstance(cell, int | float) for cell in cells):
         return "n"
@@ -170,7 +168,8 @@ def _kind(cells: Sequence[Cell]) -> str:
 
 
 def _is_number(text: str) -> bool:
-    return re.fullmatch(r"[-+]?\d+(\.\d+)?(e[-+]?\d+)?", text) is not None
+    """Whether it is one, with or without a unit."""
+    return re.fullmatch(r"[-+]?\d[\d,]*(\.\d+)?(e[-+]?\d+)?( \S+)?", text) is not None
 
 
 def _json(value: Any) -> Markup:

@@ -1,15 +1,19 @@
 """Tables of what a run found."""
 
 from collections.abc import Collection, Mapping, Sequence
+from dataclasses import replace
+from types import MappingProxyType
 
 import numpy as np
 
+from vanelock.common.tables import Cell, Column, Flag, Table, heads
 from vanelock.fem.matrix_files.model import GENERALISED
 from vanelock.nonlinear import OPEN, Response
 from vanelock.pipeline.executor.tasks import Failure
 from vanelock.pipeline.progress import Done
-from vanelock.pipeline.tables import Cell, Column, Table
 from vanelock.quantities import warnings
+from vanelock.quantities.answers import CaseAnswers
+from vanelock.quantities.contacts.energy import EnergyBalance
 from vanelock.render import wave_name
 from vanelock.rom import System
 from vanelock.stages.matrices.piece import Piece
@@ -22,10 +26,13 @@ MOST_ROWS = 40
 TOGETHER = {
     "preload": "preloads",
     "response": "responses",
+    "stress": "stresses",
+    "check": "checks",
     "figures": "pictures",
     "shapes": "pictures",
 }
 """Stages that share a line of the table of times, by the first word of their names."""
+PEAK = (Column("peak", "µm", key="peak_um"), Column("at", "Hz", ".6g", "frequency_hz"))
 
 
 def stage_times(done: Collection[Done]) -> Table:
@@ -42,22 +49,22 @@ def stage_times(done: Collection[Done]) -> Table:
     number, new = sum(row[1] for row in rows), sum(row[2] for row in rows)
     rows.append(("total", number, new, sum(row[3] for row in rows), sum(row[4] for row in rows)))
     columns = (
-        Column("stage", "stage"),
-        Column("count", "number", "d"),
-        Column("computed", "computed now", "d"),
-        Column("seconds_now", "in [s]", ".1f"),
-        Column("seconds", "all took [s]", ".1f"),
+        Column("stage"),
+        Column("number", key="count"),
+        Column("computed now", key="computed"),
+        Column("in", "s", ".1f", "seconds_now"),
+        Column("took", "s", ".1f", "seconds"),
     )
-    return Table("stages", "Stages", columns, tuple(rows))
+    return Table("Stages", columns, rows, key="stages")
 
 
 def components_table(pieces: Sequence[Piece], system: System) -> Table:
     """Coordinates of each component of a scene, and of the system."""
     columns = (
-        Column("component", "component"),
-        Column("nodes", "nodes kept", "d"),
-        Column("modes", "modes", "d"),
-        Column("coordinates", "coordinates", "d"),
+        Column("component"),
+        Column("nodes kept", key="nodes"),
+        Column("modes"),
+        Column("coordinates"),
     )
     rows: list[tuple[Cell, ...]] = []
     for piece in pieces:
@@ -70,42 +77,41 @@ def components_table(pieces: Sequence[Piece], system: System) -> Table:
     note = f"{system.contacts.count} contacts" + (
         f"; nodal diameters {ks} of {system.sectors} sectors" if system.sectors > 1 else ""
     )
-    return Table("components", "Components", columns, tuple(rows), (note,))
+    return Table("Components", columns, rows, (note,), "components")
 
 
-def limits_table(name: str, limits: Limits) -> Table:
-    """First frequencies with contacts free and stuck, and the mode of interest.
+def limits_table(sets: Mapping[str, Limits]) -> Table:
+    """First frequencies with contacts free and stuck, and the mode of interest, by name.
 
     Where no contacts open there is one limit. The error is the largest estimate among the
     frequencies shown, the mode of interest's included.
     """
+    name, limits = next(iter(sets.items()))
     count = min(SHOWN, len(limits.free))
     columns = (
-        Column("contacts", "contacts"),
-        *(Column(f"f{i + 1}_hz", f"f{i + 1} [Hz]", ".6g") for i in range(count)),
-        Column("mode", "mode of interest", "d"),
-        Column("frequency_hz", "its f [Hz]", ".6g"),
-        Column("rise_percent", "rise [%]", "+.4g"),
-        Column("mac", "MAC", ".3f"),
-        Column("error", "reduction error ~", ".0e"),
+        *(heads("cases") if len(sets) > 1 else ()),
+        Column("contacts"),
+        *(Column(f"f{i + 1}", "Hz", ".6g", f"f{i + 1}_hz") for i in range(count)),
+        Column("mode of interest", key="mode"),
+        Column("its f", "Hz", ".6g", "frequency_hz"),
+        Column("rise", "%", "+.4g", "rise_percent"),
+        Column("MAC", form=".3f", key="mac"),
+        Column("reduction error ~", form=".0e", key="error"),
     )
-    errors = [
-        _known(float(error[: max(count, mode + 1)].max()))
-        for error, mode in (
-            (limits.free_error, limits.free_mode),
-            (limits.stuck_error, limits.stuck_mode),
-        )
-    ]
-    free = (limits.free_mode + 1, limits.free_frequency, None, None, errors[0])
-    rise = _known(100 * limits.rise)
-    stuck = (limits.stuck_mode + 1, limits.stuck_frequency, rise, limits.mac, errors[1])
-    rows: list[tuple[Cell, ...]] = [("free", *limits.free[:count].tolist(), *free)]
-    if limits.opens:
-        rows.append(("stuck", *limits.stuck[:count].tolist(), *stuck))
-    notes = warnings.alike(limits.mac)
+    rows: list[tuple[Cell, ...]] = []
+    for of, each in sets.items():
+        free = each.free_mode, each.free_frequency, None, None, each.free_error
+        stuck = each.stuck_mode, each.stuck_frequency, each.rise, each.mac, each.stuck_error
+        both = ("free", each.free, *free), ("stuck", each.stuck, *stuck)
+        for which, hertz, mode, *rest, error in both[: 1 + each.opens]:
+            worst = error[: max(count, mode + 1)].max()
+            own = (of or "all",) if len(sets) > 1 else ()
+            rows.append((*own, which, *hertz[:count], mode + 1, *rest, worst))
+    notes = dict.fromkeys(note for each in sets.values() for note in warnings.alike(each.mac))
     wave = f": modes of {wave_name(limits.nodal_diameter, limits.sectors)}"
-    title = f"Linear limits{name and f', {name}'}{wave if limits.sectors > 1 else ''}"
-    return Table("limits", title, columns, tuple(rows), tuple(notes))
+    case = f", {name}" if name and len(sets) == 1 else ""
+    title = f"Linear limits{case}{wave if limits.sectors > 1 else ''}"
+    return Table(title, columns, rows, tuple(notes), "limits")
 
 
 def preload_table(name: str, joints: Sequence[str], static: Response) -> Table:
@@ -125,53 +131,40 @@ def preload_table(name: str, joints: Sequence[str], static: Response) -> Table:
         pressed = own & (normal > 0)
         # What exceeds the bound is round-off, all of it where there is no friction.
         used = np.minimum(friction[pressed] / normal[pressed], mu[pressed])
-        largest = float(used.max()) if len(used) else None
-        rows.append(
-            (
-                joint,
-                *(float(value) for value in (n.min(), n.mean(), n.max())),
-                int((own & closed).sum()),
-                int((own & ~closed).sum()),
-                int((own & slid).sum()),
-                largest,
-                float(mu[own].max()),
-            )
-        )
+        largest = used.max() if len(used) else None
+        counts = (int(np.sum(own & each)) for each in (closed, ~closed, slid))
+        rows.append((joint, n.min(), n.mean(), n.max(), *counts, largest, mu[own].max()))
     columns = (
-        Column("joint", "joint"),
-        Column("n_min", "n min [N]", ".4g"),
-        Column("n_mean", "mean", ".4g"),
-        Column("n_max", "max", ".4g"),
-        Column("closed", "closed", "d"),
-        Column("open", "open", "d"),
-        Column("slipped", "slipped", "d"),
-        Column("t_over_n", "largest |t|/n", ".3g"),
-        Column("mu", "mu", ".3g"),
+        Column("joint"),
+        Column("n min", "N", ".4g", "n_min"),
+        Column("mean", form=".4g", key="n_mean"),
+        Column("max", form=".4g", key="n_max"),
+        *heads("closed", "open", "slipped"),
+        Column("largest |t|/n", form=".3g", key="t_over_n"),
+        Column("μ", form=".3g", key="mu"),
     )
     notes = []
     if not static.converged.all():
         notes.append(
             f"NOT CONVERGED: residual {static.residual.max():.1e}; do not use these forces"
         )
-    return Table(
-        "preload", f"Preload at rest{name and f', {name}'}", columns, tuple(rows), tuple(notes)
-    )
+    return Table(f"Preload at rest{name and f', {name}'}", columns, rows, notes, "preload")
 
 
 def linear_table(peaks: Mapping[str, Peak | None], monitor: str, name: str) -> Table:
     """Linear peaks with contacts free and stuck, one line where the two are the same."""
-    columns = (
-        Column("contacts", "contacts"),
-        Column("peak_um", "peak [um]", ".4g"),
-        Column("frequency_hz", "at [Hz]", ".6g"),
-    )
-    rows = tuple(
-        (which, 1e6 * peak.amplitude, peak.frequency) if peak else (which, None, None)
+    columns = (Column("contacts"), *PEAK)
+    rows = [
+        (which, *_place(peak))
         for which, peak in peaks.items()
         if which == "free" or peak != peaks["free"]
-    )
+    ]
     title = f"Linear responses of {monitor}{name and f', {name}'}"
-    return Table("linear", title, columns, rows)
+    return Table(title, columns, rows, key="linear")
+
+
+def _place(peak: Peak | None) -> tuple[float | None, float | None]:
+    return (None, None) if peak is None else (peak.amplitude, peak.frequency)
 
 
 def _extremes(cases: Sequence[Summary]) -> list[Summary]:
@@ -181,79 +174,111 @@ def _extremes(cases: Sequence[Summary]) -> list[Summary]:
     return [*order[: MOST_ROWS // 2], *order[-MOST_ROWS // 2 :]]
 
 
-def response_table(cases: Sequence[Summary], monitor: str) -> Table:
-    """One line for each case."""
-    known = any(c.mu is not None for c in cases)
+def case_table(
+    cases: Sequence[Summary],
+    monitor: str,
+    answers: Mapping[str, CaseAnswers] = MappingProxyType({}),
+    balances: Mapping[str, EnergyBalance] = MappingProxyType({}),
+) -> Table:
+    """One line for each case; stress and damping of those that they are known of."""
     columns = (
-        Column("case", "case"),
-        Column("harmonics", "H", "d"),
-        *([Column("mu", "mu", ".3g")] if known else []),
-        Column("peak_um", "peak [um]", ".4g"),
-        Column("frequency_hz", "at [Hz]", ".6g"),
-        Column("of_free", "/ free", ".4g"),
-        Column("of_stuck", "/ stuck", ".4g"),
-        Column("x", "x", ".3g"),
-        Column("slipping_percent", "slip [%]", ".0f"),
-        Column("opening_percent", "open [%]", ".0f"),
-        Column("work_uj", "work [uJ]", ".4g"),
-        Column("converged", "converged"),
-        Column("seconds", "s", ".1f"),
+        Column("case"),
+        Column("H", key="harmonics"),
+        Column("μ", form=".3g", key="mu"),
+        *PEAK,
+        Column("of linear free", key="of_free", note="of linear: over the peak of the limit"),
+        Column("of linear stuck", key="of_stuck"),
+        Column(
+            "x",
+            form=".3g",
+            note="x: 0 at the free, 1 at the stuck frequency, - where the range holds none between",
+        ),
+        Column("damping", "%", note="damping: equivalent ratio by energy"),
+        Column("work", "µJ", key="work_uj", note="work: of friction in a period at the peak"),
+        Column("slip", "%", ".0f", "slipping_percent"),
+        Column(
+            "open",
+            "%",
+            ".0f",
+            "opening_percent",
+            "slip, open: contacts that rub, that lift off in that period (or both), of those that "
+            "are open in the free limit",
+        ),
+        Column("stress", "MPa"),
+        Column(
+            "HCF reserve n",
+            key="reserve",
+            note="stress, reserve: alternating, and Goodman's n, at the vane's governing place",
+        ),
+        Column("converged"),
+        Column("s", form=".1f", key="seconds"),
     )
     rows: list[tuple[Cell, ...]] = []
+    for c in cases:
+        rest = c.of_free, c.of_stuck, c.position, _damping(c, balances)
+        work = sum(c.work.values()) if c.peak is not None else None
+        found = work, c.slipping, c.opening, *_stress(answers.get(c.case))
+        done = f"{c.converged}/{c.points}", c.seconds
+        rows.append((c.case, c.harmonics, c.mu, *_place(c.peak), *rest, *found, *done))
+    flags: list[Flag] = ["" if c.converged == c.points else "warn" for c in cases]
+    made = Table(f"Responses of {monitor}", columns, rows, key="cases", flags=flags)
+    return made.without_empty("mu", "damping", "stress", "reserve")
+
+
+def response_table(cases: Sequence[Summary], monitor: str) -> Table:
+    """The same for a terminal: of many cases the extreme ones, with what to be careful about."""
     shown = cases if len(cases) <= MOST_ROWS else _extremes(cases)
-    for c in shown:
-        found = (None, None) if c.peak is None else (1e6 * c.peak.amplitude, c.peak.frequency)
-        rest = (c.of_free, c.of_stuck, c.position, 100 * c.slipping, 100 * c.opening)
-        work = 1e6 * sum(c.work.values()) if c.peak is not None else None
-        mu = (c.mu,) if known else ()
-        done = f"{c.converged}/{c.points}"
-        rows.append((c.case, c.harmonics, *mu, *found, *map(_known, rest), work, done, c.seconds))
-    notes = [
-        "/ free, / stuck: peak over the linear peaks; x: 0 at the free, 1 at the stuck frequency, "
-        "- where the range holds none between; slip, open: contacts that rub, that lift off in a "
-        "period at the peak (or both), of those that are open in the free limit; work: friction "
-        "work of all contacts in a period there."
-    ]
-    if len(shown) < len(cases):
-        notes.append(
-            f"{len(shown)} of {len(cases)} cases: those of the lowest and the largest peaks; "
-            "results.h5 and --json tell of all"
-        )
-    notes += warnings.without_effect([(c.values, c) for c in cases])
+    notes = warnings.without_effect([(c.values, c) for c in cases])
     notes += warnings.by_text({c.case: c for c in cases}, str)
-    return Table("cases", f"Responses of {monitor}", columns, tuple(rows), tuple(notes))
+    if len(shown) < len(cases):
+        told = f"{len(shown)} of {len(cases)} cases: those of the lowest and the largest peaks"
+        notes = [f"{told}; results.h5 and --json tell of all", *notes]
+    return replace(case_table(shown, monitor), notes=notes)
+
+
+def _damping(case: Summary, balances: Mapping[str, EnergyBalance]) -> float | None:
+    """Damping ratio by energy; not told at the end of a range, where nothing resonates."""
+    if case.case not in balances or case.peak is None or case.peak.at_edge:
+        return None
+    return balances[case.case].damping_ratio
+
+
+def _stress(found: CaseAnswers | None) -> tuple[float | None, float | None]:
+    """Alternating stress, Pa, and reserve; withheld where the peak may lie beyond the range."""
+    if found is None or found.margins is None:
+        return None, None
+    m = found.margins.governing
+    return m.amplitude, None if found.peak.at_edge else m.reserve
 
 
 def failed_table(failed: Mapping[str, Failure]) -> Table:
     """Cases of a sweep that could not be computed, and why."""
     columns = (
-        Column("case", "case"),
-        Column("attempts", "tried", "d"),
-        Column("reason", "why it failed"),
+        Column("case"),
+        Column("tried", key="attempts"),
+        Column("why it failed", key="reason"),
     )
-    rows = tuple((case, each.attempts, each.reason) for case, each in failed.items())
-    notes = ("the same command tries them again",)
-    return Table("failed", "FAILED cases", columns, rows, notes)
+    rows = [(case, each.attempts, each.reason) for case, each in failed.items()]
+    return Table("FAILED cases", columns, rows, ("the same command tries them again",), "failed")
 
 
 def gauge_table(strains: Mapping[str, tuple[Strain, Peak]]) -> Table:
     """Strain of each gauge at the peak of each case."""
     columns = (
-        Column("case", "case"),
-        Column("gauge", "gauge"),
-        Column("amplitude", "amplitude [um/m]", ".4g"),
-        Column("mean", "mean [um/m]", ".4g"),
-        Column("frequency_hz", "at [Hz]", ".6g"),
+        *heads("case", "gauge"),
+        Column("amplitude", "µm/m"),
+        Column("mean", "µm/m"),
+        Column("at", "Hz", ".6g", "frequency_hz"),
     )
-    rows = []
-    for case, (strain, peak) in strains.items():
-        amplitude, mean = 1e6 * strain.amplitude, 1e6 * strain.harmonics[:, 0].real
-        for g, gauge in enumerate(strain.gauges.names):
-            at_peak = float(amplitude[peak.point, g]), float(mean[peak.point, g])
-            rows.append((case, gauge, *at_peak, peak.frequency))
+    rows = [
+        (case, gauge, *at_peak, peak.frequency)
+        for case, (strain, peak) in strains.items()
+        for gauge, *at_peak in zip(
+            strain.gauges.names,
+            strain.amplitude[peak.point],
+            strain.harmonics[peak.point, 0].real,
+            strict=True,
+        )
+    ]
     notes = ("at the peak of the monitored displacement; amplitude: half the peak-to-peak",)
-    return Table("gauges", "Strain gauges", columns, tuple(rows), notes)
-
-
-def _known(value: float) -> float | None:
-    return None if np.isnan(value) else value
+    return Table("Strain gauges", columns, rows, notes, "gauges")

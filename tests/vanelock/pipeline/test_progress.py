@@ -8,6 +8,7 @@ import pytest
 from rich.console import Console
 from rich.progress import Progress, TextColumn
 
+from vanelock.common.tables import Column, Table
 from vanelock.input.cases.sweep import cases
 from vanelock.input.read_study import parse_study
 from vanelock.nonlinear import linear_response
@@ -24,7 +25,6 @@ from vanelock.pipeline.progress import (
     json_lines,
     print_table,
 )
-from vanelock.pipeline.tables import Column, Table
 from vanelock.results.listing import response_table, stage_times
 from vanelock.stages.plan import plan
 from vanelock.stages.response.limits import Limits
@@ -63,8 +63,8 @@ def printed(table, width=60):
 
 
 def test_tables_keep_units_and_numbers_on_a_narrow_console():
-    columns = (Column("joint", "joint"), Column("n", "n [N]", ".2f"), Column("x", "x", ".1f"))
-    table = Table("t", "A title", columns, (("hook", 280.126, None),), ("a note [um]",))
+    columns = (Column("joint"), Column("n", "N", ".2f"), Column("x", form=".1f"))
+    table = Table("A title", columns, (("hook", 280.126, None),), ("a note [um]",))
     assert printed(table, width=10) == [
         "",
         "A title",
@@ -107,7 +107,7 @@ def test_a_range_beside_free_and_stuck_has_no_place_between_them(ring):
     assert position(265.0) == pytest.approx(0.5)
     assert np.isnan(position(245.0))
     assert np.isnan(position(1000.0))
-    assert "- where the range holds none between" in response_table([summary()], "o").notes[0]
+    assert "- where the range holds none between" in response_table([summary()], "o").lines[0]
 
 
 def test_stage_times_add_up():
@@ -144,7 +144,7 @@ def test_plain_lines_keep_tables_apart(capsys):
     lines(Done("mesh", 1.25, False))
     lines(Done("rom", 9.0, True))
     lines(Notice("look"))
-    lines(Table("t", "Title", (Column("a", "a"),), (("b",),)))
+    lines(Table("Title", (Column("a"),), (("b",),)))
     heard = capsys.readouterr()
     assert heard.err == "mesh: 1.2 s\nrom: unchanged\nnote: look\n"
     assert heard.out.splitlines()[1] == "Title"

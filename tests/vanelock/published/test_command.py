@@ -7,8 +7,8 @@ import pytest
 
 from tests.verification.kills.killing import numbers
 from vanelock import open_results, parse_study, run_campaign
+from vanelock.common.tables import Table
 from vanelock.pipeline.progress import Done, Event, Tasks
-from vanelock.pipeline.tables import Table
 from vanelock.published.maps.plane import Plane
 
 pytestmark = pytest.mark.slow

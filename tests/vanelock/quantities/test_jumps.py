@@ -7,9 +7,9 @@ import pytest
 from vanelock import parse_study
 from vanelock.commands.run.study import run_study
 from vanelock.common.errors import InputError
+from vanelock.common.tables import Table
 from vanelock.nonlinear import Response
 from vanelock.pipeline.progress import Event
-from vanelock.pipeline.tables import Table
 from vanelock.quantities.jumps import notes
 from vanelock.stages.response.summary import Jump, Peak, Sweep
 

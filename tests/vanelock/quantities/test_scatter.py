@@ -9,6 +9,7 @@ import pytest
 from scipy import stats
 
 from vanelock import cases, parse_study
+from vanelock.common.tables import Table
 from vanelock.input.settings import settings
 from vanelock.nonlinear import linear_response
 from vanelock.quantities.scatter import (
@@ -20,7 +21,7 @@ from vanelock.quantities.scatter import (
     sensitivity_table,
     spacing,
 )
-from vanelock.report import Page, Table, write_page
+from vanelock.report import Page, write_page
 from vanelock.results.page_sections.inputs import inputs
 from vanelock.results.page_sections.scatter import scatter
 from vanelock.rom import Contacts, Diameter, Force, System
@@ -127,8 +128,8 @@ def test_few_samples_tell_no_limits_and_fewer_nothing():
     assert told is not None
     assert np.isnan(told.amplitude[11])
     table = percentile_table(told, "o")
-    assert table.rows[0][2] is None  # nothing lies below the 5th percentile for sure
-    assert table.rows[2][1] == pytest.approx(60)
+    assert table.shown[0][2] is None  # nothing lies below the 5th percentile for sure
+    assert table.shown[2][1] == pytest.approx(60)
     assert "1 samples without a peak are left out" in table.notes
     assert [row[0] for row in sensitivity_table(told).rows] == list(every[0].values)
     assert scattered(every, found[:9]) is None
@@ -162,7 +163,7 @@ def test_tables_on_the_page_have_units_and_stand_right(tmp_path):
     section = scatter(told)
     text = write_page(tmp_path / "page.html", Page("", "", [section])).read_text("utf-8")
     assert "[um]" not in text
-    heads = re.findall(r'<th([^>]*)>(?:peak|at)\s*<span class="unit">(µm|Hz)</span>', text)
+    heads = re.findall(r'<th([^>]*)>(?:peak|frequency)\s*<span class="unit">(µm|Hz)</span>', text)
     assert [unit for _, unit in heads] == ["µm", "Hz"]
     assert all("n" in css for css, _ in heads)
 
@@ -170,7 +171,7 @@ def test_tables_on_the_page_have_units_and_stand_right(tmp_path):
 def tables(text):
     """Tables of the inputs on the page, by the first word of their captions."""
     blocks = inputs(parse_study(text)).blocks
-    return {block.caption.split()[0]: block for block in blocks if isinstance(block, Table)}
+    return {block.title.split()[0]: block for block in blocks if isinstance(block, Table)}
 
 
 def test_the_page_tells_what_scatters_and_not_as_fixed():

@@ -10,9 +10,9 @@ import pytest
 
 from tests.vanelock.pipeline.test_progress import summary
 from vanelock import parse_study, run_study
+from vanelock.common.tables import Table
 from vanelock.nonlinear import Options, frequency_response, static_response
 from vanelock.pipeline.progress import Event
-from vanelock.pipeline.tables import Table
 from vanelock.quantities import warnings
 from vanelock.results.listing import limits_table, response_table
 from vanelock.results.page_sections.summary import best_friction
@@ -78,7 +78,7 @@ def test_modes_of_interest_that_differ_are_told(ring):
     assert (warnings.alike(found.mac) == []) == (found.mac >= 0.8)
     (line,) = warnings.alike(0.55)
     assert "alike by MAC 0.55 only" in line
-    assert line in limits_table("", replace(found, mac=0.55)).notes
+    assert line in limits_table({"": replace(found, mac=0.55)}).notes
 
 
 @pytest.mark.parametrize(

@@ -11,6 +11,7 @@ import pytest
 from playwright.sync_api import Browser, Page, sync_playwright
 
 from vanelock import report
+from vanelock.common.tables import Column, Table, heads
 
 SECTORS = 9
 _BROWSERS = ("chromium", "chromium-browser", "google-chrome")
@@ -91,15 +92,14 @@ def sample(tmp_path_factory):
         log_x=True,
         log_y=True,
     )
-    wide = report.Table(
-        ["contact", "state", *(f"quantity {i}" for i in range(14))],
-        [[i, "slips", *(1.2345 * 10.0**k for k in range(14))] for i in range(30)],
+    wide = Table(
         "Contacts",
-        units=["", "", *["N"] * 14],
+        [*heads("contact", "state"), *(Column(f"quantity {i}", "N") for i in range(14))],
+        [[i, "slips", *(1.2345 * 10.0**k for k in range(14))] for i in range(30)],
         flags=["bad" if i == 3 else "" for i in range(30)],
     )
-    keys = [[f"key {i}", i] for i in range(5)]
-    folded = report.Table(["key", "value"], keys, "Every key", folded=True)
+    keys = [(f"key {i}", i) for i in range(5)]
+    folded = Table("Every key", heads("key", "value"), keys, folded=True)
     page = report.Page(
         'Study "A" <b>',
         "22 November 2026, vanelock 0.1.0",

@@ -7,6 +7,7 @@ import pytest
 
 from tests.vanelock.report.conftest import bent_block, wave
 from vanelock import report
+from vanelock.common.tables import Column, Table
 
 NAMES = [
     "</script><script>window.pwned=1</script>",
@@ -30,7 +31,7 @@ def blocks(name: str, picture: Path) -> tuple[report.Block, ...]:
         report.Text(name),
         report.Answers((report.Answer(name, name, name, "good"),)),
         report.Plot((report.Trace(x, x, name, hover=name),), name, name, name, name),
-        report.Table([name, "n"], [[name, 1.0]], name, units=[name, ""]),
+        Table(name, (Column(name, name), Column("n")), [[name, 1.0]]),
         report.View((body,), (report.Motion(name, 1, (wave(body, 1, 1e-6),), 2.0, name),), name),
         report.Picture(picture, name, name),
     )

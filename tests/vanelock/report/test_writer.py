@@ -9,6 +9,7 @@ import pytest
 
 from vanelock import report
 from vanelock.common.errors import InputError
+from vanelock.common.tables import Table, heads
 
 
 def page_of(*blocks):
@@ -62,10 +63,8 @@ def test_sizes_of_other_number_are_refused(tmp_path):
 
 
 def test_table_of_uneven_rows_is_refused(tmp_path):
-    refused(tmp_path, report.Table(["a", "b"], [[1]], "Contacts"), "Contacts: a row of 1 cells: 2")
-    table = report.Table(["a", "b"], [[1, 2]], "Contacts", units=["m"])
-    refused(tmp_path, table, "Contacts: 1 units: 2")
-    table = report.Table(["a"], [[1]], "Contacts", flags=["good", "bad"])
+    refused(tmp_path, Table("Contacts", heads("a", "b"), [[1]]), "Contacts: a row of 1 cells: 2")
+    table = Table("Contacts", heads("a"), [[1]], flags=["good", "bad"])
     refused(tmp_path, table, "Contacts: 2 flags: 1")
 
 

@@ -12,8 +12,8 @@ import pytest
 
 from vanelock import parse_study, run_study
 from vanelock.commands.run.cases import Run
+from vanelock.common.tables import Table
 from vanelock.pipeline.progress import Event
-from vanelock.pipeline.tables import Table
 
 pytestmark = pytest.mark.slow
 
@@ -268,9 +268,7 @@ def test_rotor_speeds_are_frequencies_over_the_engine_order(ran, results):
     own = [row["amplitude (µm)"] for row in circles if row["nonlinear"] == 1]
     assert max(own) == pytest.approx(1e6 * results[name][0]["peak_amplitude"], rel=1e-6)
     (crossings,) = [table for table in tables if table.key == "crossings"]
-    keys = [column.key for column in crossings.columns]
-    for cells in crossings.rows:
-        row = dict(zip(keys, cells, strict=True))
+    for row in crossings.record()["rows"]:
         assert row["speed_rpm"] == pytest.approx(60 * row["frequency_hz"] / 2)
 
 
@@ -287,9 +285,8 @@ def test_the_curves_as_csv_are_the_responses(ran, results):
 
 def test_the_terminal_s_table_is_of_each_case(ran, results):
     (table,) = [each for each in ran[1] if each.key == "cases"]
-    keys = [column.key for column in table.columns]
-    for cells, (name, (case, _, _)) in zip(table.rows, results.items(), strict=True):
-        row = dict(zip(keys, cells, strict=True))
+    rows = table.record()["rows"]
+    for row, (name, (case, _, _)) in zip(rows, results.items(), strict=True):
         assert row["case"] == name
         assert row["mu"] == float(name.split("=")[1])
         assert row["peak_um"] == pytest.approx(1e6 * case["peak_amplitude"])

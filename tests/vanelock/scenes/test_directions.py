@@ -9,10 +9,10 @@ import pytest
 from tests.nonlinear.following.test_hysteresis import DAMPING, FORCE, HIGH, LOW, closed_folds
 from tests.vanelock.scenes.conftest import Chain
 from vanelock import load_scene, run_scene
+from vanelock.common.tables import Table
 from vanelock.nonlinear import Response
 from vanelock.nonlinear.fourier.trigonometric import TURN
 from vanelock.pipeline.progress import Event
-from vanelock.pipeline.tables import Table
 
 SCENE = """
 {mass}

@@ -8,8 +8,8 @@ import pytest
 from tests.vanelock.scenes.conftest import Chain, Write, chain, joined
 from vanelock import check_file, load_scene, run_scene
 from vanelock.common.errors import InputError
+from vanelock.common.tables import Table
 from vanelock.pipeline.progress import Event, Notice
-from vanelock.pipeline.tables import Table
 from vanelock.rom import linear_modes
 
 SPRINGS = (3e5, 2e5, 1e5)

@@ -8,13 +8,13 @@ import numpy as np
 
 from vanelock.commands.check import study
 from vanelock.common.errors import InputError
+from vanelock.common.tables import Table, heads
 from vanelock.common.toml import toml_tables
 from vanelock.input.cases.sweep import cases
 from vanelock.input.plausible import unusual
 from vanelock.input.read_scene import ND, load_scene
 from vanelock.input.read_study import is_scene, read_text
 from vanelock.input.schema.scene import Scene
-from vanelock.pipeline.tables import Column, Table
 from vanelock.stages.matrices.gather import gathered, nodes
 from vanelock.stages.matrices.steps import matrices
 from vanelock.stages.parts.components import diameters
@@ -49,7 +49,7 @@ def check_file(path: str | os.PathLike[str], outside: bool = False) -> Table:
         return study.check_file(place, outside)
     rows = list(_planned(load_scene(place, outside)))
     title = f"{place}: a scene that can be run"
-    return Table("check", title, (Column("what", "what"), Column("found", "found")), tuple(rows))
+    return Table(title, heads("what", "found"), rows, key="check")
 
 
 def _planned(scene: Scene) -> Iterator[Row]:

@@ -15,6 +15,7 @@ from vanelock.common.checked import NotKnown
 from vanelock.common.errors import InputError, raised
 from vanelock.common.files.hdf5 import opened
 from vanelock.common.product import Product
+from vanelock.common.tables import Table, heads
 from vanelock.input.cases.sweep import Case, cases
 from vanelock.input.measured import curve_mistakes, load_measured
 from vanelock.input.plausible import unusual
@@ -26,7 +27,6 @@ from vanelock.nonlinear import Response, System
 from vanelock.pipeline.cache import Cache, Entry
 from vanelock.pipeline.progress import silent
 from vanelock.pipeline.step import Stages
-from vanelock.pipeline.tables import Column, Table
 from vanelock.results.files import results_file
 from vanelock.rom import Component
 from vanelock.stages.accuracy.budget import SOURCES, pins
@@ -72,7 +72,7 @@ def check_file(path: str | os.PathLike[str], outside: bool = False) -> Table:
         rows, title = _stored(place)
     else:
         rows, title = list(_planned(place, outside)), f"{place}: a study that can be run"
-    return Table("check", title, (Column("what", "what"), Column("found", "found")), tuple(rows))
+    return Table(title, heads("what", "found"), rows, key="check")
 
 
 def is_hdf5(path: Path) -> bool:

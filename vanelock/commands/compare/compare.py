@@ -1,9 +1,10 @@
 """Two runs side by side: what they were given, what they found, and what they cost."""
 
 import os
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -11,31 +12,31 @@ from vanelock.commands.compare.load import CaseFound, Loaded, load_run
 from vanelock.commands.compare.page import compare_page
 from vanelock.common.errors import InputError
 from vanelock.common.files.csv_table import write_columns
-from vanelock.input.settings import flattened, same, told
+from vanelock.common.tables import Cell, Column, Table
+from vanelock.input.settings import described, flattened, same, told
 from vanelock.pipeline.progress import Listener, Notice, silent
-from vanelock.pipeline.tables import Cell, Column, Table
 from vanelock.report import write_page
 
 PAGE, TABLE = "compare.html", "compare.csv"
 
 QUANTITIES = (
-    ("peak_amplitude", "peak", 1e6, "µm", ".4g"),
-    ("peak_frequency", "peak frequency", 1.0, "Hz", ".6g"),
-    ("damping_ratio", "damping ratio, energy", 100.0, "%", ".3g"),
-    ("bandwidth_ratio", "damping ratio, bandwidth", 100.0, "%", ".3g"),
-    ("of_free", "of the linear peak, free", 1.0, "", ".4g"),
-    ("of_stuck", "of the linear peak, stuck", 1.0, "", ".4g"),
-    ("friction_share", "interlock's share of friction", 100.0, "%", ".4g"),
-    ("alternating_stress", "alternating stress", 1e-6, "MPa", ".4g"),
-    ("mean_stress", "mean stress", 1e-6, "MPa", ".4g"),
-    ("goodman_reserve", "HCF reserve", 1.0, "", ".4g"),
-    ("largest_slip", "largest slip a cycle", 1e6, "µm", ".4g"),
-    ("harmonics", "harmonics", 1.0, "", ".0f"),
-    ("points", "points", 1.0, "", ".0f"),
-    ("converged", "converged", 1.0, "", ".0f"),
-    ("seconds", "time", 1.0, "s", ".3g"),
+    Column("peak", "µm", ".4g", "peak_amplitude"),
+    Column("peak frequency", "Hz", ".6g", "peak_frequency"),
+    Column("damping ratio, energy", "%", ".3g", "damping_ratio"),
+    Column("damping ratio, bandwidth", "%", ".3g", "bandwidth_ratio"),
+    Column("of the linear peak, free", key="of_free"),
+    Column("of the linear peak, stuck", key="of_stuck"),
+    Column("interlock's share of friction", "%", ".4g", "friction_share"),
+    Column("alternating stress", "MPa", ".4g", "alternating_stress"),
+    Column("mean stress", "MPa", ".4g", "mean_stress"),
+    Column("HCF reserve", key="goodman_reserve"),
+    Column("largest slip a cycle", "µm", ".4g", "largest_slip"),
+    Column("harmonics", form=".0f"),
+    Column("points", form=".0f"),
+    Column("converged", form=".0f"),
+    Column("time", "s", ".3g", "seconds"),
 )
-"""Of a case: key in the results, words, factor to the unit shown, unit, format."""
+"""Of a case, by their keys in the results."""
 COUNTS = ("harmonics", "points", "converged")
 """Of these, settings and counts, no relative difference is told."""
 
@@ -58,14 +59,21 @@ class Pair:
 
 @dataclass(frozen=True)
 class Line:
-    """A number of both runs: what it is of, what it is, its unit and both values."""
+    """A number of both runs: what it is of, what it is, and both values in the unit shown."""
 
     of: str
-    what: str
-    unit: str
-    form: str
+    column: Column
     one: float | None
     other: float | None
+
+    @property
+    def what(self) -> str:
+        """What it is."""
+        return self.column.head
+
+    def text(self, value: float | None) -> str | None:
+        """A value with its unit."""
+        return None if value is None else f"{self.column.text(value)} {self.column.unit}".rstrip()
 
     @property
     def change(self) -> float | None:
@@ -103,10 +111,10 @@ class Comparison:
         found = []
         for what in dict.fromkeys([*self.one.sizes, *self.other.sizes]):
             both = (self.one.sizes.get(what), self.other.sizes.get(what))
-            found.append(Line("model", what, "", ",.0f", *both))
+            found.append(Line("model", Column(what, form=",.0f"), *both))
         for what in dict.fromkeys([*self.one.seconds, *self.other.seconds]):
             both_times = (self.one.seconds.get(what), self.other.seconds.get(what))
-            found.append(Line("time", what, "s", ".3g", *both_times))
+            found.append(Line("time", Column(what, "s", ".3g"), *both_times))
         return found
 
 
@@ -146,10 +154,11 @@ def compare_runs(
     found = compared(first, second)
     for note in found.notes:
         listener(Notice(note))
-    for table in tables(found):
-        listener(table)
+    made = tables(found)
+    for table in made:
+        listener(table.without("meaning"))
     _write_csv(target / TABLE, found)
-    write_page(target / PAGE, compare_page(found))
+    write_page(target / PAGE, compare_page(found, made))
     listener(Notice(f"{target / PAGE} and {target / TABLE} written"))
     return found
 
@@ -200,71 +209,50 @@ def _agree(one: CaseFound, other: CaseFound) -> bool:
 
 
 def tables(found: Comparison) -> list[Table]:
-    """What the terminal shows."""
-    one, other = found.one.label, found.other.label
+    """Differing inputs, results, sizes and times, and programs."""
+    both = Column(found.one.label, key="one"), Column(found.other.label, key="other")
     inputs = Table(
-        "inputs",
-        "Inputs that differ" if found.inputs else "Inputs: all the same",
-        (Column("key", "key"), Column("one", one), Column("other", other)),
-        tuple(found.inputs),
+        "Inputs that differ, defaults included" if found.inputs else "Inputs: all the same",
+        (Column("key"), Column("what it is", key="meaning"), *both),
+        [(key, described(key)[0], *values) for key, *values in found.inputs],
+        key="inputs",
     )
-    versions = Table(
-        "versions",
-        "Programs",
-        (Column("program", "program"), Column("one", one), Column("other", other)),
-        tuple(_versions(found)),
+    programs = Table("Programs", (Column("program"), *both), list(_programs(found)), key="versions")
+    columns = (Column("of"), Column("what"), *both, Column("difference", key="change"))
+    kinds = (
+        ("results", "Results", found.results),
+        ("sizes", "Models and times", found.sizes),
     )
-    return [
-        inputs,
-        _numbers("results", "Results", found.results, found, "case"),
-        _numbers("sizes", "Models and times", found.sizes, found, "of"),
-        versions,
+    numbers = [
+        Table(title, columns, list(map(_numbers, lines)), key=key) for key, title, lines in kinds
     ]
+    return [inputs, *numbers, programs]
 
 
-def _versions(found: Comparison) -> Iterator[tuple[Cell, ...]]:
-    yield "date", found.one.date, found.other.date
-    one, other = found.one.versions, found.other.versions
+def _programs(found: Comparison) -> Iterator[tuple[Cell, ...]]:
+    runs = found.one, found.other
+    yield "folder", *(str(run.folder) for run in runs)
+    yield "date", *(run.date for run in runs)
+    yield "complete", *("yes" if run.complete else "NO" for run in runs)
+    one, other = (run.versions for run in runs)
     for name in dict.fromkeys([*one, *other]):
         if one.get(name) != other.get(name) or name == "vanelock":
             yield name, one.get(name), other.get(name)
 
 
-def _numbers(key: str, title: str, lines: Sequence[Line], found: Comparison, of: str) -> Table:
-    columns = (
-        Column("of", of),
-        Column("what", "what"),
-        Column("one", found.one.label),
-        Column("other", found.other.label),
-        Column("change", "difference"),
-    )
-    rows = tuple(
-        (line.of, line.what, shown(line, line.one), shown(line, line.other), change(line))
-        for line in lines
-    )
-    return Table(key, title, columns, rows)
-
-
-def shown(line: Line, value: float | None) -> str | None:
-    """A number of a line with its unit."""
-    return None if value is None else f"{value:{line.form}} {line.unit}".rstrip()
-
-
-def change(line: Line) -> str | None:
-    """Its relative difference in per cent."""
-    if line.one == line.other:
-        return "same"
-    return None if line.change is None else f"{100 * line.change:+.3g} %"
+def _numbers(line: Line) -> tuple[Cell, ...]:
+    """Both values with their unit, and the relative difference in per cent."""
+    change = None if line.change is None else f"{100 * line.change:+.3g} %"
+    told = "same" if line.one == line.other else change
+    return line.of, line.what, line.text(line.one), line.text(line.other), told
 
 
 def _lines(pair: Pair) -> Iterator[Line]:
-    for key, what, factor, unit, form in QUANTITIES:
-        values = [
-            None if not np.isfinite(case.numbers.get(key, np.nan)) else factor * case.numbers[key]
-            for case in (pair.one, pair.other)
-        ]
-        if any(value is not None for value in values):
-            yield Line(pair.name, what, unit, form, *values)
+    for column in QUANTITIES:
+        found = [case.numbers.get(column.name, np.nan) for case in (pair.one, pair.other)]
+        if np.isfinite(found).any():
+            both: list[Any] = [column.shown(each) if np.isfinite(each) else None for each in found]
+            yield Line(pair.name, column, *both)
 
 
 def _differing(one: Loaded, other: Loaded) -> Iterator[tuple[str, str, str]]:
@@ -291,7 +279,7 @@ def _write_csv(path: Path, found: Comparison) -> None:
         (
             line.of,
             line.what,
-            line.unit,
+            line.column.unit,
             *("" if v is None else f"{v:.10g}" for v in (line.one, line.other)),
             "" if line.change is None else f"{line.change:.6g}",
         )

@@ -1,13 +1,14 @@
 """The page on which two runs stand side by side."""
 
+from collections.abc import Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import vanelock
-from vanelock.commands.compare.load import Loaded
+from vanelock.common.tables import Table
 from vanelock.input.cases.names import fixed, words
-from vanelock.input.settings import described
-from vanelock.report import Answer, Answers, Page, Plot, Section, Table, Text, Trace
-from vanelock.report.blocks import Block, Cell
+from vanelock.report import Answer, Answers, Page, Plot, Section, Text, Trace
+from vanelock.report.blocks import Block
 from vanelock.results.page_sections.provenance import written
 
 if TYPE_CHECKING:
@@ -25,19 +26,20 @@ MOST = 2
 """Cases on top, those that change most."""
 
 
-def compare_page(found: "Comparison") -> Page:
+def compare_page(found: "Comparison", tables: Sequence[Table]) -> Page:
     """Curves over one another, and tables of all that differs."""
-    one, other = found.one, found.other
+    inputs, results, *others = tables
+    rows = [(fixed(words(str(name))), *rest) for name, *rest in results.rows]
     return Page(
-        f"{one.label} against {other.label}",
+        f"{found.one.label} against {found.other.label}",
         f"Two runs side by side; vanelock {vanelock.__version__}, {written()}",
         [
             Section("Summary", _summary(found)),
             Section("Curves", [_plot(found)]),
-            Section("Inputs that differ", [_inputs(found)]),
-            Section("Results", [_numbers(found, found.results, "case")]),
-            Section("Models and times", [_numbers(found, found.sizes, "of")]),
-            Section("Programs", [_programs(one, other)]),
+            *(
+                Section(each.title, [replace(each, title="")])
+                for each in (inputs, replace(results, rows=rows), *others)
+            ),
         ],
     )
 
@@ -68,10 +70,7 @@ def _largest(lines: "list[Line]") -> float:
 
 
 def _answer(found: "Comparison", line: "Line") -> Answer:
-    both = [
-        "-" if v is None else f"{v:{line.form}} {line.unit}".rstrip()
-        for v in (line.one, line.other)
-    ]
+    both = [line.text(value) or "-" for value in (line.one, line.other)]
     case = "" if line.of == "nominal" else f", {words(line.of)}"
     change = "" if line.change is None else f"{100 * line.change:+.3g} %"
     note = f"{both[0]} in {found.one.label}, {both[1]} in {found.other.label}"
@@ -102,44 +101,3 @@ def _plot(found: "Comparison") -> Plot:
         f"Half the peak-to-peak of {' and '.join(sorted(what))}. Solid: {found.one.label}; dashed: "
         f"{found.other.label}; cases that belong together share a colour.",
     )
-
-
-def _inputs(found: "Comparison") -> Table:
-    rows: list[tuple[Cell, ...]] = [
-        (key, described(key)[0], one, other) for key, one, other in found.inputs
-    ]
-    header = ("key", "what it is", found.one.label, found.other.label)
-    return Table(header, rows, "Inputs that differ, defaults included")
-
-
-def _numbers(found: "Comparison", lines: "list[Line]", of: str) -> Table:
-    rows: list[tuple[Cell, ...]] = [
-        (
-            fixed(words(line.of)) if of == "case" else line.of,
-            line.what,
-            _cell(line.one, line.form),
-            _cell(line.other, line.form),
-            line.unit,
-            None if line.change is None else round(100 * line.change, 3),
-        )
-        for line in lines
-    ]
-    header = (of, "what", found.one.label, found.other.label, "unit", "difference")
-    return Table(header, rows, units=("", "", "", "", "", "%"))
-
-
-def _cell(value: float | None, form: str) -> Cell:
-    if value is None:
-        return None
-    return round(value) if form.endswith(".0f") else value
-
-
-def _programs(one: Loaded, other: Loaded) -> Table:
-    rows: list[tuple[Cell, ...]] = [
-        ("folder", str(one.folder), str(other.folder)),
-        ("date", one.date, other.date),
-        ("complete", *("yes" if run.complete else "NO" for run in (one, other))),
-    ]
-    for name in dict.fromkeys([*one.versions, *other.versions]):
-        rows.append((name, one.versions.get(name), other.versions.get(name)))
-    return Table(("", one.label, other.label), rows, "Where the numbers come from")

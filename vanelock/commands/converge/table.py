@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from vanelock import render
-from vanelock.pipeline.tables import Column, Table
+from vanelock.common.tables import Column, Table, heads
 
 NAME = "converge"
 WORDS = ("response.coupling", "joints.hook.patch")
@@ -53,23 +53,19 @@ class Outcome:
 def table(found: Sequence[Outcome], name: str) -> Table:
     """A line for each value of each knob."""
     columns = (
-        Column("knob", "knob"),
-        Column("value", "value"),
-        Column("cost", "cost", ".3f"),
-        Column("amplitude_error", "amplitude off by", ".1e"),
-        Column("frequency_error", "frequency off by", ".1e"),
-        Column("own", "chosen"),
+        *heads("knob", "value"),
+        Column("cost", form=".3f"),
+        Column("amplitude off by", form=".1e", key="amplitude_error"),
+        Column("frequency off by", form=".1e", key="frequency_error"),
+        Column("chosen", key="own"),
     )
-    rows = tuple(
+    rows = [
         (
-            each.knob,
-            each.value,
-            each.cost,
-            *(None if np.isnan(e) else e for e in (each.amplitude_error, each.frequency_error)),
+            *(each.knob, each.value, each.cost, each.amplitude_error, each.frequency_error),
             "chosen" if each.own else "",
         )
         for each in found
-    )
+    ]
     notes = [
         "cost: processor time of the stages that the knob affects, over that of all stages of the "
         "study; off by: relative distance of the peak from the finest value of the same knob (-)."
@@ -77,7 +73,7 @@ def table(found: Sequence[Outcome], name: str) -> Table:
     for each in found:
         if each.lost:
             notes.append(f"{each.knob} = {each.value}: {each.lost} points DID NOT CONVERGE")
-    return Table("converge", f"{name}: error against cost", columns, rows, tuple(notes))
+    return Table(f"{name}: error against cost", columns, rows, notes, "converge")
 
 
 def markdown(found: Sequence[Outcome]) -> str:

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from vanelock.commands.fit.solution import RISE, UNDETERMINED, Direction, FitSolution
-from vanelock.pipeline.tables import Cell, Column, Table
+from vanelock.common.tables import Cell, Column, Table
 
 UNITS = {"kn": "N/m", "kt": "N/m", "interference": "m", "force": "N", "E": "Pa"}
 SMALL = 0.1
@@ -20,25 +20,25 @@ def shown(key: str) -> str:
 def fit_table(found: FitSolution, name: str) -> Table:
     """One line for each parameter, the doubts below."""
     columns = (
-        Column("parameter", "parameter"),
-        Column("start", "study", ".5g"),
-        Column("value", "fitted", ".5g"),
-        Column("unit", "unit"),
-        Column("error_percent", "std. error [%]", ".2g"),
-        Column("low", "-2 sigma", ".5g"),
-        Column("high", "+2 sigma", ".5g"),
-        Column("bounds", "bounds"),
+        Column("parameter"),
+        Column("study", form=".5g", key="start"),
+        Column("fitted", form=".5g", key="value"),
+        Column("unit"),
+        Column("std. error", "%", ".2g", "error_percent"),
+        Column("-2 sigma", form=".5g", key="low"),
+        Column("+2 sigma", form=".5g", key="high"),
+        Column("bounds"),
     )
     rows: list[tuple[Cell, ...]] = []
     for i, parameter in enumerate(found.parameters):
         value, error = float(found.value[i]), float(found.deviation[i])
         if not parameter.logarithmic:
             error *= max(abs(parameter.low), abs(parameter.high)) / max(abs(value), 1e-300)
-        errors = (100 * error, *found.interval(i)) if found.carried else (None, None, None)
+        errors = (error, *found.interval(i)) if found.carried else (None, None, None)
         unit = UNITS.get(parameter.key.rpartition(".")[2], "-")
         bounds = f"{parameter.low:.3g} to {parameter.high:.3g}"
         rows.append((shown(parameter.key), parameter.start, value, unit, *errors, bounds))
-    return Table("fit", f"Fit: {name}", columns, tuple(rows), tuple(notes(found)))
+    return Table(f"Fit: {name}", columns, rows, notes(found), "fit")
 
 
 def notes(found: FitSolution) -> list[str]:

@@ -255,7 +255,7 @@ class Run:
                 self.shown.linear[linear.name, which] = response.frequency, amplitude
         self._peaks[linear.key] = peaks
         if self._few(len(self._peaks), "linear limits"):
-            self.listener(listing.limits_table(linear.name, limits))
+            self.listener(listing.limits_table({linear.name: limits}))
             self.listener(listing.linear_table(peaks, self.shown.monitor.name, linear.name))
 
     def _few(self, count: int, what: str) -> bool:

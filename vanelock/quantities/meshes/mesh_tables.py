@@ -7,8 +7,8 @@ from io import StringIO
 import numpy as np
 
 from vanelock.common.cyclic import turn
+from vanelock.common.tables import Cell, Column, Table, heads
 from vanelock.mesh import Part
-from vanelock.pipeline.tables import Cell, Column, Table
 from vanelock.quantities.meshes.quality import Figures
 
 SETS = (
@@ -34,20 +34,32 @@ def quality_table(
 ) -> Table:
     """A line for each part; mass from its density, kg/m³, and what meshing took, s."""
     columns = (
-        Column("part", "part"),
-        Column("nodes", "nodes", ",d"),
-        Column("dofs", "dofs", ",d"),
-        Column("elements", "elements", ",d"),
-        Column("cell_type", "type"),
-        Column("volume_cm3", "volume [cm^3]", ".2f"),
-        Column("against_cad", "/ CAD - 1", "+.0e"),
-        Column("mass_kg", "mass [kg]", ".4g"),
-        Column("smallest_jacobian", "smallest Jacobian", ".3g"),
-        Column("sicn_min", "SICN min", ".3f"),
-        Column("sicn_1_percent", "1 %", ".3f"),
-        Column("sicn_median", "median", ".3f"),
-        Column("largest_edge_mm", "largest edge [mm]", ".1f"),
-        Column("seconds", "meshed in [s]", ".1f"),
+        *heads("part", "nodes", "dofs", "elements"),
+        Column("type", key="cell_type"),
+        Column("volume", "cm³", ".2f", "volume_cm3"),
+        Column(
+            "/ CAD - 1",
+            form="+.0e",
+            key="against_cad",
+            note="/ CAD: over the volume of the geometry that was meshed",
+        ),
+        Column("mass", "kg", key="mass_kg"),
+        Column(
+            "smallest Jacobian",
+            form=".3g",
+            key="smallest_jacobian",
+            note="Jacobian: smallest over that of an element with straight sides",
+        ),
+        Column(
+            "SICN min",
+            form=".3f",
+            key="sicn_min",
+            note="SICN: signed inverse condition number, 1 for a perfect element; of all elements",
+        ),
+        Column("1 %", form=".3f", key="sicn_1_percent"),
+        Column("median", form=".3f", key="sicn_median"),
+        Column("largest edge", "mm", ".1f", "largest_edge_mm"),
+        Column("meshed in", "s", ".1f", "seconds"),
     )
     rows: list[tuple[Cell, ...]] = [
         (
@@ -56,24 +68,19 @@ def quality_table(
             f.dofs,
             f.elements,
             f.cell_type,
-            1e6 * f.volume,
+            f.volume,
             None if (cad := parts[name].cad_volume) is None else f.volume / cad - 1,
             densities[name] * f.volume,
             f.smallest_jacobian,
             *f.sicn,
-            1e3 * f.largest_edge,
+            f.largest_edge,
             seconds[name],
         )
         for name, f in found.items()
     ]
     dofs = sum(f.dofs for f in found.values())
-    notes = (
-        f"Degrees of freedom of both parts: {dofs:,}.",
-        "/ CAD: over the volume of the geometry that was meshed.",
-        "Jacobian: smallest over that of an element with straight sides. SICN: signed inverse "
-        "condition number, 1 for a perfect element; min, 1 % and median over all elements.",
-    )
-    return Table("quality", "Meshes", columns, tuple(rows), notes)
+    notes = (f"Degrees of freedom of both parts: {dofs:,}.",)
+    return Table("Meshes", columns, rows, notes, "quality")
 
 
 def sets_table(parts: Mapping[str, Part], face_nodes: int | None) -> Table:
@@ -85,8 +92,7 @@ def sets_table(parts: Mapping[str, Part], face_nodes: int | None) -> Table:
     for name in names:
         held = (part.node_sets.get(name) for part in parts.values())
         rows.append((name, *(None if nodes is None else len(nodes) for nodes in held)))
-    columns = (Column("set", "set"), *(Column(name, name, "d") for name in parts))
-    return Table("sets", "Node sets", columns, tuple(rows), tuple(_notes(parts, face_nodes)))
+    return Table("Node sets", heads("set", *parts), rows, _notes(parts, face_nodes), "sets")
 
 
 def _notes(parts: Mapping[str, Part], face_nodes: int | None) -> list[str]:
@@ -128,6 +134,6 @@ def csv_text(table: Table) -> str:
     """A table as comma-separated values: its columns' names for machines, then its rows."""
     written = StringIO()
     writer = csv.writer(written, lineterminator="\n")
-    writer.writerow(column.key for column in table.columns)
-    writer.writerows(["" if cell is None else cell for cell in row] for row in table.rows)
+    writer.writerow(column.name for column in table.columns)
+    writer.writerows(["" if cell is None else cell for cell in row] for row in table.shown)
     return written.getvalue()

@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from vanelock import render
+from vanelock.common.tables import Column, Table, heads
 from vanelock.input.cases.names import of_case, slug, words
 from vanelock.input.measured import DISPLACEMENT, Measured
-from vanelock.pipeline.tables import Cell, Column, Table
 from vanelock.quantities.curves_and_fields import RunData
 from vanelock.results.figures.figure import Figure
 from vanelock.stages.campbell.campbell import Campbell, largest
@@ -44,7 +44,7 @@ def _exhibit(run_data: RunData, name: str, diagram: Campbell) -> Figure:
     )
     tables = {
         "lines": (line_columns(diagram.lines), "natural frequencies against rotor speed"),
-        "crossings": (crossing_columns(diagram.lines), "where engine orders meet modes"),
+        "crossings": (crossings_table(name, diagram).by_head(), "where engine orders meet modes"),
         "circles": (circle_columns(diagram), f"amplitude of {diagram.monitor} along them"),
     }
     data = [
@@ -162,19 +162,6 @@ def line_columns(lines: Lines) -> Mapping[str, ArrayLike]:
     return found
 
 
-def crossing_columns(lines: Lines) -> Mapping[str, ArrayLike]:
-    """One row for each crossing."""
-    return {
-        "engine order": lines.order,
-        "nodal diameter": lines.diameter,
-        "mode": lines.mode,
-        "interlock": _held(lines),
-        "frequency (Hz)": lines.frequency,
-        "rotor speed (rpm)": lines.speed,
-        "of interest": lines.interest,
-    }
-
-
 def circle_columns(diagram: Campbell) -> Mapping[str, ArrayLike]:
     """One row for each circle."""
     return {
@@ -190,32 +177,26 @@ def crossings_table(name: str, diagram: Campbell) -> Table:
     """Where engine orders meet modes."""
     lines = diagram.lines
     columns = (
-        Column("engine_order", "EO", "d"),
-        Column("nodal_diameter", "ND", "d"),
-        Column("mode", "mode", "d"),
-        Column("interlock", "interlock"),
-        Column("frequency_hz", "f [Hz]", ".6g"),
-        Column("speed_rpm", "speed [rpm]", ",.0f"),
-        Column("interest", ""),
+        Column("engine order", key="engine_order"),
+        Column("nodal diameter", key="nodal_diameter"),
+        *heads("mode", "interlock"),
+        Column("frequency", "Hz", ".6g", "frequency_hz"),
+        Column("rotor speed", "rpm", ",.0f", "speed_rpm"),
+        Column("of interest", key="interest"),
     )
-    rows: list[tuple[Cell, ...]] = [
-        (
-            int(lines.order[i]),
-            int(lines.diameter[i]),
-            int(lines.mode[i]),
-            held,
-            float(lines.frequency[i]),
-            float(lines.speed[i]),
-            "crossing of interest" if lines.interest[i] else "",
+    held = _held(lines)
+    rows = list(
+        zip(
+            *(lines.order, lines.diameter, lines.mode, held, lines.frequency, lines.speed),
+            lines.interest,
+            strict=True,
         )
-        for i, held in enumerate(_held(lines))
-    ]
+    )
     low, high = float(lines.speeds[0]), float(lines.speeds[-1])
     title = f"Crossings of engine orders and modes, {low:,.0f} to {high:,.0f} rpm"
-    if lines.interest.any():
-        return Table("crossings", f"{title}{name and f', {name}'}", columns, tuple(rows))
     note = "the mode of interest is not met in this range of speeds"
-    return Table("crossings", f"{title}{name and f', {name}'}", columns, tuple(rows), (note,))
+    notes = () if lines.interest.any() else (note,)
+    return Table(f"{title}{name and f', {name}'}", columns, rows, notes, "crossings")
 
 
 def _held(lines: Lines) -> list[str]:

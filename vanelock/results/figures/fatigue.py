@@ -8,6 +8,7 @@ from numpy.typing import ArrayLike
 from vanelock import render
 from vanelock.input.cases.names import of_case, slug, words
 from vanelock.quantities.answers import CaseAnswers
+from vanelock.quantities.contacts.wear_tables import contact_table
 from vanelock.quantities.curves_and_fields import RunData
 from vanelock.quantities.stress.margins import Margin
 from vanelock.results.figures.figure import Figure
@@ -91,39 +92,14 @@ def _nodes(found: CaseAnswers) -> dict[str, ArrayLike]:
 
 def wear_table(run_data: RunData, found: CaseAnswers) -> Path:
     """CSV of every contact's wear indicators, which the page shows as a table."""
-    columns = contact_columns(found)
+    names, *numbers = contact_table(found.places, found.wear).by_head().items()
+    columns = dict([names, *((head, _short(values)) for head, values in numbers)])
     notes = [
         f"Contacts at the peak, {found.peak.frequency:.4g} Hz{of_case(found.name)}",
         "slip: distance under load in a cycle, both ways; pressure: force over the contact's area",
     ]
     shows = [found.key, [str(k) for k in found.places.coefficient]]
     return run_data.table(f"figures/wear_{slug(found.name)}.csv", shows, lambda: columns, notes)
-
-
-def contact_columns(found: CaseAnswers) -> dict[str, ArrayLike]:
-    """Indicators of all contacts by headers with units."""
-    w, at = found.wear, found.places
-    x, y, z = 1e3 * at.points.T
-    columns: dict[str, ArrayLike] = {
-        "contact": list(at.names),
-        "x (mm)": _short(x),
-        "y (mm)": _short(y),
-        "z (mm)": _short(z),
-        "area (mm^2)": _short(1e6 * w.area),
-        "energy (µJ/cycle)": _short(1e6 * w.energy),
-        "energy per area (J/m^2/cycle)": _short(w.energy_per_area),
-        "power (mW)": _short(1e3 * w.power),
-        "slip (µm/cycle)": _short(1e6 * w.slip),
-        "slip (m/h)": _short(w.slip_per_hour),
-        "mean load (N)": _short(w.mean_load),
-        "largest load (N)": _short(w.largest_load),
-        "mean pressure (MPa)": _short(1e-6 * w.mean_pressure),
-        "largest pressure (MPa)": _short(1e-6 * w.largest_pressure),
-    }
-    if np.isfinite(w.coefficient).any():
-        columns["worn volume (mm^3/h)"] = _short(1e9 * w.volume_per_hour)
-        columns["worn depth (µm/h)"] = _short(1e6 * w.depth_per_hour)
-    return columns
 
 
 def _short(values: ArrayLike) -> list[float]:

@@ -6,7 +6,7 @@ from numpy.typing import NDArray
 from vanelock import render
 from vanelock.input.messages import unit_of
 from vanelock.quantities.curves_and_fields import RunData
-from vanelock.quantities.scatter import Scattered, percentile_columns, sample_columns
+from vanelock.quantities.scatter import Scattered, percentile_table, sample_columns
 from vanelock.results.figures.figure import Figure
 
 TITLE = "Scatter of the peaks"
@@ -48,7 +48,7 @@ def scatters(run_data: RunData, found: Scattered) -> Figure:
     notes = [f"{title}, {monitor}: half the peak-to-peak"]
     data = run_data.table("figures/scatter.csv", shows, lambda: sample_columns(found), notes)
     table = run_data.table(
-        "figures/percentiles.csv", shows, lambda: percentile_columns(found), notes
+        "figures/percentiles.csv", shows, percentile_table(found, monitor).by_head, notes
     )
     caption = (
         "Above: share of the samples whose peak, and its frequency, lies below a value; dots are "

@@ -1,12 +1,13 @@
 """Convergence and errors on a run's page: what is estimated, what is checked, and what is not."""
 
-import numpy as np
-
-from vanelock.input.cases.names import fixed, of_case, words
+from vanelock.common.tables import Cell, Flag, Table, heads
+from vanelock.input.cases.names import fixed, words
 from vanelock.input.schema.scene import Scene
-from vanelock.report import Section, Table, Text
-from vanelock.report.blocks import Block, Cell, Flag
+from vanelock.report import Section, Text
+from vanelock.report.blocks import Block
 from vanelock.results.page_sections.content import PageContent
+from vanelock.stages.accuracy.errors import error_table
+from vanelock.stages.accuracy.left_out import left_out_table
 
 CHECKED = (
     "Checked: at the peak every contact is marched in time by other code, its forces put into the "
@@ -19,42 +20,10 @@ def convergence(told: PageContent) -> Section:
     """How sure the numbers are."""
     blocks: list[Block] = [_points(told), Text(CHECKED)]
     for name, (errors, without) in told.worth.items():
-        rows: list[tuple[Cell, ...]] = [
-            (e.name, *map(_percent, (e.amplitude, e.frequency, e.share)), e.knob)
-            for e in errors.sources
-        ]
-        amplitude, frequency = errors.total
-        rows.append(
-            ("together", *map(_percent, (amplitude, frequency, errors.accuracy)), "asked for")
-        )
-        late = max(amplitude, frequency) > errors.accuracy
-        last: Flag = "warn" if late else "good"
-        quiet: list[Flag] = [""]
-        flags = [*quiet * len(errors.sources), last]
-        blocks.append(
-            Table(
-                ("source", "amplitude", "frequency", "allowed", "chosen"),
-                rows,
-                f"Estimated relative errors of the peak{of_case(name)}, by source",
-                ("", "%", "%", "%", ""),
-                flags,
-            )
-        )
-        blocks += [Text(f"**{line}**") for line in errors.warnings]
-        left = [(each.kind, each.what, each.evidence) for each in without]
-        blocks.append(
-            Table(
-                ("left out", "what", "evidence"),
-                left,
-                f"What the model does without{of_case(name)}",
-            )
-        )
+        case = words(name)
+        blocks += [error_table(case, errors, told.monitor), left_out_table(case, without)]
     blocks.append(Text(_not_estimated(told)))
     return Section("Convergence and errors", blocks, id="errors")
-
-
-def _percent(value: float) -> float | None:
-    return 100 * value if np.isfinite(value) else None
 
 
 def _points(told: PageContent) -> Table:
@@ -70,14 +39,14 @@ def _points(told: PageContent) -> Table:
                 each.points,
                 each.points - each.converged,
                 each.worst or None,
-                None if audit is None else float(audit.residual[0]),
-                None if audit is None else float(audit.imbalance[0]),
+                None if audit is None else audit.residual[0],
+                None if audit is None else audit.imbalance[0],
             )
         )
         flags.append("good" if each.converged == each.points else "bad")
-    header = ("case", "H", "points", "lost", "their residual", "forces, checked", "power, checked")
-    caption = "Points of each curve, and the peak checked by other code"
-    return Table(header, rows, caption, flags=flags)
+    columns = ("case", "H", "points", "lost", "their residual", "forces, checked", "power, checked")
+    title = "Points of each curve, and the peak checked by other code"
+    return Table(title, heads(*columns), rows, flags=flags)
 
 
 def _not_estimated(told: PageContent) -> str:

@@ -2,13 +2,14 @@
 
 from collections.abc import Sequence
 
+from vanelock.common.tables import Column, Flag, Table
 from vanelock.input.cases.names import of_case, slug, words
 from vanelock.input.schema.study import Study
 from vanelock.mesh import VaneDimensions
 from vanelock.quantities.answers import CaseAnswers
 from vanelock.quantities.stress.margins import Margin
-from vanelock.report import Picture, Section, Table, Text
-from vanelock.report.blocks import Block, Flag
+from vanelock.report import Picture, Section, Text
+from vanelock.report.blocks import Block
 from vanelock.results.figures.fatigue import HAIGH
 from vanelock.results.page_sections.content import PageContent
 
@@ -19,8 +20,15 @@ WITHOUT = (
 SAFE, ENOUGH = 1.0, 1.5
 """Reserves below which a margin is not met, and below which it is tight."""
 
-HEADER = ("place", "r, angle, z", "alternating", "mean", "n", "n, other rule", "may grow")
-UNITS = ("", "mm, °, mm", "MPa", "MPa", "", "", "times")
+COLUMNS = (
+    Column("place"),
+    Column("r, angle, z", "mm, °, mm"),
+    Column("alternating", "MPa"),
+    Column("mean", "MPa", ".2f"),
+    Column("n"),
+    Column("n, other rule"),
+    Column("may grow", "times"),
+)
 PARTS = ("vane", "casing")
 
 
@@ -140,12 +148,12 @@ def _case(found: CaseAnswers) -> list[Block]:
             rows.append(_row(found, m, part, f"{prefix}{what}: {m.where}"))
             flags.append("" if m.doubt else judged(found, m.reserve, part))
     title = f"Worst places at the peak, {found.peak.frequency:.2f} Hz{case}"
-    blocks: list[Block] = [Table(HEADER, rows, title, UNITS, flags)]
+    blocks: list[Block] = [Table(title, COLUMNS, rows, flags=flags)]
     every = [(part, m) for part in PARTS for m in found.stress.features[part]]
     rows = [_row(found, m, part, m.where) for part, m in every]
     flags = [judged(found, m.reserve, part) for part, m in every]
     title = f"Worst place of each feature{case}, clear of sharp corners and point forces"
-    blocks.append(Table(HEADER, rows, title, UNITS, flags))
+    blocks.append(Table(title, COLUMNS, rows, flags=flags))
     return blocks
 
 
@@ -165,7 +173,7 @@ def _others(told: PageContent) -> Table:
         m = found.stress.governing
         rows.append(_row(found, m, "vane", f"{words(found.name)}: {m.where}"))
         flags.append(judged(found, m.reserve))
-    return Table(HEADER, rows, "The vane's governing place in each case", UNITS, flags)
+    return Table("The vane's governing place in each case", COLUMNS, rows, flags=flags)
 
 
 def _row(found: CaseAnswers, m: Margin, part: str, place: str) -> tuple[str | float | None, ...]:
@@ -176,8 +184,8 @@ def _row(found: CaseAnswers, m: Margin, part: str, place: str) -> tuple[str | fl
     return (
         f"{place} ({m.doubt})" if m.doubt else place,
         at,
-        1e-6 * m.amplitude,
-        round(1e-6 * m.mean, 2),
+        m.amplitude,
+        m.mean,
         m.reserve,
         m.reserve_mises,
         m.growth,

@@ -2,12 +2,13 @@
 
 from collections.abc import Iterator, Sequence
 
+from vanelock.common.tables import Table, heads
 from vanelock.input.cases.values import Given
 from vanelock.input.schema.distributions import Distribution
 from vanelock.input.schema.study import Study
 from vanelock.input.schema.temperature import described
 from vanelock.input.settings import SCATTERING, Setting, meaning, settings, told
-from vanelock.report import Section, Table, Text
+from vanelock.report import Section, Text
 
 MAIN = (
     "ring.sectors",
@@ -41,6 +42,7 @@ APART = ("name", "outputs.")
 """Keys that change nothing that is computed."""
 VARIED = ("sweep.", "rows.", SCATTERING)
 """What cases differ in, which has tables of its own."""
+VALUE = heads("key", "what it is", "value")
 
 
 def inputs(given: Given, cases: Sequence[Given] = ()) -> Section:
@@ -50,9 +52,7 @@ def inputs(given: Given, cases: Sequence[Given] = ()) -> Section:
         varied = (*given.sweep, *given.rows, *(given.scatter.keys if given.scatter else ()))
         apart = (*APART, *varied)
         chosen = [each for each in found if each.changed and not each.key.startswith(apart)]
-        set_so = Table(
-            ("key", "what it is", "value"), _rows(chosen), "Set differently from defaults"
-        )
+        set_so = Table("Set differently from defaults", VALUE, _rows(chosen))
         return Section("Inputs", [*_varied(given), set_so])
     return _of_study(given, [each for each in cases if isinstance(each, Study)])
 
@@ -65,9 +65,9 @@ def _of_study(study: Study, cases: Sequence[Study]) -> Section:
     if changed:
         blocks.append(
             Table(
-                ("key", "what it is", "this study", "default"),
-                _rows(changed, with_default=True),
                 "Set differently from the defaults",
+                heads("key", "what it is", "this study", "default"),
+                _rows(changed, with_default=True),
             )
         )
     else:
@@ -81,13 +81,11 @@ def _of_study(study: Study, cases: Sequence[Study]) -> Section:
             main.append(force)
     if study.excitation.engine_orders is not None:
         main = [e for e in main if e.key != "excitation.engine_order"]
-    blocks.append(Table(("key", "what it is", "value"), _rows(main), "Main inputs"))
-    blocks.append(
-        Text(
-            "Strengths at their defaults are assumptions, not data of a material. All settings "
-            "stand at the end of the page."
-        )
+    note = (
+        "Strengths at their defaults are assumptions, not data of a material. All settings stand "
+        "at the end of the page."
     )
+    blocks.append(Table("Main inputs", VALUE, _rows(main), (note,)))
     warm = [text for text in dict.fromkeys(described(case) for case in cases) if text]
     if warm:
         blocks.append(
@@ -111,14 +109,14 @@ def _varied(given: Given) -> Iterator[Table]:
             for key, values in lists.items()
         ]
         if rows:
-            yield Table(("key", "what it is", "values"), rows, caption)
+            yield Table(caption, heads("key", "what it is", "values"), rows)
     if given.scatter is not None:
         caption = f"Scattering: {given.scatter.samples:,} samples of a Latin hypercube"
         rows = [
             (key, meaning(key, type(given)), _distribution(key, each, type(given)))
             for key, each in given.scatter.keys.items()
         ]
-        yield Table(("key", "what it is", "distribution"), rows, caption)
+        yield Table(caption, heads("key", "what it is", "distribution"), rows)
 
 
 def _distribution(key: str, given: Distribution, schema: type[Given]) -> str:
@@ -135,10 +133,7 @@ def _distribution(key: str, given: Distribution, schema: type[Given]) -> str:
 def all_inputs(given: Given) -> Section:
     """Every key, defaults included."""
     found = [each for each in settings(given) if not each.key.startswith("sweep.")]
-    return Section(
-        "All settings",
-        [Table(("key", "what it is", "value"), _rows(found), "Every key", folded=True)],
-    )
+    return Section("All settings", [Table("Every key", VALUE, _rows(found), folded=True)])
 
 
 def _rows(found: Sequence[Setting], with_default: bool = False) -> list[tuple[str, ...]]:

@@ -4,10 +4,11 @@ import platform
 from datetime import UTC, datetime
 
 import vanelock
+from vanelock.common.tables import Cell, Table, heads
 from vanelock.input.cases.names import words
 from vanelock.pipeline.cache import installed
-from vanelock.report import Section, Table, Text
-from vanelock.report.blocks import Block, Cell
+from vanelock.report import Section, Text
+from vanelock.report.blocks import Block
 from vanelock.results.page_sections.content import PageContent
 from vanelock.results.record import LIBRARIES
 
@@ -25,16 +26,16 @@ def provenance(told: PageContent) -> Section:
             "results of the file below and nothing else; it is written again when any of them "
             "changes."
         ),
-        Table(("program", "version"), versions(), "Versions"),
+        Table("Versions", heads("program", "version"), versions()),
         Table(
-            ("case", "response", "system"),
-            hashes,
             "Hashes of all inputs and code behind each response and system",
+            heads("case", "response", "system"),
+            hashes,
         ),
     ]
     if told.text.strip():
         lines = [(line,) for line in told.text.rstrip().splitlines()]
-        blocks.append(Table(("the file",), lines, "As it was given"))
+        blocks.append(Table("As it was given", heads("the file"), lines))
     return Section("Provenance", blocks, id="provenance")
 
 

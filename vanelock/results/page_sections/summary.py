@@ -1,15 +1,18 @@
 """The first section of a run's page: the answers, and what to be careful about."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
+from vanelock.common.tables import Table
 from vanelock.input.cases.names import fixed, words
 from vanelock.input.schema.study import Study
 from vanelock.quantities.answers import CaseAnswers
 from vanelock.quantities.warnings import by_text, without_effect
-from vanelock.report import Answer, Answers, Section, Table, Text
-from vanelock.report.blocks import Block, Cell, Flag
+from vanelock.report import Answer, Answers, Section, Text
+from vanelock.report.blocks import Block
+from vanelock.results.listing import case_table
 from vanelock.results.page_sections.content import PageContent
 from vanelock.results.page_sections.fatigue import assumed, judged
 from vanelock.results.page_sections.wear import shares
@@ -17,15 +20,8 @@ from vanelock.stages.response.summary import Summary
 
 MOST_FAILED = 5
 """Failed cases that the summary names."""
-HEADER = ("case", "peak", "at", "of linear", "of linear", "damping", "work", "slip", "open")
-UNITS = ("", "µm", "Hz", "free", "stuck", "%", "µJ", "%", "%")
-STRESS, STRESS_UNITS = ("stress", "HCF reserve"), ("MPa", "n")
-COLUMNS = (
-    "Of linear: over the linear peak with contacts free and stuck. Damping: equivalent ratio by "
-    "energy. Work: of friction in a period. Slip, open: share of the contacts that rub, that lift "
-    "off in a period, of those that are open in the free limit."
-)
-OF_STRESS = " Stress and reserve: alternating stress and Goodman's n at the vane's governing place."
+APART = ("harmonics", "mu", "x", "converged", "seconds")
+"""Columns of the cases that other sections have."""
 
 
 def summary(told: PageContent, further: Sequence[Answer] = ()) -> Section:
@@ -34,9 +30,7 @@ def summary(told: PageContent, further: Sequence[Answer] = ()) -> Section:
     warned = warnings(told)
     if warned:
         blocks.append(Text("**Be careful.** " + "\n\n".join(warned)))
-    stressed = bool(told.run_data.planned[0].meshes)
-    blocks += [cases(told, stressed), Text(COLUMNS + OF_STRESS if stressed else COLUMNS)]
-    return Section("Summary", blocks, id="summary")
+    return Section("Summary", [*blocks, cases(told)], id="summary")
 
 
 def answers_of(told: PageContent) -> list[Answer]:
@@ -209,50 +203,8 @@ def _failed(told: PageContent) -> list[str]:
     return [f"{len(names)} of {every} cases FAILED and are left out: {shown}{more}."]
 
 
-def cases(told: PageContent, stressed: bool) -> Table:
+def cases(told: PageContent) -> Table:
     """A line for each case, its stress as well where it is known."""
-    rows: list[tuple[Cell, ...]] = []
-    flags: list[Flag] = []
-    for each in told.summaries:
-        found = told.answers.get(each.case)
-        peak = each.peak
-        rows.append(
-            (
-                fixed(words(each.case)),
-                None if peak is None else 1e6 * peak.amplitude,
-                None if peak is None else round(peak.frequency, 2),
-                _known(each.of_free),
-                _known(each.of_stuck),
-                _ratio(told, each),
-                None if peak is None else 1e6 * sum(each.work.values()),
-                _percent(each.slipping),
-                _percent(each.opening),
-                *(_stress(found) if stressed else ()),
-            )
-        )
-        flags.append("" if each.converged == each.points else "warn")
-    header, units = (HEADER + STRESS, UNITS + STRESS_UNITS) if stressed else (HEADER, UNITS)
-    return Table(header, rows, f"All cases at their largest {told.monitor}", units, flags)
-
-
-def _stress(found: CaseAnswers | None) -> tuple[float | None, float | None]:
-    """Alternating stress, MPa, and reserve; withheld where the peak may lie beyond the range."""
-    if found is None:
-        return None, None
-    m = found.stress.governing
-    return 1e-6 * m.amplitude, None if found.peak.at_edge else m.reserve
-
-
-def _ratio(told: PageContent, each: Summary) -> float | None:
-    """Damping ratio by energy, %; not told at the end of a range, where nothing resonates."""
-    if each.case not in told.balances or each.peak is None or each.peak.at_edge:
-        return None
-    return round(100 * told.balances[each.case].damping_ratio, 3)
-
-
-def _known(value: float) -> float | None:
-    return float(value) if np.isfinite(value) else None
-
-
-def _percent(value: float) -> float | None:
-    return 100 * float(value) if np.isfinite(value) else None
+    found = case_table(told.summaries, told.monitor, told.answers, told.balances).without(*APART)
+    rows = [(fixed(words(str(name))), *rest) for name, *rest in found.rows]
+    return replace(found, title=f"All cases at their largest {told.monitor}", rows=rows)

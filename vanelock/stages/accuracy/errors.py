@@ -5,8 +5,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from vanelock.common.tables import Cell, Column, Flag, Table
 from vanelock.nonlinear import Response, peak_errors
-from vanelock.pipeline.tables import Cell, Column, Table
 from vanelock.stages.accuracy.budget import SOURCES, Budget
 from vanelock.stages.accuracy.choose_mesh import AMPLITUDE, Round
 
@@ -147,35 +147,34 @@ def _warnings(known: Errors, budget: Budget, rounds: Sequence[Round], short: str
 def error_table(case: str, found: Errors, monitor: str) -> Table:
     """Source, estimate, cost and knob."""
     columns = (
-        Column("source", "source"),
-        Column("amplitude", "amplitude ~", ".1e"),
-        Column("frequency", "frequency ~", ".1e"),
-        Column("share", "share", ".1e"),
-        Column("cost", "cost", ".2f"),
-        Column("knob", "knob"),
+        Column("source"),
+        Column("amplitude ~", form=".1e", key="amplitude"),
+        Column("frequency ~", form=".1e", key="frequency"),
+        Column("share", form=".1e"),
+        Column("cost", form=".2f"),
+        Column("knob"),
     )
     rows: list[tuple[Cell, ...]] = [
-        (
-            each.name,
-            *(_known(v) for v in (each.amplitude, each.frequency, each.share, each.cost)),
-            each.knob,
-        )
-        for each in found.sources
+        (e.name, e.amplitude, e.frequency, e.share, e.cost, e.knob) for e in found.sources
     ]
-    asked = f"accuracy = {found.accuracy:g}"
     together = [
         total if any(np.isfinite(getattr(each, kind)) for each in found.counted) else None
         for kind, total in zip(("amplitude", "frequency"), found.total, strict=True)
     ]
+    asked = f"accuracy = {found.accuracy:g}"
     rows.append(("together", *together, found.accuracy, 1.0, asked))
+    last: Flag = "warn" if max(found.total) > found.accuracy else "good"
+    quiet: list[Flag] = [""]
+    flags = [*quiet * len(found.sources), last]
     notes = [
         "amplitude, frequency: estimated relative error of the largest response by each source; "
-        "cost: processor time of its stages over that of all.",
+        "share: of the accuracy, allowed to it; cost: processor time of its stages over that of "
+        "all.",
         *([_corrected(found)] if np.isfinite(found.corrected) else []),
         *found.warnings,
     ]
     title = f"Errors of the peak of {monitor}" + ("" if case == "nominal" else f", {case}")
-    return Table("errors", title, columns, tuple(rows), tuple(notes))
+    return Table(title, columns, rows, notes, "errors", flags)
 
 
 def _corrected(found: Errors) -> str:
@@ -183,7 +182,3 @@ def _corrected(found: Errors) -> str:
         f"less what the mesh adds by estimate, the peak lies near {found.corrected:.1f} Hz "
         "(docs/benchmarks/mesh_error.md)"
     )
-
-
-def _known(value: float) -> float | None:
-    return value if np.isfinite(value) else None

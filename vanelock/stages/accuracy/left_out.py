@@ -7,8 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vanelock import nonlinear
+from vanelock.common.tables import Column, Table, heads
 from vanelock.nonlinear import Response
-from vanelock.pipeline.tables import Column, Table
 
 Floats = NDArray[np.float64]
 
@@ -136,10 +136,10 @@ def utilisation(response: Response, samples: int = 64) -> Floats:
 
 def left_out_table(case: str, found: Sequence[LeftOut]) -> Table:
     """What a case does without, and why that is right."""
-    columns = (Column("kind", "left out"), Column("what", "what"), Column("evidence", "evidence"))
-    rows = tuple((each.kind, each.what, each.evidence) for each in found)
+    columns = (Column("left out", key="kind"), *heads("what", "evidence"))
+    rows = [(each.kind, each.what, each.evidence) for each in found]
     title = "Left out, or kept, and why" + ("" if case == "nominal" else f", {case}")
-    return Table("left_out", title, columns, rows)
+    return Table(title, columns, rows, key="left_out")
 
 
 def _listed(numbers: Sequence[int]) -> str:

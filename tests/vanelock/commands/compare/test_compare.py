@@ -83,7 +83,8 @@ def test_the_case_that_changes_most_stands_on_top():
     peaks = ((1e-5, 1e-5), (2e-5, 2.2e-5), (3e-5, 1.5e-5), (4e-5, 4.1e-5))
     one = run("A", *(case(f"mu=0.{i}", {}, a) for i, (a, _) in enumerate(peaks)))
     other = run("B", *(case(f"mu=0.{i}", {}, b) for i, (_, b) in enumerate(peaks)))
-    top = compare_page(compared(one, other)).sections[0].blocks
+    found = compared(one, other)
+    top = compare_page(found, tables(found)).sections[0].blocks
     assert isinstance(top[0], Answers)
     assert [(each.label, each.value) for each in top[0].items] == [
         ("Peak, μ = 0.2", "-50 %"),

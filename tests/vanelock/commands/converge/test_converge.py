@@ -11,8 +11,8 @@ from vanelock.commands.converge.converge import vertex
 from vanelock.commands.converge.settings import chosen, knobs
 from vanelock.commands.converge.table import markdown, table
 from vanelock.common.errors import InputError
+from vanelock.common.tables import Table
 from vanelock.pipeline.progress import Done, Event, Finished, Notice
-from vanelock.pipeline.tables import Table
 
 STUDY = """
 name = "coarse"

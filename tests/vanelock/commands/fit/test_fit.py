@@ -9,11 +9,11 @@ from vanelock import fit_study, load_study, parse_study
 from vanelock.commands.fit.fit import fitted_parameters, rejoined
 from vanelock.common.errors import InputError
 from vanelock.common.files.csv_table import write_columns
+from vanelock.common.tables import Table
 from vanelock.input.measured import Measured
 from vanelock.pipeline.cache import Cache
 from vanelock.pipeline.progress import Event, Notice
 from vanelock.pipeline.step import Stages
-from vanelock.pipeline.tables import Table
 
 STUDY = """
 name = "rig"

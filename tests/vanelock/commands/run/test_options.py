@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from vanelock import load_system, open_results, parse_study, run_study
+from vanelock.common.tables import Table
 from vanelock.nonlinear import STUCK, Options, Response, frequency_response
 from vanelock.pipeline.progress import Done, Event
-from vanelock.pipeline.tables import Table
 
 pytestmark = pytest.mark.slow
 

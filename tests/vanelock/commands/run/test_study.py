@@ -9,9 +9,9 @@ import scipy.linalg as sl
 
 from vanelock import load_system, open_results, parse_study, run_study
 from vanelock.common.errors import InputError
+from vanelock.common.tables import Table
 from vanelock.nonlinear import OPEN, SLIP, SLIP_OPEN, Response, linear_response
 from vanelock.pipeline.progress import Begun, Done, Event, Finished, Notice, PointDone
-from vanelock.pipeline.tables import Table
 from vanelock.results.files.run_folder import claimed
 from vanelock.rom import System
 from vanelock.stages.parts.meshes import mesh_step

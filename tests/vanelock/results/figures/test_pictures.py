@@ -145,7 +145,7 @@ def test_tables_print_four_digits_of_any_size(ring):
     rest = static_response(ring)
     rest.force[0, 0, 0, 0], rest.force[0, 0, 1, 0] = 1.23456e-7, 1.23456e300
     shown = preload_table("", ring.contacts.joint, rest)
-    cells = [format(row[3], shown.columns[3].form) for row in shown.rows]
+    cells = [shown.columns[3].text(row[3]) for row in shown.shown]
     assert cells == ["1.235e-07", "1.235e+300"]
 
 

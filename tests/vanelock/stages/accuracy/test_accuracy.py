@@ -8,9 +8,9 @@ import pytest
 
 from vanelock import load_system, open_results, parse_study, run_study
 from vanelock.commands.converge.converge import converge_study
+from vanelock.common.tables import Table
 from vanelock.nonlinear import Response
 from vanelock.pipeline.progress import Done, Event
-from vanelock.pipeline.tables import Table
 from vanelock.rom import System
 from vanelock.stages.accuracy.errors import Errors, Source, error_table
 from vanelock.stages.accuracy.left_out import _listed, utilisation
@@ -80,7 +80,7 @@ def test_the_errors_are_told_by_source(asked):
     shown = tables(heard, "errors")
     assert len(shown) == len(cases) == 2
     for table in shown:
-        rows = {row[0]: row for row in table.rows}
+        rows = {row[0]: row for row in table.shown}
         assert list(rows) == ["mesh", "modes", "harmonics", "frequencies", "together"]
         counted = [rows[name] for name in ("modes", "harmonics", "frequencies")]
         assert sum(row[1] for row in counted) == pytest.approx(rows["together"][1])

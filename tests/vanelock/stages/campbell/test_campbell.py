@@ -8,9 +8,9 @@ import pytest
 import scipy.linalg as sl
 
 from vanelock import parse_study, rom, run_study
+from vanelock.common.tables import Table
 from vanelock.nonlinear import Response, linear_response
 from vanelock.pipeline.progress import Done, Event, Notice
-from vanelock.pipeline.tables import Table
 from vanelock.stages.campbell.campbell import Campbell
 from vanelock.stages.campbell.engine_orders import joined_at
 from vanelock.stages.campbell.speed_lines import at_diameter

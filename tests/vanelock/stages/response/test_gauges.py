@@ -7,9 +7,9 @@ from matplotlib.image import imread
 
 from vanelock import cases, fem, load_component, mesh, parse_study, rom, run_study
 from vanelock.common.errors import InputError
+from vanelock.common.tables import Table
 from vanelock.nonlinear import Response
 from vanelock.pipeline.progress import Done, Event
-from vanelock.pipeline.tables import Table
 from vanelock.results.figures.figure import Figure
 from vanelock.stages.parts.components import rom_step
 from vanelock.stages.response.gauges import gauges_step
@@ -134,7 +134,7 @@ def test_a_run_writes_the_strain_of_the_recovered_field(tmp_path, monkeypatch):
     angles = np.linspace(0, 2 * np.pi, 20001)
     wave = np.exp(1j * np.outer(angles, np.arange(3)))
     history = (wave @ written[summary.peak.point]).real
-    for g, row in enumerate(table.rows):
+    for g, row in enumerate(table.shown):
         assert row[1] == about["name"][g]
         assert row[2] == pytest.approx(1e6 * np.ptp(history[:, g]) / 2, rel=1e-6)
         assert row[3] == pytest.approx(1e6 * written[summary.peak.point, 0, g].real)

@@ -150,7 +150,7 @@ def test_a_system_without_interlock_has_one_limit(ring):
     assert limits(ring, 1).opens
     found = limits(replace(ring, contacts=contacts), 1)
     assert not found.opens
-    table = limits_table("", found)
+    table = limits_table({"": found})
     assert [row[0] for row in table.rows] == ["free"]
     linear = linear_table(
         {"free": Peak(1, 9.0, 1e-5, False), "stuck": Peak(1, 9.0, 1e-5, False)}, "", ""
@@ -159,12 +159,8 @@ def test_a_system_without_interlock_has_one_limit(ring):
 
 
 def test_the_table_of_limits_names_the_wave(ring):
-    title = limits_table(
-        "",
-        limits(
-            replace(ring, engine_order=-1, diameters={**ring.diameters, 2: ring.diameters[1]}), 1
-        ),
-    ).title
+    backward = replace(ring, engine_order=-1, diameters={**ring.diameters, 2: ring.diameters[1]})
+    title = limits_table({"": limits(backward, 1)}).title
     assert title == "Linear limits: modes of nodal diameter 1, backward wave"
 
 
@@ -172,5 +168,5 @@ def test_the_table_tells_the_largest_error_down_to_the_mode_of_interest():
     frequencies, errors = np.arange(100.0, 110.0), np.linspace(1e-5, 1e-4, 10)
     for free, stuck in ((1, 2), (8, 9)):
         found = Limits(1, 16, True, frequencies, frequencies, free, stuck, 1.0, errors, 2 * errors)
-        told = [row[-1] for row in limits_table("", found).rows]
+        told = [row[-1] for row in limits_table({"": found}).rows]
         assert told == [errors[max(5, free)], 2 * errors[max(5, stuck)]]
