@@ -4,7 +4,6 @@ from collections import Counter
 
 import numpy as np
 import scipy.sparse as sp
-from scipy.optimize import linear_sum_assignment
 from scipy.sparse.csgraph import connected_components
 
 from vanelock.common.errors import InputError
@@ -162,6 +161,8 @@ def _in_order(
             for m in range(len(shape))
         ]
     )  # (place, element, given)
+    from scipy.optimize import linear_sum_assignment  # slow to load, and seldom needed
+
     _, order = linear_sum_assignment(off.mean(axis=1))
     cells = np.concatenate([cells[:, :n], cells[:, n + order]], axis=1)
     away = off[np.arange(len(order)), :, order]

@@ -10,7 +10,7 @@ from typing import Any, TypeVar
 import h5py
 
 from vanelock.commands.compare.load import load_file
-from vanelock.commands.fit.fit import fitted_parameters
+from vanelock.commands.fit.parameters import fitted_parameters
 from vanelock.common.checked import NotKnown
 from vanelock.common.errors import InputError, raised
 from vanelock.common.files.hdf5 import opened

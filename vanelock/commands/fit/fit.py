@@ -9,21 +9,20 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import ValidationError
 
 from vanelock import render
 from vanelock.commands.converge.converge import pinned
 from vanelock.commands.fit.least_squares import enough, fit
+from vanelock.commands.fit.parameters import FitParameter, fitted_parameters
 from vanelock.commands.fit.refit_model import Rejoined
-from vanelock.commands.fit.solution import FitParameter, FitSolution, Start
+from vanelock.commands.fit.solution import FitSolution, Start
 from vanelock.commands.fit.tables import fit_table, json_of, shown
 from vanelock.common.errors import InputError
 from vanelock.common.files.csv_table import write_columns
 from vanelock.common.toml import toml_tables
 from vanelock.input.cases.sweep import cases
-from vanelock.input.cases.values import value_at, with_values
+from vanelock.input.cases.values import with_values
 from vanelock.input.measured import DISPLACEMENT, Measured, load_measured
-from vanelock.input.messages import explain
 from vanelock.input.rewrite import rewritten
 from vanelock.input.schema.study import Study
 from vanelock.input.schema.temperature import described
@@ -38,8 +37,6 @@ from vanelock.stages.response.warm import warmed
 Floats = NDArray[np.float64]
 
 NAME = "fit"
-DECADE = 10.0
-"""Bounds unless the study gives any: the study's value over and times this."""
 FINE = 160
 """Frequencies of the curves drawn, beside the measured ones."""
 DIGITS = 6
@@ -109,50 +106,6 @@ def _usable(study: Study, curves: Sequence[Measured], listener: Listener) -> lis
         name = own[known.index(False)].name
         raise InputError(f"fit: {name} has no sigma while others have: give it for all or for none")
     return own
-
-
-def fitted_parameters(study: Study) -> list[FitParameter]:
-    """Start and bounds of each fitted key, which must be possible values of the study.
-
-    Raises
-    ------
-    InputError
-        If the start lies outside of the bounds, or a bound is no possible value.
-    """
-    assert study.fit is not None
-    found = []
-    for key in study.fit.parameters:
-        start = value_at(study, key)
-        start = study.excitation.force_per_node if start is None else float(start)
-        given = study.fit.bounds.get(key)
-        if given is None and start <= 0:
-            raise InputError(f'fit: "{key}" starts at {start:g}: give its bounds in fit.bounds')
-        low, high = given or _bounds(study, key, start)
-        for bound in (low, high):
-            try:
-                with_values(study, {key: bound})
-            except ValidationError as error:
-                raise InputError(f'fit.bounds."{key}": {explain(error, {})[0]}') from None
-        if not low <= start <= high:
-            raise InputError(
-                f'fit: "{key}" starts at {start:g}, outside of its bounds {low:g} to {high:g}'
-            )
-        found.append(FitParameter(key, start, low, high))
-    return found
-
-
-def _bounds(study: Study, key: str, start: float) -> tuple[float, float]:
-    """A decade to either side, as far as the study may go."""
-    found = []
-    for factor in (1 / DECADE, DECADE):
-        while factor != 1:
-            try:
-                with_values(study, {key: start * factor})
-                break
-            except ValidationError:
-                factor = factor**0.5 if abs(np.log(factor)) > 1e-3 else 1.0
-        found.append(start * factor)
-    return found[0], found[1]
 
 
 def rejoined(study: Study, stages: Stages, listener: Listener = silent) -> Rejoined:

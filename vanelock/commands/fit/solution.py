@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from vanelock.commands.fit.parameters import FitParameter
 from vanelock.commands.fit.residuals import NoiseTest
 
 Floats = NDArray[np.float64]
@@ -16,33 +17,6 @@ APART = 0.1
 RISE = 0.676
 """Of the rise s² of the squared misfit that linear theory has at one standard error: with less, two
 standard errors hold the truth in fewer than 90 of 100 cases, (1.645 / 2)², rather than in 95."""
-
-
-@dataclass(frozen=True)
-class FitParameter:
-    """What is fitted: its key, where it begins, its bounds."""
-
-    key: str
-    start: float
-    low: float
-    high: float
-
-    @property
-    def logarithmic(self) -> bool:
-        """Whether x is its logarithm."""
-        return self.low > 0
-
-    def inner(self, value: float) -> float:
-        """The x of a value."""
-        return float(np.log(value)) if self.logarithmic else value / self._unit
-
-    def outer(self, x: float) -> float:
-        """Value of an x."""
-        return float(np.exp(x)) if self.logarithmic else x * self._unit
-
-    @property
-    def _unit(self) -> float:
-        return max(abs(self.low), abs(self.high))
 
 
 @dataclass(frozen=True)

@@ -1,5 +1,8 @@
 """What a check says of a study that is not computed, and of the results of a run."""
 
+import subprocess
+import sys
+
 import pytest
 
 from vanelock import check_file
@@ -65,3 +68,13 @@ def test_failed_cases_are_counted(tmp_path, failed, told):
             file.create_group(f"failed/mu={i}")
     results.flush()
     assert rows(tmp_path)["failed"] == told
+
+
+def test_a_check_loads_neither_what_draws_nor_what_fits():
+    program = (
+        "import sys, vanelock.commands.check.scene\n"
+        "print(sorted({'gmsh', 'matplotlib', 'pyvista', 'scipy.optimize', 'scipy.stats'}"
+        " & set(sys.modules)))"
+    )
+    shown = subprocess.run([sys.executable, "-c", program], capture_output=True, check=True)
+    assert shown.stdout == b"[]\n"

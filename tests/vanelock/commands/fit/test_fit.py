@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from vanelock import fit_study, load_study, parse_study
-from vanelock.commands.fit.fit import fitted_parameters, rejoined
+from vanelock.commands.fit.fit import rejoined
+from vanelock.commands.fit.parameters import fitted_parameters
 from vanelock.common.errors import InputError
 from vanelock.common.files.csv_table import write_columns
 from vanelock.common.tables import Table

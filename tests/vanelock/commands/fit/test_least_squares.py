@@ -5,7 +5,7 @@ import pytest
 from scipy.optimize import curve_fit
 
 from vanelock.commands.fit.least_squares import fit
-from vanelock.commands.fit.solution import FitParameter
+from vanelock.commands.fit.parameters import FitParameter
 from vanelock.commands.fit.tables import doubts, fit_table, json_of, notes
 from vanelock.common.errors import InputError
 
