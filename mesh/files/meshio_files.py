@@ -67,22 +67,22 @@ def _refuse_unreadable(source: str, path: Path) -> None:
     assert meshio
     size = path.stat().st_size
     try:
-        told = limited(trouble, SECONDS + size // 2_000_000, MEMORY + EACH * size)
+        trouble_found = limited(trouble, SECONDS + size // 2_000_000, MEMORY + EACH * size)
     except Fallen as fallen:
-        told = f"{source}: not a mesh that can be read: {fallen}"
-    if told != "fine":
-        raise InputError(told)
+        trouble_found = f"{source}: not a mesh that can be read: {fallen}"
+    if trouble_found != "fine":
+        raise InputError(trouble_found)
 
 
 def _loaded(source: str, path: Path) -> Any:
     """A mesh by meshio, which fails with any exception, or ends the program and prints why."""
     import meshio
 
-    told = io.StringIO()
+    printed = io.StringIO()
     try:
         with (
-            contextlib.redirect_stdout(told),
-            contextlib.redirect_stderr(told),
+            contextlib.redirect_stdout(printed),
+            contextlib.redirect_stderr(printed),
             warnings.catch_warnings(),
         ):
             warnings.simplefilter("ignore")
@@ -93,7 +93,7 @@ def _loaded(source: str, path: Path) -> Any:
         raise
     except (Exception, SystemExit) as error:
         reason = "" if isinstance(error, SystemExit) else str(error)
-        lines = [line for line in (reason or told.getvalue()).splitlines() if line.strip()]
+        lines = [line for line in (reason or printed.getvalue()).splitlines() if line.strip()]
         said = "".join(c if c.isprintable() else "?" for c in (lines or [type(error).__name__])[0])
         raise InputError(f"{source}: not a mesh that can be read: {said.strip()[:160]}") from None
 

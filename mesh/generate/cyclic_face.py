@@ -117,16 +117,16 @@ def _near(
 def _out_of_reach(alone: "_Alone", reached: list[int], wanted: int, size: float) -> str:
     low, high = SMALLEST, LARGEST
     most, fewest = (alone.even(limit, limit)[0] for limit in (low, high))
-    told = (
+    text = (
         f"mesh.face_nodes = {wanted}: with elements of {size * 1e3:g} mm a cyclic face of the "
         f"casing has about {reached[0]} nodes: allowed are {min(reached)} to {max(reached)}"
     )
     if not fewest <= wanted <= most:
-        return f"{told}; with other mesh.size {fewest} to about {most}"
+        return f"{text}; with other mesh.size {fewest} to about {most}"
     while high / low > 1.01:
         middle = np.sqrt(low * high)
         low, high = (middle, high) if alone.even(middle, middle)[0] > wanted else (low, middle)
-    return f"{told}; {wanted} suits mesh.size = {1e3 * np.sqrt(low * high):.2g} mm"
+    return f"{text}; {wanted} suits mesh.size = {1e3 * np.sqrt(low * high):.2g} mm"
 
 
 @dataclass(frozen=True)

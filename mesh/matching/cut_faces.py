@@ -38,7 +38,7 @@ def check_cut_faces(side: Side, tolerance: float) -> list[str]:
     if len(own):
         problems.append(
             f"{side.source}, left and right: {_missing(len(own))}, such "
-            f"as {side.told(int(own[0]))}, which meets {side.told(int(mate[0]))} when turned by "
+            f"as {side.describe(int(own[0]))}, which meets {side.describe(int(mate[0]))} when turned by "
             f"2π/{side.sectors}: all nodes of the cut faces are needed"
         )
     alone = np.flatnonzero(np.isin(left, fixed) != np.isin(right, fixed))
@@ -47,8 +47,8 @@ def check_cut_faces(side: Side, tolerance: float) -> list[str]:
         held, free = pair if pair[0] in fixed else pair[::-1]
         problems.append(
             f"{side.source}, fixed: at {len(alone)} of {len(left)} pairs of the cut faces one node "
-            f"is clamped and its mate is not, such as {side.told(held)} and its mate "
-            f"{side.told(free)}: clamp both or neither"
+            f"is clamped and its mate is not, such as {side.describe(held)} and its mate "
+            f"{side.describe(free)}: clamp both or neither"
         )
     return problems
 

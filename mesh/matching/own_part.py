@@ -44,7 +44,7 @@ class OwnPart(Product):
     node_sets: dict[str, Integers]
     face_sets: dict[str, Integers]
 
-    def told(self, node: int) -> str:
+    def describe(self, node: int) -> str:
         """What errors call a node."""
         return f"node {self.mesh.numbers[node]}"
 
@@ -133,7 +133,7 @@ def _check_key(part: OwnPart) -> None:
     stray = np.setdiff1d(part.node_sets["key"], hooks)
     if len(stray):
         raise InputError(
-            f"{part.mesh.source}: set key: {part.told(stray[0])} belongs to neither hook: its "
+            f"{part.mesh.source}: set key: {part.describe(stray[0])} belongs to neither hook: its "
             "nodes must be some of theirs"
         )
 
@@ -150,6 +150,6 @@ def _check_apart(part: OwnPart) -> None:
             both = np.intersect1d(part.node_sets[first], part.node_sets[second])
             if len(both):
                 raise InputError(
-                    f"{part.mesh.source}: {part.told(both[0])} is in the sets {first} and "
+                    f"{part.mesh.source}: {part.describe(both[0])} is in the sets {first} and "
                     f"{second}, which must not share nodes"
                 )

@@ -127,7 +127,7 @@ def _meet(vane: Side, casing: Side, name: str, tolerance: float) -> list[str]:
         moves.points[other],
         tolerance,
         (f"{stays.source}, {name}", f"{moves.source}, {name}"),
-        (lambda i: stays.told(int(own[i])), lambda i: moves.told(int(other[i]))),
+        (lambda i: stays.describe(int(own[i])), lambda i: moves.describe(int(other[i]))),
         size=min(float(np.linalg.norm(np.ptp(side.points, axis=0))) for side in (stays, moves)),
     )
     if not problems:
@@ -145,7 +145,7 @@ def follow(side: Side, left: str, right: str, tolerance: float) -> list[str]:
         side.points[other],
         tolerance,
         (f"{side.source}, {left} turned by 2π/{side.sectors}", f"{side.source}, {right}"),
-        (lambda i: side.told(int(own[i])), lambda i: side.told(int(other[i]))),
+        (lambda i: side.describe(int(own[i])), lambda i: side.describe(int(other[i]))),
     )
     if not problems:
         side.sets[right] = other[found]
@@ -168,13 +168,13 @@ def _keys(vane: Side, casing: Side) -> list[str]:
     if len(lost := np.setdiff1d(wanted, moves.sets["key"])):
         problems.append(
             f"{moves.source}, key: of its nodes that meet keys of {stays.source}, {len(lost)} "
-            f"{'is' if len(lost) == 1 else 'are'} missing, such as {moves.told(int(lost[0]))}"
+            f"{'is' if len(lost) == 1 else 'are'} missing, such as {moves.describe(int(lost[0]))}"
         )
     if len(extra := np.setdiff1d(moves.sets["key"], wanted)):
         meet = "meets" if len(extra) == 1 else "meet"
         problems.append(
             f"{moves.source}, key: {len(extra)} of its nodes {meet} no key of {stays.source}, "
-            f"such as {moves.told(int(extra[0]))}"
+            f"such as {moves.describe(int(extra[0]))}"
         )
     moves.sets["key"] = wanted
     return problems
@@ -255,7 +255,7 @@ def _normals(
     wrong = np.flatnonzero(off > contact.OPPOSED)
     if len(wrong):
         worst = wrong[np.argsort(-off[wrong], kind="stable")]
-        listed = [f"{moves.told(int(moves.sets[name][i]))} {off[i]:.1f}" for i in worst[:5]]
+        listed = [f"{moves.describe(int(moves.sets[name][i]))} {off[i]:.1f}" for i in worst[:5]]
         more = ", ..." if len(worst) > 5 else ""
         mate = "its mates" if moves is stays else stays.source
         problems.append(
@@ -266,6 +266,6 @@ def _normals(
         node = moves.sets[name][int(np.flatnonzero(several)[0])]
         problems.append(
             f"{where}: at {several.sum()} nodes faces of several directions are opposed, such as "
-            f"{moves.told(int(node))}: give the set as faces"
+            f"{moves.describe(int(node))}: give the set as faces"
         )
     return normal, problems

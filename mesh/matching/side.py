@@ -43,10 +43,10 @@ class Side:
         self.sets = dict(given.node_sets)
         self.frames = {} if isinstance(given, OwnPart) else dict(given.frames)
 
-    def told(self, node: int) -> str:
+    def describe(self, node: int) -> str:
         """What errors call a node."""
         if isinstance(self.given, OwnPart):
-            return self.given.told(node)
+            return self.given.describe(node)
         return f"node {node}"
 
     def of(self, name: str) -> Array:

@@ -1,4 +1,4 @@
-"""How many degrees of freedom a mesh will have, told from dimensions before anything is meshed."""
+"""How many degrees of freedom a mesh will have, from its dimensions, before anything is meshed."""
 
 from collections.abc import Callable
 
@@ -83,12 +83,12 @@ def check_size(
             0 if casing is None else casing_dofs(casing, hook, sectors, casing_size, stretch)
         )
 
-    told = count(element_size(size, "vane"), element_size(size, "casing"))
-    if told <= MOST:
+    estimate = count(element_size(size, "vane"), element_size(size, "casing"))
+    if estimate <= MOST:
         return
     shown = f'"{size}"' if isinstance(size, str) else f"{size:g} m"
     raise InputError(
-        f"mesh.size = {shown}: about {float(f'{told:.2g}'):,.0f} degrees of freedom: at most "
+        f"mesh.size = {shown}: about {float(f'{estimate:.2g}'):,.0f} degrees of freedom: at most "
         f"{MOST:,} are allowed{_advice(count)}"
     )
 

@@ -90,8 +90,8 @@ def sizes_for(
     Examples
     --------
     >>> found = {"vane": 0.034, "casing": 0.012}
-    >>> told = sizes_for(0.03, found, Sizes(0.0115, 0.0125), VaneDimensions(), CasingDimensions())
-    >>> told.sizes.stretch, told.error < 0.03
+    >>> chosen = sizes_for(0.03, found, Sizes(0.0115, 0.0125), VaneDimensions(), CasingDimensions())
+    >>> chosen.sizes.stretch, chosen.error < 0.03
     (3, True)
     """
     if not wanted > 0 or min(found.values()) < 0:

@@ -124,19 +124,19 @@ def adaptive_response(
         chooses_samples=isotropic and options.samples is None,
         replay=replaying(journal, Point, Estimate, Climbed),
     )
-    told = _Told(progress)
+    reporter = _Reporter(progress)
     if is_range:
-        found = Exploring(pointwise, omegas[0], omegas[1], told, options.direction).curve()
+        found = Exploring(pointwise, omegas[0], omegas[1], reporter, options.direction).curve()
         order = np.arange(len(found))[:: -1 if options.direction == "down" else 1]
         jumps = order[places_of_jumps(pointwise, [found[i] for i in order])]
         direction = options.direction or "both"
     else:
-        found, jumps, direction = _swept(pointwise, omegas, told, options.direction)
+        found, jumps, direction = _swept(pointwise, omegas, reporter, options.direction)
     return replace(_assembled(ladder, found, monitored), direction=direction, jump=jumps)
 
 
 @dataclass
-class _Told:
+class _Reporter:
     """Passes points on to a progress display."""
 
     progress: Progress | None
@@ -150,7 +150,7 @@ class _Told:
 
 
 def _swept(
-    pointwise: Pointwise, omegas: Floats, told: _Told, direction: str | None
+    pointwise: Pointwise, omegas: Floats, reporter: _Reporter, direction: str | None
 ) -> tuple[list[Point], NDArray[np.int64], str]:
     """Exactly these frequencies, in the order given; their jumps; and how they were swept.
 
@@ -161,11 +161,11 @@ def _swept(
     if direction == "down":
         order = order[::-1]
     taken = direction or "up"
-    found = _passed(pointwise, omegas[order], told)
+    found = _passed(pointwise, omegas[order], reporter)
     jumps = places_of_jumps(pointwise, found)
     lost = not all(point.solution.converged for point in found)
     if direction is None and (len(jumps) or lost):
-        down = _passed(pointwise, omegas[order[::-1]], told, found[-1:])[::-1]
+        down = _passed(pointwise, omegas[order[::-1]], reporter, found[-1:])[::-1]
         pairs = zip(found, down, strict=True)
         found = [max(pair, key=lambda point: point.amplitude) for pair in pairs]
         jumps, taken = places_of_jumps(pointwise, found), "both"
@@ -174,7 +174,7 @@ def _swept(
 
 
 def _passed(
-    pointwise: Pointwise, omegas: Floats, told: _Told, before: Sequence[Point] = ()
+    pointwise: Pointwise, omegas: Floats, progress: _Reporter, before: Sequence[Point] = ()
 ) -> list[Point]:
     """Points at these frequencies, one after another; the first from what is known before."""
     found: list[Point] = []
@@ -182,7 +182,7 @@ def _passed(
     for omega in omegas:
         point = pointwise.point(float(omega), history)
         found.append(point)
-        told(point, len(omegas))
+        progress(point, len(omegas))
         if point.solution.converged:
             history = [*history, point][-2:]
     return found

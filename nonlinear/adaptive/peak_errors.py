@@ -66,17 +66,17 @@ def peak_errors(response: Response) -> PeakErrors:
     InputError
         If the response has no estimates, or no point of it converged.
     """
-    told = response.estimates
-    if told is None:
+    known = response.estimates
+    if known is None:
         raise InputError("peak_errors: the response has no error estimates")
     good = np.flatnonzero(response.converged)
     if not len(good):
         raise InputError("peak_errors: no point of the response converged")
     order = good[np.argsort(response.frequency[good], kind="stable")]
-    f, A, slope = (each[order] for each in (response.frequency, told.amplitude, told.slope))
+    f, A, slope = (each[order] for each in (response.frequency, known.amplitude, known.slope))
     top = int(np.argmax(A))
-    amplitude = dict(zip(told.sources, (np.abs(told.change[order[top]]) / A[top]), strict=True))
-    frequency = dict.fromkeys(told.sources, np.nan)
+    amplitude = dict(zip(known.sources, (np.abs(known.change[order[top]]) / A[top]), strict=True))
+    frequency = dict.fromkeys(known.sources, np.nan)
     frequency["frequencies"] = amplitude["frequencies"] = np.nan
     branch = _branches(response, order)
     own = np.flatnonzero(branch == branch[top])
@@ -87,9 +87,9 @@ def peak_errors(response: Response) -> PeakErrors:
         across = f[top + 1] - f[top - 1]
         bend = (slope[top + 1] - slope[top - 1]) / across
         if np.isfinite(bend) and bend < 0:
-            tilt = (told.change[order[top + 1]] - told.change[order[top - 1]]) / across
+            tilt = (known.change[order[top + 1]] - known.change[order[top - 1]]) / across
             moved = np.abs(tilt / bend) / f[top]
-            frequency |= dict(zip(told.sources, moved.tolist(), strict=True))
+            frequency |= dict(zip(known.sources, moved.tolist(), strict=True))
             frequency["frequencies"] = abs(float(slope[top] / bend)) / f[top]
     elif 0 < top < len(f) - 1:
         gaps = np.abs(f[[top - 1, top + 1]] - f[top])[branch[[top - 1, top + 1]] != branch[top]]
@@ -99,7 +99,7 @@ def peak_errors(response: Response) -> PeakErrors:
         point=int(order[top]),
         frequency=float(f[top]),
         amplitude=float(A[top]),
-        sources=(*told.sources, "frequencies"),
+        sources=(*known.sources, "frequencies"),
         amplitude_error={name: float(value) for name, value in amplitude.items()},
         frequency_error={name: float(value) for name, value in frequency.items()},
     )

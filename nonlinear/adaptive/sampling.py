@@ -65,7 +65,7 @@ class Exploring:
         Solves them.
     low, high : float
         The range, rad/s.
-    told : callable
+    progress : callable
         Told of each point.
     direction : {"up", "down"}, optional
         The one way that the range is swept; what is added then comes from the points behind it.
@@ -78,7 +78,7 @@ class Exploring:
     pointwise: Pointwise
     low: float
     high: float
-    told: OnPoint
+    progress: OnPoint
     direction: str | None = None
     left: set[tuple[float, float]] = field(default_factory=set)
     broken: bool = False
@@ -176,7 +176,7 @@ class Exploring:
                 continue
             self.broken |= error > allowed or (easy is None and bool(known))
             yield point
-            self.told(point, round(span / max(abs(omega - first.omega), 1e-9 * span)))
+            self.progress(point, round(span / max(abs(omega - first.omega), 1e-9 * span)))
             history = [*history, point][-2:]
             growth = 0.9 * np.sqrt(allowed / max(error, 1e-12))
             step = float(np.clip(step * min(2.0, growth), finest, coarse * span / 12))
@@ -305,7 +305,7 @@ class Exploring:
                 if (easy := self.pointwise.easily(omega, [other])) is not None:
                     tried = self.pointwise.point(omega, [other], easy)
                     point = max(point, tried, key=lambda p: p.amplitude)
-        self.told(point, len(points) + 2)
+        self.progress(point, len(points) + 2)
         return [*points[:place], point, *points[place:]]
 
 

@@ -152,11 +152,11 @@ class _Book:
         parts = [self._told(getattr(value, each.name), arrays, fresh) for each in fields(kind)]
         return ["object", kind.__name__, *parts]
 
-    def _heard(self, told: Any, arrays: "_Arrays") -> Any:
+    def _heard(self, written: Any, arrays: "_Arrays") -> Any:
         """The value of what JSON held."""
-        if not isinstance(told, list):
-            return told
-        kind, *items = told
+        if not isinstance(written, list):
+            return written
+        kind, *items = written
         if kind == "array":
             return arrays.next(*items)
         if kind == "again":

@@ -238,9 +238,9 @@ class Joined:
             start += len(still)
             if still.any():
                 a, b = each.own_nodes[still][0], each.mate_nodes[still][0]
-                told = f"nodes {a} and {b} are one" if each.mate else f"node {a} is held"
+                text = f"nodes {a} and {b} are one" if each.mate else f"node {a} is held"
                 raise InputError(
-                    f"contacts.{each.name}: {told}: nothing moves there (a pair of itself, or of "
+                    f"contacts.{each.name}: {text}: nothing moves there (a pair of itself, or of "
                     "nodes that a tie merges?)"
                 )
 

@@ -43,11 +43,11 @@ def toml_tables(text: str, where: str) -> dict[str, Any]:
         found = tomllib.loads(text.replace("\r\n", "\n"))
     except tomllib.TOMLDecodeError as error:
         message = printable(str(error))
-        told = re.fullmatch(r"(.*) \(at (?:line (\d+), column (\d+)|end of document)\)", message)
-        if told is None:
+        place = re.fullmatch(r"(.*) \(at (?:line (\d+), column (\d+)|end of document)\)", message)
+        if place is None:
             raise InputError(f"{where}: not valid TOML: {message[:200]}") from None
-        number = told[2] or str(len(text.splitlines()) or 1)
-        raise InputError(f"{where}: line {number}: not valid TOML: {told[1][:200]}") from None
+        number = place[2] or str(len(text.splitlines()) or 1)
+        raise InputError(f"{where}: line {number}: not valid TOML: {place[1][:200]}") from None
     except RecursionError:
         raise InputError(f"{where}: nested too deeply") from None
     except ValueError as error:  # an integer of thousands of digits, a date that is none

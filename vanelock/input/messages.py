@@ -67,19 +67,19 @@ def _told(details: ErrorDetails, data: dict[str, Any], schema: type[BaseModel]) 
     if isinstance(error, Disagreement):
         return [_within(location, line, schema) for line in error.lines]
     value = _given(data, location, details["input"])
-    told = reason(details, schema, value)
+    text = reason(details, schema, value)
     if location and not isinstance(value, dict | BaseModel):
-        return [f"{dotted(location)} = {show(value)}: {told}"]
-    return [_within(location, told, schema)]
+        return [f"{dotted(location)} = {show(value)}: {text}"]
+    return [_within(location, text, schema)]
 
 
-def _within(location: Location, told: str, schema: type[BaseModel]) -> str:
+def _within(location: Location, text: str, schema: type[BaseModel]) -> str:
     """What is said of a table, which names one of its keys or not."""
     if not location:
-        return told
-    names = re.match(r"[\w.]+(?= = |: )", told)
+        return text
+    names = re.match(r"[\w.]+(?= = |: )", text)
     inner = names is not None and field_at((*location, *names[0].split(".")), schema)
-    return f"{dotted(location)}{'.' if inner else ': '}{told}"
+    return f"{dotted(location)}{'.' if inner else ': '}{text}"
 
 
 _LEADING = re.compile(r"""[A-Za-z_][\w-]*(?:\.(?:[\w-]+|"[^"]*")|\[\d+\])*""")
@@ -159,8 +159,8 @@ def reason(details: ErrorDetails, schema: type[BaseModel] = Study, given: object
         return "must be given"
     if kind in _BOUNDS:
         name, sign = _BOUNDS[kind]
-        told = f"{subject} must be {sign} {_number(context[name])}{unit}"
-        return told + _suggested(given, unit.strip(), field, details)
+        text = f"{subject} must be {sign} {_number(context[name])}{unit}"
+        return text + _suggested(given, unit.strip(), field, details)
     if kind == "literal_error":
         return f"{subject} must be one of {context['expected']}".replace("'", '"')
     if kind in ("too_short", "too_long"):

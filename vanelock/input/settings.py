@@ -142,7 +142,7 @@ def described(key: str, schema: type[Given] = Study) -> tuple[str, str]:
     return (f"swept: {meaning}" if swept != key else meaning), unit.rstrip("]")
 
 
-def told(key: str, value: Any, schema: type[Given] = Study) -> str:
+def as_text(key: str, value: Any, schema: type[Given] = Study) -> str:
     """A value with its unit, as people write it; a list in the unit of its largest entry."""
     unit = "m" if key == "mesh.size" else described(key, schema)[1]  # a size may be a word
     if value is None:

@@ -41,7 +41,7 @@ def notes(sweeps: Sequence[Sweep]) -> Iterator[str]:
         if not sweep.jumps:
             continue
         largest = sorted(sweep.jumps, key=lambda jump: -abs(np.diff(jump.amplitude)[0]))[:MOST]
-        told = "; ".join(
+        text = "; ".join(
             f"from {1e6 * jump.amplitude[0]:.4g} to {1e6 * jump.amplitude[1]:.4g} um between "
             f"{min(jump.frequency):.6g} and {max(jump.frequency):.6g} Hz"
             for jump in sorted(largest, key=lambda jump: jump.frequency)
@@ -51,7 +51,7 @@ def notes(sweeps: Sequence[Sweep]) -> Iterator[str]:
         way = f"sweeping {sweep.direction}"
         if sweep.direction == "both":
             way = "the curve of the highest solutions found"
-        yield f"{way} JUMPS {told}{rest}"
+        yield f"{way} JUMPS {text}{rest}"
     if len(sweeps) > 1:
         yield from _compared(*sweeps)
     elif sweeps and sweeps[0].jumps:

@@ -69,12 +69,12 @@ def lost(found: Summary) -> list[str]:
     ]
 
 
-def by_text(cases: Mapping[str, Summary], told: Callable[[str], str] = words) -> list[str]:
-    """Sentences on the cases of a run: each line once, with the cases, as `told`, that it is of."""
+def by_text(cases: Mapping[str, Summary], shown: Callable[[str], str] = words) -> list[str]:
+    """Sentences on the cases of a run: each line once, with its cases, named as `shown`."""
     named: dict[str, list[str]] = {}
     for name, found in cases.items():
         for line in of_case(found):
-            named.setdefault(line, []).append(told(name))
+            named.setdefault(line, []).append(shown(name))
     sentences = []
     for line, names in named.items():
         who = "; ".join(names[:NAMED])

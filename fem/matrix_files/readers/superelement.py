@@ -67,16 +67,16 @@ def _words(source: str, lines: list[Line]) -> Iterator[tuple[str, str]]:
 
 
 def _nodes(held: str) -> list[int]:
-    """The element's nodes, which are told in comments."""
+    """The element's nodes, which stand in comments."""
     nodes: list[int] = []
     comment = ""
     for line in held.splitlines():
         if line.lstrip().startswith("**"):
-            told = line.strip("* \t").upper()
-            if comment == "ELEMENT NODES" and re.fullmatch(r"[\d\s,-]+", told):
-                nodes += [int(word) for word in re.findall(r"-?\d{1,12}", told)]
+            text = line.strip("* \t").upper()
+            if comment == "ELEMENT NODES" and re.fullmatch(r"[\d\s,-]+", text):
+                nodes += [int(word) for word in re.findall(r"-?\d{1,12}", text)]
             else:
-                comment = told
+                comment = text
     return nodes
 
 

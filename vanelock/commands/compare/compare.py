@@ -13,7 +13,7 @@ from vanelock.commands.compare.page import compare_page
 from vanelock.common.errors import InputError
 from vanelock.common.files.csv_table import write_columns
 from vanelock.common.tables import Cell, Column, Table
-from vanelock.input.settings import described, flattened, same, told
+from vanelock.input.settings import as_text, described, flattened, same
 from vanelock.pipeline.progress import Listener, Notice, silent
 from vanelock.report import write_page
 
@@ -260,7 +260,7 @@ def _differing(one: Loaded, other: Loaded) -> Iterator[tuple[str, str, str]]:
     for key in dict.fromkeys([*first, *second]):
         if same(first.get(key), second.get(key)):  # a key of a later version that is not set, too
             continue
-        both = [told(key, known[key]) if key in known else "-" for known in (first, second)]
+        both = [as_text(key, known[key]) if key in known else "-" for known in (first, second)]
         yield key, both[0], both[1]
 
 

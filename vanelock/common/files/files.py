@@ -122,9 +122,9 @@ def writing(path: str | os.PathLike[str]) -> Iterator[None]:
     try:
         yield
     except (OSError, RuntimeError) as error:  # HDF5 raises either when the disk is full
-        told = str(error) or type(error).__name__
-        inner = re.search(r"error message = '([^']+)'", told)  # HDF5's report of the system's error
-        reason = inner[1] if inner else (getattr(error, "strerror", None) or told).splitlines()[0]
+        text = str(error) or type(error).__name__
+        inner = re.search(r"error message = '([^']+)'", text)  # HDF5's report of the system's error
+        reason = inner[1] if inner else (getattr(error, "strerror", None) or text).splitlines()[0]
         raise FolderError(f"{path}: cannot be written: {reason}") from None
 
 

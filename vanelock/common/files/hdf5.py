@@ -167,11 +167,11 @@ def _refuse_unreadable(path: str | os.PathLike[str], beside: str | None) -> None
     size = sum(sizes)
     seconds = SECONDS + size // 50_000_000 + len(sizes) // 50
     try:
-        told = limited(lambda: _trouble(Path(path), size, beside), seconds, MEMORY + 2 * size)
+        trouble = limited(lambda: _trouble(Path(path), size, beside), seconds, MEMORY + 2 * size)
     except Fallen as fallen:
-        told = str(fallen)
-    if told != "fine":
-        raise InputError(f"{path}: not a readable HDF5 file ({told})")
+        trouble = str(fallen)
+    if trouble != "fine":
+        raise InputError(f"{path}: not a readable HDF5 file ({trouble})")
 
 
 def _trouble(path: Path, size: int, beside: str | None) -> str:
@@ -191,8 +191,8 @@ def _trouble(path: Path, size: int, beside: str | None) -> str:
     except MemoryError:
         raise
     except Exception as error:
-        told = _said(error)
-        return told if each == path else f"{each.parent.name}/{_plain(each.name)}: {told}"
+        said = _said(error)
+        return said if each == path else f"{each.parent.name}/{_plain(each.name)}: {said}"
     return "fine"
 
 

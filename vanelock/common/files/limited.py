@@ -52,14 +52,14 @@ def limited(work: Callable[[], str], seconds: int, memory: int) -> str:
     os.close(writing)
     try:
         with open(reading, "rb") as pipe:
-            told = pipe.read().decode("utf-8", "replace")
+            text = pipe.read().decode("utf-8", "replace")
     except BaseException:
         os.kill(child, signal.SIGKILL)
         raise
     finally:
         _, status = os.waitpid(child, 0)
-    if told and status == 0:
-        return told
+    if text and status == 0:
+        return text
     if os.WIFEXITED(status) and os.WEXITSTATUS(status) == FULL:
         raise Fallen("it asks for too much memory")
     slow = os.WIFSIGNALED(status) and os.WTERMSIG(status) in (signal.SIGXCPU, signal.SIGKILL)

@@ -144,9 +144,9 @@ def _samples(given: Given) -> tuple[Case, ...]:
             case = _case(given, chosen, short_names(list(chosen)), {})
             _check_fit(case, chosen, fitting)
         except InputError as error:
-            told = str(error).removeprefix("sweep: ")
+            reason = str(error).removeprefix("sweep: ")
             raise InputError(
-                f"scatter, sample {i + 1}: {told}; low, high or truncate = true cut distributions"
+                f"scatter, sample {i + 1}: {reason}; low, high or truncate = true cut distributions"
             ) from None
         found.append(replace(case, name=f"{SAMPLE}={i + 1:0{len(str(count))}d}"))
     return tuple(found)
@@ -170,8 +170,8 @@ def _of_rows(given: Given, context: str | None) -> list[str]:
                 if "must" not in line  # may hold for the other values of its row
             ][:1]
     if not found and len(lengths) > 1:
-        told = ", ".join(f'"{key}" {len(values)}' for key, values in given.rows.items())
-        found.append(f"rows: lists must be equally long, not {told}")
+        text = ", ".join(f'"{key}" {len(values)}' for key, values in given.rows.items())
+        found.append(f"rows: lists must be equally long, not {text}")
     return found
 
 
@@ -190,9 +190,9 @@ def _case(
         changed = with_values(given, chosen, known=known)
     except ValidationError as error:
         shown = ", ".join(f"{key} = {show(value)}" for key, value in chosen.items())
-        told = f"{shown}: " if len(chosen) > 1 else ""
+        text = f"{shown}: " if len(chosen) > 1 else ""
         why = explain(error, {}, type(given))[0]
-        raise InputError(f"{_where(given, chosen)}: {told}{why}") from None
+        raise InputError(f"{_where(given, chosen)}: {text}{why}") from None
     values = {key: value_at(changed, key) for key in chosen}
     name = ",".join(f"{names[key]}={shown_value(value)}" for key, value in values.items())
     return Case(name, values, changed)

@@ -142,15 +142,15 @@ def _has_measurements(study: Any) -> Iterator[str]:
 
 def _can_be_fitted(study: Any) -> Iterator[str]:
     for key in () if study.fit is None else study.fit.parameters:
-        told, joint, last = f'fit.parameters: "{key}"', key.split(".")[1], key.rpartition(".")[2]
+        where, joint, last = f'fit.parameters: "{key}"', key.split(".")[1], key.rpartition(".")[2]
         if joint == "interlock" and not study.joints.interlock.enabled:
-            yield f"{told}: joints.interlock.enabled = false"
+            yield f"{where}: joints.interlock.enabled = false"
         elif key == "excitation.force" and study.excitation.unbalance is not None:
-            yield f"{told}: excitation.unbalance is given"
+            yield f"{where}: excitation.unbalance is given"
         elif last == "E" and getattr(study.temperature, joint) is not None:
-            yield f"{told}: temperature.{joint} is given"
+            yield f"{where}: temperature.{joint} is given"
         elif last in ("kn", "kt") and getattr(getattr(study.joints, joint), f"{last}_area"):
-            yield f"{told}: {key}_area is given"
+            yield f"{where}: {key}_area is given"
 
 
 def _has_the_temperatures(study: Any) -> Iterator[str]:

@@ -316,20 +316,20 @@ class Study(KeyTable):
 
     def _leaves_out_what_can_be_told(self) -> Iterator[str]:
         """An accuracy needs an estimate of every error."""
-        told = "" if self.accuracy is None else f"accuracy = {self.accuracy:g}"
-        if told and self.rom.route != "cyclic":
+        text = "" if self.accuracy is None else f"accuracy = {self.accuracy:g}"
+        if text and self.rom.route != "cyclic":
             yield (
-                f'{told}: rom.route = "{self.rom.route}" does not tell what it leaves out; '
+                f'{text}: rom.route = "{self.rom.route}" does not tell what it leaves out; '
                 'choose "cyclic"'
             )
-        if told and self.response.harmonic_diameters != "wave":
+        if text and self.response.harmonic_diameters != "wave":
             yield (
-                f'{told}: response.harmonic_diameters = "{self.response.harmonic_diameters}" is '
+                f'{text}: response.harmonic_diameters = "{self.response.harmonic_diameters}" is '
                 'not what a wave does; choose "wave"'
             )
-        if told and self.response.direction != "up":
+        if text and self.response.direction != "up":
             yield (
-                f'{told}: response.direction = "{self.response.direction}": leave it out, since '
+                f'{text}: response.direction = "{self.response.direction}": leave it out, since '
                 "the highest of the solutions in both directions is looked for anyway: of a range "
                 "always, of listed frequencies where the sweep upwards jumps or loses a point"
             )

@@ -60,13 +60,13 @@ class Spots:
 
     def words(self, node: int) -> str:
         """Where a node is: feature and place on it."""
-        told = str(self.feature[node])
+        feature = str(self.feature[node])
         if isinstance(self.dimensions, VaneDimensions):
-            if told.startswith("aerofoil"):
-                return on_the_aerofoil(self.dimensions, self.part, node, told)
-            if told.endswith("leg"):
-                return told + self._on_the_leg(self.dimensions, node)
-        return told
+            if feature.startswith("aerofoil"):
+                return on_the_aerofoil(self.dimensions, self.part, node, feature)
+            if feature.endswith("leg"):
+                return feature + self._on_the_leg(self.dimensions, node)
+        return feature
 
     def _on_the_leg(self, vane: VaneDimensions, node: int) -> str:
         radius = self.coordinates(node)[0]

@@ -83,8 +83,8 @@ def scatter_picture(
                 axes.plot(value, each.value, "o", color=style.BLUE, markersize=3.5, alpha=0.6)
                 axes.set(xlabel=name, ylabel=each.label)
                 axes.margins(0.04)
-                told = f"rank correlation {each.correlation[i]:+.2f}"
-                axes.set_title(told, fontsize=11, color=style.GREY, loc="right")
+                text = f"rank correlation {each.correlation[i]:+.2f}"
+                axes.set_title(text, fontsize=11, color=style.GREY, loc="right")
         return style.write(made, path)
 
 

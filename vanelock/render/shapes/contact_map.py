@@ -94,9 +94,9 @@ def contact_map_picture(
     lower = 2.3 if not face.all() else 0.0
     height = 1.5 + upper + lower + (0.55 if lower else 0.0) + 0.55
     width = 10.4 / len(hertz)
-    told = f"Largest marker: {1e6 * largest:.4g} µJ a cycle" if largest else "No contact rubs"
+    text = f"Largest marker: {1e6 * largest:.4g} µJ a cycle" if largest else "No contact rubs"
     with style.applied():
-        figure = style.figure(height, title, f"{subtitle}. {told}" if subtitle else told)
+        figure = style.figure(height, title, f"{subtitle}. {text}" if subtitle else text)
         background = _face(part, x[face], axes_of[face], width - 0.2, upper) if upper else None
         for column in range(len(hertz)):
             left = 1.45 + column * width

@@ -7,7 +7,7 @@ from vanelock.input.cases.values import Given
 from vanelock.input.schema.distributions import Distribution
 from vanelock.input.schema.study import Study
 from vanelock.input.schema.temperature import described
-from vanelock.input.settings import SCATTERING, Setting, meaning, settings, told
+from vanelock.input.settings import SCATTERING, Setting, as_text, meaning, settings
 from vanelock.report import Section, Text
 
 MAIN = (
@@ -105,7 +105,7 @@ def _varied(given: Given) -> Iterator[Table]:
     )
     for name, lists, caption in kinds:
         rows = [
-            (key, meaning(key, type(given)), told(f"{name}.{key}", list(values), type(given)))
+            (key, meaning(key, type(given)), as_text(f"{name}.{key}", list(values), type(given)))
             for key, values in lists.items()
         ]
         if rows:
@@ -122,7 +122,7 @@ def _varied(given: Given) -> Iterator[Table]:
 def _distribution(key: str, given: Distribution, schema: type[Given]) -> str:
     """How a key scatters, in words."""
     words = [
-        f"{name} {value if isinstance(value, str) else told(key, value, schema)}"
+        f"{name} {value if isinstance(value, str) else as_text(key, value, schema)}"
         for name in ("mean", "deviation", "low", "high")
         if (value := getattr(given, name)) is not None
     ]
@@ -139,8 +139,8 @@ def all_inputs(given: Given) -> Section:
 def _rows(found: Sequence[Setting], with_default: bool = False) -> list[tuple[str, ...]]:
     rows = []
     for each in found:
-        row: tuple[str, ...] = (each.key, each.meaning, told(each.key, each.value, each.schema))
-        rows.append((*row, told(each.key, each.default, each.schema)) if with_default else row)
+        row: tuple[str, ...] = (each.key, each.meaning, as_text(each.key, each.value, each.schema))
+        rows.append((*row, as_text(each.key, each.default, each.schema)) if with_default else row)
     return rows
 
 

@@ -122,26 +122,26 @@ def _listed(budget: Budget) -> bool:
 
 
 def _warnings(known: Errors, budget: Budget, rounds: Sequence[Round], short: str) -> list[str]:
-    told = []
+    lines = []
     amplitude, frequency = known.total
     worst = max(amplitude, frequency)
     if worst > budget.accuracy:
         dominant = max(known.counted, key=lambda each: np.nanmax([each.amplitude, each.frequency]))
-        told.append(
+        lines.append(
             f"WARNING: the estimated error is {worst:.1e}, more than the accuracy "
             f"{budget.accuracy:g} asked for; most of it is {dominant.name} ({dominant.knob})"
         )
     if short:
-        told.append(f"WARNING: {short}")
+        lines.append(f"WARNING: {short}")
     if "mesh" in budget.pinned and rounds and rounds[-1].error > budget.accuracy:
-        told.append(
+        lines.append(
             f"WARNING: the accuracy holds for this mesh alone ({budget.pinned['mesh']} is given): "
             f"frequencies are too high by about {rounds[-1].error:.1e} because of it"
         )
     for kind in ("amplitude",) if _listed(budget) else ("amplitude", "frequency"):
         if unknown := [each.name for each in known.counted if np.isnan(getattr(each, kind))]:
-            told.append(f"WARNING: the {kind}'s error is not known for: {', '.join(unknown)}")
-    return told
+            lines.append(f"WARNING: the {kind}'s error is not known for: {', '.join(unknown)}")
+    return lines
 
 
 def error_table(case: str, found: Errors, monitor: str) -> Table:

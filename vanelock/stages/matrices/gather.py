@@ -190,8 +190,8 @@ def _refuse_outside(where: str, key: str, values: Floats, source: Any) -> None:
     high_enough = values > allowed.low if allowed.above else values >= allowed.low
     if np.any(wrong := ~(high_enough & (values <= allowed.high))):
         least = f"{'>' if allowed.above else '>='} {allowed.low:g}"
-        told = f"must be {least} and <= {allowed.high:g} {unit}".rstrip()
-        raise InputError(f"{where}: {key} = {values[wrong][0]:g} in {source}: {told}")
+        text = f"must be {least} and <= {allowed.high:g} {unit}".rstrip()
+        raise InputError(f"{where}: {key} = {values[wrong][0]:g} in {source}: {text}")
 
 
 def _refuse_twice(where: str, mine: Integers, theirs: Integers, normal: Floats) -> None:
@@ -199,8 +199,8 @@ def _refuse_twice(where: str, mine: Integers, theirs: Integers, normal: Floats) 
     seen = set()
     for a, b, n in zip(mine.tolist(), theirs.tolist(), normal.round(6).tolist(), strict=True):
         if (a, b, *n) in seen:
-            told = f"node {a}" if a == b else f"pair {a}, {b}"
-            raise InputError(f"{where}.pairs: {told} is listed twice with the same normal")
+            text = f"node {a}" if a == b else f"pair {a}, {b}"
+            raise InputError(f"{where}.pairs: {text} is listed twice with the same normal")
         seen.add((a, b, *n))
 
 

@@ -10,7 +10,7 @@ from vanelock.commands.compare.compare import compared, matched, tables
 from vanelock.commands.compare.load import CaseFound, Loaded
 from vanelock.commands.compare.page import compare_page
 from vanelock.common.errors import InputError
-from vanelock.input.settings import settings, told
+from vanelock.input.settings import as_text, settings
 from vanelock.report import Answers, Text
 from vanelock.results.files.writer import Results
 
@@ -148,7 +148,7 @@ def test_settings_are_told_in_peoples_units():
         "sweep.mesh.size": ("coarse", "coarse"),
         "accuracy": (None, "not set"),
     }
-    assert {key: told(key, value) for key, (value, _) in values.items()} == {
+    assert {key: as_text(key, value) for key, (value, _) in values.items()} == {
         key: text for key, (_, text) in values.items()
     }
 
