@@ -213,10 +213,10 @@ def converge(
     allow_outside: Outside = False,
     quiet: Quiet = False,
     as_json: AsJson = False,
-    knob: Annotated[
+    setting: Annotated[
         list[str] | None,
         typer.Option(
-            help="Key of a knob, such as mesh.size; may be repeated; default: all.",
+            help="Key of a setting, such as mesh.size; may be repeated; default: all.",
             autocompletion=knob_keys,
         ),
     ] = None,
@@ -224,7 +224,7 @@ def converge(
         int | None, typer.Option(min=1, help="Largest meshes tried, degrees of freedom.")
     ] = None,
 ) -> None:
-    """Measure error against cost: run a study again with each of its knobs raised alone."""
+    """Measure error against cost: run a study again with each of its settings raised alone."""
     from vanelock.commands.converge.converge import converge_study
     from vanelock.input.read_study import load_study
     from vanelock.pipeline.progress import choose_listener
@@ -233,7 +233,7 @@ def converge(
     folder = output or Path("runs") / study.stem
     with _going_on_later(folder), choose_listener(quiet, as_json) as listener:
         converge_study(
-            loaded, folder, listener, knob or (), **({} if dofs is None else {"dofs": dofs})
+            loaded, folder, listener, setting or (), **({} if dofs is None else {"dofs": dofs})
         )
 
 

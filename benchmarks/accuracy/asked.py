@@ -12,7 +12,7 @@ from vanelock.nonlinear import Response, peak_errors
 from vanelock.pipeline.cache import Cache
 from vanelock.pipeline.progress import silent
 from vanelock.pipeline.step import Stages
-from vanelock.stages.accuracy.choose_mesh import settle
+from vanelock.stages.accuracy.choose_mesh import choose_mesh
 from vanelock.stages.plan import plan
 from vanelock.stages.response.limits import frequencies
 from vanelock.stages.response.monitor import monitor
@@ -23,13 +23,13 @@ def asked(scene: Scene, accuracy: float, folder: Path) -> Outcome:
     own = folder / f"design_{scene.design}"
     stages = Stages(Cache(own / "cache", print), silent)
     (case,) = cases(scene.study(accuracy=accuracy))
-    settled = settle(case.study, stages)
-    (planned,) = plan([case], lambda *_: None, [settled])
+    chosen_mesh = choose_mesh(case.study, stages)
+    (planned,) = plan([case], lambda *_: None, [chosen_mesh])
     response = stages.get(planned.response)
     planned = planned.solved(response)
     limits = stages.get(planned.linear.limits)
     system = stages.get(planned.system)
-    wanted = frequencies(settled.study, limits)
+    wanted = frequencies(chosen_mesh.study, limits)
     assert isinstance(wanted, tuple)
     watched = monitor(None, system, stages.get(planned.linear.responses["free"]))
     given = Prepared(system, wanted, watched, limits)

@@ -1,4 +1,4 @@
-"""Error against cost of every knob of the example vane, as `vanelock converge` measures it.
+"""Error against cost of every setting of the example vane, as `vanelock converge` measures it.
 
     python -m benchmarks.runs.speed_against_error [--sizes coarse medium] [--dofs 150000] [--write]
 
@@ -23,11 +23,11 @@ NAME = "speed-against-error"
 MU = 0.15
 INTRODUCTION = """\
 Made by `python -m benchmarks.runs.speed_against_error --write`; `vanelock converge` makes the same of
-any study. The vane of examples/vane.toml at μ = 0.15, each knob raised alone, the others as the
+any study. The vane of examples/vane.toml at μ = 0.15, each setting raised alone, the others as the
 study has them (bold: its own value). Error: relative distance of the peak, its amplitude and its
-frequency, from that of the finest value of the same knob, which says nothing of what the finest
+frequency, from that of the finest value of the same setting, which says nothing of what the finest
 one itself is off by; for frequencies, from the peak located among the most points. Cost: CPU time
-of the stages that the knob affects, in units of all stages of the study as it is (1.00).
+of the stages that the setting affects, in units of all stages of the study as it is (1.00).
 
 Peaks are located to about 4e-5 of their frequency and 2e-5 of their amplitude, since the curve has
 kinks where contacts change state. Differences below that mean nothing.

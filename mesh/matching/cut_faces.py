@@ -38,8 +38,8 @@ def check_cut_faces(side: Side, tolerance: float) -> list[str]:
     if len(own):
         problems.append(
             f"{side.source}, left and right: {_missing(len(own))}, such "
-            f"as {side.describe(int(own[0]))}, which meets {side.describe(int(mate[0]))} when turned by "
-            f"2π/{side.sectors}: all nodes of the cut faces are needed"
+            f"as {side.describe(int(own[0]))}, which meets {side.describe(int(mate[0]))} when "
+            f"turned by 2π/{side.sectors}: all nodes of the cut faces are needed"
         )
     alone = np.flatnonzero(np.isin(left, fixed) != np.isin(right, fixed))
     if len(alone):

@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from vanelock.common.errors import InputError
 from vanelock.nonlinear.adaptive.error_estimates import SOURCES, Estimate, Estimator
-from vanelock.nonlinear.adaptive.harmonic_levels import Climbed, Ladder
+from vanelock.nonlinear.adaptive.harmonic_levels import HarmonicLevels, LevelsState
 from vanelock.nonlinear.adaptive.neighbours import places_of_jumps, settled
 from vanelock.nonlinear.adaptive.points import Point, Pointwise, Shares
 from vanelock.nonlinear.adaptive.sampling import Exploring
@@ -104,25 +104,27 @@ def adaptive_response(
     hertz = (checked_range if is_range else checked_frequencies)(frequencies)
     omegas = TURN * hertz
     limits = float(omegas.min()), float(omegas.max())
-    ladder = Ladder(systems, limits, options, options.samples or (FEWEST if isotropic else None))
-    first = ladder.structure(harmonics or 1)
+    levels = HarmonicLevels(
+        systems, limits, options, options.samples or (FEWEST if isotropic else None)
+    )
+    first = levels.structure(harmonics or 1)
     if harmonics is None:
-        first = ladder.structure(max([1, *excited(first.system)]))
+        first = levels.structure(max([1, *excited(first.system)]))
     else:
         check_forces(first.system, harmonics)
     check_band(first.system, hertz)
     if not first.system.output_names:
         raise InputError("system: has no output nodes: their amplitude is what an error is of")
-    monitored = _loudest(ladder, first.harmonics, omegas) if monitor is None else monitor
+    monitored = _loudest(levels, first.harmonics, omegas) if monitor is None else monitor
     left_out = None if neglected is None else lru_cache(None)(neglected)
-    estimator = Estimator(ladder, monitored, left_out, mesh_error)
+    estimator = Estimator(levels, monitored, left_out, mesh_error)
     pointwise = Pointwise(
         estimator,
         shares,
         first.harmonics,
         chooses_harmonics=harmonics is None,
         chooses_samples=isotropic and options.samples is None,
-        replay=replaying(journal, Point, Estimate, Climbed),
+        replay=replaying(journal, Point, Estimate, LevelsState),
     )
     reporter = _Reporter(progress)
     if is_range:
@@ -132,7 +134,7 @@ def adaptive_response(
         direction = options.direction or "both"
     else:
         found, jumps, direction = _swept(pointwise, omegas, reporter, options.direction)
-    return replace(_assembled(ladder, found, monitored), direction=direction, jump=jumps)
+    return replace(_assembled(levels, found, monitored), direction=direction, jump=jumps)
 
 
 @dataclass
@@ -188,9 +190,9 @@ def _passed(
     return found
 
 
-def _loudest(ladder: Ladder, harmonics: int, omegas: Floats) -> tuple[int, int]:
+def _loudest(levels: HarmonicLevels, harmonics: int, omegas: Floats) -> tuple[int, int]:
     """Node and direction of the largest linear response, all contacts stuck."""
-    prepared = ladder.structure(harmonics)
+    prepared = levels.structure(harmonics)
     still = np.zeros_like(prepared.linear(float(omegas[0])))
     sizes = [
         np.abs(prepared.output(prepared.amplitudes(omega, still))[1:]).max(axis=0)
@@ -200,16 +202,18 @@ def _loudest(ladder: Ladder, harmonics: int, omegas: Floats) -> tuple[int, int]:
     return int(node), int(direction)
 
 
-def _assembled(ladder: Ladder, points: Sequence[Point], monitored: tuple[int, int]) -> Response:
+def _assembled(
+    levels: HarmonicLevels, points: Sequence[Point], monitored: tuple[int, int]
+) -> Response:
     """All points as one response with the largest number of harmonics among them."""
     H = max(point.harmonics for point in points)
-    rest = ladder.rest
+    rest = levels.rest
     solutions = []
     for point in points:
         found = point.solution
         found = replace(found, w=resized(found.w, H), u=resized(found.u, H))
         solutions.append(found if rest is None else with_static_mean(found, rest))
-    response = assemble_response(ladder.structure(H), solutions)
+    response = assemble_response(levels.structure(H), solutions)
     estimates = ErrorEstimates(
         sources=SOURCES,
         change=_changes(points),
@@ -217,13 +221,13 @@ def _assembled(ladder: Ladder, points: Sequence[Point], monitored: tuple[int, in
         amplitude=np.array([point.amplitude for point in points]),
         harmonics=np.array([point.harmonics for point in points]),
         monitored=np.array(monitored),
-        tried=ladder.reached,
+        tried=levels.reached,
     )
-    samples = ladder.samples_of(H) or 0
+    samples = levels.samples_of(H) or 0
     return replace(
         response,
-        coupling=ladder.options.coupling,
-        friction=ladder.options.friction,
+        coupling=levels.options.coupling,
+        friction=levels.options.friction,
         samples=samples,
         estimates=estimates,
     )

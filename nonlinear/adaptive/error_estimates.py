@@ -25,7 +25,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from vanelock.nonlinear.adaptive.harmonic_levels import Ladder
+from vanelock.nonlinear.adaptive.harmonic_levels import HarmonicLevels
 from vanelock.nonlinear.balance.balance import Balance, Structure
 from vanelock.nonlinear.contact.law import Deviation
 from vanelock.nonlinear.forced_response.response import amplitude_and_slope, half_peak_to_peak
@@ -75,7 +75,7 @@ class Estimator:
 
     Attributes
     ----------
-    ladder : Ladder
+    levels : HarmonicLevels
     monitored : (int, int)
         Output node and direction.
     neglected : callable, optional
@@ -85,14 +85,14 @@ class Estimator:
         relative errors (n,).
     """
 
-    ladder: Ladder
+    levels: HarmonicLevels
     monitored: tuple[int, int]
     neglected: Callable[[int], Neglected] | None = None
     mesh_error: Callable[[int, Floats], Floats] | None = None
 
     def estimate(self, found: Solution, harmonics: int) -> Estimate:
         """Judge a converged solution with H harmonics."""
-        state = _Wide(self.ladder, found, harmonics + BEYOND)
+        state = _Wide(self.levels, found, harmonics + BEYOND)
         wide = state.structure
         amplitudes = wide.amplitudes(found.omega, state.w)
         q = self._output(wide, amplitudes)
@@ -179,14 +179,14 @@ class Estimator:
 
     def _samples(self, state: "_Wide", q: Complex) -> Complex | None:
         """The monitored output q without the error of samples."""
-        if self.ladder.samples is None:
+        if self.levels.samples is None:
             return q
-        finer = self.ladder.law(state.structure.harmonics, finer=True)
+        finer = self.levels.law(state.structure.harmonics, finer=True)
         step = state.answer_to_deviation(finer(state.u).w - state.deviation.w)
         if step is None:
             return None
         # Isotropic friction: twice the samples halve the error.
-        share = 2.0 if self.ladder.options.friction == "isotropic" else 1.0
+        share = 2.0 if self.levels.options.friction == "isotropic" else 1.0
         return self._of_deviation(state, state.w + share * step)
 
 
@@ -196,8 +196,8 @@ Force = Callable[[Structure, int, float, Complex], Complex]
 class _Wide:
     """A solution taken with more harmonics, and the balance linearised there once for all."""
 
-    def __init__(self, ladder: Ladder, found: Solution, harmonics: int) -> None:
-        family = ladder.guessing(harmonics)
+    def __init__(self, levels: HarmonicLevels, found: Solution, harmonics: int) -> None:
+        family = levels.guessing(harmonics)
         self.structure, self.omega = family.structure, found.omega
         self.w = resized(found.w, harmonics)
         self.balance: Balance = family.at(found.omega)
@@ -208,11 +208,11 @@ class _Wide:
         self._linear: Linearised | None = None
         if len(self.rows):
             weight = np.broadcast_to(1 / scales(self.balance.linear), self.w.shape).reshape(-1)
-            kept, stiffness = ladder.kept(harmonics), self.structure.stiffness
+            kept, stiffness = levels.kept(harmonics), self.structure.stiffness
             self._linear = linearise(
                 self.balance, self.deviation, self.rows, weight, None, kept, stiffness
             )
-            ladder.keep(harmonics, self._linear.kept)
+            levels.keep(harmonics, self._linear.kept)
 
     def answer_to_deviation(self, gap: Floats) -> Floats | None:
         """Change dw if the law asks for w + gap, (c, 3, m) m; None where P is singular."""

@@ -28,8 +28,8 @@ from vanelock.rom.system import System
 
 
 @dataclass(frozen=True)
-class Climbed:
-    """What a ladder has come to by the points that were solved on it.
+class LevelsState:
+    """What the levels have come to by the points that were solved on it.
 
     Attributes
     ----------
@@ -50,7 +50,7 @@ class Climbed:
 
 
 @dataclass
-class Ladder:
+class HarmonicLevels:
     """Solvers by number of harmonics.
 
     Attributes
@@ -83,12 +83,12 @@ class Ladder:
     _bases: dict[int, Basis] = field(default_factory=dict)
 
     @property
-    def climbed(self) -> Climbed:
+    def state(self) -> LevelsState:
         """What it has come to."""
         asked = {key: source.asked for key, source in self._sources.items()}
-        return Climbed(self.samples, self._reached, self._asked | asked, dict(self._bases))
+        return LevelsState(self.samples, self._reached, self._asked | asked, dict(self._bases))
 
-    def climb(self, to: Climbed) -> None:
+    def resume(self, to: LevelsState) -> None:
         """Go on from what it had come to."""
         if to.reached > self._reached:
             self.structure(to.reached)

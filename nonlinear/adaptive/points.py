@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vanelock.nonlinear.adaptive.error_estimates import BEYOND, SOURCES, Estimate, Estimator, half
-from vanelock.nonlinear.adaptive.harmonic_levels import Climbed, Ladder
+from vanelock.nonlinear.adaptive.harmonic_levels import HarmonicLevels, LevelsState
 from vanelock.nonlinear.contact.law import STUCK
 from vanelock.nonlinear.continuation.families import Frequencies, fixed
 from vanelock.nonlinear.forced_response.jumps import joined
@@ -136,9 +136,9 @@ class Pointwise:
     _largest: float = 0.0
 
     @property
-    def ladder(self) -> Ladder:
+    def levels(self) -> HarmonicLevels:
         """The solvers."""
-        return self.estimator.ladder
+        return self.estimator.levels
 
     def with_harmonics(self, harmonics: int) -> "Pointwise":
         """The same with so many harmonics at each point, or as many as all of them need."""
@@ -150,12 +150,12 @@ class Pointwise:
         if not self.replay.writes:
             return solve()
 
-        def solved() -> tuple[T, float, Climbed]:
-            return solve(), self._largest, self.ladder.climbed
+        def solved() -> tuple[T, float, LevelsState]:
+            return solve(), self._largest, self.levels.state
 
-        before = (self.ladder.samples or 0, self._largest)
-        found, self._largest, climbed = self.replay(question, (*asked, *before), solved)
-        self.ladder.climb(climbed)
+        before = (self.levels.samples or 0, self._largest)
+        found, self._largest, state = self.replay(question, (*asked, *before), solved)
+        self.levels.resume(state)
         return found
 
     def easily(self, omega: float, neighbours: Sequence[Point]) -> Solution | None:
@@ -165,7 +165,7 @@ class Pointwise:
 
         def solved() -> Solution | None:
             H = neighbours[-1].wanted
-            return self.ladder.solver(H).easily(omega, self._lifted(neighbours, H))
+            return self.levels.solver(H).easily(omega, self._lifted(neighbours, H))
 
         return self._written("easily", (omega, *_told(neighbours)), solved)
 
@@ -203,18 +203,18 @@ class Pointwise:
             if found is None and fewer is not None:
                 found = self._raised(fewer, H)
             if found is None:
-                found = self.ladder.solver(H).point(omega, self._lifted(beside, H))
-            samples = self.ladder.samples_of(H)
+                found = self.levels.solver(H).point(omega, self._lifted(beside, H))
+            samples = self.levels.samples_of(H)
             point = Point(found, H, samples, None, H)
             if not found.converged:
                 break
-            self.ladder.keep(H, found.kept)
+            self.levels.keep(H, found.kept)
             estimate = self.estimator.estimate(found, H)
             self._largest = max(self._largest, estimate.amplitude)
             point = replace(point, estimate=estimate, wanted=self._wanted(found, estimate, H))
             if self._needs_samples(estimate, samples):
                 assert samples is not None
-                self.ladder.samples = 2 * samples
+                self.levels.samples = 2 * samples
             elif self._needs_harmonics(found, estimate, H):
                 H = min(H + BEYOND, MOST)
             else:
@@ -260,8 +260,8 @@ class Pointwise:
             return 0.0
         sure = self.chooses_harmonics and self.shares.harmonics < RESONANT
         H = point.harmonics + (FURTHEST if sure else FURTHER)
-        self.ladder.structure(H if sure else point.harmonics + BEYOND)
-        family = self.ladder.guessing(H)
+        self.levels.structure(H if sure else point.harmonics + BEYOND)
+        family = self.levels.guessing(H)
         found = self._again(point, family, self.shares.harmonics * 1e-2)
         if not found.converged:
             return None
@@ -272,7 +272,7 @@ class Pointwise:
         """Whether the path of solutions leads from one to the other, as many harmonics in both."""
         H = max(a.harmonics, b.harmonics)
         found = self._lifted([a, b], H)
-        return len(found) == 2 and joined(self.ladder.solver(H), *found)
+        return len(found) == 2 and joined(self.levels.solver(H), *found)
 
     def _needs_samples(self, estimate: Estimate, samples: int | None) -> bool:
         share = self.shares.samples or self.shares.harmonics
@@ -313,9 +313,9 @@ class Pointwise:
 
     def _raised(self, point: Point, H: int) -> Solution | None:
         """The solution of a point with H harmonics; None where it is not found from that."""
-        if (point.harmonics, point.samples) == (H, self.ladder.samples_of(H)):
+        if (point.harmonics, point.samples) == (H, self.levels.samples_of(H)):
             return point.solution
-        found = self._again(point, self.ladder.solver(H).family, self.ladder.options.tolerance)
+        found = self._again(point, self.levels.solver(H).family, self.levels.options.tolerance)
         return found if found.converged else None
 
     def _again(self, point: Point, family: Frequencies, tolerance: float) -> Solution:
@@ -324,10 +324,10 @@ class Pointwise:
         starts = [found.w]
         if H > point.harmonics and point.estimate and point.estimate.better is not None:
             starts.insert(0, point.estimate.better)
-        held, kept = fixed(family.at(found.omega), family.friction), self.ladder.kept(H)
+        held, kept = fixed(family.at(found.omega), family.friction), self.levels.kept(H)
         for start in starts:
             again = solve(held, resized(start, H), 0.0, tolerance=tolerance, kept=kept)
             if again.converged:
                 break
-        self.ladder.keep(H, again.kept)
+        self.levels.keep(H, again.kept)
         return replace(again, parameter=found.omega)

@@ -91,7 +91,7 @@ class Exploring:
     @property
     def damping_ratio(self) -> float:
         """Of the structure with all contacts stuck; 0 where it has damping of its own."""
-        return self.pointwise.ladder.structure(self.pointwise.least).system.damping_ratio or 0.0
+        return self.pointwise.levels.structure(self.pointwise.least).system.damping_ratio or 0.0
 
     @property
     def widest(self) -> float:

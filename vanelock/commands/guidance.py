@@ -53,7 +53,7 @@ raised, each alone; the table says how far amplitude and frequency of the peak m
 what it costs. Takes several times as long as the study.""",
         [
             "vanelock converge my.toml",
-            "vanelock converge my.toml --knob mesh.size --knob response.harmonics",
+            "vanelock converge my.toml --setting mesh.size --setting response.harmonics",
         ],
         "docs/accuracy.md, docs/trust.md",
     ),
@@ -88,7 +88,7 @@ there already is left alone.""",
     ),
     "completion": (
         "Make the Tab key complete words.",
-        "It completes commands, options, study files and, for `converge --knob`, keys.",
+        "It completes commands, options, study files and, for `converge --setting`, keys.",
         [
             "vanelock completion bash >> ~/.bashrc",
             'vanelock completion zsh > "${fpath[1]}/_vanelock"',
@@ -125,7 +125,7 @@ def study_files(incomplete: str) -> list[str]:
 
 
 def knob_keys(incomplete: str) -> list[str]:
-    """Keys that `converge --knob` knows of some study."""
+    """Keys that `converge --setting` knows of some study."""
     keys = (
         *("mesh.size", "rom.accuracy", "rom.vane_modes", "rom.casing_modes", "rom.interface_modes"),
         *("response.harmonics", "response.coupling", "response.points", "response.samples"),

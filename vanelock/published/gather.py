@@ -29,7 +29,7 @@ from vanelock.stages.response.responses import (
 )
 from vanelock.stages.response.solved import as_solved
 from vanelock.stages.response.summary import Peak, Summary, peak_of
-from vanelock.stages.response.warm import warmed
+from vanelock.stages.response.temperature_speed import with_temperature_speeds
 
 RIDGES = (1, 3)
 """Harmonics of the ridges, as far as the campaign has them."""
@@ -38,7 +38,7 @@ RIDGES = (1, 3)
 def plan_of(study: Study, stages: Stages) -> Plan:
     """The campaign's cases; the load at which all contacts stick is found on the way."""
     draft = planned_sheets(study, 1.0)
-    (warm,) = warmed([draft.cases[case_of(draft)]], stages)
+    (warm,) = with_temperature_speeds([draft.cases[case_of(draft)]], stages)
     study = with_values(study, {"temperature": warm.study.temperature.model_dump()})
     draft = planned_sheets(study, 1.0)
     wanted = diameters(case.study for case in draft.cases.values())

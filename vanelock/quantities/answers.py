@@ -14,7 +14,7 @@ from vanelock.quantities.contacts.wear import Wear, wear
 from vanelock.quantities.curves_and_fields import RunData
 from vanelock.quantities.selection import named, sampled
 from vanelock.quantities.stress.cycles import Stressed, stressed_step
-from vanelock.quantities.stress.locations import Spots, spots
+from vanelock.quantities.stress.locations import SurfaceLocations, locations_of
 from vanelock.quantities.stress.margins import Margins, margins
 from vanelock.stages.plan import Planned
 from vanelock.stages.response.solved import as_solved
@@ -121,7 +121,7 @@ def looked_into(run_data: RunData) -> list[str]:
 
 def answers(run_data: RunData) -> dict[str, CaseAnswers]:
     """Answers of the cases of a run that are looked into."""
-    known: dict[str, Spots] = {}
+    known: dict[str, SurfaceLocations] = {}
     chosen = looked_into(run_data)
     return {
         each.case.name: _answers(run_data, each, known)
@@ -130,7 +130,9 @@ def answers(run_data: RunData) -> dict[str, CaseAnswers]:
     }
 
 
-def _answers(run_data: RunData, planned: Planned, known: dict[str, Spots]) -> CaseAnswers:
+def _answers(
+    run_data: RunData, planned: Planned, known: dict[str, SurfaceLocations]
+) -> CaseAnswers:
     stages, name = run_data.stages, planned.case.name
     peak = run_data.shown.peak[name]
     response = stages.get(planned.response)
@@ -158,12 +160,14 @@ def _answers(run_data: RunData, planned: Planned, known: dict[str, Spots]) -> Ca
     )
 
 
-def _stress(planned: Planned, cycles: Stressed, stages: Stages, known: dict[str, Spots]) -> Margins:
+def _stress(
+    planned: Planned, cycles: Stressed, stages: Stages, known: dict[str, SurfaceLocations]
+) -> Margins:
     """Margins of a case with meshes; places of nodes that are `known` by their mesh stay."""
     study = planned.case.study
     for step in planned.meshes.values():
         if step.key not in known:
-            known[step.key] = spots(study, stages.get(step))
+            known[step.key] = locations_of(study, stages.get(step))
     at = {part: known[step.key] for part, step in planned.meshes.items()}
     gauges = () if planned.gauges is None else stages.get(planned.gauges).names
     return margins(study, cycles, at, gauges)

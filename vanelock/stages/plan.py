@@ -16,7 +16,7 @@ from vanelock.mesh import Part
 from vanelock.nonlinear import Response
 from vanelock.pipeline.step import Step
 from vanelock.rom import System
-from vanelock.stages.accuracy.choose_mesh import Settled
+from vanelock.stages.accuracy.choose_mesh import MeshChoice
 from vanelock.stages.accuracy.mesh_errors import MeshErrors, mesh_errors_step
 from vanelock.stages.matrices import steps as of_matrices
 from vanelock.stages.matrices.gather import gathered
@@ -87,7 +87,7 @@ class Planned:
         The swept values that the preload depends on.
     gauges : Step or None
         Strain gauges, if the study has any.
-    settled : Settled or None
+    chosen_mesh : MeshChoice or None
         What an accuracy chose before, if the study has one; the casing then is reduced at one
         nodal diameter after the other.
     mesh_errors : Step or None
@@ -109,7 +109,7 @@ class Planned:
     linear: Linear
     preload_name: str
     gauges: Step[Gauges] | None
-    settled: Settled | None = None
+    chosen_mesh: MeshChoice | None = None
     mesh_errors: Step[MeshErrors] | None = None
     diameters: tuple[int, ...] = ()
     other: Step[Response] | None = None
@@ -127,14 +127,14 @@ class Planned:
 
     def part(self, name: str, nodal_diameter: int) -> Step[Any]:
         """A reduced part that holds a nodal diameter."""
-        if self.settled is None or name == "vane":
+        if self.chosen_mesh is None or name == "vane":
             return self.rom[name]
         study = self.case.study
         return casing_step(study, folded(nodal_diameter, study.ring.sectors))
 
     def solved(self, response: Response) -> "Planned":
         """The same when it is known which nodal diameters the response took."""
-        if self.settled is None:
+        if self.chosen_mesh is None:
             return self
         study = self.case.study
         tried = response.estimates.tried if response.estimates else response.harmonics
@@ -143,7 +143,7 @@ class Planned:
 
 
 def plan(
-    cases: Sequence[Case], progress: Progress, settled: Sequence[Settled | None] = ()
+    cases: Sequence[Case], progress: Progress, chosen_mesh: Sequence[MeshChoice | None] = ()
 ) -> tuple[Planned, ...]:
     """Steps of every case; cases that differ in harmonics only share one reduced model.
 
@@ -153,13 +153,13 @@ def plan(
         Those of a study or a scene.
     progress : callable
         Told of each point.
-    settled : sequence of Settled or None
+    chosen_mesh : sequence of MeshChoice or None
         What the accuracy of each case chose, whose studies replace those of the cases.
     """
     if isinstance(cases[0].given, Scene):
         found = [from_matrices(case, progress) for case in cases]
-    elif any(settled):
-        chosen = [each for each in settled if each is not None]
+    elif any(chosen_mesh):
+        chosen = [each for each in chosen_mesh if each is not None]
         free = free_step(chosen[0])
         found = [adaptive(c, s, free, progress) for c, s in zip(cases, chosen, strict=True)]
     else:
@@ -241,10 +241,12 @@ def shared_diameters(cases: Sequence[Case]) -> list[tuple[int, ...]]:
     return [found[key] for key in bare]
 
 
-def adaptive(case: Case, settled: Settled, free: Step[Response], progress: Progress) -> Planned:
+def adaptive(
+    case: Case, chosen_mesh: MeshChoice, free: Step[Response], progress: Progress
+) -> Planned:
     """Steps of a case with an accuracy; the `free` linear response says what is monitored."""
-    case = replace(case, given=settled.study)
-    study, own = case.study, linear_steps(settled.study)
+    case = replace(case, given=chosen_mesh.study)
+    study, own = case.study, linear_steps(chosen_mesh.study)
     linear = {which: linear_step(study, which, own.system, own.limits) for which in LIMITS}
     system = united_step(study, 1)
     mesh = mesh_errors_step(study, own.limits)
@@ -254,17 +256,17 @@ def adaptive(case: Case, settled: Settled, free: Step[Response], progress: Progr
         rom=own.rom,
         system=system,
         preload=preload_step(study.response.friction, system),
-        response=adaptive_step(case.name, study, settled.budget, own, free, mesh, progress),
+        response=adaptive_step(case.name, study, chosen_mesh.budget, own, free, mesh, progress),
         linear=Linear("", own.system, own.limits, linear),
         preload_name="",
         gauges=gauges_step(study, own.vane) if study.outputs.gauges else None,
-        settled=settled,
+        chosen_mesh=chosen_mesh,
         mesh_errors=mesh,
         diameters=tuple(sorted({0, diameter_of(study, 1)})),
     )
 
 
-def free_step(settled: Settled) -> Step[Response]:
+def free_step(chosen_mesh: MeshChoice) -> Step[Response]:
     """The linear response that says what all cases monitor: the first one's, interlock free."""
-    own = linear_steps(settled.study)
-    return linear_step(settled.study, "free", own.system, own.limits)
+    own = linear_steps(chosen_mesh.study)
+    return linear_step(chosen_mesh.study, "free", own.system, own.limits)

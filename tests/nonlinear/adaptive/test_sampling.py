@@ -45,7 +45,7 @@ class Solver:
     def __init__(self, *branches: Branch) -> None:
         self.branches, self.count = branches, 0
         system = SimpleNamespace(damping_ratio=0.01)
-        self.ladder = SimpleNamespace(structure=lambda _: SimpleNamespace(system=system))
+        self.levels = SimpleNamespace(structure=lambda _: SimpleNamespace(system=system))
 
     def easily(self, omega: float, neighbours: Sequence[Any]) -> Any:
         """The branch of the neighbour."""

@@ -1,4 +1,4 @@
-"""Every command teaches by `--help`, and the Tab key knows commands, study files and knobs."""
+"""Every command teaches by `--help`, and the Tab key knows commands, study files and settings."""
 
 import os
 import re
@@ -11,7 +11,7 @@ from typer.testing import CliRunner
 
 from vanelock import Study, __main__
 from vanelock.__main__ import app
-from vanelock.commands.converge.settings import knobs
+from vanelock.commands.converge.settings import settings_of
 from vanelock.commands.guidance import knob_keys, study_files
 
 ROOT = Path(__file__).resolve().parents[3]
@@ -97,7 +97,7 @@ def test_bash_completes_what_is_typed(tmp_path: Path) -> None:
 
     assert typed("conv") == ["converge"]
     assert typed("run", "") == ["mine.toml", "other.toml"]
-    assert typed("converge", "mine.toml", "--knob", "response.h") == ["response.harmonics"]
+    assert typed("converge", "mine.toml", "--setting", "response.h") == ["response.harmonics"]
 
 
 def test_study_files_are_those_that_begin_so(tmp_path: Path) -> None:
@@ -114,7 +114,7 @@ def test_every_knob_of_a_study_is_completed() -> None:
         {"rom": {"route": "paper", "vane_modes": 5}},
         {"rom": {"vane_modes": 5, "casing_modes": 5}},
     ]
-    found = {knob.key for each in studies for knob in knobs(Study.model_validate(each))}
+    found = {setting.key for each in studies for setting in settings_of(Study.model_validate(each))}
     assert found <= set(knob_keys(""))
     assert knob_keys("mesh") == ["mesh.size"]
 

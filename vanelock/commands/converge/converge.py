@@ -1,7 +1,7 @@
-"""Error against cost, measured: a study again and again, each knob raised alone.
+"""Error against cost, measured: a study again and again, each setting raised alone.
 
-The error of a value is its distance from the finest one of the same knob, in the amplitude and the
-frequency of the largest response. Its cost is the processor time of the stages that the knob
+The error of a value is its distance from the finest one of the same setting, in the amplitude and
+the frequency of the largest response. Its cost is the processor time of the stages that the setting
 affects, over that of all stages of the study as it stands, both as measured when they were
 computed.
 """
@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vanelock import nonlinear
-from vanelock.commands.converge.settings import DOFS, Knob, chosen
+from vanelock.commands.converge.settings import DOFS, NumericalSetting, chosen
 from vanelock.commands.converge.table import NAME, Outcome, draw, markdown, table
 from vanelock.common.errors import InputError
 from vanelock.input.cases.sweep import Case, cases
@@ -29,7 +29,7 @@ from vanelock.pipeline.cache import Cache
 from vanelock.pipeline.progress import Finished, Listener, Notice, silent
 from vanelock.pipeline.step import Stages, Step
 from vanelock.results.files.run_folder import claimed, record
-from vanelock.stages.accuracy.choose_mesh import settle
+from vanelock.stages.accuracy.choose_mesh import choose_mesh
 from vanelock.stages.parts.bare import without_load
 from vanelock.stages.parts.diameters import united_step
 from vanelock.stages.parts.nodal_diameters import linear_steps
@@ -40,7 +40,7 @@ from vanelock.stages.response.responses import (
     response_step,
     stuck_modes_step,
 )
-from vanelock.stages.response.warm import warmed
+from vanelock.stages.response.temperature_speed import with_temperature_speeds
 
 NEAR = 9
 """Frequencies between the neighbours of the largest point, where the peak is located."""
@@ -55,27 +55,27 @@ def converge_study(
     only: Sequence[str] = (),
     dofs: float = DOFS,
 ) -> tuple[Outcome, ...]:
-    """Measure how error and cost of a study depend on each of its knobs.
+    """Measure how error and cost of a study depend on each of its settings.
 
     Parameters
     ----------
     study : Study
         The study; swept keys have their unswept values. With an accuracy, what that chooses is what
-        the other knobs are held at.
+        the other settings are held at.
     folder : path
         A run's folder; what was computed there is used again. `converge.json`, `converge.md` and
         `figures/converge.png` go there.
     listener : callable
         Told about stages, notices and tables.
     only : sequence of str
-        Keys of the knobs to raise; all by default.
+        Keys of the settings to raise; all by default.
     dofs : float
         Largest meshes tried, degrees of freedom of both parts.
 
     Raises
     ------
     InputError
-        If the study cannot be computed, has no such knob, or the folder cannot be used.
+        If the study cannot be computed, has no such setting, or the folder cannot be used.
     """
     path = Path(folder)
     began = time.perf_counter()
@@ -87,7 +87,7 @@ def converge_study(
     chosen(case.study, tuple(only), dofs)  # refuses an unknown one before anything is computed
     with claimed(path):
         stages = Stages(Cache(path / "cache", lambda told: listener(Notice(told))), listener)
-        (case,) = warmed([case], stages)
+        (case,) = with_temperature_speeds([case], stages)
         if case.study.response.direction == "both":
             raise InputError('response.direction = "both": converge takes one of them, up or down')
         base = pinned(case, stages)
@@ -106,13 +106,13 @@ def pinned(case: Case, stages: Stages) -> Study:
     """The study of a case with all that its accuracy chooses set, if it has one."""
     if case.study.accuracy is None:
         return case.study
-    settled = settle(case.study, stages)
-    (planned,) = plan([case], _unheard, [settled])
+    chosen_mesh = choose_mesh(case.study, stages)
+    (planned,) = plan([case], _unheard, [chosen_mesh])
     response = stages.get(planned.response)
     chosen = {"accuracy": None, "response.harmonics": response.harmonics}
     if response.friction == "isotropic":
         chosen["response.samples"] = response.samples
-    return with_values(settled.study, chosen)
+    return with_values(chosen_mesh.study, chosen)
 
 
 @dataclass(frozen=True)
@@ -135,11 +135,11 @@ class _Measuring:
         self.costs = self._known()
         self.unit = sum(self._cpu(base).values())
 
-    def all(self, wanted: Sequence[Knob]) -> tuple[Outcome, ...]:
-        """Every value of every knob."""
+    def all(self, wanted: Sequence[NumericalSetting]) -> tuple[Outcome, ...]:
+        """Every value of every setting."""
         found: list[Outcome] = []
-        for knob in wanted:
-            found += self._knob(knob)
+        for setting in wanted:
+            found += self._setting(setting)
             record(self._costs_file, json.dumps(self.costs))
         return tuple(found)
 
@@ -166,16 +166,16 @@ class _Measuring:
             nonlinear.Options(1, coupling=options.coupling, friction=self.study.response.friction),
         )
 
-    def _knob(self, knob: Knob) -> list[Outcome]:
+    def _setting(self, setting: NumericalSetting) -> list[Outcome]:
         """All values of one; what cannot be computed is told and left out."""
         runs: list[tuple[str, bool, _Peak, dict[str, float]]] = []
-        chains = [chain(level.study, f"{knob.key} = {level.shown}") for level in knob.levels]
-        for i, (level, made) in enumerate(zip(knob.levels, chains, strict=True)):
+        chains = [chain(level.study, f"{setting.key} = {level.shown}") for level in setting.levels]
+        for i, (level, made) in enumerate(zip(setting.levels, chains, strict=True)):
             try:
                 response = self.stages.get(made.response)
-                peak = self._peak(made, response, not knob.points)
+                peak = self._peak(made, response, not setting.points)
             except InputError as error:
-                self.listener(Notice(f"{knob.key} = {level.shown}: {error}"))
+                self.listener(Notice(f"{setting.key} = {level.shown}: {error}"))
                 continue
             runs.append((level.shown, level.own, peak, self._cpu(made)))
             last = made, response
@@ -183,7 +183,7 @@ class _Measuring:
         shared = set.intersection(*(set(cpu) for *_, cpu in runs)) if runs else set[str]()
         if not runs:
             return []
-        truth = self._peak(*last, True) if knob.points else runs[-1][2]
+        truth = self._peak(*last, True) if setting.points else runs[-1][2]
         outcomes = []
         for i, (value, own, peak, cpu) in enumerate(runs):
             seconds = sum(s for key, s in cpu.items() if key not in shared)
@@ -192,11 +192,11 @@ class _Measuring:
                 abs(peak.amplitude / truth.amplitude - 1),
                 abs(peak.frequency / truth.frequency - 1),
             )
-            if finest and not knob.points:
+            if finest and not setting.points:
                 errors = (float("nan"), float("nan"))
             outcomes.append(
                 Outcome(
-                    knob.key,
+                    setting.key,
                     value,
                     seconds / self.unit,
                     seconds,

@@ -1,7 +1,7 @@
-"""The knobs of a study that trade speed for error, each with values from rough to fine.
+"""The settings of a study that trade speed for error, each with values from rough to fine.
 
-A knob is raised alone, all others as the study has them. Its finest value stands for the truth, so
-that what is measured against it says nothing of the other knobs, nor of what the finest one misses.
+A setting is raised alone, all others as the study has them. Its finest value stands for the truth:
+what is measured against it says nothing of the other settings, nor of what the finest one misses.
 """
 
 from collections.abc import Iterator
@@ -31,7 +31,7 @@ COARSEST = 0.025
 
 @dataclass(frozen=True)
 class Level:
-    """A value of a knob.
+    """A value of a setting.
 
     Attributes
     ----------
@@ -49,8 +49,8 @@ class Level:
 
 
 @dataclass(frozen=True)
-class Knob:
-    """A knob and its values.
+class NumericalSetting:
+    """A setting and its values.
 
     Attributes
     ----------
@@ -68,8 +68,8 @@ class Knob:
     points: bool = False
 
 
-def knobs(study: Study, dofs: float = DOFS) -> tuple[Knob, ...]:
-    """All knobs that a study has.
+def settings_of(study: Study, dofs: float = DOFS) -> tuple[NumericalSetting, ...]:
+    """All settings that a study has.
 
     Parameters
     ----------
@@ -78,25 +78,27 @@ def knobs(study: Study, dofs: float = DOFS) -> tuple[Knob, ...]:
     dofs : float
         Largest meshes tried.
     """
-    return tuple(knob for knob in _every(study, dofs) if len(knob.levels) > 1)
+    return tuple(setting for setting in _every(study, dofs) if len(setting.levels) > 1)
 
 
-def _every(study: Study, dofs: float) -> Iterator[Knob]:
+def _every(study: Study, dofs: float) -> Iterator[NumericalSetting]:
     if isinstance(study.vane, VaneDimensions) and isinstance(study.casing, CasingDimensions):
-        yield _knob(study, "mesh.size", [_size(study, s) for s in _sizes(study, dofs)])
+        yield _setting(study, "mesh.size", [_size(study, s) for s in _sizes(study, dofs)])
     yield from _reductions(study)
     H = study.response.harmonics
     chosen = sorted({1, 2, 3, 5, 7, 9, H, 2 * H - 1 if H > 4 else 9})
     sampled = study.response.samples
     chosen = [h for h in chosen if sampled is None or sampled >= least_samples(h, _friction(study))]
-    yield _knob(study, "response.harmonics", [(str(h), {"response.harmonics": h}) for h in chosen])
+    yield _setting(
+        study, "response.harmonics", [(str(h), {"response.harmonics": h}) for h in chosen]
+    )
     yield _samples(study)
     if study.response.frequencies is None:
         yield _points(study)
     words = ("constant-load", "uncoupled", "coupled")
-    yield _knob(study, "response.coupling", [(w, {"response.coupling": w}) for w in words])
+    yield _setting(study, "response.coupling", [(w, {"response.coupling": w}) for w in words])
     patches = [(w, {f"joints.{j}.patch": w for j in ("hook", "interlock")}) for w in _PATCHES]
-    yield _knob(study, "joints.hook.patch", patches)
+    yield _setting(study, "joints.hook.patch", patches)
 
 
 _PATCHES = ("node", "area")
@@ -133,7 +135,7 @@ def _size(study: Study, size: Any) -> tuple[str, dict[str, Any]]:
     return shown, {"mesh.size": size, "mesh.face_nodes": None}  # no other mesh has so many
 
 
-def _reductions(study: Study) -> Iterator[Knob]:
+def _reductions(study: Study) -> Iterator[NumericalSetting]:
     """Accuracy of the reduced parts, or their numbers of modes."""
     own = study.rom
     if own.route == "cyclic" and (own.vane_modes is None or own.casing_modes is None):
@@ -143,7 +145,7 @@ def _reductions(study: Study) -> Iterator[Knob]:
             (f"{a:g}", {} if own.accuracy is None and a == accuracy else {"rom.accuracy": a})
             for a in values
         ]
-        yield _knob(study, "rom.accuracy", given)
+        yield _setting(study, "rom.accuracy", given)
     names = [name for name in ("vane_modes", "casing_modes") if getattr(own, name) is not None]
     if own.route != "cyclic":
         names = ["interface_modes", "vane_modes", "casing_modes"]
@@ -152,10 +154,10 @@ def _reductions(study: Study) -> Iterator[Knob]:
         counts = sorted({max(value // 2, 1), value, 2 * value, 4 * value})
         unset = getattr(own, name) is None
         given = [(str(n), {} if unset and n == MODES else {f"rom.{name}": n}) for n in counts]
-        yield _knob(study, f"rom.{name}", given)
+        yield _setting(study, f"rom.{name}", given)
 
 
-def _samples(study: Study) -> Knob:
+def _samples(study: Study) -> NumericalSetting:
     """Samples of a period; located events are the finest where there are such."""
     least = least_samples(study.response.harmonics, _friction(study))
     located = study.response.friction == "orthogonal"
@@ -170,10 +172,10 @@ def _samples(study: Study) -> Knob:
     elif study.response.samples is None:  # isotropic friction always samples
         own = str(default_samples(study.response.harmonics))
         values = [(shown, {} if shown == own else change) for shown, change in values]
-    return _knob(study, "response.samples", values)
+    return _setting(study, "response.samples", values)
 
 
-def _points(study: Study) -> Knob:
+def _points(study: Study) -> NumericalSetting:
     """Frequencies over the range: even ones, each step half of the one before, or adaptive ones."""
     counts = [20 * 2**i + 1 for i in range(7)]
     if study.response.points is not None:
@@ -182,7 +184,7 @@ def _points(study: Study) -> Knob:
         (str(n), {"response.points": n}) for n in counts[:-1]
     ]
     adaptive = ("adaptive", {"response.points": None})
-    return _knob(
+    return _setting(
         study,
         "response.points",
         [*values, adaptive, (str(counts[-1]), {"response.points": counts[-1]})],
@@ -190,10 +192,10 @@ def _points(study: Study) -> Knob:
     )
 
 
-def _knob(
+def _setting(
     study: Study, key: str, values: list[tuple[str, dict[str, Any]]], points: bool = False
-) -> Knob:
-    """A knob of those of its values that the study can have."""
+) -> NumericalSetting:
+    """A setting of those of its values that the study can have."""
     levels = []
     for shown, changes in values:
         own = all(_same(value_at(study, name), value) for name, value in changes.items())
@@ -202,7 +204,7 @@ def _knob(
         except ValidationError:
             continue  # such as patches of a part that has no dimensions
         levels.append(Level(shown, changed, own))
-    return Knob(key, tuple(levels), points)
+    return NumericalSetting(key, tuple(levels), points)
 
 
 def _same(own: Any, value: Any) -> bool:
@@ -211,17 +213,17 @@ def _same(own: Any, value: Any) -> bool:
     return bool(own == value)
 
 
-def chosen(study: Study, names: tuple[str, ...], dofs: float) -> tuple[Knob, ...]:
-    """The knobs of some names, all where none is named.
+def chosen(study: Study, names: tuple[str, ...], dofs: float) -> tuple[NumericalSetting, ...]:
+    """The settings of some names, all where none is named.
 
     Raises
     ------
     InputError
-        If the study has no such knob.
+        If the study has no such setting.
     """
-    every = knobs(study, dofs)
-    known = [knob.key for knob in every]
+    every = settings_of(study, dofs)
+    known = [setting.key for setting in every]
     for name in names:
         if name not in known:
-            raise InputError(f"--knob {show(name)}: this study has {', '.join(known)}")
-    return tuple(knob for knob in every if not names or knob.key in names)
+            raise InputError(f"--setting {show(name)}: this study has {', '.join(known)}")
+    return tuple(setting for setting in every if not names or setting.key in names)

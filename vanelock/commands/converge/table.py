@@ -18,11 +18,11 @@ ALONE = ("adaptive", "located")
 
 @dataclass(frozen=True)
 class Outcome:
-    """A value of a knob, and what came of it.
+    """A value of a setting, and what came of it.
 
     Attributes
     ----------
-    knob, value : str
+    setting, value : str
         Key and value.
     cost : float
         Processor time of the affected stages, over that of all stages of the study as it is.
@@ -38,7 +38,7 @@ class Outcome:
         Points that did not converge.
     """
 
-    knob: str
+    setting: str
     value: str
     cost: float
     cpu: float
@@ -51,9 +51,9 @@ class Outcome:
 
 
 def table(found: Sequence[Outcome], name: str) -> Table:
-    """A line for each value of each knob."""
+    """A line for each value of each setting."""
     columns = (
-        *heads("knob", "value"),
+        *heads("setting", "value"),
         Column("cost", form=".3f"),
         Column("amplitude off by", form=".1e", key="amplitude_error"),
         Column("frequency off by", form=".1e", key="frequency_error"),
@@ -61,25 +61,25 @@ def table(found: Sequence[Outcome], name: str) -> Table:
     )
     rows = [
         (
-            *(each.knob, each.value, each.cost, each.amplitude_error, each.frequency_error),
+            *(each.setting, each.value, each.cost, each.amplitude_error, each.frequency_error),
             "chosen" if each.own else "",
         )
         for each in found
     ]
     notes = [
-        "cost: processor time of the stages that the knob affects, over that of all stages of the "
-        "study; off by: relative distance of the peak from the finest value of the same knob (-)."
+        "cost: processor time of the stages that the setting affects, over that of all stages of "
+        "the study; off by: relative distance of the peak from the setting's finest value (-)."
     ]
     for each in found:
         if each.lost:
-            notes.append(f"{each.knob} = {each.value}: {each.lost} points DID NOT CONVERGE")
+            notes.append(f"{each.setting} = {each.value}: {each.lost} points DID NOT CONVERGE")
     return Table(f"{name}: error against cost", columns, rows, notes, "converge")
 
 
 def markdown(found: Sequence[Outcome]) -> str:
     """The same as text for a page; the chosen values in bold."""
     lines = [
-        "| knob | value | cost | amplitude off by | frequency off by |",
+        "| setting | value | cost | amplitude off by | frequency off by |",
         "|---|---:|---:|---:|---:|",
     ]
     before = ""
@@ -88,14 +88,14 @@ def markdown(found: Sequence[Outcome]) -> str:
             "" if np.isnan(e) else f"{e:.1e}" for e in (each.amplitude_error, each.frequency_error)
         )
         value = f"**{each.value}**" if each.own else each.value
-        knob = f"`{each.knob}`" if each.knob != before else ""
-        lines.append(f"| {knob} | {value} | {each.cost:.3f} | {' | '.join(errors)} |")
-        before = each.knob
+        setting = f"`{each.setting}`" if each.setting != before else ""
+        lines.append(f"| {setting} | {value} | {each.cost:.3f} | {' | '.join(errors)} |")
+        before = each.setting
     return "\n".join([*lines, ""])
 
 
 def draw(path: Path, found: Sequence[Outcome], name: str) -> Path:
-    """A panel for each knob: both errors against cost."""
+    """A panel for each setting: both errors against cost."""
     panels = [
         render.Panel(
             key,
@@ -109,10 +109,10 @@ def draw(path: Path, found: Sequence[Outcome], name: str) -> Path:
                     joined=key not in WORDS and each.value not in ALONE,
                 )
                 for each in found
-                if each.knob == key
+                if each.setting == key
             ),
         )
-        for key in dict.fromkeys(each.knob for each in found)
+        for key in dict.fromkeys(each.setting for each in found)
     ]
     picture: Path = render.convergence_picture(path, panels, f"{name}: error against cost")
     return picture

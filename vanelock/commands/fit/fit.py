@@ -32,7 +32,7 @@ from vanelock.pipeline.step import Stages
 from vanelock.results.files.run_folder import claimed, record
 from vanelock.stages.plan import plan
 from vanelock.stages.response.monitor import monitor
-from vanelock.stages.response.warm import warmed
+from vanelock.stages.response.temperature_speed import with_temperature_speeds
 
 Floats = NDArray[np.float64]
 
@@ -110,12 +110,12 @@ def _usable(study: Study, curves: Sequence[Measured], listener: Listener) -> lis
 
 def rejoined(study: Study, stages: Stages, listener: Listener = silent) -> Rejoined:
     """A study's reduced parts, to be joined with other values of what does not change them."""
-    (case,) = warmed(cases(study), stages)
+    (case,) = with_temperature_speeds(cases(study), stages)
     if text := described(case.study):
         listener(Notice(text))
-    settled = pinned(case, stages)
+    chosen_mesh = pinned(case, stages)
     if study.accuracy is not None:
-        (case,) = cases(settled)
+        (case,) = cases(chosen_mesh)
     (planned,) = plan([case], lambda *_: None, [None])
     free = stages.get(planned.linear.responses["free"])
     watched = monitor(study.outputs.monitor, stages.get(planned.system), free)

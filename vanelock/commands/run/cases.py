@@ -39,7 +39,7 @@ from vanelock.results.files import results_file
 from vanelock.results.page_sections.content import PageContent
 from vanelock.results.record import Record
 from vanelock.rom import Component
-from vanelock.stages.accuracy.choose_mesh import settle
+from vanelock.stages.accuracy.choose_mesh import choose_mesh
 from vanelock.stages.accuracy.errors import Errors, error_table
 from vanelock.stages.accuracy.evidence import judged
 from vanelock.stages.accuracy.left_out import LeftOut, left_out_table
@@ -53,7 +53,7 @@ from vanelock.stages.response.responses import LIMITS
 from vanelock.stages.response.rest import constant_loads, undetermined
 from vanelock.stages.response.solved import drawn
 from vanelock.stages.response.summary import Peak, Summary, peak_of, summarise, sweep_of
-from vanelock.stages.response.warm import warmed
+from vanelock.stages.response.temperature_speed import with_temperature_speeds
 from vanelock.stages.sweep.graph import bundle, parts_of, steps_of
 from vanelock.stages.sweep.retries import Solved, attempt
 from vanelock.stages.sweep.time_left import Clock
@@ -101,15 +101,17 @@ class Run:
         self.failed: dict[str, Failure] = {}
         self._executor = executor
         self.measured = load_measured(given)  # refused before the long stages
-        found = warmed(found or cases(given), stages)
+        found = with_temperature_speeds(found or cases(given), stages)
         self._every = found
         studies = [case.given for case in found if isinstance(case.given, Study)]
         for text in (*unusual(given), *dict.fromkeys(map(described, studies))):
             if text:
                 listener(Notice(text))
         most = most_dofs(memory)
-        settled = [None if s.accuracy is None else settle(s, stages, most) for s in studies]
-        self.planned = plan(found, self._point, settled)
+        chosen_mesh = [
+            None if s.accuracy is None else choose_mesh(s, stages, most) for s in studies
+        ]
+        self.planned = plan(found, self._point, chosen_mesh)
         for text in self.planned[0].apart:  # what joins what is not swept
             listener(Notice(text))
         self.record = Record(folder, stages)
@@ -274,7 +276,7 @@ class Run:
         planned = planned.solved(response)
         strain = self._strain(planned, response)
         worth = None
-        if planned.settled is not None:
+        if planned.chosen_mesh is not None:
             worth = judged(planned, response, self.stages, self.shown.monitor)
         diagram, other = self._campbell(planned), next(iter(others), None)
         return Solved(planned, static, response, strain, worth, diagram, other)

@@ -94,6 +94,6 @@ def at_places(part: Part, harmonics: Stress, positions: Sequence[Any]) -> Stress
     surface = skin(part)
     found = []
     for position in np.asarray(positions):
-        spot = surface.nearest(position)
-        found.append(np.einsum("a,hac->hc", spot.weights, harmonics[:, spot.nodes]))
+        place = surface.nearest(position)
+        found.append(np.einsum("a,hac->hc", place.weights, harmonics[:, place.nodes]))
     return np.stack(found, axis=1)

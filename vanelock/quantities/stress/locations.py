@@ -20,7 +20,7 @@ ON = 1e-5
 
 
 @dataclass(frozen=True)
-class Spots:
+class SurfaceLocations:
     """What is known of the places of a part's nodes.
 
     Attributes
@@ -82,7 +82,7 @@ class Spots:
         return "beside a node that carries a point force" if self.loaded[node] else ""
 
 
-def spots(study: Study, part: Part) -> Spots:
+def locations_of(study: Study, part: Part) -> SurfaceLocations:
     """Places of the nodes of a study's vane or casing."""
     dimensions = getattr(study, part.name)
     if not isinstance(dimensions, VaneDimensions | CasingDimensions):
@@ -105,7 +105,7 @@ def spots(study: Study, part: Part) -> Spots:
     loaded = np.zeros(len(part.points), bool)
     if len(chosen):
         loaded = cKDTree(chosen).query(part.points)[0] <= distance
-    return Spots(part, dimensions, study.vane.hook, feature, corner, loaded, distance)
+    return SurfaceLocations(part, dimensions, study.vane.hook, feature, corner, loaded, distance)
 
 
 def _of_vane(vane: VaneDimensions, part: Part, sharp: NDArray[np.bool_]) -> NDArray[np.str_]:

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from vanelock.input.schema.study import Study
 from vanelock.quantities.stress.cycles import Stressed
 from vanelock.quantities.stress.fatigue import Cycle, Strength
-from vanelock.quantities.stress.locations import Spots
+from vanelock.quantities.stress.locations import SurfaceLocations
 from vanelock.stages.parts.components import PARTS
 
 
@@ -63,7 +63,7 @@ class Margins:
     ----------
     cycles : Stressed
         Stress of every node and gauge.
-    spots : dict of str to Spots
+    locations : dict of str to SurfaceLocations
         Places of each part's nodes.
     worst : dict of str to tuple of Margin
         By part: anywhere, clear of corners and point forces, aerofoils, gauges.
@@ -72,7 +72,7 @@ class Margins:
     """
 
     cycles: Stressed
-    spots: dict[str, Spots]
+    locations: dict[str, SurfaceLocations]
     worst: dict[str, tuple[Margin, ...]]
     features: dict[str, tuple[Margin, ...]]
 
@@ -89,7 +89,7 @@ class Margins:
 
 
 def margins(
-    study: Study, cycles: Stressed, at: dict[str, Spots], gauges: tuple[str, ...] = ()
+    study: Study, cycles: Stressed, at: dict[str, SurfaceLocations], gauges: tuple[str, ...] = ()
 ) -> Margins:
     """Margins of a study's parts; its `gauges` by their names."""
     worst = {
@@ -130,7 +130,7 @@ def _margin(
 
 
 def _worst(
-    what: str, at: Spots, found: Cycle, bears: Strength, chosen: NDArray[np.bool_]
+    what: str, at: SurfaceLocations, found: Cycle, bears: Strength, chosen: NDArray[np.bool_]
 ) -> list[Margin]:
     """The worst of some nodes, if there are any."""
     nodes = np.flatnonzero(chosen)
@@ -141,7 +141,7 @@ def _worst(
     return [_margin(what, node, at.words(node), at.doubt(node), found, node, bears)]
 
 
-def _margins(at: Spots, found: Cycle, bears: Strength) -> tuple[Margin, ...]:
+def _margins(at: SurfaceLocations, found: Cycle, bears: Strength) -> tuple[Margin, ...]:
     aerofoil = np.char.startswith(at.feature, "aerofoil")
     every = np.ones(len(aerofoil), bool)
     return (
@@ -152,7 +152,7 @@ def _margins(at: Spots, found: Cycle, bears: Strength) -> tuple[Margin, ...]:
     )
 
 
-def _features(at: Spots, found: Cycle, bears: Strength) -> tuple[Margin, ...]:
+def _features(at: SurfaceLocations, found: Cycle, bears: Strength) -> tuple[Margin, ...]:
     """The worst clear place of each feature, the worst first."""
     made: list[Margin] = []
     for name in dict.fromkeys(sorted(at.feature.tolist())):

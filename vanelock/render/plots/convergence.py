@@ -1,4 +1,4 @@
-"""Error against cost of every knob of a study: a panel for each."""
+"""Error against cost of every setting of a study: a panel for each."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -22,7 +22,7 @@ _LEAST: Final = 1e-7  # errors below it are drawn there
 
 @dataclass(frozen=True)
 class MeasuredValue:
-    """A value of a knob.
+    """A value of a setting.
 
     Attributes
     ----------
@@ -48,7 +48,7 @@ class MeasuredValue:
 
 @dataclass(frozen=True)
 class Panel:
-    """A knob: its title and its values from rough to fine."""
+    """A setting: its title and its values from rough to fine."""
 
     title: str
     values: tuple[MeasuredValue, ...]
@@ -72,7 +72,7 @@ def convergence_picture(
     rows = -(-len(panels) // _COLUMNS)
     height = 1.35 + rows * (_PANEL[1] + _GAP[1])
     with style.applied():
-        words = subtitle or "each knob raised alone; errors below 1e-7 are drawn there"
+        words = subtitle or "each setting raised alone; errors below 1e-7 are drawn there"
         made = style.figure(height, title, words)
         for i, panel in enumerate(panels):
             row, column = divmod(i, _COLUMNS)
@@ -84,7 +84,7 @@ def convergence_picture(
 
 
 def _draw(axes: Axes, panel: Panel) -> None:
-    """One knob."""
+    """One setting."""
     axes.set_title(panel.title, fontsize=11.5)
     axes.set(xscale="log", yscale="log")
     axes.set_xlabel("cost", fontsize=10.5)

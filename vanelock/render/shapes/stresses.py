@@ -59,12 +59,12 @@ def stress_picture(
     points = part.points[skin.nodes]
     camera = views.sector_camera(part.points)
     lines = [scene.SceneLines(points, skin.outline, style.BLACK, 1.2, 0.7)]
-    spots = np.asarray(gauges, float).reshape(-1, 3)
-    marks = [scene.Marks(spots, style.VERMILION, 7.0)] if len(spots) else []
+    gauge_places = np.asarray(gauges, float).reshape(-1, 3)
+    marks = [scene.Marks(gauge_places, style.VERMILION, 7.0)] if len(gauge_places) else []
     panels = (("With the preload at rest", total), ("Of the vibration alone", vibration))
     with style.applied():
         stated = "Colours end where 99.5 % of the surface lies below"
-        marked = ". Balls: strain gauges, pale where hidden" if len(spots) else ""
+        marked = ". Balls: strain gauges, pale where hidden" if len(gauge_places) else ""
         figure = style.figure(
             6.9, title, f"{subtitle.rstrip('. ')}. {stated}{marked}.".lstrip(". ")
         )

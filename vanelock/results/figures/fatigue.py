@@ -23,7 +23,7 @@ MARKED = 5
 
 def haigh(run_data: RunData, found: CaseAnswers) -> Figure:
     """Haigh diagram of the vane at a case's peak, and its numbers at every node."""
-    cycle, spots = found.stress.cycles.vane, found.stress.spots["vane"]
+    cycle, locations = found.stress.cycles.vane, found.stress.locations["vane"]
     bears = found.stress.governing.strength
     named = [render.Named(m.what, m.mean, m.amplitude, m.node is None) for m in _marked(found)]
     title = f"Fatigue of the vane at the peak, {found.peak.frequency:.2f} Hz"
@@ -39,7 +39,7 @@ def haigh(run_data: RunData, found: CaseAnswers) -> Figure:
             path,
             cycle.mean,
             cycle.amplitude,
-            ~spots.clear,
+            ~locations.clear,
             bears.limit,
             bears.tensile,
             named,
@@ -71,16 +71,16 @@ def _marked(found: CaseAnswers) -> list[Margin]:
 
 
 def _nodes(found: CaseAnswers) -> dict[str, ArrayLike]:
-    cycle, spots = found.stress.cycles.vane, found.stress.spots["vane"]
+    cycle, locations = found.stress.cycles.vane, found.stress.locations["vane"]
     bears = found.stress.governing.strength
-    x, y, z = 1e3 * spots.part.points.T
+    x, y, z = 1e3 * locations.part.points.T
     columns: dict[str, ArrayLike] = {
         "node": np.arange(len(x)),
         "x (mm)": _short(x),
         "y (mm)": _short(y),
         "z (mm)": _short(z),
-        "feature": spots.feature.tolist(),
-        "clear": spots.clear,
+        "feature": locations.feature.tolist(),
+        "clear": locations.clear,
         "amplitude (MPa)": _short(1e-6 * cycle.amplitude),
         "mean (MPa)": _short(1e-6 * cycle.mean),
         "signed mean (MPa)": _short(1e-6 * cycle.mean_mises),

@@ -12,7 +12,7 @@
                          its system and preload, and mesh, rom or component where not those above;
                          gauge, (points, H+1, gauges): harmonics of the strain at each gauge;
                          with an accuracy error, by source: estimated relative errors of the peak's
-                         amplitude and frequency, share, cost, knob; left_out: what, and why;
+                         amplitude and frequency, share, cost, setting; left_out: what, and why;
                          estimates: errors of the monitored amplitude by point and source
                          lower: the Response in the other direction, where both were swept; this
                          one then is that of the higher peak. jumps, (j, 4): where it jumps

@@ -303,7 +303,7 @@ def put_errors(file: h5py.File, where: str, found: Errors, without: Sequence[Lef
         group.create_dataset(name, data=values).attrs["unit"] = "1"
     text = h5py.string_dtype()
     group.create_dataset("source", data=[each.name for each in found.sources], dtype=text)
-    group.create_dataset("knob", data=[each.knob for each in found.sources], dtype=text)
+    group.create_dataset("setting", data=[each.setting for each in found.sources], dtype=text)
     rows = [[each.kind, each.what, each.evidence] for each in without]
     group.create_dataset("left_out", data=rows, dtype=text)
 

@@ -112,8 +112,8 @@ def _corners(told: PageContent) -> str:
     main = told.main
     if main is None:
         return ""
-    spots, study = main.stress.spots["vane"], told.run_data.study
-    sharp, count = int(spots.corner.sum()), int((~spots.clear).sum())
+    locations, study = main.stress.locations["vane"], told.run_data.study
+    sharp, count = int(locations.corner.sum()), int((~locations.clear).sum())
     places, advice = "", "Real parts have fillets"
     if isinstance(study.vane, VaneDimensions):
         places = ": roots of the aerofoils"
@@ -129,9 +129,9 @@ def _corners(told: PageContent) -> str:
         else ""
     )
     return (
-        f"{where}Nodes within {1e3 * spots.distance:.2g} mm (0.4 of {_wall(study)}) of such a "
-        f"corner or of a node that carries a point force, {count} of {len(spots.clear)}, are told "
-        f"apart; margins that govern are those clear of them. {advice}."
+        f"{where}Nodes within {1e3 * locations.distance:.2g} mm (0.4 of {_wall(study)}) of such a "
+        f"corner or of a node that carries a point force, {count} of {len(locations.clear)}, are "
+        f"told apart; margins that govern are those clear of them. {advice}."
     )
 
 
@@ -179,7 +179,7 @@ def _others(told: PageContent) -> Table:
 def _row(found: CaseAnswers, m: Margin, part: str, place: str) -> tuple[str | float | None, ...]:
     at = ""
     if m.node is not None:
-        r, angle, z = found.stress.spots[part].coordinates(m.node)
+        r, angle, z = found.stress.locations[part].coordinates(m.node)
         at = f"{1e3 * r:.1f}, {angle:.2f}, {1e3 * z:.1f}"
     return (
         f"{place} ({m.doubt})" if m.doubt else place,

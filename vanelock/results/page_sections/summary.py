@@ -103,8 +103,8 @@ def _of_case(main: CaseAnswers) -> list[Answer]:
     ]
     if main.margins is None:
         return found
-    m, spots = main.margins.governing, main.margins.spots["vane"]
-    r, angle, z = spots.coordinates(m.node) if m.node is not None else (0, 0, 0)
+    m, locations = main.margins.governing, main.margins.locations["vane"]
+    r, angle, z = locations.coordinates(m.node) if m.node is not None else (0, 0, 0)
     place = f"r {1e3 * r:.1f} mm, {angle:+.2f}°, z {1e3 * z:.1f} mm"
     return [
         *found,

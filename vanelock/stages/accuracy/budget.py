@@ -58,7 +58,7 @@ ON_FINE_MESHES = Cost(scale=3.0, power=0.39)
 diameter, 12 s on the 165,000 degrees of freedom that 3 % take, 1 s on the coarse mesh."""
 
 LEAST = 0.25
-"""Of the accuracy, what is shared out though pinned knobs take more than the rest."""
+"""Of the accuracy, what is shared out though pinned settings take more than the rest."""
 
 
 LOWEST = 0.02
@@ -76,7 +76,7 @@ class Budget:
     shares : dict of str to float
         By source, of those that adapt.
     pinned : dict of str to str
-        Sources whose knobs the study sets, and those knobs.
+        Sources whose settings the study sets, and those settings.
     """
 
     accuracy: float
@@ -85,7 +85,7 @@ class Budget:
 
 
 def budget(study: Study, spent: float = 0.0) -> Budget:
-    """Split the accuracy of a study among the sources whose knobs it leaves open.
+    """Split the accuracy of a study among the sources whose settings it leaves open.
 
     Parameters
     ----------
@@ -105,7 +105,7 @@ def budget(study: Study, spent: float = 0.0) -> Budget:
 
 
 def pins(study: Study) -> dict[str, str]:
-    """Sources whose knobs a study sets, with those knobs' keys."""
+    """Sources whose settings a study sets, with those settings' keys."""
     found: dict[str, str] = {}
 
     def given(source: str, table: str, *names: str) -> None:

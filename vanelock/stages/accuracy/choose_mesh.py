@@ -60,7 +60,7 @@ class Round:
 
 
 @dataclass(frozen=True)
-class Settled:
+class MeshChoice:
     """A case with its accuracy's choices made, as far as they precede the response.
 
     Attributes
@@ -84,7 +84,7 @@ class Settled:
     short: str
 
 
-def settle(study: Study, stages: Stages, most: float | None = None) -> Settled:
+def choose_mesh(study: Study, stages: Stages, most: float | None = None) -> MeshChoice:
     """Make the choices of a case with an accuracy.
 
     Parameters
@@ -121,7 +121,7 @@ def settle(study: Study, stages: Stages, most: float | None = None) -> Settled:
         own = (limits.free_error[limits.free_mode], limits.stuck_error[limits.stuck_mode])
         shares = budget(study, max(float(each) for each in own))
     stages.drop(model(chosen, "vane").key for model in (model_step, reference_step))
-    return Settled(chosen, study, shares, tuple(rounds), short)
+    return MeshChoice(chosen, study, shares, tuple(rounds), short)
 
 
 def _on_areas(study: Study) -> Study:

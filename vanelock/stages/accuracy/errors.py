@@ -22,11 +22,11 @@ class Source:
     amplitude, frequency : float
         Estimated relative error of the peak's; NaN where none is told.
     share : float
-        What it may be; NaN where the knob is pinned.
+        What it may be; NaN where the setting is pinned.
     cost : float
         Processor time of the stages that depend on it, over that of all; NaN where another
         source's line holds it.
-    knob : str
+    setting : str
         What was chosen, in words.
     """
 
@@ -35,7 +35,7 @@ class Source:
     frequency: float
     share: float
     cost: float
-    knob: str
+    setting: str
 
 
 @dataclass(frozen=True)
@@ -80,7 +80,7 @@ def errors(
     budget: Budget,
     rounds: Sequence[Round],
     short: str,
-    knobs: dict[str, str],
+    settings: dict[str, str],
     costs: dict[str, float],
     mesh: float,
 ) -> Errors:
@@ -92,7 +92,7 @@ def errors(
         With estimates.
     budget, rounds, short
         As settled.
-    knobs, costs : dict by source
+    settings, costs : dict by source
         Words, and processor times in s.
     mesh : float
         Estimated error of the mode of interest by the mesh.
@@ -111,7 +111,9 @@ def errors(
             amplitude, frequency = AMPLITUDE * mesh, mesh
         cost = costs.get(name, float("nan"))
         share = budget.shares.get(name, float("nan"))
-        sources.append(Source(name, amplitude, frequency, share, cost / total, knobs.get(name, "")))
+        sources.append(
+            Source(name, amplitude, frequency, share, cost / total, settings.get(name, ""))
+        )
     known = Errors(budget.accuracy, tuple(sources), (), found.frequency * (1 - mesh))
     return replace(known, warnings=tuple(_warnings(known, budget, rounds, short)))
 
@@ -129,7 +131,7 @@ def _warnings(known: Errors, budget: Budget, rounds: Sequence[Round], short: str
         dominant = max(known.counted, key=lambda each: np.nanmax([each.amplitude, each.frequency]))
         lines.append(
             f"WARNING: the estimated error is {worst:.1e}, more than the accuracy "
-            f"{budget.accuracy:g} asked for; most of it is {dominant.name} ({dominant.knob})"
+            f"{budget.accuracy:g} asked for; most of it is {dominant.name} ({dominant.setting})"
         )
     if short:
         lines.append(f"WARNING: {short}")
@@ -145,17 +147,17 @@ def _warnings(known: Errors, budget: Budget, rounds: Sequence[Round], short: str
 
 
 def error_table(case: str, found: Errors, monitor: str) -> Table:
-    """Source, estimate, cost and knob."""
+    """Source, estimate, cost and setting."""
     columns = (
         Column("source"),
         Column("amplitude ~", form=".1e", key="amplitude"),
         Column("frequency ~", form=".1e", key="frequency"),
         Column("share", form=".1e"),
         Column("cost", form=".2f"),
-        Column("knob"),
+        Column("setting"),
     )
     rows: list[tuple[Cell, ...]] = [
-        (e.name, e.amplitude, e.frequency, e.share, e.cost, e.knob) for e in found.sources
+        (e.name, e.amplitude, e.frequency, e.share, e.cost, e.setting) for e in found.sources
     ]
     together = [
         total if any(np.isfinite(getattr(each, kind)) for each in found.counted) else None

@@ -31,15 +31,15 @@ def judged(
     watched : Monitor
         The displacement that the accuracy is of.
     """
-    settled = planned.settled
-    assert settled is not None
+    chosen_mesh = planned.chosen_mesh
+    assert chosen_mesh is not None
     assert planned.mesh_errors is not None
     mesh, limits = stages.get(planned.mesh_errors), stages.get(planned.linear.limits)
     found = errors(
         response,
-        settled.budget,
-        settled.rounds,
-        settled.short,
+        chosen_mesh.budget,
+        chosen_mesh.rounds,
+        chosen_mesh.short,
         _knobs(planned, response, stages),
         _costs(planned, stages),
         mesh.interest,
@@ -83,11 +83,11 @@ def energies(
 
 
 def _knobs(planned: Planned, response: Response, stages: Stages) -> dict[str, str]:
-    """What was chosen of each knob, in words."""
-    settled, study = planned.settled, planned.case.study
-    assert settled is not None
-    pinned = settled.budget.pinned
-    last, tried = settled.rounds[-1], len(settled.rounds)
+    """What was chosen of each setting, in words."""
+    chosen_mesh, study = planned.chosen_mesh, planned.case.study
+    assert chosen_mesh is not None
+    pinned = chosen_mesh.budget.pinned
+    last, tried = chosen_mesh.rounds[-1], len(chosen_mesh.rounds)
     parts = [stages.get(planned.rom[part]) for part in PARTS]
     vectors = " + ".join(str(part.fixed_modes) for part in parts)
     assert response.estimates is not None
@@ -118,8 +118,8 @@ def _costs(planned: Planned, stages: Stages) -> dict[str, float]:
     needed = {planned.part("casing", each).key for each in (0, k)}
     further = {planned.part("casing", each).key for each in planned.diameters} - needed
     own = {planned.rom["vane"].key, prepared_step(planned.case.study).key} | needed
-    assert planned.settled is not None
-    tried = len(planned.settled.rounds) > 1  # reductions of other meshes; else of other cases
+    assert planned.chosen_mesh is not None
+    tried = len(planned.chosen_mesh.rounds) > 1  # reductions of other meshes; else of other cases
     meshing = ("mesh", "fem", "rom") if tried else ("mesh", "fem")
     costs = dict.fromkeys(("mesh", "modes", "harmonics"), 0.0)
     for key, done in stages.done.items():

@@ -25,7 +25,7 @@ from vanelock.stages.plan import Planned
 from vanelock.stages.response.limits import fine
 from vanelock.stages.response.monitor import Monitor
 from vanelock.stages.response.responses import Limit
-from vanelock.stages.response.warm import factors
+from vanelock.stages.response.temperature_speed import factors
 
 Floats = NDArray[np.float64]
 

@@ -42,7 +42,7 @@ class Meeting:
 
 
 @dataclass
-class Spinning:
+class ModesOverSpeed:
     """Two joined parts at one nodal diameter.
 
     Parameters

@@ -22,12 +22,12 @@ from vanelock.input.schema.study import Study
 from vanelock.input.schema.temperature import PARTS, modulus
 from vanelock.pipeline.step import Stages, Step, step
 from vanelock.rom import Component, System
-from vanelock.stages.campbell.frequencies import Spinning, grid
+from vanelock.stages.campbell.frequencies import ModesOverSpeed, grid
 from vanelock.stages.parts.bare import without_friction
 from vanelock.stages.parts.components import joints, rom_step
 from vanelock.stages.plan import Planned
 from vanelock.stages.response.limits import Limits
-from vanelock.stages.response.warm import bends, factors
+from vanelock.stages.response.temperature_speed import bends, factors
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -98,7 +98,7 @@ def casings(
     is.
     """
     wanted = sorted(set(diameters))
-    if planned.settled is not None:
+    if planned.chosen_mesh is not None:
         return {k: planned.part("casing", k) for k in wanted}
     own = planned.rom["casing"]
     have = stages.get(own).diameters
@@ -132,13 +132,13 @@ def lines_step(planned: Planned, stages: Stages) -> Step[Lines]:
     }
 
     def compute(limits: Limits, vane: Component, *shells: Component) -> Lines:
-        spinning, ends = {}, _speeds(study, keys, limits)
+        over_speed, ends = {}, _speeds(study, keys, limits)
         for k, shell in zip(diameters, shells, strict=True):
             casing = at_diameter(shell, k)
             system: System = rom.join(vane, casing, joined, rom.Excitation(1, force=1.0))
             scale = factors(study, lambda part: modulus(study, part))
-            spinning[k] = Spinning(system, vane, casing, k, scale, ends)
-        return _lines(study, keys, limits, spinning, grid(*ends, bends(study)))
+            over_speed[k] = ModesOverSpeed(system, vane, casing, k, scale, ends)
+        return _lines(study, keys, limits, over_speed, grid(*ends, bends(study)))
 
     needs = (planned.linear.limits, planned.rom["vane"], *(parts[k] for k in diameters))
     return step("Campbell lines", "rom", inputs, Lines, needs, compute)
@@ -148,7 +148,7 @@ def _lines(
     study: Study,
     keys: CampbellKeys,
     limits: Limits,
-    spinning: dict[int, Spinning],
+    over_speed: dict[int, ModesOverSpeed],
     speeds: Floats,
 ) -> Lines:
     count = max(keys.modes, limits.free_mode + 1, limits.stuck_mode + 1)
@@ -159,17 +159,17 @@ def _lines(
         k = folded(order, N)
         for stuck in conditions:
             place = limits.stuck_mode if stuck else limits.free_mode
-            for met in spinning[k].meetings(order, stuck, count, speeds):
+            for met in over_speed[k].meetings(order, stuck, count, speeds):
                 interest = order == own and met.mode == place
                 rows.append((order, k, met.mode + 1, stuck, met.frequency, met.speed, interest))
     rows.sort(key=lambda row: (row[0], row[5]))
     table = np.array(rows, float).reshape(-1, 7).T
-    lines = [[each.line(speeds, s, count) for each in spinning.values()] for s in conditions]
+    lines = [[each.line(speeds, s, count) for each in over_speed.values()] for s in conditions]
     heat = [[study.temperature.of(part, float(n)) for part in PARTS] for n in speeds]
     return Lines(
         speeds=speeds,
         engine_orders=np.array(keys.engine_orders, np.int64),
-        diameters=np.array(list(spinning), np.int64),
+        diameters=np.array(list(over_speed), np.int64),
         free=np.array(lines[0]),
         stuck=np.array(lines[-1]),
         temperatures=np.array(heat, float),

@@ -87,16 +87,16 @@ def gauges_step(study: Study, vane: Step[Component]) -> Step[Gauges]:
         surface = skin(model.part)
         placed = []
         for i, gauge in enumerate(wanted):
-            spot = mesh.on_aerofoil(
+            place = mesh.on_aerofoil(
                 dimensions, study.ring.sectors, **gauge.model_dump(exclude={"length"})
             )
             try:
                 found = fem.gauge(
                     model.part,
-                    spot.position,
-                    spot.direction,
+                    place.position,
+                    place.direction,
                     gauge.length,
-                    spot.normal,
+                    place.normal,
                     surface=surface,
                 )
             except InputError as error:

@@ -14,7 +14,7 @@ from vanelock.input.schema.scene import Scene
 from vanelock.pipeline.cache import Cache
 from vanelock.pipeline.executor.tasks import Task
 from vanelock.pipeline.step import Step
-from vanelock.stages.accuracy.choose_mesh import Settled
+from vanelock.stages.accuracy.choose_mesh import MeshChoice
 from vanelock.stages.plan import (
     Planned,
     adaptive,
@@ -36,23 +36,23 @@ class CaseWork:
         As given, not as settled; files that a scene names are read where it is computed.
     diameters : tuple of int
         Nodal diameters at which the cases have their parts reduced, without an accuracy.
-    settled, first : Settled or None
-        With one: what it settled for this case, and for the first.
+    chosen_mesh, first : MeshChoice or None
+        With one: what it chose for this case, and for the first.
     """
 
     case: Case
     diameters: tuple[int, ...]
-    settled: Settled | None = None
-    first: Settled | None = None
+    chosen_mesh: MeshChoice | None = None
+    first: MeshChoice | None = None
 
     def steps(self) -> list[Step[Any]]:
         """All whose products a run shows."""
         if isinstance(self.case.given, Scene):
             return steps_of(from_matrices(self.case, silent_progress))
-        if self.settled is None or self.first is None:
+        if self.chosen_mesh is None or self.first is None:
             return steps_of(fixed(self.case, self.diameters, silent_progress))
         free = free_step(self.first)
-        return steps_of(adaptive(self.case, self.settled, free, silent_progress))
+        return steps_of(adaptive(self.case, self.chosen_mesh, free, silent_progress))
 
 
 def steps_of(planned: Planned) -> list[Step[Any]]:
@@ -71,11 +71,11 @@ def parts_of(planned: Planned) -> list[Step[Any]]:
 
 def works(planned: Sequence[Planned]) -> list[CaseWork]:
     """What to send of each case."""
-    settled = [each.settled for each in planned]
+    chosen_mesh = [each.chosen_mesh for each in planned]
     if isinstance(planned[0].case.given, Scene):
         return [CaseWork(each.case, ()) for each in planned]
-    if any(settled):
-        return [CaseWork(each.case, (), each.settled, settled[0]) for each in planned]
+    if any(chosen_mesh):
+        return [CaseWork(each.case, (), each.chosen_mesh, chosen_mesh[0]) for each in planned]
     shared = shared_diameters([each.case for each in planned])
     return [CaseWork(each.case, ks) for each, ks in zip(planned, shared, strict=True)]
 

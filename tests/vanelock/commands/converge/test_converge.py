@@ -1,4 +1,4 @@
-"""Error against cost, measured: the coarse scene with few frequencies, and what knobs there are."""
+"""Error against cost, measured: the coarse scene at few frequencies; what settings there are."""
 
 import json
 from dataclasses import replace
@@ -8,7 +8,7 @@ import pytest
 
 from vanelock import converge_study, parse_study
 from vanelock.commands.converge.converge import vertex
-from vanelock.commands.converge.settings import chosen, knobs
+from vanelock.commands.converge.settings import chosen, settings_of
 from vanelock.commands.converge.table import markdown, table
 from vanelock.common.errors import InputError
 from vanelock.common.tables import Table
@@ -30,15 +30,15 @@ mu = 0.15
 
 
 def values(text, key):
-    found = {knob.key: knob for knob in knobs(parse_study(text))}
+    found = {setting.key: setting for setting in settings_of(parse_study(text))}
     return [level.shown for level in found[key].levels], [
         level.shown for level in found[key].levels if level.own
     ]
 
 
 def test_every_knob_has_the_studys_own_value_once():
-    found = knobs(parse_study(""))
-    assert [knob.key for knob in found] == [
+    found = settings_of(parse_study(""))
+    assert [setting.key for setting in found] == [
         "mesh.size",
         "rom.accuracy",
         "response.harmonics",
@@ -47,9 +47,9 @@ def test_every_knob_has_the_studys_own_value_once():
         "response.coupling",
         "joints.hook.patch",
     ]
-    for knob in found:
-        assert sum(level.own for level in knob.levels) == 1, knob.key
-        assert len({level.shown for level in knob.levels}) == len(knob.levels)
+    for setting in found:
+        assert sum(level.own for level in setting.levels) == 1, setting.key
+        assert len({level.shown for level in setting.levels}) == len(setting.levels)
 
 
 def test_values_around_what_the_study_has():
@@ -65,7 +65,8 @@ def test_values_around_what_the_study_has():
 def test_meshes_grow_up_to_the_limit_alone():
     study = parse_study('[mesh]\nsize = "coarse"\nface_nodes = 120')
     few, many = (
-        {knob.key: knob for knob in knobs(study, dofs)}["mesh.size"] for dofs in (6e4, 1.5e5)
+        {setting.key: setting for setting in settings_of(study, dofs)}["mesh.size"]
+        for dofs in (6e4, 1.5e5)
     )
     assert [level.shown for level in few.levels] == ["coarse", "17.7 mm", "12.5 mm"]
     assert len(many.levels) > len(few.levels)
@@ -74,11 +75,13 @@ def test_meshes_grow_up_to_the_limit_alone():
 
 def test_listed_frequencies_leave_nothing_to_raise_there():
     study = parse_study("[response]\nfrequencies = [250, 260]")
-    assert "response.points" not in {knob.key for knob in knobs(study)}
+    assert "response.points" not in {setting.key for setting in settings_of(study)}
 
 
 def test_an_unknown_knob_is_told_with_those_there_are():
-    with pytest.raises(InputError, match=r'--knob "mesh": this study has mesh.size, rom.accuracy'):
+    with pytest.raises(
+        InputError, match=r'--setting "mesh": this study has mesh.size, rom.accuracy'
+    ):
         chosen(parse_study(""), ("mesh",), 1e5)
 
 
@@ -105,22 +108,24 @@ def measured(tmp_path_factory):
 
 def test_the_finest_value_is_the_reference(measured):
     _, found, _ = measured
-    by_knob = {name: [o for o in found if o.knob == name] for name in {o.knob for o in found}}
-    assert {name: [o.value for o in each] for name, each in by_knob.items()} == {
+    by_setting = {
+        name: [o for o in found if o.setting == name] for name in {o.setting for o in found}
+    }
+    assert {name: [o.value for o in each] for name, each in by_setting.items()} == {
         "response.harmonics": ["1", "2", "3", "5", "7", "9"],
         "response.coupling": ["constant-load", "uncoupled", "coupled"],
     }
-    for outcomes in by_knob.values():
+    for outcomes in by_setting.values():
         *rest, last = outcomes
         assert np.isnan(last.amplitude_error)
         for o in rest:
             assert o.amplitude_error == pytest.approx(abs(o.amplitude / last.amplitude - 1))
             assert o.frequency_error == pytest.approx(abs(o.frequency / last.frequency - 1))
         assert sum(o.own for o in outcomes) == 1
-    harmonics = by_knob["response.harmonics"]
+    harmonics = by_setting["response.harmonics"]
     assert harmonics[0].amplitude_error > 10 * harmonics[-2].amplitude_error
     assert harmonics[-2].amplitude_error < 1e-3
-    own = {o.knob: o for o in found if o.own}
+    own = {o.setting: o for o in found if o.own}
     assert own["response.harmonics"].amplitude == own["response.coupling"].amplitude
 
 
@@ -128,7 +133,7 @@ def test_more_harmonics_cost_more_nodal_diameters(measured):
     _, found, heard = measured
     reduced = [e.stage for e in heard if isinstance(e, Done) and "ND" in e.stage]
     assert sorted(reduced) == [f"rom casing, ND {k}" for k in range(9)]  # each of them once
-    cost = {o.value: o.cost for o in found if o.knob == "response.harmonics"}
+    cost = {o.value: o.cost for o in found if o.setting == "response.harmonics"}
     assert 0 < cost["1"] < cost["3"] < cost["9"]
 
 
@@ -149,7 +154,7 @@ def test_measuring_again_computes_nothing_and_finds_the_same(measured):
     heard: list[Event] = []
     again = converge_study(parse_study(STUDY), folder, heard.append, ("response.coupling",))
     assert not [e for e in heard if isinstance(e, Done) and not e.cached and "rom" in e.stage]
-    before = [o for o in found if o.knob == "response.coupling"]
+    before = [o for o in found if o.setting == "response.coupling"]
     assert [(o.amplitude, o.frequency) for o in again] == [
         (o.amplitude, o.frequency) for o in before
     ]

@@ -8,7 +8,7 @@ from vanelock.mesh import VaneDimensions
 from vanelock.mesh.geometry.aerofoil import accessory_points
 from vanelock.quantities.contacts.places import places_on
 from vanelock.quantities.stress.corners import reentrant_edges, within
-from vanelock.quantities.stress.locations import spots
+from vanelock.quantities.stress.locations import locations_of
 
 
 @pytest.fixture(scope="module")
@@ -23,7 +23,7 @@ def vane(study):
 
 @pytest.fixture(scope="module")
 def found(study, vane):
-    return spots(study, vane)
+    return locations_of(study, vane)
 
 
 def test_cube_has_no_reentrant_edge(lattice):

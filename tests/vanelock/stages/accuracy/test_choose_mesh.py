@@ -23,8 +23,8 @@ NOWHERE = Stages(NOTHING, silent)
 """Stages that nothing is asked of."""
 
 
-def settled(text):
-    return choose_mesh.settle(parse_study(text), NOWHERE)
+def chosen_mesh(text):
+    return choose_mesh.choose_mesh(parse_study(text), NOWHERE)
 
 
 def estimating(monkeypatch, error_of, dofs=lambda size: 27_000 * (0.025 / size) ** 2):
@@ -53,7 +53,7 @@ def estimating(monkeypatch, error_of, dofs=lambda size: 27_000 * (0.025 / size) 
 
 def test_the_first_mesh_within_its_share_is_taken(monkeypatch):
     asked = estimating(monkeypatch, lambda size: 0.07 * (size / 0.025) ** 1.0)
-    found = settled(FREE)
+    found = chosen_mesh(FREE)
     share = found.budget.shares["mesh"]
     assert [choose_mesh.AMPLITUDE * each.error <= share for each in found.rounds] == [False] * (
         len(asked) - 1
@@ -70,14 +70,14 @@ def test_the_first_mesh_within_its_share_is_taken(monkeypatch):
 
 def test_a_rough_accuracy_takes_the_coarse_mesh(monkeypatch):
     asked = estimating(monkeypatch, lambda size: 0.07)
-    found = settled("accuracy = 0.2")
+    found = chosen_mesh("accuracy = 0.2")
     assert len(asked) == 1
     assert found.study.mesh.size == "coarse"
 
 
 def test_the_largest_mesh_is_taken_where_the_share_is_out_of_reach(monkeypatch):
     estimating(monkeypatch, lambda size: 0.07 * (size / 0.025) ** 0.5)
-    found = settled("accuracy = 0.001")
+    found = chosen_mesh("accuracy = 0.001")
     size = found.study.mesh.size
     assert 0.004 < size < 0.008
     vane, casing = found.study.vane, found.study.casing
@@ -92,7 +92,7 @@ def test_no_mesh_is_chosen_that_memory_does_not_hold(monkeypatch):
     monkeypatch.setattr(memory, "bounds", lambda: [memory.Bound(4e9, 1e9, "a test's memory")])
     most = mesh_sizes.most_dofs()
     assert mesh_sizes.peak_memory(most) == pytest.approx(mesh_sizes.SHARE * 4e9)
-    found = settled("accuracy = 0.001")
+    found = chosen_mesh("accuracy = 0.001")
     dofs = mesh_sizes.unknowns(found.study, found.study.mesh.size)
     assert 0.9 * most < dofs <= 1.001 * most
     assert f"none larger than {most:,.0f} fit the memory" in found.short
@@ -104,7 +104,7 @@ def test_no_mesh_is_chosen_that_memory_does_not_hold(monkeypatch):
 
 def test_errors_that_do_not_fall_end_the_search(monkeypatch):
     asked = estimating(monkeypatch, lambda size: 0.07)
-    found = settled(FREE)
+    found = chosen_mesh(FREE)
     assert len(asked) <= choose_mesh.ROUNDS
     assert found.short
 
@@ -112,12 +112,12 @@ def test_errors_that_do_not_fall_end_the_search(monkeypatch):
 def test_patches_that_a_mesh_cannot_hold_ask_for_a_finer_one(monkeypatch):
     told = InputError("vane: the mesh is too coarse to tell the contact patches apart")
     asked = estimating(monkeypatch, lambda size: told if size > 0.02 else 0.01)
-    found = settled(FREE)
+    found = chosen_mesh(FREE)
     assert [study.mesh.size for study in asked] == ["coarse", 0.0177]
     assert len(found.rounds) == 1
     estimating(monkeypatch, lambda size: InputError("vane: something else"))
     with pytest.raises(InputError, match="something else"):
-        settled(FREE)
+        chosen_mesh(FREE)
 
 
 def test_fillets_begin_with_elements_that_hold_them():
@@ -128,24 +128,24 @@ def test_fillets_begin_with_elements_that_hold_them():
 
 def test_the_casings_elements_are_drawn_out_where_they_may_be(monkeypatch):
     estimating(monkeypatch, lambda size: 0.01)
-    assert settled(FREE).study.mesh.stretch == choose_mesh.STRETCH
-    assert settled(f"{FREE}\n[mesh]\nstretch = 1").study.mesh.stretch == 1
-    assert settled(f"{FREE}\n[casing]\nbosses = 1").study.mesh.stretch == 1
-    assert settled(f'{FREE}\n[mesh]\nsize = "coarse"').study.mesh.stretch == 1
+    assert chosen_mesh(FREE).study.mesh.stretch == choose_mesh.STRETCH
+    assert chosen_mesh(f"{FREE}\n[mesh]\nstretch = 1").study.mesh.stretch == 1
+    assert chosen_mesh(f"{FREE}\n[casing]\nbosses = 1").study.mesh.stretch == 1
+    assert chosen_mesh(f'{FREE}\n[mesh]\nsize = "coarse"').study.mesh.stretch == 1
 
 
 def test_contacts_act_on_areas_unless_told_otherwise(monkeypatch):
     estimating(monkeypatch, lambda size: 0.01)
-    joints = settled(FREE).study.joints
+    joints = chosen_mesh(FREE).study.joints
     assert (joints.hook.patch, joints.interlock.patch) == ("area", "area")
     told = parse_study(f'{FREE}\n[joints.hook]\npatch = "node"')
-    joints = choose_mesh.settle(told, NOWHERE).study.joints
+    joints = choose_mesh.choose_mesh(told, NOWHERE).study.joints
     assert (joints.hook.patch, joints.interlock.patch) == ("node", "area")
 
 
 def test_a_given_mesh_is_kept_and_estimated(monkeypatch):
     asked = estimating(monkeypatch, lambda size: 0.07)
-    found = settled(f'{FREE}\n[mesh]\nsize = "medium"')
+    found = chosen_mesh(f'{FREE}\n[mesh]\nsize = "medium"')
     assert [study.mesh.size for study in asked] == ["medium"]
     assert found.rounds[0].error == 0.07
     assert found.short == ""
@@ -154,9 +154,9 @@ def test_a_given_mesh_is_kept_and_estimated(monkeypatch):
 
 def test_modes_get_their_share_or_take_their_error_off(monkeypatch):
     estimating(monkeypatch, lambda size: 0.01)
-    open_to = settled(FREE)
+    open_to = chosen_mesh(FREE)
     assert open_to.study.rom.accuracy == pytest.approx(open_to.budget.shares["modes"])
-    pinned = settled(f"{FREE}\n[rom]\naccuracy = 1e-3")
+    pinned = chosen_mesh(f"{FREE}\n[rom]\naccuracy = 1e-3")
     assert pinned.study.rom.accuracy == 1e-3
     assert sum(pinned.budget.shares.values()) == pytest.approx(0.05 - 3e-4)
     assert sum(budget(parse_study(FREE)).shares.values()) == pytest.approx(0.05)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from vanelock import fem, rom
-from vanelock.stages.campbell.frequencies import Spinning, grid
+from vanelock.stages.campbell.frequencies import ModesOverSpeed, grid
 
 SPEEDS = (0.0, 20000.0)
 
@@ -17,20 +17,20 @@ def factors(speed):
 
 
 @pytest.fixture(scope="module")
-def spinning(scene):
+def over_speed(scene):
     def build(k=1, moduli=factors):
         casing = replace(scene.casing, diameters={k: scene.casing.at(k)})
         system = rom.join(scene.vane, casing, scene.joints, rom.Excitation(1, force=1.0))
-        return Spinning(system, scene.vane, casing, k, moduli, SPEEDS)
+        return ModesOverSpeed(system, scene.vane, casing, k, moduli, SPEEDS)
 
     return build
 
 
 @pytest.mark.parametrize("k", [0, 1, 3])
 @pytest.mark.parametrize("stuck", [False, True])
-def test_modes_at_a_few_speeds_span_those_at_all(scene, spinning, k, stuck):
+def test_modes_at_a_few_speeds_span_those_at_all(scene, over_speed, k, stuck):
     """Against the scaled parts joined anew and all their coordinates."""
-    found = spinning(k)
+    found = over_speed(k)
     for speed in (0.0, 3210.0, 12000.0, 17777.0, 20000.0):
         vane, casing = factors(speed)
         shell = replace(scene.casing, diameters={k: scene.casing.at(k)})
@@ -47,9 +47,9 @@ def test_modes_at_a_few_speeds_span_those_at_all(scene, spinning, k, stuck):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("stuck", [False, True])
-def test_crossings_are_those_of_the_unreduced_sector(scene, spinning, stuck):
+def test_crossings_are_those_of_the_unreduced_sector(scene, over_speed, stuck):
     """Sparse matrices assembled with the moduli at the crossing meet its line, within 1e-4."""
-    met = spinning().meetings(1, stuck, 3, grid(*SPEEDS, [12000.0]))
+    met = over_speed().meetings(1, stuck, 3, grid(*SPEEDS, [12000.0]))
     assert [each.mode for each in met] == [0, 1]
     for each in met:
         assert each.frequency == pytest.approx(each.speed / 60, rel=1e-12)
@@ -67,7 +67,7 @@ def test_crossings_are_those_of_the_unreduced_sector(scene, spinning, stuck):
         assert each.frequency == pytest.approx(hertz[each.mode], rel=1e-4)
 
 
-def test_crossings_of_a_scene_with_one_modulus_by_closed_form(scene, spinning):
+def test_crossings_of_a_scene_with_one_modulus_by_closed_form(scene, over_speed):
     """Without springs f(n) = f √s(n), s linear: EO meets it at a root of (EO n / 60)² = f² s(n)."""
     slope = -2.5e-5
 
@@ -77,7 +77,7 @@ def test_crossings_of_a_scene_with_one_modulus_by_closed_form(scene, spinning):
     joints = [replace(each, kn=1e-3, kt=1e-3) for each in scene.joints]  # as good as none
     casing = replace(scene.casing, diameters={1: scene.casing.at(1)})
     system = rom.join(scene.vane, casing, joints, rom.Excitation(1, force=1.0))
-    found = Spinning(system, scene.vane, casing, 1, both, SPEEDS)
+    found = ModesOverSpeed(system, scene.vane, casing, 1, both, SPEEDS)
     f = found.frequencies(0.0, True, 5)
     for order in (1, 2, 3):
         for met in found.meetings(order, True, 5, grid(*SPEEDS, [])):

@@ -19,7 +19,7 @@ from vanelock.input.schema.study import Study
 from vanelock.input.schema.temperature import PARTS, modulus, reference
 from vanelock.pipeline.step import Stages
 from vanelock.rom import Component, System
-from vanelock.stages.campbell.frequencies import Meeting, Spinning, grid
+from vanelock.stages.campbell.frequencies import Meeting, ModesOverSpeed, grid
 from vanelock.stages.parts.bare import without_friction
 from vanelock.stages.parts.components import reduced_step, system_step
 from vanelock.stages.plan import shared_diameters
@@ -29,7 +29,7 @@ HIGHEST = 1e6
 """Speed beyond which no crossing is looked for, rpm."""
 
 
-def warmed(cases: Sequence[Case], stages: Stages) -> list[Case]:
+def with_temperature_speeds(cases: Sequence[Case], stages: Stages) -> list[Case]:
     """The cases, each with the speed of its temperatures settled.
 
     Raises
@@ -92,18 +92,20 @@ def _crossing(study: Study, wanted: Sequence[int], stages: Stages) -> float:
     low, high = study.temperature.speeds
     low, high = max(low, 1.0), min(high, HIGHEST)
     scale = factors(study, lambda part: reference(study, part))
-    spinning = Spinning(system, *parts, system.nodal_diameter(1), scale, (low, high))
+    over_speed = ModesOverSpeed(system, *parts, system.nodal_diameter(1), scale, (low, high))
     mode = limits(system, study.response.mode).free_mode + 1
-    found = spinning.meetings(order, False, mode, grid(low, high, bends(study)))
+    found = over_speed.meetings(order, False, mode, grid(low, high, bends(study)))
     met = [each for each in found if each.mode == mode - 1]
     if not met:
-        raise InputError(_missed(study, spinning, (low, high), mode))
+        raise InputError(_missed(study, over_speed, (low, high), mode))
     return _rounded(met[0])
 
 
-def _missed(study: Study, spinning: Spinning, speeds: tuple[float, float], mode: int) -> str:
+def _missed(
+    study: Study, over_speed: ModesOverSpeed, speeds: tuple[float, float], mode: int
+) -> str:
     order = abs(study.excitation.engine_order)
-    at_end = spinning.frequencies(speeds[1], False, mode)[-1]
+    at_end = over_speed.frequencies(speeds[1], False, mode)[-1]
     part = next(
         part
         for part in PARTS
