@@ -14,9 +14,8 @@ ROOT = Path(__file__).resolve().parent.parent
 PHYSICS = ["mesh", "fem", "rom", "nonlinear"]
 MOST = 12
 GENERAL = [
-    "nonlinear", "vanelock/common", "vanelock/pipeline", "vanelock/stages/matrices",
-    "vanelock/stages/sweep", *(f"vanelock/stages/response/{name}.py" for name in (
-        "limits", "monitor", "responses", "rest", "solved", "summary")),
+    "nonlinear", "vanelock/common", "vanelock/pipeline",
+    "vanelock/stages/matrices", "vanelock/stages/response", "vanelock/stages/sweep",
 ]  # fmt: skip
 """What knows no vane, casing or interlock: of these a study alone has any."""
 

@@ -21,6 +21,7 @@ from vanelock.published.maps.plane import Plane
 from vanelock.published.sheets import COUPLINGS, Plan, case_of, load_of, planned_sheets
 from vanelock.stages.parts.bare import linear_system_step
 from vanelock.stages.parts.components import diameters, rom_step, system_step
+from vanelock.stages.parts.temperature_speed import with_temperature_speeds
 from vanelock.stages.plan import Planned
 from vanelock.stages.response.responses import (
     limits_step,
@@ -29,7 +30,6 @@ from vanelock.stages.response.responses import (
 )
 from vanelock.stages.response.solved import as_solved
 from vanelock.stages.response.summary import Peak, Summary, peak_of
-from vanelock.stages.response.temperature_speed import with_temperature_speeds
 
 RIDGES = (1, 3)
 """Harmonics of the ridges, as far as the campaign has them."""

@@ -17,7 +17,7 @@ from vanelock.quantities.contacts.energy import EnergyBalance
 from vanelock.render import wave_name
 from vanelock.rom import System
 from vanelock.stages.matrices.piece import Piece
-from vanelock.stages.response.gauges import Strain
+from vanelock.stages.parts.gauges import Strain
 from vanelock.stages.response.limits import SHOWN, Limits
 from vanelock.stages.response.summary import Peak, Summary
 

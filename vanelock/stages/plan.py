@@ -20,13 +20,13 @@ from vanelock.stages.accuracy.choose_mesh import MeshChoice
 from vanelock.stages.accuracy.mesh_errors import MeshErrors, mesh_errors_step
 from vanelock.stages.matrices import steps as of_matrices
 from vanelock.stages.matrices.gather import gathered
+from vanelock.stages.parts.adaptive import adaptive_step
 from vanelock.stages.parts.bare import is_loaded, linear_system_step, without_load
 from vanelock.stages.parts.components import PARTS, diameters, reference_step, rom_step, system_step
 from vanelock.stages.parts.diameters import casing_step, diameter_of, united_step
+from vanelock.stages.parts.gauges import Gauges, gauges_step
 from vanelock.stages.parts.meshes import mesh_step
 from vanelock.stages.parts.nodal_diameters import linear_steps
-from vanelock.stages.response.adaptive import adaptive_step
-from vanelock.stages.response.gauges import Gauges, gauges_step
 from vanelock.stages.response.limits import Limits
 from vanelock.stages.response.responses import (
     LIMITS,

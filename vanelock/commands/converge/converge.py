@@ -33,6 +33,7 @@ from vanelock.stages.accuracy.choose_mesh import choose_mesh
 from vanelock.stages.parts.bare import without_load
 from vanelock.stages.parts.diameters import united_step
 from vanelock.stages.parts.nodal_diameters import linear_steps
+from vanelock.stages.parts.temperature_speed import with_temperature_speeds
 from vanelock.stages.plan import plan
 from vanelock.stages.response.monitor import monitor
 from vanelock.stages.response.responses import (
@@ -40,7 +41,6 @@ from vanelock.stages.response.responses import (
     response_step,
     stuck_modes_step,
 )
-from vanelock.stages.response.temperature_speed import with_temperature_speeds
 
 NEAR = 9
 """Frequencies between the neighbours of the largest point, where the peak is located."""

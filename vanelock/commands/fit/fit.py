@@ -30,9 +30,9 @@ from vanelock.pipeline.cache import Cache
 from vanelock.pipeline.progress import Begun, Finished, Listener, Notice, Trial, silent
 from vanelock.pipeline.step import Stages
 from vanelock.results.files.run_folder import claimed, record
+from vanelock.stages.parts.temperature_speed import with_temperature_speeds
 from vanelock.stages.plan import plan
 from vanelock.stages.response.monitor import monitor
-from vanelock.stages.response.temperature_speed import with_temperature_speeds
 
 Floats = NDArray[np.float64]
 

@@ -20,7 +20,7 @@ from vanelock.nonlinear import Response, System
 from vanelock.rom import Component
 from vanelock.rom.system import common_band
 from vanelock.stages.parts.components import joints
-from vanelock.stages.response.gauges import Gauges
+from vanelock.stages.parts.gauges import Gauges
 from vanelock.stages.response.monitor import Monitor
 
 Floats = NDArray[np.float64]

@@ -46,14 +46,14 @@ from vanelock.stages.accuracy.left_out import LeftOut, left_out_table
 from vanelock.stages.accuracy.mesh_sizes import most_dofs
 from vanelock.stages.campbell.campbell import Campbell, campbell
 from vanelock.stages.campbell.speed_lines import lines_step
+from vanelock.stages.parts.gauges import Strain
+from vanelock.stages.parts.temperature_speed import with_temperature_speeds
 from vanelock.stages.plan import Linear, Planned, plan
-from vanelock.stages.response.gauges import Strain
 from vanelock.stages.response.monitor import monitor
 from vanelock.stages.response.responses import LIMITS
 from vanelock.stages.response.rest import constant_loads, undetermined
 from vanelock.stages.response.solved import drawn
 from vanelock.stages.response.summary import Peak, Summary, peak_of, summarise, sweep_of
-from vanelock.stages.response.temperature_speed import with_temperature_speeds
 from vanelock.stages.sweep.graph import bundle, parts_of, steps_of
 from vanelock.stages.sweep.retries import Solved, attempt
 from vanelock.stages.sweep.time_left import Clock

@@ -25,7 +25,7 @@ from vanelock.results.files.results_file import FORMAT, PARTS, VERSION, WHOLE, o
 from vanelock.rom import Component, System
 from vanelock.stages.accuracy.errors import Errors
 from vanelock.stages.accuracy.left_out import LeftOut
-from vanelock.stages.response.gauges import Strain
+from vanelock.stages.parts.gauges import Strain
 from vanelock.stages.response.summary import Sweep
 
 SELDOM = 20.0

@@ -12,7 +12,7 @@ from vanelock.quantities.scatter import Scattered
 from vanelock.results.figures.figure import Figure
 from vanelock.stages.accuracy.errors import Errors
 from vanelock.stages.accuracy.left_out import LeftOut
-from vanelock.stages.response.gauges import Strain
+from vanelock.stages.parts.gauges import Strain
 from vanelock.stages.response.summary import Peak, Summary
 
 

@@ -21,11 +21,11 @@ from vanelock.rom import Component, Joint, System
 from vanelock.stages.campbell.speed_lines import Lines, at_diameter, casings, lines_step
 from vanelock.stages.parts.bare import without_friction
 from vanelock.stages.parts.components import joints
+from vanelock.stages.parts.temperature_speed import factors
 from vanelock.stages.plan import Planned
 from vanelock.stages.response.limits import fine
 from vanelock.stages.response.monitor import Monitor
 from vanelock.stages.response.responses import Limit
-from vanelock.stages.response.temperature_speed import factors
 
 Floats = NDArray[np.float64]
 

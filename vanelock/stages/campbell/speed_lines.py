@@ -25,9 +25,9 @@ from vanelock.rom import Component, System
 from vanelock.stages.campbell.frequencies import ModesOverSpeed, grid
 from vanelock.stages.parts.bare import without_friction
 from vanelock.stages.parts.components import joints, rom_step
+from vanelock.stages.parts.temperature_speed import bends, factors
 from vanelock.stages.plan import Planned
 from vanelock.stages.response.limits import Limits
-from vanelock.stages.response.temperature_speed import bends, factors
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]

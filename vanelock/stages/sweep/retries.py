@@ -11,8 +11,8 @@ from vanelock.pipeline.step import Stages
 from vanelock.stages.accuracy.errors import Errors
 from vanelock.stages.accuracy.left_out import LeftOut
 from vanelock.stages.campbell.campbell import Campbell
+from vanelock.stages.parts.gauges import Strain
 from vanelock.stages.plan import Planned
-from vanelock.stages.response.gauges import Strain
 
 A = TypeVar("A")
 C = TypeVar("C")

@@ -6,7 +6,7 @@ from vanelock import cases, parse_study
 from vanelock.common.errors import InputError
 from vanelock.input.schema.temperature import described, modulus, reference
 from vanelock.stages.parts.components import model_step, rom_step
-from vanelock.stages.response.temperature_speed import bends
+from vanelock.stages.parts.temperature_speed import bends
 
 METAL = """
 [material.vane]

@@ -12,7 +12,7 @@ from vanelock.nonlinear import Response
 from vanelock.pipeline.progress import Done, Event
 from vanelock.results.figures.figure import Figure
 from vanelock.stages.parts.components import rom_step
-from vanelock.stages.response.gauges import gauges_step
+from vanelock.stages.parts.gauges import gauges_step
 
 ONE = "aerofoil = 2, span = 0.1, chord = 0.5"
 STUDY = """
