@@ -2,7 +2,6 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, Protocol
 
 import numpy as np
 import scipy.sparse as sp
@@ -10,125 +9,12 @@ from numpy.typing import NDArray
 
 from vanelock.common.cyclic import COMPONENTS, turn
 from vanelock.common.errors import InputError
+from vanelock.rom.joining.elements import Joinable, Load, Output, Tie, Touching, properties
 from vanelock.rom.joining.merging import Merged, merged
-from vanelock.rom.system import Contacts, Diameter, Force, Matrix, System, common_band
+from vanelock.rom.system import Diameter, Force, Matrix, System, common_band
 
 Integers = NDArray[np.int64]
 Floats = NDArray[np.float64]
-
-
-class Joinable(Protocol):
-    """A part with matrices by nodal diameter and coordinates that nodes name."""
-
-    @property
-    def size(self) -> int:
-        """Number of coordinates r."""
-        ...
-
-    @property
-    def reach(self) -> float | None:
-        """Frequency up to which it answers, Hz; None where that is not known."""
-        ...
-
-    def at(self, nodal_diameter: int) -> Any:
-        """K and M of a nodal diameter, (r, r), and C where it has one."""
-        ...
-
-    def coordinates(self, nodes: Integers, where: str, directions: int = 3) -> Integers:
-        """(k, 3) coordinates of the displacements of nodes, -1 where one does not move.
-
-        With six `directions`, (k, 6): the rotations behind them.
-        """
-        ...
-
-    def frames(self, nodes: Integers, where: str) -> Floats:
-        """(k, 3, 3) turn from Cartesian components to each node's cylindrical ones."""
-        ...
-
-
-@dataclass(frozen=True)
-class Touching:
-    """Contact elements of one name.
-
-    Attributes
-    ----------
-    name : str
-        Of the contacts.
-    own, mate : str
-        Parts; an empty mate is ground.
-    own_nodes, mate_nodes : (c,) int
-        Nodes that meet; `mate_nodes` counts for nothing at ground.
-    frames : (c, 3, 3) float
-        Rows: the outward normal of `own`, and two tangents.
-    kn, mu, interference : (c,) float
-        N/m, -, m.
-    kt : (c, 2) float
-        N/m.
-    next_sector : bool
-        Whether the mate belongs to the next sector of the ring.
-    """
-
-    name: str
-    own: str
-    mate: str
-    own_nodes: Integers
-    mate_nodes: Integers
-    frames: Floats
-    kn: Floats
-    kt: Floats
-    mu: Floats
-    interference: Floats
-    next_sector: bool = False
-
-
-@dataclass(frozen=True)
-class Tie:
-    """Nodes of two parts that move as one, in every direction that both have."""
-
-    name: str
-    own: str
-    mate: str
-    own_nodes: Integers
-    mate_nodes: Integers
-
-
-@dataclass(frozen=True)
-class Load:
-    """Forces on nodes at a harmonic.
-
-    Attributes
-    ----------
-    where : str
-        Who asks, in messages.
-    part : str
-        Whose nodes.
-    nodes : (k,) int
-        The nodes.
-    vector : (3,) or (k, 3) complex
-        On each of them, N (N s² for an unbalance).
-    harmonic : int
-        0: a static load.
-    omega_power : int
-        See `Force`; the same for all loads of a harmonic.
-    """
-
-    where: str
-    part: str
-    nodes: Integers
-    vector: NDArray[np.complex128]
-    harmonic: int = 1
-    omega_power: int = 0
-
-
-@dataclass(frozen=True)
-class Output:
-    """Nodes whose displacements are answers; in cylindrical components if `turned`."""
-
-    where: str
-    part: str
-    nodes: Integers
-    names: Sequence[str]
-    turned: bool
 
 
 @dataclass(frozen=True)
@@ -314,16 +200,3 @@ def relative_rows(
         own.append(here)
         following.append(there)
     return sp.vstack(own, format="csr"), sp.vstack(following, format="csr")
-
-
-def properties(contacts: Sequence[Touching], always_closed: tuple[str, ...] = ()) -> Contacts:
-    """Stiffness, friction and interference of contacts, all in one."""
-    none = np.empty(0)
-    return Contacts(
-        kn=np.concatenate([none, *(each.kn for each in contacts)]),
-        kt=np.concatenate([np.empty((0, 2)), *(each.kt for each in contacts)]),
-        mu=np.concatenate([none, *(each.mu for each in contacts)]),
-        v0=np.concatenate([none, *(each.interference for each in contacts)]),
-        joint=tuple(each.name for each in contacts for _ in each.own_nodes),
-        always_closed=always_closed,
-    )

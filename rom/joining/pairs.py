@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from vanelock.common.cyclic import turn
 from vanelock.common.errors import InputError
-from vanelock.rom.joining.joined import Tie, Touching
+from vanelock.rom.joining.elements import Tie, Touching
 from vanelock.rom.masters import Masters
 
 HOOK_SETS = ("hook_front", "hook_rear")

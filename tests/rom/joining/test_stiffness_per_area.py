@@ -5,7 +5,7 @@ import pytest
 
 from vanelock.common.errors import InputError
 from vanelock.rom import Joint
-from vanelock.rom.joining.joined import properties
+from vanelock.rom.joining.elements import properties
 from vanelock.rom.joining.pairs import contact_pairs
 from vanelock.rom.masters import Masters
 

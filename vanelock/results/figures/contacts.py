@@ -11,7 +11,7 @@ from vanelock.input.cases.names import of_case, slug, words
 from vanelock.quantities.curves_and_fields import Around, Floats, RunData
 from vanelock.results.figures.figure import Figure
 from vanelock.results.figures.preload import numbers
-from vanelock.rom.joining.joined import properties
+from vanelock.rom.joining.elements import properties
 from vanelock.rom.joining.pairs import contact_pairs
 from vanelock.stages.parts.components import PARTS, joints
 from vanelock.stages.plan import Planned

@@ -12,7 +12,7 @@ from vanelock.common.errors import InputError
 from vanelock.common.quantities import bounds
 from vanelock.fem.matrix_files import load_nodes, load_pairs
 from vanelock.input.schema.scene import GROUND, ContactKeys, LoadKeys, Scene, TieKeys
-from vanelock.rom.joining.joined import Load, Output, Tie, Touching
+from vanelock.rom.joining.elements import Load, Output, Tie, Touching
 
 Integers = NDArray[np.int64]
 Floats = NDArray[np.float64]
