@@ -23,7 +23,7 @@ from vanelock.pipeline.executor.tasks import Task
 from vanelock.pipeline.progress import silent
 from vanelock.pipeline.step import Stages
 from vanelock.stages.plan import plan
-from vanelock.stages.sweep.graph import bundle
+from vanelock.stages.sweep.graph import bundle, jobs
 
 STUDY = """
 [mesh]
@@ -52,7 +52,7 @@ def main() -> None:
         planned = plan(cases(study), lambda *_: None)
         cache = Cache(shared, print)
         stages = Stages(cache, silent)
-        for step in bundle(planned, cache)[0]:
+        for step in bundle(jobs(planned), cache)[0]:
             stages.get(step)
         print(f"{len(planned)} cases, {len(sched_getaffinity(0))} cores")
         took: dict[int, list[float]] = {}
@@ -62,7 +62,7 @@ def main() -> None:
             own = Path(place) / str(turn)
             shutil.copytree(shared, own)
             cache = Cache(own, print)
-            tasks = bundle(planned, cache)[1]
+            tasks = bundle(jobs(planned), cache)[1]
             if not tasks:
                 raise InputError("nothing differs between the cases")
             executor = Processes(workers)

@@ -10,6 +10,9 @@ from contextlib import AbstractContextManager
 from dataclasses import dataclass, field
 from typing import Any, Generic, Protocol, TypeVar, cast
 
+import numpy as np
+from numpy.typing import NDArray
+
 from vanelock.common.product import Product
 from vanelock.nonlinear import Journal
 from vanelock.pipeline.cache import Entry, key_of
@@ -125,7 +128,8 @@ class Stages:
     cpu: dict[str, float] = field(default_factory=dict)
     elsewhere: Callable[[str], bool] | None = None
     _products: dict[str, Any] = field(default_factory=dict)
-    _pulled: tuple[float, float] = (0.0, 0.0)
+    _pulled: NDArray[np.float64] = field(default_factory=lambda: np.zeros(2))
+    _shown: str = ""
 
     def get(self, step: Step[P]) -> P:
         """Product of a step."""
@@ -143,6 +147,7 @@ class Stages:
             self.cpu[step.key] = cpu
             if not step.quick:
                 self.listener(self.done[step.key])
+                self._shown = ""
         self._products[step.key] = product
         return product
 
@@ -168,18 +173,17 @@ class Stages:
 
     def _computed(self, step: Step[P]) -> tuple[P, float, float]:
         given = [self._puller(step)] if step.pulls else [self.get(need) for need in step.needs]
-        if not step.quick and step.key not in self.done:
-            self.listener(Begun(step.name))
-        outside, self._pulled = self._pulled, (0.0, 0.0)
-        began = time.perf_counter(), time.process_time()
+        if step.key not in self.done:
+            self._show(step)
+        outside, self._pulled = self._pulled, np.zeros(2)
+        began = _now()
         if step.resumes:
             with self.cache.journal(step.stage, step.key) as journal:
                 product = step.compute(*given, journal)
         else:
             product = step.compute(*given)
-        taken = time.perf_counter() - began[0], time.process_time() - began[1]
-        seconds, cpu = (max(a - b, 0.0) for a, b in zip(taken, self._pulled, strict=True))
-        self._pulled = outside[0] + taken[0], outside[1] + taken[1]
+        seconds, cpu = (max(float(each), 0.0) for each in _now() - began - self._pulled)
+        self._pulled = outside
         if step.kept:
             entry = self.cache.store(step.stage, step.key, cast(Any, product), seconds, cpu)
             product = cast(P, entry.product)  # as a later run will find it, to the last bit
@@ -189,10 +193,21 @@ class Stages:
         """What a step calls for a product that it needs; the display then returns to the step."""
 
         def get(needed: Step[Any]) -> Any:
-            known = needed.key in self._products
+            began = _now()
             product = self.get(needed)
-            if not known and not step.quick:
-                self.listener(Begun(step.name))
+            self._pulled = self._pulled + _now() - began
+            self._show(step)
             return product
 
         return get
+
+    def _show(self, step: Step[Any]) -> None:
+        """Have the display show the step that is in hand."""
+        if not step.quick and self._shown != step.name:
+            self.listener(Begun(step.name))
+            self._shown = step.name
+
+
+def _now() -> NDArray[np.float64]:
+    """Time and processor time, s."""
+    return np.array([time.perf_counter(), time.process_time()])

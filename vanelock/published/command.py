@@ -14,11 +14,12 @@ from vanelock.input.schema.comparison import CampbellKeys
 from vanelock.input.schema.study import Study
 from vanelock.pipeline.cache import Cache, code_of
 from vanelock.pipeline.executor.choose import chosen_executor
+from vanelock.pipeline.executor.tasks import TaskFailed
 from vanelock.pipeline.progress import Finished, Listener, Notice, silent
 from vanelock.pipeline.step import Stages
 from vanelock.published import figures, page
 from vanelock.published.evidence import Evidence
-from vanelock.published.gather import evidence, ordered, plan_of
+from vanelock.published.gather import evidence, maps_of, ordered, plan_of
 from vanelock.published.maps import map_figures
 from vanelock.published.page_tables import short_table
 from vanelock.published.sheets import Plan, case_of
@@ -56,9 +57,9 @@ def run_campaign(
     text : str
         The study file's text, kept in the results.
     workers : int
-        Processes that compute the cases, and points of maps; 1: this one does.
+        Processes that compute the cases, points of maps among them; 1: this one does.
     scheduler : str, optional
-        Address of a Dask scheduler whose workers compute the cases.
+        Address of a Dask scheduler whose workers do.
     insecure : bool
         Whether the scheduler may be on another machine without encryption.
 
@@ -77,19 +78,26 @@ def run_campaign(
     if study.campbell is None:
         study = study.model_copy(update={"campbell": CampbellKeys()})
     with claimed(path):
-        stages = Stages(Cache(path / "cache", lambda told: listener(Notice(told))), listener)
+        cache = Cache(path / "cache", lambda told: listener(Notice(told)))
+        stages = Stages(cache, listener)
         executor = chosen_executor(
             workers, scheduler, listener, path / "cache", insecure=insecure
         )  # refused before the long stages
         plan = plan_of(study, stages)
         run = Run(study, path, listener, stages, ordered(plan), executor)
         run.record.provenance(study, text)
-        with run.record.together():
-            summaries = run.all_cases()
-        if run.failed:  # every case counts for a statement
-            name, failure = next(iter(run.failed.items()))
-            raise InputError(f"campaign: {name}: {failure.reason}")
-        found = evidence(run, plan, summaries, workers)
+        maps = maps_of(run, plan)
+        with run.background(maps.jobs(cache)):
+            with run.record.together():
+                summaries = run.all_cases()
+            if run.failed:  # every case counts for a statement
+                name, failure = next(iter(run.failed.items()))
+                raise InputError(f"campaign: {name}: {failure.reason}")
+            try:
+                found = evidence(run, plan, summaries, maps)
+            except TaskFailed as error:
+                failure = error.failure
+                raise InputError(f"campaign: {failure.task}: {failure.reason}") from None
         stated = statements(found)
         _record(run, found)
         listener(short_table(stated))

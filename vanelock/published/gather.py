@@ -1,6 +1,7 @@
 """Gather the evidence of a campaign: comparisons at full stick, maps, ridges, loops."""
 
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,28 +12,20 @@ from vanelock.input.cases.values import with_values
 from vanelock.input.schema.study import Study
 from vanelock.nonlinear import Response
 from vanelock.pipeline.progress import PointDone
-from vanelock.pipeline.step import Stages
+from vanelock.pipeline.step import Stages, Step
 from vanelock.published.checks import Difference, at_mean_load, between, from_linear, sticking_load
 from vanelock.published.conditions import PrescribedLoop, conditions
 from vanelock.published.evidence import Evidence
-from vanelock.published.maps import maps
-from vanelock.published.maps.optimum import Ridge
+from vanelock.published.maps.maps import Maps, PeakMap, ends, planned_maps
 from vanelock.published.maps.plane import Plane
 from vanelock.published.sheets import COUPLINGS, Plan, case_of, load_of, planned_sheets
-from vanelock.stages.parts.bare import linear_system_step
-from vanelock.stages.parts.components import diameters, rom_step, system_step
 from vanelock.stages.parts.temperature_speed import with_temperature_speeds
-from vanelock.stages.plan import Planned
-from vanelock.stages.response.responses import (
-    limits_step,
-    linear_step,
-    preload_step,
-)
+from vanelock.stages.plan import Planned, plan
+from vanelock.stages.response.monitor import monitor
+from vanelock.stages.response.responses import silent_progress
 from vanelock.stages.response.solved import as_solved
 from vanelock.stages.response.summary import Peak, Summary, peak_of
-
-RIDGES = (1, 3)
-"""Harmonics of the ridges, as far as the campaign has them."""
+from vanelock.stages.sweep.graph import steps_of, works
 
 
 def plan_of(study: Study, stages: Stages) -> Plan:
@@ -41,15 +34,10 @@ def plan_of(study: Study, stages: Stages) -> Plan:
     (warm,) = with_temperature_speeds([draft.cases[case_of(draft)]], stages)
     study = with_values(study, {"temperature": warm.study.temperature.model_dump()})
     draft = planned_sheets(study, 1.0)
-    wanted = diameters(case.study for case in draft.cases.values())
-    base = draft.base
-    rom = {part: rom_step(base, part, wanted) for part in ("vane", "casing")}
-    bare = linear_system_step(base, **rom)
-    limits = limits_step(base.response.mode, bare, tuple(rom.values()))
-    stuck = stages.get(linear_step(base, "stuck", bare, limits))
-    system = system_step(base, **rom)
-    static = stages.get(preload_step(base.response.friction, system))
-    small = sticking_load(static, stuck, stages.get(system).contacts.opens)
+    reference = plan(ordered(draft), silent_progress)[0]
+    stuck = stages.get(reference.linear.responses["stuck"])
+    static, system = stages.get(reference.preload), stages.get(reference.system)
+    small = sticking_load(static, stuck, system.contacts.opens)
     return planned_sheets(study, small)
 
 
@@ -59,11 +47,21 @@ def ordered(plan: Plan) -> list[Case]:
     return [plan.cases[first], *(case for name, case in plan.cases.items() if name != first)]
 
 
-def evidence(run: Run, plan: Plan, summaries: Sequence[Summary], workers: int = 1) -> Evidence:
-    """Everything that the statements are judged by; `run` has all cases.
+def maps_of(run: Run, plan: Plan) -> Maps:
+    """The campaign's maps, around its reference."""
+    ((reference, scene),) = [
+        (each, work)
+        for each, work in zip(run.planned, works(run.planned), strict=True)
+        if each.case.name == case_of(plan)
+    ]
+    system, vane = (run.stages.get(each) for each in (reference.system, reference.rom["vane"]))
+    free = run.stages.get(reference.linear.responses["free"])
+    shown = monitor(plan.base.outputs.monitor, system, free)
+    return planned_maps(scene, shown, system.output_names[shown.node], vane.band)
 
-    Points of maps are computed by so many processes.
-    """
+
+def evidence(run: Run, plan: Plan, summaries: Sequence[Summary], maps: Maps) -> Evidence:
+    """Everything that the statements are judged by; `run` has all cases."""
     by_name = {each.case.name: each for each in run.planned}
     reference = by_name[case_of(plan)]
     stages, shown = run.stages, run.shown
@@ -77,8 +75,10 @@ def evidence(run: Run, plan: Plan, summaries: Sequence[Summary], workers: int = 
         assert peak is not None
         linear[which] = peak
     small = plan.sheets["stuck"].cases[0]
-    node = system.output_names[output[0]]
-    planes, slants, ridges = _maps(run, plan, reference, output, node, workers)
+    keep = steps_of(reference)
+    planes = {name: _plane(run, each, keep) for name, each in maps.planes.items()}
+    slants = {slant: _plane(run, each, keep) for slant, each in maps.slants.items()}
+    ridges = tuple(stages.get(each) for ridge in maps.ridges for each in ridge.steps())
     tops = {
         name: as_solved(stages.get(by_name[name].response), peak.point)
         for name, peak in shown.peak.items()
@@ -128,7 +128,7 @@ def _at_mean(
     for name in dict.fromkeys(listed):
         if name in tops and plan.study(name).response.coupling == COUPLINGS[0]:
             each = by_name[name]
-            hertz = maps.ends(each.case.study, run.stages.get(each.linear.limits))
+            hertz = ends(each.case, run.stages.get(each.linear.limits))
             system = run.stages.get(each.system)
             found[name] = at_mean_load(system, tops[name], hertz, output)
     return found
@@ -139,65 +139,12 @@ def _conditions(base: Study) -> tuple[PrescribedLoop, ...]:
     return conditions(joint.kn, joint.kt, joint.mu, abs(joint.interference) or 1e-6)
 
 
-def _maps(
-    run: Run, plan: Plan, reference: Planned, output: tuple[int, int], node: str, workers: int
-) -> tuple[dict[str, Plane], dict[float, Plane], tuple[Ridge, ...]]:
-    study, stages = plan.base, run.stages
-    assert study.campaign is not None
+def _plane(run: Run, wanted: PeakMap, keep: Sequence[Step[Any]]) -> Plane:
+    """A plane; its stuck modes are large, and dropped from memory."""
 
-    def told(name: str) -> maps.Told:
-        def say(done: int, total: int, peak: float) -> None:
-            run.listener(PointDone(name, done, total, peak, float("nan")))
+    def told(done: int, total: int, peak: float) -> None:
+        run.listener(PointDone("map", done, total, peak, float("nan")))
 
-        return say
-
-    own = reference.system, reference.linear.limits
-    planes = {
-        "interference": maps.plane_step(
-            "friction, interference",
-            study,
-            *own,
-            "interference",
-            maps.methods(study),
-            output,
-            told("map"),
-            workers,
-        ),
-        "load": maps.plane_step(
-            "friction, load",
-            study,
-            *own,
-            "load",
-            maps.methods(study)[:3],
-            output,
-            told("map"),
-            workers,
-        ),
-    }
-    ridges = [
-        maps.ridge_step(study, *own, name, h, (node, output[1]))
-        for h in RIDGES
-        if h in study.campaign.harmonics
-        for name in ("mu", "interference")
-    ]
-    band = stages.get(reference.rom["vane"]).band
-    slants = {}
-    for slant in study.campaign.slants:
-        if slant == getattr(study.vane, "interlock_slant", None):
-            continue
-        slants[slant] = maps.plane_step(
-            f"slant {slant:g}",
-            study,
-            *maps.slanted(study, slant, band),
-            "interference",
-            maps.few_methods(study),
-            output,
-            told("map"),
-            workers,
-            every=2,
-        )
-    return (
-        {name: stages.get(step) for name, step in planes.items()},
-        {slant: stages.get(step) for slant, step in slants.items()},
-        tuple(stages.get(step) for step in ridges),
-    )
+    found = run.stages.get(wanted.plane(told))
+    run.stages.retain(keep)
+    return found

@@ -1,22 +1,75 @@
 """Planes of peaks: each cell is the response that it says, in one process or in several."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
 
-from vanelock.nonlinear import Options, frequency_response
-from vanelock.pipeline.journal import journal
-from vanelock.published.maps.maps import thinned
-from vanelock.published.maps.plane import Method, PlaneTask, plane
+from vanelock import parse_study
+from vanelock.input.cases.sweep import Case
+from vanelock.nonlinear import Options, System, frequency_response
+from vanelock.pipeline.cache import Cache
+from vanelock.pipeline.executor.background import in_background
+from vanelock.pipeline.executor.processes import Processes
+from vanelock.pipeline.progress import silent
+from vanelock.pipeline.step import Stages, step
+from vanelock.published.maps.maps import Maps, PeakMap, thinned
+from vanelock.published.maps.plane import Method
+from vanelock.stages.response.limits import Limits, limits
+from vanelock.stages.sweep.graph import CaseWork, bundle
 
 METHODS = (Method(1), Method(1, "constant-load"), Method(3))
 RANGE = (100.0, 190.0)
+MU, V0 = (0.1, 0.4), (1e-6, 3e-6)
+STUDY = """
+[response]
+range = [100, 190]
+[campaign]
+map_mu = {mu}
+map_interference = {v0}
+map_load = [0.5, 2]
+"""
+
+
+@dataclass(frozen=True)
+class Sector(CaseWork):
+    """A case whose system is a sector of masses and springs."""
+
+    system: System | None = None
+
+    def planned(self):
+        """Its system and limits."""
+        given: Any = {"kept": False, "quick": True}
+        own = step("system", "nonlinear", {}, System, (), lambda: self.system, **given)
+        modes = step("limits", "nonlinear", {}, Limits, (own,), lambda s: limits(s, 2), **given)
+        return SimpleNamespace(system=own, linear=SimpleNamespace(limits=modes), case=self.case)
+
+
+def map_of(system, mu, methods):
+    study = parse_study(STUDY.format(mu=list(mu), v0=list(V0)))
+    scene = Sector(Case("sector", {}, study), (), system=system)
+    return PeakMap("sector", scene, "interference", methods, (0, 2))
 
 
 @pytest.fixture
-def task(sector):
-    return PlaneTask(sector, "interference", (0.1, 0.4), (1e-6, 3e-6), METHODS, RANGE, (0, 2))
+def small(sector):
+    """A map of two by two points."""
+    return map_of(sector, MU, METHODS)
+
+
+@pytest.fixture
+def wide(sector):
+    """A map of five by two points."""
+    return map_of(sector, (0.1, 0.2, 0.3, 0.4, 0.5), METHODS[:1])
+
+
+def solved(peak_map, folder, told=lambda *told: None):
+    """The plane, and how many of its points were computed."""
+    stages = Stages(Cache(folder, print), silent)
+    found = stages.get(peak_map.plane(told))
+    return found, sum(not stages.done[point.key].cached for point in peak_map.steps())
 
 
 def alone(system, mu, v0, factor, method):
@@ -29,56 +82,72 @@ def alone(system, mu, v0, factor, method):
     return amplitude.max(), found.frequency[amplitude.argmax()]
 
 
-def test_cells_are_responses_of_the_changed_system(task):
-    found = plane(task)
-    for i, mu in enumerate(task.mu):
-        for j, v0 in enumerate(task.value):
+def test_cells_are_responses_of_the_changed_system(small, tmp_path):
+    found, _ = solved(small, tmp_path)
+    for i, mu in enumerate(MU):
+        for j, v0 in enumerate(V0):
             for k, method in enumerate(METHODS):
-                expected = alone(task.system, mu, v0, 1.0, method)
+                expected = alone(small.scene.system, mu, v0, 1.0, method)
                 got = found.amplitude[i, j, k], found.frequency[i, j, k]
                 assert got == pytest.approx(expected, rel=1e-9)
     assert not found.lost.any()
     assert np.ptp(found.amplitude) > 0.05 * found.amplitude.max()
 
 
-def test_load_scales_the_excitation(task):
-    found = plane(replace(task, other="load", value=(0.5, 2.0)))
-    v0 = task.system.contacts.v0[1]
-    expected = alone(task.system, 0.4, v0, 2.0, METHODS[2])
+def test_load_scales_the_excitation(small, tmp_path):
+    found, _ = solved(replace(small, other="load"), tmp_path)
+    system = small.scene.system
+    expected = alone(system, 0.4, system.contacts.v0[1], 2.0, METHODS[2])
     assert (found.amplitude[1, 1, 2], found.frequency[1, 1, 2]) == pytest.approx(expected, rel=1e-9)
 
 
-def test_several_processes_find_the_same(task):
-    wide = replace(task, mu=(0.1, 0.2, 0.3, 0.4), methods=METHODS[:1])
-    one = plane(wide)
-    heard = []
-    two = plane(wide, lambda *told: heard.append(told), workers=2)
-    np.testing.assert_array_equal(one.amplitude, two.amplitude)
-    np.testing.assert_array_equal(one.frequency, two.frequency)
-    assert [told[:2] for told in heard] == [(i + 1, 8) for i in range(8)]
+def same(one, two):
+    """Whether two planes agree to the bit, but for times."""
+    for name in ("amplitude", "frequency", "opening", "slipping", "lost", "points"):
+        assert getattr(one, name).tobytes() == getattr(two, name).tobytes()
 
 
-@pytest.mark.parametrize("workers", [1, 2])
-def test_points_that_were_solved_before_a_kill_are_not_solved_again(task, tmp_path, workers):
-    wide = replace(task, mu=(0.1, 0.2, 0.3, 0.4, 0.5), methods=METHODS[:1])
-    expected, path = plane(wide), tmp_path / "map.journal"
+def test_several_processes_find_the_same(wide, tmp_path):
+    one, _ = solved(wide, tmp_path / "one")
+    cache, heard, made = Cache(tmp_path / "two", print), [], []
+    stages = Stages(cache, silent)
+
+    def executor():
+        made.append(Processes(2))
+        return made[0]
+
+    def divide():
+        return bundle(Maps({"": wide}, {}, ()).jobs(cache), cache)
+
+    more = stages, cache, silent, lambda: 0.0, lambda: None
+    with in_background(executor, divide, *more):
+        two = stages.get(wide.plane(lambda *told: heard.append(told)))
+    assert made
+    assert not any(stages.done[point.key].seconds == 0 for point in wide.steps())
+    same(one, two)
+    assert [told[:2] for told in heard] == [(i + 1, 10) for i in range(10)]
+    assert not Maps({"": wide}, {}, ()).jobs(cache)
+
+
+def test_points_that_were_solved_before_a_kill_are_not_solved_again(wide, tmp_path):
+    expected, computed = solved(wide, tmp_path / "whole")
+    assert computed == 10
 
     def killed(done, total, peak):
         if done == 3:
             raise KeyboardInterrupt
 
-    with journal(path) as opened, pytest.raises(KeyboardInterrupt):
-        plane(wide, killed, opened, workers)
+    with pytest.raises(KeyboardInterrupt):
+        solved(wide, tmp_path / "killed", killed)
+    third = wide.steps()[2].key
+    (path,) = (tmp_path / "killed").rglob(f"*{third}*")
     path.write_bytes(path.read_bytes()[:-5])  # in the middle of writing the third
-    heard = []
-    with journal(path) as opened:
-        found = plane(wide, lambda *told: heard.append(told[0]), opened, workers)
-    assert heard == list(range(3, 11))
-    for name in ("amplitude", "frequency", "opening", "slipping", "lost", "points"):
-        assert getattr(found, name).tobytes() == getattr(expected, name).tobytes()
+    found, computed = solved(wide, tmp_path / "killed")
+    assert computed == 8
+    same(found, expected)
 
 
-def test_a_peak_beside_a_lost_point_is_not_known(task, monkeypatch):
+def test_a_peak_beside_a_lost_point_is_not_known(small, tmp_path, monkeypatch):
     def lost(*arguments, **options):
         found = frequency_response(*arguments, **options)
         top = int(found.amplitude[:, 0, 2].argmax())
@@ -87,7 +156,7 @@ def test_a_peak_beside_a_lost_point_is_not_known(task, monkeypatch):
         return replace(found, converged=known)
 
     monkeypatch.setattr("vanelock.nonlinear.frequency_response", lost)
-    found = plane(replace(task, mu=(0.1,), value=(1e-6,)))
+    found, _ = solved(small, tmp_path)
     assert np.isnan(found.amplitude).all()
     assert (found.lost == 1).all()
 

@@ -1,6 +1,7 @@
 """A run under way: case after case computed, written and shown."""
 
 from collections.abc import Callable, Sequence
+from contextlib import AbstractContextManager
 from dataclasses import replace
 from pathlib import Path
 from typing import TypeVar
@@ -54,7 +55,7 @@ from vanelock.stages.response.responses import LIMITS
 from vanelock.stages.response.rest import constant_loads, undetermined
 from vanelock.stages.response.solved import drawn
 from vanelock.stages.response.summary import Peak, Summary, peak_of, summarise, sweep_of
-from vanelock.stages.sweep.graph import bundle, parts_of, steps_of
+from vanelock.stages.sweep.graph import Job, bundle, jobs, parts_of, steps_of
 from vanelock.stages.sweep.retries import Solved, attempt
 from vanelock.stages.sweep.time_left import Clock
 
@@ -125,23 +126,32 @@ class Run:
         self._loose: dict[str, bool] = {}
         self._turned: set[str] = set()
 
-    def all_cases(self) -> tuple[Summary, ...]:
-        """Everything but the pictures; a line for each case."""
-        for each in self.planned:  # refused before the long stages
+    def background(self, more: Sequence[Job] = ()) -> AbstractContextManager[None]:
+        """Have other processes compute all cases, and more, where that is wanted.
+
+        Raises
+        ------
+        InputError
+            If a mesh cannot be used, before the long stages.
+        """
+        for each in self.planned:
             study = each.case.given
             if isinstance(study, Study) and isinstance(study.vane, OwnVane):
                 refuse_without_areas(study, self.stages.get(each.meshes["vane"]))
-        with in_background(
+        return in_background(
             self._executor,
-            lambda: bundle(self.planned, self._cache),
+            lambda: bundle([*jobs(self.planned), *more], self._cache),
             self.stages,
             self._cache,
             self.listener,
             self._largest,
             self.record.flush_if_due,
-        ):
-            self._each(self._parts, self._show_parts)
-            summaries = self._each(self._solve, self._case)
+        )
+
+    def all_cases(self) -> tuple[Summary, ...]:
+        """Everything but the pictures; a line for each case."""
+        self._each(self._parts, self._show_parts)
+        summaries = self._each(self._solve, self._case)
         self.planned = tuple(
             each.turned() if each.case.name in self._turned else each for each in self.planned
         )

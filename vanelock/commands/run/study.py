@@ -84,7 +84,8 @@ def run_study(
         if needed is not None:
             listener(Notice(f"about {', '.join(needed.words().values())}, if nothing is there yet"))
         with running.record.finished():
-            summaries = running.all_cases()
+            with running.background():
+                summaries = running.all_cases()
             output_files = OutputFiles(path, listener)
             pictures = Pictures(
                 given,

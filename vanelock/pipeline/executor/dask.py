@@ -95,7 +95,7 @@ class Cluster:
         if not self._client.nthreads():
             self._listener(Notice(f"{self._address}: waiting for a worker"))
             self._client.wait_for_workers(1)
-        own, found = identity(), self._client.run(_identity, on_error="return")
+        own, found = identity(), self._client.run(identity, on_error="return")
         for worker, other in found.items():
             if isinstance(other, BaseException):
                 raise InputError(f"worker {worker}: cannot import vanelock: {reason(other)}")
@@ -171,10 +171,6 @@ def protected(address: str) -> bool:
 _worker = Worker()
 _alone = threading.Lock()
 """The mesher and the products in memory are for one task at a time."""
-
-
-def _identity() -> str:
-    return identity()
 
 
 def _perform(

@@ -145,17 +145,8 @@ _worker: Worker
 
 
 def _begin(parent: int, journals: Path | None) -> None:
+    """Prepare such a process; it ends as soon as its parent does, even if that is killed."""
     global _worker
-    end_with(parent)
-    _worker = Worker(journals)
-
-
-def _perform(work: Work, makes: Sequence[str], entries: dict[str, bytes], keys: Set[str]) -> Answer:
-    return _worker.perform(work, makes, entries, keys)
-
-
-def end_with(parent: int) -> None:
-    """End this process as soon as its parent does, even if that is killed."""
 
     def watch() -> None:
         above = parent_process()
@@ -168,3 +159,8 @@ def end_with(parent: int) -> None:
         ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
     if os.getppid() != parent:
         os._exit(1)
+    _worker = Worker(journals)
+
+
+def _perform(work: Work, makes: Sequence[str], entries: dict[str, bytes], keys: Set[str]) -> Answer:
+    return _worker.perform(work, makes, entries, keys)

@@ -1,7 +1,7 @@
-"""What of a sweep's cases is still to compute, in tasks.
+"""What of a sweep's cases, and of other jobs, is still to compute, in tasks.
 
-Products that the same cases need go together: those of one case into its task, a mesh and what
-follows from it that some cases share into one of theirs, which these then wait for. What all cases
+Products that the same jobs need go together: those of one case into its task, a mesh and what
+follows from it that some cases share into one of theirs, which these then wait for. What all jobs
 need is not a task but computed before them.
 """
 
@@ -12,7 +12,7 @@ from typing import Any
 from vanelock.input.cases.sweep import Case
 from vanelock.input.schema.scene import Scene
 from vanelock.pipeline.cache import Cache
-from vanelock.pipeline.executor.tasks import Task
+from vanelock.pipeline.executor.tasks import Task, Work
 from vanelock.pipeline.step import Step
 from vanelock.stages.accuracy.choose_mesh import MeshChoice
 from vanelock.stages.plan import (
@@ -45,14 +45,36 @@ class CaseWork:
     chosen_mesh: MeshChoice | None = None
     first: MeshChoice | None = None
 
+    def planned(self) -> Planned:
+        """All steps to its response."""
+        if isinstance(self.case.given, Scene):
+            return from_matrices(self.case, silent_progress)
+        if self.chosen_mesh is None or self.first is None:
+            return fixed(self.case, self.diameters, silent_progress)
+        return adaptive(self.case, self.chosen_mesh, free_step(self.first), silent_progress)
+
     def steps(self) -> list[Step[Any]]:
         """All whose products a run shows."""
-        if isinstance(self.case.given, Scene):
-            return steps_of(from_matrices(self.case, silent_progress))
-        if self.chosen_mesh is None or self.first is None:
-            return steps_of(fixed(self.case, self.diameters, silent_progress))
-        free = free_step(self.first)
-        return steps_of(adaptive(self.case, self.chosen_mesh, free, silent_progress))
+        return steps_of(self.planned())
+
+
+@dataclass(frozen=True)
+class Job:
+    """Products that are wanted together.
+
+    Attributes
+    ----------
+    name : str
+        What lists call it, such as a case's name.
+    steps : tuple of Step
+        Their steps; the last one's counts in the progress.
+    work : Work
+        Says the same steps in every process.
+    """
+
+    name: str
+    steps: tuple[Step[Any], ...]
+    work: Work
 
 
 def steps_of(planned: Planned) -> list[Step[Any]]:
@@ -80,8 +102,16 @@ def works(planned: Sequence[Planned]) -> list[CaseWork]:
     return [CaseWork(each.case, ks) for each, ks in zip(planned, shared, strict=True)]
 
 
-def bundle(planned: Sequence[Planned], cache: Cache) -> tuple[list[Step[Any]], list[Task]]:
-    """What all cases need and is not in the cache, in order, and the tasks after it."""
+def jobs(planned: Sequence[Planned]) -> list[Job]:
+    """Of each case what a run shows."""
+    return [
+        Job(each.case.name, tuple(steps_of(each)), work)
+        for each, work in zip(planned, works(planned), strict=True)
+    ]
+
+
+def bundle(jobs: Sequence[Job], cache: Cache) -> tuple[list[Step[Any]], list[Task]]:
+    """What all jobs need and is not in the cache, in order, and the tasks after it."""
     held, known = cache.held(), dict[str, bool]()
     nodes: dict[str, Step[Any]] = {}
     users: dict[str, list[int]] = {}
@@ -104,30 +134,28 @@ def bundle(planned: Sequence[Planned], cache: Cache) -> tuple[list[Step[Any]], l
             nodes.setdefault(step.key, step)
             users.setdefault(step.key, []).append(i)
 
-    for i, each in enumerate(planned):
+    for i, each in enumerate(jobs):
         seen: set[str] = set()
-        for step in steps_of(each):
+        for step in each.steps:
             visit(step, i, seen)
     groups: dict[tuple[int, ...], list[Step[Any]]] = {}
     for key, step in nodes.items():
         groups.setdefault(tuple(users[key]), []).append(step)
-    shared = groups.pop(tuple(range(len(planned))), [])
+    shared = groups.pop(tuple(range(len(jobs))), [])
     apart = nodes.keys() - {step.key for step in shared}
-    tasks, work = [], works(planned)
+    tasks = []
     for members, steps in groups.items():
         own = {step.key for step in steps}
         given = _frontier(steps, own)
-        first = planned[members[0]]
+        first, others = jobs[members[0]], len(members) - 1
         tasks.append(
             Task(
-                name=first.case.name
-                if len(members) == 1
-                else f"{first.case.name} and {len(members) - 1} more",
-                work=work[members[0]],
+                name=f"{first.name} and {others} more" if others else first.name,
+                work=first.work,
                 makes=tuple(step.key for step in steps),
                 after=tuple(key for _, key in given if key in apart),
                 given=tuple(given),
-                counts=first.response.key in own,
+                counts=first.steps[-1].key in own,
             )
         )
     return shared, tasks

@@ -16,7 +16,7 @@ from vanelock.pipeline.step import Stages
 from vanelock.stages.parts import bare, components, meshes
 from vanelock.stages.plan import fixed, plan, shared_diameters
 from vanelock.stages.response import responses
-from vanelock.stages.sweep.graph import bundle, steps_of
+from vanelock.stages.sweep.graph import bundle, jobs, steps_of
 
 SWEPT = """
 [sweep]
@@ -70,7 +70,7 @@ def test_a_key_that_cases_share_is_made_once(monkeypatch):
     forget()
     values = ", ".join(f"{0.1 + 0.01 * i:.2f}" for i in range(40))
     planned = plan(cases(parse_study(f"[sweep]\njoints.interlock.mu = [{values}]")), print)
-    bundle(planned, Cache(Path("none"), print))
+    bundle(jobs(planned), Cache(Path("none"), print))
     distinct = {step.key for each in planned for step in reachable(steps_of(each))}
     assert len(made) == len(distinct) == 11 + 3 * 40
     assert len(asked) == 40
