@@ -4,6 +4,7 @@ from collections.abc import Collection
 
 import numpy as np
 
+from vanelock.common.cyclic import folded
 from vanelock.common.errors import InputError
 from vanelock.rom.system import Contacts, Diameter, Matrix, System
 
@@ -11,7 +12,12 @@ ROUND_OFF = 1e-9
 """Largest deviation of a matrix from symmetry, and of M from being positive, relative to it."""
 
 
-def check(system: System, where: str = "system", known: Collection[int] = ()) -> None:
+def check(
+    system: System,
+    where: str = "system",
+    known: Collection[int] = (),
+    harmonics: int | None = None,
+) -> None:
     """Refuse matrices, contacts and forces that do not fit together.
 
     Parameters
@@ -21,6 +27,8 @@ def check(system: System, where: str = "system", known: Collection[int] = ()) ->
         What messages call it, such as a file's name.
     known : collection of int
         Nodal diameters whose matrices were looked at before.
+    harmonics : int, optional
+        H, where no more than these will be used: the matrices of other diameters are left alone.
 
     Raises
     ------
@@ -40,8 +48,12 @@ def check(system: System, where: str = "system", known: Collection[int] = ()) ->
         raise InputError(f"{where}: band = {system.band} Hz: must be > 0")
     _check_contacts(system.contacts, where)
     _check_presence(system, where)
+    N, used = system.sectors, set(system.diameters)
+    if harmonics is not None:
+        used = {system.nodal_diameter(h) for h in range(harmonics + 1)}
+    used = {folded(k, N) for k in used}
     for k, matrices in system.diameters.items():
-        if k not in known:
+        if k not in known and folded(k, N) in used:
             _check_matrices(
                 matrices, system.contacts.count, len(system.output_names), f"{where}: nd/{k}"
             )

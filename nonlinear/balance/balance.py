@@ -331,7 +331,7 @@ def structure(
         If the system's parts do not fit together.
     """
     known = known or {}
-    check(system, known=known)
+    check(system, known=known, harmonics=harmonics)
     wave = harmonic_diameters == "wave"
     diameters = tuple(system.nodal_diameter(h if wave else min(h, 1)) for h in range(harmonics + 1))
     modes = dict(known)
