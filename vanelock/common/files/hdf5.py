@@ -10,6 +10,7 @@ import io
 import os
 from collections.abc import Generator
 from contextlib import contextmanager
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -160,14 +161,20 @@ def texts(dataset: h5py.Dataset) -> list[str]:
 
 
 def _refuse_unreadable(path: str | os.PathLike[str], beside: str | None) -> None:
-    """Let a child read the file, and tell what it says or that it fell."""
-    sizes = [Path(path).stat().st_size]
+    """Let a child read the file, unless one did and nothing has changed since."""
+    states = [Path(path).stat()]
     if beside is not None and (folder := Path(path).with_name(beside)).is_dir():
-        sizes += [each.stat().st_size for each in os.scandir(folder) if each.is_file()]
-    size = sum(sizes)
-    seconds = SECONDS + size // 50_000_000 + len(sizes) // 50
+        states += [each.stat() for each in os.scandir(folder) if each.is_file()]
+    _refuse(Path(path), beside, tuple((s.st_size, s.st_mtime_ns, s.st_ino) for s in states))
+
+
+@lru_cache(maxsize=64)
+def _refuse(path: Path, beside: str | None, states: tuple[tuple[int, int, int], ...]) -> None:
+    """Tell what the child says or that it fell; nothing where it read all."""
+    size = sum(state[0] for state in states)
+    seconds = SECONDS + size // 50_000_000 + len(states) // 50
     try:
-        trouble = limited(lambda: _trouble(Path(path), size, beside), seconds, MEMORY + 2 * size)
+        trouble = limited(lambda: _trouble(path, size, beside), seconds, MEMORY + 2 * size)
     except Fallen as fallen:
         trouble = str(fallen)
     if trouble != "fine":
