@@ -25,8 +25,8 @@ from vanelock.published.page_tables import short_table
 from vanelock.published.sheets import Plan, case_of
 from vanelock.published.statements import Statement, statements
 from vanelock.quantities.curves_and_fields import RunData
+from vanelock.report import Picture
 from vanelock.results import listing
-from vanelock.results.figures.figure import Figure
 from vanelock.results.figures.pictures import Pictures
 from vanelock.results.files import results_file
 from vanelock.results.files.redrawn import OutputFiles
@@ -144,7 +144,7 @@ def _draw(
     summaries: tuple[Summary, ...],
     text: str,
     spent: Callable[[], float],
-) -> list[Figure]:
+) -> list[Picture]:
     """All figures of the campaign, those of an ordinary run of its main case, and the page."""
     study = plan.base
     every = RunData(plan.base, run.planned, run.stages, run.shown, output_files)
@@ -184,7 +184,7 @@ def _only(by_case: Mapping[str, Any], name: str) -> dict[str, Any]:
     return {key: value for key, value in by_case.items() if key == name}
 
 
-def _digest(found: Evidence, made: Sequence[Figure]) -> Any:
+def _digest(found: Evidence, made: Sequence[Picture]) -> Any:
     """All that the campaign's sections depend on."""
     files = [[each.title, file_digest(each.path)] for each in made]
     peaks = {name: [each.peak and each.peak.amplitude] for name, each in found.summaries.items()}

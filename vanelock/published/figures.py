@@ -15,8 +15,8 @@ from vanelock.published.conditions import PrescribedLoop
 from vanelock.published.evidence import Evidence
 from vanelock.published.sheets import case_of
 from vanelock.quantities.curves_and_fields import RunData
+from vanelock.report import Picture
 from vanelock.results.figures.curves import columns
-from vanelock.results.figures.figure import Figure
 
 REFERENCE = (
     "Frequency and amplitude are over those of the linear resonance with the hooks stuck and the "
@@ -120,7 +120,7 @@ def curve_sheets(run_data: RunData, e: Evidence) -> list[CurveSheet]:
     ]
 
 
-def draw_sheet(run_data: RunData, e: Evidence, sheet: CurveSheet) -> Figure:
+def draw_sheet(run_data: RunData, e: Evidence, sheet: CurveSheet) -> Picture:
     """A figure over the reference, and its data in Hz and µm."""
     base = reference(e)
     keys = {each.case.name: each.response.key for each in run_data.planned}
@@ -139,15 +139,15 @@ def draw_sheet(run_data: RunData, e: Evidence, sheet: CurveSheet) -> Figure:
     data = run_data.table(
         f"figures/{sheet.name}.csv", shows, lambda: columns(list(sheet.curves)), notes
     )
-    return Figure(path, sheet.title, REFERENCE + sheet.caption, (data,))
+    return Picture(path, sheet.title, REFERENCE + sheet.caption, (data,))
 
 
-def loop_exhibits(run_data: RunData, e: Evidence) -> list[Figure]:
+def loop_exhibits(run_data: RunData, e: Evidence) -> list[Picture]:
     """Figure 8: the loops of the contact element in three conditions."""
     return [_loop(run_data, e, loop) for loop in e.conditions]
 
 
-def _loop(run_data: RunData, e: Evidence, loop: PrescribedLoop) -> Figure:
+def _loop(run_data: RunData, e: Evidence, loop: PrescribedLoop) -> Picture:
     joint = e.plan.base.joints.interlock
     name = f"figures/fig08_loop_{loop.title.replace(' ', '_')}"
     title = f"Figure 8: loop {loop.title}"
@@ -172,7 +172,7 @@ def _loop(run_data: RunData, e: Evidence, loop: PrescribedLoop) -> Figure:
         f"The contact element under given harmonic motion, {loop.title}. Friction takes "
         f"{1e6 * loop.energy:.3g} µJ a cycle."
     )
-    return Figure(path, title, caption, (data,))
+    return Picture(path, title, caption, (data,))
 
 
 def _study(e: Evidence, name: str) -> Study:

@@ -1,7 +1,7 @@
 """What a campaign adds to the page of a run: statements, figures to zoom into, maps, costs."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -17,12 +17,8 @@ from vanelock.published.sheets import COUPLINGS
 from vanelock.published.statements import Statement
 from vanelock.quantities import warnings
 from vanelock.quantities.curves_and_fields import RunData
-from vanelock.render import style
-from vanelock.report import Answer, Answers, Picture, Plot, Section, Text, Trace
+from vanelock.report import Answer, Answers, Picture, Plot, Section, Text, curve_plot
 from vanelock.report.blocks import Block
-from vanelock.results.figures.figure import Figure
-
-DASHES = {"coupled": "solid", "uncoupled": "dash", "constant-load": "dot", "one diameter": "dash"}
 
 
 @dataclass(frozen=True)
@@ -33,15 +29,15 @@ class PublishedShown:
     ----------
     sheets : sequence of CurveSheet
         Curves of the study's figures.
-    loops, maps : sequence of Figure
-    best : Figure
+    loops, maps : sequence of Picture
+    best : Picture
         The peak over decades.
     """
 
     sheets: Sequence[CurveSheet]
-    loops: Sequence[Figure]
-    maps: Sequence[Figure]
-    best: Figure
+    loops: Sequence[Picture]
+    maps: Sequence[Picture]
+    best: Picture
 
 
 def sections(
@@ -108,19 +104,20 @@ def doubts(e: Evidence) -> list[str]:
 
 def agreement(stated: Sequence[Statement]) -> Section:
     """The table of agreement."""
-    return Section("Statements and agreement", [statement_table(stated)], id="agreement")
+    return Section(
+        "Statements and agreement", [replace(statement_table(stated), title="")], id="agreement"
+    )
 
 
 def figures(
-    run_data: RunData, e: Evidence, sheets: Sequence[CurveSheet], loops: Sequence[Figure]
+    run_data: RunData, e: Evidence, sheets: Sequence[CurveSheet], loops: Sequence[Picture]
 ) -> Section:
     """The study's figures: loops as pictures, curves to zoom into."""
-    blocks: list[Block] = [_picture(each) for each in loops]
-    blocks += [_plot(run_data, e, sheet) for sheet in sheets]
-    return Section("The study's figures", blocks, id="published")
+    plots = [_plot(run_data, e, sheet) for sheet in sheets]
+    return Section("The study's figures", [*loops, *plots], id="published")
 
 
-def maps(e: Evidence, exhibits: Sequence[Figure]) -> Section:
+def maps(e: Evidence, exhibits: Sequence[Picture]) -> Section:
     """Where statements hold: shares, then the maps."""
     planes = {"friction and interference": e.planes["interference"]}
     planes["friction and load"] = e.planes["load"]
@@ -138,10 +135,10 @@ def maps(e: Evidence, exhibits: Sequence[Figure]) -> Section:
         (*heads("plane", "cells unknown"), *(Column(name, "%") for name in names)),
         rows,
     )
-    return Section("Where each statement holds", [table, *map(_picture, exhibits)], id="maps")
+    return Section("Where each statement holds", [table, *exhibits], id="maps")
 
 
-def optimum(e: Evidence, exhibit: Figure) -> Section:
+def optimum(e: Evidence, exhibit: Picture) -> Section:
     """The friction and interference that damp best."""
     rows = []
     for ridge in e.ridges:
@@ -158,47 +155,15 @@ def optimum(e: Evidence, exhibit: Figure) -> Section:
     )
     return Section(
         "Friction and interference that damp best",
-        [Table("", columns, rows), _picture(exhibit)],
+        [Table("", columns, rows), exhibit],
         id="optimum",
     )
 
 
 def _plot(run_data: RunData, e: Evidence, sheet: CurveSheet) -> Plot:
-    base = reference(e)
-    groups = list(dict.fromkeys(c.group for c in sheet.curves if c.kind == "nonlinear"))
-    colours = dict(zip(groups, style.series(len(groups)), strict=True))
-    alone = len(groups) == 1
-    variants = list(dict.fromkeys(c.variant for c in sheet.curves if c.variant))
-    by_variant = dict(zip(variants, style.series(len(variants)), strict=True))
-    traces = []
-    for curve in sheet.curves:
-        over = curve.over(base)
-        order = np.argsort(np.asarray(over.frequency), kind="stable")
-        linear = curve.kind != "nonlinear"
-        colour = by_variant.get(curve.variant, "") if alone else colours.get(curve.group, "")
-        traces.append(
-            Trace(
-                np.asarray(over.frequency)[order],
-                np.asarray(over.amplitude)[order],
-                curve.label,
-                dash="dashdot" if linear else DASHES.get(curve.variant, "solid"),
-                width=1.3 if linear else 2.0,
-                colour=style.GREY if linear else colour,
-            )
-        )
     data = (run_data.output_files.folder / "figures" / f"{sheet.name}.csv",)
-    return Plot(
-        traces,
-        "frequency / reference frequency",
-        "amplitude / reference peak",
-        sheet.title,
-        REFERENCE + sheet.caption,
-        data=data,
-    )
-
-
-def _picture(each: Figure) -> Picture:
-    return Picture(each.path, each.title, each.caption, each.data)
+    text = REFERENCE + sheet.caption
+    return curve_plot(sheet.curves, sheet.title, text, reference(e), data=data)
 
 
 def _highest(ridges: Sequence[Ridge]) -> int:

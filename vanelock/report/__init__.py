@@ -16,6 +16,7 @@ _modules = {
     "Trace": "blocks",
     "View": "blocks",
     "body_of": "bodies",
+    "curve_plot": "curves",
     "write_page": "writer",
 }
 __all__ = list(_modules)

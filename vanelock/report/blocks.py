@@ -15,6 +15,7 @@ from vanelock.common.tables import Flag, Table
 
 Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]
+Mode = Literal["lines", "markers", "lines+markers"]
 
 
 @dataclass(frozen=True)
@@ -107,7 +108,7 @@ class Trace:
     group: str = ""
     dash: Literal["solid", "dash", "dot", "dashdot"] = "solid"
     width: float = 2.0
-    mode: Literal["lines", "markers", "lines+markers"] = "lines"
+    mode: Mode = "lines"
     colour: str = ""
     hover: str = ""
     size: float | Real | None = None

@@ -7,8 +7,7 @@ from typing import Any
 import vanelock
 from vanelock.common.files.digests import file_digest
 from vanelock.pipeline.cache import code_of
-from vanelock.report import Page, Picture, Section, write_page
-from vanelock.report.blocks import Block
+from vanelock.report import Page, Section, write_page
 from vanelock.results.figures.fatigue import HAIGH
 from vanelock.results.files.redrawn import REPORT
 from vanelock.results.page_sections.content import PageContent
@@ -80,12 +79,8 @@ def sections(told: PageContent) -> list[Section]:
 
 def pictures(told: PageContent) -> Section:
     """The run's figures that no other section shows."""
-    blocks: list[Block] = [
-        Picture(each.path, each.title, each.caption, each.data)
-        for each in told.exhibits
-        if each.title not in ELSEWHERE
-    ]
-    return Section("Figures", blocks, id="figures")
+    shown = [each for each in told.exhibits if each.title not in ELSEWHERE]
+    return Section("Figures", shown, id="figures")
 
 
 def shown(told: PageContent) -> Any:

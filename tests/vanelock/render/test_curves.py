@@ -11,7 +11,7 @@ from matplotlib.image import imread
 
 from vanelock.common.errors import InputError
 from vanelock.render import Curve, MarkedPeak, response_curves, style
-from vanelock.render.plots.curve import peak
+from vanelock.render.plots.curve import looks, peak
 
 F = np.linspace(240.0, 260.0, 41)
 
@@ -239,3 +239,10 @@ def test_a_variant_takes_a_line_style_and_the_group_its_colour(figures):
     assert same_color(lines[0].get_color(), lines[1].get_color())
     assert not same_color(lines[0].get_color(), lines[2].get_color())
     assert labels(figures[0])[1].startswith("μ = 0.1, uncoupled\n")
+
+
+def test_limits_without_a_group_are_grey_beside_responses_without_one() -> None:
+    drawn = [Curve(F, resonance(245.0, 130e-6), kind="free"), Curve(F, resonance(250.0, 1e-5))]
+    (_, limit), (_, response) = looks(drawn)
+    assert (limit.colour, limit.dash) == (style.GREY, "dash")
+    assert (response.colour, response.dash) == (style.BLUE, "solid")

@@ -7,14 +7,14 @@ from typing import TYPE_CHECKING
 import vanelock
 from vanelock.common.tables import Table
 from vanelock.input.cases.names import fixed, words
-from vanelock.report import Answer, Answers, Page, Plot, Section, Text, Trace
+from vanelock.render import Curve
+from vanelock.report import Answer, Answers, Page, Plot, Section, Text, curve_plot
 from vanelock.report.blocks import Block
 from vanelock.results.page_sections.provenance import written
 
 if TYPE_CHECKING:
     from vanelock.commands.compare.compare import Comparison, Line
 
-COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9")
 CARDS = {
     "peak": "Peak",
     "peak frequency": "Frequency",
@@ -29,7 +29,7 @@ MOST = 2
 def compare_page(found: "Comparison", tables: Sequence[Table]) -> Page:
     """Curves over one another, and tables of all that differs."""
     inputs, results, *others = tables
-    rows = [(fixed(words(str(name))), *rest) for name, *rest in results.rows]
+    rows = [(fixed(_words(str(name))), *rest) for name, *rest in results.rows]
     return Page(
         f"{found.one.label} against {found.other.label}",
         f"Two runs side by side; vanelock {vanelock.__version__}, {written()}",
@@ -71,32 +71,26 @@ def _largest(lines: "list[Line]") -> float:
 
 def _answer(found: "Comparison", line: "Line") -> Answer:
     both = [line.text(value) or "-" for value in (line.one, line.other)]
-    case = "" if line.of == "nominal" else f", {words(line.of)}"
+    case = "" if line.of == "nominal" else f", {_words(line.of)}"
     change = "" if line.change is None else f"{100 * line.change:+.3g} %"
     note = f"{both[0]} in {found.one.label}, {both[1]} in {found.other.label}"
     return Answer(f"{CARDS[line.what]}{case}", change or both[1], note)
 
 
+def _words(name: str) -> str:
+    """A case's name, or those of two that differ."""
+    return " | ".join(map(words, name.split(" | ")))
+
+
 def _plot(found: "Comparison") -> Plot:
-    traces = []
-    for i, pair in enumerate(found.pairs):
-        colour = COLOURS[i % len(COLOURS)]
-        for run, case, dash in ((found.one, pair.one, "solid"), (found.other, pair.other, "dash")):
-            name = run.label if case.name == "nominal" else f"{run.label}: {words(case.name)}"
-            traces.append(
-                Trace(
-                    case.frequency,
-                    1e6 * case.amplitude,
-                    name,
-                    dash="dash" if dash == "dash" else "solid",
-                    colour=colour,
-                )
-            )
+    curves = []
+    for pair in found.pairs:
+        group = _words(pair.name) if len(found.pairs) > 1 else ""
+        for run, case in ((found.one, pair.one), (found.other, pair.other)):
+            curves.append(Curve(case.frequency, case.amplitude, group, variant=run.label))
     what = {found.one.monitor, found.other.monitor} - {""}
-    return Plot(
-        traces,
-        "frequency (Hz)",
-        "amplitude (µm)",
+    return curve_plot(
+        curves,
         "Forced responses",
         f"Half the peak-to-peak of {' and '.join(sorted(what))}. Solid: {found.one.label}; dashed: "
         f"{found.other.label}; cases that belong together share a colour.",

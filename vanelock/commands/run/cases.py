@@ -32,9 +32,9 @@ from vanelock.quantities.scatter import (
     sensitivity_table,
     spacing,
 )
+from vanelock.report import Picture
 from vanelock.results import listing
 from vanelock.results.figures.campbell import crossings_table
-from vanelock.results.figures.figure import Figure
 from vanelock.results.figures.pictures import Pictures, Shown
 from vanelock.results.files import results_file
 from vanelock.results.page_sections.content import PageContent
@@ -237,7 +237,7 @@ class Run:
         return every
 
     def told(
-        self, pictures: Pictures, found: Sequence[Summary], drawn: Sequence[Figure], text: str = ""
+        self, pictures: Pictures, found: Sequence[Summary], drawn: Sequence[Picture], text: str = ""
     ) -> PageContent:
         """What the run's page is told from."""
         return PageContent(

@@ -19,7 +19,7 @@ from vanelock.published.maps.plane import Method, Plane
 from vanelock.published.sheets import COUPLINGS, load_of
 from vanelock.published.statements import NONE, SLIGHT
 from vanelock.quantities.curves_and_fields import RunData
-from vanelock.results.figures.figure import Figure
+from vanelock.report import Picture
 
 Floats = NDArray[np.float64]
 
@@ -68,7 +68,7 @@ def panels(plane: Plane, with_errors: bool) -> list[render.MapPanel]:
     return made
 
 
-def map_exhibit(run_data: RunData, e: Evidence, name: str, plane: Plane, words: str) -> Figure:
+def map_exhibit(run_data: RunData, e: Evidence, name: str, plane: Plane, words: str) -> Picture:
     """A plane's maps and its data."""
     scale = SCALE[plane.other]
     title = f"Where each statement holds: {words}"
@@ -96,7 +96,7 @@ def map_exhibit(run_data: RunData, e: Evidence, name: str, plane: Plane, words: 
         ),
     )
     data = run_data.table(f"{file}.csv", shows, lambda: plane_columns(plane), [title])
-    return Figure(path, title, caption, (data,))
+    return Picture(path, title, caption, (data,))
 
 
 def plane_columns(plane: Plane) -> Mapping[str, ArrayLike]:
@@ -117,7 +117,7 @@ def plane_columns(plane: Plane) -> Mapping[str, ArrayLike]:
     }
 
 
-def map_exhibits(run_data: RunData, e: Evidence) -> list[Figure]:
+def map_exhibits(run_data: RunData, e: Evidence) -> list[Picture]:
     """Maps over friction and interference, friction and load, and for other slants."""
     base = e.plan.base
     slant = getattr(base.vane, "interlock_slant", None)
@@ -139,7 +139,7 @@ def map_exhibits(run_data: RunData, e: Evidence) -> list[Figure]:
     return made
 
 
-def ridge_exhibit(run_data: RunData, e: Evidence) -> Figure:
+def ridge_exhibit(run_data: RunData, e: Evidence) -> Picture:
     """The peak against friction and interference over decades."""
     marked = {
         "mu": e.plan.base.joints.interlock.mu,
@@ -163,7 +163,7 @@ def ridge_exhibit(run_data: RunData, e: Evidence) -> Figure:
         "The peak itself followed along each parameter, the other one as in the study; the ring "
         "marks the least. With little friction the peak is that of the free interlock."
     )
-    return Figure(path, title, caption, (data,))
+    return Picture(path, title, caption, (data,))
 
 
 def _line(ridge: Ridge) -> render.RidgeLine:

@@ -1,5 +1,6 @@
 """A forced response curve to be drawn: its arrays, what tells it from others, and its peak."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Final, Literal
 
@@ -7,8 +8,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vanelock.common.errors import InputError
+from vanelock.render import style
 
 Kind = Literal["nonlinear", "free", "stuck", "measured"]
+Dash = Literal["solid", "dash", "dot", "dashdot"]
+DASHES: Final[tuple[Dash, ...]] = ("solid", "dash", "dot", "dashdot")
+"""The most harmonics get the full line."""
 
 LIMITS: Final = {"free": "linear, free", "stuck": "linear, stuck"}
 """What the legend calls the linear limits."""
@@ -140,3 +145,73 @@ def converged(curve: Curve) -> NDArray[np.bool_]:
     if curve.converged is not None:
         known &= np.asarray(curve.converged, bool)
     return known
+
+
+@dataclass(frozen=True)
+class CurveUnit:
+    """How amplitudes are shown: in what, by which axes and texts."""
+
+    factor: float
+    across: str
+    up: str
+    text: str
+
+    def place(self, top: MarkedPeak) -> str:
+        """A peak in words."""
+        return self.text.format(style.number(self.factor * top.amplitude), top.frequency)
+
+
+MICROMETRES: Final = CurveUnit(
+    1e6, "excitation frequency (Hz)", "amplitude (µm)", "{} µm at {:.1f} Hz"
+)
+OVER: Final = CurveUnit(
+    1.0, "frequency / reference frequency", "amplitude / reference peak", "{} at {:.4f}"
+)
+
+
+def shown_over(
+    curves: Sequence[Curve], reference: MarkedPeak | None
+) -> tuple[Sequence[Curve], CurveUnit]:
+    """Curves as their axes have them: over a reference where there is one."""
+    if reference is None:
+        return curves, MICROMETRES
+    return [curve.over(reference) for curve in curves], OVER
+
+
+@dataclass(frozen=True)
+class CurveLook:
+    """How a curve is drawn: "#rrggbb", dashes, points of width, matplotlib's marker of its peak."""
+
+    colour: str
+    dash: Dash
+    width: float
+    marker: str
+
+
+def looks(curves: Sequence[Curve]) -> list[tuple[Curve, CurveLook]]:
+    """Each curve with its colour, line style and marker."""
+    groups = list(dict.fromkeys(c.group for c in curves if c.kind == "nonlinear"))
+    colours = dict(zip(groups, style.series(len(groups)), strict=True))
+    styles = _styles(curves)
+    greys = style.greys(c.group for c in curves if c.kind in LIMITS)
+    measured = [c for c in curves if c.kind == "measured"]
+    made = []
+    for curve in curves:
+        if curve.kind == "nonlinear":
+            order = styles.index(curve.style)
+            look = CurveLook(colours[curve.group], DASHES[order % 4], 2.0, "os^D"[order % 4])
+        elif curve.kind == "measured":
+            marker = "osD^"[next(i for i, c in enumerate(measured) if c is curve) % 4]
+            look = CurveLook(style.BLACK, "solid", 0.0, marker)
+        else:
+            colour = (curve.group and colours.get(curve.group)) or greys[curve.group]
+            look = CurveLook(colour, "dash" if curve.kind == "free" else "dot", 1.6, "v")
+        made.append((curve, look))
+    return made
+
+
+def _styles(curves: Sequence[Curve]) -> list[str | int]:
+    """What the line styles stand for, the full line first."""
+    nonlinear = [curve for curve in curves if curve.kind == "nonlinear"]
+    variants: list[str | int] = list(dict.fromkeys(c.variant for c in nonlinear if c.variant))
+    return variants + sorted({c.harmonics or 0 for c in nonlinear if not c.variant}, reverse=True)

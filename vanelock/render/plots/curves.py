@@ -3,7 +3,7 @@
 import re
 import textwrap
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, Final
 
@@ -15,9 +15,20 @@ from matplotlib.ticker import LogFormatter
 
 from vanelock.common.errors import InputError
 from vanelock.render import style
-from vanelock.render.plots.curve import Band, Curve, MarkedPeak, check, converged, peak
+from vanelock.render.plots.curve import (
+    Band,
+    Curve,
+    CurveLook,
+    CurveUnit,
+    MarkedPeak,
+    check,
+    converged,
+    looks,
+    peak,
+    shown_over,
+)
 
-_DASHES: Final = ("-", "--", ":", "-.")  # the most harmonics get the full line
+_DASHES: Final = {"solid": "-", "dash": "--", "dot": ":", "dashdot": "-."}
 _LIMITS: Final = {"free": (0, (6, 2)), "stuck": (0, (1, 1))}
 _WIDE: Final = 100  # frequencies further apart, highest over lowest, get a logarithmic axis
 _LISTED: Final = 28  # more lines than that do not fit beside the curves
@@ -67,16 +78,13 @@ def response_curves(
         raise InputError("curves: none given: at least one is needed")
     for curve in curves:
         check(curve)
-    if reference is not None:
-        curves, unit, engine_order = [curve.over(reference) for curve in curves], _OVER, None
-    else:
-        unit = _MICROMETRES
+    curves, unit = shown_over(curves, reference)
     with style.applied():
         made = style.figure(6.75, title, f"Monitored: {monitor}" if monitor else "")
         axes = style.axes(made, 0.95, 0.75, 7.3, 4.75)
-        looks = _looks(curves)
+        looked = looks(curves)
         shades = [] if band is None else _shade(axes, band, unit)
-        handles = [_draw(axes, curve, look, unit) for curve, look in looks]
+        handles = [_draw(axes, curve, look, unit) for curve, look in looked]
         axes.set(xlabel=unit.across, ylabel=unit.up)
         ends = [np.asarray(curve.frequency, float) for curve in curves]
         ends = [np.array([each.min(), each.max()]) for each in ends]
@@ -91,82 +99,22 @@ def response_curves(
             axes.yaxis.set_minor_formatter(LogFormatter(labelOnlyBase=False))
         else:
             axes.set_ylim(bottom=0)
-        lost = sum(_flag(axes, curve, look, unit) for curve, look in looks)
+        lost = sum(_flag(axes, curve, look, unit) for curve, look in looked)
         handles += [*shades, *([_flag_handle(lost)] if lost else [])]
-        if engine_order:
+        if engine_order and reference is None:
             _speed_axis(axes, abs(engine_order))
         _legend(made, handles)
         return style.write(made, path)
 
 
-@dataclass(frozen=True)
-class _Unit:
-    """How amplitudes are shown: in what, by which axes and texts."""
-
-    factor: float
-    across: str
-    up: str
-    text: str
-
-    def place(self, top: MarkedPeak) -> str:
-        """A peak in words."""
-        return self.text.format(style.number(self.factor * top.amplitude), top.frequency)
-
-
-_MICROMETRES: Final = _Unit(
-    1e6, "excitation frequency (Hz)", "amplitude (µm)", "{} µm at {:.1f} Hz"
-)
-_OVER: Final = _Unit(
-    1.0, "frequency / reference frequency", "amplitude / reference peak", "{} at {:.4f}"
-)
-
-
-@dataclass(frozen=True)
-class _Look:
-    colour: str
-    dashes: object
-    width: float
-    marker: str
-
-
-def _looks(curves: Sequence[Curve]) -> list[tuple[Curve, _Look]]:
-    """Each curve with its colour, line style and marker."""
-    groups = list(dict.fromkeys(c.group for c in curves if c.kind == "nonlinear"))
-    colours = dict(zip(groups, style.series(len(groups)), strict=True))
-    styles = _styles(curves)
-    greys = style.greys(c.group for c in curves if c.kind in _LIMITS)
-    measured = [c for c in curves if c.kind == "measured"]
-    made = []
-    for curve in curves:
-        if curve.kind == "nonlinear":
-            order = styles.index(curve.style)
-            dashes = _DASHES[order % len(_DASHES)]
-            look = _Look(colours[curve.group], dashes, 2.0, "os^D"[order % 4])
-        elif curve.kind == "measured":
-            marker = "osD^"[next(i for i, c in enumerate(measured) if c is curve) % 4]
-            look = _Look(style.BLACK, "", 0.0, marker)
-        else:
-            colour = colours.get(curve.group, greys[curve.group])
-            look = _Look(colour, _LIMITS[curve.kind], 1.6, "v")
-        made.append((curve, look))
-    return made
-
-
-def _styles(curves: Sequence[Curve]) -> list[str | int]:
-    """What the line styles stand for, the full line first."""
-    nonlinear = [curve for curve in curves if curve.kind == "nonlinear"]
-    variants: list[str | int] = list(dict.fromkeys(c.variant for c in nonlinear if c.variant))
-    return variants + sorted({c.harmonics or 0 for c in nonlinear if not c.variant}, reverse=True)
-
-
-def _draw(axes: Axes, curve: Curve, look: _Look, unit: _Unit) -> Line2D:
+def _draw(axes: Axes, curve: Curve, look: CurveLook, unit: CurveUnit) -> Line2D:
     """Draw a curve and its peak; return what the legend shows."""
     frequency = np.asarray(curve.frequency, float)
     if curve.kind == "measured":
         return _draw_measured(axes, curve, look, unit)
     shown = unit.factor * np.asarray(curve.amplitude, float)
     shown = np.where(converged(curve), shown, np.nan)
-    dashes = look.dashes if curve.joined else ""
+    dashes = _LIMITS.get(curve.kind, _DASHES[look.dash]) if curve.joined else ""
     drawn: dict[str, Any] = {"color": look.colour, "ls": dashes, "lw": look.width}
     # A lone converged point between two lost ones has no line: give it a dot.
     known = np.isfinite(shown)
@@ -196,7 +144,7 @@ def _draw(axes: Axes, curve: Curve, look: _Look, unit: _Unit) -> Line2D:
     return Line2D([], [], **drawn, marker=look.marker, ms=8, mfc="white", mew=1.8, label=text)
 
 
-def _shade(axes: Axes, band: Band, unit: _Unit) -> list[Any]:
+def _shade(axes: Axes, band: Band, unit: CurveUnit) -> list[Any]:
     """Percentiles of many curves: two shades and the median."""
     levels = unit.factor * band.levels
     look: dict[str, Any] = {"color": style.BLUE, "linewidth": 0, "zorder": 1.5}
@@ -209,7 +157,7 @@ def _shade(axes: Axes, band: Band, unit: _Unit) -> list[Any]:
     return [outer, inner, middle]
 
 
-def _draw_measured(axes: Axes, curve: Curve, look: _Look, unit: _Unit) -> Line2D:
+def _draw_measured(axes: Axes, curve: Curve, look: CurveLook, unit: CurveUnit) -> Line2D:
     """Draw a measured curve as dots; return what the legend shows."""
     shown = unit.factor * np.asarray(curve.amplitude, float)
     dots: dict[str, Any] = {"color": look.colour, "ls": "", "marker": look.marker, "ms": 4.5}
@@ -225,7 +173,7 @@ def _wrapped(label: str) -> str:
     return textwrap.fill(kept, 33, break_long_words=False, break_on_hyphens=False)
 
 
-def _flag(axes: Axes, curve: Curve, look: _Look, unit: _Unit) -> int:
+def _flag(axes: Axes, curve: Curve, look: CurveLook, unit: CurveUnit) -> int:
     """Cross out the points that did not converge, and count them."""
     lost = ~converged(curve)
     frequency = np.asarray(curve.frequency, float)[lost]

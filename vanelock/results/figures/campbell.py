@@ -15,7 +15,7 @@ from vanelock.common.tables import Column, Table, heads
 from vanelock.input.cases.names import of_case, slug, words
 from vanelock.input.measured import DISPLACEMENT, Measured
 from vanelock.quantities.curves_and_fields import RunData
-from vanelock.results.figures.figure import Figure
+from vanelock.report import Picture
 from vanelock.stages.campbell.campbell import Campbell, largest
 from vanelock.stages.campbell.speed_lines import Lines
 
@@ -23,7 +23,7 @@ DETAILED = 8
 """Diagrams drawn; of more the first and the last."""
 
 
-def campbells(run_data: RunData) -> list[Figure]:
+def campbells(run_data: RunData) -> list[Picture]:
     """One for each distinct set of lines."""
     found = list(run_data.shown.campbell.items())
     if len(found) > DETAILED:
@@ -32,7 +32,7 @@ def campbells(run_data: RunData) -> list[Figure]:
     return [_exhibit(run_data, "" if alone else name, each) for name, each in found]
 
 
-def _exhibit(run_data: RunData, name: str, diagram: Campbell) -> Figure:
+def _exhibit(run_data: RunData, name: str, diagram: Campbell) -> Picture:
     stem = f"figures/campbell_{slug(name)}" if name else "figures/campbell"
     measured = run_data.shown.measured
     title = f"{run_data.study.name}: Campbell diagram"
@@ -51,7 +51,7 @@ def _exhibit(run_data: RunData, name: str, diagram: Campbell) -> Figure:
         run_data.table(f"{stem}_{kind}.csv", shows, partial(dict, columns), [f"{title}: {note}"])
         for kind, (columns, note) in tables.items()
     ]
-    return Figure(path, "Campbell diagram", caption(diagram, name), tuple(data))
+    return Picture(path, "Campbell diagram", caption(diagram, name), tuple(data))
 
 
 def draw_campbell(

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 from vanelock import render
 from vanelock.input.cases.names import of_case, slug, words
 from vanelock.quantities.curves_and_fields import Around, Floats, RunData
-from vanelock.results.figures.figure import Figure
+from vanelock.report import Picture
 from vanelock.results.figures.preload import numbers
 from vanelock.rom.joining.elements import properties
 from vanelock.rom.joining.pairs import contact_pairs
@@ -19,7 +19,7 @@ from vanelock.stages.plan import Planned
 Integers = NDArray[np.int64]
 
 
-def contacts(run_data: RunData, each: Planned) -> Figure:
+def contacts(run_data: RunData, each: Planned) -> Picture:
     """The map of a case's contacts, with its table."""
     name = each.case.name
     around = run_data.around(each)
@@ -67,7 +67,7 @@ def contacts(run_data: RunData, each: Planned) -> Figure:
         "that friction takes there in a cycle; numbers are those of the tables. Large markers in "
         "one corner say that few contacts do the damping, and wear."
     )
-    return Figure(path, "Contacts around the resonance", caption, (data,))
+    return Picture(path, "Contacts around the resonance", caption, (data,))
 
 
 def columns(

@@ -10,21 +10,21 @@ from vanelock.input.cases.names import merged, words
 from vanelock.input.measured import DISPLACEMENT
 from vanelock.quantities.curves_and_fields import Floats, RunData
 from vanelock.quantities.selection import PERCENT, band, drawn_alone, in_words, named
-from vanelock.results.figures.figure import Figure
+from vanelock.report import Picture
 from vanelock.stages.response.responses import Limit
 
 MOST = 16
 """Linear limits that are drawn, free and stuck ones together."""
 
 
-def curves(run_data: RunData) -> Figure:
-    """The figure of the curves, and what it draws as CSV."""
+def all_curves(run_data: RunData) -> list[render.Curve]:
+    """Linear limits, responses and measured curves, as they are drawn."""
     made = linear(run_data) + [
         render.Curve(
             frequency,
             amplitude,
             group=called(each.case.name),
-            harmonics=run_data.shown.harmonics[each.case.name],
+            harmonics=run_data.shown.harmonics.get(each.case.name),
             converged=converged,
             joined=each.case.given.response.frequencies is None,
             variant=direction,
@@ -34,13 +34,18 @@ def curves(run_data: RunData) -> Figure:
             each.case.name
         ).items()
     ]
-    made += [
+    return made + [
         render.Curve(
             each.frequency, each.amplitude, group=each.label, kind="measured", joined=False
         )
         for each in run_data.shown.measured
         if each.quantity == DISPLACEMENT
     ]
+
+
+def curves(run_data: RunData) -> Picture:
+    """The figure of the curves, and what it draws as CSV."""
+    made = all_curves(run_data)
     keys = [(*(r.key for r in each.responses), each.case.name) for each in run_data.planned]
     monitor = run_data.shown.monitor.name
     shows = [keys, monitor, run_data.given.name]
@@ -86,7 +91,7 @@ def curves(run_data: RunData) -> Figure:
             f" Shaded: where {shade.label} lie at each frequency, and their median; lines of their "
             f"own have {in_words(run_data)}."
         )
-    return Figure(path, "Forced response", caption, (data,))
+    return Picture(path, "Forced response", caption, (data,))
 
 
 def called(name: str) -> str:

@@ -11,7 +11,7 @@ from vanelock.quantities.answers import CaseAnswers
 from vanelock.quantities.contacts.wear_tables import contact_table
 from vanelock.quantities.curves_and_fields import RunData
 from vanelock.quantities.stress.margins import Margin
-from vanelock.results.figures.figure import Figure
+from vanelock.report import Picture
 
 DIGITS = 6
 """Significant digits of stresses in tables of all nodes."""
@@ -21,7 +21,7 @@ MARKED = 5
 """Features marked in a Haigh diagram, gauges aside."""
 
 
-def haigh(run_data: RunData, found: CaseAnswers) -> Figure:
+def haigh(run_data: RunData, found: CaseAnswers) -> Picture:
     """Haigh diagram of the vane at a case's peak, and its numbers at every node."""
     cycle, locations = found.stress.cycles.vane, found.stress.locations["vane"]
     bears = found.stress.governing.strength
@@ -63,7 +63,7 @@ def haigh(run_data: RunData, found: CaseAnswers) -> Figure:
         "stresses may grow until they reach it. Marked: the worst places of some features, away "
         "from sharp corners and point forces, and the gauges."
     )
-    return Figure(path, HAIGH, caption, (data,))
+    return Picture(path, HAIGH, caption, (data,))
 
 
 def _marked(found: CaseAnswers) -> list[Margin]:

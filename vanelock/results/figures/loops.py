@@ -12,8 +12,9 @@ from numpy.typing import ArrayLike
 from vanelock import nonlinear, render
 from vanelock.input.cases.names import of_case, slug, words
 from vanelock.nonlinear import Response
+from vanelock.quantities.contacts.wear import exact
 from vanelock.quantities.curves_and_fields import Floats, RunData
-from vanelock.results.figures.figure import Figure
+from vanelock.report import Picture
 from vanelock.stages.plan import Planned
 
 
@@ -55,10 +56,15 @@ class Loop:
         """Whether friction is bounded in the plane of both directions."""
         return bool(self.top.friction == "isotropic")
 
+    @property
+    def bound(self) -> Floats:
+        """(s,) what bounds friction, N."""
+        load = self.history[1][:, 0] if self.bounding is None else self.bounding
+        return self.mu * load
+
     def columns(self) -> Mapping[str, ArrayLike]:
         """The period as columns."""
         u, f = self.history
-        load = f[:, 0] if self.bounding is None else self.bounding
         return {
             "time / period (-)": np.arange(len(u)) / len(u),
             "normal displacement v (µm)": 1e6 * u[:, 0],
@@ -67,17 +73,16 @@ class Loop:
             "normal force n (N)": f[:, 0],
             "friction force t1 (N)": f[:, 1],
             "friction force t2 (N)": f[:, 2],
-            "bound of friction mu n (N)": self.mu * load,
+            "bound of friction mu n (N)": self.bound,
         }
 
 
-def loops(run_data: RunData, each: Planned, animated: bool) -> list[Figure]:
+def loops(run_data: RunData, each: Planned, animated: bool) -> list[Picture]:
     """The loop of a case, where there is one; `animated`, too."""
     top, name = run_data.top(each), each.case.name
     contacts = run_data.stages.get(each.system).contacts
     own = np.flatnonzero(contacts.opens).tolist()
-    sampled = top.samples > 0 and top.friction == "orthogonal"  # no loop is exact then
-    if sampled or not own or not top.dissipation[0, own].any():
+    if not exact(top) or not own or not top.dissipation[0, own].any():
         return []
     contact = max(own, key=lambda i: float(top.dissipation[0, i]))
     loop = Loop(top, contact)
@@ -107,7 +112,7 @@ def loops(run_data: RunData, each: Planned, animated: bool) -> list[Figure]:
         "over the period; the bounds move because the normal force does."
     )
     heading = f"Hysteresis of {heading}"
-    made = [Figure(path, heading, caption, (data,))]
+    made = [Picture(path, heading, caption, (data,))]
     if animated:
         path = run_data.output_files.animate(f"figures/loop_{slug(name)}.gif", shows, moving)
         caption = (
@@ -116,5 +121,5 @@ def loops(run_data: RunData, each: Planned, animated: bool) -> list[Figure]:
             "It slips while it lies on a bound and sticks while it runs between them; where the "
             "normal force is zero the contact is open and the bounds meet."
         )
-        made.append(Figure(path, f"{heading}, traced", caption, (data,)))
+        made.append(Picture(path, f"{heading}, traced", caption, (data,)))
     return made

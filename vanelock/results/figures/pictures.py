@@ -15,11 +15,11 @@ from vanelock.quantities.contacts.energy import EnergyBalance
 from vanelock.quantities.curves_and_fields import RunData, Shown
 from vanelock.quantities.scatter import Scattered
 from vanelock.quantities.selection import in_words, named
+from vanelock.report import Picture
 from vanelock.results.figures.campbell import campbells
 from vanelock.results.figures.contacts import contacts
 from vanelock.results.figures.curves import curves
 from vanelock.results.figures.fatigue import haigh, wear_table
-from vanelock.results.figures.figure import Figure
 from vanelock.results.figures.loops import loops
 from vanelock.results.figures.preload import preloads
 from vanelock.results.figures.scatter import scatters
@@ -47,7 +47,7 @@ class Pictures:
         """What they are drawn from."""
         return RunData(self.given, self.planned, self.stages, self.shown, self.output_files)
 
-    def draw(self) -> list[Figure]:
+    def draw(self) -> list[Picture]:
         """Draw what is not there yet, and remove what earlier runs drew and this one does not."""
         run_data, outputs = self.run_data, self.given.outputs
         shapes = isinstance(outputs, Outputs) and outputs.shapes

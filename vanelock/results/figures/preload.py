@@ -11,13 +11,13 @@ from vanelock.input.cases.names import of_case, slug, words
 from vanelock.nonlinear import Response
 from vanelock.quantities.curves_and_fields import RunData
 from vanelock.quantities.selection import DETAILED, named
-from vanelock.results.figures.figure import Figure
+from vanelock.report import Picture
 from vanelock.stages.plan import Planned
 
 
-def preloads(run_data: RunData) -> list[Figure]:
+def preloads(run_data: RunData) -> list[Picture]:
     """One for each distinct preload."""
-    found: dict[str, Figure] = {}
+    found: dict[str, Picture] = {}
     distinct = {each.preload.key for each in run_data.planned}
     every = [each for each in run_data.planned if run_data.stages.get(each.system).contacts.count]
     for each in every if len(distinct) <= DETAILED else named(run_data):
@@ -26,7 +26,7 @@ def preloads(run_data: RunData) -> list[Figure]:
     return list(found.values())
 
 
-def _preload(run_data: RunData, each: Planned) -> Figure:
+def _preload(run_data: RunData, each: Planned) -> Picture:
     static = run_data.stages.get(each.preload)
     joints = run_data.stages.get(each.system).contacts.joint
     name = each.preload_name
@@ -44,7 +44,7 @@ def _preload(run_data: RunData, each: Planned) -> Figure:
         "contact slid while the parts were assembled. An open contact carries nothing and cannot "
         "damp; the spread of the normal forces tells how unevenly a joint will slip."
     )
-    return Figure(path, "Preload of the contacts", caption, (data,))
+    return Picture(path, "Preload of the contacts", caption, (data,))
 
 
 def picture(path: Path, static: Response, joints: tuple[str, ...], subtitle: str) -> None:

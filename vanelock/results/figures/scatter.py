@@ -7,12 +7,12 @@ from vanelock import render
 from vanelock.input.messages import unit_of
 from vanelock.quantities.curves_and_fields import RunData
 from vanelock.quantities.scatter import Scattered, percentile_table, sample_columns
-from vanelock.results.figures.figure import Figure
+from vanelock.report import Picture
 
 TITLE = "Scatter of the peaks"
 
 
-def scatters(run_data: RunData, found: Scattered) -> Figure:
+def scatters(run_data: RunData, found: Scattered) -> Picture:
     """Distribution of the peaks, and the peaks against what scatters."""
     monitor, known = run_data.shown.monitor.name, found.known
     shows = [[each.response.key, each.case.name] for each in run_data.planned]
@@ -55,7 +55,7 @@ def scatters(run_data: RunData, found: Scattered) -> Figure:
         "percentiles, bars their confidence limits. Below: the same against each key that "
         "scatters; a rank correlation near 1 or -1 says that the scatter comes from there."
     )
-    return Figure(path, TITLE, caption, (data, table))
+    return Picture(path, TITLE, caption, (data, table))
 
 
 def _shown(key: str, value: NDArray[np.float64]) -> tuple[str, NDArray[np.float64]]:

@@ -13,7 +13,7 @@ from vanelock.input.cases.names import of_case, slug, words
 from vanelock.input.cases.sweep import label
 from vanelock.pipeline.progress import Notice
 from vanelock.quantities.curves_and_fields import Floats, RunData, Shape, stress_over_a_period
-from vanelock.results.figures.figure import Figure
+from vanelock.report import Picture
 from vanelock.results.time_steps import steps
 from vanelock.stages.parts.components import PARTS
 from vanelock.stages.parts.meshes import mesh_step
@@ -55,7 +55,7 @@ class Drawn:
         return self.recover()
 
 
-def mesh(run_data: RunData, each: Planned, data: Sequence[Path] = ()) -> Figure:
+def mesh(run_data: RunData, each: Planned, data: Sequence[Path] = ()) -> Picture:
     """Both parts with their node sets."""
     keys = [mesh_step(each.case.study, part).key for part in PARTS]
     title = f"{run_data.study.name}: mesh"
@@ -71,10 +71,10 @@ def mesh(run_data: RunData, each: Planned, data: Sequence[Path] = ()) -> Figure:
         f"groove, and the full ring of {run_data.study.ring.sectors} sectors,"
         " of which one is meshed."
     )
-    return Figure(path, "Mesh and node sets", caption, tuple(data))
+    return Picture(path, "Mesh and node sets", caption, tuple(data))
 
 
-def all_modes(run_data: RunData) -> list[Figure]:
+def all_modes(run_data: RunData) -> list[Picture]:
     """Modes of each distinct set of linear limits, under the swept values that tell them."""
     groups = [_mode_key(run_data, each) for each in run_data.planned]
     names = label([each.case for each in run_data.planned], groups)
@@ -86,7 +86,7 @@ def all_modes(run_data: RunData) -> list[Figure]:
         told = f"pictures of modes for the first and the last of {len(distinct)} linear limits"
         run_data.output_files.listener(Notice(told))
         distinct = [distinct[0], distinct[-1]]
-    found: list[Figure] = []
+    found: list[Picture] = []
     for each, name in distinct:
         found += _modes(run_data, each, name, run_data.study.outputs.animations and not found)
     return found
@@ -100,7 +100,7 @@ def _mode_key(run_data: RunData, each: Planned) -> tuple[Any, ...]:
     return *parts, *places, limits.free.tobytes(), limits.stuck.tobytes()
 
 
-def _modes(run_data: RunData, each: Planned, name: str, animated: bool) -> list[Figure]:
+def _modes(run_data: RunData, each: Planned, name: str, animated: bool) -> list[Picture]:
     """The mode of interest, interlock free and stuck; `animated`, the last one moves too."""
     limits = run_data.stages.get(each.linear.limits)
     k = limits.nodal_diameter
@@ -142,11 +142,11 @@ def _modes(run_data: RunData, each: Planned, name: str, animated: bool) -> list[
                 )
 
             path = run_data.output_files.animate(f"shapes/{file}.gif", shows, animate)
-            made.append(Figure(path, f"{title}, in motion", caption, data))
+            made.append(Picture(path, f"{title}, in motion", caption, data))
     return made
 
 
-def response(run_data: RunData, each: Planned, animated: bool) -> list[Figure]:
+def response(run_data: RunData, each: Planned, animated: bool) -> list[Picture]:
     """First harmonic at the peak; `animated`, all of them too."""
     name = each.case.name
     top, peak = run_data.top(each), run_data.shown.peak[name]
@@ -181,11 +181,11 @@ def response(run_data: RunData, each: Planned, animated: bool) -> list[Figure]:
             "its own nodal diameter, without what the preload does at rest. Colours are the "
             "displacement at the instant: the pattern runs round the ring with the load."
         )
-        made.append(Figure(path, f"{title}, in motion", caption, data))
+        made.append(Picture(path, f"{title}, in motion", caption, data))
     return made
 
 
-def stress(run_data: RunData, each: Planned) -> Figure:
+def stress(run_data: RunData, each: Planned) -> Picture:
     """Von Mises stress of the vane at the peak."""
     name = each.case.name
     peak = run_data.shown.peak[name]
@@ -216,7 +216,7 @@ def stress(run_data: RunData, each: Planned) -> Figure:
         "alone, which fatigues. A node that carries a contact's force has a stress that grows "
         "with every refinement of the mesh, so look at fillets and aerofoils, not at contacts."
     )
-    return Figure(path, "Stress of the vane at the peak", caption, (data,))
+    return Picture(path, "Stress of the vane at the peak", caption, (data,))
 
 
 def _picture(
@@ -226,13 +226,13 @@ def _picture(
     draw: Callable[..., Path],
     caption: str,
     data: tuple[Path, ...],
-) -> Figure:
+) -> Picture:
     def function(path: Path) -> None:
         parts, k = run_data.parts(each), drawn.nodal_diameter
         draw(path, parts, drawn.fields, k, drawn.title, drawn.subtitle)
 
     path = run_data.output_files.draw(f"shapes/{drawn.name}.png", drawn.shows, function)
-    return Figure(path, drawn.title, caption, data)
+    return Picture(path, drawn.title, caption, data)
 
 
 def _data(run_data: RunData, each: Planned, drawn: Drawn) -> tuple[Path, ...]:

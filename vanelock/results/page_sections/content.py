@@ -9,7 +9,7 @@ from vanelock.quantities.answers import CaseAnswers
 from vanelock.quantities.contacts.energy import EnergyBalance
 from vanelock.quantities.curves_and_fields import RunData
 from vanelock.quantities.scatter import Scattered
-from vanelock.results.figures.figure import Figure
+from vanelock.report import Picture
 from vanelock.stages.accuracy.errors import Errors
 from vanelock.stages.accuracy.left_out import LeftOut
 from vanelock.stages.parts.gauges import Strain
@@ -26,7 +26,7 @@ class PageContent:
         Study, cases, stages, curves and where files go.
     summaries : sequence of Summary
         One for each case.
-    exhibits : sequence of Figure
+    exhibits : sequence of Picture
         Pictures in their order.
     answers : dict of str to CaseAnswers
         Of the cases that are looked into.
@@ -50,7 +50,7 @@ class PageContent:
 
     run_data: RunData
     summaries: Sequence[Summary]
-    exhibits: Sequence[Figure]
+    exhibits: Sequence[Picture]
     answers: Mapping[str, CaseAnswers]
     wear: Mapping[str, Path] = field(default_factory=dict)
     strains: Mapping[str, tuple[Strain, Peak]] = field(default_factory=dict)

@@ -8,7 +8,7 @@ from vanelock.input.schema.study import Study
 from vanelock.mesh import VaneDimensions
 from vanelock.quantities.answers import CaseAnswers
 from vanelock.quantities.stress.margins import Margin
-from vanelock.report import Picture, Section, Text
+from vanelock.report import Section, Text
 from vanelock.report.blocks import Block
 from vanelock.results.figures.fatigue import HAIGH
 from vanelock.results.page_sections.content import PageContent
@@ -70,11 +70,7 @@ def _haigh(told: PageContent, main: CaseAnswers) -> list[Block]:
     """The main case's diagram, and where those of the others are."""
     found = [each for each in told.exhibits if each.title == HAIGH]
     own = f"haigh_{slug(main.name)}.png"
-    blocks: list[Block] = [
-        Picture(each.path, each.title, each.caption, each.data)
-        for each in found
-        if each.path.name == own
-    ]
+    blocks: list[Block] = [each for each in found if each.path.name == own]
     others = [f"`{e.path.parent.name}/{e.path.name}`" for e in found if e.path.name != own]
     if others:
         blocks.append(Text(f"Diagrams of the other cases: {', '.join(others)}."))

@@ -1,6 +1,5 @@
 """The first section of a run's page: the answers, and what to be careful about."""
 
-from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -24,9 +23,9 @@ APART = ("harmonics", "mu", "x", "converged", "seconds")
 """Columns of the cases that other sections have."""
 
 
-def summary(told: PageContent, further: Sequence[Answer] = ()) -> Section:
-    """Answers, warnings and a line for each case; `further` answers follow the run's own."""
-    blocks: list[Block] = [Answers((*answers_of(told), *further))]
+def summary(told: PageContent) -> Section:
+    """Answers, warnings and a line for each case."""
+    blocks: list[Block] = [Answers(tuple(answers_of(told)))]
     warned = warnings(told)
     if warned:
         blocks.append(Text("**Be careful.** " + "\n\n".join(warned)))

@@ -12,8 +12,8 @@ from vanelock.input.cases.names import merged, words
 from vanelock.input.cases.sweep import cases
 from vanelock.nonlinear import static_response
 from vanelock.quantities.curves_and_fields import RunData, Shown
+from vanelock.report import Picture
 from vanelock.results.figures.curves import linear as linear_curves
-from vanelock.results.figures.figure import Figure
 from vanelock.results.figures.pictures import Pictures
 from vanelock.results.figures.shapes import all_modes
 from vanelock.results.listing import preload_table
@@ -159,7 +159,7 @@ def test_the_first_and_the_last_case_of_a_sweep_move(monkeypatch):
 
     for name in ("curves", "stress", "contacts", "mesh"):
         monkeypatch.setattr(
-            f"vanelock.results.figures.pictures.{name}", lambda *_: Figure(Path(), "", "")
+            f"vanelock.results.figures.pictures.{name}", lambda *_: Picture(Path(), "", "")
         )
     for name in ("campbells", "preloads", "all_modes"):
         monkeypatch.setattr(f"vanelock.results.figures.pictures.{name}", lambda *_: [])

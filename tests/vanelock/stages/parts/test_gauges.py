@@ -10,7 +10,7 @@ from vanelock.common.errors import InputError
 from vanelock.common.tables import Table
 from vanelock.nonlinear import Response
 from vanelock.pipeline.progress import Done, Event
-from vanelock.results.figures.figure import Figure
+from vanelock.report import Picture
 from vanelock.stages.parts.components import rom_step
 from vanelock.stages.parts.gauges import gauges_step
 
@@ -95,7 +95,7 @@ def test_gauges_are_not_swept():
 def test_a_run_writes_the_strain_of_the_recovered_field(tmp_path, monkeypatch):
     for other in ("all_modes", "response"):
         monkeypatch.setattr(f"vanelock.results.figures.pictures.{other}", lambda *_: [])
-    bare = Figure(tmp_path / "mesh.png", "", "")
+    bare = Picture(tmp_path / "mesh.png", "", "")
     monkeypatch.setattr("vanelock.results.figures.pictures.mesh", lambda *_: bare)
     heard: list[Event] = []
     study = parse_study(STUDY)

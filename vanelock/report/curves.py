@@ -1,0 +1,67 @@
+"""Forced response curves to look into, in the colours and dashes of their pictures."""
+
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from vanelock.render import style
+from vanelock.render.plots.curve import (
+    Band,
+    Curve,
+    CurveLook,
+    MarkedPeak,
+    converged,
+    looks,
+    shown_over,
+)
+from vanelock.report.blocks import Mode, Plot, Trace
+
+
+def curve_plot(
+    curves: Sequence[Curve],
+    title: str,
+    caption: str,
+    reference: MarkedPeak | None = None,
+    band: Band | None = None,
+    data: Sequence[Path] = (),
+) -> Plot:
+    """The curves of a picture, with a reference over its peak; see `render.response_curves`."""
+    curves, unit = shown_over(curves, reference)
+    traces = [] if band is None else list(_shaded(band, unit.factor))
+    for curve, look in looks(curves):
+        traces += _traces(curve, look, unit.factor)
+    return Plot(traces, unit.across, unit.up, title, caption, data=data)
+
+
+def _traces(curve: Curve, look: CurveLook, factor: float) -> Iterator[Trace]:
+    """A curve, and its points that did not converge."""
+    frequency = np.asarray(curve.frequency, float)
+    amplitude = factor * np.asarray(curve.amplitude, float)
+    solved, order = converged(curve), np.argsort(frequency, kind="stable")
+    joined: Mode = "lines" if curve.joined else "lines+markers"
+    yield Trace(
+        frequency[order],
+        np.where(solved, amplitude, np.nan)[order],
+        curve.label,
+        mode="markers" if curve.kind == "measured" else joined,
+        dash=look.dash,
+        width=look.width,
+        colour=look.colour,
+    )
+    if not solved.all():
+        name = f"{curve.label}: did not converge"
+        lost = frequency[~solved], amplitude[~solved]
+        yield Trace(*lost, name, mode="markers", colour=style.VERMILION)
+
+
+def _shaded(band: Band, factor: float) -> Iterator[Trace]:
+    """Percentiles of many curves: two bands, the wider one below, and the median."""
+    levels = factor * band.levels
+    around = np.append(band.frequency, band.frequency[::-1])
+    for i, (low, high, opacity) in enumerate(((5, 95, 0.15), (25, 75, 0.3))):
+        outline = np.append(levels[i], levels[-1 - i][::-1])
+        name = f"{low} to {high} % of {band.label}"
+        yield Trace(around, outline, name, colour=style.BLUE, fill=opacity)
+    name = f"median of {band.label}"
+    yield Trace(band.frequency, levels[2], name, width=3.0, colour=style.BLACK)
