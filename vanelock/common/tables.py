@@ -5,6 +5,7 @@ Rows are in SI units; a column tells the unit in which it is shown, as a study f
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any, Final, Literal, TypeAlias
 
 import numpy as np
@@ -110,7 +111,7 @@ class Table:
         told = "; ".join(column.note for column in self.columns if column.note)
         return [*([f"{told}."] if told else []), *self.notes]
 
-    @property
+    @cached_property
     def shown(self) -> list[list[Shown]]:
         """The rows in the units of their columns."""
         return [

@@ -1,0 +1,58 @@
+"""Tables: units of columns, what is missing, what terminal, CSV and machines are given."""
+
+import math
+
+import numpy as np
+import pytest
+
+from vanelock.common.quantities import si
+from vanelock.common.tables import FACTORS, Column, Table, heads
+
+SI = {
+    "µm": "m", "mm": "m", "mm²": "m^2", "mm³": "m^3", "cm³": "m^3", "µJ": "J", "mW": "W",
+    "MPa": "Pa", "ms": "s",
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("unit", SI)
+def test_factors_are_those_of_a_library_of_units(unit: str) -> None:
+    of_si = si(f"1 {unit}", SI[unit])
+    assert isinstance(of_si, float)
+    assert Column("x", unit).shown(of_si) == pytest.approx(1)
+    assert Column("x", f"{unit}/h").shown(of_si) == pytest.approx(1)
+    assert set(FACTORS) == {*SI, "%"}
+    assert Column("x", "%").shown(0.25) == 25
+
+
+def table() -> Table:
+    columns = (Column("case"), Column("peak", "µm", key="peak_um"), Column("H"), Column("x"))
+    return Table("Cases", columns, [("a", 4e-5, np.int64(1200), None), ("b", math.nan, 3, None)])
+
+
+def test_rows_in_si_are_shown_in_the_units_of_their_columns() -> None:
+    assert table().shown == [["a", 40, 1200, None], ["b", None, 3, None]]
+    assert table().record()["rows"][0] == {"case": "a", "peak_um": 40, "H": 1200, "x": None}
+    assert table().by_head()["peak (µm)"] == [40, None]
+    assert Column("area", "mm²") in (area := Table("", (Column("area", "mm²"),), [(1.0,)])).columns
+    assert area.by_head() == {"area (mm^2)": [1e6]}
+
+
+def test_whole_numbers_are_told_in_full_and_others_to_four_digits() -> None:
+    plain, exact = Column("n"), Column("f", form=".6g")
+    assert [plain.text(each) for each in (1234567, 12.34567, None, "text", True)] == [
+        "1,234,567", "12.35", "-", "text", "yes",
+    ]  # fmt: skip
+    assert exact.text(12.34567) == "12.3457"
+
+
+def test_columns_are_left_out_by_name_or_because_they_are_empty() -> None:
+    assert [column.head for column in table().without("peak_um", "H").columns] == ["case", "x"]
+    assert table().without("case").rows[1] == [pytest.approx(math.nan, nan_ok=True), 3, None]
+    assert [each.head for each in table().without_empty("H", "x").columns] == ["case", "peak", "H"]
+
+
+def test_what_columns_tell_stands_below_with_the_notes() -> None:
+    columns = (*heads("case"), Column("x", note="x: from 0"), Column("y", note="y: to 1"))
+    told = Table("Cases", columns, [], ("a note",))
+    assert told.lines == ["x: from 0; y: to 1.", "a note"]
+    assert told.without("x").lines == ["y: to 1.", "a note"]
