@@ -26,6 +26,7 @@ frequencies = [262, 266, 270]
 harmonics = 2
 [outputs]
 shapes = false
+animations = false
 report = false
 """
 
@@ -125,7 +126,7 @@ def test_contacts_are_shown_at_the_peak_and_where_half_as_much_moves():
 def test_a_period_for_paraview_is_the_response_evaluated(tmp_path):
     """Instants read back by VTK against harmonics recovered here from results and cache."""
     text = STUDY.replace("[262, 266, 270]", "[266]").replace("shapes = false", "steps = 5")
-    run_study(parse_study(text + "animations = false\nloops = false"), tmp_path)
+    run_study(parse_study(text + "loops = false"), tmp_path)
     study = parse_study(text)
     with h5py.File(tmp_path / "results.h5") as file:
         response = Response.load(file["response/nominal"])
