@@ -50,7 +50,7 @@ def mesh_study(
     path = Path(folder)
     began = time.perf_counter()
     with claimed(path):
-        stages = Stages(Cache(path / "cache", lambda told: listener(Notice(told))), listener)
+        stages = Stages(Cache(path / "cache", lambda text: listener(Notice(text))), listener)
         steps = {name: mesh_step(study, name) for name in PARTS}
         if any(
             mesh_step(c.study, name).key != steps[name].key for c in cases(study) for name in PARTS
@@ -74,8 +74,8 @@ def mesh_study(
             record(files[-1], mesh_tables.csv_text(table))
             listener(table)
         files += _pictures(path / FOLDER, study, parts)
-    told = {"files": [str(file) for file in files]}
-    listener(Finished(str(path / FOLDER), time.perf_counter() - began, told))
+    text = {"files": [str(file) for file in files]}
+    listener(Finished(str(path / FOLDER), time.perf_counter() - began, text))
     return found
 
 

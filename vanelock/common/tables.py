@@ -108,8 +108,8 @@ class Table:
     @property
     def lines(self) -> list[str]:
         """What stands below it: what its columns tell, then its notes."""
-        told = "; ".join(column.note for column in self.columns if column.note)
-        return [*([f"{told}."] if told else []), *self.notes]
+        message = "; ".join(column.note for column in self.columns if column.note)
+        return [*([f"{message}."] if message else []), *self.notes]
 
     @cached_property
     def shown(self) -> list[list[Shown]]:

@@ -121,7 +121,7 @@ class NoJournal:
 
 @contextmanager
 def journal(
-    path: Path | None, notice: Callable[[str], None] = lambda told: None
+    path: Path | None, notice: Callable[[str], None] = lambda text: None
 ) -> Generator[JournalFile | NoJournal, None, None]:
     """A journal, open while a stage is computed; one that keeps nothing where there is no path.
 

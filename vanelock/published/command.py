@@ -78,7 +78,7 @@ def run_campaign(
     if study.campbell is None:
         study = study.model_copy(update={"campbell": CampbellKeys()})
     with claimed(path):
-        cache = Cache(path / "cache", lambda told: listener(Notice(told)))
+        cache = Cache(path / "cache", lambda message: listener(Notice(message)))
         stages = Stages(cache, listener)
         executor = chosen_executor(
             workers, scheduler, listener, path / "cache", insecure=insecure
@@ -114,13 +114,13 @@ def run_campaign(
         )
         listener(listing.stage_times([*stages.done.values(), *output_files.done]))
         run.record.complete(stages.done)
-    told = {
+    message = {
         "cases": [asdict(case) for case in summaries],
         "statements": [asdict(each) for each in stated],
         "results": str(path / results_file.NAME),
         "pictures": [str(file) for shown in drawn for file in (shown.path, *shown.data)],
     }
-    listener(Finished(str(path), time.perf_counter() - began, told))
+    listener(Finished(str(path), time.perf_counter() - began, message))
     return stated
 
 
@@ -149,10 +149,10 @@ def _draw(
     study = plan.base
     every = RunData(plan.base, run.planned, run.stages, run.shown, output_files)
     sheets = figures.curve_sheets(every, found)
-    loops = figures.loop_exhibits(every, found)
+    loops = figures.loop_pictures(every, found)
     made = [*loops, *(figures.draw_sheet(every, found, sheet) for sheet in sheets)]
-    maps = map_figures.map_exhibits(every, found)
-    best = map_figures.ridge_exhibit(every, found)
+    maps = map_figures.map_pictures(every, found)
+    best = map_figures.ridge_picture(every, found)
     made += [*maps, best]
     _write_statements(every, stated)
     main = main_case(plan)
@@ -164,12 +164,12 @@ def _draw(
     if study.outputs.report:
         run.record.answers(pictures.answers)
         chosen = [each for each in summaries if each.case == main]
-        shown_first = page.PublishedShown(sheets, loops, maps, best)
+        shown_first = page.PublishedPictures(sheets, loops, maps, best)
 
         def write() -> None:
-            told = run.told(pictures, chosen, drawn, text)
+            content = run.page_content(pictures, chosen, drawn, text)
             write_report(
-                replace(told, strains=_only(told.strains, main)),
+                replace(content, strains=_only(content.strains, main)),
                 lambda: page.sections(every, found, stated, shown_first, spent),
                 _digest(found, made),
             )

@@ -142,7 +142,7 @@ def draw_sheet(run_data: RunData, e: Evidence, sheet: CurveSheet) -> Picture:
     return Picture(path, sheet.title, REFERENCE + sheet.caption, (data,))
 
 
-def loop_exhibits(run_data: RunData, e: Evidence) -> list[Picture]:
+def loop_pictures(run_data: RunData, e: Evidence) -> list[Picture]:
     """Figure 8: the loops of the contact element in three conditions."""
     return [_loop(run_data, e, loop) for loop in e.conditions]
 
@@ -201,8 +201,8 @@ def _curve(
 ) -> render.Curve:
     """A case's curve; the line style tells the coupling unless told otherwise."""
     frequency, amplitude, converged = run_data.shown.curve[name]
-    told = _study(e, name).response.coupling if variant is None else variant
-    return render.Curve(frequency, amplitude, group, None, converged, variant=told)
+    text = _study(e, name).response.coupling if variant is None else variant
+    return render.Curve(frequency, amplitude, group, None, converged, variant=text)
 
 
 def _limit(run_data: RunData, which: str) -> render.Curve:

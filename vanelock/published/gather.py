@@ -142,9 +142,9 @@ def _conditions(base: Study) -> tuple[PrescribedLoop, ...]:
 def _plane(run: Run, wanted: PeakMap, keep: Sequence[Step[Any]]) -> Plane:
     """A plane; its stuck modes are large, and dropped from memory."""
 
-    def told(done: int, total: int, peak: float) -> None:
+    def progress(done: int, total: int, peak: float) -> None:
         run.listener(PointDone("map", done, total, peak, float("nan")))
 
-    found = run.stages.get(wanted.plane(told))
+    found = run.stages.get(wanted.plane(progress))
     run.stages.retain(keep)
     return found

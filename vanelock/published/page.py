@@ -22,7 +22,7 @@ from vanelock.report.blocks import Block
 
 
 @dataclass(frozen=True)
-class PublishedShown:
+class PublishedPictures:
     """What was drawn for the page.
 
     Attributes
@@ -44,7 +44,7 @@ def sections(
     run_data: RunData,
     e: Evidence,
     stated: Sequence[Statement],
-    shown: PublishedShown,
+    shown: PublishedPictures,
     spent: Callable[[], float],
 ) -> list[Section]:
     """All sections of a campaign, its answers first; `spent` tells the seconds since it began."""
@@ -117,7 +117,7 @@ def figures(
     return Section("The study's figures", [*loops, *plots], id="published")
 
 
-def maps(e: Evidence, exhibits: Sequence[Picture]) -> Section:
+def maps(e: Evidence, pictures: Sequence[Picture]) -> Section:
     """Where statements hold: shares, then the maps."""
     planes = {"friction and interference": e.planes["interference"]}
     planes["friction and load"] = e.planes["load"]
@@ -135,19 +135,19 @@ def maps(e: Evidence, exhibits: Sequence[Picture]) -> Section:
         (*heads("plane", "cells unknown"), *(Column(name, "%") for name in names)),
         rows,
     )
-    return Section("Where each statement holds", [table, *exhibits], id="maps")
+    return Section("Where each statement holds", [table, *pictures], id="maps")
 
 
-def optimum(e: Evidence, exhibit: Picture) -> Section:
+def optimum(e: Evidence, picture: Picture) -> Section:
     """The friction and interference that damp best."""
     rows = []
     for ridge in e.ridges:
         best = ridge.best
         scale, unit = (1e6, "µm") if ridge.name == "interference" else (1.0, "-")
-        told: tuple[Cell, ...] = (None, None, ridge.message or "not enough points")
+        best_row: tuple[Cell, ...] = (None, None, ridge.message or "not enough points")
         if best is not None:
-            told = (scale * best[0], best[1], "at the end" if best[2] else "")
-        rows.append((ridge.name, ridge.harmonics, unit, *told))
+            best_row = (scale * best[0], best[1], "at the end" if best[2] else "")
+        rows.append((ridge.name, ridge.harmonics, unit, *best_row))
     columns = (
         *heads("parameter", "H", "unit", "best"),
         Column("peak there", "µm"),
@@ -155,7 +155,7 @@ def optimum(e: Evidence, exhibit: Picture) -> Section:
     )
     return Section(
         "Friction and interference that damp best",
-        [Table("", columns, rows), exhibit],
+        [Table("", columns, rows), picture],
         id="optimum",
     )
 

@@ -147,10 +147,10 @@ class _Sheets:
         self._sheets[name] = Sheet(name, figure, title, tuple(names))
 
     def _case(self, changes: Changes) -> str:
-        told = {k: v for k, v in changes.items() if v != value_at(self._base, k)}
-        name = case_name(told)
+        differing = {k: v for k, v in changes.items() if v != value_at(self._base, k)}
+        name = case_name(differing)
         if name not in self._studies:
-            self._studies[name] = with_values(self._base, told)
+            self._studies[name] = with_values(self._base, differing)
         return name
 
     def plan(self) -> Plan:
@@ -172,12 +172,12 @@ class _Sheets:
         return Plan(self._base, self._sheets, cases)
 
 
-def case_name(told: Changes) -> str:
+def case_name(changes: Changes) -> str:
     """A case's name from what it changes, such as "mu=0.1,coupling=uncoupled"."""
     texts = []
     for key in KEYS:
-        if key in told:
-            value = told[key]
+        if key in changes:
+            value = changes[key]
             shown = value if isinstance(value, str) else f"{value:.6g}"
             texts.append(f"{key.rpartition('.')[2]}={shown}")
     return ",".join(texts) or "reference"

@@ -75,7 +75,7 @@ def anchor(title: str) -> str:
     return re.sub(r"\W+", "-", title.lower()).strip("-") or "section"
 
 
-def told(file: Path | str, folder: Path) -> str:
+def file_text(file: Path | str, folder: Path) -> str:
     """A file's name as seen from a folder, if it lies in it, else its name alone."""
     path = Path(file)
     if path.is_absolute():

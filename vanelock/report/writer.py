@@ -128,10 +128,10 @@ def _shown(block: Block, name: str, folder: Path) -> SimpleNamespace:
             shown["classes"] = [Markup(f' class="{each}"') for each in _classes(block)]
             shown |= {"rows": block.shown, "lines": block.lines}
         case Picture():
-            shown["data"] = [wording.told(file, folder) for file in block.data]
+            shown["data"] = [wording.file_text(file, folder) for file in block.data]
             shown["source"], shown["size"] = pictures.embedded(Path(block.path))
         case Plot():
-            shown["data"] = [wording.told(file, folder) for file in block.data]
+            shown["data"] = [wording.file_text(file, folder) for file in block.data]
             shown["legend"] = plots.legend(block)
             shown["json"] = _json(plots.figure(block))
         case View():

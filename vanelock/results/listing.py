@@ -231,8 +231,8 @@ def response_table(cases: Sequence[Summary], monitor: str) -> Table:
     notes = warnings.without_effect([(c.values, c) for c in cases])
     notes += warnings.by_text({c.case: c for c in cases}, str)
     if len(shown) < len(cases):
-        told = f"{len(shown)} of {len(cases)} cases: those of the lowest and the largest peaks"
-        notes = [f"{told}; results.h5 and --json tell of all", *notes]
+        text = f"{len(shown)} of {len(cases)} cases: those of the lowest and the largest peaks"
+        notes = [f"{text}; results.h5 and --json tell of all", *notes]
     return replace(case_table(shown, monitor), notes=notes)
 
 

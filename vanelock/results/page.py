@@ -23,17 +23,17 @@ from vanelock.results.page_sections.view import shapes
 from vanelock.results.page_sections.wear import damping, wear
 
 ELSEWHERE = (HAIGH,)
-"""Titles of exhibits that stand in sections of their own."""
+"""Titles of pictures that stand in sections of their own."""
 
 
 def write_report(
-    told: PageContent, first: Callable[[], Sequence[Section]] = tuple, shows: Any = ()
+    content: PageContent, first: Callable[[], Sequence[Section]] = tuple, shows: Any = ()
 ) -> Path:
     """Write the page of a run into its folder, unless it is there and shows the same already.
 
     Parameters
     ----------
-    told : PageContent
+    content : PageContent
         The run.
     first : callable
         Makes sections that go with the run's own, a campaign's: the first of them stands before
@@ -41,62 +41,62 @@ def write_report(
     shows : JSON
         All that those depend on.
     """
-    output_files = told.run_data.output_files
-    depends = [shown(told), shows] if shows else shown(told)
-    return output_files.draw(REPORT, depends, lambda path: write_page(path, page(told, first())))
+    output_files = content.run_data.output_files
+    depends = [shown(content), shows] if shows else shown(content)
+    return output_files.draw(REPORT, depends, lambda path: write_page(path, page(content, first())))
 
 
-def page(told: PageContent, first: Sequence[Section] = ()) -> Page:
+def page(content: PageContent, first: Sequence[Section] = ()) -> Page:
     """The page; of the `first` sections, a campaign's, one stands before the summary."""
-    summed, *rest = sections(told)
+    summed, *rest = sections(content)
     version = f"vanelock {vanelock.__version__}, {written()}"
     return Page(
-        told.run_data.given.name,
+        content.run_data.given.name,
         f"Friction-damped vibration; {version}",
         (*first[:1], summed, *first[1:], *rest),
     )
 
 
-def sections(told: PageContent) -> list[Section]:
+def sections(content: PageContent) -> list[Section]:
     """All sections of an ordinary run."""
     made = [
-        summary(told),
-        scatter(told),
-        inputs(told.run_data.given, [each.case.given for each in told.run_data.planned]),
-        curves(told),
-        shapes(told),
-        fatigue(told),
-        damping(told),
-        wear(told),
-        pictures(told),
-        convergence(told),
-        models(told),
-        provenance(told),
-        all_inputs(told.run_data.given),
+        summary(content),
+        scatter(content),
+        inputs(content.run_data.given, [each.case.given for each in content.run_data.planned]),
+        curves(content),
+        shapes(content),
+        fatigue(content),
+        damping(content),
+        wear(content),
+        pictures(content),
+        convergence(content),
+        models(content),
+        provenance(content),
+        all_inputs(content.run_data.given),
     ]
     return [section for section in made if section.blocks]
 
 
-def pictures(told: PageContent) -> Section:
+def pictures(content: PageContent) -> Section:
     """The run's figures that no other section shows."""
-    shown = [each for each in told.exhibits if each.title not in ELSEWHERE]
+    shown = [each for each in content.pictures if each.title not in ELSEWHERE]
     return Section("Figures", shown, id="figures")
 
 
-def shown(told: PageContent) -> Any:
+def shown(content: PageContent) -> Any:
     """All that the page depends on, but for the date; as JSON can hold it."""
-    run_data = told.run_data
+    run_data = content.run_data
     return {
         "study": run_data.given.model_dump(mode="json"),
-        "text": told.text,
+        "text": content.text,
         "cases": [
             [e.case.name, *(r.key for r in e.responses), e.linear.key, e.system.key]
             for e in run_data.planned
         ],
-        "failed": {name: each.reason for name, each in told.failed.items()},
-        "answers": [found.key for found in told.answers.values()],
-        "exhibits": [
-            [str(e.path.name), e.title, e.caption, file_digest(e.path)] for e in told.exhibits
+        "failed": {name: each.reason for name, each in content.failed.items()},
+        "answers": [found.key for found in content.answers.values()],
+        "pictures": [
+            [str(e.path.name), e.title, e.caption, file_digest(e.path)] for e in content.pictures
         ],
         "code": code_of("results", "quantities", "report"),
     }

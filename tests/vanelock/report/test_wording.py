@@ -66,7 +66,7 @@ def test_label_is_a_quantity_and_its_unit():
 
 
 def test_files_are_told_from_the_report(tmp_path):
-    assert wording.told(tmp_path / "figures" / "a.csv", tmp_path) == "figures/a.csv"
-    assert wording.told(Path("runs/vane/figures/a.csv"), Path("runs/vane")) == "figures/a.csv"
-    assert wording.told("figures/a.csv", tmp_path) == "figures/a.csv"
-    assert wording.told(tmp_path / "a.csv", tmp_path / "below") == "a.csv"
+    assert wording.file_text(tmp_path / "figures" / "a.csv", tmp_path) == "figures/a.csv"
+    assert wording.file_text(Path("runs/vane/figures/a.csv"), Path("runs/vane")) == "figures/a.csv"
+    assert wording.file_text("figures/a.csv", tmp_path) == "figures/a.csv"
+    assert wording.file_text(tmp_path / "a.csv", tmp_path / "below") == "a.csv"

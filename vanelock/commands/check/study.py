@@ -112,7 +112,7 @@ def _planned(path: Path, outside: bool) -> Iterator[Row]:
     yield from _parts(study, found, own)
     needed = estimated(found, own=own)
     if needed is not None:
-        yield from ((what, f"about {told}") for what, told in needed.words().items())
+        yield from ((what, f"about {value}") for what, value in needed.words().items())
     curves = load_measured(study)
     for curve in curves:
         yield "measured", f"{curve.label}: {len(curve.frequency):,} points of {curve.quantity}"
@@ -138,7 +138,7 @@ def _parts(study: Study, found: tuple[Case, ...], dofs: dict[str, int]) -> Itera
     The degrees of freedom of these go into `dofs`.
     """
     own = {name for name in PARTS if isinstance(getattr(study, name), OwnVane | OwnCasing)}
-    stages = Stages(_Unkept(Path(), lambda told: None), silent)
+    stages = Stages(_Unkept(Path(), lambda text: None), silent)
     steps = {}
     for case in found if own else ():
         for name in PARTS:
@@ -169,8 +169,8 @@ def _accuracy(study: Study) -> str:
     chosen = [source for source in SOURCES if source not in pins(study)]
     if study.response.friction == "orthogonal" and "samples" in chosen:
         chosen.remove("samples")  # its events are located
-    told = f"an error of {100 * study.accuracy:g} %"
-    return f"{told}: the run chooses {', '.join(chosen)}" if chosen else f"{told} is estimated"
+    text = f"an error of {100 * study.accuracy:g} %"
+    return f"{text}: the run chooses {', '.join(chosen)}" if chosen else f"{text} is estimated"
 
 
 def _elements(study: Study) -> str:

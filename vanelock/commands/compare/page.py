@@ -49,19 +49,19 @@ def _summary(found: "Comparison") -> list[Block]:
     by_case = {line.of: [each for each in lines if each.of == line.of] for line in lines}
     order = sorted(by_case, key=lambda case: -_largest(by_case[case]))
     answers = [_answer(found, line) for case in order[:MOST] for line in by_case[case]]
-    told = [f"**{note}.**" for note in found.notes]
+    notices = [f"**{note}.**" for note in found.notes]
     if len(order) > MOST:
-        told.append(
+        notices.append(
             f"Above: of {len(order)} cases the {MOST} whose peak, frequency, damping or reserve "
             "changes most."
         )
     count = len(found.inputs)
-    told.append(
+    notices.append(
         f"{found.one.folder} against {found.other.folder}: "
         + ("all inputs are the same." if not count else f"{count} inputs differ.")
         + " Differences are those of the second run, over the first."
     )
-    return [Answers(tuple(answers)), Text("\n\n".join(told))]
+    return [Answers(tuple(answers)), Text("\n\n".join(notices))]
 
 
 def _largest(lines: "list[Line]") -> float:

@@ -86,7 +86,7 @@ def converge_study(
     (case,) = cases(study)
     chosen(case.study, tuple(only), dofs)  # refuses an unknown one before anything is computed
     with claimed(path):
-        stages = Stages(Cache(path / "cache", lambda told: listener(Notice(told))), listener)
+        stages = Stages(Cache(path / "cache", lambda message: listener(Notice(message))), listener)
         (case,) = with_temperature_speeds([case], stages)
         if case.study.response.direction == "both":
             raise InputError('response.direction = "both": converge takes one of them, up or down')
@@ -97,8 +97,8 @@ def converge_study(
         record(path / f"{NAME}.md", markdown(found))
         listener(text)
         picture = draw(path / "figures" / f"{NAME}.png", found, study.name)
-    told = {"files": [str(path / f"{NAME}.json"), str(path / f"{NAME}.md"), str(picture)]}
-    listener(Finished(str(path), time.perf_counter() - began, told))
+    message = {"files": [str(path / f"{NAME}.json"), str(path / f"{NAME}.md"), str(picture)]}
+    listener(Finished(str(path), time.perf_counter() - began, message))
     return found
 
 

@@ -82,13 +82,13 @@ def fit_study(
     parameters = fitted_parameters(study)
     enough(sum(len(each.amplitude) for each in curves), len(parameters))
     with claimed(path):
-        stages = Stages(Cache(path / "cache", lambda told: listener(Notice(told))), listener)
+        stages = Stages(Cache(path / "cache", lambda message: listener(Notice(message))), listener)
         model = rejoined(study, stages, listener)
         found = _fitted(model, curves, parameters, starts, listener)
         listener(fit_table(found, study.name))
         files = _files(path, model, curves, found, text, Path(beside), listener)
-    told = {"fitted": json_of(found), "files": [str(each) for each in files]}
-    listener(Finished(str(path), time.perf_counter() - began, told))
+    message = {"fitted": json_of(found), "files": [str(each) for each in files]}
+    listener(Finished(str(path), time.perf_counter() - began, message))
     return found
 
 
@@ -138,7 +138,7 @@ def _fitted(
         chosen = dict(zip(keys, values.tolist(), strict=True))
         return np.concatenate([model.amplitudes(chosen, curve) for curve in curves])
 
-    def told(number: int, start: Start) -> None:
+    def progress(number: int, start: Start) -> None:
         where = ", ".join(
             f"{shown(key)} {value:.4g}" for key, value in zip(keys, start.value, strict=True)
         )
@@ -168,7 +168,7 @@ def _fitted(
         parameters,
         starts,
         weights,
-        told,
+        progress,
         tried,
         [[named(each, f) for f in each.frequency] for each in curves],
     )

@@ -53,7 +53,7 @@ def fit(
     parameters: Sequence[FitParameter],
     starts: int = 1,
     weights: Floats | None = None,
-    told: Callable[[int, Start], None] = lambda number, start: None,
+    progress: Callable[[int, Start], None] = lambda number, start: None,
     tried: Callable[[int, float, float], None] = lambda count, misfit, least: None,
     curves: Sequence[Sequence[str]] | None = None,
 ) -> FitSolution:
@@ -74,7 +74,7 @@ def fit(
         over the bounds.
     weights : (n,) float, optional
         Without `sigma`: what stands in its place, up to a factor.
-    told : callable
+    progress : callable
         Told of each start when it has ended.
     tried : callable
         Told of each evaluation of the model: their number, the misfit, and the least so far.
@@ -96,7 +96,7 @@ def fit(
         begun = problem.evaluations
         before = problem.misfit(x)
         if not np.isfinite(before):
-            told(number, Start(problem.outer(x), problem.outer(x), before, before, 0, 1))
+            progress(number, Start(problem.outer(x), problem.outer(x), before, before, 0, 1))
             continue
         size = before * np.sqrt(n) or 1.0  # least_squares takes a small gradient for none at all
         run = least_squares(
@@ -113,7 +113,7 @@ def fit(
         used = problem.evaluations - begun
         ended = problem.outer(run.x)
         start = Start(problem.outer(x), ended, before, after, int(run.nfev), used)
-        told(number, start)
+        progress(number, start)
         found.append((start, run.x))
     if not found:
         raise InputError("fit: the model has no solution at any start: change the start or bounds")

@@ -98,7 +98,7 @@ class Run:
         memory: float | None = None,
     ) -> None:
         self.given, self.listener, self.stages = given, listener, stages
-        self._cache = Cache(folder / "cache", lambda told: listener(Notice(told)))
+        self._cache = Cache(folder / "cache", lambda message: listener(Notice(message)))
         self.failed: dict[str, Failure] = {}
         self._executor = executor
         self.measured = load_measured(given)  # refused before the long stages
@@ -213,8 +213,8 @@ class Run:
                 pieces = [self.stages.get(step) for step in planned.rom.values()]
                 self.listener(listing.components_table(pieces, system))
             for name, count in constant_loads(system).items():
-                told = f"nothing moves along the normal of {count} of its contacts"
-                self.listener(Notice(f"{name}: {told}: their load stays kn times interference"))
+                text = f"nothing moves along the normal of {count} of its contacts"
+                self.listener(Notice(f"{name}: {text}: their load stays kn times interference"))
             free = self.stages.get(linear.responses["free"])
             watched = monitor(self.given.outputs.monitor, system, free)
             self.shown = Shown(watched, opens=opening(system.contacts))
@@ -236,14 +236,14 @@ class Run:
         self.listener(sensitivity_table(every))
         return every
 
-    def told(
+    def page_content(
         self, pictures: Pictures, found: Sequence[Summary], drawn: Sequence[Picture], text: str = ""
     ) -> PageContent:
         """What the run's page is told from."""
         return PageContent(
             run_data=pictures.run_data,
             summaries=found,
-            exhibits=[each for each in drawn if each.path not in pictures.output_files.waiting],
+            pictures=[each for each in drawn if each.path not in pictures.output_files.waiting],
             answers=pictures.answers,
             wear=pictures.wear,
             strains=self._strains,

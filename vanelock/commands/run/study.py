@@ -73,7 +73,7 @@ def run_study(
     path = Path(folder)
     began = time.perf_counter()
     with claimed(path):
-        stages = Stages(Cache(path / "cache", lambda told: listener(Notice(told))), listener)
+        stages = Stages(Cache(path / "cache", lambda message: listener(Notice(message))), listener)
         found = cases(given)
         needed = estimated(found, memory) if isinstance(given, Study) else None
         if needed is not None:
@@ -99,19 +99,19 @@ def run_study(
             if given.outputs.report:
                 running.record.answers(pictures.answers)
                 output_files.finish(
-                    lambda: write_report(running.told(pictures, summaries, drawn, text))
+                    lambda: write_report(running.page_content(pictures, summaries, drawn, text))
                 )
             else:
                 output_files.finish()
             listener(listing.stage_times([*stages.done.values(), *output_files.done]))
             running.record.complete(stages.done)
-    told = {
+    message = {
         "cases": [asdict(case) for case in summaries],
         "failed": {name: failure.reason for name, failure in running.failed.items()},
         "results": str(path / results_file.NAME),
         "pictures": [str(file) for shown in drawn for file in (shown.path, *shown.data)],
     }
-    listener(Finished(str(path), time.perf_counter() - began, told))
+    listener(Finished(str(path), time.perf_counter() - began, message))
     return summaries
 
 

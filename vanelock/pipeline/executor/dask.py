@@ -102,8 +102,8 @@ class Cluster:
             if other != own:
                 raise InputError(f"worker {worker}: has vanelock {other}, here it is {own}")
         if max(self._client.nthreads().values()) > 1:
-            told = "does one task at a time in each worker: start workers with --nthreads 1"
-            self._listener(Notice(f"{self._address}: {told}"))
+            text = "does one task at a time in each worker: start workers with --nthreads 1"
+            self._listener(Notice(f"{self._address}: {text}"))
 
     def submit(self, task: Task, image: Callable[[str, str], bytes | None]) -> Future[Answer]:
         """Have a task done."""
@@ -135,8 +135,8 @@ class Cluster:
         if isinstance(error, InputError):
             raise error
         if isinstance(error, KilledWorker):
-            told = "each of the workers that tried it was killed"
-            return Failure(task.name, told, again=False)
+            text = "each of the workers that tried it was killed"
+            return Failure(task.name, text, again=False)
         self._check_scheduler()
         for _, key in task.given:  # what it starts from went with a worker, above all
             self._entries.pop(key, None)

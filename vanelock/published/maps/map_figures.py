@@ -68,7 +68,7 @@ def panels(plane: Plane, with_errors: bool) -> list[render.MapPanel]:
     return made
 
 
-def map_exhibit(run_data: RunData, e: Evidence, name: str, plane: Plane, words: str) -> Picture:
+def map_picture(run_data: RunData, e: Evidence, name: str, plane: Plane, words: str) -> Picture:
     """A plane's maps and its data."""
     scale = SCALE[plane.other]
     title = f"Where each statement holds: {words}"
@@ -117,29 +117,29 @@ def plane_columns(plane: Plane) -> Mapping[str, ArrayLike]:
     }
 
 
-def map_exhibits(run_data: RunData, e: Evidence) -> list[Picture]:
+def map_pictures(run_data: RunData, e: Evidence) -> list[Picture]:
     """Maps over friction and interference, friction and load, and for other slants."""
     base = e.plan.base
     slant = getattr(base.vane, "interlock_slant", None)
     words = "" if slant is None else f", slant {slant:g}°"
     unit = "kg m" if base.excitation.unbalance else "N a node"
     made = [
-        map_exhibit(
+        map_picture(
             run_data,
             e,
             "map_interference",
             e.planes["interference"],
             f"friction and interference{words}, {load_of(base):g} {unit}",
         ),
-        map_exhibit(run_data, e, "map_load", e.planes["load"], f"friction and load{words}"),
+        map_picture(run_data, e, "map_load", e.planes["load"], f"friction and load{words}"),
     ]
     for other, plane in e.slants.items():
-        told = f"friction and interference, slant {other:g}°"
-        made.append(map_exhibit(run_data, e, f"map_slant{other:g}", plane, told))
+        text = f"friction and interference, slant {other:g}°"
+        made.append(map_picture(run_data, e, f"map_slant{other:g}", plane, text))
     return made
 
 
-def ridge_exhibit(run_data: RunData, e: Evidence) -> Picture:
+def ridge_picture(run_data: RunData, e: Evidence) -> Picture:
     """The peak against friction and interference over decades."""
     marked = {
         "mu": e.plan.base.joints.interlock.mu,

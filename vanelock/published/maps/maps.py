@@ -115,15 +115,15 @@ class PeakMap:
         rows = [plane.peak(system, each, near, self.output, modes) for each in self.chosen]
         return plane.of_point(self.other, mu, value, self.chosen, rows)
 
-    def plane(self, told: Callable[[int, int, float], None]) -> Step[Plane]:
-        """The step that joins them; `told` hears points done, in all, and the last peak, m."""
+    def plane(self, progress: Callable[[int, int, float], None]) -> Step[Plane]:
+        """The step that joins them; `progress` hears points done, in all, and the last peak, m."""
         points = tuple(self.steps())
 
         def compute(get: Callable[[Step[Plane]], Plane]) -> Plane:
             found = []
             for i, each in enumerate(points):
                 found.append(get(each))
-                told(i + 1, len(points), float(found[i].amplitude.flat[0]))
+                progress(i + 1, len(points), float(found[i].amplitude.flat[0]))
             return plane.joined(found, *self.lines)
 
         return step(f"map {self.name}", "nonlinear", {}, Plane, points, compute, pulls=True)
@@ -168,8 +168,11 @@ class RidgeWork:
             near = ends(self.scene.case, found)
             return optimum.ridge(system, name, reach, near, output, harmonics, journal=journal)
 
-        told, needs = f"peak along {name}, H = {harmonics}", (planned.system, planned.linear.limits)
-        return [step(told, "nonlinear", inputs, Ridge, needs, compute, resumes=True)]
+        label, needs = (
+            f"peak along {name}, H = {harmonics}",
+            (planned.system, planned.linear.limits),
+        )
+        return [step(label, "nonlinear", inputs, Ridge, needs, compute, resumes=True)]
 
 
 @dataclass(frozen=True)
@@ -193,7 +196,7 @@ class Maps:
         """What other processes can do of those that the cache has not."""
         found = []
         for each in (*self.planes.values(), *self.slants.values()):
-            whole = each.plane(lambda *told: None)
+            whole = each.plane(lambda *_: None)
             if not cache.holds(whole.stage, whole.key):
                 found += [Job(whole.name, (point,), each) for point in whole.needs]
         for ridge in self.ridges:

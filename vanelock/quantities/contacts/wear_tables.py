@@ -43,8 +43,8 @@ def joint_table(title: str, cases: Mapping[str, tuple[Places, Wear]]) -> Table:
             own = joints == joint
             values = [each[own][np.isfinite(each[own])] for each in _indicators(wear)]
             pairs = zip(INDICATORS.values(), values, strict=True)
-            told = [function(each) if len(each) else None for function, each in pairs]
-            rows.append((name, joint, f"{np.sum(wear.energy[own] > 0)} of {own.sum()}", *told))
+            values = [function(each) if len(each) else None for function, each in pairs]
+            rows.append((name, joint, f"{np.sum(wear.energy[own] > 0)} of {own.sum()}", *values))
     columns = (*heads("case", "joint", "rub"), *INDICATORS)
     return Table(title, columns, rows).without_empty(*WORN)
 

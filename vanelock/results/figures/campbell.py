@@ -29,10 +29,10 @@ def campbells(run_data: RunData) -> list[Picture]:
     if len(found) > DETAILED:
         found = [found[0], found[-1]]
     alone = len(run_data.planned) == 1
-    return [_exhibit(run_data, "" if alone else name, each) for name, each in found]
+    return [_picture(run_data, "" if alone else name, each) for name, each in found]
 
 
-def _exhibit(run_data: RunData, name: str, diagram: Campbell) -> Picture:
+def _picture(run_data: RunData, name: str, diagram: Campbell) -> Picture:
     stem = f"figures/campbell_{slug(name)}" if name else "figures/campbell"
     measured = run_data.shown.measured
     title = f"{run_data.study.name}: Campbell diagram"

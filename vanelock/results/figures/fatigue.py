@@ -16,7 +16,7 @@ from vanelock.report import Picture
 DIGITS = 6
 """Significant digits of stresses in tables of all nodes."""
 HAIGH = "Haigh diagram"
-"""Title of these exhibits."""
+"""Title of these pictures."""
 MARKED = 5
 """Features marked in a Haigh diagram, gauges aside."""
 
@@ -27,10 +27,10 @@ def haigh(run_data: RunData, found: CaseAnswers) -> Picture:
     bears = found.stress.governing.strength
     named = [render.Named(m.what, m.mean, m.amplitude, m.node is None) for m in _marked(found)]
     title = f"Fatigue of the vane at the peak, {found.peak.frequency:.2f} Hz"
-    told = (
+    text = (
         f"fatigue limit {1e-6 * bears.limit:g} MPa, tensile strength {1e-6 * bears.tensile:g} MPa"
     )
-    subtitle = "; ".join([*([] if found.name == "nominal" else [words(found.name)]), told])
+    subtitle = "; ".join([*([] if found.name == "nominal" else [words(found.name)]), text])
     shows = [found.key, title, subtitle, [bears.limit, bears.tensile]]
     path = run_data.output_files.draw(
         f"figures/haigh_{slug(found.name)}.png",
@@ -48,7 +48,7 @@ def haigh(run_data: RunData, found: CaseAnswers) -> Picture:
         ),
     )
     notes = [
-        f"{title}{of_case(found.name)}; {told}",
+        f"{title}{of_case(found.name)}; {text}",
         "amplitude: largest von Mises stress of what alternates; mean: trace of the mean stress;",
         "signed: its von Mises stress with the sign of the trace; n: Goodman's reserve with mean",
         "clear: 0 at sharp re-entrant corners and beside point forces, where stress has no limit",

@@ -92,6 +92,6 @@ class Pictures:
         wanted = self.given.outputs
         drawn = [name for name in ("loops", "shapes") if getattr(wanted, name, False)]
         if drawn and len(cases) < count:
-            told = f"pictures of {' and '.join(drawn)} for {in_words(self.run_data)} of {count}"
-            self.output_files.listener(Notice(told))
+            text = f"pictures of {' and '.join(drawn)} for {in_words(self.run_data)} of {count}"
+            self.output_files.listener(Notice(text))
         return cases

@@ -83,8 +83,8 @@ def all_modes(run_data: RunData) -> list[Picture]:
         chosen.setdefault(group, (each, name))
     distinct = list(chosen.values())
     if len(distinct) > DETAILED:
-        told = f"pictures of modes for the first and the last of {len(distinct)} linear limits"
-        run_data.output_files.listener(Notice(told))
+        text = f"pictures of modes for the first and the last of {len(distinct)} linear limits"
+        run_data.output_files.listener(Notice(text))
         distinct = [distinct[0], distinct[-1]]
     found: list[Picture] = []
     for each, name in distinct:

@@ -93,8 +93,8 @@ def open_results(
         try:
             file = stack.enter_context(opened(path, PARTS))
         except InputError as error:
-            told = f"{error}; {advice}" if "HDF5" in str(error) else str(error)
-            raise InputError(told) from None
+            text = f"{error}; {advice}" if "HDF5" in str(error) else str(error)
+            raise InputError(text) from None
         found = file.attrs.get("format")
         if not isinstance(found, str) or found != FORMAT:
             raise InputError(f"{path}: not a vanelock results file; {advice}")

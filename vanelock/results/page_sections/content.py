@@ -26,7 +26,7 @@ class PageContent:
         Study, cases, stages, curves and where files go.
     summaries : sequence of Summary
         One for each case.
-    exhibits : sequence of Picture
+    pictures : sequence of Picture
         Pictures in their order.
     answers : dict of str to CaseAnswers
         Of the cases that are looked into.
@@ -50,7 +50,7 @@ class PageContent:
 
     run_data: RunData
     summaries: Sequence[Summary]
-    exhibits: Sequence[Picture]
+    pictures: Sequence[Picture]
     answers: Mapping[str, CaseAnswers]
     wear: Mapping[str, Path] = field(default_factory=dict)
     strains: Mapping[str, tuple[Strain, Peak]] = field(default_factory=dict)

@@ -18,16 +18,16 @@ STEP = 4
 """Of the samples of a loop, every so many are on the page."""
 
 
-def curves(told: PageContent) -> Section:
+def curves(content: PageContent) -> Section:
     """Response curves of all cases with their linear limits, and loops."""
-    blocks: list[Block] = [response_plot(told), *gauges(told)]
-    blocks += [loop for each in told.answers.values() for loop in loops(each)]
+    blocks: list[Block] = [response_plot(content), *gauges(content)]
+    blocks += [loop for each in content.answers.values() for loop in loops(each)]
     return Section("Curves", blocks, id="curves")
 
 
-def response_plot(told: PageContent) -> Plot:
+def response_plot(content: PageContent) -> Plot:
     """Amplitude over frequency of every case."""
-    run_data = told.run_data
+    run_data = content.run_data
     data = run_data.output_files.folder / "figures" / "response.csv"
     lines = (
         f"Dashed and dotted: linear, {run_data.shown.opens} free and stuck."
@@ -37,21 +37,21 @@ def response_plot(told: PageContent) -> Plot:
     return curve_plot(
         all_curves(run_data),
         "Forced response",
-        f"Half the peak-to-peak of {told.monitor}. {lines} Click a name in the legend to hide its "
-        "curve, twice to see it alone.",
+        f"Half the peak-to-peak of {content.monitor}. {lines} Click a name in the legend to hide "
+        "its curve, twice to see it alone.",
         band=band(run_data),
         data=[data] if data.exists() else [],
     )
 
 
-def gauges(told: PageContent) -> list[Plot]:
+def gauges(content: PageContent) -> list[Plot]:
     """Strain over frequency of every gauge in the cases that are looked into."""
-    stages, traces = told.run_data.stages, []
-    many = len(told.answers) > 1
-    for name, found in told.answers.items():
-        if name not in told.strains:
+    stages, traces = content.run_data.stages, []
+    many = len(content.answers) > 1
+    for name, found in content.answers.items():
+        if name not in content.strains:
             continue
-        strain = told.strains[name][0]
+        strain = content.strains[name][0]
         response = stages.get(found.planned.response)
         order = np.argsort(response.frequency, kind="stable")
         amplitude = np.where(response.converged[:, None], 1e6 * strain.amplitude, np.nan)
@@ -63,7 +63,7 @@ def gauges(told: PageContent) -> list[Plot]:
             )
     if not traces:
         return []
-    names = next(iter(told.strains.values()))[0].gauges.names[:MOST_GAUGES]
+    names = next(iter(content.strains.values()))[0].gauges.names[:MOST_GAUGES]
     where = "; ".join(f"gauge {g + 1}: {text}" for g, text in enumerate(names))
     caption = f"Half the peak-to-peak of the strain that the gauges read. {where}."
     return [Plot(traces, "frequency (Hz)", "strain (µm/m)", "Strain gauges", caption)]

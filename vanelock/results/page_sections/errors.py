@@ -16,21 +16,21 @@ CHECKED = (
 )
 
 
-def convergence(told: PageContent) -> Section:
+def convergence(content: PageContent) -> Section:
     """How sure the numbers are."""
-    blocks: list[Block] = [_points(told), Text(CHECKED)]
-    for name, (errors, without) in told.worth.items():
+    blocks: list[Block] = [_points(content), Text(CHECKED)]
+    for name, (errors, without) in content.worth.items():
         case = words(name)
-        blocks += [error_table(case, errors, told.monitor), left_out_table(case, without)]
-    blocks.append(Text(_not_estimated(told)))
+        blocks += [error_table(case, errors, content.monitor), left_out_table(case, without)]
+    blocks.append(Text(_not_estimated(content)))
     return Section("Convergence and errors", blocks, id="errors")
 
 
-def _points(told: PageContent) -> Table:
+def _points(content: PageContent) -> Table:
     rows: list[tuple[Cell, ...]] = []
     flags: list[Flag] = []
-    for each in told.summaries:
-        found = told.answers.get(each.case)
+    for each in content.summaries:
+        found = content.answers.get(each.case)
         audit = found.audit if found else None
         rows.append(
             (
@@ -49,15 +49,15 @@ def _points(told: PageContent) -> Table:
     return Table(title, heads(*columns), rows, flags=flags)
 
 
-def _not_estimated(told: PageContent) -> str:
-    given = told.run_data.given
+def _not_estimated(content: PageContent) -> str:
+    given = content.run_data.given
     told_of = []
     if isinstance(given, Scene):
         told_of.append(
             "**Matrices, harmonics and frequency points**: chosen by the scene, their errors not "
             "estimated."
         )
-    elif not told.worth:
+    elif not content.worth:
         told_of.append(
             "**Mesh, harmonics and frequency points**: chosen by the study, their errors not "
             "estimated; `accuracy = 0.01` asks for estimates, `vanelock converge` measures them."

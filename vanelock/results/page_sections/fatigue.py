@@ -32,18 +32,18 @@ COLUMNS = (
 PARTS = ("vane", "casing")
 
 
-def fatigue(told: PageContent) -> Section:
+def fatigue(content: PageContent) -> Section:
     """Margins of the cases that are looked into, the largest peak first."""
-    if not told.run_data.planned[0].meshes:
+    if not content.run_data.planned[0].meshes:
         return Section("Fatigue", [Text(WITHOUT)], id="fatigue")
-    blocks: list[Block] = [Text(_method(told))]
-    main = told.main
+    blocks: list[Block] = [Text(_method(content))]
+    main = content.main
     if main is not None:
         blocks += _case(main)
-        blocks += _haigh(told, main)
-    if len(told.answers) > 1:
-        blocks.append(_others(told))
-    blocks.append(Text(_limits(told)))
+        blocks += _haigh(content, main)
+    if len(content.answers) > 1:
+        blocks.append(_others(content))
+    blocks.append(Text(_limits(content)))
     return Section("Fatigue", blocks, id="fatigue")
 
 
@@ -56,8 +56,8 @@ def flag(reserve: float) -> Flag:
 
 def judged(found: CaseAnswers, reserve: float, part: str = "vane") -> Flag:
     """How a reserve of a case is judged; assumed strengths make none good."""
-    told = flag(reserve)
-    return "" if told == "good" and assumed(found, part) else told
+    verdict = flag(reserve)
+    return "" if verdict == "good" and assumed(found, part) else verdict
 
 
 def assumed(found: CaseAnswers, part: str = "vane") -> bool:
@@ -66,9 +66,9 @@ def assumed(found: CaseAnswers, part: str = "vane") -> bool:
     return not {"fatigue_limit", "tensile_strength"} <= given
 
 
-def _haigh(told: PageContent, main: CaseAnswers) -> list[Block]:
+def _haigh(content: PageContent, main: CaseAnswers) -> list[Block]:
     """The main case's diagram, and where those of the others are."""
-    found = [each for each in told.exhibits if each.title == HAIGH]
+    found = [each for each in content.pictures if each.title == HAIGH]
     own = f"haigh_{slug(main.name)}.png"
     blocks: list[Block] = [each for each in found if each.path.name == own]
     others = [f"`{e.path.parent.name}/{e.path.name}`" for e in found if e.path.name != own]
@@ -77,8 +77,8 @@ def _haigh(told: PageContent, main: CaseAnswers) -> list[Block]:
     return blocks
 
 
-def _method(told: PageContent) -> str:
-    own = told.run_data.study.material
+def _method(content: PageContent) -> str:
+    own = content.run_data.study.material
     bears = "; ".join(
         f"{part}: fatigue limit {1e-6 * m.fatigue_limit:g} MPa, "
         f"tensile strength {1e-6 * m.tensile_strength:g} MPa"
@@ -96,19 +96,19 @@ def _method(told: PageContent) -> str:
     )
 
 
-def _limits(told: PageContent) -> str:
+def _limits(content: PageContent) -> str:
     return (
-        f"{_corners(told)}\n\n**Not in the strengths**: surface, size, scatter, corrosion, "
+        f"{_corners(content)}\n\n**Not in the strengths**: surface, size, scatter, corrosion, "
         "casting defects. **Not in the stresses**: gas load, temperature, and anything but preload "
         "and the excitation. Stresses of the casing are those of rest and first harmonic."
     )
 
 
-def _corners(told: PageContent) -> str:
-    main = told.main
+def _corners(content: PageContent) -> str:
+    main = content.main
     if main is None:
         return ""
-    locations, study = main.stress.locations["vane"], told.run_data.study
+    locations, study = main.stress.locations["vane"], content.run_data.study
     sharp, count = int(locations.corner.sum()), int((~locations.clear).sum())
     places, advice = "", "Real parts have fillets"
     if isinstance(study.vane, VaneDimensions):
@@ -162,10 +162,10 @@ def _merged(margins: Sequence[Margin]) -> list[tuple[str, Margin]]:
     return list(found.values())
 
 
-def _others(told: PageContent) -> Table:
+def _others(content: PageContent) -> Table:
     """The governing place of every case."""
     rows, flags = [], []
-    for found in told.answers.values():
+    for found in content.answers.values():
         m = found.stress.governing
         rows.append(_row(found, m, "vane", f"{words(found.name)}: {m.where}"))
         flags.append(judged(found, m.reserve))

@@ -21,12 +21,12 @@ OF_PARTS = (
 NOT_SHOWN = ("volume_cm3", "against_cad", "smallest_jacobian", "sicn_1_percent")
 
 
-def models(told: PageContent) -> Section:
+def models(content: PageContent) -> Section:
     """Meshes, reduced parts, system, contacts and linear limits."""
-    run_data = told.run_data
+    run_data = content.run_data
     first, stages = run_data.planned[0], run_data.stages
     if first.meshes:
-        tables = [_meshes(told), _reduced(told)]
+        tables = [_meshes(content), _reduced(content)]
     else:
         pieces = [stages.get(step) for step in first.rom.values()]
         tables = [components_table(pieces, stages.get(first.system))]
@@ -34,14 +34,14 @@ def models(told: PageContent) -> Section:
     limits = limits_table({words(each.name): stages.get(each.limits) for each in sets})
     times = stage_times(stages.done.values()).without("computed", "seconds_now")
     note = "Times are those of when a stage was computed; later runs find it in the cache."
-    tables += [_contacts(told), limits, replace(times, title="Computing time", notes=(note,))]
+    tables += [_contacts(content), limits, replace(times, title="Computing time", notes=(note,))]
     return Section("Model", tables, id="model")
 
 
-def _contacts(told: PageContent) -> Table:
+def _contacts(content: PageContent) -> Table:
     """Properties of the first case's contacts by joint."""
-    first = told.run_data.planned[0]
-    contacts = told.run_data.stages.get(first.system).contacts
+    first = content.run_data.planned[0]
+    contacts = content.run_data.stages.get(first.system).contacts
     rows: list[tuple[Cell, ...]] = []
     for name in dict.fromkeys(contacts.joints):
         own = np.array([joint == name for joint in contacts.joints])
@@ -65,10 +65,10 @@ def _range(values: np.ndarray) -> str:
     return f"{low:.4g}" if low == high else f"{low:.4g} to {high:.4g}"
 
 
-def _meshes(told: PageContent) -> Table:
-    planned, stages = told.run_data.planned, told.run_data.stages
+def _meshes(content: PageContent) -> Table:
+    planned, stages = content.run_data.planned, content.run_data.stages
     parts = {name: stages.get(step) for name, step in planned[0].meshes.items()}
-    material = told.run_data.study.material
+    material = content.run_data.study.material
     table = quality_table(
         parts,
         {name: figures(part) for name, part in parts.items()},
@@ -80,8 +80,8 @@ def _meshes(told: PageContent) -> Table:
     return replace(table, title=title)
 
 
-def _reduced(told: PageContent) -> Table:
-    run_data = told.run_data
+def _reduced(content: PageContent) -> Table:
+    run_data = content.run_data
     first = run_data.planned[0]
     rows: list[tuple[Cell, ...]] = []
     for part in PARTS:

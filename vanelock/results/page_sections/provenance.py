@@ -13,11 +13,11 @@ from vanelock.results.page_sections.content import PageContent
 from vanelock.results.record import LIBRARIES
 
 
-def provenance(told: PageContent) -> Section:
+def provenance(content: PageContent) -> Section:
     """Versions, date, command, study file, and the hash of every response."""
     hashes: list[tuple[Cell, ...]] = [
         (words(each.case.name), each.response.key, each.system.key)
-        for each in told.run_data.planned
+        for each in content.run_data.planned
     ]
     blocks: list[Block] = [
         Text(
@@ -33,8 +33,8 @@ def provenance(told: PageContent) -> Section:
             hashes,
         ),
     ]
-    if told.text.strip():
-        lines = [(line,) for line in told.text.rstrip().splitlines()]
+    if content.text.strip():
+        lines = [(line,) for line in content.text.rstrip().splitlines()]
         blocks.append(Table("As it was given", heads("the file"), lines))
     return Section("Provenance", blocks, id="provenance")
 

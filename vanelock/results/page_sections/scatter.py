@@ -5,10 +5,12 @@ from vanelock.report import Section
 from vanelock.results.page_sections.content import PageContent
 
 
-def scatter(told: PageContent) -> Section:
+def scatter(content: PageContent) -> Section:
     """How far the peaks scatter, and what with."""
-    found = told.scattered
+    found = content.scattered
     made = (
-        () if found is None else (percentile_table(found, told.monitor), sensitivity_table(found))
+        ()
+        if found is None
+        else (percentile_table(found, content.monitor), sensitivity_table(found))
     )
     return Section("Scatter", made, id="scatter")

@@ -23,37 +23,37 @@ APART = ("harmonics", "mu", "x", "converged", "seconds")
 """Columns of the cases that other sections have."""
 
 
-def summary(told: PageContent) -> Section:
+def summary(content: PageContent) -> Section:
     """Answers, warnings and a line for each case."""
-    blocks: list[Block] = [Answers(tuple(answers_of(told)))]
-    warned = warnings(told)
+    blocks: list[Block] = [Answers(tuple(answers_of(content)))]
+    warned = warnings(content)
     if warned:
         blocks.append(Text("**Be careful.** " + "\n\n".join(warned)))
-    return Section("Summary", [*blocks, cases(told)], id="summary")
+    return Section("Summary", [*blocks, cases(content)], id="summary")
 
 
-def answers_of(told: PageContent) -> list[Answer]:
+def answers_of(content: PageContent) -> list[Answer]:
     """The run's answers, most wanted first."""
-    most = told.largest
+    most = content.largest
     if most is None or most.peak is None:
         return [Answer("Largest peak", "none", "no point of any case converged", "bad")]
-    many = len(told.known) > 1
+    many = len(content.known) > 1
     case = f"{words(most.case)}, " if many else ""
     found = [
         Answer(
             "Largest peak" if many else "Peak",
             f"{1e6 * most.peak.amplitude:.3g} µm",
-            f"{case}{told.monitor}, half the peak-to-peak"
+            f"{case}{content.monitor}, half the peak-to-peak"
             + (f"; {_of_linear(most)}" if _of_linear(most) else "")
-            + _error(told, most),
+            + _error(content, most),
             "warn" if most.peak.at_edge else "",
         ),
-        Answer("At", f"{most.peak.frequency:.2f} Hz", _speed(told, most)),
+        Answer("At", f"{most.peak.frequency:.2f} Hz", _speed(content, most)),
     ]
-    main = told.main
+    main = content.main
     if main is not None:
         found += _of_case(main)
-    found += best_friction(told)
+    found += best_friction(content)
     return found
 
 
@@ -66,11 +66,11 @@ def _of_linear(most: Summary) -> str:
     return "; ".join(over)
 
 
-def _error(told: PageContent, most: Summary) -> str:
+def _error(content: PageContent, most: Summary) -> str:
     """What the peak's estimated error is, where one is."""
-    if most.case not in told.worth:
+    if most.case not in content.worth:
         return ""
-    errors = told.worth[most.case][0]
+    errors = content.worth[most.case][0]
     text = f"; estimated error {100 * errors.total[0]:.2g} %, asked for {100 * errors.accuracy:g} %"
     apart = [each for each in errors.sources if each not in errors.counted]
     return text + "".join(
@@ -78,8 +78,8 @@ def _error(told: PageContent, most: Summary) -> str:
     )
 
 
-def _speed(told: PageContent, most: Summary) -> str:
-    (given,) = [e.case.given for e in told.run_data.planned if e.case.name == most.case]
+def _speed(content: PageContent, most: Summary) -> str:
+    (given,) = [e.case.given for e in content.run_data.planned if e.case.name == most.case]
     assert most.peak is not None
     order, texts = abs(given.excitation.engine_order), []
     if given.ring.sectors > 1:
@@ -154,9 +154,9 @@ def _reserve(main: CaseAnswers) -> str:
     return f"{text}, where the mesh shows n = {worst.reserve:.3g}" if worst.doubt else text
 
 
-def best_friction(told: PageContent) -> list[Answer]:
+def best_friction(content: PageContent) -> list[Answer]:
     """The friction that damps best, where that of one joint is swept and nothing else."""
-    found, swept = told.known, {key for each in told.known for key in each.values}
+    found, swept = content.known, {key for each in content.known for key in each.values}
     if len(found) < 2 or len(swept) != 1 or not (key := swept.pop()).endswith(".mu"):
         return []
     if any(each.peak.at_edge for each in found if each.peak):
@@ -171,39 +171,43 @@ def best_friction(told: PageContent) -> list[Answer]:
     return [Answer("Friction that damps best", f"μ = {mu[best]:g}", note, "warn" if at_end else "")]
 
 
-def warnings(told: PageContent) -> list[str]:
+def warnings(content: PageContent) -> list[str]:
     """What keeps the answers from being taken as they are, a line each."""
-    cases = {each.case: each for each in told.summaries}
-    lines = [*_failed(told), *by_text(cases)]
+    cases = {each.case: each for each in content.summaries}
+    lines = [*_failed(content), *by_text(cases)]
     lines += [f"{line}." for line in without_effect([(c.values, c) for c in cases.values()])]
-    for name, (errors, _) in told.worth.items():
+    for name, (errors, _) in content.worth.items():
         case = "" if name == "nominal" else f"{words(name)}: "
         lines += [f"{case}{line.removeprefix('WARNING: ')}." for line in errors.warnings]
-    main = told.main
+    main = content.main
     if main and main.margins and (worst := main.margins.worst["vane"][0]).doubt:
         lines.append(
             f"The worst node of all, n = {worst.reserve:.3g} ({worst.where}), lies "
             f"{worst.doubt}: its stress tells the mesh, not the part."
         )
-    given = told.run_data.given
-    if isinstance(given, Study) and given.mesh.size == "coarse" and not told.worth:
+    given = content.run_data.given
+    if isinstance(given, Study) and given.mesh.size == "coarse" and not content.worth:
         lines.append("The mesh is coarse: frequencies are several per cent too high.")
     return lines
 
 
-def _failed(told: PageContent) -> list[str]:
+def _failed(content: PageContent) -> list[str]:
     """Cases that could not be computed."""
-    names = list(told.failed)
+    names = list(content.failed)
     if not names:
         return []
-    shown = "; ".join(f"{words(name)} ({told.failed[name].reason})" for name in names[:MOST_FAILED])
+    shown = "; ".join(
+        f"{words(name)} ({content.failed[name].reason})" for name in names[:MOST_FAILED]
+    )
     more = f"; and {len(names) - MOST_FAILED} more" if len(names) > MOST_FAILED else ""
-    every = len(names) + len(told.summaries)
+    every = len(names) + len(content.summaries)
     return [f"{len(names)} of {every} cases FAILED and are left out: {shown}{more}."]
 
 
-def cases(told: PageContent) -> Table:
+def cases(content: PageContent) -> Table:
     """A line for each case, its stress as well where it is known."""
-    found = case_table(told.summaries, told.monitor, told.answers, told.balances).without(*APART)
+    found = case_table(
+        content.summaries, content.monitor, content.answers, content.balances
+    ).without(*APART)
     rows = [(fixed(words(str(name))), *rest) for name, *rest in found.rows]
-    return replace(found, title=f"All cases at their largest {told.monitor}", rows=rows)
+    return replace(found, title=f"All cases at their largest {content.monitor}", rows=rows)

@@ -15,23 +15,23 @@ MOST = 4
 """Responses shown besides the modes."""
 
 
-def shapes(told: PageContent) -> Section:
+def shapes(content: PageContent) -> Section:
     """The 3-D view of the case with the largest peak, and of others on the same meshes.
 
     None where the study wants no shapes.
     """
-    main = told.main
-    wanted = main is not None and main.margins and told.run_data.study.outputs.shapes
-    blocks: list[Block] = [view(told.run_data, _same_mesh(told))] if wanted else []
+    main = content.main
+    wanted = main is not None and main.margins and content.run_data.study.outputs.shapes
+    blocks: list[Block] = [view(content.run_data, _same_mesh(content))] if wanted else []
     return Section("Shapes in three dimensions", blocks, id="shapes")
 
 
-def _same_mesh(told: PageContent) -> list[Planned]:
+def _same_mesh(content: PageContent) -> list[Planned]:
     """Cases with answers on the meshes of the main one, that first."""
-    main = told.main
+    main = content.main
     assert main is not None
     cases = [main.planned]
-    cases += [each.planned for each in told.answers.values() if each.name != main.name]
+    cases += [each.planned for each in content.answers.values() if each.name != main.name]
     own = _meshes(main.planned)
     return [each for each in cases if _meshes(each) == own][:MOST]
 

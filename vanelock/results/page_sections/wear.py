@@ -17,11 +17,11 @@ SHOWN = 16
 NOT_SHOWN = ("power", "mean pressure")
 
 
-def damping(told: PageContent) -> Section:
+def damping(content: PageContent) -> Section:
     """Where the energy goes, and the damping ratio it amounts to."""
     rows: list[tuple[Cell, ...]] = []
-    names = list(dict.fromkeys(j for found in told.answers.values() for j in found.places.joint))
-    for found in told.answers.values():
+    names = list(dict.fromkeys(j for found in content.answers.values() for j in found.places.joint))
+    for found in content.answers.values():
         b, joints = found.balance, shares(found)
         rows.append(
             (
@@ -48,7 +48,7 @@ def damping(told: PageContent) -> Section:
         "The two agree for a linear mode. Where contacts slip, damping changes along the curve and "
         "the two differ: the energy's tells the height of the peak, the bandwidth's its shape."
     )
-    title = f"Power{of_sector(told)} at the peak of each case, where it goes, and damping ratios"
+    title = f"Power{of_sector(content)} at the peak of each case, where it goes, and damping ratios"
     return Section("Energy and damping", [Text(text), Table(title, columns, rows)])
 
 
@@ -72,14 +72,16 @@ def _opinion(found: CaseAnswers) -> str:
     return f"bandwidth tells {ratio:.2f} of it"
 
 
-def wear(told: PageContent) -> Section:
+def wear(content: PageContent) -> Section:
     """Wear indicators by joint, and the contacts that rub most."""
-    title = f"Joints{of_sector(told)} at the peak: energy and worn volume in all, else the largest"
-    by_case = {fixed(words(f.name)): (f.places, f.wear) for f in told.answers.values()}
+    title = (
+        f"Joints{of_sector(content)} at the peak: energy and worn volume in all, else the largest"
+    )
+    by_case = {fixed(words(f.name)): (f.places, f.wear) for f in content.answers.values()}
     blocks: list[Block] = [Text(_method()), joint_table(title, by_case).without(*NOT_SHOWN)]
-    main = told.main
+    main = content.main
     if main is not None and main.wear.energy.any():
-        blocks.append(_contacts(main, told))
+        blocks.append(_contacts(main, content))
     return Section("Wear of the joints", blocks, id="wear")
 
 
@@ -95,16 +97,16 @@ def _method() -> str:
     )
 
 
-def of_sector(told: PageContent) -> str:
+def of_sector(content: PageContent) -> str:
     """Of what numbers are, where there are several sectors."""
-    return " of one sector" if told.run_data.given.ring.sectors > 1 else ""
+    return " of one sector" if content.run_data.given.ring.sectors > 1 else ""
 
 
-def _contacts(found: CaseAnswers, told: PageContent) -> Table:
+def _contacts(found: CaseAnswers, content: PageContent) -> Table:
     table = contact_table(found.places, found.wear).without("x", "y", "z", *NOT_SHOWN)
     order = np.argsort(-found.wear.energy, kind="stable")
     chosen = [table.rows[i] for i in order if found.wear.energy[i] > 0][:SHOWN]
-    file = told.wear.get(found.name)
+    file = content.wear.get(found.name)
     title = f"The {len(chosen)} contacts that rub most{of_case(found.name)}" + (
         f"; all of them in {file.parent.name}/{file.name}" if file else ""
     )
