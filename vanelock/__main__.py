@@ -18,7 +18,7 @@ from typer._completion_classes import completion_init
 from typer._completion_shared import get_completion_script
 
 import vanelock
-from vanelock.commands.guidance import FIRST_STUDY, add_guidance, knob_keys, study_files
+from vanelock.commands.guidance import FIRST_STUDY, add_guidance, setting_keys, study_files
 from vanelock.common.errors import InputError, cut_short, first_mistakes, printable
 from vanelock.common.process import signals, streams
 from vanelock.common.process.memory import is_shortage, refusal, require_least
@@ -217,7 +217,7 @@ def converge(
         list[str] | None,
         typer.Option(
             help="Key of a setting, such as mesh.size; may be repeated; default: all.",
-            autocompletion=knob_keys,
+            autocompletion=setting_keys,
         ),
     ] = None,
     dofs: Annotated[

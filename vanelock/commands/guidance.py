@@ -124,7 +124,7 @@ def study_files(incomplete: str) -> list[str]:
     return sorted(path for path in found if path.startswith(incomplete.removeprefix("./")))
 
 
-def knob_keys(incomplete: str) -> list[str]:
+def setting_keys(incomplete: str) -> list[str]:
     """Keys that `converge --setting` knows of some study."""
     keys = (
         *("mesh.size", "rom.accuracy", "rom.vane_modes", "rom.casing_modes", "rom.interface_modes"),

@@ -12,7 +12,7 @@ from typer.testing import CliRunner
 from vanelock import Study, __main__
 from vanelock.__main__ import app
 from vanelock.commands.converge.settings import settings_of
-from vanelock.commands.guidance import knob_keys, study_files
+from vanelock.commands.guidance import setting_keys, study_files
 
 ROOT = Path(__file__).resolve().parents[3]
 COMMANDS = sorted(
@@ -108,15 +108,15 @@ def test_study_files_are_those_that_begin_so(tmp_path: Path) -> None:
     assert study_files(f"{tmp_path}/none/") == []
 
 
-def test_every_knob_of_a_study_is_completed() -> None:
+def test_every_setting_of_a_study_is_completed() -> None:
     studies = [
         {},
         {"rom": {"route": "paper", "vane_modes": 5}},
         {"rom": {"vane_modes": 5, "casing_modes": 5}},
     ]
     found = {setting.key for each in studies for setting in settings_of(Study.model_validate(each))}
-    assert found <= set(knob_keys(""))
-    assert knob_keys("mesh") == ["mesh.size"]
+    assert found <= set(setting_keys(""))
+    assert setting_keys("mesh") == ["mesh.size"]
 
 
 def test_too_little_memory_is_one_line_and_status_2(

@@ -2,18 +2,15 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import vanelock
+from vanelock.commands.compare.comparison import Comparison, Line
 from vanelock.common.tables import Table
 from vanelock.input.cases.names import fixed, words
 from vanelock.render import Curve
 from vanelock.report import Answer, Answers, Page, Plot, Section, Text, curve_plot
 from vanelock.report.blocks import Block
 from vanelock.results.page_sections.provenance import written
-
-if TYPE_CHECKING:
-    from vanelock.commands.compare.compare import Comparison, Line
 
 CARDS = {
     "peak": "Peak",
@@ -26,7 +23,7 @@ MOST = 2
 """Cases on top, those that change most."""
 
 
-def compare_page(found: "Comparison", tables: Sequence[Table]) -> Page:
+def compare_page(found: Comparison, tables: Sequence[Table]) -> Page:
     """Curves over one another, and tables of all that differs."""
     inputs, results, *others = tables
     rows = [(fixed(_words(str(name))), *rest) for name, *rest in results.rows]
@@ -44,7 +41,7 @@ def compare_page(found: "Comparison", tables: Sequence[Table]) -> Page:
     )
 
 
-def _summary(found: "Comparison") -> list[Block]:
+def _summary(found: Comparison) -> list[Block]:
     lines = [line for line in found.results if line.what in CARDS]
     by_case = {line.of: [each for each in lines if each.of == line.of] for line in lines}
     order = sorted(by_case, key=lambda case: -_largest(by_case[case]))
@@ -69,7 +66,7 @@ def _largest(lines: "list[Line]") -> float:
     return max((abs(line.change) for line in lines if line.change is not None), default=0.0)
 
 
-def _answer(found: "Comparison", line: "Line") -> Answer:
+def _answer(found: Comparison, line: Line) -> Answer:
     both = [line.text(value) or "-" for value in (line.one, line.other)]
     case = "" if line.of == "nominal" else f", {_words(line.of)}"
     change = "" if line.change is None else f"{100 * line.change:+.3g} %"
@@ -82,7 +79,7 @@ def _words(name: str) -> str:
     return " | ".join(map(words, name.split(" | ")))
 
 
-def _plot(found: "Comparison") -> Plot:
+def _plot(found: Comparison) -> Plot:
     curves = []
     for pair in found.pairs:
         group = _words(pair.name) if len(found.pairs) > 1 else ""

@@ -25,12 +25,12 @@ from vanelock.input.cases.values import with_values
 from vanelock.input.measured import DISPLACEMENT, Measured, load_measured
 from vanelock.input.rewrite import rewritten
 from vanelock.input.schema.study import Study
-from vanelock.input.schema.temperature import described
 from vanelock.pipeline.cache import Cache
 from vanelock.pipeline.progress import Begun, Finished, Listener, Notice, Trial, silent
 from vanelock.pipeline.step import Stages
 from vanelock.results.files.run_folder import claimed, record
 from vanelock.stages.parts.temperature_speed import with_temperature_speeds
+from vanelock.stages.parts.temperatures import described
 from vanelock.stages.plan import plan
 from vanelock.stages.response.monitor import monitor
 

@@ -14,7 +14,6 @@ from vanelock.input.measured import load_measured
 from vanelock.input.plausible import unusual
 from vanelock.input.schema.own_mesh import OwnVane, refuse_without_areas
 from vanelock.input.schema.study import Study
-from vanelock.input.schema.temperature import described
 from vanelock.nonlinear import Response
 from vanelock.pipeline.cache import Cache
 from vanelock.pipeline.executor.background import in_background
@@ -49,6 +48,7 @@ from vanelock.stages.campbell.campbell import Campbell, campbell
 from vanelock.stages.campbell.speed_lines import lines_step
 from vanelock.stages.parts.gauges import Strain
 from vanelock.stages.parts.temperature_speed import with_temperature_speeds
+from vanelock.stages.parts.temperatures import described
 from vanelock.stages.plan import Linear, Planned, plan
 from vanelock.stages.response.monitor import monitor
 from vanelock.stages.response.responses import LIMITS

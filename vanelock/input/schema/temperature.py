@@ -6,11 +6,9 @@ with Poisson's ratio, density and the contacts' stiffness as given. Thermal expa
 that it causes or that rotation causes, and temperatures that differ within a part are left out.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from itertools import pairwise
-from typing import TYPE_CHECKING, Annotated, Any, TypeGuard
+from typing import Annotated, Any, TypeGuard
 
 from pydantic import BeforeValidator, Field
 
@@ -19,9 +17,6 @@ from vanelock.common.errors import InputError
 from vanelock.common.quantities import Revolutions
 from vanelock.input.schema.piecewise import at, ends
 from vanelock.input.schema.structure import KeyTable
-
-if TYPE_CHECKING:
-    from vanelock.input.schema.study import Study
 
 PARTS = ("vane", "casing")
 
@@ -139,48 +134,3 @@ def _has_the_speed(study: Any) -> Iterator[str]:
 
 TEMPERATURE_CHECKS: tuple[Check, ...] = (_is_used, _has_the_moduli, _has_the_speed)
 """Of a `Study`."""
-
-
-def modulus(study: Study, part: str, speed: float | None = None) -> float:
-    """Young's modulus of a part, Pa: at a rotor speed, rpm, or that of the study's response.
-
-    Raises
-    ------
-    InputError
-        If the temperatures depend on the speed and there is none.
-    """
-    heat, metal = study.temperature, getattr(study.material, part)
-    if getattr(heat, part) is None:
-        return float(metal.E)
-    speed = heat.speed if speed is None else speed
-    if speed is None and isinstance(getattr(heat, part), tuple):
-        raise InputError("temperature.speed: must be given: the temperatures depend on the speed")
-    temperature = heat.of(part, 0.0 if speed is None else speed)
-    assert temperature is not None
-    return at(metal.E_at, temperature)
-
-
-def reference(study: Study, part: str) -> float:
-    """Young's modulus at which a part is reduced, Pa; other moduli scale what comes of it.
-
-    With an accuracy that of the response, whose meshes and reductions are chosen by their errors.
-    """
-    if study.accuracy is not None:
-        return modulus(study, part)
-    return float(getattr(study.material, part).E)
-
-
-def described(study: Study) -> str:
-    """What a run says of a study's temperatures; "" without any."""
-    heat = study.temperature
-    if not heat.given:
-        return ""
-    words = []
-    for part in PARTS:
-        E = f"E = {1e-9 * modulus(study, part):.5g} GPa"
-        temperature = heat.of(part, heat.speed or 0.0)
-        words.append(
-            f"{part} {E}" if temperature is None else f"{part} {temperature:.4g} degC, {E}"
-        )
-    where = "" if heat.speed is None else f" at {heat.speed:,.0f} rpm"
-    return f"temperatures of the response{where}: {'; '.join(words)}"

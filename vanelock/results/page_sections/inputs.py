@@ -6,9 +6,9 @@ from vanelock.common.tables import Table, heads
 from vanelock.input.cases.values import Given
 from vanelock.input.schema.distributions import Distribution
 from vanelock.input.schema.study import Study
-from vanelock.input.schema.temperature import described
 from vanelock.input.settings import SCATTERING, Setting, as_text, meaning, settings
 from vanelock.report import Section, Text
+from vanelock.stages.parts.temperatures import described
 
 MAIN = (
     "ring.sectors",

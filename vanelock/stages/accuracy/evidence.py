@@ -40,7 +40,7 @@ def judged(
         chosen_mesh.budget,
         chosen_mesh.rounds,
         chosen_mesh.short,
-        _knobs(planned, response, stages),
+        _settings(planned, response, stages),
         _costs(planned, stages),
         mesh.interest,
     )
@@ -82,7 +82,7 @@ def energies(
     return {name: energy / total for name, energy in found.items()}
 
 
-def _knobs(planned: Planned, response: Response, stages: Stages) -> dict[str, str]:
+def _settings(planned: Planned, response: Response, stages: Stages) -> dict[str, str]:
     """What was chosen of each setting, in words."""
     chosen_mesh, study = planned.chosen_mesh, planned.case.study
     assert chosen_mesh is not None

@@ -15,13 +15,13 @@ from vanelock import nonlinear, rom
 from vanelock.common.cyclic import folded
 from vanelock.common.product import Product
 from vanelock.input.schema.study import Study
-from vanelock.input.schema.temperature import modulus
 from vanelock.pipeline.step import Stages, Step, step
 from vanelock.rom import Component, Joint, System
 from vanelock.stages.campbell.speed_lines import Lines, at_diameter, casings, lines_step
 from vanelock.stages.parts.bare import without_friction
 from vanelock.stages.parts.components import joints
 from vanelock.stages.parts.temperature_speed import factors
+from vanelock.stages.parts.temperatures import modulus
 from vanelock.stages.plan import Planned
 from vanelock.stages.response.limits import fine
 from vanelock.stages.response.monitor import Monitor

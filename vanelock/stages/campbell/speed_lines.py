@@ -19,13 +19,14 @@ from vanelock.common.errors import InputError
 from vanelock.common.product import Product
 from vanelock.input.schema.comparison import CampbellKeys
 from vanelock.input.schema.study import Study
-from vanelock.input.schema.temperature import PARTS, modulus
+from vanelock.input.schema.temperature import PARTS
 from vanelock.pipeline.step import Stages, Step, step
 from vanelock.rom import Component, System
 from vanelock.stages.campbell.frequencies import ModesOverSpeed, grid
 from vanelock.stages.parts.bare import without_friction
 from vanelock.stages.parts.components import joints, rom_step
 from vanelock.stages.parts.temperature_speed import bends, factors
+from vanelock.stages.parts.temperatures import modulus
 from vanelock.stages.plan import Planned
 from vanelock.stages.response.limits import Limits
 

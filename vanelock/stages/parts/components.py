@@ -15,11 +15,11 @@ from vanelock.input.band import LEAST, asked_by, least_band, softest
 from vanelock.input.cases.values import Given
 from vanelock.input.schema.structure import Rom
 from vanelock.input.schema.study import Study
-from vanelock.input.schema.temperature import modulus, reference
 from vanelock.mesh import Part
 from vanelock.pipeline.step import SHARED, Step, step
 from vanelock.rom import Component, Joint, System
 from vanelock.stages.parts.meshes import mesh_step
+from vanelock.stages.parts.temperatures import modulus, reference
 
 PARTS = ("vane", "casing")
 MASTERS = {

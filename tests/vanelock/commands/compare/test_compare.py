@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from vanelock import compare_runs, parse_study
-from vanelock.commands.compare.compare import compared, matched, tables
+from vanelock.commands.compare.comparison import compared, matched, tables
 from vanelock.commands.compare.load import CaseFound, Loaded
 from vanelock.commands.compare.page import compare_page
 from vanelock.common.errors import InputError

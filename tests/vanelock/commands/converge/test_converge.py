@@ -36,7 +36,7 @@ def values(text, key):
     ]
 
 
-def test_every_knob_has_the_studys_own_value_once():
+def test_every_setting_has_the_studys_own_value_once():
     found = settings_of(parse_study(""))
     assert [setting.key for setting in found] == [
         "mesh.size",
@@ -78,7 +78,7 @@ def test_listed_frequencies_leave_nothing_to_raise_there():
     assert "response.points" not in {setting.key for setting in settings_of(study)}
 
 
-def test_an_unknown_knob_is_told_with_those_there_are():
+def test_an_unknown_setting_is_told_with_those_there_are():
     with pytest.raises(
         InputError, match=r'--setting "mesh": this study has mesh.size, rom.accuracy'
     ):

@@ -153,7 +153,7 @@ def test_a_second_run_computes_nothing(asked):
     assert [case.peak for case in again] == [case.peak for case in cases]
 
 
-def test_converging_holds_the_knobs_at_what_was_chosen(asked):
+def test_converging_holds_the_settings_at_what_was_chosen(asked):
     folder, cases, _ = asked
     with open_results(folder / "results.h5") as file:
         text = file["provenance"].attrs["study"]
