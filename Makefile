@@ -7,6 +7,9 @@ PYTEST := .venv/bin/python -m pytest -n 2 --dist loadfile --no-loadscope-reorder
   --durations=30 --durations-min=8
 MADE := .venv/made
 
+# Children of tests and of both test processes read what one of them has compiled.
+unexport PYTHONDONTWRITEBYTECODE
+
 .PHONY: study test test-fast verify docs wheel lint setup lock
 
 study: $(MADE)

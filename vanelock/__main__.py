@@ -370,7 +370,7 @@ def _status(arguments: list[str] | None) -> int:
         lines = [str(lost)]
     except MemoryError as error:
         lines = [refusal(error)]
-    except ImportError as error:
+    except (ImportError, OSError) as error:  # LLVM's is the latter
         if not is_shortage(error):
             raise
         lines = [refusal(MemoryError("a library cannot be loaded"))]

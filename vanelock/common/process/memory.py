@@ -83,10 +83,14 @@ def refusal(error: MemoryError) -> str:
     return f"not enough memory{reason}: a coarser mesh, fewer harmonics or points take less"
 
 
-def is_shortage(error: ImportError) -> bool:
-    """Whether a library could not be loaded for want of memory."""
+def is_shortage(error: BaseException | None) -> bool:
+    """Whether a library could not be loaded for want of memory, as the error or its origin says."""
+    if error is None:
+        return False
     text = str(error).lower()
-    return "failed to map segment" in text or "cannot allocate memory" in text
+    if "failed to map segment" in text or "cannot allocate memory" in text:
+        return True
+    return is_shortage(error.__cause__ or error.__context__)
 
 
 def gigabytes(count: float) -> str:
