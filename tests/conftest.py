@@ -26,7 +26,7 @@ def parts_once() -> Iterator[None]:
 
     All else of a stage is as ever: what it needs, what it tells, and that it goes into the cache.
     """
-    names = {f"{kind} {part}" for kind in ("mesh", "fem", "rom") for part in ("vane", "casing")}
+    names = {f"{kind} {part}" for kind in ("mesh", "rom") for part in ("vane", "casing")}
     names |= {"linear limits", "linear response, free", "linear response, stuck"}
     known: dict[str, Any] = {}
     computed = Stages._computed

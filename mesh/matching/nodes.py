@@ -50,16 +50,16 @@ def mates(
     to_own, _ = trees[0].query(other)
     lost = [_far(to_other, tolerance, tellers[0]), _far(to_own, tolerance, tellers[1])]
     if any(count for count, _ in lost):
-        text = 1 if lost[1][0] else 0  # the set whose nodes would be moved, first
-        (count, listed), (back, furthest) = lost[text], lost[1 - text]
+        first = 1 if lost[1][0] else 0  # the set whose nodes would be moved, first
+        (count, listed), (back, furthest) = lost[first], lost[1 - first]
         total = len(own), len(other)
         line = (
-            f"{sets[text]}: {count} of {total[text]} nodes {'is' if count == 1 else 'are'} "
-            f"further than {millimetres(tolerance)} from the nearest node of {sets[1 - text]}: "
+            f"{sets[first]}: {count} of {total[first]} nodes {'is' if count == 1 else 'are'} "
+            f"further than {millimetres(tolerance)} from the nearest node of {sets[1 - first]}: "
             f"{', '.join([*listed, '...'] if count > SHOWN else listed)}"
         )
         if back:
-            line += f"; the other way round {back} of {total[1 - text]}, such as {furthest[0]}"
+            line += f"; the other way round {back} of {total[1 - first]}, such as {furthest[0]}"
         if max(to_other.max(), to_own.max()) > size:
             line += ": is the unit right?"
         problems.append(line)

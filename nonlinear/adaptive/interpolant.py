@@ -73,8 +73,8 @@ class Interpolant:
         for i in range(1, p - 1):
             both = lengths[i - 1] + lengths[i]
             for j in (i - 1, i):
-                text = abs(missed[i]) / CLOSER * (2 * lengths[j] / both) ** 2
-                error[j] = max(error[j], text)
+                estimate = abs(missed[i]) / CLOSER * (2 * lengths[j] / both) ** 2
+                error[j] = max(error[j], estimate)
         return error
 
     def tops(self) -> tuple[Floats, Floats]:

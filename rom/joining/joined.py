@@ -1,7 +1,8 @@
 """Join parts to a `System`: ties merge coordinates; contacts, loads and outputs are rows."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 import scipy.sparse as sp
@@ -47,9 +48,9 @@ class Joined:
     cylindrical: bool = False
     always_closed: tuple[str, ...] = ()
     damping_ratio: float | None = None
-    _merged: Merged = field(init=False, repr=False)
 
-    def __post_init__(self) -> None:
+    @cached_property
+    def _merged(self) -> Merged:
         sizes = [part.size for part in self.parts.values()]
         start = dict(zip(self.parts, np.cumsum([0, *sizes]), strict=False))
         links = []
@@ -59,7 +60,7 @@ class Joined:
             a, b = (p.coordinates(n, where, 6) for p, n in zip(parts, sides, strict=True))
             both = (a >= 0) & (b >= 0)
             links.append(np.column_stack([start[tie.own] + a[both], start[tie.mate] + b[both]]))
-        object.__setattr__(self, "_merged", merged(sizes, links))
+        return merged(sizes, links)
 
     def system(self, nodal_diameters: Sequence[int]) -> System:
         """The system with matrices of nodal diameters.
@@ -80,12 +81,10 @@ class Joined:
             engine_order=self.engine_order,
             diameters={
                 k: Diameter(
-                    K=self._sum("K", k),
-                    M=self._sum("M", k),
                     own=own,
                     next=following if np.any(following) else None,
                     output=output if len(names) else None,
-                    C=self._sum("C", k) if self._damped(k) else None,
+                    **self._matrices(k),
                 )
                 for k in nodal_diameters
             },
@@ -105,15 +104,16 @@ class Joined:
         """(c, 3, n) of rows (3c, n)."""
         return np.asarray(rows.toarray().reshape(-1, 3, self._merged.size))
 
-    def _damped(self, k: int) -> bool:
-        return any(getattr(part.at(k), "C", None) is not None for part in self.parts.values())
-
-    def _sum(self, which: str, k: int) -> Matrix:
-        """The joined K, M or C; a part without one adds nothing."""
+    def _matrices(self, k: int) -> dict[str, Matrix]:
+        """The joined K and M, and C where a part has one; the others add nothing to it."""
         blocks = [part.at(k) for part in self.parts.values()]
-        given = [getattr(block, which, None) for block in blocks]
-        every = [np.zeros_like(b.K) if A is None else A for b, A in zip(blocks, given, strict=True)]
-        return np.asarray(self._merged.sum(every))
+        given = {name: [getattr(block, name, None) for block in blocks] for name in ("K", "M", "C")}
+        still = [np.zeros_like(K) for K in given["K"]]
+        return {
+            name: self._merged.sum([z if A is None else A for A, z in zip(own, still, strict=True)])
+            for name, own in given.items()
+            if any(A is not None for A in own)
+        }
 
     def _refuse_still(self, own: Floats, following: Floats) -> None:
         """A contact between nodes that cannot move against each other is none."""

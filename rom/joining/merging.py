@@ -7,6 +7,7 @@ With S_p the 0-1 matrix from the joined coordinates to those of part p,
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -39,12 +40,16 @@ class Merged:
 
     def sum(self, matrices: Sequence[Any]) -> Any:
         """(n, n) Σ S_pᵀ A_p S_p of one matrix A_p a part, dense or sparse."""
-        total: Any = 0
-        for place, A in zip(self.places, matrices, strict=True):
-            shape = len(place), self.size
-            S = sp.csr_array((np.ones(len(place)), (np.arange(len(place)), place)), shape=shape)
-            total = total + S.T @ A @ S
-        return total
+        return sum(S.T @ A @ S for S, A in zip(self._selections, matrices, strict=True))
+
+    @cached_property
+    def _selections(self) -> list[sp.csr_array]:
+        """(n_p, n) S_p of each part."""
+        found = []
+        for place in self.places:
+            each = np.ones(len(place)), (np.arange(len(place)), place)
+            found.append(sp.csr_array(each, shape=(len(place), self.size)))
+        return found
 
     def rows(self, frames: Floats, at: Integers) -> sp.csr_array:
         """(3c, n) matrix with each 3x3 frame in the joined coordinates `at` (c, 3) of its node."""

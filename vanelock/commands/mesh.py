@@ -74,8 +74,8 @@ def mesh_study(
             record(files[-1], mesh_tables.csv_text(table))
             listener(table)
         files += _pictures(path / FOLDER, study, parts)
-    text = {"files": [str(file) for file in files]}
-    listener(Finished(str(path / FOLDER), time.perf_counter() - began, text))
+    summary = {"files": [str(file) for file in files]}
+    listener(Finished(str(path / FOLDER), time.perf_counter() - began, summary))
     return found
 
 

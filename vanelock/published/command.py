@@ -114,13 +114,13 @@ def run_campaign(
         )
         listener(listing.stage_times([*stages.done.values(), *output_files.done]))
         run.record.complete(stages.done)
-    message = {
+    summary = {
         "cases": [asdict(case) for case in summaries],
         "statements": [asdict(each) for each in stated],
         "results": str(path / results_file.NAME),
         "pictures": [str(file) for shown in drawn for file in (shown.path, *shown.data)],
     }
-    listener(Finished(str(path), time.perf_counter() - began, message))
+    listener(Finished(str(path), time.perf_counter() - began, summary))
     return stated
 
 

@@ -60,7 +60,7 @@ def _planned(scene: Scene) -> Iterator[Row]:
     yield from (("careful", text) for text in unusual(scene))
     if scene.system is not None:
         held = study.check_file(scene.system.file)
-        yield from ((f"system, {what}", str(message)) for what, message in held.rows)
+        yield from ((f"system, {what}", str(value)) for what, value in held.rows)
         return
     given = gathered(scene)
     for name, keys in scene.components.items():
@@ -73,8 +73,8 @@ def _planned(scene: Scene) -> Iterator[Row]:
             if (value := getattr(keys, side)) is not None:
                 nodes(value, f"components.{name}.{side}")
         entries = ", ".join(f"{each.K.nnz:,}" for each in read)
-        message = f"{read[0].size:,} rows, {entries} entries, {len(kept)} nodes kept"
-        yield f"component {name}", message
+        size = f"{read[0].size:,} rows, {entries} entries, {len(kept)} nodes kept"
+        yield f"component {name}", size
     yield "contacts", f"{sum(len(each.mu) for each in given.contacts):,}"
     yield "ties, loads", f"{len(given.ties)}, {len(given.loads)}"
     yield from (("careful", text) for text in given.apart())

@@ -189,8 +189,8 @@ def _programs(found: Comparison) -> Iterator[tuple[Cell, ...]]:
 def _numbers(line: Line) -> tuple[Cell, ...]:
     """Both values with their unit, and the relative difference in per cent."""
     change = None if line.change is None else f"{100 * line.change:+.3g} %"
-    message = "same" if line.one == line.other else change
-    return line.of, line.what, line.text(line.one), line.text(line.other), message
+    difference = "same" if line.one == line.other else change
+    return line.of, line.what, line.text(line.one), line.text(line.other), difference
 
 
 def _lines(pair: Pair) -> Iterator[Line]:

@@ -97,8 +97,8 @@ def converge_study(
         record(path / f"{NAME}.md", markdown(found))
         listener(text)
         picture = draw(path / "figures" / f"{NAME}.png", found, study.name)
-    message = {"files": [str(path / f"{NAME}.json"), str(path / f"{NAME}.md"), str(picture)]}
-    listener(Finished(str(path), time.perf_counter() - began, message))
+    summary = {"files": [str(path / f"{NAME}.json"), str(path / f"{NAME}.md"), str(picture)]}
+    listener(Finished(str(path), time.perf_counter() - began, summary))
     return found
 
 

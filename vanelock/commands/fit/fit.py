@@ -87,8 +87,8 @@ def fit_study(
         found = _fitted(model, curves, parameters, starts, listener)
         listener(fit_table(found, study.name))
         files = _files(path, model, curves, found, text, Path(beside), listener)
-    message = {"fitted": json_of(found), "files": [str(each) for each in files]}
-    listener(Finished(str(path), time.perf_counter() - began, message))
+    summary = {"fitted": json_of(found), "files": [str(each) for each in files]}
+    listener(Finished(str(path), time.perf_counter() - began, summary))
     return found
 
 

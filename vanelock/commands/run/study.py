@@ -105,13 +105,13 @@ def run_study(
                 output_files.finish()
             listener(listing.stage_times([*stages.done.values(), *output_files.done]))
             running.record.complete(stages.done)
-    message = {
+    summary = {
         "cases": [asdict(case) for case in summaries],
         "failed": {name: failure.reason for name, failure in running.failed.items()},
         "results": str(path / results_file.NAME),
         "pictures": [str(file) for shown in drawn for file in (shown.path, *shown.data)],
     }
-    listener(Finished(str(path), time.perf_counter() - began, message))
+    listener(Finished(str(path), time.perf_counter() - began, summary))
     return summaries
 
 
