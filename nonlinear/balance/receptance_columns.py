@@ -70,10 +70,10 @@ def no_columns(size: int) -> Callable[[Rows], Array]:
 
 
 @kernel
-def combine(table: Array, shares: Floats, wanted: Rows, out: Array) -> None:
-    """out[j] += Σ_k shares[k] · table[wanted[j], k], of the columns (3c,) held at some nodes k."""
-    for j in range(wanted.size):
-        column = table[wanted[j]]
+def combine(table: Array, shares: Floats, places: Rows, out: Array) -> None:
+    """out[j] += Σ_k shares[k] · table[places[j], k], of the columns (3c,) held at some nodes k."""
+    for j in range(places.size):
+        column = table[places[j]]
         row = out[j]
         for k in range(shares.size):
             share = shares[k]

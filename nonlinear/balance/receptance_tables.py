@@ -17,6 +17,43 @@ Array = NDArray[Any]
 MARGIN = 0.02  # how far, relatively, an arc may leave the range of frequencies
 
 
+class FarColumns:
+    """Columns of what the far modes add to R̂ at the nodes of the range; computed when asked for.
+
+    Parameters
+    ----------
+    rows : (3c, n)
+        Of the far modes.
+    pull : (n, 3c)
+        Modal forces of unit displacements of the springs.
+    dynamic : (k, n)
+        Modal dynamic stiffnesses at the nodes.
+    """
+
+    def __init__(self, rows: Array, pull: Array, dynamic: Array) -> None:
+        self._rows, self._pull, self._dynamic = rows, pull, dynamic
+        size = len(rows)
+        self._place = np.full(size, -1)
+        self._held = np.empty((0, len(dynamic), size), complex)
+        self._count = 0
+
+    def at(self, wanted: NDArray[np.int64]) -> tuple[Array, NDArray[np.int64]]:
+        """Columns held so far, (m, k, 3c), and where among them the wanted ones are."""
+        missing = wanted[self._place[wanted] < 0]
+        if len(missing):
+            count = self._count + len(missing)
+            if count > len(self._held):
+                room = np.empty((min(2 * count, len(self._place)), *self._held.shape[1:]), complex)
+                room[: self._count] = self._held[: self._count]
+                self._held = room
+            self._held[self._count : count] = (
+                self._pull.T[missing, None] / self._dynamic
+            ) @ self._rows.T
+            self._place[missing] = np.arange(self._count, count)
+            self._count = count
+        return self._held, self._place[wanted]
+
+
 @dataclass(frozen=True)
 class ReceptanceTable:
     """What one harmonic's far modes contribute, at the nodes of the range.
@@ -25,14 +62,14 @@ class ReceptanceTable:
     ----------
     low : int
         Number of modes that are summed at every frequency instead.
-    columns : (3c, k, 3c)
-        R̂ of the others: columns, nodes, rows.
+    columns : FarColumns
+        R̂ of the others.
     linear : (3c, k) or None
         Their ũ under the excitation at 1 rad/s; None where the harmonic is not excited.
     """
 
     low: int
-    columns: Array
+    columns: FarColumns
     linear: Array | None
 
 
@@ -100,7 +137,8 @@ class Tabulated:
         dynamic = modes.dynamic(harmonic * omega)[: table.low]
         out = (near[wanted].conj() / dynamic) @ near.T
         out *= self.structure.stiffness[wanted, None]
-        combine(table.columns, shares, wanted, out)
+        held, places = table.columns.at(wanted)
+        combine(held, shares, places, out)
         return out
 
 
@@ -171,13 +209,10 @@ def balances(
 def _table(structure: Structure, harmonic: int, low: int, nodes: Floats) -> ReceptanceTable:
     """The far modes of a harmonic at the nodes."""
     modes, force = structure.at(harmonic), structure.system.force.get(harmonic)
-    far, pull = modes.rows[:, low:], modes.pull[low:] * structure.stiffness
-    size = len(far)
-    columns = np.empty((size, len(nodes), size), complex)
-    linear = None if force is None else np.empty((size, len(nodes)), complex)
-    for k, omega in enumerate(nodes):
-        shares = far / modes.dynamic(harmonic * omega)[low:]
-        columns[:, k] = (shares @ pull).T
-        if linear is not None:
-            linear[:, k] = shares @ structure.unit_forces[harmonic][low:]
+    far = modes.rows[:, low:]
+    dynamic = np.stack([modes.dynamic(harmonic * omega)[low:] for omega in nodes])
+    columns = FarColumns(far, modes.pull[low:] * structure.stiffness, dynamic)
+    linear = None
+    if force is not None:
+        linear = far @ (structure.unit_forces[harmonic][low:] / dynamic).T
     return ReceptanceTable(low, columns, linear)
