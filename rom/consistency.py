@@ -62,7 +62,8 @@ def check(
 
 def _check_contacts(contacts: Contacts, where: str) -> None:
     c = contacts.count
-    for name, shape in {"kn": (c,), "kt": (c, 2), "mu": (c,), "v0": (c,)}.items():
+    shapes: dict[str, tuple[int, ...]] = {"kn": (c,), "kt": (c, 2), "mu": (c,), "v0": (c,)}
+    for name, shape in {**shapes, "slider": (c, 2)}.items():
         value = getattr(contacts, name)
         if value.shape != shape:
             raise InputError(f"{where}: contact/{name} has shape {value.shape}, not {shape}")

@@ -61,6 +61,10 @@ class Contacts(Summarised):
         The joint that each contact belongs to; empty where it is not known.
     always_closed : tuple of str
         Joints that the linear limit "free" keeps closed; it opens all others.
+    slider : (c, 2) float
+        Where the friction slider of each contact was when it was assembled, m; zeros if not given.
+        Static friction is so determined: a contact that never slips holds kt·(displacement -
+        slider).
     """
 
     kn: NDArray[np.float64]
@@ -69,9 +73,12 @@ class Contacts(Summarised):
     v0: NDArray[np.float64]
     joint: tuple[str, ...] = ()
     always_closed: tuple[str, ...] = ()
+    slider: NDArray[np.float64] = field(default_factory=lambda: np.zeros((0, 2)))
 
     def __post_init__(self) -> None:
-        hold_arrays(self, {"kn": 1, "kt": 2, "mu": 1, "v0": 1})
+        hold_arrays(self, {"kn": 1, "kt": 2, "mu": 1, "v0": 1, "slider": 2})
+        if not self.slider.size:
+            object.__setattr__(self, "slider", np.zeros((self.count, 2)))
         for name in ("joint", "always_closed"):
             object.__setattr__(self, name, tuple(getattr(self, name)))
 
@@ -84,6 +91,11 @@ class Contacts(Summarised):
     def stiffness(self) -> NDArray[np.float64]:
         """(c, 3) stiffness of (normal, t1, t2), N/m."""
         return np.column_stack([self.kn, self.kt])
+
+    @property
+    def offset(self) -> NDArray[np.float64]:
+        """(c, 3) displacement from the assembled sliders when the structure is at its origin, m."""
+        return np.column_stack([self.v0, 0.0 - self.slider])
 
     @property
     def joints(self) -> tuple[str, ...]:
@@ -257,7 +269,10 @@ class System(Product):
                     dataset = inner.create_dataset(name, data=value, **packed(value))
                     dataset.attrs["unit"] = units.get(name, "1")
         contact = group.create_group("contact")
-        for name, unit in {"kn": "N/m", "kt": "N/m", "mu": "1", "v0": "m"}.items():
+        units = {"kn": "N/m", "kt": "N/m", "mu": "1", "v0": "m"}
+        if self.contacts.slider.any():
+            units["slider"] = "m"
+        for name, unit in units.items():
             contact.create_dataset(name, data=getattr(self.contacts, name)).attrs["unit"] = unit
         text = h5py.string_dtype()
         if self.contacts.joint:
@@ -317,6 +332,7 @@ class System(Product):
             v0=np.asarray(contact["v0"][()], float),
             joint=names("joint"),
             always_closed=names("always_closed"),
+            slider=contact["slider"][()] if "slider" in contact else np.zeros((0, 2)),
         )
         force = {
             int(h): Force(dataset[()], int(dataset.attrs.get("omega_power", 0)))

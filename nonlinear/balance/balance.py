@@ -3,8 +3,9 @@
 In the contact displacements u, with w their deviation from sticking (`law`) and R̂ = B D̃⁻¹ Bᴴ K_c,
 
     u^(h) = ũ^(h) + R̂_h w^(h),      ũ^(h) = B D̃_h⁻¹ f^(h),
-    ũ^(0) = v₀e_n + B₀ K̃₀⁻¹ (f^(0) - B₀ᴴ K_c v₀e_n),
+    ũ^(0) = v₀ + B₀ K̃₀⁻¹ (f^(0) - B₀ᴴ K_c v₀),
 
+with v₀ the interference and, in the tangential directions, the assembled sliders' places reversed;
 so the nonlinear equations are w = W(u(w)), one for each component of w that is not zero.
 """
 
@@ -143,11 +144,9 @@ class Structure:
         return self.system.contacts.stiffness.reshape(-1)
 
     @cached_property
-    def _interference(self) -> Floats:
-        """v₀e_n, (3c,) m."""
-        offset = np.zeros((self.system.contacts.count, 3))
-        offset[:, 0] = self.system.contacts.v0
-        return offset.reshape(-1)
+    def _offset(self) -> Floats:
+        """v₀, (3c,) m."""
+        return self.system.contacts.offset.reshape(-1)
 
     @cached_property
     def _static_columns(self) -> Floats:
@@ -156,8 +155,8 @@ class Structure:
 
     @cached_property
     def _preload(self) -> Floats:
-        """Modal force of the interference."""
-        return np.asarray(self.at(0).pull @ (self.stiffness * self._interference)).real
+        """Modal force of the interference and of the assembled sliders."""
+        return np.asarray(self.at(0).pull @ (self.stiffness * self._offset)).real
 
     @cached_property
     def _held_still(self) -> Floats:
@@ -167,7 +166,7 @@ class Structure:
         """ũ of the mean, (3c,) m."""
         modes = self.at(0)
         moved = modes.rows @ modes.solve(0.0, self.modal_force(0, omega))
-        return np.asarray(moved + self._interference)
+        return np.asarray(moved + self._offset)
 
     @cached_property
     def output_rows(self) -> dict[int, Array]:
@@ -197,7 +196,7 @@ class Structure:
         return float(omega**force.omega_power) if force is not None else 1.0
 
     def modal_force(self, harmonic: int, omega: float) -> Array:
-        """Modal force of the excitation; preload of the interference included at h = 0."""
+        """Modal force of the excitation; that of interference and sliders included at h = 0."""
         if harmonic in self.unit_forces:
             total = self.unit_forces[harmonic] * self.growth(harmonic, omega)
         else:

@@ -84,9 +84,8 @@ class FullRing:
                 given = force.at(omega)
                 load += modes.shapes.conj().T @ (given.conj() if mirrored else given)
             if h == 0:
-                offset = np.zeros((self.system.contacts.count, 3))
-                offset[:, 0] = self.system.contacts.v0
-                load -= modes.rows.conj().T @ (self.stiffness * offset.reshape(-1))
+                offset = self.system.contacts.offset.reshape(-1)
+                load -= modes.rows.conj().T @ (self.stiffness * offset)
             steady = modes.solve(-h * omega if mirrored else h * omega, load)
             found[h] = steady.conj() if mirrored else steady
         return found

@@ -204,10 +204,7 @@ def integrator(ring: FullRing, omega: float, steps: int, modes: int | None = Non
     weighted = response * ring.weight[:, None, None] / ring.sectors
     coupling = np.einsum("kj,kab->jab", ring.shift, weighted).real.copy()
     angles = TURN * np.arange(1, steps + 1) / steps
-    linear = np.zeros((steps, ring.sectors, d))
-    offset = np.zeros((contacts.count, 3))
-    offset[:, 0] = contacts.v0
-    linear += offset.reshape(-1)
+    linear = np.tile(contacts.offset.reshape(-1), (steps, ring.sectors, 1))
     for h, amplitude in ring.linear(omega).items():
         linear += ring.travelling(h, ring.rows(h) @ amplitude, angles)
     vibration = np.abs(linear - linear.mean(axis=0)).max(initial=0.0)

@@ -206,7 +206,7 @@ def _checked(
     harmonics = _harmonics(system, response, point, damping)
     moved = np.array([each.B @ each.x for each in harmonics], complex)
     moved = moved.reshape(len(harmonics), contacts.count, 3)
-    moved[0, :, 0] += contacts.v0
+    moved[0] += contacts.offset
     fine = march_contacts(contacts, moved, samples)
     coarse = [march_contacts(contacts, moved, samples // part) for part in (2, 4)]
     stiffness = contacts.stiffness.reshape(-1)

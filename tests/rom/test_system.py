@@ -109,8 +109,9 @@ def test_what_is_no_system_is_refused_in_one_line(make: Any, message: str) -> No
 
 def test_each_part_of_a_system_shows_itself_in_one_line() -> None:
     system = oscillator()
-    expected = "Contacts(kn=<1 float64>, kt=<1 x 2 float64>, mu=<1 float64>, v0=<1 float64>)"
-    assert repr(system.contacts) == expected.replace(")", ", joint=(), always_closed=())")
+    expected = "Contacts(kn=<1 float64>, kt=<1 x 2 float64>, mu=<1 float64>, v0=<1 float64>, "
+    expected += "joint=(), always_closed=(), slider=<1 x 2 float64>)"
+    assert repr(system.contacts) == expected
     assert "diameters={0}, contacts=<Contacts>, force={1}, output_names=('mass',)" in repr(system)
     silent = Diameter(K=[[1]], M=[[1]], C=[[0.02]], own=ROWS)
     bare = oscillator(diameters={0: silent}, output_names=())
