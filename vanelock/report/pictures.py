@@ -6,6 +6,7 @@ bytes; shaded pictures, of many colours, are kept to what the eye tells apart, i
 
 import io
 from base64 import b64encode
+from functools import lru_cache
 from pathlib import Path
 from typing import Any, Final
 
@@ -32,17 +33,23 @@ def embedded(path: Path) -> tuple[str, tuple[int, int]]:
     except OSError as error:
         raise InputError(f"{path}: cannot be read: {error.strerror or error}") from None
     try:
-        with Image.open(io.BytesIO(data), formats=list(_FORMATS)) as picture:
-            size, kind = picture.size, _FORMATS[picture.format or ""]
-            packed = _packed(picture) if features.check("webp") else data
+        return _packed(data)
     except (UnidentifiedImageError, OSError, SyntaxError, ValueError):
         raise InputError(f"{path}: is neither a PNG nor a GIF picture") from None
+
+
+@lru_cache(maxsize=128)
+def _packed(data: bytes) -> tuple[str, tuple[int, int]]:
+    """As `embedded`; a page that is written again, with animations, packs its pictures once."""
+    with Image.open(io.BytesIO(data), formats=list(_FORMATS)) as picture:
+        size, kind = picture.size, _FORMATS[picture.format or ""]
+        packed = _webp(picture) if features.check("webp") else data
     if len(packed) < len(data):
         data, kind = packed, "image/webp"
     return f"data:{kind};base64,{b64encode(data).decode('ascii')}", size
 
 
-def _packed(picture: Image.Image) -> bytes:
+def _webp(picture: Image.Image) -> bytes:
     target = io.BytesIO()
     if getattr(picture, "is_animated", False):
         frames, shown = [], []

@@ -18,6 +18,8 @@ DPI: Final = 100
 """Of an animation's figure: coarser than that of a picture, since each frame costs its pixels."""
 COLOURS: Final = 256
 """Of an animation, white among them, the same in all frames: shades do not flicker."""
+WHITE: Final = 1 << 15
+"""Its code, beyond those of 5 bits a channel."""
 
 
 def canvas(figure: Figure) -> Pixels:
@@ -37,10 +39,11 @@ def write_gif(path: style.PathLike, frames: Sequence[Pixels], milliseconds: int)
     """
     target = Path(path)
     palette = _palette(frames[:: -(-len(frames) // 4)])
-    nearest = _nearest(palette)
+    codes = [_code(frame) for frame in frames]
+    numbers = _nearest(palette, codes)
     images = []
-    for frame in frames:
-        image = Image.fromarray(_numbered(frame, nearest))
+    for code in codes:
+        image = Image.fromarray(numbers[code])
         image.putpalette(palette.tobytes())
         images.append(image)
     with placed(target) as temporary:
@@ -68,22 +71,24 @@ def _palette(frames: Sequence[Pixels]) -> Pixels:
     return palette
 
 
-def _nearest(palette: Pixels) -> Pixels:
-    """(32768,) number of the colour nearest to each one of 5 bits a channel.
+def _code(frame: Pixels) -> NDArray[np.uint16]:
+    """Each pixel's colour in 5 bits a channel; WHITE for white alone."""
+    r, g, b = (frame[:, :, i] for i in range(3))
+    r5, g5, b5 = ((channel >> 3).astype(np.uint16) for channel in (r, g, b))
+    return np.where(r & g & b == 255, np.uint16(WHITE), r5 << 10 | g5 << 5 | b5)
 
-    Pillow's own search is not exact, and takes a grey for white.
+
+def _nearest(palette: Pixels, codes: Sequence[NDArray[np.uint16]]) -> Pixels:
+    """(WHITE + 1,) number in the palette of the colour nearest to each code that occurs.
+
+    Pillow's own search is not exact, and takes a grey for white, which is number 0 here.
     """
-    levels = 8 * np.arange(32) + 3.5
-    grid = np.stack(np.meshgrid(levels, levels, levels, indexing="ij"), -1).reshape(-1, 3)
+    numbers = np.zeros(WHITE + 1, np.uint8)
+    for code in codes:
+        numbers[code] = 1
+    (used,) = np.nonzero(numbers[:WHITE])
+    colours = 8 * (used[:, None] >> np.array([10, 5, 0]) & 31) + 3.5
     shades = palette.astype(float)
-    distance = (shades**2).sum(axis=1) - 2 * grid @ shades.T  # but for what is the same for all
-    found: Pixels = distance.argmin(axis=1).astype(np.uint8)
-    return found
-
-
-def _numbered(frame: Pixels, nearest: Pixels) -> Pixels:
-    """Each pixel's number in the palette, white's being 0."""
-    r, g, b = (frame[:, :, i].astype(np.int32) >> 3 for i in range(3))
-    numbers: Pixels = nearest[(r << 10) | (g << 5) | b]
-    numbers[frame.min(axis=2) == 255] = 0
+    distance = (shades**2).sum(axis=1) - 2 * colours @ shades.T  # but for what is the same for all
+    numbers[used], numbers[WHITE] = distance.argmin(axis=1), 0
     return numbers
