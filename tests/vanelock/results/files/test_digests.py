@@ -20,41 +20,52 @@ CASES = {"mu=0.1": 0.1, "mu=0.3": 0.3}
 SYSTEMS = [f"response/{name}/system" for name in CASES]
 
 
+@pytest.fixture(scope="module")
+def known():
+    """Folders of runs that were written before, by whether they are whole."""
+    return {}
+
+
 @pytest.fixture
-def written(tmp_path, ring):
+def written(tmp_path, tmp_path_factory, ring, known):
     """Results of two cases, written as a run writes them, whole or stopped."""
 
     def write(complete=True):
-        results = Results(tmp_path / "run" / "results.h5")
-        cache = Cache(tmp_path / "cache", print)
-        results.path.parent.mkdir()
-        with results.edit() as file:
-            about = file.create_group("provenance")
-            about.create_group("versions").attrs["numpy"] = "2"
-            about.attrs.update({"date": "2026-01-01", "settings": "{}"})
-        with results.edit("system") as file:
-            results.put_system(file, "system", ring)
-        for name, mu in CASES.items():
-            changed = replace(ring, contacts=replace(ring.contacts, mu=np.full(2, mu)))
-            response = frequency_response(changed, [150.0, 300.0], Options(1))
-            kept = cache.store("response", f"key {mu}", response, 1.0).product
-            where = f"response/{name}"
-            values = {"monitor": "vane accessory 1, y", "sweep mu": mu, "peak_amplitude": 1.0}
-            with results.edit(where) as file:
-                results.put(file, where, kept, values)
-                results.put(file, f"{where}/preload", static_response(changed), {})
-                results.put_system(file, f"{where}/system", changed)
-        for name in CASES:
-            with results.edit(f"response/{name}") as file:
-                put_answers(file, f"response/{name}", {"goodman_reserve": (2.0, "")})
-        if complete:
-            with results.edit() as file:
-                file.attrs["complete"] = True
-        results.end()
-        shutil.rmtree(tmp_path / "cache")  # what it has is in the results
-        return results.path
+        if complete not in known:
+            known[complete] = run_of(ring, tmp_path_factory.mktemp("run"), complete)
+        return shutil.copytree(known[complete], tmp_path / "run") / "results.h5"
 
     return write
+
+
+def run_of(ring, folder, complete):
+    results = Results(folder / "results.h5")
+    cache = Cache(folder / "cache", print)
+    with results.edit() as file:
+        about = file.create_group("provenance")
+        about.create_group("versions").attrs["numpy"] = "2"
+        about.attrs.update({"date": "2026-01-01", "settings": "{}"})
+    with results.edit("system") as file:
+        results.put_system(file, "system", ring)
+    for name, mu in CASES.items():
+        changed = replace(ring, contacts=replace(ring.contacts, mu=np.full(2, mu)))
+        response = frequency_response(changed, [150.0, 300.0], Options(1))
+        kept = cache.store("response", f"key {mu}", response, 1.0).product
+        where = f"response/{name}"
+        values = {"monitor": "vane accessory 1, y", "sweep mu": mu, "peak_amplitude": 1.0}
+        with results.edit(where) as file:
+            results.put(file, where, kept, values)
+            results.put(file, f"{where}/preload", static_response(changed), {})
+            results.put_system(file, f"{where}/system", changed)
+    for name in CASES:
+        with results.edit(f"response/{name}") as file:
+            put_answers(file, f"response/{name}", {"goodman_reserve": (2.0, "")})
+    if complete:
+        with results.edit() as file:
+            file.attrs["complete"] = True
+    results.end()
+    shutil.rmtree(folder / "cache")  # what it has is in the results
+    return folder
 
 
 def checked(path):
