@@ -160,7 +160,6 @@ def run(
 
     Exit status 1 if some cases of a sweep could not be computed; they are listed.
     """
-    from vanelock.commands.run.study import run_study
     from vanelock.common.toml import toml_tables
     from vanelock.input.read_scene import load_scene
     from vanelock.input.read_study import is_scene, load_study, read_text
@@ -175,6 +174,9 @@ def run(
         loaded: Scene | Study = load_scene(study, allow_outside)
     else:
         loaded = load_study(study, allow_outside)
+    # What a mistake in the file need not wait for.
+    from vanelock.commands.run.study import run_study
+
     with _going_on_later(folder), choose_listener(quiet, as_json) as listener:
         if isinstance(loaded, Scene) or loaded.campaign is None:
             counter = Counter(listener)
