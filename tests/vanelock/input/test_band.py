@@ -52,7 +52,9 @@ def test_a_study_far_above_the_tenth_mode_answers_like_the_unreduced_sector(
     seen = blade.part.node_sets["accessory"][0]
     assert system.output_names[0] == "vane accessory 1"
     for i, f in enumerate(hertz):
-        x = spl.spsolve(K - (2 * np.pi * f) ** 2 * M, load)
+        dynamic = (K - (2 * np.pi * f) ** 2 * M).tocsc()
+        x = spl.splu(dynamic, "MMD_AT_PLUS_A", 0.01, options={"SymmetricMode": True}).solve(load)
+        assert np.linalg.norm(dynamic @ x - load) < 1e-9 * np.linalg.norm(load)
         true = np.abs(x[of_vane(models, seen)])
         assert np.linalg.norm(found[i, 0]) == pytest.approx(np.linalg.norm(true), rel=1e-4)
 
