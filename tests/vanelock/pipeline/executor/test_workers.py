@@ -38,7 +38,7 @@ loops = false
 animations = false
 report = false
 [sweep]
-"joints.interlock.mu" = [0.1, 0.15, 0.2, 0.3, 0.4, 0.5]
+"joints.interlock.mu" = [0.1, 0.15, 0.2, 0.3]
 """
 BEFORE = "DASK_DISTRIBUTED__COMM__TLS__"
 TIMES = ("date", "seconds", "cached")
@@ -145,7 +145,7 @@ def test_two_processes_one_of_them_killed_find_the_same_bits(alone, begun):
     assert [each.case for each in found] == [each.case for each in alone[1]]
     assert contents(begun / "results.h5") == contents(alone[0] / "results.h5")
     assert not [event for event in heard if isinstance(event, Failed)]
-    assert max(event.done for event in heard if isinstance(event, Tasks)) == 6
+    assert max(event.done for event in heard if isinstance(event, Tasks)) == 4
     assert not active_children()
 
 
@@ -162,7 +162,7 @@ def test_a_cluster_that_loses_a_worker_finds_the_same_bits(alone, begun, cluster
 
     found, heard = run(begun, scheduler=address, hook=kill)
     assert killed
-    assert len(found) == 6
+    assert len(found) == 4
     assert contents(begun / "results.h5") == contents(alone[0] / "results.h5")
     assert not [event for event in heard if isinstance(event, Failed)]
     (finished,) = [event for event in heard if isinstance(event, Finished)]
@@ -193,7 +193,7 @@ def test_a_case_that_cannot_be_computed_is_listed_and_the_rest_is_there(alone, b
 
     monkeypatch.setattr(nonlinear, "frequency_response", response)
     found, heard = run(begun)
-    assert [each.values["joints.interlock.mu"] for each in found] == [0.1, 0.15, 0.3, 0.4, 0.5]
+    assert [each.values["joints.interlock.mu"] for each in found] == [0.1, 0.15, 0.3]
     (failed,) = [event for event in heard if isinstance(event, Failed)]
     assert failed == Failed("mu=0.2", "out of memory", 2)
     with h5py.File(begun / "results.h5") as file:
@@ -205,7 +205,8 @@ def test_a_case_that_cannot_be_computed_is_listed_and_the_rest_is_there(alone, b
     assert contents(begun / "results.h5") == contents(alone[0] / "results.h5")
 
 
-def test_no_scheduler_there():
+def test_no_scheduler_there(monkeypatch):
+    monkeypatch.setattr(clusters, "PATIENCE", 0.5)
     with pytest.raises(InputError, match="no answer"):
         Cluster("tcp://127.0.0.1:9", print)
 
