@@ -2,6 +2,7 @@
 
 import json
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -71,12 +72,20 @@ def unfinished(folder):
     return [str(path) for path in Path(folder).rglob("*.tmp")]
 
 
+@pytest.fixture(scope="module")
+def begun(tmp_path_factory):
+    """A folder with a run that was interrupted, and how that ended."""
+    folder = tmp_path_factory.mktemp("begun")
+    (folder / "a.toml").write_text(STUDY)
+    return folder, stopped(folder, "response mu=0.3", signal.SIGINT)
+
+
 @pytest.mark.slow
-def test_interrupted_and_killed_runs_keep_what_was_finished(tmp_path):
-    (tmp_path / "a.toml").write_text(STUDY)
+def test_interrupted_and_killed_runs_keep_what_was_finished(begun):
+    tmp_path, ended = begun
     results = tmp_path / "runs" / "a" / "results.h5"
 
-    assert stopped(tmp_path, "response mu=0.3", signal.SIGINT) == (130, GOES_ON)
+    assert ended == (130, GOES_ON)
     with open_results(results) as file:
         assert set(file["response"]) == {"free", "stuck", "mu=0.15"}
         assert not file.attrs["complete"]
@@ -109,14 +118,17 @@ def test_interrupted_and_killed_runs_keep_what_was_finished(tmp_path):
 
 
 @pytest.mark.slow
-def test_a_stopped_run_leaves_no_unfinished_file(tmp_path):
+def test_a_stopped_run_leaves_no_unfinished_file(begun, tmp_path):
     (tmp_path / "a.toml").write_text(STUDY.replace("points = 100", "points = 3"))
     moments = {
         signal.SIGTERM: ("Done", "mesh vane"),  # gmsh has been at the signals
         signal.SIGHUP: ("Begun", "response mu=0.3"),
         signal.SIGINT: ("Done", "figures/response.png"),
     }
+    cache, kept = Path("runs", "a", "cache"), shutil.ignore_patterns("response*", "pictures.json")
     for number, (event, stage) in moments.items():
+        if stage != "mesh vane":  # which was stopped before: the rest of the parts is at hand
+            shutil.copytree(begun[0] / cache, tmp_path / cache, ignore=kept, dirs_exist_ok=True)
         assert stopped(tmp_path, stage, number, event) == (128 + number, GOES_ON)
         assert not unfinished(tmp_path)
 
