@@ -21,7 +21,7 @@ def run_one(name: str, key: str, value: float | str, folder: Path) -> Summary:
     """The example's case of one value."""
     scene = load_scene(EXAMPLES / name / "scene.toml")
     assert value in scene.sweep[key]
-    outputs = scene.outputs.model_copy(update={"report": False})
+    outputs = scene.outputs.model_copy(update={"loops": False, "report": False})
     one = scene.model_copy(update={"sweep": {key: (value,)}, "outputs": outputs})
     results: tuple[Summary, ...] = run_scene(one, folder)
     return results[0]

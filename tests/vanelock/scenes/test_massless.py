@@ -15,7 +15,8 @@ SPRINGS = (3e5, 2e5, 1e5)
 TOUCHES = (
     '[contacts.pad]\nbetween = ["one", "ground"]\npairs = [6]\nnormal = [1, 0, 0]\nkn = 1e4\n'
     'kt = 1e4\nmu = 0.3\ninterference = 1e-6\n[[loads]]\ncomponent = "one"\nnodes = [3]\n'
-    "direction = [0, 0, 1]\namplitude = 1\n[response]\nmode = 1\n[outputs]\nreport = false\n"
+    "direction = [0, 0, 1]\namplitude = 1\n[response]\nmode = 1\n[outputs]\n"
+    "loops = false\nreport = false\n"
 )
 WITHOUT = {
     "inner": slice(3, 6),

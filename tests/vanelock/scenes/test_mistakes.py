@@ -18,7 +18,7 @@ LAP = (
     "kt = 7e4\nmu = 0.2\n"
 )
 LOAD = '[[loads]]\ncomponent = "one"\nnodes = [2]\ndirection = [0, 1, 1]\namplitude = 1\n'
-QUIET = "[response]\nmode = 1\nfrequencies = [40, 60]\n[outputs]\nreport = false\n"
+QUIET = "[response]\nmode = 1\nfrequencies = [40, 60]\n[outputs]\nloops = false\nreport = false\n"
 
 
 def two(folder: Path, ground: float = 1.0) -> str:

@@ -21,6 +21,9 @@ PAD = (
 )
 
 
+QUIET = "[outputs]\nloops = false\nreport = false\n"
+
+
 def arm(folder: Path) -> str:
     """A chain on ground, its third node pressed on a pad, its last one loaded."""
     return 'name = "arm <b>"\n' + chain(1, 4, SPRINGS, ground=1.0).write(folder, "arm")
@@ -64,13 +67,13 @@ def test_a_run_leaves_results_figures_and_a_page(tmp_path: Path, scene_file: Wri
 
 
 def test_a_system_from_a_file_is_the_scene_that_made_it(tmp_path: Path, scene_file: Write) -> None:
-    path = scene_file(arm(tmp_path) + "modes = 2\n" + PAD)
+    path = scene_file(arm(tmp_path) + "modes = 2\n" + PAD + QUIET)
     joined(path).save(tmp_path / "joined.h5")
     whole = run_scene(load_scene(path), tmp_path / "whole")
     path = scene_file('[system]\nfile = "joined.h5"\n[contacts.pad]\nmu = 0.2\n')
     ready = run_scene(load_scene(path), tmp_path / "ready")
     assert ready[0].peak == whole[0].peak
-    path = scene_file('[system]\nfile = "joined.h5"\n[contacts.pad]\nmu = 0.1\n')
+    path = scene_file('[system]\nfile = "joined.h5"\n[contacts.pad]\nmu = 0.1\n' + QUIET)
     changed = run_scene(load_scene(path), tmp_path / "ready")
     assert changed[0].peak != whole[0].peak
 
@@ -91,7 +94,7 @@ def test_damping_by_a_matrix(tmp_path: Path, scene_file: Write) -> None:
 def test_the_command_runs_a_scene(
     tmp_path: Path, scene_file: Write, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    path = scene_file(arm(tmp_path) + "modes = 2\n" + PAD + "[outputs]\nreport = false\n")
+    path = scene_file(arm(tmp_path) + "modes = 2\n" + PAD + QUIET)
     with pytest.raises(SystemExit) as status:
         main(["run", str(path), "-o", str(tmp_path / "run")])
     assert not status.value.code
@@ -160,7 +163,7 @@ def test_mistakes_are_one_clear_line(
 
 def test_two_processes_leave_the_same_bits(tmp_path: Path, scene_file: Write) -> None:
     text = arm(tmp_path) + "modes = 2\n" + PAD + '[sweep]\n"contacts.pad.mu" = [0.05, 0.1, 0.2]\n'
-    scene = load_scene(scene_file(text + "[outputs]\nreport = false\n"))
+    scene = load_scene(scene_file(text + QUIET))
     held: list[dict[str, bytes]] = []
     for workers in (1, 2):
         run_scene(scene, tmp_path / f"run{workers}", workers=workers)
@@ -181,7 +184,7 @@ def test_a_case_that_cannot_be_computed_is_told_and_the_rest_goes_on(
     """Mode 9 of six is refused; a sweep over it has one case."""
     text = arm(tmp_path) + "modes = 0\n" + PAD + '[sweep]\n"response.mode" = [1, 9]\n'
     heard: list[object] = []
-    scene = load_scene(scene_file(text + "[outputs]\nreport = false\n"))
+    scene = load_scene(scene_file(text + QUIET))
     found = run_scene(scene, tmp_path / "run", heard.append)
     assert [each.case for each in found] == ["mode=1"]
     (failed,) = [event for event in heard if isinstance(event, Failed)]

@@ -234,6 +234,7 @@ frequencies = [264, 268]
 monitor = "casing accessory 1, radial"
 shapes = false
 loops = false
+report = false
 """
 
 
