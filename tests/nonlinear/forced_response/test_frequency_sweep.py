@@ -48,7 +48,7 @@ def test_every_point_from_stick_to_rattling_converges_and_is_right(
     system = random_system(seed, preload=preload)
     hertz = np.linspace(0.5, 2.5, 40) * first_frequency(system)
     for harmonics in (1, 3):
-        response = frequency_response(system, hertz, Options(harmonics))
+        response = frequency_response(system, hertz, Options(harmonics), find_jumps=False)
         assert response.converged.all()
         assert response.residual.max() < 1e-10
         q, force = (np.moveaxis(each[::5], 0, 1) for each in (response.contact, response.force))

@@ -45,7 +45,12 @@ def even(system: System) -> System:
 
 def all_three(system: System, hertz: Floats, harmonics: int, friction: str) -> list[Response]:
     return [
-        frequency_response(system, hertz, Options(harmonics, coupling=coupling, friction=friction))
+        frequency_response(
+            system,
+            hertz,
+            Options(harmonics, coupling=coupling, friction=friction),
+            find_jumps=False,
+        )
         for coupling in COUPLINGS
     ]
 
@@ -84,7 +89,9 @@ def test_harmonic_zero_is_the_static_problem(
 ) -> None:
     system = even(random_system(0, preload=1.0))
     hertz = np.array([0.8, 1.2]) * first_frequency(system)
-    response = frequency_response(system, hertz, Options(2, coupling=coupling, friction=friction))
+    response = frequency_response(
+        system, hertz, Options(2, coupling=coupling, friction=friction), find_jumps=False
+    )
     assert response.converged.all()
     assert np.any(response.dissipation > 0)
     static = static_response(system, Options(friction=friction))
@@ -287,7 +294,10 @@ def test_ranges_directions_samples_and_loops_work_with_every_coupling(
         Options(1, coupling=coupling, friction=friction, direction="down"),
     )
     sampled = frequency_response(
-        system, found.frequency[::-3], Options(1, coupling=coupling, friction=friction, samples=512)
+        system,
+        found.frequency[::-3],
+        Options(1, coupling=coupling, friction=friction, samples=512),
+        find_jumps=False,
     )
     largest = np.abs(found.contact).max()
     for other in (down, sampled):

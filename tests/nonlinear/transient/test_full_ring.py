@@ -112,8 +112,8 @@ def test_sector_balance_is_the_rings(order: int, v0: float, harmonics: int) -> N
     ring = whole(3, one)
     hertz = np.linspace(0.12, 0.3, 5)
     mine, all_ = (
-        frequency_response(one, hertz, Options(harmonics)),
-        frequency_response(ring, hertz, Options(harmonics)),
+        frequency_response(one, hertz, Options(harmonics), find_jumps=False),
+        frequency_response(ring, hertz, Options(harmonics), find_jumps=False),
     )
     assert mine.converged.all()
     assert all_.converged.all()
