@@ -74,7 +74,7 @@ def test_peaks_against_force_are_those_of_sweeps(scene, harmonics, record_proper
         centre = found.frequency[i] + 0.2 * width  # so that nothing leads to the peak but size
         for _ in range(7):
             hertz = centre + width * np.linspace(-1, 1, 9)
-            swept = frequency_response(system, hertz, Options(harmonics))
+            swept = frequency_response(system, hertz, Options(harmonics), find_jumps=False)
             size = swept.amplitude[:, node, found.direction]
             centre, width = hertz[size.argmax()], width / 4
         worst_frequency = max(worst_frequency, abs(centre / found.frequency[i] - 1))
