@@ -29,7 +29,7 @@ def test_the_tables_are_those_of_a_run(tmp_path: Path, monkeypatch: pytest.Monke
     assert changed != study()
     (tmp_path / "my.toml").write_text(changed + QUIET)
     monkeypatch.setattr("vanelock.results.figures.pictures.Pictures.draw", lambda *_: [])
-    command = ["run", str(tmp_path / "my.toml"), "--output", str(tmp_path / "my")]
+    command = ["run", str(tmp_path / "my.toml"), "--output", str(tmp_path / "my"), "--workers", "1"]
     done = CliRunner().invoke(app, command)
     assert done.exit_code == 0, done.output
     printed = [line.split() for line in done.stdout.splitlines()]

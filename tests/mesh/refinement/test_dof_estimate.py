@@ -23,7 +23,7 @@ DESIGNS: dict[str, tuple[int, dict[str, Any], dict[str, Any]]] = {
 }
 
 
-@pytest.mark.parametrize("size", [0.025, 0.009])
+@pytest.mark.parametrize("size", [0.025, 0.0125])
 @pytest.mark.parametrize("design", DESIGNS)
 def test_estimates_are_near_the_meshes(design: str, size: float) -> None:
     sectors, *changes = DESIGNS[design]
