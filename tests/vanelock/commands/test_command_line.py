@@ -1,4 +1,4 @@
-"""The command line: exit status and messages, in processes of their own."""
+"""The command line: exit status and messages, in processes of their own but for bad folders."""
 
 import subprocess
 import sys
@@ -7,6 +7,7 @@ import pytest
 
 import vanelock
 from vanelock import parse_study, template_text
+from vanelock.__main__ import main
 
 VANELOCK = [sys.executable, "-m", "vanelock"]
 
@@ -24,6 +25,22 @@ def refused(*arguments, cwd):
     assert done.stdout == ""
     assert "Traceback" not in done.stderr
     (line,) = done.stderr.splitlines()
+    return line
+
+
+@pytest.fixture
+def refused_here(tmp_path, monkeypatch, capsys):
+    """Function as `refused`, in this process and in `tmp_path`."""
+    monkeypatch.chdir(tmp_path)
+
+    def line(*arguments):
+        with pytest.raises(SystemExit) as ended:
+            main([*map(str, arguments)])
+        said = capsys.readouterr()
+        assert (ended.value.code, said.out) == (2, "")
+        (found,) = said.err.splitlines()
+        return found
+
     return line
 
 
@@ -86,46 +103,46 @@ def test_bad_studies(tmp_path, text, line):
     assert not (tmp_path / "runs").exists()
 
 
-def test_bad_folders(tmp_path):
+def test_bad_folders(tmp_path, refused_here):
     (tmp_path / "a.toml").write_text("")
     (tmp_path / "taken").write_text("a file")
     for folder in ("taken", "taken/below"):
-        line = refused("run", "a.toml", "--output", folder, cwd=tmp_path)
+        line = refused_here("run", "a.toml", "--output", folder)
         assert line.startswith(f"vanelock: {folder}: cannot be used as a folder to write to")
     # A results file that is damaged, or is something else, is left as it is.
     for content in (b"\x89HDF\r\n\x1a\n then nothing", b"my own notes"):
         mine = tmp_path / "mine" / "results.h5"
         mine.parent.mkdir(exist_ok=True)
         mine.write_bytes(content)
-        line = refused("run", "a.toml", "-o", "mine", cwd=tmp_path)
+        line = refused_here("run", "a.toml", "-o", "mine")
         assert line.startswith("vanelock: mine/results.h5: not a readable HDF5 file")
         assert mine.read_bytes() == content
         assert not (tmp_path / "mine" / "cache").exists()
 
 
-def test_a_refused_run_leaves_no_folder(tmp_path):
+def test_a_refused_run_leaves_no_folder(tmp_path, refused_here):
     (tmp_path / "a.toml").write_text('[[measured]]\nfile = "none.csv"\n')
-    refused("run", "a.toml", "-o", "out", cwd=tmp_path)
+    refused_here("run", "a.toml", "-o", "out")
     assert not (tmp_path / "out").exists()
     (tmp_path / "out").mkdir()  # one that was there stays
-    refused("run", "a.toml", "-o", "out", cwd=tmp_path)
+    refused_here("run", "a.toml", "-o", "out")
     assert (tmp_path / "out").exists()
 
 
 @pytest.mark.parametrize("name", ["figures", "shapes", "cache"])
-def test_files_where_folders_go(tmp_path, name):
+def test_files_where_folders_go(tmp_path, refused_here, name):
     (tmp_path / "a.toml").write_text("")
     (tmp_path / "out").mkdir()
     (tmp_path / "out" / name).write_text("mine")
-    line = refused("run", "a.toml", "-o", "out", cwd=tmp_path)
+    line = refused_here("run", "a.toml", "-o", "out")
     assert line.startswith(f"vanelock: out/{name}: is not a folder; move it away or name another")
     assert (tmp_path / "out" / name).read_text() == "mine"
 
 
-def test_a_folder_where_the_results_go(tmp_path):
+def test_a_folder_where_the_results_go(tmp_path, refused_here):
     (tmp_path / "a.toml").write_text("")
     (tmp_path / "out" / "results.h5").mkdir(parents=True)
-    line = refused("run", "a.toml", "-o", "out", cwd=tmp_path)
+    line = refused_here("run", "a.toml", "-o", "out")
     assert line == (
         "vanelock: out/results.h5: is a folder, not a results file; "
         "move it away or name another folder with --output"
