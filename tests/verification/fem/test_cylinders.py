@@ -128,7 +128,7 @@ def test_frequencies_converge_at_the_order_of_elements_and_walls(
     reference = between_diaphragms(cylinder_waves, 2, 3000, **THICK)
     assert len(reference) == 2
     linear = cell_type in ("tetra", "hexahedron")
-    levels = (3, 4, 5) if linear else (1, 1.5, 2)
+    levels = ((3, 4, 5) if linear else (1, 1.5, 2))[: 3 if FULL else 2]
     errors = []
     for level in levels:
         counts = [int(level * n) for n in (2, 4, 4)]

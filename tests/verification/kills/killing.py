@@ -119,7 +119,8 @@ def _watched(process: subprocess.Popen[bytes], folder: Path, moment: Moment | No
             selector.register(stream, selectors.EVENT_READ)
         while selector.get_map():
             quick = moment is not None and moment.file and not killed
-            wait = 0.0 if quick else max(0.0, min(due - time.monotonic(), 0.2))
+            early = not quick or (moment is not None and moment.stage and time.monotonic() < due)
+            wait = max(0.0, min(due - time.monotonic(), 0.2)) if early else 0.0
             for key, _ in selector.select(wait):
                 chunk = key.fileobj.read()  # type: ignore[union-attr]
                 if not chunk:

@@ -150,7 +150,7 @@ def test_no_frequency_rises_as_modes_are_added(
     if route == "paper" or not FULL:
         steps = [(5, 5, 10), (10, 10, 10), (10, 10, 20)]
     if route == "cyclic":
-        steps = [(5, 5, 0), (10, 10, 0), (20, 20, 0), (40, 40, 0)]
+        steps = [(5, 5, 0), (10, 10, 0), (20, 20, 0), (40, 40, 0)][: 4 if FULL else 3]
     truth = vane_and_casing.truth(k, "stuck")
     last, second = np.full(COUNT, np.inf), []
     for blade_modes, shell_modes, faces in steps:
