@@ -140,12 +140,13 @@ CASING_MASTERS = ("hook_front", "hook_rear", "key", "force", "accessory")
 
 
 @pytest.fixture(scope="session")
-def scene():
+def scene(coarse):
     """Models, components and system of the scene: coarse, or medium at full count."""
-    size = "medium" if os.environ.get("VANELOCK_VERIFY") == "full" else "coarse"
+    parts = coarse
+    if os.environ.get("VANELOCK_VERIFY") == "full":
+        parts = mesh.vane_segment(size="medium"), mesh.casing_sector(size="medium")
     steel = fem.Material(E=170e9, nu=0.3, rho=8200)
-    vane_model = fem.assemble(mesh.vane_segment(size=size), steel)
-    casing_model = fem.assemble(mesh.casing_sector(size=size), steel)
+    vane_model, casing_model = (fem.assemble(part, steel) for part in parts)
     vane = rom.reduce(vane_model, VANE_MASTERS)
     casing = rom.reduce(
         casing_model, CASING_MASTERS, nodal_diameters=[0, 1, 2, 3, 8], band=vane.band

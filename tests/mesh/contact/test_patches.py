@@ -24,8 +24,8 @@ SETS = ("hook_front", "hook_rear", "interlock_left", "interlock_right")
 
 
 @pytest.fixture(scope="module")
-def vane() -> Part:
-    return vane_segment(size="coarse")
+def vane(coarse: tuple[Part, Part]) -> Part:
+    return coarse[0]
 
 
 @pytest.fixture(scope="module")

@@ -9,7 +9,7 @@ import scipy.linalg
 import scipy.sparse as sp
 from scipy.sparse.linalg import spsolve
 
-from vanelock import fem, mesh, rom
+from vanelock import fem, rom
 from vanelock.common.errors import InputError
 from vanelock.mesh.contact.patch_means import averages, plane
 from vanelock.mesh.contact.patches import Patch
@@ -118,10 +118,9 @@ def test_patches_that_the_mesh_cannot_tell_apart_are_refused(block):
 
 
 @pytest.fixture(scope="module")
-def parts():
+def parts(coarse):
     # Their facets differ off the bands.
-    vane, casing = mesh.vane_segment(size="coarse"), mesh.casing_sector(size="coarse")
-    return SimpleNamespace(vane=vane, casing=casing)
+    return SimpleNamespace(vane=coarse[0], casing=coarse[1])
 
 
 def test_mates_stand_at_their_patches_centroids(parts):
@@ -166,6 +165,20 @@ def test_unreduced_means_move_rigidly(parts, k):
     assert values[2] > 1e5
 
 
+SPRINGS = (
+    rom.Joint("hook", 1.67e7, 1.67e7, 0.3, 2e-5),
+    rom.Joint("interlock", 1e6, 1e6, 0.3, 0),
+)
+
+
+@pytest.fixture(scope="module")
+def unreduced(parts):
+    """Models of both parts, and six frequencies of the sector, rad/s."""
+    models = fem.assemble(parts.vane, STEEL), fem.assemble(parts.casing, STEEL)
+    squared, _ = fem.eigenpairs(*rom.unreduced(*models, SPRINGS, 1, HOOKS + INTERLOCK), 6)
+    return models, np.sqrt(squared)
+
+
 FORTY = {"modes": 40}
 DIRECT = {"route": "direct", "interface": "followed", "interface_modes": 40}
 
@@ -176,19 +189,14 @@ DIRECT = {"route": "direct", "interface": "followed", "interface_modes": 40}
     [({"accuracy": 1e-4}, {}, 1e-4), (FORTY, DIRECT, 2e-3)],
     ids=["cyclic", "direct"],
 )
-def test_reduced_sector_with_means_matches_the_unreduced_one(parts, keep, how, close):
+def test_reduced_sector_with_means_matches_the_unreduced_one(unreduced, keep, how, close):
     """Frequencies of the joined sector; and the recovered field has the means that masters say."""
-    models = fem.assemble(parts.vane, STEEL), fem.assemble(parts.casing, STEEL)
-    joints = [
-        rom.Joint("hook", 1.67e7, 1.67e7, 0.3, 2e-5),
-        rom.Joint("interlock", 1e6, 1e6, 0.3, 0),
-    ]
+    models, exact = unreduced
     masters = (*HOOKS, *INTERLOCK, "key"), (*HOOKS, "key", "force")
     vane = rom.reduce(models[0], masters[0], **keep, averaged=HOOKS + INTERLOCK)
     casing = rom.reduce(models[1], masters[1], **keep, **how, nodal_diameters=[1], averaged=HOOKS)
-    system = rom.join(vane, casing, joints, rom.Excitation(1, force=1.0))
+    system = rom.join(vane, casing, SPRINGS, rom.Excitation(1, force=1.0))
     found, shapes = rom.linear_modes(system, 1, 6)
-    exact = np.sqrt(fem.eigenpairs(*rom.unreduced(*models, joints, 1, HOOKS + INTERLOCK), 6)[0])
     error = found / (exact / (2 * np.pi)) - 1
     assert np.all(error > -1e-9)
     assert np.all(error < close)

@@ -48,8 +48,8 @@ def made(tmp_path_factory):
 
 
 @pytest.fixture(scope="module")
-def parts():
-    return mesh.vane_segment(size="coarse"), mesh.casing_sector(size="coarse")
+def parts(coarse):
+    return coarse
 
 
 def rows(path):

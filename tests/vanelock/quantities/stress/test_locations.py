@@ -17,8 +17,8 @@ def study():
 
 
 @pytest.fixture(scope="module")
-def vane(study):
-    return mesh.vane_segment(size="coarse")
+def vane(coarse):
+    return coarse[0]
 
 
 @pytest.fixture(scope="module")

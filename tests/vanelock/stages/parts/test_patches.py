@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from vanelock import fem, mesh, open_results, parse_study, rom, run_study
+from vanelock import fem, open_results, parse_study, rom, run_study
 from vanelock.common.errors import InputError
 from vanelock.nonlinear import Response
 from vanelock.stages.parts.components import averaged
@@ -40,12 +40,11 @@ def test_each_joint_says_what_its_contacts_act_on():
 
 
 @pytest.mark.slow
-def test_hooks_on_nodes_and_on_patches_side_by_side(tmp_path):
+def test_hooks_on_nodes_and_on_patches_side_by_side(tmp_path, coarse):
     """A run has the frequencies of either unreduced sector, to the accuracy of the reduction."""
     run_study(parse_study(STUDY), tmp_path / "run", lambda event: None, STUDY)
     steel = fem.Material(E=170e9, nu=0.3, rho=8200.0)
-    parts = mesh.vane_segment(size="coarse"), mesh.casing_sector(size="coarse")
-    models = [fem.assemble(part, steel) for part in parts]
+    models = [fem.assemble(part, steel) for part in coarse]
     hook = rom.Joint("hook", 1.67e7, 1.67e7, 0.3, 20e-6)
     found = {}
     with open_results(tmp_path / "run" / "results.h5") as file:
