@@ -41,16 +41,20 @@ class Parameter:
     ----------
     name : str
         "force": factor of the excitation of all harmonics h >= 1; the static load stays. "mu":
-        coefficient of friction. "interference": v0, m.
+        coefficient of friction. "interference": v0, m. "slider": way from one place of the
+        sliders, 0, to another, 1.
     contacts : (c,) bool
         Contacts whose friction or interference it is.
     logarithmic : bool
         Whether it is moved along by its logarithm.
+    sliders : (2, c, 2) float, optional
+        The two places, m.
     """
 
     name: str
     contacts: NDArray[np.bool_]
     logarithmic: bool
+    sliders: Floats | None = None
 
     def coordinate(self, value: float) -> float:
         """The value itself, or its logarithm."""
@@ -65,6 +69,10 @@ class Parameter:
             }
             return replace(system, force=force)
         contacts = system.contacts
+        if self.sliders is not None:
+            begin, end = self.sliders
+            slider = (1 - value) * begin + value * end
+            return replace(system, contacts=replace(contacts, slider=slider))
         if self.name == "mu":
             mu = np.where(self.contacts, value, contacts.mu)
             return replace(system, contacts=replace(contacts, mu=mu))

@@ -99,11 +99,14 @@ class Resonance:
         Output node and direction.
     tolerance : float
         Relative residual of the solutions.
+    condition : float
+        Distance from the peak, in its half-widths, that counts as converged.
     """
 
     family: Frequencies
     component: tuple[int, int]
     tolerance: float
+    condition: float = CONDITION
 
     @property
     def structure(self) -> Structure:
@@ -187,7 +190,7 @@ class Resonance:
                 bend = (here.slope - before.slope) / span / here.amplitude
             width = 1 / np.sqrt(abs(bend))
             distance = here.slope * width / here.amplitude
-            if abs(distance) < CONDITION and bend < 0:
+            if abs(distance) < self.condition and bend < 0:
                 return _peak(here, bend, abs(distance), known, False)
             low = max((r.solution.omega for r in known if r.slope > 0), default=None)
             high = min((r.solution.omega for r in known if r.slope < 0), default=None)
@@ -196,7 +199,7 @@ class Resonance:
             if low is not None and high is not None:
                 if not 0 < high - low:
                     return None  # two maxima with a minimum between them
-                if high - low < 1e-13 * high:
+                if high - low < max(1e-13 * high, self.condition**2 * width):
                     if abs(np.log(here.amplitude / before.amplitude)) > 1e-6:
                         return None  # not a kink but a fold
                     return _peak(here, bend, abs(distance), known, True)
@@ -247,7 +250,7 @@ class Resonance:
             return None
         distance = abs(slope) / np.sqrt(-bend) / amplitude
         total = replace(found.solution, iterations=spent + found.solution.iterations)
-        return PeakPoint(total, amplitude, bend, distance, found.spent, distance > CONDITION)
+        return PeakPoint(total, amplitude, bend, distance, found.spent, distance > self.condition)
 
 
 def _peak(

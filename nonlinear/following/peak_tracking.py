@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from vanelock.common.errors import InputError
 from vanelock.nonlinear.following.parameters import Parameter
-from vanelock.nonlinear.following.peak import PeakPoint, Resonance
+from vanelock.nonlinear.following.peak import CONDITION, PeakPoint, Resonance
 from vanelock.nonlinear.forced_response.options import PreparedSystem
 from vanelock.nonlinear.newton.newton import Solution
 
@@ -52,6 +52,8 @@ class PeakTrack:
         Output node and direction; None: that of the largest amplitude at the first peak.
     span : float
         Range of the parameter's coordinate.
+    condition : float
+        As of `Resonance`.
     """
 
     at: Callable[[float], PreparedSystem]
@@ -59,12 +61,14 @@ class PeakTrack:
     range: tuple[float, float]
     component: tuple[int, int] | None
     span: float
+    condition: float = CONDITION
 
     def _peak(self, value: float, omega: float, near: PeakPoint, w: Floats) -> PeakPoint | None:
         """The peak near a frequency, from a guess of w and of its neighbour's curvature."""
         assert self.component is not None
         ready = self.at(value)
-        find = Resonance(ready.solver.family, self.component, ready.options.tolerance).peak
+        family, tolerance = ready.solver.family, ready.options.tolerance
+        find = Resonance(family, self.component, tolerance, self.condition).peak
         asked = value, omega, near.bend, w
         return ready.replay("peak", asked, lambda: find(omega, w, near.bend, near.solution.kept))
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from vanelock.input.cases.names import words
-from vanelock.nonlinear import OPEN, Response
+from vanelock.nonlinear import OPEN, SLIP, SLIP_OPEN, STUCK, Response, StaticBounds
 from vanelock.nonlinear.forced_response.response import half_peak_to_peak
 from vanelock.stages.campbell.speed_lines import Lines
 from vanelock.stages.response.summary import Peak, Summary
@@ -21,6 +21,8 @@ ALIKE = 0.8
 """Least modal assurance criterion between the mode of interest free and stuck."""
 OPEN_SHARE = 0.1
 """Of a joint's contacts that the limits hold closed, how many may be open at rest."""
+TOLD = 0.01
+"""Range of a joint's load at rest, relative to that load, from which it is told."""
 HARMONICS = 0.1
 """Motion of the contacts by harmonics beyond the band, over that by the first."""
 SPEEDS = (0.05, 5e4)
@@ -108,6 +110,26 @@ def open_at_rest(static: Response, joints: Sequence[str], held: Iterable[str]) -
             lines.append(
                 f"{still} of {count} contacts of {name} are open at rest: the linear limits, which "
                 "hold them closed, and all that is compared with them mean nothing"
+            )
+    return lines
+
+
+def static_friction(
+    bounds: StaticBounds, joints: Sequence[str], response: Response, peak: Peak
+) -> list[str]:
+    """Between which loads joints that slip may be held at rest by contacts that stick."""
+    state, names = response.state[peak.point], np.array(joints)
+    if not np.any((state == STUCK) & (response.mu > 0)):
+        return []
+    lines = []
+    for name, (low, here, high) in zip(bounds.joints, bounds.rest_load, strict=True):
+        slips = np.isin(state[names == name], (SLIP, SLIP_OPEN)).any()
+        if slips and high - low > TOLD * max(here, low):
+            most = f"{high:.3g} N a sector" if np.isfinite(high) else "any load"
+            lines.append(
+                f"static friction of contacts that stick is not determined: it can hold {name} at "
+                f"rest at {low:.3g} N to {most} ({here:.3g} N if assembled unstressed, as here), "
+                "and the peak depends on which"
             )
     return lines
 

@@ -318,7 +318,8 @@ class Run:
         ]
         loose = self._loose[planned.preload.key]
         found = summarise(case, system.contacts, response, peak, limits, linear, seconds, loose)
-        lines = (*notes(sweeps), *doubts(solved, peak, limits, loose, self.stages))
+        first = case.name == self.planned[0].case.name
+        lines = (*notes(sweeps), *doubts(solved, peak, limits, loose, first, self.stages))
         found = replace(found, sweeps=tuple(sweeps), warnings=lines)
         if solved.other is not None and response.direction == "down":
             self._turned.add(case.name)

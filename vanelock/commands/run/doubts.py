@@ -11,14 +11,19 @@ from vanelock.quantities import warnings
 from vanelock.quantities.contacts.places import places_on
 from vanelock.rom import Contacts
 from vanelock.stages.response.limits import Limits
+from vanelock.stages.response.responses import static_bounds_step
 from vanelock.stages.response.summary import Peak
 from vanelock.stages.sweep.retries import Solved
 
 
 def doubts(
-    solved: Solved, peak: Peak | None, limits: Limits, loose: bool, stages: Stages
+    solved: Solved, peak: Peak | None, limits: Limits, loose: bool, first: bool, stages: Stages
 ) -> Iterator[str]:
-    """Lines on a case; `loose` says whether a part is held by no contact that is closed at rest."""
+    """Lines on a case.
+
+    `loose` says whether a part is held by no contact that is closed at rest, `first` whether the
+    case is a run's first one, whose static friction is looked at.
+    """
     planned, given = solved.planned, solved.planned.case.given
     contacts = stages.get(planned.system).contacts
     if loose:
@@ -36,6 +41,9 @@ def doubts(
     held = contacts.always_closed or tuple(dict.fromkeys(contacts.joints))
     yield from warnings.open_at_rest(solved.static, contacts.joints, held)
     if peak is not None:
+        if first and not loose and given.response.friction == "orthogonal":
+            bounds = stages.get(static_bounds_step(planned.system))
+            yield from warnings.static_friction(bounds, contacts.joints, solved.response, peak)
         yield from warnings.large(solved.response, peak, *small, points)
         yield from warnings.beyond_band(solved.response, peak, limits.band)
     if solved.campbell is not None:

@@ -8,7 +8,7 @@ from typing import Any, Literal, TypeAlias
 from vanelock import nonlinear
 from vanelock.input.cases.values import Given
 from vanelock.input.schema.scene import DAMPING
-from vanelock.nonlinear import HarmonicModes, Journal, Response
+from vanelock.nonlinear import HarmonicModes, Journal, Response, StaticBounds
 from vanelock.pipeline.step import SHARED, Step, step
 from vanelock.rom import Component, System
 from vanelock.stages.response.limits import Limits, dense, frequencies, limits
@@ -49,6 +49,12 @@ def preload_step(friction: str, system: Step[System]) -> Step[Response]:
         return nonlinear.static_response(system, nonlinear.Options(friction=friction))
 
     return step("preload", "nonlinear", {"friction": friction}, Response, (system,), compute)
+
+
+@lru_cache(maxsize=SHARED)
+def static_bounds_step(system: Step[System]) -> Step[StaticBounds]:
+    """Between which loads undetermined static friction may hold each joint at rest."""
+    return step("static bounds", "nonlinear", {}, StaticBounds, (system,), nonlinear.static_bounds)
 
 
 @lru_cache(maxsize=SHARED)

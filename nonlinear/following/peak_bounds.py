@@ -1,0 +1,184 @@
+"""Between which values static friction, which a model leaves undetermined, may move a peak.
+
+Contacts that stick for good hold any friction within Coulomb's limit; their sliders' places decide
+which, and how the joints that slip are loaded. Over all places at rest (`static_bounds`) the least
+and the largest peak are looked for from several starts: places at which the load of a slipping
+joint is least and largest, and random ones. From the best of them on, each step is a linear
+programme along the peak's own gradient, and every peak is solved: on the way to each new place,
+too, since peaks do not change steadily. The bounds are found, not proved.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vanelock.common.errors import InputError
+from vanelock.common.product import Product
+from vanelock.nonlinear.balance.stuck_modes import StuckModes
+from vanelock.nonlinear.following.parameter_response import joined
+from vanelock.nonlinear.following.peak import CONDITION, PeakPoint
+from vanelock.nonlinear.following.peak_tracking import named_component
+from vanelock.nonlinear.following.rest_states import Joints, rest_states
+from vanelock.nonlinear.following.slider_search import Ends, Progress, Search
+from vanelock.nonlinear.forced_response.frequencies import checked_range
+from vanelock.nonlinear.forced_response.options import Options
+from vanelock.nonlinear.forced_response.replay import Journal, replaying
+from vanelock.nonlinear.forced_response.response import Response
+from vanelock.nonlinear.fourier.threads import one_thread
+from vanelock.nonlinear.fourier.trigonometric import TURN
+from vanelock.rom.system import System
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class PeakBounds(Product):
+    """The least peak that was found, that with sliders assembled at zero, and the largest.
+
+    Attributes
+    ----------
+    output : str
+        Name of the output node whose peak it is.
+    direction : int
+        Its direction, 0, 1 or 2.
+    frequency : (3,) float
+        Of the peaks, Hz.
+    amplitude : (3,) float
+        Half the peak-to-peak of the output, m.
+    slider : (3, c, 2) float
+        Where the sliders were assembled, m.
+    joints : tuple of str
+        The joints, in the order of `rest_load` and `mean_load`.
+    rest_load, mean_load : (3, j) float
+        Sum of the normal forces of each joint's contacts in a sector, N, at rest and in the mean of
+        the vibration.
+    found_by : tuple of str
+        How each was found: "assembled at zero", "load", "gradient" or "random".
+    stationary : (3,) bool
+        Whether a linear programme along the gradient led no further from there.
+    converged : (3,) bool
+        Whether each peak's balance and extremum condition are solved, or the peak is sharp.
+    drawn : (d,) float
+        Peaks at random places, m.
+    solved : int
+        Frequencies solved.
+    response : Response
+        The whole state at each peak, three points; `system_at` gives the systems that they are of.
+    """
+
+    output: str
+    direction: int
+    frequency: Floats = field(metadata={"unit": "Hz"})
+    amplitude: Floats = field(metadata={"unit": "m"})
+    slider: Floats = field(metadata={"unit": "m"})
+    joints: tuple[str, ...]
+    rest_load: Floats = field(metadata={"unit": "N"})
+    mean_load: Floats = field(metadata={"unit": "N"})
+    found_by: tuple[str, ...]
+    stationary: NDArray[np.bool_]
+    converged: NDArray[np.bool_]
+    drawn: Floats = field(metadata={"unit": "m"})
+    solved: int
+    response: Response
+
+    def system_at(self, system: System, which: int) -> System:
+        """The system whose peak is the least (0), that at zero (1) or the largest (2)."""
+        return replace(system, contacts=replace(system.contacts, slider=self.slider[which]))
+
+
+@one_thread
+def peak_bounds(
+    system: System,
+    near: tuple[float, float],
+    options: Options = Options(),
+    output: tuple[str, int] | None = None,
+    joints: Joints = "all",
+    share: float = 1.0,
+    starts: int = 4,
+    tolerance: float = 1e-2,
+    seed: int = 1,
+    progress: Progress | None = None,
+    modes: Mapping[int, StuckModes] | None = None,
+    journal: Journal | None = None,
+) -> PeakBounds:
+    """Between which values undetermined static friction may move the highest peak of a range.
+
+    Parameters
+    ----------
+    system : System
+        Its own sliders are not looked at.
+    near : (float, float)
+        Range of frequencies in which the peak is looked for, Hz.
+    options : Options
+        Coupled, with orthogonal friction and one harmonic at least.
+    output : (str, int), optional
+        Name of the output node and direction, 0 to 2; by default those of the largest amplitude.
+    joints : str, sequence of str or (c,) bool
+        Those whose static friction is undetermined.
+    share : float
+        Share of Coulomb's limit by which friction at rest may differ from that with sliders
+        assembled at zero; 0: nothing but that one's peak.
+    starts : int
+        Random places to start from, each for both bounds.
+    tolerance : float
+        Relative change of a peak below which a search ends.
+    seed : int
+        Of the random places.
+    progress : callable, optional
+        Called after each peak with (peaks solved, amplitude in m).
+    modes : dict of int to StuckModes, optional
+        As of `frequency_response`.
+    journal : Journal, optional
+        As of `frequency_response`.
+
+    Raises
+    ------
+    InputError
+        As of `frequency_response` and `static_bounds`, or if no peak lies in the range.
+    """
+    if starts < 0:
+        raise InputError(f"starts: given {starts}: must be >= 0")
+    if not tolerance > 0:
+        raise InputError(f"tolerance: given {tolerance}: must be > 0")
+    if options.coupling != "coupled" or options.samples is not None:
+        raise InputError("options: bounds are of coupled balances with located events")
+    hertz = checked_range(near, "near")
+    states = rest_states(system, joints, share, options, modes)
+    at_zero = states.system
+    component = named_component(at_zero.output_names, output)
+    ready = options.prepare(at_zero, hertz, 1000, modes, replaying(journal, PeakPoint))
+    search = Search(ready, states, tuple(TURN * hertz), component, progress)
+    return _collected(search.extremes(starts, tolerance, np.random.default_rng(seed)))
+
+
+def _collected(ends: Ends) -> PeakBounds:
+    """Put three places into arrays."""
+    search, places = ends.search, [place for place, _ in ends.places]
+    states, system = search.states, search.states.system
+    joints = tuple(dict.fromkeys(system.contacts.joints))
+    masks = np.array([[each == joint for each in system.contacts.joints] for joint in joints])
+    rest = np.array([states.solved(place.slider).force[0, 0, :, 0].real for place in places])
+    responses = [search.at(place.slider).response([place.peak.solution]) for place in places]
+    response = joined(responses, system.contacts.mu)[0]
+    distance = np.array([place.peak.distance for place in places])
+    sharp = np.array([place.peak.sharp for place in places])
+    assert search.component is not None
+    node, direction = search.component
+    return PeakBounds(
+        output=system.output_names[node],
+        direction=direction,
+        frequency=response.frequency,
+        amplitude=np.array([place.peak.amplitude for place in places]),
+        slider=np.array([place.slider for place in places]),
+        joints=joints,
+        rest_load=rest.clip(0) @ masks.T,
+        mean_load=response.force[:, 0, :, 0].real @ masks.T,
+        found_by=tuple(place.found_by for place in places),
+        stationary=np.array([stationary for _, stationary in ends.places]),
+        converged=response.converged & ((distance < CONDITION) | sharp),
+        drawn=np.array(ends.drawn),
+        solved=sum(search.solved),
+        response=response,
+    )

@@ -1,0 +1,185 @@
+"""Peaks that static friction may move: closed forms, differences, random places."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from functools import cache
+from typing import Any
+
+import numpy as np
+import pytest
+
+from tests.nonlinear.following.test_peak import DAMPING, KT, K, jenkins_peak
+from vanelock.common.errors import InputError
+from vanelock.nonlinear import (
+    Options,
+    audit_response,
+    frequency_response,
+    peak_bounds,
+    static_bounds,
+    time_response,
+)
+from vanelock.nonlinear.following.peak import Resonance
+from vanelock.nonlinear.following.peak_gradient import slider_gradient
+from vanelock.rom.system import Contacts, Diameter, Force, System
+
+NEAR = (0.1, 0.3)
+MU = 0.5
+
+
+def held_pad(force: float) -> System:
+    """The oscillator of `test_peak`, its pad pressed on by a plate that a clamp holds.
+
+    Coordinates: the mass, and the plate, on which the clamp's friction acts.
+    """
+    own = np.zeros((2, 3, 2))
+    own[0, 1, 0] = own[0, 0, 1] = 1.0  # the pad slides with the mass, the plate presses it
+    own[1, 1, 1] = 1.0  # the clamp slides with the plate
+    return System(
+        sectors=1,
+        engine_order=0,
+        diameters={
+            0: Diameter(
+                K=np.diag([K, 1.0]),
+                M=np.eye(2),
+                C=np.diag([DAMPING, DAMPING]),
+                own=own,
+                output=np.array([[[0.0, 0.0], [1.0, 0.0], [0.0, 0.0]]]),
+            )
+        },
+        contacts=Contacts(
+            kn=np.array([2.0, 1.0]),
+            kt=np.array([[KT, KT], [1.0, 1.0]]),
+            mu=np.array([MU, 0.3]),
+            v0=np.array([1.0, 2.0]),
+            joint=("pad", "clamp"),
+        ),
+        force={1: Force(np.array([force, 0.0], complex))},
+        output_names=("mass",),
+    )
+
+
+def peak_by_load(force: float, load: float) -> float:
+    return jenkins_peak(force, MU * load)[1]
+
+
+@pytest.mark.parametrize("force", [0.1, 1.0])
+def test_the_peak_is_that_of_the_loads_a_clamp_can_hold(force: float) -> None:
+    system = held_pad(force)
+    loads = static_bounds(system, "pad").rest_load[0]
+    found = peak_bounds(system, NEAR, Options(1))
+    assert found.converged.all()
+    assert found.joints == ("pad", "clamp")
+    for amplitude, load in zip(found.amplitude, found.rest_load[:, 0], strict=True):
+        assert amplitude == pytest.approx(peak_by_load(force, load), rel=1e-9)
+    possible = [peak_by_load(force, load) for load in np.linspace(loads[0], loads[2], 400)]
+    assert found.amplitude[0] == pytest.approx(min(possible), rel=2e-3)
+    assert found.amplitude[2] == pytest.approx(max(possible), rel=2e-3)
+    assert found.amplitude[2] > 1.05 * found.amplitude[0]
+    assert found.solved > 10
+
+
+def test_each_bound_is_a_wave_that_audit_and_time_confirm() -> None:
+    system = held_pad(1.0)
+    found = peak_bounds(system, NEAR, Options(3))
+    for i in range(3):
+        moved, response = found.system_at(system, i), found.response.at([i])
+        assert audit_response(moved, response).residual[0] < 1e-6
+        marched = time_response(moved, found.frequency[i], 3, steps=2000, start=(response, 0))
+        assert marched.departure.max() < 2e-2
+
+
+def test_a_share_of_nothing_is_the_peak_assembled_at_zero() -> None:
+    found = peak_bounds(held_pad(1.0), NEAR, Options(1), share=0.0)
+    np.testing.assert_array_equal(found.amplitude, [found.amplitude[1]] * 3)
+    assert not found.slider.any()
+    assert set(found.found_by) == {"assembled at zero"}
+
+
+def test_where_all_slips_there_is_one_peak(random_system: Callable[..., System]) -> None:
+    system = random_system(3, contacts=1, mu=0.02, harmonics=1)
+    found = peak_bounds(system, (0.1, 0.5), Options(1), starts=2)
+    np.testing.assert_allclose(found.amplitude, found.amplitude[1], rtol=1e-10)
+
+
+@cache
+def oblique() -> System:
+    """The held pad in general position, with a second clamp."""
+    rng = np.random.default_rng(4)
+    system = held_pad(0.3)
+    own = np.concatenate([system.diameters[0].own, np.zeros((1, 3, 2))])
+    own = own + 0.1 * rng.normal(size=own.shape)
+    contacts = Contacts(
+        kn=np.array([2.0, 1.0, 1.5]),
+        kt=np.array([[KT, KT], [1.0, 1.2], [0.8, 0.9]]),
+        mu=np.array([MU, 1.5, 1.5]),
+        v0=np.array([1.0, 4.0, 4.0]),
+        joint=("pad", "clamp", "clamp"),
+    )
+    diameter = replace(system.diameters[0], own=own)
+    return replace(system, contacts=contacts, diameters={0: diameter})
+
+
+@pytest.mark.parametrize("harmonics", [1, 4])
+def test_the_gradient_is_that_of_differences(harmonics: int) -> None:
+    found = peak_bounds(oblique(), NEAR, Options(harmonics), share=0.0)
+    component = (0, found.direction)
+
+    def peak(slider: np.ndarray):
+        moved = replace(oblique(), contacts=replace(oblique().contacts, slider=slider))
+        ready = Options(harmonics).prepare(moved, NEAR, 1000)
+        resonance = Resonance(ready.solver.family, component, 1e-12)
+        begun = ready.solver.sweep(np.array([2 * np.pi * found.frequency[1]]))
+        solution = next(iter(begun))
+        return resonance, resonance.peak(solution.omega, solution.w, -1e4)
+
+    here = np.array([[0.0, 0.0], [0.05, -0.03], [0.02, 0.04]])
+    resonance, at = peak(here)
+    assert not at.solution.w[1:].any()  # the clamps hold where they were assembled
+    gradient = slider_gradient(resonance, at.solution)
+    assert not gradient[:, 0].any()
+    step = 1e-4
+    for contact in range(3):
+        for way in range(2):
+            aside = np.zeros((3, 2))
+            aside[contact, way] = step
+            change = peak(here + aside)[1].amplitude - peak(here - aside)[1].amplitude
+            expected = gradient[contact, 1 + way]
+            assert change / (2 * step) == pytest.approx(expected, rel=1e-5, abs=1e-7)
+    assert np.abs(gradient[1:]).max() > 1e-2
+    assert abs(gradient[0, 1]) < 1e-9  # the pad slips there
+
+
+def test_no_random_place_lies_outside() -> None:
+    system, random = oblique(), np.random.default_rng(2)
+    found = peak_bounds(system, NEAR, Options(1), starts=2)
+    low, _, high = found.amplitude
+    for _ in range(20):
+        slider = 4 * random.normal(size=(3, 2)) * random.uniform()
+        moved = replace(system, contacts=replace(system.contacts, slider=slider))
+        drawn = highest_of(moved)
+        assert 0.99 * low < drawn < 1.01 * high
+
+
+def highest_of(system: System) -> float:
+    """The highest amplitude of a fine sweep, m."""
+    response = frequency_response(system, NEAR, Options(1), find_jumps=False)
+    return float(response.amplitude.max())
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"near": (0.3, 0.1)}, "near"),
+        ({"near": (0.5, 0.6)}, "near: no peak was found in it"),
+        ({"share": -1.0}, "share: given -1.0: needs 0 to 1"),
+        ({"joints": "hub"}, "closed: given 'hub'"),
+        ({"options": Options(1, friction="isotropic")}, "isotropic"),
+        ({"options": Options(1, coupling="uncoupled")}, "bounds are of coupled balances"),
+        ({"options": Options(0)}, "harmonics: given 0"),
+        ({"starts": -1}, "starts: given -1"),
+        ({"tolerance": 0.0}, "tolerance: given 0.0"),
+    ],
+)
+def test_wrong_questions_are_refused(options: dict[str, Any], message: str) -> None:
+    with pytest.raises(InputError, match=message):
+        peak_bounds(held_pad(1.0), **{"near": NEAR, "options": Options(1), **options})

@@ -1,0 +1,136 @@
+"""Loads that static friction may hold: a closed form, all states on a grid, random ones."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from vanelock.common.errors import InputError
+from vanelock.nonlinear import Options, StaticBounds, audit_response, static_bounds, static_response
+from vanelock.rom.system import Contacts, Diameter, System
+
+Make = Callable[..., System]
+
+K, KN, KT, MU, V0 = 2.0, np.array([0.5, 0.8]), 0.7, 0.4, np.array([1.0, 1.5])
+OBLIQUE = 0.3
+"""What the second contact closes by where the first closes by 1."""
+
+
+def wedge() -> System:
+    """One coordinate that closes a pad, and slides and closes a wedge."""
+    own = np.zeros((2, 3, 1))
+    own[0, 0], own[1, 1], own[1, 0] = 1, 1, OBLIQUE
+    return System(
+        sectors=1,
+        engine_order=1,
+        diameters={0: Diameter(K=np.array([[K]]), M=np.eye(1), own=own)},
+        contacts=Contacts(KN, np.full((2, 2), KT), np.full(2, MU), V0, ("pad", "wedge")),
+        force={},
+        output_names=(),
+        damping_ratio=0.01,
+    )
+
+
+def named(system: System, *joints: str) -> System:
+    return replace(system, contacts=replace(system.contacts, joint=joints))
+
+
+def wedge_load(used: float) -> float:
+    """The pad's load where the wedge holds a share of its limit, N.
+
+    K x + kn₁ (x + v₁) + β kn₂ (βx + v₂) + t = 0,      t = used μ kn₂ (βx + v₂).
+    """
+    by_wedge = KN[1] * (OBLIQUE + used * MU)
+    x = -(KN[0] * V0[0] + by_wedge * V0[1]) / (K + KN[0] + by_wedge * OBLIQUE)
+    return float(KN[0] * (x + V0[0]))
+
+
+@pytest.mark.parametrize("share", [1.0, 0.4])
+def test_a_wedge_holds_a_pad_between_the_loads_of_its_closed_form(share: float) -> None:
+    found = static_bounds(wedge(), "pad", share=share)
+    force = static_response(wedge()).force[0, 0, 1].real
+    used = force[1] / (MU * force[0])
+    expected = [wedge_load((1 - share) * used + sign * share) for sign in (1, -1)]
+    low, nominal, high = found.rest_load[0]
+    np.testing.assert_allclose([low, high], sorted(expected), rtol=1e-9)
+    assert low < nominal < high
+    assert found.converged.all()
+
+
+def test_a_wedge_that_holds_itself_may_hold_any_load() -> None:
+    # K + kn₁ + β kn₂ (β - μ) = 0: pulling it in presses it on as much as it takes.
+    least = OBLIQUE + (K + KN[0]) / (OBLIQUE * KN[1])
+    for mu, wedges in ((0.99 * least, False), (1.01 * least, True)):
+        contacts = replace(wedge().contacts, mu=np.array([MU, mu]))
+        found = static_bounds(replace(wedge(), contacts=contacts), "pad")
+        assert np.isinf(found.rest_load[0, 2]) == wedges
+        assert found.converged.all()
+
+
+def test_a_share_of_nothing_is_the_state_assembled_at_zero_to_the_bit() -> None:
+    found = static_bounds(wedge(), "pad", share=0.0)
+    expected = static_response(wedge()).force[0, 0, 0, 0].real
+    np.testing.assert_array_equal(found.rest_load, [[expected] * 3])
+    assert not found.slider.any()
+
+
+def test_only_the_joints_that_are_named_are_undetermined() -> None:
+    found = static_bounds(wedge(), "pad", joints="pad")
+    np.testing.assert_allclose(found.rest_load, found.rest_load[0, 1], rtol=1e-9)
+
+
+def test_no_state_on_a_grid_lies_outside_and_some_come_close(random_system: Make) -> None:
+    system = named(random_system(5, contacts=2, mu=0.4, harmonics=1), "first", "second")
+    found = static_bounds(system, "first")
+    reach = 1.5 * np.abs(found.slider).max()
+    loads = []
+    for first in np.linspace(-reach, reach, 7):
+        for second in np.linspace(-reach, reach, 7):
+            for third in np.linspace(-reach, reach, 7):
+                slider = np.array([[first, second], [third, 0.0]])
+                contacts = replace(system.contacts, slider=slider)
+                state = static_response(replace(system, contacts=contacts))
+                loads.append(state.force[0, 0, 0, 0].real)
+    low, _, high = found.rest_load[0]
+    assert low - 1e-9 * high < min(loads) < low + 0.2 * (high - low)
+    assert high - 0.2 * (high - low) < max(loads) < high * (1 + 1e-9)
+
+
+def test_each_end_is_a_state_at_rest(random_system: Make) -> None:
+    system = named(random_system(2, mu=0.4, harmonics=1), *"aabbbb")
+    found = static_bounds(system)
+    assert found.joints == ("a", "b")
+    for i, chosen in enumerate((slice(0, 2), slice(2, 6))):
+        for slider, load in zip(found.slider[i], found.rest_load[i], strict=True):
+            moved = replace(system, contacts=replace(system.contacts, slider=slider))
+            state = static_response(moved)
+            assert audit_response(moved, state).residual[0] < 1e-9
+            total = state.force[0, 0, chosen, 0].real.sum()
+            assert total == pytest.approx(load, rel=1e-9, abs=1e-12)
+
+
+def test_bounds_are_saved_and_loaded(tmp_path: Path) -> None:
+    found = static_bounds(wedge())
+    found.save(tmp_path / "bounds.h5")
+    again = StaticBounds.load(tmp_path / "bounds.h5")
+    assert again.joints == ("pad", "wedge")
+    np.testing.assert_array_equal(again.rest_load, found.rest_load)
+    np.testing.assert_array_equal(again.slider, found.slider)
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"of": "hub"}, "of: given 'hub': joints are pad, wedge"),
+        ({"share": 1.2}, "share: given 1.2: needs 0 to 1"),
+        ({"share": float("nan")}, "share: given nan: needs 0 to 1"),
+        ({"options": Options(friction="isotropic")}, "friction: given 'isotropic'"),
+        ({"joints": np.ones(3, bool)}, r"given bool of shape \(3,\): needs bool, \(2,\)"),
+    ],
+)
+def test_wrong_questions_are_refused(options: dict[str, Any], message: str) -> None:
+    with pytest.raises(InputError, match=message):
+        static_bounds(wedge(), **{"of": "pad", **options})

@@ -1,0 +1,142 @@
+"""Bounds over static friction: a mixed-integer programme, random places, the vane."""
+
+import os
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.optimize import Bounds, LinearConstraint, milp
+
+from tests.nonlinear.conftest import random_system
+from tests.verification.nonlinear.test_time_integration import spring_ring
+from vanelock.nonlinear import (
+    Options,
+    System,
+    audit_response,
+    frequency_response,
+    linear_response,
+    peak_bounds,
+    static_bounds,
+)
+from vanelock.nonlinear.balance.balance import structure
+
+FULL = os.environ.get("VANELOCK_VERIFY") == "full"
+FAR = 50.0
+"""Bound of all displacements of the mixed-integer programme, in those of the stuck structure."""
+
+
+def proved_loads(system: System, chosen: np.ndarray) -> list[float]:
+    """Least and largest load of some contacts at rest, N, by branch and bound.
+
+    Unknowns: all w, and whether each contact is closed. Without linear algebra of the program's
+    but the receptances.
+    """
+    balance = structure(system, 0).balance(0.0)
+    R, linear = balance.columns.all(0).real, balance.linear[:, :, 0].reshape(-1)
+    contacts, c = system.contacts, system.contacts.count
+    scale = np.abs(linear).max()
+    linear, stretch, normal = linear / scale, R - np.eye(3 * c), 3 * np.arange(c)
+    none, each = np.zeros((c, c)), np.eye(c)
+    matrices = [
+        np.hstack([stretch[normal], none]),  # n / kn >= 0
+        np.hstack([stretch[normal], -FAR * each]),  # closed, or n = 0
+        np.hstack([-np.eye(3 * c)[normal], FAR * each]),  # open, or w_n = 0
+    ]
+    lows = [-linear[normal], np.full(c, -np.inf), np.full(c, -np.inf)]
+    highs = [np.full(c, np.inf), -linear[normal], np.full(c, FAR)]
+    for way in (1, 2):
+        alpha = contacts.mu * contacts.kn / contacts.kt[:, way - 1]
+        for sign in (1, -1):
+            row = sign * stretch[normal + way] - alpha[:, None] * stretch[normal]
+            matrices.append(np.hstack([row, none]))
+            lows.append(np.full(c, -np.inf))
+            highs.append(alpha * linear[normal] - sign * linear[normal + way])
+    below, above = np.full(4 * c, -np.inf), np.full(4 * c, np.inf)
+    above[normal], below[3 * c :], above[3 * c :] = 0, 0, 1
+    rate = (contacts.kn * chosen) @ stretch[normal]
+    loads = []
+    for sign in (1, -1):
+        found = milp(
+            np.append(sign * rate / np.abs(rate).max(), np.zeros(c)),
+            constraints=LinearConstraint(
+                np.vstack(matrices), np.concatenate(lows), np.concatenate(highs)
+            ),
+            bounds=Bounds(below, above),
+            integrality=np.repeat([0, 1], [3 * c, c]),
+        )
+        assert found.status == 0
+        at = scale * (linear[normal] + stretch[normal] @ found.x[: 3 * c])
+        loads.append(float((contacts.kn * chosen) @ at))
+    return loads
+
+
+@pytest.mark.slow
+def test_loads_are_those_that_branch_and_bound_proves(record_property):
+    by_proof, by_search = [], []
+    for seed in range(200 if FULL else 12):
+        system = random_system(seed, contacts=4, mu=0.3, harmonics=1)
+        system = replace(system, contacts=replace(system.contacts, joint=tuple("abbb")))
+        chosen = np.arange(4) == 0
+        by_proof.append(proved_loads(system, chosen))
+        by_search.append(static_bounds(system, "a").rest_load[0, [0, 2]])
+    proved, found = np.array(by_proof), np.array(by_search)
+    size = proved[:, 1:]
+    same = np.abs(found - proved) < 1e-6 * size
+    record_property("ends", found.size)
+    record_property("those that are proved to be the last", int(same.sum()))
+    inside = (found[:, 0] >= proved[:, 0] - 1e-6 * size[:, 0]) & (
+        found[:, 1] <= proved[:, 1] + 1e-6 * size[:, 0]
+    )
+    assert inside.all()
+    assert same.mean() > 0.8
+
+
+def peak_of(system, hertz):
+    """Highest amplitude of a resonance among close frequencies, m."""
+    response = frequency_response(system, hertz, Options(1), find_jumps=False)
+    return float(response.amplitude[:, 0].max())
+
+
+@pytest.mark.slow
+def test_no_random_place_of_the_sliders_gives_a_peak_outside(record_property):
+    draws, outside, widths = 0, 0, []
+    for seed in range(200 if FULL else 3):
+        system = spring_ring(seed, 0.3)
+        hertz = np.linspace(0.1, 0.45, 300)
+        stuck = linear_response(system, hertz).amplitude[:, 0].max(axis=1)
+        top = hertz[stuck.argmax()]
+        near = (0.85 * top, 1.1 * top)
+        found = peak_bounds(system, near, Options(1), starts=2)
+        widths.append(found.amplitude[2] / found.amplitude[0])
+        reach, random = np.abs(found.slider).max(), np.random.default_rng(seed)
+        for _ in range(50 if FULL else 10):
+            slider = reach * random.normal(size=system.contacts.kt.shape) * random.uniform()
+            moved = replace(system, contacts=replace(system.contacts, slider=slider))
+            size = peak_of(moved, np.linspace(*near, 60))
+            draws, outside = draws + 1, outside + (size > 1.01 * found.amplitude[2])
+    record_property("draws", draws)
+    record_property("above the bound found by more than 1 %", int(outside))
+    record_property("largest / least peak", f"{min(widths):.3f} ... {max(widths):.3f}")
+    assert outside == 0
+
+
+@pytest.mark.slow
+def test_peaks_of_the_vane_that_static_friction_allows(scene, record_property):
+    system = scene.system
+    found = peak_bounds(system, (235.0, 300.0), Options(1), starts=2)
+    least, nominal, largest = found.amplitude
+    record_property("peak", f"{1e6 * nominal:.2f} um")
+    record_property("bounds", f"x {least / nominal:.3f} ... {largest / nominal:.3f}")
+    record_property("at", ", ".join(f"{each:.1f} Hz" for each in found.frequency))
+    place = found.joints.index("interlock")
+    shown = ", ".join(f"{each:.1f} N" for each in found.rest_load[:, place])
+    record_property("interlock at rest", shown)
+    residuals = [
+        audit_response(found.system_at(system, i), found.response.at([i])).residual[0]
+        for i in range(3)
+    ]
+    record_property("audited", f"{max(residuals):.1e}")
+    assert found.converged.all()
+    assert max(residuals) < 1e-6
+    assert least < 0.5 * nominal
+    assert largest > 1.1 * nominal
