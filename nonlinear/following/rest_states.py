@@ -40,7 +40,7 @@ Joints: TypeAlias = str | Sequence[str] | Bools
 
 BETTER = 1e-4
 """How much further, relatively, an end must lie to count as further."""
-INFEASIBLE, UNBOUNDED = 2, 3
+SOLVED, INFEASIBLE, UNBOUNDED = 0, 2, 3
 NOTHING = 1e-9
 """Of a programme's objective and multipliers, relative to its largest coefficient."""
 
@@ -111,7 +111,7 @@ class RestStates:
         limits = np.full((len(self.linear), 2), np.inf) * [-1, 1]
         limits[::3, 1] = 0.0
         limits[::3, 0] = np.where(closed, 0.0, -np.inf)
-        return linprog(
+        programme = (
             objective / (np.abs(objective).max() or 1.0),
             np.vstack([-by[closed], matrix]),
             np.concatenate([start[closed], bound]),
@@ -119,6 +119,10 @@ class RestStates:
             -start[~closed],
             limits,
         )
+        found = linprog(*programme)
+        if found.status not in (SOLVED, INFEASIBLE, UNBOUNDED):  # where the simplex method is lost
+            found = linprog(*programme, method="highs-ipm")
+        return found
 
     def slider(self, w: Floats) -> Floats:
         """(c, 2) places of the sliders, m, by w in units of `scale`; zero where open."""
@@ -171,7 +175,7 @@ class RestStates:
             states, found = self, self.least(objective)
         if found.status == UNBOUNDED:
             return None
-        if found.x is None:
+        if found.status != SOLVED:
             raise InputError(f"bounds: the linear programme was not solved: {found.message}")
         while objective @ found.x > floor + nothing:
             pressing = np.zeros(len(self.closed))
@@ -181,6 +185,8 @@ class RestStates:
             reached = other.least(objective)
             if reached.status == UNBOUNDED:
                 return None
+            if reached.status != SOLVED:
+                break
             gain = objective @ found.x - objective @ reached.x
             if not gain > BETTER * abs(objective @ found.x):
                 break

@@ -153,7 +153,8 @@ class Search:
             resonance = Resonance(family, self.component, self.ready.options.tolerance)
             gradient = sign * slider_gradient(resonance, here.peak.solution)
             closed = self.states.closed_at(here.slider)
-            end = self.states.extreme(-gradient.reshape(-1), closed=closed)
+            uphill = partial(self.states.extreme, -gradient.reshape(-1), closed=closed)
+            end = _found(uphill)
             if end is None:
                 break
             enough = tolerance * here.peak.amplitude
@@ -178,7 +179,8 @@ class Search:
         for joint in dict.fromkeys(contacts.joints):
             mask = np.array([each == joint for each in contacts.joints])
             if (slips & mask).any():
-                for end in (self.states.least_load(mask, -1.0), self.states.widest(mask)):
+                most = partial(self.states.least_load, mask, -1.0)
+                for end in (_found(most), _found(partial(self.states.widest, mask))):
                     if end is not None:
                         ways.append(self.along(begin, end, "load"))
         for i in range(count):
@@ -257,6 +259,14 @@ class Ends:
     search: Search
     places: tuple[tuple[PlacedPeak, bool], tuple[PlacedPeak, bool], tuple[PlacedPeak, bool]]
     drawn: list[float]
+
+
+def _found(end: Callable[[], Floats | None]) -> Floats | None:
+    """Sliders at an end; None where there is none, or the programme failed."""
+    try:
+        return end()
+    except InputError:
+        return None
 
 
 def _summit(marks: Sequence[Mark]) -> float:

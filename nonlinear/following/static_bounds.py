@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from vanelock.common.errors import InputError
 from vanelock.common.product import Product
 from vanelock.nonlinear.balance.stuck_modes import StuckModes
-from vanelock.nonlinear.following.rest_states import Joints, rest_states
+from vanelock.nonlinear.following.rest_states import Joints, RestStates, rest_states
 from vanelock.nonlinear.forced_response.options import Options
 from vanelock.nonlinear.fourier.threads import one_thread
 from vanelock.rom.system import System
@@ -28,11 +28,11 @@ class StaticBounds(Product):
         Their names.
     rest_load : (j, 3) float
         Sum of the normal forces of a joint's contacts in a sector, N, each of a solved state; inf
-        where friction can wedge the parts at any load.
+        where friction can wedge the parts at any load, NaN where the programme failed.
     slider : (j, 3, c, 2) float
-        Where the sliders were assembled for them, m; zeros for an infinite load.
+        Where the sliders were assembled for them, m; zeros where there is no such state.
     converged : (j, 3) bool
-        Whether each state was solved.
+        Whether each was found.
     """
 
     joints: tuple[str, ...]
@@ -76,16 +76,32 @@ def static_bounds(
     """
     states = rest_states(system, joints, share, options, modes)
     names = dict.fromkeys(system.contacts.joints if of is None else np.atleast_1d(of).tolist())
-    sliders, loads, converged = [], [], []
+    found = []
     for name in names:
         mask = np.array([each == name for each in system.contacts.joints], bool)
         if not mask.any():
             known = ", ".join(dict.fromkeys(system.contacts.joints)) or "none"
             raise InputError(f"of: given {name!r}: joints are {known}")
-        ends = states.least_load(mask), states.zero, states.least_load(mask, -1.0)
-        found = [None if end is None else states.solved(end) for end in ends]
-        sliders.append([states.zero if end is None else end for end in ends])
-        forces = [None if each is None else each.force[0, 0, mask, 0].real for each in found]
-        loads.append([np.inf if force is None else max(force.sum(), 0.0) for force in forces])
-        converged.append([each is None or each.converged.all() for each in found])
-    return StaticBounds(tuple(names), np.array(loads), np.array(sliders), np.array(converged))
+        found.append([_end(states, mask, sign) for sign in (1.0, 0.0, -1.0)])
+    return StaticBounds(
+        joints=tuple(names),
+        rest_load=np.array([[load for _, load, _ in ends] for ends in found]).reshape(-1, 3),
+        slider=np.array([[slider for slider, _, _ in ends] for ends in found]),
+        converged=np.array([[known for _, _, known in ends] for ends in found]).reshape(-1, 3),
+    )
+
+
+def _end(states: RestStates, mask: Bools, sign: float) -> tuple[Floats, float, bool]:
+    """Sliders (c, 2), m, and load, N, where it is least (1) or largest (-1); whether it was found.
+
+    With 0 those assembled at zero.
+    """
+    try:
+        slider = states.least_load(mask, sign) if sign else states.zero
+    except InputError:
+        return states.zero, np.nan, False
+    if slider is None:
+        return states.zero, np.inf, True
+    state = states.solved(slider)
+    load = state.force[0, 0, mask, 0].real.sum()
+    return slider, max(float(load), 0.0), bool(state.converged.all())

@@ -11,7 +11,15 @@ import pytest
 from tests.vanelock.pipeline.test_progress import summary
 from vanelock import parse_study, run_study
 from vanelock.common.tables import Table
-from vanelock.nonlinear import Options, frequency_response, static_response
+from vanelock.nonlinear import (
+    OPEN,
+    SLIP,
+    STUCK,
+    Options,
+    StaticBounds,
+    frequency_response,
+    static_response,
+)
 from vanelock.pipeline.progress import Event
 from vanelock.quantities import warnings
 from vanelock.results.listing import limits_table, response_table
@@ -70,6 +78,27 @@ def test_hooks_that_are_open_at_rest_are_told(ring):
     (line,) = warnings.open_at_rest(static, joints, ["hook"])
     assert line.startswith("1 of 1 contacts of hook are open at rest: the linear limits")
     assert warnings.open_at_rest(static_response(ring), joints, ["hook", "interlock"]) == []
+
+
+def test_loads_that_static_friction_leaves_open_are_told_of_joints_that_slip():
+    """A pad that slips beside a clamp that sticks, and one that sticks as well."""
+    at = Peak(0, 50.0, 1.0, False)
+    loads = np.array([[0.0, 12.2, 229.0], [16e3, 16e3, 16e3]])
+    bounds = StaticBounds(("pad", "clamp"), loads, np.zeros((2, 3, 2, 2)), np.ones((2, 3), bool))
+    joints = ["pad", "clamp"]
+
+    def told(states, loads=loads):
+        response: Any = SimpleNamespace(state=np.array([states]), mu=np.array([0.3, 0.3]))
+        found = replace(bounds, rest_load=loads)
+        return warnings.static_friction(found, joints, response, at)
+
+    (line,) = told([SLIP, STUCK])
+    assert "it can hold pad at rest at 0 N to 229 N a sector (12.2 N if assembled" in line
+    assert told([STUCK, STUCK]) == told([SLIP, SLIP]) == told([SLIP, OPEN]) == []
+    assert told([STUCK, SLIP]) == []  # the clamp's load is what it is
+    (line,) = told([SLIP, STUCK], np.array([[0.0, 12.2, np.inf], [1.0, 1.0, 1.0]]))
+    assert "at 0 N to any load (12.2 N" in line
+    assert told([SLIP, STUCK], np.array([[0.0, 12.2, np.nan], [1.0, 1.0, 1.0]])) == []
 
 
 def test_modes_of_interest_that_differ_are_told(ring):
@@ -178,5 +207,9 @@ def test_warnings_stand_in_the_table_on_the_page_and_in_the_results(tmp_path):
     assert same in page
     assert page.count(">withheld<") == 2  # n, and the friction that damps best
     with h5py.File(tmp_path / "results.h5") as file:
-        for case in ("mu=0.3", "mu=0.4"):
-            assert list(file[f"response/{case}"].attrs["warnings"]) == [edge]
+        (told, friction), (other,) = (
+            list(file[f"response/{case}"].attrs["warnings"]) for case in ("mu=0.3", "mu=0.4")
+        )
+    assert told == other == edge
+    assert friction.startswith("static friction of contacts that stick is not determined: it can")
+    assert friction in page

@@ -74,6 +74,7 @@ def test_every_stage_ran_once(first):
             "linear response, stuck",
             "preload",
             "response nominal",
+            "static bounds",
             "figures/response.png",
             "figures/preload.png",
             "figures/loop_nominal.png",
@@ -198,7 +199,7 @@ def test_other_friction_reuses_the_reduced_model(first):
     text = STUDY + "[joints.interlock]\nmu = 0.15"
     _, heard = run(text, folder)
     pictures = {"figures/response.png", "figures/preload.png", "figures/loop_nominal.png"}
-    assert heard.computed() == {"preload", "response nominal"} | pictures
+    assert heard.computed() == {"preload", "response nominal", "static bounds"} | pictures
     assert "mu=0.15" not in str(heard.table("preload").title)
     _, heard = run(text.replace("shapes = false", "shapes = false\nloops = false"), folder)
     assert heard.computed() == set()
