@@ -195,7 +195,7 @@ class RestStates:
 
     def closed_at(self, slider: Floats) -> Bools:
         """(c,) contacts that are closed at rest with sliders assembled at (c, 2), m."""
-        return np.asarray(self.solved(slider).force[0, 0, :, 0].real > 0)
+        return _closed(self.solved(slider))
 
     def solved(self, slider: Floats) -> Response:
         """The state at rest with sliders assembled at (c, 2), m."""
@@ -222,10 +222,15 @@ def rest_states(
     return RestStates(
         system=system,
         nominal=nominal,
-        closed=nominal.force[0, 0, :, 0].real > 0,
+        closed=_closed(nominal),
         share=np.where(closed_contacts(contacts, joints), float(share), 0.0),
         linear=balance.linear[:, :, 0].reshape(-1),
         receptance=balance.columns.all(0).real,
         options=options,
         modes=modes,
     )
+
+
+def _closed(state: Response) -> Bools:
+    """(c,) contacts that are closed."""
+    return np.asarray(state.contact[0, 0, :, 0].real > 0)

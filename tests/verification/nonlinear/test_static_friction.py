@@ -9,6 +9,7 @@ from scipy.optimize import Bounds, LinearConstraint, milp
 
 from tests.nonlinear.conftest import random_system
 from tests.verification.nonlinear.test_time_integration import spring_ring
+from vanelock.common.errors import InputError
 from vanelock.nonlinear import (
     Options,
     System,
@@ -25,11 +26,11 @@ FAR = 50.0
 """Bound of all displacements of the mixed-integer programme, in those of the stuck structure."""
 
 
-def proved_loads(system: System, chosen: np.ndarray) -> list[float]:
+def proved_loads(system: System, chosen: np.ndarray, far: float = FAR) -> list[float]:
     """Least and largest load of some contacts at rest, N, by branch and bound.
 
-    Unknowns: all w, and whether each contact is closed. Without linear algebra of the program's
-    but the receptances.
+    Unknowns: all w, up to `far`, and whether each contact is closed. Of the program's it takes the
+    receptances alone.
     """
     balance = structure(system, 0).balance(0.0)
     R, linear = balance.columns.all(0).real, balance.linear[:, :, 0].reshape(-1)
@@ -39,11 +40,11 @@ def proved_loads(system: System, chosen: np.ndarray) -> list[float]:
     none, each = np.zeros((c, c)), np.eye(c)
     matrices = [
         np.hstack([stretch[normal], none]),  # n / kn >= 0
-        np.hstack([stretch[normal], -FAR * each]),  # closed, or n = 0
-        np.hstack([-np.eye(3 * c)[normal], FAR * each]),  # open, or w_n = 0
+        np.hstack([stretch[normal], -far * each]),  # closed, or n = 0
+        np.hstack([-np.eye(3 * c)[normal], far * each]),  # open, or w_n = 0
     ]
     lows = [-linear[normal], np.full(c, -np.inf), np.full(c, -np.inf)]
-    highs = [np.full(c, np.inf), -linear[normal], np.full(c, FAR)]
+    highs = [np.full(c, np.inf), -linear[normal], np.full(c, far)]
     for way in (1, 2):
         alpha = contacts.mu * contacts.kn / contacts.kt[:, way - 1]
         for sign in (1, -1):
@@ -80,9 +81,15 @@ def test_loads_are_those_that_branch_and_bound_proves(record_property):
         by_proof.append(proved_loads(system, chosen))
         by_search.append(static_bounds(system, "a").rest_load[0, [0, 2]])
     proved, found = np.array(by_proof), np.array(by_search)
-    size = proved[:, 1:]
+    size = np.maximum(proved[:, 1:], 1e-9)
     same = np.abs(found - proved) < 1e-6 * size
     record_property("ends", found.size)
+    for seed in np.flatnonzero(
+        np.isinf(found[:, 1])
+    ).tolist():  # what it is depends on how far it looks
+        system = random_system(seed, contacts=4, mu=0.3, harmonics=1)
+        assert proved_loads(system, np.arange(4) == 0, 2 * FAR)[1] > 1.5 * proved[seed, 1]
+        same[seed, 1], found[seed, 1] = True, proved[seed, 1]
     record_property("those that are proved to be the last", int(same.sum()))
     inside = (found[:, 0] >= proved[:, 0] - 1e-6 * size[:, 0]) & (
         found[:, 1] <= proved[:, 1] + 1e-6 * size[:, 0]
@@ -99,14 +106,19 @@ def peak_of(system, hertz):
 
 @pytest.mark.slow
 def test_no_random_place_of_the_sliders_gives_a_peak_outside(record_property):
-    draws, outside, widths = 0, 0, []
-    for seed in range(200 if FULL else 3):
+    draws, outside, widths, rings = 0, 0, [], 200 if FULL else 3
+    for seed in range(rings):
         system = spring_ring(seed, 0.3)
         hertz = np.linspace(0.1, 0.45, 300)
         stuck = linear_response(system, hertz).amplitude[:, 0].max(axis=1)
         top = hertz[stuck.argmax()]
         near = (0.85 * top, 1.1 * top)
-        found = peak_bounds(system, near, Options(1), starts=2)
+        try:
+            found = peak_bounds(system, near, Options(1), starts=2)
+        except InputError as error:  # friction has moved it away, or damped it out
+            if "no peak was found" not in str(error):
+                raise
+            continue
         widths.append(found.amplitude[2] / found.amplitude[0])
         reach, random = np.abs(found.slider).max(), np.random.default_rng(seed)
         for _ in range(50 if FULL else 10):
@@ -114,10 +126,12 @@ def test_no_random_place_of_the_sliders_gives_a_peak_outside(record_property):
             moved = replace(system, contacts=replace(system.contacts, slider=slider))
             size = peak_of(moved, np.linspace(*near, 60))
             draws, outside = draws + 1, outside + (size > 1.01 * found.amplitude[2])
+    record_property("rings", f"{len(widths)} of {rings} with a peak")
     record_property("draws", draws)
     record_property("above the bound found by more than 1 %", int(outside))
     record_property("largest / least peak", f"{min(widths):.3f} ... {max(widths):.3f}")
     assert outside == 0
+    assert len(widths) > 0.8 * rings
 
 
 @pytest.mark.slow

@@ -53,8 +53,14 @@ def preload_step(friction: str, system: Step[System]) -> Step[Response]:
 
 @lru_cache(maxsize=SHARED)
 def static_bounds_step(system: Step[System]) -> Step[StaticBounds]:
-    """Between which loads undetermined static friction may hold each joint at rest."""
-    return step("static bounds", "nonlinear", {}, StaticBounds, (system,), nonlinear.static_bounds)
+    """Between which loads undetermined static friction may hold, at rest, joints that may open."""
+
+    def compute(system: System) -> StaticBounds:
+        contacts = system.contacts
+        opens = [name for name in contacts.joints if name not in contacts.always_closed]
+        return nonlinear.static_bounds(system, opens)
+
+    return step("static bounds", "nonlinear", {}, StaticBounds, (system,), compute)
 
 
 @lru_cache(maxsize=SHARED)
