@@ -7,99 +7,35 @@ harmonics, and whether the wave that it finds is stable.
 
 import os
 import time
-from dataclasses import dataclass, replace
-from functools import lru_cache
+from dataclasses import dataclass
 
 import numpy as np
 import pytest
-import scipy.linalg as la
 
+from tests.verification.nonlinear.spring_rings import (
+    CONTACTS,
+    RINGS,
+    assembled,
+    loaded,
+    spring_ring,
+    springs,
+    worst_of,
+)
 from vanelock import rom
 from vanelock.nonlinear import (
     SLIP,
     SLIP_OPEN,
     Options,
-    System,
     TimeResponse,
     frequency_response,
-    linear_response,
     time_response,
 )
-from vanelock.rom.system import Contacts, Diameter, Force
 
 FULL = os.environ.get("VANELOCK_VERIFY") == "full"
 
-MASSES, CONTACTS, H_MAX = 3, 2, 15
-RINGS = ((5, 1), (6, -1), (7, 2), (8, 3), (8, -2))  # sectors, engine order
+H_MAX = 15
 ORDERS = (1, 3, 5, 9)
 GENTLE, HIGHEST = 0.25, 11  # share of the vane's force, and H, of its comparison
-
-
-def springs(seed):
-    """K of a sector and to the next one, M, contact rows on own and on next coordinates, load."""
-    rng = np.random.default_rng(seed)
-    K0, K1 = np.diag(rng.uniform(0.5, 1, MASSES)), np.zeros((MASSES, MASSES))
-    for a in range(MASSES):
-        for b in range(a):
-            k = rng.uniform(0.1, 0.5)
-            K0[[a, b], [a, b]] += k
-            K0[[a, b], [b, a]] -= k
-        k, b = rng.uniform(0.05, 0.3), int(rng.integers(MASSES))
-        K0[a, a] += k
-        K0[b, b] += k
-        K1[a, b] -= k
-    M = np.diag(rng.uniform(0.5, 1.5, MASSES))
-    own, beyond = 0.6 * rng.normal(size=(CONTACTS, 3, MASSES)), np.zeros((CONTACTS, 3, MASSES))
-    beyond[1] = 0.6 * rng.normal(size=(3, MASSES))  # the second contact lies between two sectors
-    contacts = Contacts(
-        rng.uniform(0.5, 1, CONTACTS),
-        rng.uniform(0.5, 1, (CONTACTS, 2)),
-        np.full(CONTACTS, 0.4),
-        np.full(CONTACTS, 3.0),
-    )
-    load = np.asarray(rng.normal(size=(2, MASSES)).T @ [1, 1j], complex)
-    return K0, K1, M, own, beyond, contacts, load
-
-
-def spring_ring(seed, force=1.0):
-    """A ring of a few masses and contacts a sector, by nodal diameter."""
-    sectors, order = RINGS[seed % len(RINGS)]
-    K0, K1, M, own, beyond, contacts, load = springs(seed)
-    diameters = {}
-    for k in range(sectors // 2 + 1):
-        following = K1 * np.exp(-2j * np.pi * k / sectors)
-        K = K0 + following + following.conj().T
-        real = (2 * k) % sectors == 0
-        diameters[k] = Diameter(
-            K=K.real if real else K, M=M, own=own, next=beyond, output=np.eye(MASSES)[None]
-        )
-    return System(sectors, order, diameters, contacts, {1: Force(force * load)}, ("masses",), 0.015)
-
-
-def loaded(system, force):
-    return replace(system, force={1: Force(force * system.force[1].vector)})
-
-
-@lru_cache
-def worst_of(seed):
-    """Of each kind of motion, the force at which friction holds the peak down most.
-
-    Returns {"slip" or "lift": (peak over stuck peak, force, frequency of the peak)}; "slip": every
-    contact slips and none opens; "lift": some opens in every period.
-    """
-    system = spring_ring(seed)
-    stuck = linear_response(system, np.linspace(0.1, 0.45, 1500)).amplitude[:, 0].max()
-    found: dict[str, tuple[float, float, float]] = {}
-    for force in 0.1 * 1.5 ** np.arange(12):
-        hertz, options = np.linspace(0.1, 0.45, 71), Options(1)
-        response = frequency_response(loaded(system, force), hertz, options, find_jumps=False)
-        size = response.amplitude[:, 0].max(axis=1)
-        top = int(np.argmax(size))
-        state, ratio = response.state[top], size[top] / (force * stuck)
-        kind = "slip" if np.all(state == SLIP) else "lift" if np.any(state == SLIP_OPEN) else ""
-        if kind and ratio < found.get(kind, (np.inf,))[0]:
-            found[kind] = ratio, force, response.frequency[top]
-    return found
 
 
 @dataclass(frozen=True)
@@ -199,15 +135,8 @@ def by_central_differences(seed, force, frequency, response, steps, periods):
     All sectors' coordinates, central differences, the contacts' forces of the last instant.
     """
     N, order = RINGS[seed % len(RINGS)]
-    K0, K1, M, own, beyond, contacts, load = springs(seed)
-    following = np.roll(np.eye(N), 1, axis=1)
-    K = np.kron(np.eye(N), K0) + np.kron(following, K1) + np.kron(following.T, K1.T)
-    M = np.kron(np.eye(N), M)
-    B = np.einsum("ij,cem->icejm", np.eye(N), own) + np.einsum("ij,cem->icejm", following, beyond)
-    B = B.reshape(-1, N * MASSES)
-    stiffness = np.tile(np.column_stack([contacts.kn, contacts.kt]).ravel(), N)
-    omega2, V = la.eigh(K + (B.T * stiffness) @ B, M)
-    C = M @ (V * (0.03 * np.sqrt(omega2))) @ V.T @ M
+    contacts, load = springs(seed)[-2:]
+    K, M, B, stiffness, C = assembled(seed)
     omega, tau = 2 * np.pi * frequency, 1 / frequency / steps
     lag = np.exp(-2j * np.pi * order * np.outer(np.arange(10), np.arange(N)) / N)
     wave = {h: (lag[h][:, None] * response.x[h][0]).ravel() for h in range(10)}
