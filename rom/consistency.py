@@ -60,6 +60,22 @@ def check(
     _check_forces(system, where)
 
 
+def check_ring(system: System, highest: int, whose: str) -> None:
+    """Refuse a system that lacks any of the nodal diameters 0 to `highest`, which `whose` needs.
+
+    Raises
+    ------
+    InputError
+        Naming those that are missing.
+    """
+    have = {folded(k, system.sectors) for k in system.diameters}
+    if missing := [k for k in range(highest + 1) if k not in have]:
+        named = ", ".join(map(str, missing))
+        raise InputError(
+            f"system: nd: no matrices for nodal diameters {named}: {whose} needs 0 to {highest}"
+        )
+
+
 def _check_contacts(contacts: Contacts, where: str) -> None:
     c = contacts.count
     shapes: dict[str, tuple[int, ...]] = {"kn": (c,), "kt": (c, 2), "mu": (c,), "v0": (c,)}

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from vanelock.common.errors import InputError
 from vanelock.nonlinear.balance.stuck_modes import StuckModes, stuck_modes
-from vanelock.rom.consistency import ROUND_OFF, check
+from vanelock.rom.consistency import ROUND_OFF, check, check_ring
 from vanelock.rom.system import Diameter, System
 
 Array = NDArray[Any]
@@ -133,13 +133,7 @@ def ring(system: System) -> FullRing:
     N = system.sectors
     alike = system.engine_order % N == 0
     diameters = (0,) if alike else tuple(range(N // 2 + 1))
-    have = set(system.diameters) | {(N - k) % N for k in system.diameters}
-    if missing := [k for k in diameters if k not in have]:
-        named = ", ".join(map(str, missing))
-        raise InputError(
-            f"system: nd: no matrices for nodal diameters {named}: time integration of the ring "
-            f"needs 0 to {diameters[-1]}"
-        )
+    check_ring(system, diameters[-1], "time integration of the ring")
     standing = {k: _real(system.at(k), k) for k in diameters if (2 * k) % N == 0}
     system = replace(system, diameters={**system.diameters, **standing})
     modes = tuple(stuck_modes(system, k) for k in diameters)

@@ -1,0 +1,1 @@
+"""Stability of periodic vibrations: Floquet exponents by nodal diameter."""

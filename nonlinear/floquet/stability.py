@@ -1,0 +1,268 @@
+"""Whether a ring stays with a periodic wave: Floquet exponents by nodal diameter.
+
+About the wave of a response, motions
+
+    x = x_p + Re[e^{λt} Σ_k p_k e^{ikωt}],   |k| <= P,
+
+of which sector j + 1 follows sector j by the phase kφ + 2πn/N, are those of diameter n. Harmonic k
+has the nodal diameter (n + k EO) mod N. So (n, λ) and (n + EO, λ + iω) are the same motion, and so
+is, all being real, (N - n, λ*): those with 0 <= n <= N/2 and |Im λ| <= ω/2 are all.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vanelock.common.arrays import as_whole
+from vanelock.common.errors import InputError
+from vanelock.common.product import Product
+from vanelock.nonlinear.balance.balance import structure
+from vanelock.nonlinear.balance.stuck_modes import StuckModes, stuck_modes
+from vanelock.nonlinear.contact.law import contact_law
+from vanelock.nonlinear.continuation.families import fixed
+from vanelock.nonlinear.floquet.motions import motions
+from vanelock.nonlinear.forced_response.response import Response
+from vanelock.nonlinear.fourier.threads import one_thread
+from vanelock.nonlinear.fourier.trigonometric import TURN, resized, to_real
+from vanelock.nonlinear.newton.newton import scales, solve
+from vanelock.rom.consistency import check, check_ring
+from vanelock.rom.system import System
+
+Floats = NDArray[np.float64]
+Progress: TypeAlias = Callable[[int, int], None]
+
+STABLE, UNSTABLE, UNDECIDED = 0, 1, 2
+VERDICTS = f"{STABLE} stable, {UNSTABLE} unstable, {UNDECIDED} undecided"
+
+MORE = 2
+"""Harmonics of a perturbation beyond those of its wave, and of the second wave beyond the first."""
+FOREIGN = 1e-6
+"""Of the balance, relative to the largest displacement, beyond which a wave is another system's."""
+NEUTRAL = 1e-9
+"""Of |Re λ|/ω, what rounding may come to."""
+FREQUENCIES = 3
+
+
+@dataclass(frozen=True)
+class Stability(Product):
+    """Floquet exponents of p periodic responses, the m most unstable motions of each.
+
+    Attributes
+    ----------
+    frequency : (p,) float
+        Of the responses, Hz.
+    exponent : (p, m) complex
+        λ, 1/s, |Im λ| at most half the circular frequency of the response; NaN where the ring has
+        fewer motions that shrink to no less than 0.53 a period.
+    diameter : (p, m) int
+        Nodal diameter n of each, 0 to N/2; -1 where there is none.
+    growing : (p,) int
+        Motions with Re λ > 0; conjugate ones, (n, λ) and (N - n, λ*), count once.
+    verdict : (p,) int
+        STABLE, UNSTABLE or UNDECIDED.
+    growth : (p, 2) float
+        Largest Re λ, 1/s, by the first and by the second truncation, NaN where that has no
+        solution; what else is here is of the last one that has.
+    seen : (p, m, 3) float
+        Frequencies at which the motion shows at the outputs, |k + Im λ/ω| f, the largest of them
+        first, Hz.
+    harmonics : (2,) int
+        H of both truncations; the perturbations have two more.
+    """
+
+    frequency: Floats = field(metadata={"unit": "Hz"})
+    exponent: NDArray[np.complex128] = field(metadata={"unit": "1/s"})
+    diameter: NDArray[np.int64]
+    growing: NDArray[np.int64]
+    verdict: NDArray[np.int64] = field(metadata={"codes": VERDICTS})
+    growth: Floats = field(metadata={"unit": "1/s"})
+    seen: Floats = field(metadata={"unit": "Hz"})
+    harmonics: NDArray[np.int64]
+
+    @property
+    def multiplier(self) -> NDArray[np.complex128]:
+        """(p, m) e^{λT}: what a period makes of each motion."""
+        return np.asarray(np.exp(self.exponent / self.frequency[:, None]))
+
+
+@one_thread
+def stability(
+    system: System,
+    response: Response,
+    points: Sequence[int] | None = None,
+    harmonics: int | None = None,
+    count: int = 4,
+    modes: Mapping[int, StuckModes] | None = None,
+    progress: Progress | None = None,
+) -> Stability:
+    """Whether the ring stays with the waves of a response, all nodal diameters considered.
+
+    Parameters
+    ----------
+    system : System
+        The one that was solved, with the nodal diameters 0 ... N/2.
+    response : Response
+        Coupled, with orthogonal friction and located events; its own coefficients of friction
+        count.
+    points : sequence of int, optional
+        Which; all by default.
+    harmonics : int, optional
+        H of the second truncation, to which each point is solved again from where it is; by
+        default two more than the response has. With the response's own H, the perturbation alone
+        gets more harmonics.
+    count : int
+        m, motions that are told of each point.
+    modes : dict of int to StuckModes, optional
+        As of `frequency_response`.
+    progress : callable, optional
+        Called after each point with (points done, points in all).
+
+    Returns
+    -------
+    Stability
+        `verdict` is STABLE or UNSTABLE where both truncations say so; UNDECIDED where they differ,
+        where either is not solved, and where not all exponents were found.
+
+    Raises
+    ------
+    InputError
+        If the response is not of this kind or not of this system, a point does not exist, a nodal
+        diameter is missing, or a given C couples the stuck modes.
+    """
+    finer = response.harmonics + MORE if harmonics is None else as_whole(harmonics, "harmonics")
+    chosen = list(range(response.points) if points is None else points)
+    _check(system, response, chosen, finer, count)
+    system = replace(system, contacts=replace(system.contacts, mu=response.mu))
+    every = _modes(system, modes or {})
+    rows = []
+    for done, point in enumerate(chosen, 1):
+        rows.append(_judged(system, every, response, point, finer, count))
+        if progress is not None:
+            progress(done, len(chosen))
+    exponent, diameter, growing, verdict, growth, seen = map(np.array, zip(*rows, strict=True))
+    return Stability(
+        frequency=response.frequency[chosen],
+        exponent=exponent,
+        diameter=diameter,
+        growing=growing,
+        verdict=verdict,
+        growth=growth,
+        seen=seen,
+        harmonics=np.array([response.harmonics, finer]),
+    )
+
+
+def _check(system: System, response: Response, chosen: list[int], finer: int, count: int) -> None:
+    """Refuse what stability cannot be told of."""
+    if (response.coupling, response.friction, response.samples) != ("coupled", "orthogonal", 0):
+        law = f"{response.samples} samples" if response.samples else "located events"
+        raise InputError(
+            f"response: {response.coupling}, friction {response.friction}, {law}: stability is of "
+            "coupled balances with orthogonal friction and located events"
+        )
+    if not response.harmonics or np.any(response.frequency <= 0):
+        raise InputError("response: at rest: stability is of vibrations")
+    check(system)
+    wave = [system.nodal_diameter(h) for h in range(response.harmonics + 1)]
+    if response.harmonic_diameters.tolist() != wave:
+        raise InputError(
+            f"response: harmonics at nodal diameters {response.harmonic_diameters.tolist()}: "
+            f"a wave has them at {wave}"
+        )
+    if len(response.mu) != system.contacts.count:
+        raise InputError(
+            f"response: has {len(response.mu)} contacts: the system has {system.contacts.count}"
+        )
+    for point in chosen:
+        if not 0 <= point < response.points:
+            raise InputError(f"points: given {point}: there are {response.points}, counted from 0")
+    if not chosen:
+        raise InputError("points: given none: needs one at least")
+    if finer < response.harmonics:
+        raise InputError(f"harmonics: given {finer}: the response has {response.harmonics} already")
+    if as_whole(count, "count") < 1:
+        raise InputError(f"count: given {count}: allowed: 1 or more")
+    check_ring(system, system.sectors // 2, "stability")
+
+
+def _modes(system: System, known: Mapping[int, StuckModes]) -> dict[int, StuckModes]:
+    """Stuck modes of the nodal diameters 0 ... N - 1."""
+    every: dict[int, StuckModes] = {}
+    for k in range(system.sectors // 2 + 1):
+        every[k] = known[k] if k in known else stuck_modes(system, k)
+        if every[k].coupled_damping is not None:
+            raise InputError(
+                f"system: nd/{k}/C: given one that couples the modes with all contacts stuck: "
+                "stability allows damping/ratio and a C that they leave diagonal"
+            )
+        every.setdefault((system.sectors - k) % system.sectors, every[k].conjugate())
+    return every
+
+
+def _judged(
+    system: System,
+    modes: dict[int, StuckModes],
+    response: Response,
+    point: int,
+    finer: int,
+    count: int,
+) -> tuple[object, ...]:
+    """Exponents, diameters, number growing, verdict, growth by both truncations, frequencies."""
+    omega = TURN * float(response.frequency[point])
+    exponent, seen = np.full(count, np.nan, complex), np.full((count, FREQUENCIES), np.nan)
+    diameter, growth = np.full(count, -1), np.full(2, np.nan)
+    if not response.converged[point]:
+        return exponent, diameter, 0, UNDECIDED, growth, seen
+    u = to_real(response.contact[point])
+    again = _solved_again(system, modes, u, omega, finer, 10 * response.truncation[point])
+    found = [motions(system, modes, u, omega, response.harmonics + MORE)]
+    if again is not None:
+        more = MORE if finer > response.harmonics else 2 * MORE
+        found.append(motions(system, modes, again, omega, finer + more))
+    for i, motion in enumerate(found[-1].each[:count]):
+        exponent[i], diameter[i] = omega * motion.exact, motion.diameter
+        seen[i] = motion.frequencies(FREQUENCIES)
+    growing = sum(motion.s.real > NEUTRAL for motion in found[-1].each)
+    growth[: len(found)] = [each.growth for each in found]
+    verdict = UNDECIDED
+    if all(each.complete for each in found):
+        verdict = UNSTABLE if np.all(growth > NEUTRAL) else verdict
+        verdict = STABLE if np.all(growth < -NEUTRAL) else verdict
+    return exponent, diameter, growing, verdict, omega * growth, seen
+
+
+def _solved_again(
+    system: System,
+    modes: dict[int, StuckModes],
+    u: Floats,
+    omega: float,
+    harmonics: int,
+    truncation: float,
+) -> Floats | None:
+    """The wave with more harmonics, (c, 3, 2H + 1) m; None where no solution was found.
+
+    Raises
+    ------
+    InputError
+        If the wave given is none of this system.
+    """
+    given = (u.shape[2] - 1) // 2
+    balance = structure(system, given, known=modes).balance(omega)
+    w = contact_law(system.contacts, given)(u).w
+    off = np.abs(u - balance.displacement(w)) / scales(balance.linear)
+    if off.max(initial=0.0) > max(FOREIGN, truncation):
+        raise InputError(
+            f"response: no solution of this system at {omega / TURN:.6g} Hz: off by "
+            f"{off.max():.1e} of its vibration"
+        )
+    if harmonics == given:
+        return u
+    again = fixed(
+        structure(system, harmonics, known=modes).balance(omega),
+        contact_law(system.contacts, harmonics),
+    )
+    found = solve(again, resized(w, harmonics), 0.0)
+    return found.u if found.converged else None

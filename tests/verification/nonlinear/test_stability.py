@@ -1,0 +1,387 @@
+"""Floquet exponents of waves against eigenvalues, closed forms, and rings followed in time."""
+
+import os
+from dataclasses import dataclass, replace
+from functools import partial
+from itertools import pairwise
+
+import numpy as np
+import pytest
+import scipy.linalg as la
+from scipy.optimize import fsolve
+
+from tests.verification.nonlinear.spring_rings import (
+    CONTACTS,
+    RINGS,
+    assembled,
+    loaded,
+    spring_ring,
+    springs,
+    worst_of,
+)
+from vanelock import fem, rom
+from vanelock.nonlinear import (
+    STABLE,
+    STUCK,
+    UNSTABLE,
+    Options,
+    System,
+    frequency_response,
+    stability,
+    stuck_modes,
+)
+from vanelock.nonlinear.floquet.exponents import zeros
+from vanelock.nonlinear.floquet.law_transfer import law_transfer
+from vanelock.nonlinear.floquet.motions import WINDOW
+from vanelock.nonlinear.floquet.perturbed_structure import PerturbedStructure
+from vanelock.nonlinear.fourier.trigonometric import to_real
+from vanelock.rom.system import Contacts, Diameter, Force
+
+FULL = os.environ.get("VANELOCK_VERIFY") == "full"
+
+
+@pytest.mark.parametrize("seed", range(24 if FULL else 5))
+def test_ring_that_sticks_has_the_eigenvalues_of_its_matrices(seed, record_property):
+    frequency = 0.3
+    response = frequency_response(loaded(spring_ring(seed), 1e-3), [frequency], Options(5))
+    assert np.all(response.state == STUCK)
+    found = stability(spring_ring(seed, 1e-3), response, count=100)
+    omega = 2 * np.pi * frequency
+    K, M, B, stiffness, C = assembled(seed)
+    n = len(K)
+    A = np.block([[np.zeros((n, n)), np.eye(n)], [K + (B.T * stiffness) @ B, C]])
+    A[n:] = -la.solve(M, A[n:])
+    exact = la.eigvals(A)
+    exact = exact[exact.real > -0.1 * omega]
+    exact = exact.real + 1j * ((exact.imag + omega / 2) % omega - omega / 2)
+    exponent = found.exponent[0][found.diameter[0] >= 0]
+    either = np.concatenate([exponent, exponent.conj()])
+    apart = np.abs(np.subtract.outer(exact, either)) / omega
+    record_property("apart", f"{apart.min(axis=1).max():.1e}")
+    assert apart.min(axis=1).max() < 1e-10
+    assert apart.min(axis=0).max() < 1e-10
+    assert len(exponent) >= len(exact) / 2
+    assert found.verdict[0] == STABLE
+
+
+def moved(spring, centre, mass, damping, push, omega, state, begin, end):
+    """State (x, x') of a mass on a spring about `centre`, under a cosine, from one instant on."""
+
+    def steady(t):
+        q = push / (spring - mass * omega**2 + 1j * omega * damping) * np.exp(1j * omega * t)
+        return np.array([centre + q.real, (1j * omega * q).real])
+
+    A = np.array([[0, 1], [-spring / mass, -damping / mass]])
+    return steady(end) + la.expm(A * (end - begin)) @ (state - steady(begin))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("omega", [1.4, 2.0, 2.6, 3.2] if FULL else [3.2])
+def test_mass_on_an_impact_spring_in_closed_form(omega, record_property):
+    # Two springs, one of which cannot pull: the motion and the growth of what is beside it are
+    # matrix exponentials, one after the other; forces are continuous, and nothing jumps between.
+    k, kn, mass, ratio, v0, push = 1.0, 4.0, 1.0, 0.05, 0.3, 1.0
+    own = np.array([[[1.0], [0.0], [0.0]]])
+    system = System(
+        sectors=1,
+        engine_order=1,
+        diameters={0: Diameter(K=np.array([[k]]), M=np.array([[mass]]), own=own)},
+        contacts=Contacts(np.array([kn]), np.ones((1, 2)), np.zeros(1), np.array([v0])),
+        force={1: Force(np.array([push], complex))},
+        damping_ratio=ratio,
+    )
+    response = frequency_response(system, [omega / (2 * np.pi)], Options(161))
+    found = stability(system, response, harmonics=161)
+    damping, period = 2 * ratio * np.sqrt((k + kn) * mass), 2 * np.pi / omega
+    common = mass, damping, push, omega
+
+    def left(unknown):
+        opens, rate, closes = unknown
+        middle = moved(k, 0, *common, np.array([-v0, rate]), opens, closes)
+        centre = -kn * v0 / (k + kn)
+        end = moved(k + kn, centre, *common, middle, closes, opens + period)
+        return [middle[0] + v0, end[0] + v0, end[1] - rate]
+
+    t = np.linspace(0, period, 2001)
+    turning = np.exp(1j * omega * np.outer(t, np.arange(162)))
+    v = (turning @ response.contact[0, :, 0, 0]).real
+    opens, closes = (t[:-1][np.diff(np.sign(v)) == sign][0] for sign in (-2, 2))
+    rate = np.interp(opens, t, np.gradient(v, t))
+    opens, rate, closes = fsolve(
+        left, [opens, rate, closes + period * (closes < opens)], xtol=1e-13
+    )
+    assert np.abs(left([opens, rate, closes])).max() < 1e-11
+    free = [
+        la.expm(np.array([[0, 1], [-spring / mass, -damping / mass]]) * span)
+        for spring, span in ((k, closes - opens), (k + kn, period - closes + opens))
+    ]
+    exact = la.eigvals(free[1] @ free[0])
+    exact = exact[np.abs(exact) > 0.6]
+    given = found.multiplier[0][found.diameter[0] == 0]
+    apart = np.abs(np.subtract.outer(exact, np.concatenate([given, given.conj()]))).min(axis=1)
+    record_property("multipliers", ", ".join(f"{value:.4f}" for value in exact))
+    record_property("apart", f"{apart.max():.1e}")
+    assert apart.max() < 1e-8
+    assert found.verdict[0] == (UNSTABLE if np.abs(exact).max() > 1 else STABLE)
+    assert found.growing[0] == (np.abs(exact) > 1).sum()  # here all are real
+
+
+@dataclass
+class FollowedRing:
+    """A spring ring followed in time by central differences, many motions at once.
+
+    Between two steps displacements are taken as straight: a slider sets out from where they cross
+    v = 0, and ends up within its bounds. What a step does so changes with its state continuously.
+    """
+
+    seed: int
+    force: float
+    frequency: float
+    steps: int  # a period
+
+    def __post_init__(self):
+        self.sectors, self.order = RINGS[self.seed % len(RINGS)]
+        K, M, B, stiffness, C = assembled(self.seed)
+        contacts, load = springs(self.seed)[-2:]
+        tau = 1 / self.frequency / self.steps
+        left = la.inv(M / tau**2 + C / (2 * tau))
+        self.angle = 2 * np.pi / self.steps
+        self.ahead = (left @ (2 * M / tau**2 - K)).T
+        self.back = (left @ (M / tau**2 - C / (2 * tau))).T
+        self.pull, self.B = (left @ (B.T * stiffness)).T, B.T
+        lag = np.exp(-2j * np.pi * self.order * np.arange(self.sectors) / self.sectors)
+        self.push = left @ np.kron(lag, self.force * load)
+        offset = np.column_stack([contacts.v0, 0 * contacts.kt]).ravel()
+        self.offset = np.tile(offset, self.sectors)
+        alpha = (contacts.mu * contacts.kn)[:, None] / contacts.kt
+        self.alpha = np.tile(alpha, (self.sectors, 1))
+
+    def displaced(self, x):
+        """Relative displacements of all contacts, normal and tangential."""
+        u = (x @ self.B + self.offset).reshape(*x.shape[:-1], -1, 3)
+        return u[..., 0], u[..., 1:]
+
+    def slid(self, w, before, after):
+        """Sliders after a step."""
+        (v0, u0), (v, u) = before, after
+        down = ((v0 < 0) & (v >= 0))[..., None]
+        share = np.where(down, (-v0 / np.where(v == v0, 1, v - v0))[..., None], 0)
+        w = np.where(down, u0 + share * (u - u0), w)
+        reach = self.alpha * np.maximum(v, 1e-300)[..., None]
+        return np.where((v < 0)[..., None], u, np.clip(w, u - reach, u + reach))
+
+    def followed(self, z, count):
+        """States (..., 2n + sliders) after some steps from the beginning of the period."""
+        n = len(self.ahead)
+        x, before, w = z[..., :n], z[..., n : 2 * n], z[..., 2 * n :]
+        w = w.reshape(*z.shape[:-1], -1, 2)
+        for i in range(count):
+            v, u = self.displaced(x)
+            held = np.concatenate([np.maximum(v, 0)[..., None], u - w], axis=-1)
+            push = (self.push * np.exp(1j * self.angle * i)).real
+            pulled = held.reshape(*z.shape[:-1], -1) @ self.pull
+            x, before = x @ self.ahead - before @ self.back + push - pulled, x
+            w = self.slid(w, (v, u), self.displaced(x))
+        return np.concatenate([x, before, w.reshape(*z.shape[:-1], -1)], axis=-1)
+
+    def twisted(self, z):
+        """What the neighbours do when the wave has come to them: on the wave, the state itself."""
+        n = len(self.ahead)
+        z = self.followed(z, self.steps * (self.order % self.sectors) // self.sectors)
+        parts = (z[..., :n], z[..., n : 2 * n], z[..., 2 * n :])
+        split = (part.reshape(*z.shape[:-1], self.sectors, -1) for part in parts)
+        return np.concatenate(
+            [np.roll(part, -1, axis=-2).reshape(*z.shape[:-1], -1) for part in split], axis=-1
+        )
+
+    def start(self, response):
+        """The state of a response, which sliders move, and how large its vibration is."""
+        h = np.arange(response.harmonics + 1)
+        lag = np.exp(-2j * np.pi * self.order * np.outer(h, np.arange(self.sectors)) / self.sectors)
+        wave = np.array([np.kron(lag[i], response.x[i][0]) for i in h])
+        angles = self.angle * np.arange(-2 * self.steps, 1)
+        path = (np.exp(1j * np.outer(angles, h)) @ wave).real
+        w, places = np.zeros((self.sectors * CONTACTS, 2)), []
+        for one, other in pairwise(path):
+            w = self.slid(w, self.displaced(one), self.displaced(other))
+            places.append(w)
+        moves = np.ptp(places[-self.steps :], axis=0) > 1e-12
+        return np.concatenate([path[-1], path[-2], w.ravel()]), moves, np.abs(wave[1:]).max()
+
+    def derivative(self, response):
+        """The twisted map about its own fixed point, by finite differences."""
+        z, moves, size = self.start(response)
+        self.alpha = np.where(moves, self.alpha, np.inf)  # a slider that rests stays there
+        free = np.concatenate([np.ones(2 * len(self.ahead), bool), moves.ravel()])
+        step = 1e-6 * size * np.eye(len(z))[free]
+        for _ in range(3):
+            change = (self.twisted(z + step) - self.twisted(z - step)) / (2e-6 * size)
+            J = change[:, free].T
+            gap = (self.twisted(z) - z)[free]
+            z[free] += la.solve(np.eye(len(J)) - J, gap)
+        assert np.abs(gap).max() < 1e-9 * size
+        return J
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(24) if FULL else (1, 0, 4))
+def test_rings_against_finite_differences_of_their_motion(seed, record_property):
+    _, force, frequency = worst_of(seed)["lift"]
+    system = loaded(spring_ring(seed), force)
+    response = frequency_response(system, [frequency], Options(25))
+    found = stability(system, response, harmonics=25, count=100)
+    ring = FollowedRing(seed, force, frequency, 1200 * system.sectors)
+    shift = (system.engine_order % system.sectors) / system.sectors
+    there = found.diameter[0] >= 0
+    s, n = found.exponent[0][there] / (2 * np.pi * frequency), found.diameter[0][there]
+    given = np.exp(2 * np.pi * (s * shift - 1j * n / system.sectors))
+    standing = (2 * n % system.sectors == 0) & (np.abs(s.imag) < 1e-9)
+    given = np.concatenate([given, given[~standing].conj()])
+    exact = la.eigvals(ring.derivative(response))
+    size, apart = np.abs(exact) ** (1 / shift), np.abs(np.log(np.divide.outer(exact, given)))
+    kept = size > 0.6
+    # What is off in a whole period, of each and of none but these.
+    off = (size[:, None] * apart / shift).min(axis=1)[kept]
+    assert (apart / shift).min(axis=0)[np.abs(given) ** (1 / shift) > 0.6].max() < 2e-3
+    largest = np.abs(exact).max() ** (1 / shift)
+    record_property("largest multiplier", f"{largest:.5f}")
+    record_property("by exponents", f"{np.abs(found.multiplier[0][0]):.5f}")
+    record_property("motions", int(kept.sum()))
+    record_property("apart", f"{off.max():.1e}")
+    assert off.max() < 1e-3
+    if abs(largest - 1) > 1e-3:
+        assert found.verdict[0] == (UNSTABLE if largest > 1 else STABLE)
+
+
+MEASURED = {1: 1.0706, 0: 0.752, 4: 0.940}
+"""Of rings followed by the program and by central differences, period by period."""
+
+
+@pytest.mark.parametrize("seed", MEASURED)
+@pytest.mark.parametrize("harmonics", [3, 9])
+def test_few_harmonics_tell_what_rings_do(seed, harmonics, record_property):
+    _, force, frequency = worst_of(seed)["lift"]
+    system = loaded(spring_ring(seed), force)
+    response = frequency_response(system, [frequency], Options(harmonics))
+    found = stability(system, response)
+    largest = float(np.abs(found.multiplier[0, 0]))
+    record_property("largest multiplier", f"{largest:.5f}")
+    assert largest == pytest.approx(MEASURED[seed], abs=1e-3)
+    assert found.verdict[0] == (UNSTABLE if largest > 1 else STABLE)
+
+
+EDGE = 0.51  # of Im s: motions that turn over each period lie at 1/2
+
+
+def turns_of_determinant(system, u, frequency, diameter, harmonics):
+    """How often det[I - Γ(s) R(s)] turns round zero along Re s = 0 and 3, |Im s| = EDGE."""
+    contacts, omega = system.contacts, 2 * np.pi * frequency
+    law = law_transfer(u, (contacts.mu * contacts.kn)[:, None] / contacts.kt, harmonics)
+    order = np.arange(-harmonics, harmonics + 1)
+    stiffness = contacts.stiffness.reshape(-1)[law.components]
+    matrices, rows, poles = [], [], []
+    for k in (diameter + order * system.engine_order) % system.sectors:
+        held = system.at(int(k))
+        B = system.contact_rows(int(k)).reshape(-1, len(held.K))
+        K = held.K + (B.conj().T * contacts.stiffness.reshape(-1)) @ B
+        omega2, V = la.eigh(K, held.M)
+        C = held.M @ (V * (2 * system.damping_ratio * np.sqrt(omega2))) @ V.conj().T @ held.M
+        matrices.append((K, C, held.M, B[law.components].conj().T * stiffness))
+        rows.append((B[law.components], B[law.normals]))
+        poles.append(np.sqrt(omega2) / omega)
+    K, C, M, pull = (np.array(each) for each in zip(*matrices, strict=True))
+    own, normal = (np.array(each) for each in zip(*rows, strict=True))
+
+    def determinant(s):
+        z = omega * (s + 1j * order)[:, None, None]
+        x = np.linalg.solve(K + z * C + z**2 * M, pull)
+        pairs = zip(law.at(s), (own, normal), strict=True)
+        blocks = sum(part[:, :, None] * (b @ x).transpose(1, 2, 0)[:, None] for part, b in pairs)
+        size = len(law.components) * len(order)
+        return np.linalg.slogdet(np.eye(size) - blocks.reshape(size, size))[0]
+
+    corners = np.array([1j * EDGE, -1j * EDGE, 3 - 1j * EDGE, 3 + 1j * EDGE, 1j * EDGE])
+    total = 0.0
+    # Along the imaginary axis poles of what is hardly damped are near, and zeros beside them.
+    heights = np.array(poles).T - order, -np.array(poles).T - order
+    spread = system.damping_ratio * np.array([-30, -10, -3, -1, -0.3, 0, 0.3, 1, 3, 10, 30])
+    beside = (np.add.outer(EDGE - np.concatenate(heights), spread) / (2 * EDGE)).ravel()
+    for i, (begin, end) in enumerate(pairwise(corners)):
+        t = list(np.linspace(0, 1, 201))
+        if i == 0:
+            t = sorted({*t, *beside[(beside > 0) & (beside < 1)]})
+        elif i != 2:  # denser near the axis
+            t = [share**2 if i == 1 else 1 - (1 - share) ** 2 for share in t]
+        found = [determinant(begin + share * (end - begin)) for share in t]
+        j = 0
+        while j + 1 < len(t):
+            turned = np.angle(found[j + 1] / found[j])
+            if abs(turned) > 0.7 and t[j + 1] - t[j] > 1e-9:
+                t.insert(j + 1, (t[j] + t[j + 1]) / 2)
+                found.insert(j + 1, determinant(begin + t[j + 1] * (end - begin)))
+                continue
+            total += turned
+            j += 1
+    return round(total / (2 * np.pi))
+
+
+@pytest.mark.slow
+def test_as_many_grow_as_the_determinant_turns(record_property):
+    counts = []
+    for seed in range(500 if FULL else 20):
+        rng = np.random.default_rng(seed)
+        system = loaded(spring_ring(seed), 10 ** rng.uniform(0, 1.5))
+        system = replace(system, damping_ratio=10 ** rng.uniform(-4, -2))
+        frequency = rng.uniform(0.1, 0.45)
+        response = frequency_response(system, [frequency], Options(3))
+        u, N = to_real(response.contact[0]), system.sectors
+        modes = {k: stuck_modes(system, k) for k in range(N)}
+        n, omega = int(rng.integers(N // 2 + 1)), 2 * np.pi * frequency
+        structure = partial(PerturbedStructure, system, modes, n, omega, 5, WINDOW)
+        alpha = (system.contacts.mu * system.contacts.kn)[:, None] / system.contacts.kt
+        found = zeros(structure, law_transfer(u, alpha, 5), WINDOW)
+        assert found.complete, seed
+        growing = np.array([s.real > 0 and abs(s.imag) < EDGE for s, _ in found.each], bool)
+        assert growing.sum() == turns_of_determinant(system, u, frequency, n, 5), seed
+        counts.append(int(growing.sum()))
+    record_property("random systems", len(counts))
+    record_property("with growing motions", sum(count > 0 for count in counts))
+    record_property("growing motions", sum(counts))
+    assert sum(counts) > 0
+
+
+@pytest.fixture(scope="module")
+def vane(coarse):
+    """The coarse vane's system with all nodal diameters of its ring."""
+    steel = fem.Material(E=170e9, nu=0.3, rho=8200)
+    segment, casing = (fem.assemble(part, steel) for part in coarse)
+    shared = ("hook_front", "hook_rear", "key", "accessory")
+    joints = (
+        rom.Joint("hook", kn=1.67e7, kt=1.67e7, mu=0.3, interference=20e-6),
+        rom.Joint("interlock", kn=1e6, kt=1e6, mu=0.15, interference=2e-6),
+    )
+    return rom.join(
+        rom.reduce(segment, (*shared, "interlock_left", "interlock_right")),
+        rom.reduce(casing, (*shared, "force"), modes=10, nodal_diameters=range(9)),
+        joints,
+        rom.Excitation(1, force=30.0),
+        0.003,
+        diameters="all",
+    )
+
+
+@pytest.mark.slow
+def test_vane_at_full_load_leaves_its_wave(vane, record_property):
+    # Followed in time, the ring of this vane leaves the wave by 1.66 a period.
+    response = frequency_response(vane, (255.0, 280.0), Options(1))
+    frequency = response.frequency[response.amplitude[:, 0].max(axis=1).argmax()]
+    for H in (3, 9) if FULL else (3,):
+        response = frequency_response(vane, [frequency], Options(H))
+        found = stability(vane, response)
+        largest = float(np.abs(found.multiplier[0, 0]))
+        record_property(
+            f"H = {H}", f"{largest:.4f} a period, nodal diameter {found.diameter[0, 0]}"
+        )
+        assert largest == pytest.approx(1.659, abs=5e-3)
+        assert found.diameter[0, 0] == 7
+        assert found.verdict[0] == UNSTABLE
