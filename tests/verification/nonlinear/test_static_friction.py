@@ -106,7 +106,7 @@ def peak_of(system, hertz):
 
 @pytest.mark.slow
 def test_no_random_place_of_the_sliders_gives_a_peak_outside(record_property):
-    draws, outside, widths, rings = 0, 0, [], 200 if FULL else 3
+    draws, outside, widths, rings = 0, 0, [], 100 if FULL else 3
     for seed in range(rings):
         system = spring_ring(seed, 0.3)
         hertz = np.linspace(0.1, 0.45, 300)
