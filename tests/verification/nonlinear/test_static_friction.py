@@ -98,15 +98,17 @@ def test_loads_are_those_that_branch_and_bound_proves(record_property):
     assert same.mean() > 0.8
 
 
-def peak_of(system, hertz):
-    """Highest amplitude of a resonance among close frequencies, m."""
+def peak_of(system, hertz, direction):
+    """Highest peak of the output's direction among close frequencies, m; 0 if there is none."""
     response = frequency_response(system, hertz, Options(1), find_jumps=False)
-    return float(response.amplitude[:, 0].max())
+    size = response.amplitude[:, 0, direction]
+    peaks = (size[1:-1] >= size[:-2]) & (size[1:-1] > size[2:])
+    return float(size[1:-1][peaks].max(initial=0.0))
 
 
 @pytest.mark.slow
 def test_no_random_place_of_the_sliders_gives_a_peak_outside(record_property):
-    draws, outside, widths, rings = 0, 0, [], 100 if FULL else 3
+    draws, outside, widths, rings = 0, 0, [], 50 if FULL else 3
     for seed in range(rings):
         system = spring_ring(seed, 0.3)
         hertz = np.linspace(0.1, 0.45, 300)
@@ -124,7 +126,7 @@ def test_no_random_place_of_the_sliders_gives_a_peak_outside(record_property):
         for _ in range(50 if FULL else 10):
             slider = reach * random.normal(size=system.contacts.kt.shape) * random.uniform()
             moved = replace(system, contacts=replace(system.contacts, slider=slider))
-            size = peak_of(moved, np.linspace(*near, 60))
+            size = peak_of(moved, np.linspace(*near, 60), found.direction)
             draws, outside = draws + 1, outside + (size > 1.01 * found.amplitude[2])
     record_property("rings", f"{len(widths)} of {rings} with a peak")
     record_property("draws", draws)
