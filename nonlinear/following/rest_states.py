@@ -19,11 +19,10 @@ the same contacts open lies beyond an end, others may. The state at each is solv
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TypeAlias
+from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import OptimizeResult, linprog
 
 from vanelock.common.errors import InputError
 from vanelock.nonlinear.balance.balance import structure
@@ -33,6 +32,9 @@ from vanelock.nonlinear.forced_response.linear_response import closed_contacts
 from vanelock.nonlinear.forced_response.options import Options
 from vanelock.nonlinear.forced_response.response import Response
 from vanelock.rom.system import System
+
+if TYPE_CHECKING:
+    from scipy.optimize import OptimizeResult
 
 Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
@@ -103,8 +105,10 @@ class RestStates:
                 bounds.append(reach * start[:, 0] - side * start[:, 1 + way])
         return np.vstack(matrices), np.concatenate(bounds)[:, 0]
 
-    def least(self, objective: Floats) -> OptimizeResult:
+    def least(self, objective: Floats) -> "OptimizeResult":
         """The w (3c,), in units of `scale`, at which a linear objective (3c,) is least, if any."""
+        from scipy.optimize import linprog  # loaded by those alone who ask
+
         start, by = (each[::3] for each in self.stretch)
         matrix, bound = self._friction
         closed = self.closed
