@@ -98,6 +98,15 @@ class Contacts(Summarised):
         return np.column_stack([self.v0, 0.0 - self.slider])
 
     @property
+    def alpha(self) -> NDArray[np.float64]:
+        """(c, 2) μ kn/kt: a slider slips where its spring is stretched by that times v."""
+        return np.asarray((self.mu * self.kn)[:, None] / self.kt)
+
+    def of(self, joint: str) -> NDArray[np.bool_]:
+        """(c,) contacts of a joint, one of `joints`."""
+        return np.array([each == joint for each in self.joints], bool)
+
+    @property
     def joints(self) -> tuple[str, ...]:
         """The joint of each contact, "contact" where that is not known."""
         return self.joint or ("contact",) * self.count

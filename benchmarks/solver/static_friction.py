@@ -38,7 +38,7 @@ def with_friction(system: System, mu: float) -> System:
     )
 
 
-def told(values: np.ndarray, digits: int) -> str:
+def three(values: np.ndarray, digits: int) -> str:
     """Least, at zero and largest."""
     return " / ".join(f"{value:.{digits}f}" for value in values)
 
@@ -63,7 +63,7 @@ def row(system: System, mu: float, harmonics: int, share: float, near: tuple[flo
     load = found.rest_load[:, found.joints.index(JOINT)]
     return (
         f"| {mu:g} | {harmonics} | {share:g} | x {ratio[0]:.3f} ... {ratio[2]:.3f} "
-        f"| {told(1e6 * found.amplitude, 2)} | {told(found.frequency, 1)} | {told(load, 1)} "
+        f"| {three(1e6 * found.amplitude, 2)} | {three(found.frequency, 1)} | {three(load, 1)} "
         f"| {found.solved} | {cost:.0f} | {residual:.0e} |"
     )
 

@@ -144,8 +144,7 @@ def contact_law(
         table = grid(harmonics)
     else:
         table = basis(harmonics, TURN * np.arange(samples) / samples)
-    alpha = (contacts.mu * contacts.kn)[:, None] / contacts.kt
-    return Law(alpha, contacts.stiffness, table, samples is None, isotropic, constant_load)
+    return Law(contacts.alpha, contacts.stiffness, table, samples is None, isotropic, constant_load)
 
 
 def _check_isotropic(contacts: Contacts) -> None:

@@ -122,8 +122,7 @@ def motions(
     harmonics : int
         P.
     """
-    contacts = system.contacts
-    law = law_transfer(u, (contacts.mu * contacts.kn)[:, None] / contacts.kt, harmonics)
+    law = law_transfer(u, system.contacts.alpha, harmonics)
     found: list[FloquetMotion] = []
     complete = True
     for n in range(system.sectors // 2 + 1):

@@ -24,7 +24,7 @@ from vanelock.nonlinear.balance.stuck_modes import StuckModes, stuck_modes
 from vanelock.nonlinear.contact.law import contact_law
 from vanelock.nonlinear.continuation.families import fixed
 from vanelock.nonlinear.floquet.motions import motions
-from vanelock.nonlinear.forced_response.response import Response
+from vanelock.nonlinear.forced_response.response import Response, chosen_points
 from vanelock.nonlinear.fourier.threads import one_thread
 from vanelock.nonlinear.fourier.trigonometric import TURN, resized, to_real
 from vanelock.nonlinear.newton.newton import scales, solve
@@ -133,8 +133,8 @@ def stability(
         diameter is missing, or a given C couples the stuck modes.
     """
     finer = response.harmonics + MORE if harmonics is None else as_whole(harmonics, "harmonics")
-    chosen = list(range(response.points) if points is None else points)
-    _check(system, response, chosen, finer, count)
+    _check(system, response, finer, count)
+    chosen = chosen_points(response, points)
     system = replace(system, contacts=replace(system.contacts, mu=response.mu))
     every = _modes(system, modes or {})
     rows = []
@@ -155,7 +155,7 @@ def stability(
     )
 
 
-def _check(system: System, response: Response, chosen: list[int], finer: int, count: int) -> None:
+def _check(system: System, response: Response, finer: int, count: int) -> None:
     """Refuse what stability cannot be told of."""
     if (response.coupling, response.friction, response.samples) != ("coupled", "orthogonal", 0):
         law = f"{response.samples} samples" if response.samples else "located events"
@@ -176,11 +176,6 @@ def _check(system: System, response: Response, chosen: list[int], finer: int, co
         raise InputError(
             f"response: has {len(response.mu)} contacts: the system has {system.contacts.count}"
         )
-    for point in chosen:
-        if not 0 <= point < response.points:
-            raise InputError(f"points: given {point}: there are {response.points}, counted from 0")
-    if not chosen:
-        raise InputError("points: given none: needs one at least")
     if finer < response.harmonics:
         raise InputError(f"harmonics: given {finer}: the response has {response.harmonics} already")
     if as_whole(count, "count") < 1:

@@ -21,7 +21,7 @@ from vanelock.nonlinear.following.parameter_response import joined
 from vanelock.nonlinear.following.peak import CONDITION, PeakPoint
 from vanelock.nonlinear.following.peak_tracking import named_component
 from vanelock.nonlinear.following.rest_states import Joints, rest_states
-from vanelock.nonlinear.following.slider_search import Ends, Progress, Search
+from vanelock.nonlinear.following.slider_search import Ends, Progress, Search, Tally
 from vanelock.nonlinear.forced_response.frequencies import checked_range
 from vanelock.nonlinear.forced_response.options import Options
 from vanelock.nonlinear.forced_response.replay import Journal, replaying
@@ -148,17 +148,17 @@ def peak_bounds(
     states = rest_states(system, joints, share, options, modes)
     at_zero = states.system
     component = named_component(at_zero.output_names, output)
-    ready = options.prepare(at_zero, hertz, 1000, modes, replaying(journal, PeakPoint))
-    search = Search(ready, states, tuple(TURN * hertz), component, progress)
+    ready = options.prepare(at_zero, hertz, 1000, states.modes, replaying(journal, PeakPoint))
+    search = Search(ready, states, tuple(TURN * hertz), component, Tally(progress))
     return _collected(search.extremes(starts, tolerance, np.random.default_rng(seed)))
 
 
 def _collected(ends: Ends) -> PeakBounds:
     """Put three places into arrays."""
-    search, places = ends.search, [place for place, _ in ends.places]
+    search, places = ends.search, ends.places
     states, system = search.states, search.states.system
     joints = tuple(dict.fromkeys(system.contacts.joints))
-    masks = np.array([[each == joint for each in system.contacts.joints] for joint in joints])
+    masks = np.array([system.contacts.of(joint) for joint in joints])
     rest = np.array([states.solved(place.slider).force[0, 0, :, 0].real for place in places])
     responses = [search.at(place.slider).response([place.peak.solution]) for place in places]
     response = joined(responses, system.contacts.mu)[0]
@@ -176,9 +176,9 @@ def _collected(ends: Ends) -> PeakBounds:
         rest_load=rest.clip(0) @ masks.T,
         mean_load=response.force[:, 0, :, 0].real @ masks.T,
         found_by=tuple(place.found_by for place in places),
-        stationary=np.array([stationary for _, stationary in ends.places]),
+        stationary=np.array([place.stationary for place in places]),
         converged=response.converged & ((distance < CONDITION) | sharp),
         drawn=np.array(ends.drawn),
-        solved=sum(search.solved),
+        solved=search.tally.solved,
         response=response,
     )

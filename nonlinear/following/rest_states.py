@@ -65,8 +65,10 @@ class RestStates:
         ũ, m.
     receptance : (3c, 3c) float
         R̂₀.
-    options, modes
+    options : Options
         As of `static_response`.
+    modes : dict of int to StuckModes
+        Those that are known, of nodal diameter 0 among them.
     """
 
     system: System
@@ -76,7 +78,7 @@ class RestStates:
     linear: Floats
     receptance: Floats
     options: Options
-    modes: Mapping[int, StuckModes] | None
+    modes: Mapping[int, StuckModes]
 
     @cached_property
     def scale(self) -> float:
@@ -96,11 +98,11 @@ class RestStates:
         limit = contacts.mu * force[:, 0]
         matrices, bounds = [], []
         for way in (0, 1):
-            alpha = contacts.mu * contacts.kn / contacts.kt[:, way]
             pull = force[:, 1 + way]
             used = np.divide(pull, limit, where=limit > 0, out=np.zeros_like(pull)).clip(-1, 1)
             for side in (1.0, -1.0):
-                reach = ((self.share + side * (1 - self.share) * used) * alpha)[:, None]
+                most = self.share + side * (1 - self.share) * used
+                reach = (most * contacts.alpha[:, way])[:, None]
                 matrices.append(side * by[:, 1 + way] - reach * by[:, 0])
                 bounds.append(reach * start[:, 0] - side * start[:, 1 + way])
         return np.vstack(matrices), np.concatenate(bounds)[:, 0]
@@ -221,8 +223,9 @@ def rest_states(
         raise InputError("friction: given 'isotropic': bounds are of orthogonal friction")
     contacts = replace(system.contacts, slider=np.zeros_like(system.contacts.kt))
     system = replace(system, contacts=contacts)
-    nominal = static_response(system, options, modes)
-    balance = structure(system, 0, known=modes).balance(0.0)
+    prepared = structure(system, 0, known=modes)
+    modes = {**(modes or {}), **prepared.modes}
+    nominal, balance = static_response(system, options, modes), prepared.balance(0.0)
     return RestStates(
         system=system,
         nominal=nominal,

@@ -1,7 +1,7 @@
 """Peaks by the places of the sliders, and the search for the least and the largest of them."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import lru_cache, partial
 from typing import TypeAlias
 
@@ -43,11 +43,14 @@ class PlacedPeak:
         Where, m.
     peak : PeakPoint
     found_by : str
+    stationary : bool
+        Whether the gradient is known to lead no further.
     """
 
     slider: Floats
     peak: PeakPoint
     found_by: str
+    stationary: bool = False
 
     def settled(self) -> "PlacedPeak":
         """The same, sliders that slid once and stick for good where they stick."""
@@ -55,6 +58,21 @@ class PlacedPeak:
         sticks = (solution.deviation.state == STUCK)[:, None]
         slid = np.where(sticks, solution.w[:, 1:, 0], 0.0)
         return replace(self, slider=self.slider + slid)
+
+
+@dataclass
+class Tally:
+    """Counts the frequencies solved and tells the progress."""
+
+    progress: Progress | None
+    solved: int = 0
+
+    def __call__(self, peak: PeakPoint) -> PeakPoint:
+        """Count what a peak took."""
+        self.solved += peak.readings
+        if self.progress is not None:
+            self.progress(self.solved, peak.amplitude)
+        return peak
 
 
 @dataclass(frozen=True)
@@ -71,17 +89,14 @@ class Search:
         Range of frequencies, rad/s, in the order of a sweep.
     component : (int, int)
         Output node and direction.
-    progress : callable, optional
-    solved : list of int
-        Frequencies solved for each peak so far.
+    tally : Tally
     """
 
     ready: PreparedSystem
     states: RestStates
     range: tuple[float, float]
     component: tuple[int, int] | None
-    progress: Progress | None
-    solved: list[int] = field(default_factory=list)
+    tally: Tally
 
     def _way(self, begin: Floats, end: Floats, condition: float = ROUGH) -> PeakTrack:
         """What follows a peak from one place of the sliders, 0, to another, 1."""
@@ -94,12 +109,6 @@ class Search:
         """The system with sliders assembled at (c, 2), m."""
         return self._way(slider, slider).at(0.0)
 
-    def _counted(self, peak: PeakPoint) -> PeakPoint:
-        self.solved.append(peak.readings)
-        if self.progress is not None:
-            self.progress(sum(self.solved), peak.amplitude)
-        return peak
-
     def exact(self, place: PlacedPeak) -> PlacedPeak:
         """The same peak to the last digits, or a higher one with the same sliders."""
         track = self._way(place.slider, place.slider, CONDITION)
@@ -108,7 +117,7 @@ class Search:
         best = peaks[-1]
         if best.amplitude < (1 + HIGHER) * peaks[-2].amplitude:
             best = peaks[-2]
-        return replace(place, peak=self._counted(best))
+        return replace(place, peak=self.tally(best))
 
     def along(
         self, begin: PlacedPeak, end: Floats, found_by: str, sign: float | None = None
@@ -138,16 +147,15 @@ class Search:
         places = []
         for mark in passed:
             slider = (1 - mark.place) * begin.slider + mark.place * end
-            places.append(PlacedPeak(slider, self._counted(mark.peak), found_by))
+            places.append(PlacedPeak(slider, self.tally(mark.peak), found_by))
         return places
 
-    def climbed(
-        self, begin: PlacedPeak, sign: float, tolerance: float
-    ) -> tuple[list[PlacedPeak], bool]:
-        """Higher peaks (with -1 lower ones) along the gradient; whether it leads no further."""
+    def climbed(self, begin: PlacedPeak, sign: float, tolerance: float) -> list[PlacedPeak]:
+        """Higher peaks (with -1 lower ones) along the gradient."""
         places = [begin]
         for _ in range(STEPS):
-            here = max(places, key=lambda each: sign * each.peak.amplitude).settled()
+            top = max(places, key=lambda each: sign * each.peak.amplitude)
+            here = top.settled()
             family = self.at(here.slider).solver.family
             assert self.component is not None
             resonance = Resonance(family, self.component, self.ready.options.tolerance)
@@ -159,12 +167,12 @@ class Search:
                 break
             enough = tolerance * here.peak.amplitude
             if float(np.vdot(gradient[:, 1:], end - here.slider)) < enough:
-                return places, True
+                return [*places, replace(top, stationary=True)]
             places += self.along(here, end, "gradient", sign)
             best = max(sign * each.peak.amplitude for each in places)
             if best - sign * here.peak.amplitude < enough:
                 break
-        return places, False
+        return places
 
     def starts(
         self, begin: PlacedPeak, count: int, random: np.random.Generator
@@ -177,34 +185,33 @@ class Search:
         slips = begin.peak.solution.deviation.state != STUCK
         ways = []
         for joint in dict.fromkeys(contacts.joints):
-            mask = np.array([each == joint for each in contacts.joints])
+            mask = contacts.of(joint)
             if (slips & mask).any():
                 most = partial(self.states.least_load, mask, -1.0)
                 for end in (_found(most), _found(partial(self.states.widest, mask))):
                     if end is not None:
                         ways.append(self.along(begin, end, "load"))
         for i in range(count):
-            drawn = [
-                self.states.extreme(each) for each in random.normal(size=(2, 3 * contacts.count))
-            ]
+            objectives = random.normal(size=(2, 3 * contacts.count))
+            first, second = (_found(partial(self.states.extreme, each)) for each in objectives)
             share = 1.0 if i % 2 == 0 else random.uniform()
-            if drawn[0] is not None and drawn[1] is not None:
-                end = share * drawn[0] + (1 - share) * drawn[1]
+            if first is not None and second is not None:
+                end = share * first + (1 - share) * second
                 ways.append(self.along(begin, end, "random"))
         return ways
 
     def extremes(self, count: int, tolerance: float, random: np.random.Generator) -> "Ends":
         """The least and the largest peak, from so many random starts."""
         zero = self.states.zero
-        track = self._way(zero, zero)
+        track = self._way(zero, zero, CONDITION)
         swept = track.sweep(0.0)
         track = track.with_component(0.0, swept)
         peak = track.highest(0.0, swept)
         if peak is None:
             raise InputError("near: no peak was found in it with sliders assembled at zero")
         search = replace(self, component=track.component)
-        nominal = search.exact(PlacedPeak(zero, peak, "assembled at zero"))
-        known = nominal, True
+        nominal = PlacedPeak(zero, self.tally(peak), "assembled at zero")
+        known = replace(nominal, stationary=True)
         if not self.states.share.any() or not self.states.system.contacts.mu.any():
             return Ends(search, (known, known, known), [])
         ways = [way for way in search.starts(nominal, count, random) if way]
@@ -214,31 +221,27 @@ class Search:
 
     def end(
         self, nominal: PlacedPeak, ways: Sequence[list[PlacedPeak]], sign: float, tolerance: float
-    ) -> tuple[PlacedPeak, bool]:
-        """The least (-1) or largest (1) peak, and whether the gradient leads no further from it."""
+    ) -> PlacedPeak:
+        """The least (-1) or largest (1) peak."""
 
         def key(place: PlacedPeak) -> float:
             return sign * place.peak.amplitude
 
         known = [nominal, *(place for way in ways for place in way)]
         drawn = [way for way in ways if way[0].found_by == "random"]
-        begins = [max(known, key=key), *(max(way, key=key) for way in drawn)]
-        still: set[int] = set()
-        for begin in {id(each): each for each in begins}.values():
-            places, stationary = self.climbed(begin, sign, tolerance)
-            known += places
-            if stationary:
-                still.add(id(max(places, key=key)))
-        known.sort(key=key, reverse=True)
-        checked: list[tuple[PlacedPeak, bool]] = []
-        while known and len(checked) < CHECKS:
-            place = known.pop(0)
-            if checked and key(place) <= max(key(each) for each, _ in checked):
+        begin = max(known, key=key)
+        tops = [max(way, key=key) for way in drawn]
+        for each in [begin, *(top for top in tops if top is not begin)]:
+            known += self.climbed(each, sign, tolerance)
+        known.sort(key=lambda each: (key(each), each.stationary), reverse=True)
+        checked: list[PlacedPeak] = []
+        for place in known[:CHECKS]:
+            if checked and key(place) <= max(map(key, checked)):
                 break
             exact = self.exact(place)
             same = abs(exact.peak.amplitude / place.peak.amplitude - 1) < HIGHER
-            checked.append((exact, same and id(place) in still))
-        return max(checked, key=lambda each: key(each[0]))
+            checked.append(replace(exact, stationary=same and place.stationary))
+        return max(checked, key=key)
 
 
 @dataclass(frozen=True)
@@ -249,15 +252,14 @@ class Ends:
     ----------
     search : Search
         With the output whose peak it is.
-    places : ((PlacedPeak, bool), (PlacedPeak, bool), (PlacedPeak, bool))
-        The least peak, that with sliders at zero and the largest; whether the gradient leads no
-        further from each.
+    places : (PlacedPeak, PlacedPeak, PlacedPeak)
+        The least peak, that with sliders at zero and the largest.
     drawn : list of float
         Peaks at random places, m.
     """
 
     search: Search
-    places: tuple[tuple[PlacedPeak, bool], tuple[PlacedPeak, bool], tuple[PlacedPeak, bool]]
+    places: tuple[PlacedPeak, PlacedPeak, PlacedPeak]
     drawn: list[float]
 
 

@@ -78,7 +78,7 @@ def static_bounds(
     names = dict.fromkeys(system.contacts.joints if of is None else np.atleast_1d(of).tolist())
     found = []
     for name in names:
-        mask = np.array([each == name for each in system.contacts.joints], bool)
+        mask = system.contacts.of(name)
         if not mask.any():
             known = ", ".join(dict.fromkeys(system.contacts.joints)) or "none"
             raise InputError(f"of: given {name!r}: joints are {known}")
@@ -102,6 +102,6 @@ def _end(states: RestStates, mask: Bools, sign: float) -> tuple[Floats, float, b
         return states.zero, np.nan, False
     if slider is None:
         return states.zero, np.inf, True
-    state = states.solved(slider)
+    state = states.solved(slider) if sign else states.nominal
     load = state.force[0, 0, mask, 0].real.sum()
     return slider, max(float(load), 0.0), bool(state.converged.all())

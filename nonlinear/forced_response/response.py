@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from vanelock.common.errors import InputError
 from vanelock.common.product import Product
 from vanelock.nonlinear.balance.balance import Structure
 from vanelock.nonlinear.contact.law import OPEN, SLIP, SLIP_OPEN, STUCK, Deviation
@@ -222,6 +223,23 @@ def half_peak_to_peak(q: Array) -> Floats:
     flat = to_complex(to_real(q).reshape(-1, 2 * harmonics + 1))
     top, bottom = (values_at(flat, angle) for angle in extremes(flat))
     return np.asarray((top - bottom).reshape(q.shape[1:]) / 2)
+
+
+def chosen_points(response: Response, points: Sequence[int] | None) -> list[int]:
+    """Points of a response that are asked for; None for all.
+
+    Raises
+    ------
+    InputError
+        If one does not exist, or there are none.
+    """
+    chosen = list(range(response.points) if points is None else points)
+    for point in chosen:
+        if not 0 <= point < response.points:
+            raise InputError(f"points: given {point}: there are {response.points}, counted from 0")
+    if not chosen:
+        raise InputError("points: given none: needs one at least")
+    return chosen
 
 
 def amplitude_and_slope(q: Array, rates: Array) -> tuple[float, float]:

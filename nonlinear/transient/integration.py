@@ -219,6 +219,6 @@ def integrator(ring: FullRing, omega: float, steps: int, modes: int | None = Non
         rigid=rigid,
         response=response,
         coupling=coupling,
-        alpha=(contacts.mu * contacts.kn)[:, None] / contacts.kt,
+        alpha=contacts.alpha,
         small=SMALL * float(vibration or np.abs(linear).max(initial=1.0)),
     )

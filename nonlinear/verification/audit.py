@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from vanelock.common.errors import InputError
 from vanelock.common.product import Product
-from vanelock.nonlinear.forced_response.response import Response
+from vanelock.nonlinear.forced_response.response import Response, chosen_points
 from vanelock.nonlinear.verification.marched_contact import Marched, march_contacts
 from vanelock.rom.system import Diameter, System
 
@@ -116,22 +116,17 @@ def audit_response(
             f"response: {response.coupling}, friction {response.friction}: an audit is of coupled "
             "balances with orthogonal friction"
         )
-    chosen = range(response.points) if points is None else points
-    for point in chosen:
-        if not 0 <= point < response.points:
-            raise InputError(f"points: given {point}: there are {response.points}, counted from 0")
+    chosen = chosen_points(response, points)
     sizes = {int(k): len(system.at(int(k)).K) for k in response.harmonic_diameters}
     fits = len(response.mu) == system.contacts.count and all(
         response.x[h].shape[1] == sizes[int(k)] for h, k in enumerate(response.harmonic_diameters)
     )
     if not fits:
         raise InputError("response: has other coordinates or contacts than the system")
-    if not len(chosen):
-        raise InputError("points: given none: needs one at least")
     damping = {k: damping_matrix(system, k) for k in sizes}
     rows = [_checked(system, response, point, damping, samples) for point in chosen]
     columns = {name: np.array([row[name] for row in rows]) for name in rows[0]}
-    return Audit(frequency=response.frequency[list(chosen)], **columns)
+    return Audit(frequency=response.frequency[chosen], **columns)
 
 
 def damping_matrix(system: System, nodal_diameter: int) -> Array:

@@ -21,8 +21,8 @@ ALIKE = 0.8
 """Least modal assurance criterion between the mode of interest free and stuck."""
 OPEN_SHARE = 0.1
 """Of a joint's contacts that the limits hold closed, how many may be open at rest."""
-TOLD = 0.01
-"""Range of a joint's load at rest, relative to that load, from which it is told."""
+RANGE = 0.01
+"""Of a joint's load at rest, relative to that load, from which it is worth a line."""
 HARMONICS = 0.1
 """Motion of the contacts by harmonics beyond the band, over that by the first."""
 SPEEDS = (0.05, 5e4)
@@ -124,7 +124,7 @@ def static_friction(
     lines = []
     for name, (low, here, high) in zip(bounds.joints, bounds.rest_load, strict=True):
         slips = np.isin(state[names == name], (SLIP, SLIP_OPEN)).any()
-        if slips and high - low > TOLD * max(here, low):
+        if slips and high - low > RANGE * max(here, low):
             most = f"{high:.3g} N a sector" if np.isfinite(high) else "any load"
             lines.append(
                 f"static friction of contacts that stick is not determined: it can hold {name} at "
