@@ -6,7 +6,7 @@ import numpy as np
 
 from vanelock.common.cyclic import folded
 from vanelock.common.errors import InputError
-from vanelock.rom.system import Contacts, Diameter, Matrix, System
+from vanelock.rom.system import DAMPING_JOINTS, Contacts, Diameter, Matrix, System
 
 ROUND_OFF = 1e-9
 """Largest deviation of a matrix from symmetry, and of M from being positive, relative to it."""
@@ -44,6 +44,9 @@ def check(
     ratio = system.damping_ratio
     if ratio is not None and not 0 <= ratio < 1:
         raise InputError(f"{where}: damping/ratio = {ratio}: allowed are 0 to 1")
+    if system.damping_joints not in DAMPING_JOINTS:
+        given, allowed = system.damping_joints, " and ".join(map(repr, DAMPING_JOINTS))
+        raise InputError(f"{where}: damping/joints = {given!r}: allowed are {allowed}")
     if system.band is not None and not system.band > 0:
         raise InputError(f"{where}: band = {system.band} Hz: must be > 0")
     _check_contacts(system.contacts, where)

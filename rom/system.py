@@ -30,6 +30,7 @@ MARGIN = 1.05
 """Of a band over the highest frequency of a response, whose neighbouring modes count too."""
 FORMAT = "vanelock-system"
 VERSION = 1
+DAMPING_JOINTS = "open", "stuck"
 
 
 def common_band(bands: Iterable[float | None]) -> float | None:
@@ -202,7 +203,10 @@ class System(Product):
     output_names : tuple of str
         Names of the output nodes.
     damping_ratio : float or None
-        ζ of every mode of the structure with all contacts stuck.
+        ζ of every mode of the structure whose contacts are as `damping_joints` says.
+    damping_joints : {"open", "stuck"}
+        Of the contacts that the linear limit "free" opens, in the modes that ζ is of: open, so
+        that nothing viscous acts across them, or stuck like all others.
     band : float or None
         Frequency up to which its reduced parts answer, Hz: responses beyond it are refused; None
         where that is not known or nothing was reduced.
@@ -215,6 +219,7 @@ class System(Product):
     force: dict[int, Force] = field(default_factory=dict)
     output_names: tuple[str, ...] = ()
     damping_ratio: float | None = None
+    damping_joints: str = "stuck"
     band: float | None = None
 
     def __post_init__(self) -> None:
@@ -232,6 +237,11 @@ class System(Product):
         for name in numbers:
             if getattr(self, name) is not None:
                 object.__setattr__(self, name, float(getattr(self, name)))
+
+    @property
+    def opens_in_damping(self) -> NDArray[np.bool_]:
+        """(c,) contacts that are open in the modes that the damping ratio is of."""
+        return self.contacts.opens & (self.damping_joints == "open" and bool(self.damping_ratio))
 
     def nodal_diameter(self, harmonic: int) -> int:
         """ND of a harmonic, (h·EO) mod N."""
@@ -297,6 +307,7 @@ class System(Product):
             group.create_dataset("output/name", data=list(self.output_names), dtype=text)
         if self.damping_ratio is not None:
             group.create_dataset("damping/ratio", data=self.damping_ratio)
+            group["damping"].attrs["joints"] = self.damping_joints
         if self.band is not None:
             group.create_dataset("band", data=self.band).attrs["unit"] = "Hz"
 
@@ -347,6 +358,8 @@ class System(Product):
             int(h): Force(dataset[()], int(dataset.attrs.get("omega_power", 0)))
             for h, dataset in group.get("force", {}).items()
         }
+        damping = group.get("damping")
+        joints = "stuck" if damping is None else damping.attrs.get("joints", "stuck")
         system = cls(
             sectors=int(group.attrs["sectors"]),
             engine_order=int(group.attrs["engine_order"]),
@@ -354,7 +367,8 @@ class System(Product):
             contacts=contacts,
             force=force,
             output_names=tuple(group["output/name"].asstr()[()]) if "output" in group else (),
-            damping_ratio=float(group["damping/ratio"][()]) if "damping" in group else None,
+            damping_ratio=None if damping is None else float(damping["ratio"][()]),
+            damping_joints=str(joints),
             band=float(group["band"][()]) if "band" in group else None,
         )
         check(system, where)

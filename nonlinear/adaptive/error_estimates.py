@@ -110,8 +110,8 @@ class Estimator:
 
     def _output(self, wide: Structure, amplitudes: list[Complex]) -> Complex:
         """(H + 1,) coefficients of the monitored output."""
-        pairs = zip(wide.nodal_diameters, amplitudes, strict=True)
-        return np.array([wide.output_rows[k][self.monitored] @ a for k, a in pairs])
+        pairs = zip(wide.output_rows, amplitudes, strict=True)
+        return np.array([rows[self.monitored] @ a for rows, a in pairs])
 
     def output(self, prepared: Structure, omega: float, w: Floats) -> Complex:
         """(H + 1,) coefficients of the monitored output under a deviation (c, 3, 2H + 1), m."""
@@ -151,10 +151,11 @@ class Estimator:
             return None
 
         def force(wide: Structure, h: int, omega: float, amplitude: Complex) -> Complex:
+            modes = wide.at(h)
             with np.errstate(divide="ignore"):
-                natural = 1 / np.sqrt(wide.at(h).compliance) / (2 * np.pi)
+                natural = np.sqrt(modes.static) / np.sqrt(modes.compliance) / (2 * np.pi)
             error = mesh_error(wide.nodal_diameters[h], natural)
-            return np.asarray(2 * error * amplitude)
+            return np.asarray(2 * error * modes.static * amplitude)
 
         return force
 

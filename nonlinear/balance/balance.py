@@ -124,6 +124,7 @@ class Structure:
     @cached_property
     def _by_harmonic(self) -> list[StuckModes]:
         every = [self.modes[k] for k in self.nodal_diameters]
+        every[0] = every[0].at_rest
         if not np.isfinite(self.cutoff):
             return every
         cut = (modes.static_beyond(h * self.cutoff) for h, modes in enumerate(every) if h)
@@ -135,7 +136,7 @@ class Structure:
         for h, amplitude in enumerate(self.amplitudes(omega, w)[1:], 1):
             cut, full = self.at(h), self.modes[self.nodal_diameters[h]]
             ratio = cut.dynamic(h * omega) / full.dynamic(h * omega)
-            missed.append(full.rows @ (amplitude * (ratio - 1)))
+            missed.append(full.rows @ full.sprung(h * omega, amplitude * (ratio - 1)))
         return to_real(np.stack(missed)).reshape(w.shape)
 
     @cached_property
@@ -169,15 +170,16 @@ class Structure:
         return np.asarray(moved + self._offset)
 
     @cached_property
-    def output_rows(self) -> dict[int, Array]:
-        """(o, 3, n) displacements of the output nodes in each mode, by nodal diameter."""
-        rows = {}
-        for k, modes in self.modes.items():
-            output = self.system.at(k).output
+    def output_rows(self) -> list[Array]:
+        """(o, 3, n) displacements of the output nodes in each mode, by harmonic."""
+        rows: dict[int, Array] = {}
+        for h, k in enumerate(self.nodal_diameters):
+            modes, output = self.at(h), self.system.at(k).output
             if output is None:
                 output = np.zeros((len(self.system.output_names), 3, len(modes.shapes)))
-            rows[k] = output @ modes.shapes
-        return rows
+            if id(modes) not in rows:
+                rows[id(modes)] = output @ modes.shapes
+        return [rows[id(self.at(h))] for h in range(self.harmonics + 1)]
 
     @cached_property
     def unit_forces(self) -> dict[int, Array]:
@@ -300,9 +302,8 @@ class Structure:
 
     def output(self, amplitudes: list[Array]) -> NDArray[np.complex128]:
         """(H + 1, o, 3) displacement of the output nodes from modal amplitudes, m."""
-        diameters = self.nodal_diameters
-        pairs = zip(diameters, amplitudes, strict=True)
-        return np.array([self.output_rows[k] @ amplitude for k, amplitude in pairs], complex)
+        pairs = zip(self.output_rows, amplitudes, strict=True)
+        return np.array([rows @ amplitude for rows, amplitude in pairs], complex)
 
 
 def structure(

@@ -1,4 +1,14 @@
-"""Receptances over a range of frequencies, from tables."""
+"""Receptances over a range of frequencies, from tables.
+
+Where the modes are those of the structure with joints open (`stuck_modes`), the springs k of these
+act on the far modes alone first, whose receptance F stays smooth. With n the near modes, o the
+contacts that open and A = (k⁻¹ + F_oo)⁻¹,
+
+    R̂ K_c⁻¹ = F̃ + B S⁻¹ L,     F̃ = F - F_:o A F_o:,     B = b_n - F_:o A b_no,
+    S = p_n + b_noᴴ A b_no,    L = b_nᴴ - b_noᴴ A F_o: = b_nᴴ - b_noᴴ k F̃_o:,
+
+of which F̃, B and S - p_n are tabulated.
+"""
 
 from dataclasses import dataclass
 from functools import partial
@@ -28,7 +38,15 @@ class FarColumns:
         Modal forces of unit displacements of the springs.
     dynamic : (k, n)
         Modal dynamic stiffnesses at the nodes.
+
+    Attributes
+    ----------
+    opened, through : (m,), (k, m, 3c)
+        Components on which springs act, and what columns are moved by where they move there.
     """
+
+    opened: NDArray[np.int64] | None = None
+    through: Array
 
     def __init__(self, rows: Array, pull: Array, dynamic: Array) -> None:
         self._rows, self._pull, self._dynamic = rows, pull, dynamic
@@ -46,12 +64,27 @@ class FarColumns:
                 room = np.empty((min(2 * count, len(self._place)), *self._held.shape[1:]), complex)
                 room[: self._count] = self._held[: self._count]
                 self._held = room
-            self._held[self._count : count] = (
-                self._pull.T[missing, None] / self._dynamic
-            ) @ self._rows.T
+            fresh = (self._pull.T[missing, None] / self._dynamic) @ self._rows.T
+            self._held[self._count : count] = self.sprung(fresh)
             self._place[missing] = np.arange(self._count, count)
             self._count = count
         return self._held, self._place[wanted]
+
+    def sprung(self, columns: Array) -> Array:
+        """Columns (j, k, 3c) once the springs act."""
+        if self.opened is None:
+            return columns
+        seen = columns[:, :, self.opened].swapaxes(0, 1)
+        return np.asarray(columns - (seen @ self.through).swapaxes(0, 1))
+
+    def spring(self, opened: NDArray[np.int64], stiffness: Floats) -> Array:
+        """Let springs act from now on at (m,) components; A at the nodes, (k, m, m)."""
+        held, places = self.at(opened)
+        flexible = (held[places] / stiffness[:, None, None]).swapaxes(0, 1)  # F_:o, by rows
+        answer = np.linalg.inv(flexible[:, :, opened].swapaxes(1, 2) + np.diag(1 / stiffness))
+        self.opened, self.through = opened, answer.swapaxes(1, 2) @ flexible
+        held[: self._count] = self.sprung(held[: self._count])
+        return np.asarray(answer)
 
 
 @dataclass(frozen=True)
@@ -66,11 +99,14 @@ class ReceptanceTable:
         R̂ of the others.
     linear : (3c, k) or None
         Their ũ under the excitation at 1 rad/s; None where the harmonic is not excited.
+    near : (low, k, 3c), (k, low, low), or None
+        B and S - p_n, where springs act.
     """
 
     low: int
     columns: FarColumns
     linear: Array | None
+    near: tuple[Array, Array] | None = None
 
 
 @dataclass(frozen=True)
@@ -124,8 +160,12 @@ class Tabulated:
             return np.zeros(len(structure.stiffness))
         modes = structure.at(harmonic)
         push = structure.modal_force(harmonic, omega)[: table.low]
-        near = modes.rows[:, : table.low] @ (push / modes.dynamic(harmonic * omega)[: table.low])
         growth = structure.growth(harmonic, omega)
+        if table.near is not None:
+            far = (table.linear @ shares) * growth
+            near = self._near(harmonic, omega, shares, push[None], far[None])[0]
+            return np.asarray(far + near)
+        near = modes.rows[:, : table.low] @ (push / modes.dynamic(harmonic * omega)[: table.low])
         return np.asarray((table.linear @ shares) * growth + near)
 
     def _columns(
@@ -134,12 +174,30 @@ class Tabulated:
         """Columns of R̂_h."""
         table, modes = self.tables[harmonic - 1], self.structure.at(harmonic)
         near = modes.rows[:, : table.low]
+        held, places = table.columns.at(wanted)
+        if table.near is not None:
+            out = np.zeros((len(wanted), len(near)), complex)
+            combine(held, shares, places, out)
+            push = near[wanted].conj() * self.structure.stiffness[wanted, None]
+            return out + self._near(harmonic, omega, shares, push, out)
         dynamic = modes.dynamic(harmonic * omega)[: table.low]
         out = (near[wanted].conj() / dynamic) @ near.T
         out *= self.structure.stiffness[wanted, None]
-        held, places = table.columns.at(wanted)
         combine(held, shares, places, out)
         return out
+
+    def _near(self, harmonic: int, omega: float, shares: Floats, push: Array, far: Array) -> Array:
+        """What the near modes (low,) add to far motions (j, 3c) under modal forces (j, low)."""
+        table, modes = self.tables[harmonic - 1], self.structure.at(harmonic)
+        assert table.near is not None
+        assert modes.springs is not None
+        own = modes.opened
+        rows = np.zeros((table.low, far.shape[1]), complex)
+        combine(table.near[0], shares, np.arange(table.low), rows)
+        S = np.tensordot(shares, table.near[1], 1)
+        S[np.diag_indices(table.low)] += modes.dynamic(harmonic * omega)[: table.low]
+        seen = (far[:, own] * modes.springs[own]) @ modes.rows[own, : table.low].conj()
+        return np.asarray(np.linalg.solve(S, (push - seen).T).T @ rows)
 
 
 @dataclass
@@ -215,4 +273,13 @@ def _table(structure: Structure, harmonic: int, low: int, nodes: Floats) -> Rece
     linear = None
     if force is not None:
         linear = far @ (structure.unit_forces[harmonic][low:] / dynamic).T
-    return ReceptanceTable(low, columns, linear)
+    if modes.springs is None:
+        return ReceptanceTable(low, columns, linear)
+    own = modes.opened
+    answer = columns.spring(own, modes.springs[own])
+    near = modes.rows[:, :low]
+    rows = columns.sprung(np.broadcast_to(near.T[:, None], (low, len(nodes), len(near))))
+    if linear is not None:
+        linear = columns.sprung(linear.T[None])[0].T
+    stiffness = near[own].conj().T @ answer @ near[own]
+    return ReceptanceTable(low, columns, linear, (rows, stiffness))

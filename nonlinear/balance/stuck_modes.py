@@ -7,6 +7,14 @@ to VᴴK̃V = I, VᴴMV = Λ (the inverse squared frequencies), the dynamic stif
 
 Normalised by stiffness, static and low-frequency receptances keep full accuracy whatever the
 highest modes are, and massless coordinates do no harm.
+
+Where the modal damping is that of the structure whose joints are open (`System.damping_joints`),
+its modes serve: Vᴴ(K̃ - bᴴkb + σ²M)V = I, b the rows of the contacts that open and k their springs,
+σ about the lowest frequency, as the open structure may have motions that nothing holds. Then
+
+    Vᴴ D̃ V = p(s) + bᴴ k b,      p = A - s² Λ + i s 2ζ (AΛ)^½,      A = I - σ² Λ,
+
+of which p is diagonal and the springs few: D̃⁻¹ = p⁻¹ - p⁻¹ bᴴ (k⁻¹ + b p⁻¹ bᴴ)⁻¹ b p⁻¹.
 """
 
 from collections.abc import Mapping
@@ -26,10 +34,17 @@ from vanelock.rom.system import System
 Array: TypeAlias = NDArray[Any]
 Floats = NDArray[np.float64]
 
+KEPT = 100  # frequencies at which springs were condensed
+NEAR = 0.1  # modal dynamic stiffness, of 1 at rest, of a mode told apart
+MASSLESS = (
+    'with the contacts open that the limit "free" opens, and what they alone hold has no mass: '
+    'damping of the structure with these open needs mass there; damping/joints = "stuck" does not'
+)
+
 
 @dataclass(frozen=True)
 class StuckModes(Product):
-    """Modes of one nodal diameter with all contacts stuck.
+    """Modes of one nodal diameter, in which the structure with all contacts stuck is told.
 
     Attributes
     ----------
@@ -39,17 +54,24 @@ class StuckModes(Product):
         b = B V, relative displacements of the contacts (normal, t1, t2) in each mode.
     compliance : (n,) float
         Λ, s²/rad².
+    static : (n,) float
+        A, modal stiffness: 1, less where the modes are those of the open structure.
     damping : (n,) float
         Diagonal of the modal damping, s/rad.
     coupled_damping : (n, n) or None
         The whole modal damping where a given C does not leave it diagonal.
+    springs : (3c,) float or None
+        Stiffness of the contacts that are open in the modes, zero for others, N/m; None where all
+        contacts are stuck in them.
     """
 
     shapes: Array
     rows: Array
     compliance: Floats
+    static: Floats
     damping: Floats
     coupled_damping: Array | None = None
+    springs: Floats | None = None
 
     @cached_property
     def pull(self) -> Array:
@@ -66,20 +88,91 @@ class StuckModes(Product):
             coupled_damping=None if coupled is None else coupled.conj(),
         )
 
+    @cached_property
+    def opened(self) -> NDArray[np.int64]:
+        """(m,) components of contacts that are open in the modes."""
+        return np.flatnonzero(np.zeros(0) if self.springs is None else self.springs)
+
+    @cached_property
+    def _opened(self) -> tuple[Array, Array, Floats]:
+        """(m, n) their rows, (n, m) modal forces, (m,) flexibility."""
+        own = self.opened
+        assert self.springs is not None
+        return (
+            np.ascontiguousarray(self.rows[own]),
+            np.ascontiguousarray(self.pull[:, own]),
+            1 / self.springs[own],
+        )
+
+    @cached_property
+    def _last(self) -> dict[float, tuple[Array, Array, Array]]:
+        return {}
+
+    @cached_property
+    def _still(self) -> Array:
+        """(n, n) T with TTᴴ the inverse of the modal stiffness, all contacts stuck."""
+        rows, pull, flexibility = self._opened
+        stiffness = (pull / flexibility) @ rows
+        stiffness[np.diag_indices_from(stiffness)] += self.static
+        upper = la.cholesky(stiffness)
+        return np.asarray(la.solve_triangular(upper, np.eye(len(upper))))
+
+    @cached_property
+    def at_rest(self) -> "StuckModes":
+        """Without inertia and damping: shapes whose stiffness is 1, all contacts stuck."""
+        if self.springs is None:
+            return self
+        none = np.zeros(len(self.compliance))
+        shapes, rows = self.shapes @ self._still, self.rows @ self._still
+        return StuckModes(shapes, rows, none, np.ones(len(none)), none)
+
     def dynamic(self, s: float) -> Array:
-        """Diagonal of the modal dynamic stiffness at the circular frequency s, rad/s."""
-        diagonal: Array = 1 - s**2 * self.compliance + 1j * s * self.damping
+        """Diagonal of the modal dynamic stiffness at s, rad/s, the springs of `springs` aside."""
+        diagonal: Array = self.static - s**2 * self.compliance + 1j * s * self.damping
         return diagonal
+
+    def sprung(self, s: float, amplitudes: Array) -> Array:
+        """Amplitudes (n,) or (n, k) once the springs of `springs` act, given those without.
+
+        Modes at resonance are told apart: the others answer with the receptance F, and with
+        A = (k⁻¹ + bFbᴴ)⁻¹ these n are left, (p_n + b_nᴴ A b_n) a_n = r_n - b_nᴴ A b F r.
+        """
+        if self.springs is None:
+            return amplitudes
+        rows, pull, flexibility = self._opened
+        diagonal = self.dynamic(s)
+        if s not in self._last:
+            near = np.flatnonzero(np.abs(diagonal) < NEAR)
+            answer = rows / diagonal
+            answer[:, near] = 0.0
+            stiffness = np.linalg.inv(np.diag(flexibility) + answer @ pull)
+            inner = np.diag(diagonal[near]) + pull[near] @ stiffness @ rows[:, near]
+            if len(self._last) == KEPT:
+                self._last.clear()
+            self._last[s] = near, stiffness, inner
+        near, stiffness, inner = self._last[s]
+        own = amplitudes.reshape(len(diagonal), -1)
+        far = own.copy()
+        far[near] = 0.0
+        force = stiffness @ (rows @ far)
+        if len(near):
+            push = diagonal[near, None] * own[near] - pull[near] @ force
+            moved = np.linalg.solve(inner, push)
+            force += stiffness @ (rows[:, near] @ moved)
+        far -= (pull @ force) / diagonal[:, None]
+        if len(near):
+            far[near] = moved
+        return far.reshape(amplitudes.shape)
 
     def poles(self) -> Floats:
         """(n,) smallest |s|, rad/s, at which each mode's complex dynamic stiffness vanishes.
 
         That is its natural frequency if it can oscillate; of an overdamped mode, the slower decay.
         """
-        c, d = self.compliance, np.abs(self.damping)
+        c, d = self.static * self.compliance, np.abs(self.damping)
         stable = np.maximum(2 * np.sqrt(c), d + np.sqrt(np.maximum(d**2 - 4 * c, 0.0)))
-        with np.errstate(divide="ignore"):
-            return np.asarray(2 / stable)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            return np.where(self.static > 0, np.asarray(2 * self.static / stable), 0.0)
 
     def static_beyond(self, s: float) -> "StuckModes":
         """The same modes, those whose poles lie beyond s, rad/s, following at once.
@@ -100,12 +193,16 @@ class StuckModes(Product):
 
     def solve(self, s: float, right: Array) -> Array:
         """Modal amplitudes (n,) or (n, k) under the modal forces `right` at s, rad/s."""
+        if s == 0 and self.springs is not None:
+            return np.asarray(self._still @ (self._still.conj().T @ right))
         diagonal = self.dynamic(s)
         if self.coupled_damping is None or s == 0:
-            solution: Array = right / (diagonal if right.ndim == 1 else diagonal[:, None])
-            return solution
+            return self.sprung(s, right / (diagonal if right.ndim == 1 else diagonal[:, None]))
         full = 1j * s * self.coupled_damping
-        full[np.diag_indices_from(full)] += 1 - s**2 * self.compliance
+        full[np.diag_indices_from(full)] += self.static - s**2 * self.compliance
+        if self.springs is not None:
+            rows, pull, flexibility = self._opened
+            full += (pull / flexibility) @ rows
         return np.asarray(la.solve(full, right))
 
     def slope(self, s: float, amplitudes: Array) -> Array:
@@ -135,15 +232,21 @@ def stuck_modes(system: System, nodal_diameter: int) -> StuckModes:
     if nodal_diameter == 0:
         stuck, M, B = (_real(value, "nd/0") for value in (stuck, M, B))
     stuck, M = (stuck + stuck.conj().T) / 2, (M + M.conj().T) / 2
+    opens = np.repeat(system.opens_in_damping, 3) & bool(M.any())
+    base, shift, wrong = stuck, 0.0, "with all contacts stuck; something is not held"
     try:
-        values, shapes = la.eigh(M, stuck)
+        if opens.any():
+            shift = 1 / float(la.cho_solve(la.cho_factor(stuck), M).trace().real)
+            base = stuck - (B[opens].conj().T * k[opens]) @ B[opens] + shift * M
+            base, wrong = (base + base.conj().T) / 2, MASSLESS
+        values, shapes = la.eigh(M, base)
     except la.LinAlgError:
-        raise InputError(
-            f"system: nd/{nodal_diameter}/K is not positive definite with all contacts stuck; "
-            "something is not held"
-        ) from None
+        where = f"system: nd/{nodal_diameter}/K"
+        raise InputError(f"{where} is not positive definite {wrong}") from None
     values, shapes = values[::-1].clip(min=0), np.ascontiguousarray(shapes[:, ::-1])
-    damping = 2 * (system.damping_ratio or 0.0) * np.sqrt(values)
+    static = (1 - shift * values).clip(min=0)
+    damping = 2 * (system.damping_ratio or 0.0) * np.sqrt(static * values)
+    springs = np.where(opens, k, 0.0) if opens.any() else None
     coupled = None
     if C is not None:
         modal = shapes.conj().T @ C @ shapes
@@ -154,7 +257,7 @@ def stuck_modes(system: System, nodal_diameter: int) -> StuckModes:
         else:
             coupled = modal + np.diag(damping)
             damping = coupled.diagonal().real
-    return StuckModes(shapes, B @ shapes, values, damping, coupled)
+    return StuckModes(shapes, B @ shapes, values, static, damping, coupled, springs)
 
 
 @dataclass(frozen=True)

@@ -92,6 +92,16 @@ class LawTransfer:
         across = self.across + (kept * factor).swapaxes(1, 2) @ begun
         return along, across
 
+    def onto_open(self, opened: Rows) -> "LawTransfer":
+        """The law of w - u instead of w in the (m,) components of contacts open in the modes."""
+        components = np.union1d(self.components, opened)
+        own = np.searchsorted(components, self.components)
+        along, across = np.zeros((2, len(components), *self.along.shape[1:]), complex)
+        held = np.zeros((len(components), *self.held.shape[1:]))
+        along[own], across[own], held[own] = self.along, self.across, self.held
+        along[np.searchsorted(components, opened)] -= np.eye(2 * self.harmonics + 1)
+        return LawTransfer(components, along, across, held)
+
 
 def law_transfer(u: Floats, alpha: Floats, harmonics: int) -> LawTransfer:
     """Γ about a periodic motion.

@@ -71,7 +71,7 @@ class FloquetMotion:
         for place, modes in enumerate(structure.each):
             z = structure.omega * (s + 1j * (place - structure.harmonics))
             pulled = modes.pull[:, components] * structure.stiffness[components] @ w[:, place]
-            amplitude = pulled / (1 + z * (z * modes.compliance + modes.damping))
+            amplitude = pulled / (modes.static + z * (z * modes.compliance + modes.damping))
             here = structure.place == place
             amplitude[structure.number[here]] = a[here]
             size[place] = np.abs(structure.output_rows(place) @ amplitude).max(initial=0.0)
@@ -122,7 +122,7 @@ def motions(
     harmonics : int
         P.
     """
-    law = law_transfer(u, system.contacts.alpha, harmonics)
+    law = law_transfer(u, system.contacts.alpha, harmonics).onto_open(modes[0].opened)
     found: list[FloquetMotion] = []
     complete = True
     for n in range(system.sectors // 2 + 1):

@@ -3,10 +3,11 @@
 Harmonic k of a perturbation of nodal diameter n has the diameter (n + k EO) mod N and moves as
 e^{zt}, z = (s + ik)ω. In the modes V of that diameter (`stuck_modes`)
 
-    p_r a_r = b_rᴴ K_c w_k,      p_r = 1 + z²Λ_r + z d_r,      u_k = Σ_r b_r a_r.
+    p_r a_r = b_rᴴ K_c w_k,      p_r = A_r + z²Λ_r + z d_r,      u_k = Σ_r b_r a_r,
 
-Modes with a pole near the values of s of interest are told apart: what all others add, R_k(s) w_k,
-is smooth in s there.
+w - u instead of w for contacts that are open in the modes. Modes with a pole near the values of s
+of interest are told apart, and all lower ones where contacts are open, whose closing raises them:
+what all others add, R_k(s) w_k, is smooth in s there.
 """
 
 from collections.abc import Mapping
@@ -85,6 +86,10 @@ class PerturbedStructure:
     def chosen(self) -> list[tuple[int, int]]:
         """Place of the harmonic and number of the mode of the m near ones."""
         near = [(self.window.distance(s) < self.near).any(axis=0) for s in self.poles]
+        for k, modes in enumerate(self.each, -self.harmonics):
+            if modes.springs is not None:
+                reach = self.omega * (abs(k) + self.window.half + self.near)
+                near[k + self.harmonics] |= modes.poles() < reach
         return [(place, int(r)) for place, one in enumerate(near) for r in np.flatnonzero(one)]
 
     @cached_property
@@ -104,16 +109,18 @@ class PerturbedStructure:
 
     @cached_property
     def _quadratic(self) -> NDArray[np.float64]:
-        """(2, m) d and Λ of the near modes."""
-        each, size = self.each, len(self.chosen)
-        pairs = [(each[k].damping[r], each[k].compliance[r]) for k, r in self.chosen]
-        return np.array(pairs, float).reshape(size, 2).T
+        """(3, m) A, d and Λ of the near modes."""
+        found = np.empty((3, len(self.chosen)))
+        for i, (k, r) in enumerate(self.chosen):
+            modes = self.each[k]
+            found[:, i] = modes.static[r], modes.damping[r], modes.compliance[r]
+        return found
 
     def diagonal(self, s: complex) -> Complex:
         """(m,) p of the near modes."""
         z = self.omega * (s + 1j * (self.place - self.harmonics))
-        damping, compliance = self._quadratic
-        found: Complex = 1 + z * (z * compliance + damping)
+        static, damping, compliance = self._quadratic
+        found: Complex = static + z * (z * compliance + damping)
         return found
 
     def rows(self, components: Rows) -> Complex:
@@ -135,7 +142,7 @@ class PerturbedStructure:
         found = np.empty((len(rows), len(rows[0]), pull[0].shape[1]), complex)
         for place, modes in enumerate(self.each):
             z = self.omega * (s + 1j * (place - self.harmonics))
-            answer = 1 / (1 + z * (z * modes.compliance + modes.damping))
+            answer = 1 / (modes.static + z * (z * modes.compliance + modes.damping))
             answer[self.number[self.place == place]] = 0.0
             found[place] = (rows[place] * answer) @ pull[place]
         return found
@@ -154,6 +161,6 @@ class PerturbedStructure:
 def complex_poles(modes: StuckModes) -> Complex:
     """(2, n) values of z, rad/s, at which p of each mode vanishes; infinity is a large one."""
     d = modes.damping
-    root = np.sqrt(d**2 - 4 * modes.compliance.astype(complex))
+    root = np.sqrt(d**2 - 4 * modes.static * modes.compliance.astype(complex))
     inverse = -np.stack([d + root, d - root]) / 2
-    return np.asarray(1 / np.where(np.abs(inverse) > 1e-150, inverse, -1e-150))
+    return np.asarray(modes.static / np.where(np.abs(inverse) > 1e-150, inverse, -1e-150))

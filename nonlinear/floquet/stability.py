@@ -190,7 +190,8 @@ def _modes(system: System, known: Mapping[int, StuckModes]) -> dict[int, StuckMo
         every[k] = known[k] if k in known else stuck_modes(system, k)
         if every[k].coupled_damping is not None:
             raise InputError(
-                f"system: nd/{k}/C: given one that couples the modes with all contacts stuck: "
+                f"system: nd/{k}/C: given one that couples the modes, joints "
+                f"{'open' if system.opens_in_damping.any() else 'stuck'}: "
                 "stability allows damping/ratio and a C that they leave diagonal"
             )
         every.setdefault((system.sectors - k) % system.sectors, every[k].conjugate())

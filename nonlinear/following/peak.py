@@ -121,7 +121,7 @@ class Resonance:
         q = np.zeros((2, prepared.harmonics + 1), complex)
         for h, amplitude in enumerate(prepared.amplitudes(omega, solution.w)):
             modes = prepared.at(h)
-            row = prepared.output_rows[prepared.nodal_diameters[h]][self.component]
+            row = prepared.output_rows[h][self.component]
             changed = modes.pull @ (stiffness * moved[h])
             rate = prepared.push_rate(h, omega, amplitude)
             q[0, h] = row @ amplitude

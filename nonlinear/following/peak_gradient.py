@@ -44,7 +44,7 @@ def slider_gradient(resonance: Resonance, solution: Solution) -> Floats:
 def _amplitude_by_w(resonance: Resonance, solution: Solution) -> Floats:
     """dA/dw, (c, 3, 2H + 1), of A = (q(θ₁) - q(θ₂)) / 2 at the extremes of the output q."""
     prepared, omega = resonance.structure, solution.omega
-    rows = [prepared.output_rows[k][resonance.component] for k in prepared.nodal_diameters]
+    rows = [each[resonance.component] for each in prepared.output_rows]
     amplitudes = prepared.amplitudes(omega, solution.w)
     q = np.array([row @ amplitude for row, amplitude in zip(rows, amplitudes, strict=True)])
     angles = extremes(q[:, None])[:, 0]

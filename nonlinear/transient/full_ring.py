@@ -9,7 +9,9 @@ With the modes of the stuck structure (`stuck_modes`) the motion is X_k = V_k (a
 is the steady linear vibration with every contact stuck, known in closed form, and y_k answers to
 the deviations w_j of the contacts from sticking,
 
-    Λ y_k'' + D y_k' + y_k = b_kᴴ K_c W_k,      W_k = 1/N Σ_j w_j e^{2πikj/N}.
+    Λ y_k'' + D y_k' + A y_k = b_kᴴ K_c W_k,      W_k = 1/N Σ_j w_j e^{2πikj/N}.
+
+Contacts that are open in the modes pull with w_j less the displacement that is y_k's.
 """
 
 from dataclasses import dataclass, replace
@@ -70,7 +72,7 @@ class FullRing:
         B = self.system.contact_rows(self.diameters[k]).reshape(-1, len(x))
         own = x.conj() if mirrored else x
         force = matrices.K @ own + B.conj().T @ (self.stiffness * (B @ own))
-        amplitude: Array = self.modes[k].shapes.conj().T @ force
+        amplitude = self.modes[k].solve(0.0, self.modes[k].shapes.conj().T @ force)
         return amplitude.conj() if mirrored else amplitude
 
     def linear(self, omega: float) -> dict[int, Array]:
@@ -140,7 +142,8 @@ def ring(system: System) -> FullRing:
     for k, found in zip(diameters, modes, strict=True):
         if found.coupled_damping is not None:
             raise InputError(
-                f"system: nd/{k}/C: given one that couples the modes with all contacts stuck: "
+                f"system: nd/{k}/C: given one that couples the modes, joints "
+                f"{'open' if system.opens_in_damping.any() else 'stuck'}: "
                 "time integration allows damping/ratio and a C that they leave diagonal"
             )
     sectors = 1 if alike else N

@@ -31,6 +31,8 @@ class RingMotion:
         What `modal_step` keeps of each mode, y first, by diameter.
     load, static : (k, n), (k, 3c) complex
         Modal loads of the deviations, and their displacements through modes without inertia.
+    place : (k, 3c) complex
+        Displacements of the contacts beside the steady vibration, by diameter.
     u, w : (N, 3c) float
         Relative displacements of the contacts and their deviations from sticking, m.
     awake : (c,) bool
@@ -40,6 +42,7 @@ class RingMotion:
     state: Complex
     load: Complex
     static: Complex
+    place: Complex
     u: Floats
     w: Floats
     awake: NDArray[np.bool_]
@@ -94,6 +97,7 @@ class Integrator:
             state=np.zeros((diameters, 4, n), complex),
             load=np.zeros((diameters, n), complex),
             static=np.zeros((diameters, d), complex),
+            place=np.zeros((diameters, d), complex),
             u=self.linear[-1].copy(),
             w=np.zeros((self.ring.sectors, d)),
             awake=np.zeros(len(self.alpha), bool),
@@ -118,11 +122,12 @@ class Integrator:
         q = response.contact[point].reshape(response.harmonics + 1, -1)
         u = sum(self.ring.travelling(h, q[h], angles) for h in range(response.harmonics + 1))
         path = np.ascontiguousarray(u)
-        past = []
+        past: list[Complex] = []
         for piece in (path[:-2], path[-3:-1], path[-2:]):  # places at the last three instants
             follow(piece, self.alpha, motion.w)
-            past.append(self.ring.by_diameter(motion.w))
+            past.append(self.pulling(piece[-1], motion.w, self.linear[len(past) - 3]))
         motion.u[:] = path[-1]
+        motion.place[:] = self.ring.by_diameter(path[-1] - self.linear[-1])
         motion.load[:] = self._loads(past[2])
         motion.static[:] = np.einsum("kad,ka->kd", self.rigid, past[2])
         change, before = self._loads(past[2] - past[1]), self._loads(past[1] - past[0])
@@ -130,6 +135,12 @@ class Integrator:
         motion.state[:, 2] = np.where(corrected, (before - change) / 12, motion.state[:, 2])
         motion.state[:, 3] = np.where(corrected, change, 0.0)
         return motion
+
+    def pulling(self, u: Floats, w: Floats, linear: Floats) -> Complex:
+        """(k, ..., 3c) what pulls at the modes by diameter: w, w less their motion where open."""
+        own, pulls = self.ring.modes[0].opened, w.copy()
+        pulls[..., own] -= (u - linear)[..., own]
+        return self.ring.by_diameter(pulls)
 
     def _loads(self, deviations: Complex) -> Complex:
         """Modal loads (k, n) of deviations (k, 3c)."""
@@ -155,10 +166,12 @@ class Integrator:
             self.ring.weight,
             self.ring.stiffness,
             self.alpha,
+            self.ring.modes[0].opened,
             self.small,
             motion.state,
             motion.load,
             motion.static,
+            motion.place,
             motion.u,
             motion.w,
             motion.awake,
@@ -194,13 +207,18 @@ def integrator(ring: FullRing, omega: float, steps: int, modes: int | None = Non
     rigid = np.zeros((diameters, d, d), complex)
     response = np.zeros_like(rigid)
     for k, (kept, found) in enumerate(zip(counts, ring.modes, strict=True)):
-        mode = steps_of(found.compliance[:kept], found.damping[:kept], step)
+        static = None if found.springs is None else found.static[:kept]
+        mode = steps_of(found.compliance[:kept], found.damping[:kept], step, static)
         transition[k, :, :, :kept], hold[k, :, :kept] = mode.transition, mode.hold
         rise[k, :, :kept] = mode.rise
         near, far = found.rows[:, :kept], found.rows[:, kept:]
         rows[k, :, :kept] = near
-        rigid[k] = ((far @ far.conj().T) * ring.stiffness).T
+        rigid[k] = (((far / found.static[kept:]) @ far.conj().T) * ring.stiffness).T
         response[k] = rigid[k] + (((near * mode.rise[0]) @ near.conj().T) * ring.stiffness).T
+        own = found.opened
+        if len(own):  # their springs answer within the step
+            yields = np.eye(len(own)) + response[k][np.ix_(own, own)]
+            response[k] -= response[k][:, own] @ np.linalg.solve(yields, response[k][own])
     weighted = response * ring.weight[:, None, None] / ring.sectors
     coupling = np.einsum("kj,kab->jab", ring.shift, weighted).real.copy()
     angles = TURN * np.arange(1, steps + 1) / steps

@@ -113,6 +113,42 @@ def _commit(
 
 
 @kernel
+def _hold(opened: Columns, place: Complex, known: Complex, change: Complex) -> None:
+    """Changes (k, d) of what pulls at contacts open in the modes, their deviations held."""
+    for k in range(place.shape[0]):
+        for a in opened:
+            change[k, a] = place[k, a] - known[k, a]
+
+
+@kernel
+def _pull(
+    opened: Columns,
+    place: Complex,
+    moved: Complex,
+    change: Complex,
+    changed: Columns,
+    count: int,
+) -> int:
+    """Changes of what pulls (k, d), from those of the deviations; how many columns are not zero.
+
+    Updates `place` (k, d) to where the contacts moved.
+    """
+    for a in opened:
+        known = False
+        for i in range(count):
+            known = known or changed[i] == a
+        if not known:
+            changed[count] = a
+            count += 1
+        for k in range(place.shape[0]):
+            change[k, a] -= moved[k, a] - place[k, a]
+    for k in range(place.shape[0]):
+        for a in range(place.shape[1]):
+            place[k, a] = moved[k, a]
+    return count
+
+
+@kernel
 def _copy(source: Floats, target: Floats) -> None:
     """Copy (N, d)."""
     for j in range(source.shape[0]):
@@ -145,10 +181,12 @@ def march(
     weight: Floats,
     stiffness: Floats,
     alpha: Floats,
+    opened: Columns,
     small: float,
     state: Complex,
     load: Complex,
     static: Complex,
+    place: Complex,
     u: Floats,
     w: Floats,
     awake: Flags,
@@ -176,10 +214,13 @@ def march(
         Of the ring.
     stiffness : (3c,)
     alpha : (c, 2)
+    opened : (m,)
+        Components of contacts that are open in the modes.
     small : float
         Change of a deviation at which a step counts as solved, m.
-    state, load, static, u, w : (k, 4, n), (k, n), (k, 3c), (N, 3c), (N, 3c)
-        Updated: states, modal loads, static displacements, displacements and deviations.
+    state, load, static, place, u, w : (k, 4, n), (k, n), (k, 3c), (k, 3c), (N, 3c), (N, 3c)
+        Updated: states, modal loads, static displacements, those of all modes, displacements in
+        all and deviations.
     awake : (c,)
         Contacts that may deviate more; grows.
     path, places, motion : (s, N, 3c), (s, N, 3c), (s, k, n)
@@ -196,6 +237,8 @@ def march(
         _copy(w, w_before)
         _predict(state, load, transition, hold, predicted)
         _contacts(predicted, rows, static, known)
+        _hold(opened, place, known, change)
+        _add(response, change, opened, opened.size, known)
         _gather(known, linear[i], shift, weight, u)
         while True:
             awake_count = _list(awake, listed)
@@ -214,6 +257,7 @@ def march(
                 break
         if sweeps == SWEEPS:
             unsolved += 1
+        count = _pull(opened, place, moved, change, changed, count)
         _add(rigid, change, changed, count, static)
         _commit(predicted, rows, rise, stiffness, change, changed, count, state, load, push)
         _copy(u, path[i])

@@ -238,7 +238,7 @@ def _departure(stepped: Integrator, found: Period, start: tuple[Response, int] |
 def _output(stepped: Integrator, found: Period) -> Floats:
     """(s, N, 3o) displacement of the output nodes."""
     whole, n = stepped.ring, stepped.rows.shape[2]
-    deviations = whole.by_diameter(found.w)
+    deviations = stepped.pulling(found.u, found.w, stepped.linear)
     moved = []
     rows = [
         np.zeros((0, len(m.shapes))) if out is None else out.reshape(-1, len(m.shapes)) @ m.shapes
@@ -249,7 +249,7 @@ def _output(stepped: Integrator, found: Period) -> Floats:
     ]
     for k, (modes, out) in enumerate(zip(whole.modes, rows, strict=True)):
         near, far = out[:, :n], out[:, n:]
-        rigid = far @ modes.rows[:, n:].conj().T * whole.stiffness
+        rigid = far / modes.static[n:] @ modes.rows[:, n:].conj().T * whole.stiffness
         moved.append(found.y[:, k, : near.shape[1]] @ near.T + deviations[k] @ rigid.T)
     history = whole.in_sectors(np.array(moved))
     angles = TURN * np.arange(1, stepped.steps + 1) / stepped.steps
@@ -265,12 +265,14 @@ def _coordinates(stepped: Integrator, found: Period, harmonics: int) -> dict[int
     whole, n = stepped.ring, stepped.rows.shape[2]
     linear = whole.linear(stepped.omega)
     y = np.fft.fft(np.roll(found.y, 1, axis=0), axis=0) / stepped.steps
-    deviations = np.fft.fft(whole.by_diameter(np.roll(found.w, 1, axis=0)), axis=1) / stepped.steps
+    pulling = stepped.pulling(found.u, found.w, stepped.linear)
+    deviations = np.fft.fft(np.roll(pulling, 1, axis=1), axis=1) / stepped.steps
     x: dict[int, NDArray[Any]] = {}
     for h in range(harmonics + 1):
         k, mirrored = whole.wave(h)
         modes = whole.modes[k]
         far = modes.rows[:, n:].conj().T @ (whole.stiffness * deviations[k, -h if mirrored else h])
+        far = far / modes.static[n:]
         amplitude = np.concatenate([y[-h if mirrored else h, k, : len(modes.compliance)], far])
         if h:
             amplitude = 2 * amplitude

@@ -130,22 +130,23 @@ def audit_response(
 
 
 def damping_matrix(system: System, nodal_diameter: int) -> Array:
-    """C + Σ_j 2ζω_j (M V_j)(M V_j)ᴴ, V_j the mass-normalised modes with all contacts stuck.
+    """C + Σ_j 2ζω_j (M V_j)(M V_j)ᴴ, V_j the mass-normalised modes, joints as the system says.
 
-    Massless coordinates have no modes: those of M against the stuck stiffness serve there.
+    Massless coordinates have no modes: those of M against the stiffness serve there.
     """
     matrices = system.at(nodal_diameter)
     n = len(matrices.K)
     C = np.zeros((n, n)) if matrices.C is None else matrices.C
     if not system.damping_ratio:
         return C
-    B = system.contact_rows(nodal_diameter).reshape(-1, n)
-    stuck = matrices.K + (B.conj().T * system.contacts.stiffness.reshape(-1)) @ B
+    closed = ~system.opens_in_damping
+    B = system.contact_rows(nodal_diameter)[closed].reshape(-1, n)
+    held = matrices.K + (B.conj().T * system.contacts.stiffness[closed].reshape(-1)) @ B
     try:
-        omega2, V = la.eigh(stuck, matrices.M)
-        weight = 2 * system.damping_ratio * np.sqrt(omega2)
+        omega2, V = la.eigh(held, matrices.M)
+        weight = 2 * system.damping_ratio * np.sqrt(omega2.clip(min=0))
     except la.LinAlgError:
-        inverse, V = la.eigh(matrices.M, stuck)
+        inverse, V = la.eigh(matrices.M, held)
         moving = inverse > 1e-14 * inverse.max()
         V = V[:, moving] / np.sqrt(inverse[moving])
         weight = 2 * system.damping_ratio / np.sqrt(inverse[moving])

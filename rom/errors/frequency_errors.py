@@ -27,7 +27,7 @@ from vanelock.common.errors import InputError
 from vanelock.rom.component import Component, Reduced
 from vanelock.rom.errors.neglected import Neglected
 from vanelock.rom.fixed_interface.held import hermitian
-from vanelock.rom.joining.linear_modes import linear_modes, linear_stiffness
+from vanelock.rom.joining.linear_modes import linear_damping, linear_modes, linear_stiffness
 from vanelock.rom.joining.vane_and_casing import joined_dofs
 from vanelock.rom.system import Matrix, System
 
@@ -150,11 +150,7 @@ def response_errors(
     if matrices.output is None:
         raise InputError("response_errors: the system has no output nodes")
     n = len(matrices.K)
-    C = np.zeros((n, n)) if matrices.C is None else matrices.C
-    if system.damping_ratio:
-        stuck, V = linear_modes(system, k, n)
-        MV = matrices.M @ V
-        C = C + (MV * (2 * system.damping_ratio * 2 * np.pi * stuck)) @ MV.conj().T
+    C = linear_damping(system, k)
     K, outputs = linear_stiffness(system, k, closed), matrices.output.reshape(-1, n)
     found, errors = [], []
     for omega in 2 * np.pi * np.asarray(frequencies):

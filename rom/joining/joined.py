@@ -35,7 +35,9 @@ class Joined:
     always_closed : tuple of str
         Contacts that the linear limit "free" keeps closed.
     damping_ratio : float, optional
-        Modal damping ratio, contacts stuck.
+        Modal damping ratio.
+    damping_joints : {"stuck", "open"}
+        As of `System`.
     """
 
     sectors: int
@@ -48,6 +50,7 @@ class Joined:
     cylindrical: bool = False
     always_closed: tuple[str, ...] = ()
     damping_ratio: float | None = None
+    damping_joints: str = "stuck"
 
     @cached_property
     def _merged(self) -> Merged:
@@ -92,6 +95,7 @@ class Joined:
             force=self._forces(),
             output_names=names,
             damping_ratio=self.damping_ratio,
+            damping_joints=self.damping_joints,
             band=common_band(part.reach for part in self.parts.values()),
         )
 

@@ -61,6 +61,18 @@ def linear_stiffness(
     return np.asarray(K + (B.conj().T * stiffness) @ B)
 
 
+def linear_damping(system: System, nodal_diameter: int) -> Matrix:
+    """(n, n) damping at a nodal diameter, the modal one Σ 2ζω_j (M V_j)(M V_j)ᴴ included."""
+    matrices = system.at(nodal_diameter)
+    n = len(matrices.K)
+    C = np.zeros((n, n)) if matrices.C is None else matrices.C
+    if system.damping_ratio:
+        hertz, V = linear_modes(system, nodal_diameter, n, ~system.opens_in_damping)
+        MV = matrices.M @ V
+        C = C + (MV * (2 * system.damping_ratio * 2 * np.pi * hertz)) @ MV.conj().T
+    return C
+
+
 def mac(
     a: NDArray[np.complex128], b: NDArray[np.complex128], M: NDArray[np.complex128]
 ) -> NDArray[np.float64]:

@@ -30,7 +30,7 @@ def united(systems: Sequence[System]) -> System:
     for other in others:
         if twice := diameters.keys() & other.diameters.keys():
             raise InputError(f"united: nodal diameter {min(twice)} comes twice")
-        alike = ("sectors", "engine_order", "output_names", "damping_ratio")
+        alike = ("sectors", "engine_order", "output_names", "damping_ratio", "damping_joints")
         differing = [name for name in alike if getattr(first, name) != getattr(other, name)]
         if differing or first.contacts.joint != other.contacts.joint:
             raise InputError(f"united: the systems differ in {(differing or ['contacts'])[0]}")

@@ -72,6 +72,7 @@ def join(
     excitation: Excitation,
     damping_ratio: float | None = None,
     diameters: Literal["given", "all"] = "given",
+    damping_joints: str = "stuck",
 ) -> System:
     """Join vane and casing by key ties and contact elements.
 
@@ -84,10 +85,12 @@ def join(
     excitation : Excitation
         The travelling load.
     damping_ratio : float, optional
-        Modal damping ratio ζ with all contacts stuck.
+        Modal damping ratio ζ.
     diameters : {"given", "all"}
         "all" insists on every nodal diameter 0 ... ⌊N/2⌋, which time integration of the whole ring
         needs.
+    damping_joints : {"stuck", "open"}
+        As of `System`: the hook is stuck in any case.
 
     Returns
     -------
@@ -134,6 +137,7 @@ def join(
         outputs=outputs,
         always_closed=("hook",),
         damping_ratio=damping_ratio,
+        damping_joints=damping_joints,
     )
     return joined.system(sorted(casing.diameters))
 

@@ -1,5 +1,6 @@
 """What may be given for a system's arrays, and what is said of the rest."""
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +21,7 @@ from vanelock.nonlinear import (
     linear_response,
     static_response,
 )
+from vanelock.rom.consistency import check
 
 ROWS = [[[1], [0], [0]]]
 ALONE = {"K": [[4, 1j], [-1j, 3]], "M": np.eye(2), "own": [[[1, 0], [0, 1], [0, 0]]]}
@@ -129,3 +131,14 @@ def test_a_file_with_arrays_that_do_not_fit_is_named(tmp_path: Path) -> None:
         file["nd/0/K"] = np.ones(3)
     with pytest.raises(InputError, match=r"system\.h5: Diameter\.K: given shape \(3,\)"):
         System.load(path)
+
+
+def test_joints_in_damping_are_kept_checked_and_stuck_in_older_files(tmp_path: Path) -> None:
+    given = replace(oscillator(damping_ratio=0.01), damping_joints="open")
+    given.save(tmp_path / "system.h5")
+    assert System.load(tmp_path / "system.h5").damping_joints == "open"
+    with h5py.File(tmp_path / "system.h5", "a") as file:
+        del file["damping"].attrs["joints"]
+    assert System.load(tmp_path / "system.h5").damping_joints == "stuck"
+    with pytest.raises(InputError, match="damping/joints = 'free': allowed are 'open' and 'stuck'"):
+        check(replace(given, damping_joints="free"))

@@ -1,0 +1,258 @@
+"""Damping of the structure whose joints are open, told beside springs that stick."""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import scipy.linalg as la
+
+from vanelock.common.errors import InputError
+from vanelock.nonlinear import (
+    Contacts,
+    Diameter,
+    Force,
+    Options,
+    System,
+    audit_response,
+    frequency_response,
+    linear_response,
+    peak_response,
+    stability,
+    stuck_modes,
+    time_response,
+)
+from vanelock.nonlinear.balance.balance import structure
+from vanelock.nonlinear.balance.receptance_tables import Tabulated, balances
+
+Make = Callable[..., System]
+Lowest = Callable[[System], float]
+ZETA = 0.02
+
+
+def ring(random_system: Make, seed: int = 3, **more) -> System:
+    """Four contacts that open and two that "free" leaves closed."""
+    system = random_system(seed, damping_ratio=ZETA, **more)
+    joint = ("rub", "rub", "seat", "rub", "seat", "rub")
+    contacts = replace(system.contacts, joint=joint, always_closed=("seat",))
+    return replace(system, contacts=contacts, damping_joints="open")
+
+
+def matrices(system: System, k: int) -> tuple[np.ndarray, ...]:
+    """K with the seat closed, the springs beside, M and C by definition."""
+    given, n = system.at(k), len(system.at(k).K)
+    B = system.contact_rows(k)
+    rub = np.array(system.contacts.joint) == "rub"
+    springs = []
+    for chosen in (~rub, rub):
+        b = B[chosen].reshape(-1, n)
+        springs.append((b.conj().T * system.contacts.stiffness[chosen].reshape(-1)) @ b)
+    free = given.K + springs[0]
+    omega2, V = la.eigh(free, given.M)
+    MV = given.M @ V
+    return free, springs[1], given.M, (MV * (2 * ZETA * np.sqrt(omega2))) @ MV.conj().T
+
+
+def told(system: System, k: int, s: float) -> np.ndarray:
+    """D̃⁻¹ by the modes."""
+    modes = stuck_modes(system, k)
+    return np.asarray(modes.shapes @ modes.solve(s, modes.shapes.conj().T))
+
+
+def test_every_mode_of_the_free_ring_has_the_ratio(random_system: Make) -> None:
+    system = ring(random_system)
+    for k in system.diameters:
+        free, springs, M, _ = matrices(system, k)
+        for s in (0.3, 1.7, 8.0):
+            full = la.inv(told(system, k, s)) - springs
+            damping = (full - full.conj().T) / (2j * s)
+            omega2, V = la.eigh(free, M)
+            ratio = V.conj().T @ damping @ V / (2 * np.sqrt(omega2))
+            np.testing.assert_allclose(ratio, ZETA * np.eye(len(M)), atol=1e-10)
+
+
+def test_dynamic_stiffness_is_that_in_full_coordinates(random_system: Make) -> None:
+    system = ring(random_system)
+    for k in system.diameters:
+        free, springs, M, C = matrices(system, k)
+        resonance = np.sqrt(la.eigvalsh(free, M)[1])  # of the open structure: springs do nothing
+        for s in (0.0, 0.4, resonance, 5.0):
+            expected = la.inv(free + springs - s**2 * M + 1j * s * C)
+            atol = 1e-11 * np.abs(expected).max()
+            np.testing.assert_allclose(told(system, k, s), expected, atol=atol)
+
+
+def test_stuck_ratio_of_two_masses_is_the_closed_form() -> None:
+    # Apart, each mass m on its spring k has 2ζ√(km); stuck, the antisymmetric mode sees k + 2 kt.
+    k, m, kt = 2.0, 0.5, 3.0
+    own = np.zeros((1, 3, 2))
+    own[0, 1] = 1, -1
+    system = System(
+        sectors=1,
+        engine_order=0,
+        diameters={0: Diameter(K=k * np.eye(2), M=m * np.eye(2), own=own)},
+        contacts=Contacts(np.ones(1), np.array([[kt, 1.0]]), np.ones(1), np.ones(1)),
+        force={1: Force(np.array([1.0, -1.0], complex))},
+        damping_ratio=ZETA,
+        damping_joints="open",
+    )
+    omega = np.sqrt((k + 2 * kt) / m)
+    ratio = ZETA * np.sqrt(k / (k + 2 * kt))
+    found = linear_response(system, [omega / (2 * np.pi)]).x[1][0]
+    expected = 1 / (2j * ratio * (k + 2 * kt))
+    np.testing.assert_allclose(found, [expected, -expected], rtol=1e-12)
+
+
+def test_open_gaps_answer_mode_by_mode(random_system: Make, first_frequency: Lowest) -> None:
+    system = ring(random_system, preload=-1e3)
+    none = replace(system.contacts, always_closed=())
+    system = replace(system, contacts=none)
+    hertz = first_frequency(system) * np.linspace(0.9, 1.4, 7)
+    found = frequency_response(system, hertz, Options(1), find_jumps=False)
+    k = system.nodal_diameter(1)
+    omega2, V = la.eigh(system.at(k).K, system.at(k).M)
+    push = V.conj().T @ system.force[1].vector
+    s = 2 * np.pi * hertz[:, None]
+    expected = (push / (omega2 - s**2 + 2j * ZETA * s * np.sqrt(omega2))) @ V.T
+    np.testing.assert_allclose(found.x[1], expected, atol=1e-10 * np.abs(expected).max())
+    linear = linear_response(system, hertz, "none")
+    np.testing.assert_allclose(linear.x[1], expected, atol=1e-10 * np.abs(expected).max())
+
+
+def test_without_contacts_that_open_both_are_the_same(random_system: Make) -> None:
+    system = ring(random_system)
+    held = replace(system.contacts, always_closed=("seat", "rub"))
+    both = [replace(system, contacts=held, damping_joints=each) for each in ("open", "stuck")]
+    a, b = (frequency_response(each, [0.1, 0.14], Options(3)) for each in both)
+    np.testing.assert_array_equal(a.contact, b.contact)
+
+
+def test_rigid_motions_of_the_free_structure_are_not_damped() -> None:
+    # A mass that hangs in its contact alone: nothing viscous is left.
+    own = np.zeros((1, 3, 1))
+    own[0, 1, 0] = 1
+    system = System(
+        sectors=1,
+        engine_order=0,
+        diameters={0: Diameter(K=np.zeros((1, 1)), M=np.ones((1, 1)), own=own)},
+        contacts=Contacts(np.ones(1), np.full((1, 2), 4.0), np.ones(1), np.ones(1)),
+        damping_ratio=0.1,
+        damping_joints="open",
+    )
+    modes = stuck_modes(system, 0)
+    assert modes.damping.tolist() == [0.0]
+    assert modes.poles().tolist() == [0.0]
+    np.testing.assert_allclose(told(system, 0, 1.0), [[1 / 3]], rtol=1e-12)
+    np.testing.assert_allclose(told(system, 0, 0.0), [[1 / 4]], rtol=1e-12)
+
+
+def test_massless_motion_that_only_opening_contacts_hold_is_refused() -> None:
+    own = np.zeros((1, 3, 2))
+    own[0, :, 1] = 1
+    system = System(
+        sectors=1,
+        engine_order=0,
+        diameters={0: Diameter(K=np.diag([1.0, 0.0]), M=np.diag([1.0, 0.0]), own=own)},
+        contacts=Contacts(np.ones(1), np.ones((1, 2)), np.ones(1), np.ones(1)),
+        damping_ratio=0.1,
+        damping_joints="open",
+    )
+    with pytest.raises(InputError, match="they alone hold has no mass.*damping/joints"):
+        stuck_modes(system, 0)
+
+
+def test_tables_are_exact(random_system: Make, first_frequency: Lowest) -> None:
+    system = ring(random_system, seed=9, size=60)
+    made = structure(system, 3)
+    low = 2 * np.pi * first_frequency(system) * 0.8
+    table = balances(made, low, 1.5 * low, 1000)
+    assert isinstance(table, Tabulated)
+    for omega in np.linspace(low, 1.5 * low, 7):
+        found, expected = table.balance(omega), made.balance(omega)
+        np.testing.assert_allclose(found.linear, expected.linear, atol=1e-12)
+        for h in range(4):
+            all_ = expected.columns.all(h)
+            np.testing.assert_allclose(found.columns.all(h), all_, atol=1e-12 * np.abs(all_).max())
+
+
+def test_modes_that_count_statically_cost_what_is_told(
+    random_system: Make, first_frequency: Lowest
+) -> None:
+    system = ring(random_system, seed=7, size=60, preload=10.0)
+    hertz = first_frequency(system) * np.linspace(1.2, 2, 8)
+    full = frequency_response(system, hertz, Options(3))
+    cut = frequency_response(system, hertz, Options(3, static_beyond=16.0))
+    largest = np.abs(full.contact[:, 1:]).max(axis=(1, 2, 3))
+    made = np.abs(cut.contact[:, 1:] - full.contact[:, 1:]).max(axis=(1, 2, 3)) / largest
+    assert cut.truncation.max() > 1e-4
+    np.testing.assert_allclose(cut.truncation, made, rtol=0.5)
+
+
+@pytest.mark.parametrize(("order", "hertz"), [(0, 0.163), (1, 0.18)])
+def test_audit_and_time_agree_with_the_balance(
+    rubbing_system: Make, order: int, hertz: float
+) -> None:
+    system = replace(rubbing_system(amplitude=5), engine_order=order, damping_joints="open")
+    response = frequency_response(system, [hertz], Options(15))
+    assert response.dissipation.sum() > 0
+    audit = audit_response(system, response)
+    assert audit.residual[0] < 1e-8
+    assert audit.imbalance[0] < 3 * audit.imbalance_error[0]
+    marched = time_response(system, hertz, 3, steps=2000, start=(response, 0))
+    assert marched.departure.max() < 1e-3
+    assert marched.defect.max() < 1e-3
+    x = response.x[1][0]
+    np.testing.assert_allclose(marched.x[1], x, atol=1e-3 * np.abs(x).max())
+
+
+def test_time_integration_errs_by_the_square_of_the_step_where_all_sticks(
+    random_system: Make,
+) -> None:
+    system = ring(random_system, preload=1e3, sectors=1, engine_order=0)
+    system = replace(system, contacts=replace(system.contacts, mu=np.full(6, 50.0)))
+    stuck = frequency_response(system, [0.3], Options(2))
+    steady = time_response(system, 0.3, 2, 64, 2)
+    assert steady.defect.max() < 1e-12
+    np.testing.assert_allclose(steady.x[1], stuck.x[1][0], atol=1e-12)
+    # Started from another's vibration the ring comes to rest in its own.
+    other = replace(system, force={1: Force(2 * system.force[1].vector)})
+    begun = frequency_response(other, [0.3], Options(2))
+    settled = time_response(system, 0.3, 400, 200, 2, start=(begun, 0))
+    np.testing.assert_allclose(settled.x[1], stuck.x[1][0], atol=1e-6)
+
+
+def test_exponents_of_a_stuck_ring_are_its_eigenvalues(random_system: Make) -> None:
+    system = ring(random_system, sectors=4, preload=1e3)
+    contacts = replace(system.contacts, mu=np.full(6, 50.0))
+    system = replace(system, contacts=contacts, damping_ratio=ZETA)
+    hertz = 0.2
+    response = frequency_response(system, [hertz], Options(1))
+    found = stability(system, response, count=4)
+    omega, exponents = 2 * np.pi * hertz, []
+    for k in range(3):
+        free, springs, M, C = matrices(system, k)
+        n = len(M)
+        A = np.block(
+            [
+                [np.zeros((n, n)), np.eye(n)],
+                [-la.solve(M, free + springs), -la.solve(M, C)],
+            ]
+        )
+        exponents.append(la.eigvals(A))
+    every = np.concatenate([*exponents, *(each.conj() for each in exponents)])
+    turned = every[:, None] + 1j * omega * np.arange(-60, 61)
+    for each in found.exponent[0]:
+        assert np.abs(turned - each).min() < 1e-10 * np.abs(every).min()
+    assert found.growth[0, 0] == pytest.approx(every.real.max(), rel=1e-9)
+
+
+def test_peaks_are_those_of_the_response(random_system: Make, first_frequency: Lowest) -> None:
+    system = ring(random_system, preload=3.0)
+    low = first_frequency(system)
+    found = peak_response(system, "mu", (0.2, 0.3), (1.0 * low, 1.6 * low), Options(1))
+    value = found.parameter[0]
+    at = replace(system, contacts=replace(system.contacts, mu=np.full(6, value)))
+    hertz = found.response.frequency[0]
+    near = frequency_response(at, hertz * np.array([0.9995, 1, 1.0005]), Options(1))
+    size = near.amplitude[:, 0, found.direction]
+    assert size[1] > max(size[0], size[2])
