@@ -67,10 +67,11 @@ def agreement(folder: Path) -> str:
     with (folder / "figures" / "agreement.csv").open(encoding="utf-8") as file:
         rows = list(csv.DictReader(file))
     body = [
-        (row["figure"], row["says"], row["found"], f"**{row['agrees']}**", row["why"])
+        (row["figure"], row["says"], row["found"], f"**{row['agrees']}**", row["waves"], row["why"])
         for row in rows
     ]
-    return table(("figure", "the study states", "we find", "agrees", "why not, or where"), body)
+    heads = ("figure", "the study states", "we find", "agrees", "waves", "why not, or where")
+    return table(heads, body)
 
 
 def shares(folder: Path) -> str:

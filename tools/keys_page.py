@@ -35,6 +35,7 @@ WORDS: dict[str, str] = {
     "outputs.gauges[].direction": '`"span"`, `"chord"`, or an angle from -180 to 180 deg',
     "temperature.vane": "a number, degC, or pairs `[[rpm, degC], ...]`",
     "temperature.casing": "a number, degC, or pairs `[[rpm, degC], ...]`",
+    "bounds.joints": 'a list of `"hook"`, `"interlock"`',
     "fit.bounds": "`{ key = [low, high] }` of fitted keys",
     "outputs.monitor": '`"<vane or casing> accessory <number>[, <component>]"`, the component '
     "`radial`, `circumferential` or `axial`",

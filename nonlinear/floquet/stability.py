@@ -11,6 +11,7 @@ is, all being real, (N - n, λ*): those with 0 <= n <= N/2 and |Im λ| <= ω/2 a
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import TypeAlias
 
 import numpy as np
@@ -24,6 +25,7 @@ from vanelock.nonlinear.balance.stuck_modes import StuckModes, stuck_modes
 from vanelock.nonlinear.contact.law import contact_law
 from vanelock.nonlinear.continuation.families import fixed
 from vanelock.nonlinear.floquet.motions import motions
+from vanelock.nonlinear.forced_response.replay import Journal, replaying
 from vanelock.nonlinear.forced_response.response import Response, chosen_points
 from vanelock.nonlinear.fourier.threads import one_thread
 from vanelock.nonlinear.fourier.trigonometric import TURN, resized, to_real
@@ -97,6 +99,7 @@ def stability(
     count: int = 4,
     modes: Mapping[int, StuckModes] | None = None,
     progress: Progress | None = None,
+    journal: Journal | None = None,
 ) -> Stability:
     """Whether the ring stays with the waves of a response, all nodal diameters considered.
 
@@ -119,6 +122,8 @@ def stability(
         As of `frequency_response`.
     progress : callable, optional
         Called after each point with (points done, points in all).
+    journal : Journal, optional
+        As of `frequency_response`.
 
     Returns
     -------
@@ -137,9 +142,11 @@ def stability(
     chosen = chosen_points(response, points)
     system = replace(system, contacts=replace(system.contacts, mu=response.mu))
     every = _modes(system, modes or {})
-    rows = []
+    replay, rows = replaying(journal), []
     for done, point in enumerate(chosen, 1):
-        rows.append(_judged(system, every, response, point, finer, count))
+        of = float(response.frequency[point]), response.contact[point], finer, count
+        judged = partial(_judged, system, every, response, point, finer, count)
+        rows.append(replay("stability", of, judged))
         if progress is not None:
             progress(done, len(chosen))
     exponent, diameter, growing, verdict, growth, seen = map(np.array, zip(*rows, strict=True))

@@ -22,7 +22,7 @@ from vanelock.published.evidence import Evidence
 from vanelock.published.gather import evidence, maps_of, ordered, plan_of
 from vanelock.published.maps import map_figures
 from vanelock.published.page_tables import short_table
-from vanelock.published.sheets import Plan, case_of
+from vanelock.published.sheets import Plan, main_case
 from vanelock.published.statements import Statement, statements
 from vanelock.quantities.curves_and_fields import RunData
 from vanelock.report import Picture
@@ -169,7 +169,12 @@ def _draw(
         def write() -> None:
             content = run.page_content(pictures, chosen, drawn, text)
             write_report(
-                replace(content, strains=_only(content.strains, main)),
+                replace(
+                    content,
+                    strains=_only(content.strains, main),
+                    bounds=_only(content.bounds, main),
+                    stability=_only(content.stability, main),
+                ),
                 lambda: page.sections(every, found, stated, shown_first, spent),
                 _digest(found, made),
             )
@@ -191,15 +196,8 @@ def _digest(found: Evidence, made: Sequence[Picture]) -> Any:
     return [code_of("published"), files, peaks]
 
 
-def main_case(plan: Plan) -> str:
-    """The case that stands for the scene: reference friction, the most harmonics."""
-    campaign = plan.base.campaign
-    assert campaign is not None
-    return case_of(plan, harmonics=max(campaign.harmonics))
-
-
 def _write_statements(run_data: RunData, stated: tuple[Statement, ...]) -> Path:
     """The table of agreement as CSV."""
-    rows = [asdict(each) for each in stated]
+    rows = [{**asdict(each), "cases": "; ".join(each.cases)} for each in stated]
     columns = {key: [row[key] for row in rows] for key in rows[0]}
     return run_data.table("figures/agreement.csv", rows, lambda: columns)

@@ -21,15 +21,17 @@ def statement_table(found: Sequence[Statement]) -> Table:
         Column("the published study states", key="says"),
         Column("this run finds", key="found"),
         Column("agrees"),
+        Column("waves", note="waves: those of the coupled peaks that it is judged by"),
         Column("why not, or where", key="why"),
     )
-    rows = [(s.figure, s.says, s.found, s.agrees, s.why) for s in found]
+    rows = [(s.figure, s.says, s.found, s.agrees, s.waves or None, s.why) for s in found]
     note = (
         "Figures are those of Lassalle and Firrone's study of a vane segment. Nothing was tuned "
         "but what it withholds, listed under its parameters."
     )
     marks = [flags[s.agrees] for s in found]
-    return Table("Statements and agreement", columns, rows, (note,), "agreement", marks)
+    made = Table("Statements and agreement", columns, rows, (note,), "agreement", marks)
+    return made.without_empty("waves")
 
 
 def short_table(found: Sequence[Statement]) -> Table:

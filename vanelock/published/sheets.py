@@ -5,7 +5,7 @@ numbered as by Lassalle and Firrone in their study of a stator vane segment with
 """
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from vanelock.common.errors import InputError
@@ -125,7 +125,26 @@ def planned_sheets(study: Study, small: float) -> Plan:
         for each in COUPLINGS
     ]
     book.add("interference", "14, 16", "interlock interference", pressed)
-    return book.plan()
+    return with_one_bounded(book.plan())
+
+
+def with_one_bounded(plan: Plan) -> Plan:
+    """The same with bounds over static friction, if asked for, of the main case alone."""
+    main = main_case(plan)
+    cases = {
+        name: case
+        if name == main
+        else replace(case, given=case.study.model_copy(update={"bounds": None}))
+        for name, case in plan.cases.items()
+    }
+    return replace(plan, cases=cases)
+
+
+def main_case(plan: Plan) -> str:
+    """The case that stands for the scene: reference friction, the most harmonics."""
+    campaign = plan.base.campaign
+    assert campaign is not None
+    return case_of(plan, harmonics=max(campaign.harmonics))
 
 
 def load_of(study: Study) -> float:

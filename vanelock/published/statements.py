@@ -6,7 +6,7 @@ told from numbers of the same run.
 
 import itertools
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -41,6 +41,10 @@ class Statement:
     agrees : {"yes", "partly", "no"}
     why : str
         What the difference comes from, where there is one.
+    cases : tuple of str
+        Coupled cases whose peaks it is judged by.
+    waves : str
+        Whether the waves of these are stable, where stability is asked for.
     """
 
     figure: str
@@ -48,6 +52,8 @@ class Statement:
     found: str
     agrees: Agrees
     why: str = ""
+    cases: tuple[str, ...] = ()
+    waves: str = ""
 
 
 def judge(*holds: bool) -> Agrees:
@@ -57,7 +63,19 @@ def judge(*holds: bool) -> Agrees:
 
 def statements(found: Evidence) -> tuple[Statement, ...]:
     """All statements, in the order of the figures."""
-    return tuple(state(found) for state in STATEMENTS)
+    stated = (state(found) for state in STATEMENTS)
+    return tuple(replace(each, waves=_waves(found, each.cases)) for each in stated)
+
+
+def _waves(e: Evidence, cases: Sequence[str]) -> str:
+    """How many of some cases' waves are stable, in words."""
+    found = [e.summaries[name].wave for name in cases]
+    verdicts = [wave.verdict for wave in found if wave is not None]
+    counts = {word: verdicts.count(word) for word in ("stable", "unstable", "undecided")}
+    told = {word: count for word, count in counts.items() if count}
+    if len(told) == 1:
+        return next(iter(told))
+    return ", ".join(f"{count} {word}" for word, count in told.items())
 
 
 def campbell(e: Evidence) -> Statement:
@@ -72,6 +90,7 @@ def campbell(e: Evidence) -> Statement:
         f"crosses EO {order} at {rpm[0]:.0f} rpm free and {rpm[1]:.0f} rpm stuck; "
         f"response with friction peaks at {at:.0f} rpm",
         judge(folded(k, N) == folded(order, N), min(rpm) <= 1.001 * at <= 1.001**2 * max(rpm)),
+        cases=("reference",),
     )
 
 
@@ -164,6 +183,7 @@ def harmonics(e: Evidence) -> Statement:
         if holds[known(plane)].all()
         else "where contacts lift off for part of the period, near the friction that damps best, "
         "one harmonic does not carry the impact",
+        tuple(names),
     )
 
 
@@ -208,6 +228,7 @@ def hooks_share(e: Evidence) -> Statement:
         if worst > 0
         else "no hook contact slips at any of the peaks",
         judge(worst < SMALL),
+        cases=tuple(names),
     )
 
 
@@ -221,6 +242,7 @@ def below_stuck(e: Evidence) -> Statement:
         "responses with friction are lower than the fully stuck one",
         f"{min(ratios):.3g} to {max(ratios):.3g} of it",
         judge(*(ratio < 1 for ratio in ratios)),
+        cases=tuple(coupled),
     )
 
 
@@ -313,6 +335,7 @@ def _falling(e: Evidence, figure: str, name: str, cases: Sequence[str]) -> State
         f"{', '.join(f'{x:.3f}' for x in ratio)} of the linear free peak",
         judge(*holds),
         why,
+        tuple(cases),
     )
 
 
@@ -355,4 +378,5 @@ def _against(e: Evidence, figure: str, sheet: str, coupling: str) -> Statement:
         f"{', '.join(f'{x:.2f}' for x in ratio)}",
         judge(*(x > 0 for x in shift), *(x < 1 for x in ratio)),
         why,
+        tuple(coupled),
     )

@@ -1,6 +1,6 @@
 """What an engineer asks of a run, case by case: margins, wear, damping, and a check of the peak."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -11,11 +11,12 @@ from vanelock.pipeline.step import Stages, Step
 from vanelock.quantities.contacts.energy import EnergyBalance, balance, bandwidth_ratio
 from vanelock.quantities.contacts.places import Places, places
 from vanelock.quantities.contacts.wear import Wear, wear
-from vanelock.quantities.curves_and_fields import RunData
+from vanelock.quantities.curves_and_fields import Drawn, RunData
 from vanelock.quantities.selection import named, sampled
 from vanelock.quantities.stress.cycles import Stressed, stressed_step
 from vanelock.quantities.stress.locations import SurfaceLocations, locations_of
 from vanelock.quantities.stress.margins import Margins, margins
+from vanelock.stages.assessment.bounds import HIGH, high_end
 from vanelock.stages.plan import Planned
 from vanelock.stages.response.solved import as_solved
 from vanelock.stages.response.summary import Peak
@@ -52,6 +53,8 @@ class CaseAnswers:
         Damping ratio by the half-power bandwidth; NaN where the curve does not tell.
     audit : Audit or None
         The peak checked by marching; None for what an audit does not cover.
+    high : CaseAnswers or None
+        The same at the largest peak that static friction allows, where bounds are asked for.
     """
 
     name: str
@@ -65,6 +68,7 @@ class CaseAnswers:
     balance: EnergyBalance
     bandwidth: float
     audit: Audit | None
+    high: "CaseAnswers | None" = None
 
     @property
     def stress(self) -> Margins:
@@ -86,6 +90,9 @@ class CaseAnswers:
         }
         if self.margins is None:
             return found
+        if self.high is not None:
+            reserve = self.high.stress.governing.reserve
+            found["goodman_reserve_at_largest_peak"] = (reserve, "1")
         m, gauges = self.margins.governing, self.margins.gauges
         found |= {
             "alternating_stress": (m.amplitude, "Pa"),
@@ -122,29 +129,37 @@ def looked_into(run_data: RunData) -> list[str]:
 def answers(run_data: RunData) -> dict[str, CaseAnswers]:
     """Answers of the cases of a run that are looked into."""
     known: dict[str, SurfaceLocations] = {}
-    chosen = looked_into(run_data)
-    return {
-        each.case.name: _answers(run_data, each, known)
-        for each in run_data.planned
-        if each.case.name in chosen
-    }
+    chosen, stages, shown, found = looked_into(run_data), run_data.stages, run_data.shown, {}
+    for each in run_data.planned:
+        if (name := each.case.name) not in chosen:
+            continue
+        planned = each.solved(stages.get(each.response))
+        of = _answers(run_data, planned, known, shown.peak[name], shown.curve[name])
+        if planned.bounds is not None and (high := stages.get(planned.bounds).peak(HIGH)):
+            planned = high_end(planned, planned.bounds)
+            at = replace(high, point=0)
+            of = replace(of, high=_answers(run_data, planned, known, at, shown.ends[name][1]))
+        found[name] = of
+    return found
 
 
 def _answers(
-    run_data: RunData, planned: Planned, known: dict[str, SurfaceLocations]
+    run_data: RunData,
+    planned: Planned,
+    known: dict[str, SurfaceLocations],
+    peak: Peak,
+    curve: Drawn,
 ) -> CaseAnswers:
+    """Of a case, `solved`, at a peak of its response; the curve tells its bandwidth."""
     stages, name = run_data.stages, planned.case.name
-    peak = run_data.shown.peak[name]
-    response = stages.get(planned.response)
-    planned = planned.solved(response)
-    top, system = as_solved(response, peak.point), stages.get(planned.system)
+    top, system = as_solved(stages.get(planned.response), peak.point), stages.get(planned.system)
     key, stress = planned.response.key, None
     if planned.meshes:
         step = stressed_step(run_data, planned, peak.point)
         key, stress = step.key, _stress(planned, stages.get(step), stages, known)
     vane = stages.get(planned.meshes["vane"]) if planned.meshes else None
     contacts = places(planned.case.given, system.contacts, vane)
-    frequency, amplitude, converged = run_data.shown.curve[name]
+    frequency, amplitude, converged = curve
     return CaseAnswers(
         name=name,
         key=key,

@@ -18,14 +18,16 @@ from vanelock.mesh import Part
 from vanelock.nonlinear import Response
 from vanelock.pipeline.step import Stages
 from vanelock.results.files.redrawn import OutputFiles
+from vanelock.stages.assessment.stability import verdicts_along
 from vanelock.stages.campbell.campbell import Campbell
 from vanelock.stages.parts.components import PARTS, model_step
 from vanelock.stages.parts.diameters import prepared_step
 from vanelock.stages.plan import Planned
 from vanelock.stages.response.monitor import Monitor
 from vanelock.stages.response.responses import Limit
-from vanelock.stages.response.solved import as_solved
-from vanelock.stages.response.summary import Peak
+from vanelock.stages.response.solved import as_solved, drawn
+from vanelock.stages.response.summary import Peak, Summary
+from vanelock.stages.sweep.retries import Solved
 
 Floats = NDArray[np.float64]
 Shape = NDArray[np.complex128]
@@ -56,6 +58,10 @@ class Shown:
         Campbell diagrams by case.
     measured : tuple of Measured
         Measured curves.
+    ends : dict of str to (curve, curve)
+        Curves with the least and the largest peak that static friction allows, by case.
+    verdicts : dict of str to dict of str to (p,) int
+        Of the points of each curve, STABLE, UNSTABLE, UNDECIDED, or -1 where nothing is known.
     opens : str
         What opens in the free limit, in words; "" where nothing does.
     """
@@ -68,7 +74,36 @@ class Shown:
     sweeps: dict[str, dict[str, Drawn]] = field(default_factory=dict)
     campbell: dict[str, Campbell] = field(default_factory=dict)
     measured: tuple[Measured, ...] = ()
+    ends: dict[str, tuple[Drawn, Drawn]] = field(default_factory=dict)
+    verdicts: dict[str, dict[str, NDArray[np.int64]]] = field(default_factory=dict)
     opens: str = "all contacts"
+
+    def collect(self, solved: Solved, found: Summary) -> None:
+        """Keep what is drawn of a case's responses."""
+        name, given = solved.planned.case.name, solved.planned.case.given
+        every = [each for each in (solved.response, solved.other) if each is not None]
+        made: list[Drawn] = [
+            (each.frequency, self.monitor.amplitude(each), each.converged) for each in every
+        ]
+        if given.response.frequencies is None:
+            made[0] = drawn(solved.response, made[0][1])
+        self.curve[name] = made[0]
+        if solved.other is not None:
+            names = [f"sweeping {each.direction}" for each in found.sweeps]
+            self.sweeps[name] = dict(zip(names, made, strict=True))
+        self.verdicts[name] = {
+            variant: verdicts_along(curve[0], stability)
+            for variant, curve, stability in zip(
+                self.curves(name), made, solved.stability, strict=False
+            )
+        }
+        bounds = solved.bounds
+        if bounds is not None and bounds.low is not None and bounds.high is not None:
+            low, high = (
+                (each.frequency, self.monitor.amplitude(each), each.converged)
+                for each in (bounds.low, bounds.high)
+            )
+            self.ends[name] = low, high
 
     def curves(self, case: str) -> dict[str, Drawn]:
         """The curves of a case by their direction, which is "" where there is but one."""
@@ -76,7 +111,7 @@ class Shown:
 
     def only(self, case: str, limits: str) -> "Shown":
         """What one case alone shows, and the limits of that name, which now need none."""
-        by_case = ("curve", "peak", "harmonics", "sweeps")
+        by_case = ("curve", "peak", "harmonics", "sweeps", "ends", "verdicts")
         kept = {
             name: {k: v for k, v in getattr(self, name).items() if k == case} for name in by_case
         }

@@ -12,6 +12,7 @@ from scipy.spatial import cKDTree
 from vanelock.input.cases.names import words
 from vanelock.nonlinear import OPEN, SLIP, SLIP_OPEN, STUCK, Response, StaticBounds
 from vanelock.nonlinear.forced_response.response import half_peak_to_peak
+from vanelock.stages.assessment.bounds import BoundedPeak
 from vanelock.stages.campbell.speed_lines import Lines
 from vanelock.stages.response.summary import Peak, Summary
 
@@ -32,6 +33,8 @@ TENTH = 0.1
 """Of a part's least extent, what its displacements must stay below to be small."""
 NAMED = 8
 """Cases that a line names."""
+AUDIT = 1e-6
+"""Residual of an independent check from which it is worth a line."""
 SAME = 1e-9
 """Relative difference of peaks below which cases are the same."""
 
@@ -132,6 +135,38 @@ def static_friction(
                 "and the peak depends on which"
             )
     return lines
+
+
+def bounds(found: BoundedPeak | None) -> list[str]:
+    """What keeps bounds over static friction from being taken as they are."""
+    if found is None:
+        return []
+    if found.found is None:
+        return [f"no bounds of the peak over static friction: {found.reason}"]
+    ends = [end for i, end in ((0, "least"), (2, "largest")) if not found.found.converged[i]]
+    lines = [f"the {end} peak over static friction DID NOT CONVERGE" for end in ends]
+    if (worst := float(found.residual.max())) > AUDIT:
+        lines.append(f"peaks over static friction miss an independent check by {worst:.1e}")
+    return lines
+
+
+def wave(found: Summary) -> list[str]:
+    """Whether the ring leaves the wave at the peak."""
+    verdict, peak = found.wave, found.peak
+    if verdict is None or peak is None or verdict.verdict == "stable":
+        return []
+    beside = [f"{f:.4g}" for f in verdict.frequencies if abs(f - peak.frequency) > 1e-3 * f]
+    gauge = f"; a gauge shows {', '.join(beside)} Hz beside {peak.frequency:.4g} Hz"
+    if verdict.verdict == "unstable":
+        return [
+            "the periodic wave at the peak is UNSTABLE, not what the ring settles on: it leaves by "
+            f"a motion of nodal diameter {verdict.diameter} that grows to {verdict.growth:.3g} "
+            f"times its size a period{gauge if beside else ''}"
+        ]
+    return [
+        "whether the ring stays with the periodic wave at the peak is UNDECIDED: two numbers of "
+        f"harmonics differ, growth {verdict.growth:.3g} a period"
+    ]
 
 
 def beyond_band(response: Response, peak: Peak, band: float | None) -> list[str]:

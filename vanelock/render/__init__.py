@@ -8,6 +8,7 @@ _modules = {
     "Crossings": "plots.campbell",
     "Curve": "plots.curve",
     "Dots": "plots.campbell",
+    "Envelope": "plots.curve",
     "LineFamily": "plots.campbell",
     "LOOKS": "shapes.contact_map",
     "MapPanel": "maps.maps",

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator, Sequence
 from pathlib import Path
+from typing import Final
 
 import numpy as np
 
@@ -10,12 +11,19 @@ from vanelock.render.plots.curve import (
     Band,
     Curve,
     CurveLook,
+    Dash,
     MarkedPeak,
     converged,
     looks,
     shown_over,
 )
 from vanelock.report.blocks import Mode, Plot, Trace
+
+_VERDICTS: Final[dict[int, tuple[Dash, str]]] = {
+    0: ("solid", ""),
+    1: ("dash", ""),
+    2: ("solid", style.GREY),
+}
 
 
 def curve_plot(
@@ -40,15 +48,27 @@ def _traces(curve: Curve, look: CurveLook, factor: float) -> Iterator[Trace]:
     amplitude = factor * np.asarray(curve.amplitude, float)
     solved, order = converged(curve), np.argsort(frequency, kind="stable")
     joined: Mode = "lines" if curve.joined else "lines+markers"
-    yield Trace(
-        frequency[order],
-        np.where(solved, amplitude, np.nan)[order],
-        curve.label,
-        mode="markers" if curve.kind == "measured" else joined,
-        dash=look.dash,
-        width=look.width,
-        colour=look.colour,
-    )
+    if (around := curve.envelope) is not None:
+        across = np.append(around.frequency, around.frequency[::-1])
+        ends = factor * np.append(around.low, around.high[::-1])
+        name = f"{curve.label}: bounds"
+        yield Trace(across, ends, name, group=name, colour=look.colour, fill=0.14)
+        for x, y in around.outlines:
+            yield Trace(x, factor * y, name, group=name, colour=look.colour, width=1.0)
+    shown, pieces = np.where(solved, amplitude, np.nan), curve.pieces
+    for verdict, run in pieces:
+        points = np.arange(len(frequency))[run] if len(pieces) > 1 else order
+        dash, colour = _VERDICTS.get(verdict, (look.dash, look.colour))
+        yield Trace(
+            frequency[points],
+            shown[points],
+            curve.label,
+            group=curve.label if len(pieces) > 1 else "",
+            mode="markers" if curve.kind == "measured" else joined,
+            dash=dash,
+            width=look.width,
+            colour=colour or look.colour,
+        )
     if not solved.all():
         name = f"{curve.label}: did not converge"
         lost = frequency[~solved], amplitude[~solved]

@@ -186,6 +186,19 @@ def case_table(
         Column("H", key="harmonics"),
         Column("μ", form=".3g", key="mu"),
         *PEAK,
+        Column(
+            "least",
+            "µm",
+            key="lowest_um",
+            note="least, largest: between which static friction that is not determined may move it",
+        ),
+        Column("largest", "µm", key="highest_um"),
+        Column("wave"),
+        Column(
+            "a period",
+            key="growth",
+            note="a period: what it makes of the motion that grows fastest beside the wave",
+        ),
         Column("of linear free", key="of_free", note="of linear: over the peak of the limit"),
         Column("of linear stuck", key="of_stuck"),
         Column(
@@ -219,10 +232,18 @@ def case_table(
         work = sum(c.work.values()) if c.peak is not None else None
         found = work, c.slipping, c.opening, *_stress(answers.get(c.case))
         done = f"{c.converged}/{c.points}", c.seconds
-        rows.append((c.case, c.harmonics, c.mu, *_place(c.peak), *rest, *found, *done))
+        first = c.case, c.harmonics, c.mu, *_place(c.peak), *_assessed(c)
+        rows.append((*first, *rest, *found, *done))
     flags: list[Flag] = ["" if c.converged == c.points else "warn" for c in cases]
     made = Table(f"Responses of {monitor}", columns, rows, key="cases", flags=flags)
-    return made.without_empty("mu", "damping", "stress", "reserve")
+    asked = "lowest_um", "highest_um", "wave", "growth"
+    return made.without_empty("mu", *asked, "damping", "stress", "reserve")
+
+
+def _assessed(case: Summary) -> tuple[Cell, ...]:
+    """Least and largest peak by static friction, verdict on the wave, and growth in a period."""
+    ends = [None if each is None else each.amplitude for each in (case.lowest, case.highest)]
+    return *ends, *((None, None) if case.wave is None else (case.wave.verdict, case.wave.growth))
 
 
 def response_table(cases: Sequence[Summary], monitor: str) -> Table:

@@ -8,8 +8,10 @@ import vanelock
 from vanelock.common.files.digests import file_digest
 from vanelock.pipeline.cache import code_of
 from vanelock.report import Page, Section, write_page
+from vanelock.results.figures.curves import shown_of
 from vanelock.results.figures.fatigue import HAIGH
 from vanelock.results.files.redrawn import REPORT
+from vanelock.results.page_sections.certainty import certainty, scatter
 from vanelock.results.page_sections.content import PageContent
 from vanelock.results.page_sections.curves import curves
 from vanelock.results.page_sections.errors import convergence
@@ -17,7 +19,6 @@ from vanelock.results.page_sections.fatigue import fatigue
 from vanelock.results.page_sections.inputs import all_inputs, inputs
 from vanelock.results.page_sections.models import models
 from vanelock.results.page_sections.provenance import provenance, written
-from vanelock.results.page_sections.scatter import scatter
 from vanelock.results.page_sections.summary import summary
 from vanelock.results.page_sections.view import shapes
 from vanelock.results.page_sections.wear import damping, wear
@@ -64,6 +65,7 @@ def sections(content: PageContent) -> list[Section]:
         scatter(content),
         inputs(content.run_data.given, [each.case.given for each in content.run_data.planned]),
         curves(content),
+        certainty(content),
         shapes(content),
         fatigue(content),
         damping(content),
@@ -90,7 +92,7 @@ def shown(content: PageContent) -> Any:
         "study": run_data.given.model_dump(mode="json"),
         "text": content.text,
         "cases": [
-            [e.case.name, *(r.key for r in e.responses), e.linear.key, e.system.key]
+            [e.case.name, *(r.key for r in shown_of(e)), e.linear.key, e.system.key]
             for e in run_data.planned
         ],
         "failed": {name: each.reason for name, each in content.failed.items()},

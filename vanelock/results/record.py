@@ -148,6 +148,10 @@ class Record:
             self._file.put(file, f"{where}/preload", static, {})
             if solved.other is not None:
                 self._file.put(file, f"{where}/lower", solved.other, {})
+            if solved.bounds is not None:
+                self._file.put(file, f"{where}/bounds", solved.bounds, {})
+            for each, stability in zip((where, f"{where}/lower"), solved.stability, strict=False):
+                self._file.put(file, f"{each}/stability", stability, {})
             writer.put_jumps(file, where, summary.sweeps)
             if solved.strain is not None:
                 writer.put_strain(file, where, solved.strain)
@@ -208,7 +212,12 @@ def _attributes(planned: Planned, summary: Summary, monitor: str) -> dict[str, A
     for name, value in asdict(summary).items():
         if isinstance(value, int | float):
             values[name] = value
-    if summary.peak is not None:
-        values["peak_frequency"] = summary.peak.frequency
-        values["peak_amplitude"] = summary.peak.amplitude
+    for name in ("peak", "lowest", "highest"):
+        peak = getattr(summary, name)
+        if peak is not None:
+            at = "peak" if name == "peak" else f"{name}_peak"
+            values[f"{at}_frequency"], values[f"{at}_amplitude"] = peak.frequency, peak.amplitude
+    if summary.wave is not None:
+        values["wave"] = summary.wave.verdict
+        values["growth_in_a_period"] = summary.wave.growth
     return values

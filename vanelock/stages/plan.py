@@ -13,7 +13,7 @@ from vanelock.input.cases.sweep import Case, label
 from vanelock.input.schema.scene import Scene
 from vanelock.input.schema.study import Study
 from vanelock.mesh import Part
-from vanelock.nonlinear import Response
+from vanelock.nonlinear import HarmonicModes, Response, Stability
 from vanelock.pipeline.step import Step
 from vanelock.rom import System
 from vanelock.stages.accuracy.choose_mesh import MeshChoice
@@ -98,6 +98,14 @@ class Planned:
         The response in the other direction, where both are wanted.
     apart : tuple of str
         A line for each part that nothing joins to another.
+    modes : Step or None
+        Modes with all contacts stuck that its response takes; with an accuracy none are shared.
+    held : tuple of int
+        Nodal diameters, 0 to N/2, of its system; with an accuracy they are not known before.
+    bounds : Step or None
+        Bounds of its peak over undetermined static friction, if its file asks for them.
+    stability : tuple of Step
+        Stability of each of its responses, likewise.
     """
 
     case: Case
@@ -114,6 +122,10 @@ class Planned:
     diameters: tuple[int, ...] = ()
     other: Step[Response] | None = None
     apart: tuple[str, ...] = ()
+    modes: Step[HarmonicModes] | None = None
+    held: tuple[int, ...] = ()
+    bounds: Step[Any] | None = None
+    stability: tuple[Step[Stability], ...] = ()
 
     @property
     def responses(self) -> tuple[Step[Response], ...]:
@@ -123,7 +135,12 @@ class Planned:
     def turned(self) -> "Planned":
         """The same with both directions exchanged."""
         assert self.other is not None
-        return replace(self, response=self.other, other=self.response)
+        others = self.stability[::-1]
+        return replace(self, response=self.other, other=self.response, stability=others)
+
+    def at_end(self, system: Step[System], response: Step[Response]) -> "Planned":
+        """The same with another static friction, and the only point of a response to it."""
+        return replace(self, system=system, response=response, other=None, bounds=None)
 
     def part(self, name: str, nodal_diameter: int) -> Step[Any]:
         """A reduced part that holds a nodal diameter."""
@@ -183,7 +200,7 @@ def from_matrices(case: Case, progress: Progress) -> Planned:
     modes = limits_step(scene.response.mode, base)
     rom = {name: of_matrices.piece_step(scene, name, given) for name in scene.components}
     planned = _planned(case, rom, system, base, base, modes, progress)
-    return replace(planned, apart=tuple(given.apart()))
+    return replace(planned, apart=tuple(given.apart()), held=diameters([scene]))
 
 
 def meshes_of(study: Study) -> dict[str, Step[Part]]:
@@ -200,7 +217,7 @@ def fixed(case: Case, wanted: Iterable[int], progress: Progress) -> Planned:
     still = system_step(without_load(study), **rom) if is_loaded(study) else base
     planned = _planned(case, rom, system, base, still, modes, progress)
     gauges = gauges_step(study, rom["vane"]) if study.outputs.gauges else None
-    return replace(planned, meshes=meshes_of(study), gauges=gauges)
+    return replace(planned, meshes=meshes_of(study), gauges=gauges, held=tuple(wanted))
 
 
 def _planned(
@@ -228,6 +245,7 @@ def _planned(
         linear=Linear("", base, modes, linear),
         preload_name="",
         gauges=None,
+        modes=stuck,
     )
 
 

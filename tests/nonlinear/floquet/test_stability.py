@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tests.nonlinear.following.test_hysteresis import HIGH, LOW, gap_oscillator
 from vanelock.common.errors import InputError
 from vanelock.nonlinear import (
     STABLE,
@@ -18,10 +19,12 @@ from vanelock.nonlinear import (
     Stability,
     System,
     frequency_response,
+    hysteresis,
     stability,
     static_response,
     stuck_modes,
 )
+from vanelock.nonlinear.fourier.trigonometric import TURN
 
 
 def impact(push=1.0, sectors=1, **more):
@@ -163,3 +166,17 @@ def test_progress_is_told(wave):
     told = []
     stability(impact(), wave, progress=lambda *steps: told.append(steps))
     assert told == [(1, 1)]
+
+
+def test_the_branch_between_folds_is_unstable_and_the_others_are_not():
+    system = gap_oscillator()
+    found = hysteresis(system, (LOW / TURN, HIGH / TURN), Options(3))
+    path, (first, second) = found.branch, found.fold
+    assert 1 < first < second < path.points - 2
+    middle = (first + second) // 2
+    chosen = [first // 2, middle, (second + path.points) // 2]
+    assert found.unstable[chosen].tolist() == [False, True, False]
+    told = stability(system, path, chosen)
+    assert told.verdict.tolist() == [STABLE, UNSTABLE, STABLE]
+    assert abs(told.exponent[1, 0].imag) < 1e-9 * TURN * path.frequency[middle]
+    assert told.growing.tolist() == [0, 1, 0]

@@ -5,6 +5,7 @@ from pydantic import BaseModel
 
 from vanelock import Study, load_study, parse_study, template_text
 from vanelock.common.errors import InputError
+from vanelock.input.schema.assessment import BoundsKeys, StabilityKeys
 from vanelock.input.schema.comparison import CampbellKeys, Fit, MeasuredCurve
 from vanelock.input.schema.distributions import Distribution, Scatter
 from vanelock.input.schema.published import Campaign
@@ -48,6 +49,8 @@ def test_template_mentions_every_key():
     text = template_text()
     tables: dict[str, type[BaseModel]] = {
         "campaign": Campaign,
+        "bounds": BoundsKeys,
+        "stability": StabilityKeys,
         "campbell": CampbellKeys,
         "measured": MeasuredCurve,
         "fit": Fit,

@@ -191,6 +191,8 @@ def _outputs(study: Study) -> Iterator[str]:
         "animations": wanted.animations,
         f"{wanted.steps} instants": wanted.steps > 0,
         f"{len(wanted.gauges)} gauges": bool(wanted.gauges),
+        "bounds over static friction": study.bounds is not None,
+        "stability": study.stability is not None,
         "Campbell diagram": study.campbell is not None,
         "campaign": study.campaign is not None,
         "report.html": wanted.report,

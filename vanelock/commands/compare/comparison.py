@@ -13,6 +13,9 @@ from vanelock.input.settings import as_text, described, flattened, same
 QUANTITIES = (
     Column("peak", "µm", ".4g", "peak_amplitude"),
     Column("peak frequency", "Hz", ".6g", "peak_frequency"),
+    Column("least peak by static friction", "µm", ".4g", "lowest_peak_amplitude"),
+    Column("largest peak by static friction", "µm", ".4g", "highest_peak_amplitude"),
+    Column("growth of the fastest motion a period", "", ".4g", "growth_in_a_period"),
     Column("damping ratio, energy", "%", ".3g", "damping_ratio"),
     Column("damping ratio, bandwidth", "%", ".3g", "bandwidth_ratio"),
     Column("of the linear peak, free", key="of_free"),

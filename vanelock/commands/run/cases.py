@@ -14,7 +14,7 @@ from vanelock.input.measured import load_measured
 from vanelock.input.plausible import unusual
 from vanelock.input.schema.own_mesh import OwnVane, refuse_without_areas
 from vanelock.input.schema.study import Study
-from vanelock.nonlinear import Response
+from vanelock.nonlinear import Response, Stability
 from vanelock.pipeline.cache import Cache
 from vanelock.pipeline.executor.background import in_background
 from vanelock.pipeline.executor.task_queue import Executor
@@ -33,6 +33,7 @@ from vanelock.quantities.scatter import (
 )
 from vanelock.report import Picture
 from vanelock.results import listing
+from vanelock.results.assessment import bounds_table, stability_table
 from vanelock.results.figures.campbell import crossings_table
 from vanelock.results.figures.pictures import Pictures, Shown
 from vanelock.results.files import results_file
@@ -44,6 +45,8 @@ from vanelock.stages.accuracy.errors import Errors, error_table
 from vanelock.stages.accuracy.evidence import judged
 from vanelock.stages.accuracy.left_out import LeftOut, left_out_table
 from vanelock.stages.accuracy.mesh_sizes import most_dofs
+from vanelock.stages.assessment.assessed import assessed, with_assessment
+from vanelock.stages.assessment.bounds import BoundedPeak
 from vanelock.stages.campbell.campbell import Campbell, campbell
 from vanelock.stages.campbell.speed_lines import lines_step
 from vanelock.stages.parts.gauges import Strain
@@ -53,7 +56,6 @@ from vanelock.stages.plan import Linear, Planned, plan
 from vanelock.stages.response.monitor import monitor
 from vanelock.stages.response.responses import LIMITS
 from vanelock.stages.response.rest import constant_loads, undetermined
-from vanelock.stages.response.solved import drawn
 from vanelock.stages.response.summary import Peak, Summary, peak_of, summarise, sweep_of
 from vanelock.stages.sweep.graph import Job, bundle, jobs, parts_of, steps_of
 from vanelock.stages.sweep.retries import Solved, attempt
@@ -112,7 +114,8 @@ class Run:
         chosen_mesh = [
             None if s.accuracy is None else choose_mesh(s, stages, most) for s in studies
         ]
-        self.planned = plan(found, self._point, chosen_mesh)
+        planned = plan(found, self._point, chosen_mesh)
+        self.planned = tuple(assessed(each, planned[0], self._count) for each in planned)
         for text in self.planned[0].apart:  # what joins what is not swept
             listener(Notice(text))
         self.record = Record(folder, stages)
@@ -120,6 +123,8 @@ class Run:
         self._peaks: dict[str, dict[str, Peak | None]] = {}
         self._strains: dict[str, tuple[Strain, Peak]] = {}
         self._worth: dict[str, tuple[Errors, Sequence[LeftOut]]] = {}
+        self._bounds: dict[str, BoundedPeak] = {}
+        self._stability: dict[str, Stability] = {}
         self._spacings: list[float] = []
         self._lines: set[str] = set()
         self._top = 0.0
@@ -158,6 +163,10 @@ class Run:
         self.listener(listing.response_table(summaries, self.shown.monitor.name))
         if self.failed:
             self.listener(listing.failed_table(self.failed))
+        if any(each.found for each in self._bounds.values()):
+            self.listener(bounds_table(self._bounds))
+        if self._stability:
+            self.listener(stability_table(self._stability))
         if self._strains:
             self.listener(listing.gauge_table(self._strains))
         for name, diagram in self.shown.campbell.items():
@@ -248,6 +257,8 @@ class Run:
             wear=pictures.wear,
             strains=self._strains,
             worth=self._worth,
+            bounds=self._bounds,
+            stability=self._stability,
             linear=self._peaks,
             text=text,
             balances=pictures.balances,
@@ -289,7 +300,9 @@ class Run:
         if planned.chosen_mesh is not None:
             worth = judged(planned, response, self.stages, self.shown.monitor)
         diagram, other = self._campbell(planned), next(iter(others), None)
-        return Solved(planned, static, response, strain, worth, diagram, other)
+        bounds = None if planned.bounds is None else self.stages.get(planned.bounds)
+        stability = tuple(map(self.stages.get, planned.stability))
+        return Solved(planned, static, response, strain, worth, diagram, other, bounds, stability)
 
     def _response(self, planned: Planned, step: Step[Response]) -> Response:
         self._clock.begin(planned, step)
@@ -319,28 +332,24 @@ class Run:
         loose = self._loose[planned.preload.key]
         found = summarise(case, system.contacts, response, peak, limits, linear, seconds, loose)
         first = case.name == self.planned[0].case.name
-        lines = (*notes(sweeps), *doubts(solved, peak, limits, loose, first, self.stages))
+        found = with_assessment(found, solved)
+        lines = (*notes(sweeps), *doubts(solved, found, limits, loose, first, self.stages))
         found = replace(found, sweeps=tuple(sweeps), warnings=lines)
         if solved.other is not None and response.direction == "down":
             self._turned.add(case.name)
         if solved.worth is not None:
             self._worth[case.name] = solved.worth
+        if solved.bounds is not None:
+            self._bounds[case.name] = solved.bounds.shortened()
+        if solved.stability:
+            self._stability[case.name] = solved.stability[0]
         self.record.case(solved, found, self.shown.monitor.name)
         if solved.campbell is not None:
             self.shown.campbell[case.name] = solved.campbell
             self.record.campbell(case.name, solved.campbell)
         if solved.strain is not None and peak is not None:
             self._strains[case.name] = solved.strain, peak
-        curve = response.frequency, amplitude, response.converged
-        listed = case.given.response.frequencies is not None
-        self.shown.curve[case.name] = curve if listed else drawn(response, amplitude)
-        if solved.other is not None:
-            lower = self.shown.monitor.amplitude(solved.other)
-            second = solved.other.frequency, lower, solved.other.converged
-            self.shown.sweeps[case.name] = {
-                f"sweeping {each.direction}": drawn_as
-                for each, drawn_as in zip(sweeps, (curve, second), strict=True)
-            }
+        self.shown.collect(solved, found)
         if peak is not None:
             given = case.given.response
             if given.points is not None or given.frequencies is not None:
@@ -373,6 +382,11 @@ class Run:
         return self.stages.get(planned.gauges).read(
             response, self.stages.get(planned.rom["vane"]), casing
         )
+
+    def _count(self, done: int, total: int | None, amplitude: float) -> None:
+        """How far the bounds or the stability of a case are."""
+        self.listener(self._clock.count(done, total, amplitude))
+        self.record.flush_if_due()
 
     def _point(self, done: int, total: int, frequency: float, amplitude: float) -> None:
         self.listener(self._clock.point(done, total, amplitude))

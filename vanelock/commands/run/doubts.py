@@ -12,12 +12,12 @@ from vanelock.quantities.contacts.places import places_on
 from vanelock.rom import Contacts
 from vanelock.stages.response.limits import Limits
 from vanelock.stages.response.responses import static_bounds_step
-from vanelock.stages.response.summary import Peak
+from vanelock.stages.response.summary import Summary
 from vanelock.stages.sweep.retries import Solved
 
 
 def doubts(
-    solved: Solved, peak: Peak | None, limits: Limits, loose: bool, first: bool, stages: Stages
+    solved: Solved, found: Summary, limits: Limits, loose: bool, first: bool, stages: Stages
 ) -> Iterator[str]:
     """Lines on a case.
 
@@ -25,7 +25,7 @@ def doubts(
     case is a run's first one, whose static friction is looked at.
     """
     planned, given = solved.planned, solved.planned.case.given
-    contacts = stages.get(planned.system).contacts
+    contacts, peak = stages.get(planned.system).contacts, found.peak
     if loose:
         yield warnings.LOOSE
     yield from warnings.alike(limits.mac)
@@ -41,9 +41,12 @@ def doubts(
     held = contacts.always_closed or tuple(dict.fromkeys(contacts.joints))
     yield from warnings.open_at_rest(solved.static, contacts.joints, held)
     if peak is not None:
-        if first and not loose and given.response.friction == "orthogonal":
+        orthogonal = given.response.friction == "orthogonal"
+        if first and not loose and orthogonal and solved.bounds is None:
             bounds = stages.get(static_bounds_step(planned.system))
             yield from warnings.static_friction(bounds, contacts.joints, solved.response, peak)
+        yield from warnings.bounds(solved.bounds)
+        yield from warnings.wave(found)
         yield from warnings.large(solved.response, peak, *small, points)
         yield from warnings.beyond_band(solved.response, peak, limits.band)
     if solved.campbell is not None:

@@ -11,6 +11,7 @@ from pydantic import AfterValidator, BeforeValidator, Field
 from vanelock.common.checked import Check
 from vanelock.common.quantities import Angle, Force, Frequency, Length, Stiffness
 from vanelock.input.band import asked_for, too_narrow
+from vanelock.input.schema.assessment import BoundsKeys, StabilityKeys, can_be_assessed
 from vanelock.input.schema.comparison import MeasuredCurve, curves
 from vanelock.input.schema.distributions import Scatter
 from vanelock.input.schema.structure import SPRING, KeyTable, sequence
@@ -239,6 +240,8 @@ class Scene(KeyTable):
     excitation: SceneExcitation = SceneExcitation()
     damping: SceneDamping = SceneDamping()
     response: SceneResponse = SceneResponse()
+    bounds: BoundsKeys | None = Field(default=None, description="bounds over static friction")
+    stability: StabilityKeys | None = Field(default=None, description="stability")
     outputs: SceneOutputs = SceneOutputs()
     measured: Annotated[tuple[MeasuredCurve, ...], BeforeValidator(curves)] = Field(
         default=(), max_length=100, description="measured curves"
@@ -246,6 +249,11 @@ class Scene(KeyTable):
     sweep: Lists = Field(default_factory=dict, description="swept keys")
     rows: Lists = Field(default_factory=dict, description="keys that vary together")
     scatter: Scatter | None = Field(default=None, description="scattering keys")
+
+    @property
+    def joint_names(self) -> tuple[str, ...]:
+        """Joints with contacts; those of a joined system are not known before it is read."""
+        return () if self.system is not None else tuple(self.contacts)
 
     def _harmonics_are_computed(self) -> Iterator[str]:
         for i, load in enumerate(self.loads):
@@ -298,6 +306,7 @@ class Scene(KeyTable):
     checks: ClassVar[tuple[Check, ...]] = (
         _harmonics_are_computed,
         _answers_its_range,
+        can_be_assessed,
         _measures_displacement,
         _turns_in_a_ring,
         _has_components,

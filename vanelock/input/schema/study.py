@@ -26,6 +26,7 @@ from vanelock.common.quantities import (
     si,
 )
 from vanelock.input.band import BAND_CHECKS
+from vanelock.input.schema.assessment import BoundsKeys, StabilityKeys, can_be_assessed
 from vanelock.input.schema.comparison import (
     COMPARISON_CHECKS,
     CampbellKeys,
@@ -279,12 +280,19 @@ class Study(KeyTable):
     rows: Lists = Field(default_factory=dict, description="keys that vary together")
     scatter: Scatter | None = Field(default=None, description="scattering keys")
     outputs: Outputs = Outputs()
+    bounds: BoundsKeys | None = Field(default=None, description="bounds over static friction")
+    stability: StabilityKeys | None = Field(default=None, description="stability")
     campbell: CampbellKeys | None = Field(default=None, description="Campbell diagram")
     measured: Annotated[tuple[MeasuredCurve, ...], BeforeValidator(curves)] = Field(
         default=(), max_length=100, description="measured curves"
     )
     fit: Fit | None = Field(default=None, description="fit to the measured curves")
     campaign: Campaign | None = Field(default=None, description="published study")
+
+    @property
+    def joint_names(self) -> tuple[str, ...]:
+        """Joints with contacts."""
+        return ("hook", "interlock")[: 1 + self.joints.interlock.enabled]
 
     def _is_sampled_enough(self) -> Iterator[str]:
         least = least_samples(self.response.harmonics, self.response.friction)
@@ -356,6 +364,7 @@ class Study(KeyTable):
         _has_the_aerofoils,
         _leaves_out_what_can_be_told,
         _has_points_to_choose,
+        can_be_assessed,
         *TEMPERATURE_CHECKS,
         *COMPARISON_CHECKS,
         *CAMPAIGN_CHECKS,

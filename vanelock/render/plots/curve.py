@@ -48,6 +48,24 @@ class Band:
 
 
 @dataclass(frozen=True)
+class Envelope:
+    """Between which amplitudes a curve may lie.
+
+    Attributes
+    ----------
+    frequency, low, high : (p,) float
+        Hz, and the ends there, m.
+    outlines : sequence of (frequency, amplitude)
+        Curves that it goes round, Hz and m.
+    """
+
+    frequency: NDArray[np.float64]
+    low: NDArray[np.float64]
+    high: NDArray[np.float64]
+    outlines: Sequence[tuple[NDArray[np.float64], NDArray[np.float64]]] = ()
+
+
+@dataclass(frozen=True)
 class Curve:
     """Amplitude over frequency of one case.
 
@@ -71,6 +89,11 @@ class Curve:
         the end of a range.
     variant : str
         What the line style stands for instead of H, such as "uncoupled".
+    envelope : Envelope or None
+        Shaded in the curve's colour.
+    verdict : (p,) int or None
+        0 where the wave is stable, 1 unstable, 2 undecided, -1 not known: where points in a row are
+        known, the line is solid, dashed, and grey.
     """
 
     frequency: ArrayLike
@@ -81,6 +104,8 @@ class Curve:
     kind: Kind = "nonlinear"
     joined: bool = True
     variant: str = ""
+    envelope: Envelope | None = None
+    verdict: ArrayLike | None = None
 
     @property
     def label(self) -> str:
@@ -103,7 +128,31 @@ class Curve:
             self,
             frequency=np.asarray(self.frequency, float) / reference.frequency,
             amplitude=np.asarray(self.amplitude, float) / reference.amplitude,
+            envelope=None,
         )
+
+    @property
+    def outcome(self) -> str:
+        """What becomes of the wave at the peak: "stable", "unstable", "undecided", "" not known."""
+        top = peak(self)
+        if top is None or self.verdict is None:
+            return ""
+        at = np.asarray(self.frequency, float).tolist().index(top.frequency)
+        return ("stable", "unstable", "undecided", "")[int(np.asarray(self.verdict)[at])]
+
+    @property
+    def pieces(self) -> list[tuple[int, slice]]:
+        """Runs of points of one verdict, neighbouring ones sharing a point; 2 between others."""
+        count = len(np.asarray(self.frequency))
+        code = np.full(count, -1) if self.verdict is None else np.asarray(self.verdict)
+        between = np.where(code[1:] == code[:-1], code[1:], np.maximum(code[1:], 2))
+        unknown = (code[1:] < 0) | (code[:-1] < 0)
+        between[unknown] = -1
+        if not len(between):
+            return [(-1, slice(0, count))]
+        starts = [0, *(np.flatnonzero(np.diff(between)) + 1).tolist()]
+        ends = [*starts[1:], len(between)]
+        return [(int(between[a]), slice(a, b + 1)) for a, b in zip(starts, ends, strict=True)]
 
 
 def peak(curve: Curve) -> MarkedPeak | None:

@@ -29,6 +29,11 @@ from vanelock.render.plots.curve import (
 )
 
 _DASHES: Final = {"solid": "-", "dash": "--", "dot": ":", "dashdot": "-."}
+_VERDICTS: Final[dict[int, dict[str, Any]]] = {
+    0: {"ls": "-"},
+    1: {"ls": (0, (3, 1.5))},
+    2: {"ls": "-", "color": style.GREY},
+}
 _LIMITS: Final = {"free": (0, (6, 2)), "stuck": (0, (1, 1))}
 _WIDE: Final = 100  # frequencies further apart, highest over lowest, get a logarithmic axis
 _LISTED: Final = 28  # more lines than that do not fit beside the curves
@@ -112,6 +117,11 @@ def _draw(axes: Axes, curve: Curve, look: CurveLook, unit: CurveUnit) -> Line2D:
     frequency = np.asarray(curve.frequency, float)
     if curve.kind == "measured":
         return _draw_measured(axes, curve, look, unit)
+    if (around := curve.envelope) is not None:
+        ends = unit.factor * around.low, unit.factor * around.high
+        axes.fill_between(around.frequency, *ends, color=look.colour, alpha=0.14, linewidth=0)
+        for across, up in around.outlines:
+            axes.plot(across, unit.factor * up, color=look.colour, lw=0.9)
     shown = unit.factor * np.asarray(curve.amplitude, float)
     shown = np.where(converged(curve), shown, np.nan)
     dashes = _LIMITS.get(curve.kind, _DASHES[look.dash]) if curve.joined else ""
@@ -120,7 +130,9 @@ def _draw(axes: Axes, curve: Curve, look: CurveLook, unit: CurveUnit) -> Line2D:
     known = np.isfinite(shown)
     alone = known & ~np.append(known[1:], False) & ~np.append(False, known[:-1])
     if curve.joined:
-        axes.plot(frequency, shown, **drawn)
+        for verdict, run in curve.pieces:
+            looked = {**drawn, **_VERDICTS.get(verdict, {})}
+            axes.plot(frequency[run], shown[run], **looked)
     else:
         alone = known
     axes.plot(frequency[alone], shown[alone], ".", color=look.colour)
@@ -140,7 +152,7 @@ def _draw(axes: Axes, curve: Curve, look: CurveLook, unit: CurveUnit) -> Line2D:
             zorder=4,
         )
         end = ", end of range" if top.at_edge else ""
-        text += unit.place(top) + end
+        text += unit.place(top) + end + (f", {curve.outcome}" if curve.outcome else "")
     return Line2D([], [], **drawn, marker=look.marker, ms=8, mfc="white", mew=1.8, label=text)
 
 

@@ -1,6 +1,7 @@
 """Forced response of all cases in one figure, with its linear limits."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -8,9 +9,11 @@ from numpy.typing import ArrayLike
 from vanelock import render
 from vanelock.input.cases.names import merged, words
 from vanelock.input.measured import DISPLACEMENT
-from vanelock.quantities.curves_and_fields import Floats, RunData
+from vanelock.pipeline.step import Step
+from vanelock.quantities.curves_and_fields import Drawn, Floats, RunData
 from vanelock.quantities.selection import PERCENT, band, drawn_alone, in_words, named
 from vanelock.report import Picture
+from vanelock.stages.plan import Planned
 from vanelock.stages.response.responses import Limit
 
 MOST = 16
@@ -19,21 +22,27 @@ MOST = 16
 
 def all_curves(run_data: RunData) -> list[render.Curve]:
     """Linear limits, responses and measured curves, as they are drawn."""
-    made = linear(run_data) + [
-        render.Curve(
-            frequency,
-            amplitude,
-            group=called(each.case.name),
-            harmonics=run_data.shown.harmonics.get(each.case.name),
-            converged=converged,
-            joined=each.case.given.response.frequencies is None,
-            variant=direction,
-        )
-        for each in drawn_alone(run_data)
-        for direction, (frequency, amplitude, converged) in run_data.shown.curves(
-            each.case.name
-        ).items()
-    ]
+    shown, made = run_data.shown, linear(run_data)
+    for each in drawn_alone(run_data):
+        name, ends = each.case.name, shown.ends.get(each.case.name)
+        for direction, curve in shown.curves(name).items():
+            frequency, amplitude, converged = curve
+            verdict = shown.verdicts.get(name, {}).get(direction)
+            along = verdict is not None and np.count_nonzero(verdict >= 0) > 1
+            made.append(
+                render.Curve(
+                    frequency,
+                    amplitude,
+                    # Where line styles tell the stable from the unstable, colours tell all else.
+                    group=words(name) if along and name != "nominal" else called(name),
+                    harmonics=None if along else shown.harmonics.get(name),
+                    converged=converged,
+                    joined=each.case.given.response.frequencies is None,
+                    variant=direction,
+                    envelope=None if ends is None else envelope([curve, *ends]),
+                    verdict=verdict,
+                )
+            )
     return made + [
         render.Curve(
             each.frequency, each.amplitude, group=each.label, kind="measured", joined=False
@@ -46,7 +55,7 @@ def all_curves(run_data: RunData) -> list[render.Curve]:
 def curves(run_data: RunData) -> Picture:
     """The figure of the curves, and what it draws as CSV."""
     made = all_curves(run_data)
-    keys = [(*(r.key for r in each.responses), each.case.name) for each in run_data.planned]
+    keys = [(*(r.key for r in shown_of(each)), each.case.name) for each in run_data.planned]
     monitor = run_data.shown.monitor.name
     shows = [keys, monitor, run_data.given.name]
     shows += [[m.name, m.frequency.tolist(), m.amplitude.tolist()] for m in run_data.shown.measured]
@@ -86,12 +95,45 @@ def curves(run_data: RunData) -> Picture:
         "moves the resonance from the free towards the stuck frequency."
         f"{' Black dots are measured.' if run_data.shown.measured else ''}"
     )
+    caption += told_apart(made)
     if shade is not None:
         caption += (
             f" Shaded: where {shade.label} lie at each frequency, and their median; lines of their "
             f"own have {in_words(run_data)}."
         )
     return Picture(path, "Forced response", caption, (data,))
+
+
+def told_apart(curves: Sequence[render.Curve]) -> str:
+    """What shades and line styles say of bounds and stability, if anything."""
+    text = ""
+    if any(curve.envelope is not None for curve in curves):
+        text += (
+            " Shaded: between the curves whose peaks are the least and the largest that static "
+            "friction, which no model determines, allows."
+        )
+    if any(len(curve.pieces) > 1 for curve in curves):
+        text += " Solid where the ring stays with the wave, dashed where it leaves it, grey where "
+        text += "that is not decided."
+    return text
+
+
+def shown_of(planned: Planned) -> list[Step[Any]]:
+    """The steps of a case whose products its curve shows."""
+    bounds = [] if planned.bounds is None else [planned.bounds]
+    return [*planned.responses, *bounds, *planned.stability]
+
+
+def envelope(curves: Sequence[Drawn]) -> render.Envelope:
+    """Between which amplitudes a curve and others lie at each frequency."""
+    frequency = np.unique(np.concatenate([f[solved] for f, _, solved in curves]))
+    lines = []
+    for f, amplitude, solved in curves:
+        order = np.argsort(f, kind="stable")
+        order = order[solved[order]]
+        lines.append((f[order], amplitude[order]))
+    every = [np.interp(frequency, *line) for line in lines]
+    return render.Envelope(frequency, np.min(every, axis=0), np.max(every, axis=0), lines[1:])
 
 
 def called(name: str) -> str:
@@ -107,6 +149,12 @@ def columns(curves: list[render.Curve]) -> Mapping[str, ArrayLike]:
         found[f"amplitude (µm): {curve.label}"] = 1e6 * np.asarray(curve.amplitude, float)
         if curve.converged is not None:
             found[f"solved: {curve.label}"] = np.asarray(curve.converged, bool)
+        if curve.verdict is not None:
+            found[f"stable 0, unstable 1, undecided 2: {curve.label}"] = np.asarray(curve.verdict)
+        if (around := curve.envelope) is not None:
+            found[f"frequency (Hz): bounds of {curve.label}"] = around.frequency
+            found[f"least amplitude (µm): {curve.label}"] = 1e6 * around.low
+            found[f"largest amplitude (µm): {curve.label}"] = 1e6 * around.high
     return found
 
 

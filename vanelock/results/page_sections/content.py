@@ -4,6 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from vanelock.nonlinear import Stability
 from vanelock.pipeline.executor.tasks import Failure
 from vanelock.quantities.answers import CaseAnswers
 from vanelock.quantities.contacts.energy import EnergyBalance
@@ -12,6 +13,7 @@ from vanelock.quantities.scatter import Scattered
 from vanelock.report import Picture
 from vanelock.stages.accuracy.errors import Errors
 from vanelock.stages.accuracy.left_out import LeftOut
+from vanelock.stages.assessment.bounds import BoundedPeak
 from vanelock.stages.parts.gauges import Strain
 from vanelock.stages.response.summary import Peak, Summary
 
@@ -36,6 +38,10 @@ class PageContent:
         What gauges read, by case.
     worth : dict of str to (Errors, list of LeftOut)
         Estimated errors, by case, where an accuracy is asked for.
+    bounds : dict of str to BoundedPeak
+        Bounds of the peak over static friction, of the first cases, where asked for.
+    stability : dict of str to Stability
+        Of their waves, where asked for.
     linear : dict of str to dict of "free" | "stuck" to Peak or None
         Linear peaks by the name of their limits, "" where cases share them.
     text : str
@@ -55,6 +61,8 @@ class PageContent:
     wear: Mapping[str, Path] = field(default_factory=dict)
     strains: Mapping[str, tuple[Strain, Peak]] = field(default_factory=dict)
     worth: Mapping[str, tuple[Errors, Sequence[LeftOut]]] = field(default_factory=dict)
+    bounds: Mapping[str, BoundedPeak] = field(default_factory=dict)
+    stability: Mapping[str, Stability] = field(default_factory=dict)
     linear: Mapping[str, Mapping[str, Peak | None]] = field(default_factory=dict)
     text: str = ""
     balances: Mapping[str, EnergyBalance] = field(default_factory=dict)

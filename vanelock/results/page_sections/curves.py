@@ -8,7 +8,7 @@ from vanelock.quantities.contacts.wear import exact
 from vanelock.quantities.selection import band
 from vanelock.report import Plot, Section, Trace, curve_plot
 from vanelock.report.blocks import Block
-from vanelock.results.figures.curves import all_curves
+from vanelock.results.figures.curves import all_curves, told_apart
 from vanelock.results.figures.loops import Loop
 from vanelock.results.page_sections.content import PageContent
 
@@ -34,11 +34,12 @@ def response_plot(content: PageContent) -> Plot:
         if run_data.shown.opens
         else "Dashed: linear."
     )
+    made = all_curves(run_data)
     return curve_plot(
-        all_curves(run_data),
+        made,
         "Forced response",
         f"Half the peak-to-peak of {content.monitor}. {lines} Click a name in the legend to hide "
-        "its curve, twice to see it alone.",
+        f"its curve, twice to see it alone.{told_apart(made)}",
         band=band(run_data),
         data=[data] if data.exists() else [],
     )

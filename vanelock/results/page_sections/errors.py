@@ -70,9 +70,17 @@ def _not_estimated(content: PageContent) -> str:
     told_of += [
         "**Contact**: stiffnesses, friction and interference are inputs; their scatter between "
         "builds is usually larger than every number in this section.",
-        "**Stability**: a solved point need not be stable; another solution, or a wave that does "
-        "not travel, may exist beside it.",
     ]
+    if not content.stability:
+        told_of.append(
+            "**Stability**: a solved point need not be stable; `[stability]` tells whether the "
+            "ring stays with its wave."
+        )
+    if not content.bounds:
+        told_of.append(
+            "**Static friction** of contacts that stick: parts are taken as assembled without "
+            "stress; `[bounds]` tells how far other static friction moves the peak."
+        )
     if given.ring.sectors > 1:
         told_of.append("**Mistuning**: all sectors are alike.")
     if given.response.samples is not None:

@@ -137,20 +137,28 @@ def _wall(study: Study) -> str:
 
 def _case(found: CaseAnswers) -> list[Block]:
     case = of_case(found.name)
-    rows, flags = [], []
-    for part in PARTS:
-        for what, m in _merged(found.stress.worst[part]):
-            prefix = "" if m.node is None else f"{part}, "
-            rows.append(_row(found, m, part, f"{prefix}{what}: {m.where}"))
-            flags.append("" if m.doubt else judged(found, m.reserve, part))
-    title = f"Worst places at the peak, {found.peak.frequency:.2f} Hz{case}"
-    blocks: list[Block] = [Table(title, COLUMNS, rows, flags=flags)]
+    blocks: list[Block] = [_worst(found, "peak")]
+    if found.high is not None:
+        blocks.append(_worst(found.high, "largest peak that static friction allows"))
     every = [(part, m) for part in PARTS for m in found.stress.features[part]]
     rows = [_row(found, m, part, m.where) for part, m in every]
     flags = [judged(found, m.reserve, part) for part, m in every]
     title = f"Worst place of each feature{case}, clear of sharp corners and point forces"
     blocks.append(Table(title, COLUMNS, rows, flags=flags))
     return blocks
+
+
+def _worst(found: CaseAnswers, peak: str) -> Table:
+    """The worst places at a peak of a case."""
+    rows: list[tuple[str | float | None, ...]] = []
+    flags: list[Flag] = []
+    for part in PARTS:
+        for what, m in _merged(found.stress.worst[part]):
+            prefix = "" if m.node is None else f"{part}, "
+            rows.append(_row(found, m, part, f"{prefix}{what}: {m.where}"))
+            flags.append("" if m.doubt else judged(found, m.reserve, part))
+    title = f"Worst places at the {peak}, {found.peak.frequency:.2f} Hz{of_case(found.name)}"
+    return Table(title, COLUMNS, rows, flags=flags)
 
 
 def _merged(margins: Sequence[Margin]) -> list[tuple[str, Margin]]:

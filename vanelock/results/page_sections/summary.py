@@ -7,6 +7,7 @@ import numpy as np
 from vanelock.common.tables import Table
 from vanelock.input.cases.names import fixed, words
 from vanelock.input.schema.study import Study
+from vanelock.nonlinear import STUCK
 from vanelock.quantities.answers import CaseAnswers
 from vanelock.quantities.warnings import by_text, without_effect
 from vanelock.report import Answer, Answers, Section, Text
@@ -19,6 +20,8 @@ from vanelock.stages.response.summary import Summary
 
 MOST_FAILED = 5
 """Failed cases that the summary names."""
+SAME = 1e-3
+"""Relative width of bounds below which they are one."""
 APART = ("harmonics", "mu", "x", "converged", "seconds")
 """Columns of the cases that other sections have."""
 
@@ -43,11 +46,12 @@ def answers_of(content: PageContent) -> list[Answer]:
         Answer(
             "Largest peak" if many else "Peak",
             f"{1e6 * most.peak.amplitude:.3g} µm",
-            f"{case}{content.monitor}, half the peak-to-peak"
+            f"{_between(content, most)}{case}{content.monitor}, half the peak-to-peak"
             + (f"; {_of_linear(most)}" if _of_linear(most) else "")
             + _error(content, most),
-            "warn" if most.peak.at_edge else "",
+            "warn" if most.peak.at_edge or _between(content, most) else "",
         ),
+        *_wave(most),
         Answer("At", f"{most.peak.frequency:.2f} Hz", _speed(content, most)),
     ]
     main = content.main
@@ -55,6 +59,42 @@ def answers_of(content: PageContent) -> list[Answer]:
         found += _of_case(main)
     found += best_friction(content)
     return found
+
+
+def _between(content: PageContent, most: Summary) -> str:
+    """How far static friction may move the peak."""
+    main = content.main
+    if most.lowest is None or most.highest is None or main is None:
+        return ""
+    low, high = 1e6 * most.lowest.amplitude, 1e6 * most.highest.amplitude
+    if high <= (1 + SAME) * low:
+        return ""
+    sticks = (main.top.state[0] == STUCK) & (main.top.mu > 0)
+    joints = " and ".join(dict.fromkeys(np.array(main.places.joint)[sticks].tolist()))
+    return (
+        f"**between {low:.3g} and {high:.3g} µm**, as static friction in {joints} is not "
+        "determined. "
+    )
+
+
+def _wave(most: Summary) -> list[Answer]:
+    """Whether the ring stays with the wave of the largest peak."""
+    wave = most.wave
+    if wave is None or most.peak is None:
+        return []
+    if wave.verdict == "stable":
+        note = f"all that departs from it dies out, the slowest to {wave.growth:.4g} a period"
+        return [Answer("The wave is", "stable", note, "good")]
+    if wave.verdict == "undecided":
+        note = "two numbers of harmonics differ on whether a departure from it grows"
+        return [Answer("The wave is", "undecided", note, "warn")]
+    shows = ", ".join(f"{f:.4g}" for f in wave.frequencies)
+    note = (
+        f"the ring does not settle on it: it leaves by nodal diameter {wave.diameter}, "
+        f"×{wave.growth:.3g} a period, seen at {shows} Hz; amplitude, stress and wear here are "
+        "those of the wave"
+    )
+    return [Answer("The wave is", "unstable", note, "warn")]
 
 
 def _of_linear(most: Summary) -> str:
@@ -103,6 +143,8 @@ def _of_case(main: CaseAnswers) -> list[Answer]:
     if main.margins is None:
         return found
     m, locations = main.margins.governing, main.margins.locations["vane"]
+    ends = [each.stress.governing.reserve for each in (main, main.high) if each is not None]
+    least = min(ends)
     r, angle, z = locations.coordinates(m.node) if m.node is not None else (0, 0, 0)
     place = f"r {1e3 * r:.1f} mm, {angle:+.2f}°, z {1e3 * z:.1f} mm"
     return [
@@ -114,7 +156,7 @@ def _of_case(main: CaseAnswers) -> list[Answer]:
         ),
         _withheld("HCF reserve")
         if main.peak.at_edge
-        else Answer("HCF reserve", f"n = {m.reserve:.3g}", _reserve(main), judged(main, m.reserve)),
+        else Answer("HCF reserve", f"n = {m.reserve:.3g}", _reserve(main), judged(main, least)),
     ]
 
 
@@ -150,6 +192,10 @@ def _reserve(main: CaseAnswers) -> str:
         f"{1e-6 * m.strength.limit:g} MPa; vibration alone may grow {m.growth:.3g} times. Clear of "
         "sharp corners and point forces"
     )
+    if main.high is not None and main.high.margins is not None:
+        high = main.high
+        reserve, peak = high.stress.governing.reserve, 1e6 * high.peak.amplitude
+        text += f"; n = {reserve:.3g} at {peak:.3g} µm, the largest peak by static friction"
     worst = main.stress.worst["vane"][0]
     return f"{text}, where the mesh shows n = {worst.reserve:.3g}" if worst.doubt else text
 

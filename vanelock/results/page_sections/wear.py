@@ -77,7 +77,12 @@ def wear(content: PageContent) -> Section:
     title = (
         f"Joints{of_sector(content)} at the peak: energy and worn volume in all, else the largest"
     )
-    by_case = {fixed(words(f.name)): (f.places, f.wear) for f in content.answers.values()}
+    by_case = {}
+    for found in content.answers.values():
+        name = fixed(words(found.name))
+        by_case[name] = found.places, found.wear
+        if found.high is not None:
+            by_case[f"{name}, largest peak by static friction"] = found.places, found.high.wear
     blocks: list[Block] = [Text(_method()), joint_table(title, by_case).without(*NOT_SHOWN)]
     main = content.main
     if main is not None and main.wear.energy.any():

@@ -14,8 +14,8 @@ from vanelock.input.schema.study import Study
 from vanelock.mesh.geometry.dimensions import CasingDimensions, VaneDimensions
 from vanelock.stages.accuracy.budget import budget, pins
 from vanelock.stages.accuracy.mesh_sizes import most_dofs, peak_memory, unknowns
-from vanelock.stages.parts.components import PARTS
-from vanelock.stages.sweep.time_left import work
+from vanelock.stages.parts.components import PARTS, diameters
+from vanelock.stages.sweep.time_left import TYPICAL, work
 
 UNITS = ((86400, "days"), (3600, "h"), (60, "min"), (1, "s"))
 
@@ -47,6 +47,12 @@ DIAMETERS = 5.0
 """With an accuracy, over that: more nodal diameters one by one, and estimates of the mesh."""
 POINTS, REST = 1.5e-3, 2.0
 """Seconds of a response over its `work`, and of a preload with what is written of a case."""
+CURVES = 40.0
+"""Responses that bounds over static friction take (docs/benchmarks/static_friction.md)."""
+STABLE, HARMONICS = 3.3, 0.5
+"""Seconds of stability at a point, and with each (2H + 1)^1.5 (docs/benchmarks/stability.md)."""
+DIAMETER = 0.12
+"""Of `LINEAR`, what each further nodal diameter of the casing takes."""
 PICTURES = 25.0
 """Seconds of the pictures and animations of a case at 27,000 degrees of freedom, growing with their
 square root; no more than four cases have all of them."""
@@ -80,15 +86,34 @@ def estimated(
     largest, part = max(sizes.values()), len(sizes) / len(chosen)
     meshes = 1.0 if len(sizes) == 1 else part * len(cases)
     linear = DIAMETERS if chosen[0].accuracy is not None else 1.0
+    linear += DIAMETER * _further(chosen[0])
     seconds = meshes * linear * LINEAR * (largest / 168e3) ** 1.15
-    effort = sum(work(study) for study in chosen) / len(chosen)
-    seconds += len(cases) * (REST + POINTS * effort)
+    each = [REST + POINTS * work(study) + _assessment(study) for study in chosen]
+    seconds += len(cases) * sum(each) / len(chosen)
     wanted = chosen[0].outputs
     if wanted.shapes or wanted.loops:
         seconds += PICTURES * min(len(cases), 4) * math.sqrt(largest / 27e3)
     harmonics = sum(study.response.harmonics for study in chosen) / len(chosen)
     disk = KEPT + meshes * OF_DOF * largest + len(cases) * OF_CASE * (2 * harmonics + 1) / 7
     return CostEstimate(largest, peak_memory(largest), seconds, disk)
+
+
+def _further(study: Study) -> int:
+    """Nodal diameters that stability takes in addition."""
+    if study.stability is None:
+        return 0
+    return study.ring.sectors // 2 + 1 - len(diameters([study]))
+
+
+def _assessment(study: Study) -> float:
+    """Seconds of bounds and stability of a case."""
+    seconds = 0.0 if study.bounds is None else CURVES * POINTS * work(study)
+    if study.stability is not None:
+        listed = study.response.frequencies
+        points = len(listed) if listed else study.response.points or TYPICAL
+        count = points if study.stability.points == "all" else 1
+        seconds += count * (STABLE + HARMONICS * (2 * study.response.harmonics + 1) ** 1.5)
+    return seconds
 
 
 def _own(study: Study) -> bool:

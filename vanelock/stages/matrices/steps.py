@@ -22,11 +22,13 @@ from vanelock.stages.matrices.piece import Piece
 from vanelock.stages.parts.components import diameters
 
 
-def piece_step(scene: Scene, name: str, given: Gathered) -> Step[Piece]:
-    """A component, reduced or as it is."""
+def piece_step(scene: Scene, name: str, given: Gathered, at: tuple[int, ...] = ()) -> Step[Piece]:
+    """A component, reduced or as it is; `at` other nodal diameters than those of the response."""
     keys = scene.components[name]
     wanted, turned = given.kept[name]
-    by_diameter = diameters([scene]) if keys.low is not None or ND in keys.stiffness else ()
+    by_diameter: tuple[int, ...] = ()
+    if keys.low is not None or ND in keys.stiffness:
+        by_diameter = at or diameters([scene])
     least = least_band(asked_for(scene.response))
     inputs = {
         "least": least,
@@ -93,7 +95,12 @@ def matrices(name: str, keys: ComponentKeys, nodal_diameter: int = 0) -> Matrice
         raise InputError(f"components.{name}: {error}") from None
 
 
-def system_step(scene: Scene, given: Gathered | None = None, bare: bool = False) -> Step[System]:
+def system_step(
+    scene: Scene,
+    given: Gathered | None = None,
+    bare: bool = False,
+    at: tuple[int, ...] = (),
+) -> Step[System]:
     """The system of a case; joining takes no time, so it is not kept.
 
     Parameters
@@ -104,6 +111,8 @@ def system_step(scene: Scene, given: Gathered | None = None, bare: bool = False)
         What the scene's lists say, where they were read already.
     bare : bool
         Without friction, preload and static load, which linear limits do not depend on.
+    at : tuple of int
+        Nodal diameters, where they are others than those of the response.
     """
     if scene.system is not None:
         return _ready_step(scene, Path(scene.system.file), bare)
@@ -115,14 +124,15 @@ def system_step(scene: Scene, given: Gathered | None = None, bare: bool = False)
             replace(c, mu=z, interference=z) for c, z in zip(contacts, zero, strict=True)
         )
         loads = tuple(load for load in loads if load.harmonic > 0)
-    needs = tuple(piece_step(scene, name, given) for name in scene.components)
+    needs = tuple(piece_step(scene, name, given, at) for name in scene.components)
+    wanted = at or diameters([scene])
     inputs = {
         "ring": scene.ring.model_dump(),
         "engine_order": scene.excitation.engine_order,
         "joined": [_plain(each) for each in (*contacts, *ties, *loads)],
         "outputs": [[each.part, each.nodes.tolist()] for each in outputs],
         "damping": scene.damping.ratio,
-        "diameters": diameters([scene]),
+        "diameters": wanted,
         "code": code_of("rom"),
     }
 
@@ -142,7 +152,7 @@ def system_step(scene: Scene, given: Gathered | None = None, bare: bool = False)
             outputs=outputs,
             damping_ratio=ratio,
         )
-        return joined.system(diameters([scene]))
+        return joined.system(wanted)
 
     return step("system", "stages", inputs, System, needs, compute, False, True)
 

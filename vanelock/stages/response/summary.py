@@ -61,6 +61,30 @@ class Sweep:
 
 
 @dataclass(frozen=True)
+class WaveVerdict:
+    """Whether the ring stays with the periodic wave at a peak.
+
+    Attributes
+    ----------
+    verdict : "stable", "unstable" or "undecided"
+    growth : float
+        What a period makes of the motion that grows fastest, or dies out slowest.
+    diameter : int
+        Its nodal diameter; -1 where none is known.
+    growing : int
+        Motions that grow.
+    frequencies : tuple of float
+        Where that motion shows at the outputs, Hz, largest first.
+    """
+
+    verdict: str
+    growth: float
+    diameter: int
+    growing: int
+    frequencies: tuple[float, ...]
+
+
+@dataclass(frozen=True)
 class Summary:
     """A case in numbers.
 
@@ -102,6 +126,10 @@ class Summary:
         What else to know before using them, see `vanelock.quantities.warnings`.
     sweeps : tuple of Sweep
         That of the peak, and the other one where both directions were swept.
+    lowest, highest : Peak or None
+        Between which static friction that is not determined may move the peak, where asked for.
+    wave : WaveVerdict or None
+        Whether the ring stays with the peak's wave, where asked for.
     """
 
     case: str
@@ -124,6 +152,9 @@ class Summary:
     seconds: float
     warnings: tuple[str, ...] = ()
     sweeps: tuple[Sweep, ...] = ()
+    lowest: Peak | None = None
+    highest: Peak | None = None
+    wave: WaveVerdict | None = None
 
 
 def peak_of(response: Response, amplitude: NDArray[np.float64]) -> Peak | None:

@@ -6,7 +6,7 @@ need is not a task but computed before them.
 """
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from vanelock.input.cases.sweep import Case
@@ -15,6 +15,7 @@ from vanelock.pipeline.cache import Cache
 from vanelock.pipeline.executor.tasks import Task, Work
 from vanelock.pipeline.step import Step
 from vanelock.stages.accuracy.choose_mesh import MeshChoice
+from vanelock.stages.assessment.assessed import assessed, silent_count
 from vanelock.stages.plan import (
     Planned,
     adaptive,
@@ -36,22 +37,34 @@ class CaseWork:
         As given, not as settled; files that a scene names are read where it is computed.
     diameters : tuple of int
         Nodal diameters at which the cases have their parts reduced, without an accuracy.
-    chosen_mesh, first : MeshChoice or None
-        With one: what it chose for this case, and for the first.
+    chosen_mesh : MeshChoice or None
+        With one: what it chose for this case.
+    first : CaseWork or None
+        That of the first case, whose linear response says what is monitored; None: its own does.
     """
 
     case: Case
     diameters: tuple[int, ...]
     chosen_mesh: MeshChoice | None = None
-    first: MeshChoice | None = None
+    first: "CaseWork | None" = None
 
     def planned(self) -> Planned:
+        """All steps to what a run shows of it."""
+        own, given = self._planned(), self.case.given
+        if given.bounds is None and given.stability is None:
+            return own
+        first = own if self.first is None else self.first._planned()
+        return assessed(own, first, silent_count)
+
+    def _planned(self) -> Planned:
         """All steps to its response."""
+        first = self.first or self
         if isinstance(self.case.given, Scene):
             return from_matrices(self.case, silent_progress)
-        if self.chosen_mesh is None or self.first is None:
+        if self.chosen_mesh is None or first.chosen_mesh is None:
             return fixed(self.case, self.diameters, silent_progress)
-        return adaptive(self.case, self.chosen_mesh, free_step(self.first), silent_progress)
+        free = free_step(first.chosen_mesh)
+        return adaptive(self.case, self.chosen_mesh, free, silent_progress)
 
     def steps(self) -> list[Step[Any]]:
         """All whose products a run shows."""
@@ -79,7 +92,9 @@ class Job:
 
 def steps_of(planned: Planned) -> list[Step[Any]]:
     """Steps of a case that a run asks for, in its order."""
-    return [*parts_of(planned), planned.preload, *planned.responses]
+    after = [] if planned.bounds is None else [planned.bounds]
+    after += planned.stability
+    return [*parts_of(planned), planned.preload, *planned.responses, *after]
 
 
 def parts_of(planned: Planned) -> list[Step[Any]]:
@@ -93,13 +108,13 @@ def parts_of(planned: Planned) -> list[Step[Any]]:
 
 def works(planned: Sequence[Planned]) -> list[CaseWork]:
     """What to send of each case."""
-    chosen_mesh = [each.chosen_mesh for each in planned]
-    if isinstance(planned[0].case.given, Scene):
-        return [CaseWork(each.case, ()) for each in planned]
-    if any(chosen_mesh):
-        return [CaseWork(each.case, (), each.chosen_mesh, chosen_mesh[0]) for each in planned]
-    shared = shared_diameters([each.case for each in planned])
-    return [CaseWork(each.case, ks) for each, ks in zip(planned, shared, strict=True)]
+    shared: Sequence[tuple[int, ...]] = [()] * len(planned)
+    if not isinstance(planned[0].case.given, Scene) and planned[0].chosen_mesh is None:
+        shared = shared_diameters([each.case for each in planned])
+    first, *others = (
+        CaseWork(each.case, ks, each.chosen_mesh) for each, ks in zip(planned, shared, strict=True)
+    )
+    return [first, *(replace(each, first=first) for each in others)]
 
 
 def jobs(planned: Sequence[Planned]) -> list[Job]:

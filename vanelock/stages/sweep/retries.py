@@ -5,11 +5,12 @@ from dataclasses import dataclass
 from typing import TypeVar
 
 from vanelock.common.errors import FolderError, InputError
-from vanelock.nonlinear import Response
+from vanelock.nonlinear import Response, Stability
 from vanelock.pipeline.executor.tasks import Failure, TaskFailed, reason
 from vanelock.pipeline.step import Stages
 from vanelock.stages.accuracy.errors import Errors
 from vanelock.stages.accuracy.left_out import LeftOut
+from vanelock.stages.assessment.bounds import BoundedPeak
 from vanelock.stages.campbell.campbell import Campbell
 from vanelock.stages.parts.gauges import Strain
 from vanelock.stages.plan import Planned
@@ -38,6 +39,10 @@ class Solved:
         Its Campbell diagram, unless another case has the same.
     other : Response or None
         Vibrating in the other direction of the sweep, where both are wanted; no higher.
+    bounds : BoundedPeak or None
+        Bounds of the peak over static friction, where asked for.
+    stability : tuple of Stability
+        Of `response` and of `other`, where asked for.
     """
 
     planned: Planned
@@ -47,6 +52,8 @@ class Solved:
     worth: tuple[Errors, Sequence[LeftOut]] | None
     campbell: Campbell | None
     other: Response | None = None
+    bounds: BoundedPeak | None = None
+    stability: tuple[Stability, ...] = ()
 
 
 def attempt(compute: Callable[[A], C], planned: A, name: str, stages: Stages) -> C:

@@ -53,6 +53,11 @@ class Clock:
         left = pace * (self._own - part + self._after)
         return PointDone(self._name, done, total, self._peak, left)
 
+    def count(self, done: int, total: int | None, amplitude: float) -> PointDone:
+        """A step of the case's bounds or stability; its time left is not known."""
+        peak = max(self._peak, amplitude) if amplitude == amplitude else self._peak
+        return PointDone(self._name, done, total, peak, float("nan"))
+
 
 def work(given: Given) -> float:
     """Relative cost of a response: the unknowns at a point grow with 2H + 1."""

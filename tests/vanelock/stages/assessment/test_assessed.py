@@ -1,0 +1,146 @@
+"""Bounds and stability as stages of a run: truths, files, workers, resuming, what is refused."""
+
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+import pytest
+
+from tests.nonlinear.following.test_peak_bounds import held_pad, peak_by_load
+from tests.vanelock.scenes.test_sector import rim
+from vanelock import load_scene, nonlinear, run_scene
+from vanelock.pipeline.cache import Cache
+from vanelock.pipeline.progress import Done, PointDone
+from vanelock.pipeline.step import Stages
+from vanelock.stages.assessment.bounds import BoundedPeak
+from vanelock.stages.matrices.gather import gathered
+from vanelock.stages.matrices.steps import system_step
+
+PAD = (
+    '[system]\nfile = "pad.h5"\n[response]\nrange = [0.1, 0.3]\nharmonics = 1\n'
+    "[bounds]\nstarts = 1\n[stability]\n[outputs]\nloops = false\nreport = false\n"
+)
+
+
+def written(folder: Path, text: str) -> Path:
+    path = folder / "scene.toml"
+    path.write_text(text)
+    return path
+
+
+def pad_scene(folder: Path, more: str = "") -> Path:
+    held_pad(1.0).save(folder / "pad.h5")
+    return written(folder, PAD + more)
+
+
+def test_bounds_of_a_run_are_those_of_the_loads_a_clamp_can_hold(tmp_path: Path) -> None:
+    folder, told = tmp_path / "run", list[Any]()
+    (found,) = run_scene(load_scene(pad_scene(tmp_path)), folder, told.append)
+    with h5py.File(folder / "results.h5") as file:
+        group = file["response/nominal"]
+        bounded = BoundedPeak.load(group["bounds"])
+        assert bounded.found is not None
+        stability = nonlinear.Stability.load(group["stability"])
+        assert group.attrs["lowest_peak_amplitude"] == bounded.found.amplitude[0]
+        assert group.attrs["highest_peak_amplitude"] == bounded.found.amplitude[2]
+        assert group.attrs["wave"] == "stable"
+    low, high = bounded.low, bounded.high
+    assert low is not None
+    assert high is not None
+    assert bounded.residual.max() < 1e-9
+    for place, end in ((0, found.lowest), (2, found.highest)):
+        load = bounded.found.rest_load[place, 0]
+        assert end.amplitude == pytest.approx(peak_by_load(1.0, load), rel=1e-9)
+    for curve, end in ((low, found.lowest), (high, found.highest)):
+        top = curve.amplitude[:, 0].max()
+        assert end.amplitude * (1 - 1e-2) < top <= end.amplitude * (1 + 1e-9)
+    assert stability.frequency.tolist() == [found.peak.frequency]
+    assert found.wave.verdict == "stable"
+    assert found.wave.growth == pytest.approx(abs(stability.multiplier[0, 0]), rel=1e-12)
+    assert found.wave.growth < 1
+    tables = {each.key: each for each in told if hasattr(each, "columns")}
+    assert [row[0] for row in tables["bounds"].rows] == ["least", "as assembled", "largest"]
+    row = tables["cases"].record()["rows"][0]
+    assert (row["lowest_um"], row["highest_um"]) == pytest.approx(
+        (1e6 * found.lowest.amplitude, 1e6 * found.highest.amplitude)
+    )
+    assert row["wave"] == "stable"
+    assert any(isinstance(each, PointDone) and each.total is None for each in told)
+    assert not any("static friction" in line for line in found.warnings)
+
+
+def test_share_zero_has_the_peak_of_sliders_assembled_at_zero(tmp_path: Path) -> None:
+    path = pad_scene(tmp_path, '[sweep]\n"bounds.share" = [0.0, 1.0]')
+    none, full = run_scene(load_scene(path), tmp_path / "run")
+    assert none.lowest.amplitude == none.highest.amplitude
+    assert full.lowest.amplitude < none.lowest.amplitude < full.highest.amplitude
+    assert none.peak == full.peak
+
+
+def test_workers_find_the_same_to_the_bit(tmp_path: Path) -> None:
+    sweep = '[contacts.pad]\nmu = 0.5\n[sweep]\n"contacts.pad.mu" = [0.4, 0.5, 0.6]'
+    scene = load_scene(pad_scene(tmp_path, sweep))
+    here = run_scene(scene, tmp_path / "here")
+    there = run_scene(scene, tmp_path / "there", workers=2)
+    for one, other in zip(here, there, strict=True):
+        assert (one.lowest, one.highest, one.wave) == (other.lowest, other.highest, other.wave)
+        assert one.lowest.amplitude < one.highest.amplitude
+
+
+def test_a_run_goes_on_where_it_was_stopped(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    scene = load_scene(pad_scene(tmp_path))
+    whole = run_scene(scene, tmp_path / "whole")
+    stopped = list[int]()
+
+    class Stopped(BaseException):
+        pass
+
+    def stop(event: object) -> None:
+        if isinstance(event, PointDone) and event.total is None:
+            stopped.append(event.done)
+            if len(stopped) == 5:
+                raise Stopped
+
+    with pytest.raises(Stopped):
+        run_scene(scene, tmp_path / "run", stop)
+    assert list((tmp_path / "run" / "cache").glob("bounds-*.journal"))
+    told = list[Any]()
+    assert run_scene(scene, tmp_path / "run", told.append)[0].highest == whole[0].highest
+    assert not list((tmp_path / "run" / "cache").glob("bounds-*.journal"))
+    done = [each for each in told if isinstance(each, Done)]
+    assert [each.cached for each in done if each.stage.startswith("response")] == [True]
+
+
+def test_a_peak_at_the_end_of_the_range_has_no_bounds(tmp_path: Path) -> None:
+    path = pad_scene(tmp_path)
+    path.write_text(path.read_text().replace("[0.1, 0.3]", "[0.1, 0.12]"))
+    (found,) = run_scene(load_scene(path), tmp_path / "run")
+    assert found.lowest is None
+    assert any(line.startswith("no bounds of the peak over static") for line in found.warnings)
+
+
+def test_the_sector_of_a_scene_has_the_stability_of_all_its_nodal_diameters(tmp_path: Path) -> None:
+    text = rim(tmp_path, "cylindrical").replace("mu = 0.2\n", 'mu = 0.2\ninterference = "40 um"\n')
+    scene = load_scene(
+        written(
+            tmp_path,
+            text + '[response]\nharmonics = 1\npoints = 7\n[stability]\npoints = "all"\n'
+            "[outputs]\nloops = false\nreport = false\n",
+        )
+    )
+    (found,) = run_scene(scene, tmp_path / "run")
+    stages = Stages(Cache(tmp_path / "other", print), lambda event: None)
+    system = stages.get(system_step(scene, gathered(scene), at=(0, 1, 2, 3)))
+    with h5py.File(tmp_path / "run" / "results.h5") as file:
+        response = nonlinear.Response.load(file["response/nominal"])
+        kept = nonlinear.Stability.load(file["response/nominal/stability"])
+    again = nonlinear.stability(system, response)
+    assert kept.verdict.tolist() == again.verdict.tolist()
+    assert len(kept.verdict) == response.points
+    np.testing.assert_allclose(kept.exponent, again.exponent, rtol=1e-6, atol=1e-6)
+    assert found.wave is not None
+    csv = (tmp_path / "run" / "figures" / "response.csv").read_text()
+    assert "stable 0, unstable 1, undecided 2" in csv

@@ -1,0 +1,67 @@
+"""Bounds and stability of a study: its whole ring, its page, its fatigue at the largest peak."""
+
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+
+from vanelock import nonlinear, parse_study, run_study
+from vanelock.commands.compare.comparison import compared
+from vanelock.commands.compare.load import load_run
+from vanelock.pipeline.cache import Cache
+from vanelock.pipeline.step import Stages
+from vanelock.stages.parts.diameters import joined_step
+
+STUDY = """
+[mesh]
+size = "coarse"
+[ring]
+sectors = 8
+[response]
+harmonics = 1
+[outputs]
+shapes = false
+loops = false
+"""
+
+
+@pytest.mark.slow
+def test_a_study_tells_both_on_its_page(tmp_path: Path) -> None:
+    plain, folder = tmp_path / "plain", tmp_path / "run"
+    (before,) = run_study(parse_study(STUDY), plain)
+    study = parse_study(f"{STUDY}[bounds]\nshare = 0\n[stability]\n")
+    (found,) = run_study(study, folder)
+    assert found.peak == before.peak  # the response is the same, to the bit
+    assert found.lowest is not None
+    assert found.highest is not None
+    assert found.lowest.amplitude == found.highest.amplitude
+    assert found.highest.amplitude == pytest.approx(found.peak.amplitude, rel=5e-3)
+    stages = Stages(Cache(folder / "cache", print), lambda event: None)
+    system = stages.get(joined_step(study, range(5)))
+    with h5py.File(folder / "results.h5") as file:
+        group = file["response/nominal"]
+        response = nonlinear.Response.load(group)
+        kept = nonlinear.Stability.load(group["stability"])
+        answers = dict(group["answers"].attrs)
+    top = int(response.amplitude[:, 0].max(axis=1).argmax())
+    again = nonlinear.stability(system, response, [top])
+    assert kept.frequency.tolist() == [found.peak.frequency]
+    np.testing.assert_allclose(kept.exponent, again.exponent, rtol=1e-5)
+    assert found.wave is not None
+    assert found.wave.growth == pytest.approx(abs(kept.multiplier[0, 0]), rel=1e-12)
+    assert answers["goodman_reserve_at_largest_peak"] == pytest.approx(
+        answers["goodman_reserve"], rel=1e-2
+    )
+    page = (folder / "report.html").read_text("utf-8")
+    for text in ("The wave is", found.wave.verdict, "Bounds and stability", "as assembled"):
+        assert text in page, text
+    assert "largest peak that static friction allows" in page
+    lines = {
+        each.what: each for each in compared(load_run(plain, "a"), load_run(folder, "b")).results
+    }
+    assert lines["largest peak by static friction"].one is None
+    assert lines["largest peak by static friction"].other == pytest.approx(
+        1e6 * found.highest.amplitude
+    )
+    assert lines["growth of the fastest motion a period"].other == found.wave.growth

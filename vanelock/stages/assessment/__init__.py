@@ -1,0 +1,1 @@
+"""What a response is worth: bounds over undetermined static friction, and stability."""
