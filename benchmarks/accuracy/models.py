@@ -141,7 +141,12 @@ def prepared(scene: Scene, reduction: Reduction) -> Prepared:
     study = scene.study()
     excitation = rom.Excitation(study.excitation.engine_order, study.excitation.force_per_node)
     system = rom.join(
-        reduction.vane, reduction.casing, joints(study), excitation, study.damping.ratio
+        reduction.vane,
+        reduction.casing,
+        joints(study),
+        excitation,
+        study.damping.ratio,
+        damping_joints=study.damping.joints,
     )
     return framed(scene, system)
 

@@ -96,13 +96,17 @@ def limits_table(sets: Mapping[str, Limits]) -> Table:
         Column("its f", "Hz", ".6g", "frequency_hz"),
         Column("rise", "%", "+.4g", "rise_percent"),
         Column("MAC", form=".3f", key="mac"),
+        Column("damping", "%", ".3g", "damping_percent"),
         Column("reduction error ~", form=".0e", key="error"),
     )
     rows: list[tuple[Cell, ...]] = []
     for of, each in sets.items():
-        free = each.free_mode, each.free_frequency, None, None, each.free_error
-        stuck = each.stuck_mode, each.stuck_frequency, each.rise, each.mac, each.stuck_error
-        both = ("free", each.free, *free), ("stuck", each.stuck, *stuck)
+        free = each.free_mode, each.free_frequency, None, None, each.free_damping
+        stuck = each.stuck_mode, each.stuck_frequency, each.rise, each.mac, each.stuck_damping
+        both = (
+            ("free", each.free, *free, each.free_error),
+            ("stuck", each.stuck, *stuck, each.stuck_error),
+        )
         for which, hertz, mode, *rest, error in both[: 1 + each.opens]:
             worst = error[: max(count, mode + 1)].max()
             own = (of or "all",) if len(sets) > 1 else ()

@@ -31,6 +31,7 @@ nodes = [1]
 direction = [1, 0, 0]
 amplitude = {force}
 [damping]
+joints = "stuck"
 ratio = {ratio}
 [response]
 direction = "{direction}"

@@ -91,6 +91,18 @@ def test_damping_by_a_matrix(tmp_path: Path, scene_file: Write) -> None:
     np.testing.assert_allclose(system.diameters[0].C, 2e-5 * system.diameters[0].K, atol=1e-9)
 
 
+def test_damping_with_joints_open_or_stuck(tmp_path: Path, scene_file: Write) -> None:
+    """What is not said is open, or as a system's own file says."""
+    text = arm(tmp_path) + "modes = 2\n" + PAD
+    assert joined(scene_file(text)).damping_joints == "open"
+    stuck = joined(scene_file(text + '[damping]\njoints = "stuck"\n'))
+    assert stuck.damping_joints == "stuck"
+    stuck.save(tmp_path / "joined.h5")
+    ready = '[system]\nfile = "joined.h5"\n'
+    assert joined(scene_file(ready)).damping_joints == "stuck"
+    assert joined(scene_file(ready + '[damping]\njoints = "open"\n')).damping_joints == "open"
+
+
 def test_the_command_runs_a_scene(
     tmp_path: Path, scene_file: Write, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -62,12 +62,15 @@ class Rejoined:
             force=changed.excitation.force_per_node,
             unbalance=changed.excitation.unbalance or 0.0,
         )
-        system = rom.join(*parts, joints(changed), excitation, changed.damping.ratio)
+        damping = changed.damping
+        system = rom.join(
+            *parts, joints(changed), excitation, damping.ratio, damping_joints=damping.joints
+        )
         # Moduli that are tried move the band with them; the study's own is what is to hold.
         system = replace(system, band=common_band((self.vane.reach, self.casing.reach)))
         stiff = (
             system.contacts.stiffness.tobytes(),
-            changed.damping.ratio,
+            *damping.model_dump().values(),
             *(value_at(changed, f"material.{name}.E") for name in ("vane", "casing")),
         )
         if stiff != self._stiff:

@@ -21,6 +21,8 @@ GROUND = "ground"
 """What a contact's second component is called where there is none."""
 DAMPING = 0.003
 """Modal damping ratio where neither a ratio nor a damping matrix is given."""
+OPEN = "open"
+"""Contacts in the modes that have this ratio, where it is not said."""
 
 FILES = {
     "components": ("stiffness", "mass", "damping", "dofs", "nodes", "fixed", "low", "high"),
@@ -207,6 +209,9 @@ class SceneDamping(KeyTable):
     """Structural damping."""
 
     ratio: float | None = Field(default=None, gt=0, lt=1, description="damping ratio")
+    joints: Literal["open", "stuck"] | None = Field(
+        default=None, description="contacts in the modes that have this ratio"
+    )
 
 
 class SceneResponse(ResponseKeys):

@@ -134,6 +134,9 @@ class Damping(KeyTable):
     """Structural damping."""
 
     ratio: float = Field(default=0.003, gt=0, lt=1, description="damping ratio")
+    joints: Literal["open", "stuck"] = Field(
+        default="open", description="contacts in the modes that have this ratio"
+    )
 
 
 class ResponseKeys(KeyTable):

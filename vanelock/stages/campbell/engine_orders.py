@@ -65,7 +65,7 @@ def along_step(
         "closed": closed,
         "monitor": [monitor.node, monitor.component],
         "load": [study.excitation.force_per_node, study.excitation.unbalance],
-        "damping": study.damping.ratio,
+        "damping": study.damping.model_dump(),
         "joints": [asdict(joint) for joint in joined],
     }
 
@@ -139,8 +139,16 @@ def joined_at(
         nodes = len(next(iter(shells.values())).masters.set("force"))
         load = rom.Excitation(sign * order, force=2 * unbalance / (study.ring.sectors * nodes))
     blade = rom.stiffened(vane, scale[0])
+    damping = study.damping
     found = [
-        rom.join(blade, rom.stiffened(shell, scale[1]), joined, load, study.damping.ratio)
+        rom.join(
+            blade,
+            rom.stiffened(shell, scale[1]),
+            joined,
+            load,
+            damping.ratio,
+            damping_joints=damping.joints,
+        )
         for shell in shells.values()
     ]
     system = rom.united(found)

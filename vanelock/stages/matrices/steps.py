@@ -11,7 +11,7 @@ from vanelock.common.errors import InputError
 from vanelock.fem.matrix_files import Matrices, load_matrices
 from vanelock.input.band import asked_for, least_band
 from vanelock.input.read_scene import ND
-from vanelock.input.schema.scene import DAMPING, FILES, ComponentKeys, Scene
+from vanelock.input.schema.scene import DAMPING, FILES, OPEN, ComponentKeys, Scene
 from vanelock.pipeline.cache import code_of, content_digest
 from vanelock.pipeline.step import Step, step
 from vanelock.rom import System
@@ -131,7 +131,7 @@ def system_step(
         "engine_order": scene.excitation.engine_order,
         "joined": [_plain(each) for each in (*contacts, *ties, *loads)],
         "outputs": [[each.part, each.nodes.tolist()] for each in outputs],
-        "damping": scene.damping.ratio,
+        "damping": scene.damping.model_dump(),
         "diameters": wanted,
         "code": code_of("rom"),
     }
@@ -151,6 +151,7 @@ def system_step(
             loads=loads,
             outputs=outputs,
             damping_ratio=ratio,
+            damping_joints=scene.damping.joints or OPEN,
         )
         return joined.system(wanted)
 
@@ -201,7 +202,7 @@ def _ready_step(scene: Scene, path: Path, bare: bool) -> Step[System]:
     inputs = {
         "file": content_digest(path),
         "contacts": given,
-        "damping": scene.damping.ratio,
+        "damping": scene.damping.model_dump(),
         "bare": bare,
     }
 
@@ -224,7 +225,8 @@ def _ready_step(scene: Scene, path: Path, bare: bool) -> Step[System]:
             force = {h: each for h, each in system.force.items() if h > 0}
             contacts = replace(system.contacts, mu=zero, v0=zero)
             system = replace(system, contacts=contacts, force=force)
-        ratio = scene.damping.ratio
-        return system if ratio is None else replace(system, damping_ratio=ratio)
+        ratio = system.damping_ratio if scene.damping.ratio is None else scene.damping.ratio
+        held: str = OPEN if system.damping_ratio is None else system.damping_joints
+        return replace(system, damping_ratio=ratio, damping_joints=scene.damping.joints or held)
 
     return step("system", "stages", inputs, System, (), compute, False, True)

@@ -187,14 +187,15 @@ def system_step(study: Study, vane: Step[Component], casing: Step[Component]) ->
         force=study.excitation.force_per_node,
         unbalance=study.excitation.unbalance or 0.0,
     )
-    return _joined(joints(study), excitation, study.damping.ratio, vane, casing)
+    damping = study.damping.ratio, study.damping.joints
+    return _joined(joints(study), excitation, damping, vane, casing)
 
 
 @lru_cache(maxsize=SHARED)
 def _joined(
     joined: tuple[Joint, ...],
     excitation: rom.Excitation,
-    damping: float,
+    damping: tuple[float, str],
     vane: Step[Component],
     casing: Step[Component],
 ) -> Step[System]:
@@ -205,6 +206,6 @@ def _joined(
     }
 
     def compute(vane: Component, casing: Component) -> System:
-        return rom.join(vane, casing, joined, excitation, damping)
+        return rom.join(vane, casing, joined, excitation, damping[0], damping_joints=damping[1])
 
     return step("system", "rom", inputs, System, (vane, casing), compute, False, True)

@@ -17,7 +17,15 @@ from vanelock.common.product import Product
 from vanelock.input.band import advice, asked_by, refuse_beyond
 from vanelock.input.schema.scene import Scene
 from vanelock.input.schema.study import Study
-from vanelock.rom import Component, System, frequency_errors, linear_modes, mac
+from vanelock.rom import (
+    Component,
+    System,
+    frequency_errors,
+    linear_damping,
+    linear_modes,
+    mac,
+)
+from vanelock.rom.system import Matrix
 
 SHOWN = 6
 """Frequencies in the table."""
@@ -54,6 +62,8 @@ class Limits(Product):
         the reduction does not tell.
     band : float or None
         Frequency up to which the reduced parts answer, Hz; None where that is not known.
+    free_damping, stuck_damping : float
+        Damping ratio of the mode of interest, VᴴCV / 2ω VᴴMV; NaN for a mode at 0 Hz.
     """
 
     nodal_diameter: int
@@ -67,6 +77,8 @@ class Limits(Product):
     free_error: NDArray[np.float64]
     stuck_error: NDArray[np.float64]
     band: float | None = field(default=None, metadata={"unit": "Hz"})
+    free_damping: float = float("nan")
+    stuck_damping: float = float("nan")
 
     @property
     def free_frequency(self) -> float:
@@ -119,6 +131,7 @@ def limits(system: System, mode: int, parts: Sequence[Component] = ()) -> Limits
         raise InputError(f"response.mode = {mode}: only {len(stuck)} modes have a mass")
     likeness = mac(stuck_shapes[:, [mode - 1]], free_shapes, system.at(k).M)[0]
     partner = int(likeness.argmax())
+    C = linear_damping(system, k)
     return Limits(
         nodal_diameter=k,
         sectors=system.sectors,
@@ -131,7 +144,14 @@ def limits(system: System, mode: int, parts: Sequence[Component] = ()) -> Limits
         free_error=_errors(system, parts, len(free), closed),
         stuck_error=_errors(system, parts, len(stuck), None),
         band=system.band,
+        free_damping=_ratio(C, free_shapes[:, partner], free[partner]),
+        stuck_damping=_ratio(C, stuck_shapes[:, mode - 1], stuck[mode - 1]),
     )
+
+
+def _ratio(C: Matrix, shape: Matrix, hertz: float) -> float:
+    """Damping ratio of a mode of unit mass."""
+    return float(np.vdot(shape, C @ shape).real / (4 * np.pi * hertz)) if hertz else float("nan")
 
 
 def _errors(

@@ -5,6 +5,8 @@ from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any, Literal, TypeAlias
 
+import numpy as np
+
 from vanelock import nonlinear
 from vanelock.input.cases.values import Given
 from vanelock.input.schema.scene import DAMPING
@@ -15,6 +17,8 @@ from vanelock.stages.response.limits import Limits, dense, frequencies, limits
 
 Limit: TypeAlias = Literal["free", "stuck"]
 LIMITS: tuple[Limit, ...] = ("free", "stuck")
+SHARPEST = 1e-6
+"""Smallest damping ratio of a mode that a linear response resolves."""
 FIRST = {"up": "up", "down": "down", "both": "up"}
 """Direction of the first sweep, by `response.direction`."""
 Progress: TypeAlias = Callable[[int, int, float, float], None]
@@ -112,6 +116,8 @@ def _linear(
     def compute(system: System, found: Limits) -> Response:
         closed = ~system.contacts.opens if which == "free" else "all"
         ratio = system.damping_ratio or DAMPING
+        if which == "stuck" and system.opens_in_damping.any():  # its peak is the sharper one
+            ratio = float(np.fmax(found.stuck_damping, SHARPEST))
         grid = dense(frequencies(given, found), found, which == "stuck", ratio)
         highest = max([1, *system.force])
         return nonlinear.linear_response(system, grid, closed, highest)

@@ -41,6 +41,20 @@ def test_mode_of_interest_and_its_likeness(ring):
     assert found.mac == pytest.approx(np.cos(free - stuck) ** 2, rel=1e-12)
 
 
+@pytest.mark.parametrize("joints", ["open", "stuck"])
+def test_damping_of_the_mode_of_interest(ring, joints):
+    """The ratio asked where the damping is that of this limit, 2ζωΦΦᴴ's share of it elsewhere."""
+    system = replace(ring, damping_joints=joints)
+    found = limits(system, 2)
+    asked, other = found.free_damping, found.stuck_damping
+    if joints == "stuck":
+        asked, other = other, asked
+    assert asked == pytest.approx(0.01, rel=1e-10)
+    assert (other < 0.01) == (joints == "open")
+    row = limits_table({"": found}).rows[0 if joints == "open" else 1]
+    assert row[-2] == asked
+
+
 def test_a_mode_that_is_not_there(ring):
     with pytest.raises(InputError, match=r"response\.mode = 3: the reduced model has 2 modes"):
         limits(ring, 3)
