@@ -21,9 +21,12 @@ HEAD = """# The published study at its own scale
 
 What `vanelock run examples/paper.toml` finds, on a model of the published one's size, with the
 statements of Lassalle and Firrone's study of a vane segment with friction joints beside it. The
-study withholds friction coefficients, interferences, load and dimensions; those of the example
-are plausible ones, and no other parameter was chosen to agree. This page is made from a run by
-`tools/campaign_page.py`.
+study withholds friction coefficients, interferences, load and dimensions. Friction, interference
+and load of the example are where its trends hold and waves are stable
+([where](benchmarks/trends_and_stability.md)); no other parameter was chosen to agree. "waves": of
+the coupled peaks that a statement is judged by. Those of three and five harmonics are stable; those
+of one harmonic are undecided, since one and three harmonics differ on them. This page is made from
+a run by `tools/campaign_page.py`.
 """
 
 MAPS = """## Where each statement holds
@@ -32,10 +35,10 @@ Each cell of the maps is a response over the whole range of frequencies by five 
 that do not converge would leave a gap. Peaks fall with friction and with interference below what
 damps best, and rise beyond; the uncoupled peak lies higher in frequency and lower in amplitude on
 the same side, and the order turns round on the other. Friction bounded by the load at rest
-(constant-load) does so only near what damps best: elsewhere contacts lift off, their mean load
+(constant-load) does the same where contacts stay closed; where they lift off, their mean load
 grows, and friction with it, which a load held at rest misses. One harmonic is right to some per
-cent where contacts slip all the time, and off by half and more where they begin to lift off near
-what damps best.
+cent where contacts slip all the time, off by a fifth near what damps best, and by half where
+contacts under much friction lift off.
 """
 
 
@@ -67,7 +70,14 @@ def agreement(folder: Path) -> str:
     with (folder / "figures" / "agreement.csv").open(encoding="utf-8") as file:
         rows = list(csv.DictReader(file))
     body = [
-        (row["figure"], row["says"], row["found"], f"**{row['agrees']}**", row["waves"], row["why"])
+        (
+            row["figure"],
+            row["says"],
+            row["found"].lstrip("'"),
+            f"**{row['agrees']}**",
+            row["waves"],
+            row["why"],
+        )
         for row in rows
     ]
     heads = ("figure", "the study states", "we find", "agrees", "waves", "why not, or where")

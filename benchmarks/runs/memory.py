@@ -27,8 +27,11 @@ from vanelock.input.cases.sweep import cases
 from vanelock.pipeline.progress import Begun, Event
 from vanelock.stages.accuracy.cost_estimate import estimated
 
-EXAMPLE = Path(__file__).parents[2] / "examples" / "vane.toml"
-STUDIES = {"coarse": '[mesh]\nsize = "coarse"\n', "examples/vane.toml": EXAMPLE.read_text("utf-8")}
+FOUR = (
+    '[mesh]\nsize = "medium"\n[sweep]\n"joints.interlock.mu" = [0.15, 0.3]\n'
+    '"response.harmonics" = [1, 3]\n'
+)
+STUDIES = {"coarse": '[mesh]\nsize = "coarse"\n', "medium, four cases": FOUR}
 SIZES = (0.025, 0.018, 0.0115, 0.008)
 RUNS = """\
 Resident memory, GB, and processor time, min, of one process; "said": what the run says of itself.

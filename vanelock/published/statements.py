@@ -64,10 +64,10 @@ def judge(*holds: bool) -> Agrees:
 def statements(found: Evidence) -> tuple[Statement, ...]:
     """All statements, in the order of the figures."""
     stated = (state(found) for state in STATEMENTS)
-    return tuple(replace(each, waves=_waves(found, each.cases)) for each in stated)
+    return tuple(replace(each, waves=waves_of(found, each.cases)) for each in stated)
 
 
-def _waves(e: Evidence, cases: Sequence[str]) -> str:
+def waves_of(e: Evidence, cases: Sequence[str]) -> str:
     """How many of some cases' waves are stable, in words."""
     found = [e.summaries[name].wave for name in cases]
     verdicts = [wave.verdict for wave in found if wave is not None]

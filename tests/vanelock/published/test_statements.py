@@ -12,7 +12,7 @@ from vanelock.published import statements as module
 from vanelock.published.checks import Difference
 from vanelock.published.evidence import Evidence
 from vanelock.published.sheets import case_of, planned_sheets
-from vanelock.stages.response.summary import Peak
+from vanelock.stages.response.summary import Peak, WaveVerdict
 
 
 @pytest.fixture
@@ -29,10 +29,16 @@ def evidence(plane):
             a, f = 0.8 * a, f + 1
         peaks[name] = a, f
     state = np.zeros(1)
+    waves: dict[str, WaveVerdict] = {}
 
     def made(**changes: Any) -> Evidence:
         summaries = {
-            name: SimpleNamespace(peak=Peak(0, f, a, False), friction_share=0.98, of_stuck=0.3)
+            name: SimpleNamespace(
+                peak=Peak(0, f, a, False),
+                friction_share=0.98,
+                of_stuck=0.3,
+                wave=waves.get(name),
+            )
             for name, (a, f) in peaks.items()
         }
         response = SimpleNamespace(force=np.ones((1, 1, 1, 3), complex))
@@ -49,7 +55,7 @@ def evidence(plane):
         }
         return Evidence(**given | changes)
 
-    return SimpleNamespace(made=made, peaks=peaks, plan=plan)
+    return SimpleNamespace(made=made, peaks=peaks, plan=plan, waves=waves)
 
 
 def change(evidence, amplitude=1.0, shift=0.0, **case):
@@ -72,6 +78,19 @@ FIGURES = (
 def test_what_agrees_is_said_to(evidence):
     found = evidence.made()
     assert [state(found).agrees for state in FIGURES] == ["yes"] * len(FIGURES)
+
+
+def test_what_becomes_of_the_waves_of_a_statement_is_told(evidence):
+    cases = module.friction(evidence.made()).cases
+    assert len(cases) == 4
+    assert module.waves_of(evidence.made(), cases) == ""
+    for name in cases:
+        evidence.waves[name] = WaveVerdict("stable", 0.99, 1, 0, ())
+    assert module.waves_of(evidence.made(), cases) == "stable"
+    evidence.waves[cases[-1]] = WaveVerdict("unstable", 1.8, 7, 2, ())
+    assert module.waves_of(evidence.made(), cases) == "3 stable, 1 unstable"
+    constant = module.constant_friction(evidence.made()).cases
+    assert constant == cases  # the coupled peaks that the others are compared with
 
 
 def test_a_peak_that_rises_again_makes_the_fall_partly_true(evidence):

@@ -10,7 +10,7 @@ from matplotlib.colors import same_color, to_rgb
 from matplotlib.image import imread
 
 from vanelock.common.errors import InputError
-from vanelock.render import Curve, MarkedPeak, response_curves, style
+from vanelock.render import Curve, Envelope, MarkedPeak, response_curves, style
 from vanelock.render.plots.curve import looks, peak
 
 F = np.linspace(240.0, 260.0, 41)
@@ -246,3 +246,48 @@ def test_limits_without_a_group_are_grey_beside_responses_without_one() -> None:
     (_, limit), (_, response) = looks(drawn)
     assert (limit.colour, limit.dash) == (style.GREY, "dash")
     assert (response.colour, response.dash) == (style.BLUE, "solid")
+
+
+def test_lines_are_solid_where_stable_dashed_where_unstable_and_grey_between(tmp_path, figures):
+    verdict = np.zeros(len(F), int)
+    verdict[15:25] = 1
+    verdict[30] = 2
+    curve = Curve(F, resonance(250.0, 40e-6), "a", verdict=verdict)
+    found = [(code, run.start, run.stop) for code, run in curve.pieces]
+    assert found == [
+        (0, 0, 15),
+        (2, 14, 16),
+        (1, 15, 25),
+        (2, 24, 26),
+        (0, 25, 30),
+        (2, 29, 32),
+        (0, 31, 41),
+    ]
+    assert curve.outcome == "unstable"
+    response_curves(tmp_path / "a.png", [curve])
+    (axes,) = [each for each in figures[0].axes if each.lines]
+    drawn = [line for line in axes.lines if len(line.get_xdata()) > 1]
+    grey = [same_color(line.get_color(), style.GREY) for line in drawn]
+    assert grey == [code == 2 for code, *_ in found]
+    assert [line.is_dashed() for line in drawn] == [code == 1 for code, *_ in found]
+    assert labels(figures[0]) == ["a\n40.0 µm at 250.0 Hz, unstable"]
+
+
+def test_a_verdict_on_the_peak_alone_leaves_the_line_as_it_is(tmp_path, figures):
+    verdict = np.full(len(F), -1)
+    verdict[20] = 0
+    curve = Curve(F, resonance(250.0, 40e-6), "a", verdict=verdict)
+    assert curve.pieces == [(-1, slice(0, len(F)))]
+    assert curve.outcome == "stable"
+
+
+def test_an_envelope_is_shaded_in_its_curves_colour(tmp_path, figures):
+    amplitude = resonance(250.0, 40e-6)
+    around = Envelope(F, 0.5 * amplitude, 2 * amplitude, [(F, 0.5 * amplitude), (F, 2 * amplitude)])
+    response_curves(tmp_path / "a.png", [Curve(F, amplitude, "a", envelope=around)])
+    (axes,) = [each for each in figures[0].axes if each.lines]
+    (shade,) = axes.collections
+    line = axes.lines[-1]
+    assert same_color(shade.get_facecolor()[0][:3], to_rgb(axes.lines[0].get_color()))
+    assert shade.get_paths()[0].get_extents().y1 == pytest.approx(80.0)
+    assert line is not None

@@ -192,12 +192,13 @@ def _reserve(main: CaseAnswers) -> str:
         f"{1e-6 * m.strength.limit:g} MPa; vibration alone may grow {m.growth:.3g} times. Clear of "
         "sharp corners and point forces"
     )
-    if main.high is not None and main.high.margins is not None:
-        high = main.high
-        reserve, peak = high.stress.governing.reserve, 1e6 * high.peak.amplitude
-        text += f"; n = {reserve:.3g} at {peak:.3g} µm, the largest peak by static friction"
     worst = main.stress.worst["vane"][0]
-    return f"{text}, where the mesh shows n = {worst.reserve:.3g}" if worst.doubt else text
+    if worst.doubt:
+        text += f", where the mesh shows n = {worst.reserve:.3g}"
+    if main.high is None or main.high.margins is None:
+        return text
+    reserve, peak = main.high.stress.governing.reserve, 1e6 * main.high.peak.amplitude
+    return f"**n = {reserve:.3g} at {peak:.3g} µm**, the largest peak by static friction. {text}"
 
 
 def best_friction(content: PageContent) -> list[Answer]:
