@@ -1,7 +1,7 @@
 """Floquet exponents of waves against eigenvalues, closed forms, and rings followed in time."""
 
 import os
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 from itertools import pairwise
 
@@ -10,13 +10,12 @@ import pytest
 import scipy.linalg as la
 from scipy.optimize import fsolve
 
+from tests.verification.nonlinear.followed_ring import FollowedRing
+from tests.verification.nonlinear.kicked_ring import parting, refined
 from tests.verification.nonlinear.spring_rings import (
-    CONTACTS,
-    RINGS,
     assembled,
     loaded,
     spring_ring,
-    springs,
     worst_of,
 )
 from vanelock import fem, rom
@@ -124,103 +123,6 @@ def test_mass_on_an_impact_spring_in_closed_form(omega, record_property):
     assert apart.max() < 1e-8
     assert found.verdict[0] == (UNSTABLE if np.abs(exact).max() > 1 else STABLE)
     assert found.growing[0] == (np.abs(exact) > 1).sum()  # here all are real
-
-
-@dataclass
-class FollowedRing:
-    """A spring ring followed in time by central differences, many motions at once.
-
-    Between two steps displacements are taken as straight: a slider sets out from where they cross
-    v = 0, and ends up within its bounds. What a step does so changes with its state continuously.
-    """
-
-    seed: int
-    force: float
-    frequency: float
-    steps: int  # a period
-
-    def __post_init__(self):
-        self.sectors, self.order = RINGS[self.seed % len(RINGS)]
-        K, M, B, stiffness, C = assembled(self.seed)
-        contacts, load = springs(self.seed)[-2:]
-        tau = 1 / self.frequency / self.steps
-        left = la.inv(M / tau**2 + C / (2 * tau))
-        self.angle = 2 * np.pi / self.steps
-        self.ahead = (left @ (2 * M / tau**2 - K)).T
-        self.back = (left @ (M / tau**2 - C / (2 * tau))).T
-        self.pull, self.B = (left @ (B.T * stiffness)).T, B.T
-        lag = np.exp(-2j * np.pi * self.order * np.arange(self.sectors) / self.sectors)
-        self.push = left @ np.kron(lag, self.force * load)
-        offset = np.column_stack([contacts.v0, 0 * contacts.kt]).ravel()
-        self.offset = np.tile(offset, self.sectors)
-        alpha = (contacts.mu * contacts.kn)[:, None] / contacts.kt
-        self.alpha = np.tile(alpha, (self.sectors, 1))
-
-    def displaced(self, x):
-        """Relative displacements of all contacts, normal and tangential."""
-        u = (x @ self.B + self.offset).reshape(*x.shape[:-1], -1, 3)
-        return u[..., 0], u[..., 1:]
-
-    def slid(self, w, before, after):
-        """Sliders after a step."""
-        (v0, u0), (v, u) = before, after
-        down = ((v0 < 0) & (v >= 0))[..., None]
-        share = np.where(down, (-v0 / np.where(v == v0, 1, v - v0))[..., None], 0)
-        w = np.where(down, u0 + share * (u - u0), w)
-        reach = self.alpha * np.maximum(v, 1e-300)[..., None]
-        return np.where((v < 0)[..., None], u, np.clip(w, u - reach, u + reach))
-
-    def followed(self, z, count):
-        """States (..., 2n + sliders) after some steps from the beginning of the period."""
-        n = len(self.ahead)
-        x, before, w = z[..., :n], z[..., n : 2 * n], z[..., 2 * n :]
-        w = w.reshape(*z.shape[:-1], -1, 2)
-        for i in range(count):
-            v, u = self.displaced(x)
-            held = np.concatenate([np.maximum(v, 0)[..., None], u - w], axis=-1)
-            push = (self.push * np.exp(1j * self.angle * i)).real
-            pulled = held.reshape(*z.shape[:-1], -1) @ self.pull
-            x, before = x @ self.ahead - before @ self.back + push - pulled, x
-            w = self.slid(w, (v, u), self.displaced(x))
-        return np.concatenate([x, before, w.reshape(*z.shape[:-1], -1)], axis=-1)
-
-    def twisted(self, z):
-        """What the neighbours do when the wave has come to them: on the wave, the state itself."""
-        n = len(self.ahead)
-        z = self.followed(z, self.steps * (self.order % self.sectors) // self.sectors)
-        parts = (z[..., :n], z[..., n : 2 * n], z[..., 2 * n :])
-        split = (part.reshape(*z.shape[:-1], self.sectors, -1) for part in parts)
-        return np.concatenate(
-            [np.roll(part, -1, axis=-2).reshape(*z.shape[:-1], -1) for part in split], axis=-1
-        )
-
-    def start(self, response):
-        """The state of a response, which sliders move, and how large its vibration is."""
-        h = np.arange(response.harmonics + 1)
-        lag = np.exp(-2j * np.pi * self.order * np.outer(h, np.arange(self.sectors)) / self.sectors)
-        wave = np.array([np.kron(lag[i], response.x[i][0]) for i in h])
-        angles = self.angle * np.arange(-2 * self.steps, 1)
-        path = (np.exp(1j * np.outer(angles, h)) @ wave).real
-        w, places = np.zeros((self.sectors * CONTACTS, 2)), []
-        for one, other in pairwise(path):
-            w = self.slid(w, self.displaced(one), self.displaced(other))
-            places.append(w)
-        moves = np.ptp(places[-self.steps :], axis=0) > 1e-12
-        return np.concatenate([path[-1], path[-2], w.ravel()]), moves, np.abs(wave[1:]).max()
-
-    def derivative(self, response):
-        """The twisted map about its own fixed point, by finite differences."""
-        z, moves, size = self.start(response)
-        self.alpha = np.where(moves, self.alpha, np.inf)  # a slider that rests stays there
-        free = np.concatenate([np.ones(2 * len(self.ahead), bool), moves.ravel()])
-        step = 1e-6 * size * np.eye(len(z))[free]
-        for _ in range(3):
-            change = (self.twisted(z + step) - self.twisted(z - step)) / (2e-6 * size)
-            J = change[:, free].T
-            gap = (self.twisted(z) - z)[free]
-            z[free] += la.solve(np.eye(len(J)) - J, gap)
-        assert np.abs(gap).max() < 1e-9 * size
-        return J
 
 
 @pytest.mark.slow
@@ -385,3 +287,79 @@ def test_vane_at_full_load_leaves_its_wave(vane, record_property):
         assert largest == pytest.approx(1.659, abs=5e-3)
         assert found.diameter[0, 0] == 7
         assert found.verdict[0] == UNSTABLE
+
+
+WAVE = 25
+"""H of the same wave, from which rings set out: so near the true one that growth shows for long."""
+INERTIA = 60  # modes of each nodal diameter that keep their inertia
+FAR = 5e-3  # departure up to which what grows is small
+# Friction of the interlock, its interference in micrometres, and load as a factor of 30 N.
+PEAKS = [
+    (0.15, 2, 1),
+    (0.6, 1, 0.5),
+    (0.1, 2, 0.5),
+    (0.3, 2, 0.5),
+    (0.2, 5, 1),
+    (0.1, 2, 0.25),
+    (0.06, 10, 1),
+    (0.2, 2, 0.2),
+    (0.1, 20, 1),
+    (0.05, 2, 0.1),
+]
+"""Chosen before any was followed in time."""
+
+
+def interlocked(system, mu, interference, load):
+    """The vane's system with another friction and interference of the interlock, and load."""
+    contacts = system.contacts
+    interlock = contacts.of("interlock")
+    contacts = replace(
+        contacts,
+        mu=np.where(interlock, mu, contacts.mu),
+        v0=np.where(interlock, 1e-6 * interference, contacts.v0),
+    )
+    return loaded(replace(system, contacts=contacts), load)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("mu", "interference", "load"), PEAKS if FULL else PEAKS[::8])
+def test_vane_in_time_stays_or_leaves_as_told(vane, mu, interference, load, record_property):
+    system = interlocked(vane, mu, interference, load)
+    response = frequency_response(system, (250.0, 285.0), Options(3), find_jumps=False)
+    peak = int(response.amplitude[:, 0].max(axis=1).argmax())
+    frequency, sectors = float(response.frequency[peak]), system.sectors
+    told = stability(system, response, [peak])
+    verdict, n = told.verdict[0], int(told.diameter[0, 0])
+    both = ", ".join(f"{size:.4f}" for size in np.exp(told.growth[0] / frequency))
+    record_property("peak", f"{frequency:.2f} Hz")
+    record_property("told", ("stable", "unstable", "undecided")[verdict])
+    record_property("at H = 3 and 5", f"{both} a period, nodal diameter {n}")
+    wave = refined(system, response, peak, WAVE)
+    again = refined(system, response, peak, int(told.harmonics[1]))  # of which it is told
+    apart = np.abs(wave.contact[0, 1] - again.contact[0, 1]).max()
+    assert apart < 0.05 * np.abs(wave.contact[0, 1]).max()
+    steps, periods = (256, 60) if FULL else (128, 30)
+    found = parting(system, wave, periods, steps, INERTIA, FAR)
+    half = len(found.departure) // 2
+    grown = found.size[-1] / found.size[half]
+    record_property("periods", len(found.departure))
+    record_property("departure", f"{found.departure[0]:.1e} to {found.departure[-1]:.1e}")
+    record_property("kick in the second half", f"times {grown:.2g}")
+    assert found.unsolved == 0
+    if verdict == STABLE:
+        assert found.departure.max() < 1e-3
+        assert grown < 1
+    if verdict == UNSTABLE:
+        # Of the motion told, by its nodal diameter and frequency: others may grow beside it.
+        size = float(np.abs(told.multiplier[0, 0]))
+        expected = np.exp((told.exponent[0, 0] / frequency - 2j * np.pi * n) / sectors)
+        values = found.eigenvalues(half)
+        nearest = values[np.abs(values - expected).argmin()]
+        measured = float(np.abs(nearest) ** sectors)
+        turned = float(np.angle(nearest / expected)) * sectors / (2 * np.pi)
+        record_property("measured", f"{measured:.4f} a period, {measured / size - 1:+.1%}")
+        record_property("frequency", f"{turned:+.4f} of the excitation's from that told")
+        assert found.departure[-1] > FAR or size < 1.15
+        assert abs(turned) < 0.02
+        assert abs(measured - size) < 0.03 * size
+        assert abs(measured - size) < 0.15 * (size - 1) + 1e-3  # where it is near 1
