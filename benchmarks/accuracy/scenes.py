@@ -48,6 +48,7 @@ class Scene:
     def study(self, **changes: Values) -> Study:
         """The scene as a study, some tables' keys changed; `accuracy` stands at the top."""
         found = {key: dict(table) for key, table in self.values.items()}
+        found["damping"] = {"joints": "stuck", **found.get("damping", {})}  # as the references
         plain: Values = {}
         for key, change in changes.items():
             if isinstance(change, dict):

@@ -10,9 +10,9 @@ import pytest
 import scipy.linalg as la
 from scipy.optimize import fsolve
 
-from tests.verification.nonlinear.followed_ring import FollowedRing
 from tests.verification.nonlinear.kicked_ring import parting, refined
 from tests.verification.nonlinear.spring_rings import (
+    FollowedRing,
     assembled,
     loaded,
     spring_ring,
