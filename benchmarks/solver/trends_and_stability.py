@@ -22,7 +22,7 @@ from vanelock.pipeline.step import Stages
 from vanelock.published.maps import plane
 from vanelock.published.maps.map_figures import holds
 from vanelock.published.maps.plane import Method, Plane
-from vanelock.stages.assessment.stability import whole_step
+from vanelock.stages.assessment.stability import WORDS, whole_step
 from vanelock.stages.plan import plan
 from vanelock.stages.response.monitor import monitor
 from vanelock.stages.response.responses import silent_progress
@@ -41,7 +41,6 @@ METHODS = (
 )
 NEAR = (240.0, 300.0)
 HARMONICS = 3
-WORDS = {0: "stable", 1: "unstable", 2: "undecided"}
 
 
 def scene(path: Path, folder: Path) -> tuple[System, tuple[int, int], str]:

@@ -52,7 +52,8 @@ class CaseAnswers:
     bandwidth : float
         Damping ratio by the half-power bandwidth; NaN where the curve does not tell.
     audit : Audit or None
-        The peak checked by marching; None for what an audit does not cover.
+        The peak checked by marching; None for what an audit does not cover, and at the largest
+        peak by static friction, which its bounds check.
     high : CaseAnswers or None
         The same at the largest peak that static friction allows, where bounds are asked for.
     """
@@ -67,7 +68,7 @@ class CaseAnswers:
     wear: Wear
     balance: EnergyBalance
     bandwidth: float
-    audit: Audit | None
+    audit: Audit | None = None
     high: "CaseAnswers | None" = None
 
     @property
@@ -135,6 +136,7 @@ def answers(run_data: RunData) -> dict[str, CaseAnswers]:
             continue
         planned = each.solved(stages.get(each.response))
         of = _answers(run_data, planned, known, shown.peak[name], shown.curve[name])
+        of = replace(of, audit=_audited(planned, of.top, of.peak.point, stages))
         if planned.bounds is not None and (high := stages.get(planned.bounds).peak(HIGH)):
             planned = high_end(planned, planned.bounds)
             at = replace(high, point=0)
@@ -171,7 +173,6 @@ def _answers(
         wear=wear(top, 0, contacts.area, contacts.coefficient),
         balance=balance(system, top),
         bandwidth=bandwidth_ratio(frequency, np.where(converged, amplitude, np.nan)),
-        audit=_audited(planned, top, peak.point, stages),
     )
 
 

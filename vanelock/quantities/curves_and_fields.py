@@ -81,10 +81,12 @@ class Shown:
     def collect(self, solved: Solved, found: Summary) -> None:
         """Keep what is drawn of a case's responses."""
         name, given = solved.planned.case.name, solved.planned.case.given
-        every = [each for each in (solved.response, solved.other) if each is not None]
-        made: list[Drawn] = [
-            (each.frequency, self.monitor.amplitude(each), each.converged) for each in every
-        ]
+
+        def curve(response: Response) -> Drawn:
+            return response.frequency, self.monitor.amplitude(response), response.converged
+
+        every = (solved.response, solved.other)
+        made = [curve(each) for each in every if each is not None]
         if given.response.frequencies is None:
             made[0] = drawn(solved.response, made[0][1])
         self.curve[name] = made[0]
@@ -92,18 +94,14 @@ class Shown:
             names = [f"sweeping {each.direction}" for each in found.sweeps]
             self.sweeps[name] = dict(zip(names, made, strict=True))
         self.verdicts[name] = {
-            variant: verdicts_along(curve[0], stability)
-            for variant, curve, stability in zip(
+            variant: verdicts_along(each[0], stability)
+            for variant, each, stability in zip(
                 self.curves(name), made, solved.stability, strict=False
             )
         }
         bounds = solved.bounds
         if bounds is not None and bounds.low is not None and bounds.high is not None:
-            low, high = (
-                (each.frequency, self.monitor.amplitude(each), each.converged)
-                for each in (bounds.low, bounds.high)
-            )
-            self.ends[name] = low, high
+            self.ends[name] = curve(bounds.low), curve(bounds.high)
 
     def curves(self, case: str) -> dict[str, Drawn]:
         """The curves of a case by their direction, which is "" where there is but one."""

@@ -12,7 +12,7 @@ from scipy.spatial import cKDTree
 from vanelock.input.cases.names import words
 from vanelock.nonlinear import OPEN, SLIP, SLIP_OPEN, STUCK, Response, StaticBounds
 from vanelock.nonlinear.forced_response.response import half_peak_to_peak
-from vanelock.stages.assessment.bounds import BoundedPeak
+from vanelock.stages.assessment.bounds import HIGH, LOW, BoundedPeak
 from vanelock.stages.campbell.speed_lines import Lines
 from vanelock.stages.response.summary import Peak, Summary
 
@@ -143,7 +143,7 @@ def bounds(found: BoundedPeak | None) -> list[str]:
         return []
     if found.found is None:
         return [f"no bounds of the peak over static friction: {found.reason}"]
-    ends = [end for i, end in ((0, "least"), (2, "largest")) if not found.found.converged[i]]
+    ends = [end for i, end in ((LOW, "least"), (HIGH, "largest")) if not found.found.converged[i]]
     lines = [f"the {end} peak over static friction DID NOT CONVERGE" for end in ends]
     if (worst := float(found.residual.max())) > AUDIT:
         lines.append(f"peaks over static friction miss an independent check by {worst:.1e}")

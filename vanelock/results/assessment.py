@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vanelock.common.tables import Cell, Column, Flag, Table, heads
-from vanelock.nonlinear import Stability
+from vanelock.nonlinear import STABLE, Stability
 from vanelock.stages.assessment.bounds import BoundedPeak
 from vanelock.stages.assessment.stability import WORDS
 
@@ -108,7 +108,7 @@ def stability_table(found: Mapping[str, Stability]) -> Table:
                 _counted(each.verdict),
             )
         )
-        flags.append("good" if each.verdict[worst] == 0 else "warn")
+        flags.append("good" if each.verdict[worst] == STABLE else "warn")
     title = "Stability of the periodic waves, all nodal diameters considered"
     made = Table(title, columns, rows, key="stability", flags=flags).without_empty("points")
     return made.without("case") if len(found) == 1 else made

@@ -8,7 +8,6 @@ import vanelock
 from vanelock.common.files.digests import file_digest
 from vanelock.pipeline.cache import code_of
 from vanelock.report import Page, Section, write_page
-from vanelock.results.figures.curves import shown_of
 from vanelock.results.figures.fatigue import HAIGH
 from vanelock.results.files.redrawn import REPORT
 from vanelock.results.page_sections.certainty import certainty, scatter
@@ -92,7 +91,12 @@ def shown(content: PageContent) -> Any:
         "study": run_data.given.model_dump(mode="json"),
         "text": content.text,
         "cases": [
-            [e.case.name, *(r.key for r in shown_of(e)), e.linear.key, e.system.key]
+            [
+                e.case.name,
+                *(step.key for step in (*e.responses, *e.assessment)),
+                e.linear.key,
+                e.system.key,
+            ]
             for e in run_data.planned
         ],
         "failed": {name: each.reason for name, each in content.failed.items()},

@@ -132,6 +132,12 @@ class Planned:
         """Its nonlinear responses, in one direction or both."""
         return (self.response,) if self.other is None else (self.response, self.other)
 
+    @property
+    def assessment(self) -> tuple[Step[Any], ...]:
+        """What tells the worth of its responses, as far as its file asks for it."""
+        bounds = () if self.bounds is None else (self.bounds,)
+        return (*bounds, *self.stability)
+
     def turned(self) -> "Planned":
         """The same with both directions exchanged."""
         assert self.other is not None

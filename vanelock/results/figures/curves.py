@@ -1,7 +1,6 @@
 """Forced response of all cases in one figure, with its linear limits."""
 
 from collections.abc import Mapping, Sequence
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -9,11 +8,9 @@ from numpy.typing import ArrayLike
 from vanelock import render
 from vanelock.input.cases.names import merged, words
 from vanelock.input.measured import DISPLACEMENT
-from vanelock.pipeline.step import Step
 from vanelock.quantities.curves_and_fields import Drawn, Floats, RunData
 from vanelock.quantities.selection import PERCENT, band, drawn_alone, in_words, named
 from vanelock.report import Picture
-from vanelock.stages.plan import Planned
 from vanelock.stages.response.responses import Limit
 
 MOST = 16
@@ -55,7 +52,10 @@ def all_curves(run_data: RunData) -> list[render.Curve]:
 def curves(run_data: RunData) -> Picture:
     """The figure of the curves, and what it draws as CSV."""
     made = all_curves(run_data)
-    keys = [(*(r.key for r in shown_of(each)), each.case.name) for each in run_data.planned]
+    keys = [
+        (*(step.key for step in (*each.responses, *each.assessment)), each.case.name)
+        for each in run_data.planned
+    ]
     monitor = run_data.shown.monitor.name
     shows = [keys, monitor, run_data.given.name]
     shows += [[m.name, m.frequency.tolist(), m.amplitude.tolist()] for m in run_data.shown.measured]
@@ -116,12 +116,6 @@ def told_apart(curves: Sequence[render.Curve]) -> str:
         text += " Solid where the ring stays with the wave, dashed where it leaves it, grey where "
         text += "that is not decided."
     return text
-
-
-def shown_of(planned: Planned) -> list[Step[Any]]:
-    """The steps of a case whose products its curve shows."""
-    bounds = [] if planned.bounds is None else [planned.bounds]
-    return [*planned.responses, *bounds, *planned.stability]
 
 
 def envelope(curves: Sequence[Drawn]) -> render.Envelope:

@@ -39,7 +39,7 @@ class PageContent:
     worth : dict of str to (Errors, list of LeftOut)
         Estimated errors, by case, where an accuracy is asked for.
     bounds : dict of str to BoundedPeak
-        Bounds of the peak over static friction, of the first cases, where asked for.
+        Bounds of the peak over static friction, by case, where asked for.
     stability : dict of str to Stability
         Of their waves, where asked for.
     linear : dict of str to dict of "free" | "stuck" to Peak or None

@@ -42,14 +42,15 @@ def answers_of(content: PageContent) -> list[Answer]:
         return [Answer("Largest peak", "none", "no point of any case converged", "bad")]
     many = len(content.known) > 1
     case = f"{words(most.case)}, " if many else ""
+    between = _between(content, most)
     found = [
         Answer(
             "Largest peak" if many else "Peak",
             f"{1e6 * most.peak.amplitude:.3g} µm",
-            f"{_between(content, most)}{case}{content.monitor}, half the peak-to-peak"
+            f"{between}{case}{content.monitor}, half the peak-to-peak"
             + (f"; {_of_linear(most)}" if _of_linear(most) else "")
             + _error(content, most),
-            "warn" if most.peak.at_edge or _between(content, most) else "",
+            "warn" if most.peak.at_edge or between else "",
         ),
         *_wave(most),
         Answer("At", f"{most.peak.frequency:.2f} Hz", _speed(content, most)),

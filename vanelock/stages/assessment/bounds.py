@@ -10,12 +10,13 @@ from numpy.typing import NDArray
 from vanelock import nonlinear
 from vanelock.common.errors import InputError
 from vanelock.common.product import Product
+from vanelock.input.cases.values import Given
 from vanelock.nonlinear import Journal, Options, PeakBounds, Response
 from vanelock.pipeline.step import Step, step
 from vanelock.rom import System
 from vanelock.stages.plan import Planned
 from vanelock.stages.response.limits import frequencies
-from vanelock.stages.response.monitor import monitor
+from vanelock.stages.response.monitor import Monitor, monitor
 from vanelock.stages.response.responses import frequency_keys
 from vanelock.stages.response.solved import as_solved
 from vanelock.stages.response.summary import Peak, peak_of
@@ -63,6 +64,14 @@ class BoundedPeak(Product):
         return Peak(place, *at, at_edge=False)
 
 
+def printed_peak(
+    given: Given, base: System, free: Response, response: Response
+) -> tuple[Monitor, Peak | None]:
+    """What is monitored, by the linear response `free` of the system `base`, and its peak."""
+    watched = monitor(given.outputs.monitor, base, free)
+    return watched, peak_of(response, watched.amplitude(response))
+
+
 def bounds_step(planned: Planned, first: Planned, count: Count) -> Step[BoundedPeak]:
     """Bounds of a case's peak.
 
@@ -84,8 +93,7 @@ def bounds_step(planned: Planned, first: Planned, count: Count) -> Step[BoundedP
 
     def compute(get: Callable[[Step[Any]], Any], journal: Journal) -> BoundedPeak:
         response: Response = get(planned.response)
-        watched = monitor(given.outputs.monitor, get(first.linear.system), get(free))
-        peak = peak_of(response, watched.amplitude(response))
+        watched, peak = printed_peak(given, get(first.linear.system), get(free), response)
         if peak is None:
             return BoundedPeak(reason="no point converged")
         system: System = get(planned.solved(response).system)

@@ -10,14 +10,13 @@ from vanelock.input.schema.scene import Scene
 from vanelock.nonlinear import STABLE, UNDECIDED, UNSTABLE, Journal, Response, Stability
 from vanelock.pipeline.step import Step, step
 from vanelock.rom import System
-from vanelock.stages.assessment.bounds import Count
+from vanelock.stages.assessment.bounds import Count, printed_peak
 from vanelock.stages.matrices import steps as of_matrices
 from vanelock.stages.parts.components import system_step
 from vanelock.stages.parts.diameters import casing_step, joined_step
 from vanelock.stages.plan import Planned
-from vanelock.stages.response.monitor import monitor
 from vanelock.stages.response.solved import as_solved
-from vanelock.stages.response.summary import WaveVerdict, peak_of
+from vanelock.stages.response.summary import WaveVerdict
 
 
 def whole_step(planned: Planned) -> Step[System]:
@@ -98,8 +97,7 @@ def stability_step(
     ) -> Stability:
         chosen = np.flatnonzero(response.converged).tolist()
         if keys.points == "peaks":
-            watched = monitor(given.outputs.monitor, base, free)
-            peak = peak_of(response, watched.amplitude(response))
+            _, peak = printed_peak(given, base, free, response)
             point = 0 if peak is None else peak.point
             response, chosen = as_solved(response, point), [0]
         return nonlinear.stability(

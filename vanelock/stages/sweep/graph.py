@@ -92,9 +92,7 @@ class Job:
 
 def steps_of(planned: Planned) -> list[Step[Any]]:
     """Steps of a case that a run asks for, in its order."""
-    after = [] if planned.bounds is None else [planned.bounds]
-    after += planned.stability
-    return [*parts_of(planned), planned.preload, *planned.responses, *after]
+    return [*parts_of(planned), planned.preload, *planned.responses, *planned.assessment]
 
 
 def parts_of(planned: Planned) -> list[Step[Any]]:
