@@ -1,13 +1,12 @@
 """Change the program in many small ways, one at a time, and see whether its tests notice.
 
-    python tools/mutants.py cover            # which test files run which lines; an hour
-    python tools/mutants.py try 300 --seed 1 # draw changes, run the tests that run their lines
+    python tools/mutants.py 300 --seed 1
 
 Changes are drawn evenly from all places of all folders where cosmic-ray knows one, at most a
-quarter of them of one kind; of one seed always the same. Test files that run the changed line run
-in the order of their time, those that mirror its folder first, until one fails, none is left, or
-the time allowed is spent. Compiled functions hide their lines: for them the test files of their
-folder run. What is found is kept in build/mutants and not done again. Needs the extra "mutants".
+quarter of them of one kind; of one seed always the same. Test files run from the nearest on - those
+of the file, of its folder, those that name its module, those of the folders around it - until one
+fails or the time allowed is spent. What is found is kept in build/mutants and not done again. Needs
+the extra "mutants".
 """
 
 import argparse
@@ -15,12 +14,14 @@ import json
 import os
 import random
 import shutil
+import signal
 import subprocess
 import sys
-import time
-from collections import Counter, defaultdict
+import xml.etree.ElementTree as ElementTree
+from collections import Counter
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import suppress
 from pathlib import Path
 from queue import SimpleQueue
 from typing import Any, NamedTuple
@@ -28,7 +29,6 @@ from typing import Any, NamedTuple
 from cosmic_ray.ast import ast_nodes, get_ast
 from cosmic_ray.mutating import mutate_code
 from cosmic_ray.plugins import get_operator
-from coverage import CoverageData
 
 ROOT = Path(__file__).resolve().parent.parent
 KEPT = ROOT / "build" / "mutants"
@@ -56,7 +56,7 @@ KINDS = (
 out, since any test notices them."""
 MOST = 0.25
 """Largest share of one kind: most places hold a number."""
-START = 15.0
+START = 60.0
 """Seconds that starting the tests may take beside their own time."""
 
 
@@ -70,19 +70,15 @@ class Mutant(NamedTuple):
 
 
 def main() -> None:
-    """Do what is asked for."""
+    """Draw changes, try them, and print what no test noticed."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
-    parser.add_argument("what", choices=("cover", "try"))
     parser.add_argument("count", type=int, nargs="?", default=300)
     parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--seconds", type=float, default=300.0, help="of test time a change")
+    parser.add_argument("--seconds", type=float, default=240.0, help="of test time a change")
     parser.add_argument("--workers", type=int, default=2)
     given = parser.parse_args()
     KEPT.mkdir(parents=True, exist_ok=True)
-    if given.what == "cover":
-        cover(given.workers)
-    else:
-        attempt(drawn(given.count, given.seed), given.seconds, given.workers)
+    attempt(drawn(given.count, given.seed), given.seconds, given.workers)
 
 
 def trees(count: int) -> SimpleQueue[Path]:
@@ -101,46 +97,26 @@ def trees(count: int) -> SimpleQueue[Path]:
     return found
 
 
-def pytest(tree: Path, files: list[str], seconds: float, *options: str) -> int | None:
+def pytest(tree: Path, files: list[str], seconds: float | None, *options: str) -> int | None:
     """Exit status of test files in a tree, None where the time is up."""
     environment = {
         **os.environ,
         "PYTHONPATH": os.pathsep.join([str(tree), os.environ.get("PYTHONPATH", "")]),
         "OMP_NUM_THREADS": "1",
     }
-    command = [sys.executable, *options, "-m", "pytest", "-x", "-q", "-p", "no:cacheprovider"]
+    command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", *options, *files]
+    process = subprocess.Popen(
+        command, cwd=tree, env=environment, start_new_session=True,
+        stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+    )  # fmt: skip
     try:
-        return subprocess.run(
-            [*command, *files],
-            cwd=tree,
-            env=environment,
-            timeout=seconds,
-            capture_output=True,
-            check=False,
-        ).returncode
+        return process.wait(seconds)
     except subprocess.TimeoutExpired:
         return None
-
-
-def cover(workers: int) -> None:
-    """Run each test file by itself, and keep which lines it runs and how long it takes."""
-    free, times = trees(workers), KEPT / "times.json"
-    known: dict[str, float] = json.loads(times.read_text()) if times.exists() else {}
-    files = [str(path.relative_to(ROOT)) for path in sorted((ROOT / "tests").rglob("test_*.py"))]
-
-    def one(file: str) -> None:
-        tree = free.get()
-        data = KEPT / f"{file.replace('/', '-')}.coverage"
-        settings = ("-m", "coverage", "run", f"--data-file={data}", "--source=vanelock")
-        began = time.perf_counter()
-        status = pytest(tree, [file], 3600.0, *settings)
-        known[file] = time.perf_counter() - began
-        print(f"{file}: {known[file]:.0f} s, status {status}", flush=True)
-        times.write_text(json.dumps(known))
-        free.put(tree)
-
-    with ThreadPoolExecutor(workers) as pool:
-        list(pool.map(one, [file for file in files if file not in known]))
+    finally:  # and what its tests have started
+        with suppress(ProcessLookupError):
+            os.killpg(process.pid, signal.SIGKILL)
+        process.wait()
 
 
 def drawn(count: int, seed: int) -> list[Mutant]:
@@ -165,34 +141,51 @@ def drawn(count: int, seed: int) -> list[Mutant]:
     return kept[:count]
 
 
-def relevant() -> tuple[dict[str, dict[int, set[str]]], dict[str, float]]:
-    """Test files by file and line, and their seconds."""
-    times: dict[str, float] = json.loads((KEPT / "times.json").read_text())
-    found: dict[str, dict[int, set[str]]] = defaultdict(lambda: defaultdict(set))
-    for test in times:
-        data = CoverageData(str(KEPT / f"{test.replace('/', '-')}.coverage"))
-        data.read()
-        for measured in data.measured_files():
-            path = Path(measured).resolve().relative_to(KEPT)
-            name = "/".join(path.parts[1:])
-            for line in data.lines(measured) or ():
-                found[name][line].add(test)
-    return found, times
+def nearest(mutant: Mutant) -> list[str]:
+    """Test files of the file's part of the program, the nearest first."""
+    file = Path(mutant.file)
+    module = ".".join(file.with_suffix("").parts).removesuffix(".__init__")
+    folder = Path("tests", file.parent)
+    around = [folder, *folder.parents][:-2]
+    ranked = []
+    for path in (ROOT / "tests").rglob("test_*.py"):
+        test, text = path.relative_to(ROOT), path.read_text()
+        rank = next((i for i, one in enumerate(around) if one in test.parents), 9)
+        if test.stem == f"test_{file.stem}" or module.removeprefix("vanelock.") in text:
+            rank = min(rank, 0 if folder in test.parents else 1)
+        ranked.append((rank, "verification" in test.parts, len(text), str(test)))
+    return [test for rank, *_, test in sorted(ranked) if rank < 9]
 
 
-def chosen(mutant: Mutant, lines: Any, times: dict[str, float]) -> list[str]:
-    """Test files for a change, in the order in which they run."""
-    mirror = f"tests/{Path(mutant.file).parent}/"
-    tests = set(lines[mutant.file].get(mutant.line, ()))
-    if not tests:
-        tests = {test for test in times if test.startswith(f"tests/{mutant.file.split('/')[0]}/")}
-    return sorted(tests, key=lambda t: (not t.startswith(mirror), times[t]))
+class Times:
+    """Seconds of test files as the program is, measured where one is asked for first."""
+
+    def __init__(self, place: Path) -> None:
+        self.place = place
+        self.known: dict[str, float] = json.loads(place.read_text()) if place.exists() else {}
+
+    def __call__(self, tree: Path, tests: list[str]) -> Iterator[tuple[str, float]]:
+        """Those that pass, and their seconds."""
+        for i in range(0, len(tests), 6):
+            few = tests[i : i + 6]
+            if any(test not in self.known for test in few):
+                self._measure(tree, few)
+            yield from ((test, self.known[test]) for test in few if self.known[test] >= 0)
+
+    def _measure(self, tree: Path, tests: list[str]) -> None:
+        told = tree / "times.xml"
+        pytest(tree, tests, None, f"--junitxml={told}", "-o", "junit_family=xunit1")
+        found = dict.fromkeys(tests, 0.0)
+        for case in ElementTree.parse(told).iter("testcase"):
+            name, failed = case.attrib["file"], len(case) > 0
+            found[name] = -1e9 if failed else found[name] + float(case.attrib["time"])
+        self.known |= found
+        self.place.write_text(json.dumps(self.known))
 
 
 def attempt(mutants: list[Mutant], seconds: float, workers: int) -> None:
     """Try changes, and print what no test noticed."""
-    lines, times = relevant()
-    free, kept = trees(workers), KEPT / "outcomes.jsonl"
+    free, kept, times = trees(workers), KEPT / "outcomes.jsonl", Times(KEPT / "times.json")
     known: dict[Any, dict[str, Any]] = {
         tuple(record["mutant"]): record
         for record in map(json.loads, kept.read_text().splitlines() if kept.exists() else ())
@@ -202,10 +195,7 @@ def attempt(mutants: list[Mutant], seconds: float, workers: int) -> None:
         if mutant in known:
             return known[mutant]
         tree = free.get()
-        record = {
-            "mutant": mutant,
-            **outcome(tree, mutant, chosen(mutant, lines, times), times, seconds),
-        }
+        record = {"mutant": mutant, **outcome(tree, mutant, times, seconds)}
         free.put(tree)
         with kept.open("a") as file:
             file.write(json.dumps(record) + "\n")
@@ -216,42 +206,40 @@ def attempt(mutants: list[Mutant], seconds: float, workers: int) -> None:
     print("\n".join(summary(records)))
 
 
-def outcome(
-    tree: Path, mutant: Mutant, tests: list[str], times: dict[str, float], seconds: float
-) -> dict[str, Any]:
+def outcome(tree: Path, mutant: Mutant, times: Times, seconds: float) -> dict[str, Any]:
     """Whether a test notices a change, and what was run."""
-    place = tree / mutant.file
+    place, tests = tree / mutant.file, nearest(mutant)
     whole = place.read_text()
     changed = mutate_code(whole, get_operator(f"core/{mutant.kind}")(), mutant.occurrence)
     if changed is None or changed == whole:
         return {"noticed": "no change", "by": "", "ran": 0, "of": len(tests)}
-    place.write_text(changed)
     spent, ran = 0.0, 0
-    try:
-        for group in batches(tests, times):
-            if spent >= seconds:
-                break
-            allowed = START + 5 * sum(times[test] for test in group)
-            began = time.perf_counter()
-            status = pytest(tree, group, allowed)
-            spent += time.perf_counter() - began
-            ran += len(group)
-            if status != 0:
-                why = "time" if status is None else "failure"
-                return {"noticed": why, "by": group[0], "ran": ran, "of": len(tests)}
-        return {"noticed": "", "by": "", "ran": ran, "of": len(tests)}
-    finally:
-        place.write_text(whole)
+    for group in batches(times(tree, tests)):
+        needed = sum(of_one for _, of_one in group)
+        if spent + needed > seconds and spent > 0:
+            break
+        place.write_text(changed)
+        try:
+            status = pytest(tree, [test for test, _ in group], START + 5 * needed, "-x")
+        finally:
+            place.write_text(whole)
+        spent, ran = spent + needed, ran + len(group)
+        if status != 0:
+            why = "time" if status is None else "failure"
+            return {"noticed": why, "by": group[0][0], "ran": ran, "of": len(tests)}
+    return {"noticed": "", "by": "", "ran": ran, "of": len(tests)}
 
 
-def batches(tests: list[str], times: dict[str, float], size: float = 40.0) -> Iterator[list[str]]:
+def batches(
+    tests: Iterator[tuple[str, float]], size: float = 40.0
+) -> Iterator[list[tuple[str, float]]]:
     """Test files in groups of at most so many seconds: starting Python takes some, too."""
-    group: list[str] = []
-    for test in tests:
-        if group and sum(times[each] for each in group) + times[test] > size:
+    group: list[tuple[str, float]] = []
+    for test, seconds in tests:
+        if group and sum(each for _, each in group) + seconds > size:
             yield group
             group = []
-        group.append(test)
+        group.append((test, seconds))
     if group:
         yield group
 

@@ -2,10 +2,11 @@
 
 import os
 from collections.abc import Callable, Iterable
+from contextlib import suppress
 from pathlib import Path
 from typing import Any, TypeVar
 
-from vanelock.common.checked import UNCHECKED, Checked, examined
+from vanelock.common.checked import UNCHECKED, Checked, NotKnown, examined
 from vanelock.common.errors import InputError, raised
 from vanelock.common.files.files import beside, contents
 from vanelock.common.toml import LARGEST, toml_tables
@@ -129,8 +130,11 @@ def case_mistakes(given: Given, lacks: bool) -> list[str]:
     """What is wrong with the cases; where keys are missing, with each swept value by itself."""
     if not lacks:
         return raised(lambda: cases(given))
-    varied = list_mistakes(given, UNCHECKED)
-    return varied if given.sweep or given.rows or given.scatter else [*varied, *misfits(given)]
+    found = list_mistakes(given, UNCHECKED)
+    with suppress(NotKnown):
+        if not (given.sweep or given.rows or given.scatter):
+            found += misfits(given)
+    return found
 
 
 def _beside(data: dict[str, Any], folder: Path, outside: bool) -> tuple[dict[str, Any], list[str]]:

@@ -48,6 +48,14 @@ def test_every_mistake_gets_its_line(tmp_path):
     ]
 
 
+@pytest.mark.parametrize("table", ["sweep", "rows", "scatter"])
+def test_values_of_a_key_that_are_no_list_are_one_line(tmp_path, table):
+    text = f'[{table}]\n"joints.interlock.mu" = {{ from = 0.1, to = 0.9 }}\n'
+    lines = mistakes(tmp_path, text)
+    assert lines
+    assert all(line.startswith(table) for line in lines)
+
+
 def test_no_mistake_hides_another(tmp_path):
     """A wrong dimension, contradictions in its table and others, and lists of values."""
     heads = [line.partition(": ")[0] for line in mistakes(tmp_path, MANY)]
