@@ -8,8 +8,10 @@ import pytest
 
 from tests.vanelock.results.one_file import everything
 from tests.vanelock.scenes.conftest import Write, chain, joined
+from tests.vanelock.scenes.test_sector import rim
 from vanelock import cases, load_scene, nonlinear, run_scene
 from vanelock.__main__ import main
+from vanelock.commands.check.scene import check_file
 from vanelock.common.errors import InputError
 from vanelock.pipeline.progress import Done, Failed
 
@@ -76,6 +78,24 @@ def test_a_system_from_a_file_is_the_scene_that_made_it(tmp_path: Path, scene_fi
     path = scene_file('[system]\nfile = "joined.h5"\n[contacts.pad]\nmu = 0.1\n' + QUIET)
     changed = run_scene(load_scene(path), tmp_path / "ready")
     assert changed[0].peak != whole[0].peak
+
+
+def test_a_system_from_a_file_that_lacks_something_is_told_before_a_response(
+    tmp_path: Path, scene_file: Write
+) -> None:
+    one = rim(tmp_path, "cylindrical") + "[response]\nharmonics = 1\n"
+    joined(scene_file(one)).save(tmp_path / "joined.h5")
+    ready = '[system]\nfile = "joined.h5"\n'
+    for more, told in (
+        ("[stability]\n", r"no matrices for nodal diameters .*: \[stability\] needs 0 to 3"),
+        ("[contacts.bad]\nmu = 0.2\n", r"contacts\.bad: .*joined\.h5 has no such contacts"),
+    ):
+        path = scene_file(ready + more)
+        with pytest.raises(InputError, match=told):
+            check_file(path)
+        with pytest.raises(InputError, match=told):
+            run_scene(load_scene(path), tmp_path / "run")
+        assert not list((tmp_path / "run").rglob("*esponse*"))
 
 
 def test_damping_by_a_matrix(tmp_path: Path, scene_file: Write) -> None:

@@ -16,7 +16,7 @@ from vanelock.input.read_scene import ND, load_scene
 from vanelock.input.read_study import is_scene, read_text
 from vanelock.input.schema.scene import Scene
 from vanelock.stages.matrices.gather import gathered, nodes
-from vanelock.stages.matrices.steps import matrices
+from vanelock.stages.matrices.steps import matrices, system_step
 from vanelock.stages.parts.components import diameters
 
 Row = tuple[str, str]
@@ -59,6 +59,7 @@ def _planned(scene: Scene) -> Iterator[Row]:
     yield "cases", f"{len(found):,} over {varied}" if varied else "1"
     yield from (("careful", text) for text in unusual(scene))
     if scene.system is not None:
+        system_step(scene).compute()
         held = study.check_file(scene.system.file)
         yield from ((f"system, {what}", str(value)) for what, value in held.rows)
         return

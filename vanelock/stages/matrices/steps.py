@@ -15,6 +15,7 @@ from vanelock.input.schema.scene import DAMPING, FILES, OPEN, ComponentKeys, Sce
 from vanelock.pipeline.cache import code_of, content_digest
 from vanelock.pipeline.step import Step, step
 from vanelock.rom import System
+from vanelock.rom.consistency import check_ring
 from vanelock.rom.joining.joined import Joined
 from vanelock.stages.matrices import pieces
 from vanelock.stages.matrices.gather import Gathered, gathered, nodes
@@ -208,6 +209,8 @@ def _ready_step(scene: Scene, path: Path, bare: bool) -> Step[System]:
 
     def compute() -> System:
         system: System = System.load(path)
+        if scene.stability is not None:
+            check_ring(system, system.sectors // 2, "[stability]")
         for name, values in given.items():
             own = np.array([joint == name for joint in system.contacts.joint], bool)
             if not own.any():
