@@ -1,5 +1,6 @@
 """Hysteresis of a sweep against the closed form of an oscillator that hits a stop."""
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -42,6 +43,13 @@ def gap_oscillator() -> System:
         force={1: Force(np.array([FORCE], complex))},
         output_names=("mass",),
     )
+
+
+def damped_by_a_ratio() -> System:
+    """The same, damped as the mode that does not touch the other spring."""
+    system = gap_oscillator()
+    undamped = {0: replace(system.diameters[0], C=None)}
+    return replace(system, diameters=undamped, damping_ratio=DAMPING / 2, damping_joints="open")
 
 
 def frequencies_of(X: float) -> Floats:
@@ -108,8 +116,9 @@ def amplitude_after(omega: float, position: float, velocity: float, periods: int
     return float(np.ptp(history[-steps:]) / 2)
 
 
-def test_branch_is_the_closed_form_with_both_folds() -> None:
-    found = hysteresis(gap_oscillator(), (LOW / TURN, HIGH / TURN), Options(1))
+@pytest.mark.parametrize("system", [gap_oscillator(), damped_by_a_ratio()], ids=["C", "ratio"])
+def test_branch_is_the_closed_form_with_both_folds(system: System) -> None:
+    found = hysteresis(system, (LOW / TURN, HIGH / TURN), Options(1))
     assert found.complete
     assert found.connected
     assert found.branch.converged.all()
