@@ -12,7 +12,7 @@ from benchmarks.accuracy.scenes import Scene
 from vanelock import fem, nonlinear, rom
 from vanelock.common.product import Product
 from vanelock.mesh import Part
-from vanelock.stages.parts.components import MASTERS, PARTS, averaged, joints, model_step
+from vanelock.stages.parts.components import MASTERS, PARTS, averaged, joining, model_step
 from vanelock.stages.parts.meshes import mesh_step
 from vanelock.stages.response.limits import Limits, dense, frequencies, limits
 from vanelock.stages.response.monitor import Monitor, monitor
@@ -139,15 +139,7 @@ class Prepared:
 def prepared(scene: Scene, reduction: Reduction) -> Prepared:
     """The system of a scene from reduced parts, ready to be solved."""
     study = scene.study()
-    excitation = rom.Excitation(study.excitation.engine_order, study.excitation.force_per_node)
-    system = rom.join(
-        reduction.vane,
-        reduction.casing,
-        joints(study),
-        excitation,
-        study.damping.ratio,
-        damping_joints=study.damping.joints,
-    )
+    system = joining(study).join(reduction.vane, reduction.casing)
     return framed(scene, system)
 
 

@@ -19,7 +19,7 @@ from vanelock.input.schema.study import Study
 from vanelock.nonlinear import Response, System
 from vanelock.rom import Component
 from vanelock.rom.system import common_band
-from vanelock.stages.parts.components import joints
+from vanelock.stages.parts.components import joining
 from vanelock.stages.parts.gauges import Gauges
 from vanelock.stages.response.monitor import Monitor
 
@@ -57,20 +57,12 @@ class Rejoined:
             self._part(changed, name, part)
             for name, part in (("vane", self.vane), ("casing", self.casing))
         ]
-        excitation = rom.Excitation(
-            engine_order=changed.excitation.engine_order,
-            force=changed.excitation.force_per_node,
-            unbalance=changed.excitation.unbalance or 0.0,
-        )
-        damping = changed.damping
-        system = rom.join(
-            *parts, joints(changed), excitation, damping.ratio, damping_joints=damping.joints
-        )
+        system = joining(changed).join(*parts)
         # Moduli that are tried move the band with them; the study's own is what is to hold.
         system = replace(system, band=common_band((self.vane.reach, self.casing.reach)))
         stiff = (
             system.contacts.stiffness.tobytes(),
-            *damping.model_dump().values(),
+            *changed.damping.model_dump().values(),
             *(value_at(changed, f"material.{name}.E") for name in ("vane", "casing")),
         )
         if stiff != self._stiff:

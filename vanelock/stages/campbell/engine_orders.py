@@ -16,10 +16,10 @@ from vanelock.common.cyclic import folded
 from vanelock.common.product import Product
 from vanelock.input.schema.study import Study
 from vanelock.pipeline.step import Stages, Step, step
-from vanelock.rom import Component, Joint, System
+from vanelock.rom import Component, System
 from vanelock.stages.campbell.speed_lines import Lines, at_diameter, casings, lines_step
 from vanelock.stages.parts.bare import without_friction
-from vanelock.stages.parts.components import joints
+from vanelock.stages.parts.components import Joining, joining
 from vanelock.stages.parts.temperature_speed import factors
 from vanelock.stages.parts.temperatures import modulus
 from vanelock.stages.plan import Planned
@@ -55,7 +55,7 @@ def along_step(
 ) -> Step[Along]:
     """Response to one engine order, the interlock free or stuck."""
     study, N = planned.case.study, planned.case.study.ring.sectors
-    k, joined = folded(order, N), joints(without_friction(study))
+    k, bare = folded(order, N), joining(without_friction(study))
     every = sorted({0, *(folded(each, N) for each in _orders(planned, stages))})
     parts = casings(planned, stages, every)
     used = sorted({0, k})
@@ -66,7 +66,7 @@ def along_step(
         "monitor": [monitor.node, monitor.component],
         "load": [study.excitation.force_per_node, study.excitation.unbalance],
         "damping": study.damping.model_dump(),
-        "joints": [asdict(joint) for joint in joined],
+        "joints": [asdict(joint) for joint in bare.joints],
     }
 
     def compute(lines: Lines, vane: Component, *shells: Component) -> Along:
@@ -74,7 +74,7 @@ def along_step(
         pieces = []
         for low, high, centre, peaks in segments(lines, order, closed == "stuck"):
             scale = factors(study, lambda part: modulus(study, part))(centre)
-            system = joined_at(study, order, vane, shell, joined, scale)
+            system = joined_at(study, order, vane, shell, bare, scale)
             mask = ~system.contacts.opens if closed == "free" else "all"
             hertz = _frequencies(low, high, peaks, order, study.damping.ratio)
             hertz = hertz[hertz <= (system.band or np.inf)]
@@ -128,7 +128,7 @@ def joined_at(
     order: int,
     vane: Component,
     shells: dict[int, Component],
-    joined: tuple[Joint, ...],
+    bare: Joining,
     scale: tuple[float, float],
 ) -> System:
     """The joined parts at a temperature, loaded by an engine order."""
@@ -138,19 +138,8 @@ def joined_at(
     if unbalance is not None:  # as much at each force node as of engine order 1
         nodes = len(next(iter(shells.values())).masters.set("force"))
         load = rom.Excitation(sign * order, force=2 * unbalance / (study.ring.sectors * nodes))
-    blade = rom.stiffened(vane, scale[0])
-    damping = study.damping
-    found = [
-        rom.join(
-            blade,
-            rom.stiffened(shell, scale[1]),
-            joined,
-            load,
-            damping.ratio,
-            damping_joints=damping.joints,
-        )
-        for shell in shells.values()
-    ]
+    given, blade = bare._replace(excitation=load), rom.stiffened(vane, scale[0])
+    found = [given.join(blade, rom.stiffened(shell, scale[1])) for shell in shells.values()]
     system = rom.united(found)
     if unbalance is None:
         return system

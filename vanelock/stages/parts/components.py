@@ -6,7 +6,7 @@ code behind it.
 
 from collections.abc import Iterable
 from functools import lru_cache
-from typing import Any
+from typing import Any, NamedTuple
 
 from vanelock import fem, rom
 from vanelock.common.cyclic import folded
@@ -180,32 +180,39 @@ def joints(study: Study) -> tuple[Joint, ...]:
     return tuple(found)
 
 
-def system_step(study: Study, vane: Step[Component], casing: Step[Component]) -> Step[System]:
-    """The system of a case; joining takes no time, so it is not kept."""
+class Joining(NamedTuple):
+    """What makes a system of the reduced parts of a study."""
+
+    joints: tuple[Joint, ...]
+    excitation: rom.Excitation
+    damping: tuple[float, str]
+
+    def join(self, vane: Component, casing: Component) -> System:
+        """The system of a vane and a casing."""
+        ratio, joints = self.damping
+        return rom.join(vane, casing, self.joints, self.excitation, ratio, damping_joints=joints)
+
+
+def joining(study: Study) -> Joining:
+    """Joints, load and damping of a study."""
     excitation = rom.Excitation(
         engine_order=study.excitation.engine_order,
         force=study.excitation.force_per_node,
         unbalance=study.excitation.unbalance or 0.0,
     )
-    damping = study.damping.ratio, study.damping.joints
-    return _joined(joints(study), excitation, damping, vane, casing)
+    return Joining(joints(study), excitation, (study.damping.ratio, study.damping.joints))
+
+
+def system_step(study: Study, vane: Step[Component], casing: Step[Component]) -> Step[System]:
+    """The system of a case; joining takes no time, so it is not kept."""
+    return _joined(joining(study), vane, casing)
 
 
 @lru_cache(maxsize=SHARED)
-def _joined(
-    joined: tuple[Joint, ...],
-    excitation: rom.Excitation,
-    damping: tuple[float, str],
-    vane: Step[Component],
-    casing: Step[Component],
-) -> Step[System]:
+def _joined(given: Joining, vane: Step[Component], casing: Step[Component]) -> Step[System]:
     inputs = {
-        "joints": [vars(joint) for joint in joined],
-        "excitation": vars(excitation),
-        "damping": damping,
+        "joints": [vars(joint) for joint in given.joints],
+        "excitation": vars(given.excitation),
+        "damping": given.damping,
     }
-
-    def compute(vane: Component, casing: Component) -> System:
-        return rom.join(vane, casing, joined, excitation, damping[0], damping_joints=damping[1])
-
-    return step("system", "rom", inputs, System, (vane, casing), compute, False, True)
+    return step("system", "rom", inputs, System, (vane, casing), given.join, False, True)
