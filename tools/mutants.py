@@ -3,10 +3,10 @@
     python tools/mutants.py 300 --seed 1
 
 Changes are drawn evenly from all places of all folders where cosmic-ray knows one, at most a
-quarter of them of one kind; of one seed always the same. Test files run from the nearest on - those
-of the file, of its folder, those that name its module, those of the folders around it - until one
-fails or the time allowed is spent. What is found is kept in build/mutants and not done again. Needs
-the extra "mutants".
+quarter of them of one kind; of one seed always the same. Quick tests run from the nearest file on -
+those of the file, of its folder, those that name its module, those of the folders around it - until
+one fails or the time allowed is spent, then the slow ones of the nearest files. What is found is
+kept in build/mutants and not done again. Needs the extra "mutants".
 """
 
 import argparse
@@ -18,7 +18,7 @@ import signal
 import subprocess
 import sys
 import xml.etree.ElementTree as ElementTree
-from collections import Counter
+from collections import Counter, defaultdict
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
@@ -58,6 +58,9 @@ MOST = 0.25
 """Largest share of one kind: most places hold a number."""
 START = 60.0
 """Seconds that starting the tests may take beside their own time."""
+NEAR, SLOW = 2, 600.0
+"""Rank of test files whose slow tests run, too, and the seconds that they may take."""
+QUICK = ("-m", "not slow", "--ignore=tests/verification")
 
 
 class Mutant(NamedTuple):
@@ -74,7 +77,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("count", type=int, nargs="?", default=300)
     parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--seconds", type=float, default=240.0, help="of test time a change")
+    parser.add_argument("--seconds", type=float, default=60.0, help="of quick tests a change")
     parser.add_argument("--workers", type=int, default=2)
     given = parser.parse_args()
     KEPT.mkdir(parents=True, exist_ok=True)
@@ -141,8 +144,8 @@ def drawn(count: int, seed: int) -> list[Mutant]:
     return kept[:count]
 
 
-def nearest(mutant: Mutant) -> list[str]:
-    """Test files of the file's part of the program, the nearest first."""
+def nearest(mutant: Mutant) -> list[tuple[int, str]]:
+    """Test files of the file's part of the program and their ranks, the nearest first."""
     file = Path(mutant.file)
     module = ".".join(file.with_suffix("").parts).removesuffix(".__init__")
     folder = Path("tests", file.parent)
@@ -154,38 +157,29 @@ def nearest(mutant: Mutant) -> list[str]:
         if test.stem == f"test_{file.stem}" or module.removeprefix("vanelock.") in text:
             rank = min(rank, 0 if folder in test.parents else 1)
         ranked.append((rank, "verification" in test.parts, len(text), str(test)))
-    return [test for rank, *_, test in sorted(ranked) if rank < 9]
+    return [(rank, test) for rank, *_, test in sorted(ranked) if rank < 9]
 
 
-class Times:
-    """Seconds of test files as the program is, measured where one is asked for first."""
-
-    def __init__(self, place: Path) -> None:
-        self.place = place
-        self.known: dict[str, float] = json.loads(place.read_text()) if place.exists() else {}
-
-    def __call__(self, tree: Path, tests: list[str]) -> Iterator[tuple[str, float]]:
-        """Those that pass, and their seconds."""
-        for i in range(0, len(tests), 6):
-            few = tests[i : i + 6]
-            if any(test not in self.known for test in few):
-                self._measure(tree, few)
-            yield from ((test, self.known[test]) for test in few if self.known[test] >= 0)
-
-    def _measure(self, tree: Path, tests: list[str]) -> None:
+def measured(tree: Path) -> dict[str, float]:
+    """Seconds of the quick tests of each file that passes as the program is."""
+    place = KEPT / "times.json"
+    if not place.exists():
         told = tree / "times.xml"
-        pytest(tree, tests, None, f"--junitxml={told}", "-o", "junit_family=xunit1")
-        found = dict.fromkeys(tests, 0.0)
+        pytest(tree, ["tests"], None, *QUICK, f"--junitxml={told}", "-o", "junit_family=xunit1")
+        found: dict[str, float] = defaultdict(float)
         for case in ElementTree.parse(told).iter("testcase"):
-            name, failed = case.attrib["file"], len(case) > 0
-            found[name] = -1e9 if failed else found[name] + float(case.attrib["time"])
-        self.known |= found
-        self.place.write_text(json.dumps(self.known))
+            found[case.attrib["file"]] += -1e9 if len(case) else float(case.attrib["time"])
+        place.write_text(json.dumps({test: each for test, each in found.items() if each >= 0}))
+    known: dict[str, float] = json.loads(place.read_text())
+    return known
 
 
 def attempt(mutants: list[Mutant], seconds: float, workers: int) -> None:
     """Try changes, and print what no test noticed."""
-    free, kept, times = trees(workers), KEPT / "outcomes.jsonl", Times(KEPT / "times.json")
+    free, kept = trees(workers), KEPT / "outcomes.jsonl"
+    tree = free.get()
+    times = measured(tree)
+    free.put(tree)
     known: dict[Any, dict[str, Any]] = {
         tuple(record["mutant"]): record
         for record in map(json.loads, kept.read_text().splitlines() if kept.exists() else ())
@@ -206,40 +200,45 @@ def attempt(mutants: list[Mutant], seconds: float, workers: int) -> None:
     print("\n".join(summary(records)))
 
 
-def outcome(tree: Path, mutant: Mutant, times: Times, seconds: float) -> dict[str, Any]:
+def outcome(tree: Path, mutant: Mutant, times: dict[str, float], seconds: float) -> dict[str, Any]:
     """Whether a test notices a change, and what was run."""
-    place, tests = tree / mutant.file, nearest(mutant)
+    place, near = tree / mutant.file, nearest(mutant)
     whole = place.read_text()
     changed = mutate_code(whole, get_operator(f"core/{mutant.kind}")(), mutant.occurrence)
     if changed is None or changed == whole:
-        return {"noticed": "no change", "by": "", "ran": 0, "of": len(tests)}
-    spent, ran = 0.0, 0
-    for group in batches(times(tree, tests)):
-        needed = sum(of_one for _, of_one in group)
-        if spent + needed > seconds and spent > 0:
-            break
-        place.write_text(changed)
-        try:
-            status = pytest(tree, [test for test, _ in group], START + 5 * needed, "-x")
-        finally:
-            place.write_text(whole)
-        spent, ran = spent + needed, ran + len(group)
-        if status != 0:
-            why = "time" if status is None else "failure"
-            return {"noticed": why, "by": group[0][0], "ran": ran, "of": len(tests)}
-    return {"noticed": "", "by": "", "ran": ran, "of": len(tests)}
+        return {"noticed": "no change", "by": "", "ran": 0}
+    ran = 0
+    place.write_text(changed)
+    try:
+        for group in batches([test for _, test in near if test in times], times, seconds):
+            allowed = START + 5 * sum(times[test] for test in group)
+            status = pytest(tree, group, allowed, "-x", *QUICK)
+            ran += len(group)
+            if status != 0:
+                why = "failure" if status else "time"
+                return {"noticed": why, "by": group[0], "ran": ran}
+        slow = [test for rank, test in near if rank < NEAR and "slow" in (ROOT / test).read_text()]
+        if slow and pytest(tree, slow, SLOW, "-x", "-m", "slow") == 1:
+            return {"noticed": "failure", "by": slow[0], "ran": ran + len(slow)}
+        return {"noticed": "", "by": "", "ran": ran + len(slow)}
+    finally:
+        place.write_text(whole)
 
 
 def batches(
-    tests: Iterator[tuple[str, float]], size: float = 40.0
-) -> Iterator[list[tuple[str, float]]]:
-    """Test files in groups of at most so many seconds: starting Python takes some, too."""
-    group: list[tuple[str, float]] = []
-    for test, seconds in tests:
-        if group and sum(each for _, each in group) + seconds > size:
+    tests: list[str], times: dict[str, float], most: float, size: float = 20.0
+) -> Iterator[list[str]]:
+    """Test files of `most` seconds together, in groups of some: starting Python takes time, too."""
+    group: list[str] = []
+    spent = held = 0.0
+    for test in tests:
+        if group and held + times[test] > size:
             yield group
-            group = []
-        group.append((test, seconds))
+            group, held = [], 0.0
+        if spent + times[test] > most and spent > 0:
+            break
+        group.append(test)
+        spent, held = spent + times[test], held + times[test]
     if group:
         yield group
 
@@ -257,8 +256,7 @@ def summary(records: list[dict[str, Any]]) -> Iterator[str]:
     for each in tried:
         if not each["noticed"]:
             file, kind, _, line = each["mutant"]
-            ran = f"{each['ran']} of {each['of']} test files ran"
-            yield f"not noticed: {file}:{line} {kind} ({ran})"
+            yield f"not noticed: {file}:{line} {kind} ({each['ran']} test files ran)"
 
 
 if __name__ == "__main__":
