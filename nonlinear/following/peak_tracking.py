@@ -16,6 +16,8 @@ Floats = NDArray[np.float64]
 
 NEAR = 2.0
 """How many half-widths a peak may lie from where it was expected."""
+LARGEST = 700.0
+"""Logarithm of the largest amplitude that a parabola through the last peaks may foretell."""
 FINEST = 1 / 2000
 """Shortest step, relative to the range of the parameter's coordinate."""
 
@@ -198,7 +200,7 @@ def expected(marks: Sequence[Mark], place: float) -> tuple[float, float, Floats]
     omega, size = (
         float(np.polyval(np.polyfit(x, y, len(known) - 1), place - marks[-1].place)) for y in both.T
     )
-    return omega, float(np.exp(size)), w
+    return omega, float(np.exp(min(size, LARGEST))), w
 
 
 def surprise(marks: Sequence[Mark], mark: Mark) -> float:

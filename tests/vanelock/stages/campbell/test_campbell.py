@@ -14,6 +14,7 @@ from vanelock.pipeline.progress import Done, Event, Notice
 from vanelock.stages.campbell.campbell import Campbell
 from vanelock.stages.campbell.engine_orders import joined_at
 from vanelock.stages.campbell.speed_lines import at_diameter
+from vanelock.stages.parts.components import joining
 from vanelock.stages.response.limits import Limits
 
 pytestmark = pytest.mark.slow
@@ -131,7 +132,8 @@ def test_a_linear_circle_by_a_dense_solve(scene):
     """The response to another engine order, C from all modes of the open structure."""
     study = parse_study('[excitation]\nunbalance = "1.5 kg*mm"')
     shells = {k: at_diameter(scene.casing, k) for k in (0, 2)}
-    system = joined_at(study, 2, scene.vane, shells, scene.joints, (1.0, 1.0))
+    bare = joining(study)._replace(joints=scene.joints)
+    system = joined_at(study, 2, scene.vane, shells, bare, (1.0, 1.0))
     assert system.engine_order == 2
     D, f = system.at(2), 273.0
     n, omega = len(D.K), 2 * np.pi * f
