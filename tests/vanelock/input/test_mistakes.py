@@ -49,7 +49,7 @@ def test_every_mistake_gets_its_line(tmp_path):
 
 
 @pytest.mark.parametrize("table", ["sweep", "rows", "scatter"])
-def test_values_of_a_key_that_are_no_list_are_one_line(tmp_path, table):
+def test_values_that_are_no_list_are_lines_of_their_table(tmp_path, table):
     text = f'[{table}]\n"joints.interlock.mu" = {{ from = 0.1, to = 0.9 }}\n'
     lines = mistakes(tmp_path, text)
     assert lines
