@@ -21,7 +21,7 @@ class Located:
     Attributes
     ----------
     solution : Solution
-        The nearest one that was solved.
+        The last one that was solved.
     tangent : Tangent
     left : float
         What is left of the quantity, relative to its larger value at the ends of the piece.
@@ -85,7 +85,7 @@ def locate(
         _bracketed(at, values)
     except ArithmeticError:
         return None
-    value, found, tangent = min(solved, key=lambda each: abs(each[0]))
+    value, found, tangent = solved[-1]  # where it jumps, smaller values may lie far away
     spent = sum(each[1].iterations for each in solved)
     left = abs(value) / max(map(abs, values))
     return Located(replace(found, iterations=spent), tangent, left, len(solved))

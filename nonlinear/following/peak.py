@@ -243,10 +243,13 @@ class Resonance:
         if found is None:
             return None
         amplitude, slope = self.measure(found.solution, found.tangent)
-        span = before.solution.omega - found.solution.omega
-        beside = self.measure(before.solution, before.tangent)[1]
-        bend = (beside - slope) / span / amplitude
-        if bend >= 0:
+        for end in (before, step):  # a kink is no maximum as seen from its own side
+            span = end.solution.omega - found.solution.omega
+            beside = self.measure(end.solution, end.tangent)[1]
+            bend = (beside - slope) / span / amplitude
+            if bend < 0:
+                break
+        else:
             return None
         distance = abs(slope) / np.sqrt(-bend) / amplitude
         total = replace(found.solution, iterations=spent + found.solution.iterations)

@@ -18,6 +18,8 @@ NEAR = 2.0
 """How many half-widths a peak may lie from where it was expected."""
 LARGEST = 700.0
 """Logarithm of the largest amplitude that a parabola through the last peaks may foretell."""
+LOWER = 1e-4
+"""How much lower, relatively, than the solution that it was refined from a peak may be."""
 FINEST = 1 / 2000
 """Shortest step, relative to the range of the parameter's coordinate."""
 
@@ -95,7 +97,9 @@ class PeakTrack:
         bend = min(curvature, -((self.range[1] - self.range[0]) ** -2.0))
         spent = sum(solution.iterations for solution in swept)
         here = PeakPoint(swept[top], float(size[top]), bend, np.inf, 0, False)
-        found = self._peak(value, swept[top].omega, here, swept[top].w) or here
+        refined = self._peak(value, swept[top].omega, here, swept[top].w)
+        lost = refined is None or refined.amplitude < (1 - LOWER) * here.amplitude
+        found = here if refined is None or lost else refined
         total = replace(found.solution, iterations=spent + found.solution.iterations)
         return replace(found, solution=total, readings=found.readings + len(swept))
 

@@ -29,6 +29,8 @@ ROUGH = 1e-2
 less than half its square."""
 HIGHER = 1e-3
 """How much higher, relatively, another peak must be to count as one."""
+ASSEMBLED = "assembled at zero"
+"""What found the peak with sliders at zero: it is exact, and the highest there."""
 CHECKS = 4
 """Places at each end of which a whole curve is solved."""
 
@@ -111,6 +113,8 @@ class Search:
 
     def exact(self, place: PlacedPeak) -> PlacedPeak:
         """The same peak to the last digits, or a higher one with the same sliders."""
+        if place.found_by == ASSEMBLED:
+            return place
         track = self._way(place.slider, place.slider, CONDITION)
         peaks = [place.peak, *(mark.peak for mark in track.follow([Mark(0, 0, place.peak)], 1.0))]
         peaks.append(track.highest(0.0, track.sweep(0.0)) or peaks[-1])
@@ -210,24 +214,31 @@ class Search:
         if peak is None:
             raise InputError("near: no peak was found in it with sliders assembled at zero")
         search = replace(self, component=track.component)
-        nominal = PlacedPeak(zero, self.tally(peak), "assembled at zero")
+        nominal = PlacedPeak(zero, self.tally(peak), ASSEMBLED)
         known = replace(nominal, stationary=True)
         if not self.states.share.any() or not self.states.system.contacts.mu.any():
             return Ends(search, (known, known, known), [])
         ways = [way for way in search.starts(nominal, count, random) if way]
         drawn = [way[-1].peak.amplitude for way in ways if way[-1].found_by == "random"]
-        low, high = (search.end(nominal, ways, sign, tolerance) for sign in (-1.0, 1.0))
+        lows = search.end([nominal], ways, -1.0, tolerance)
+        highs = search.end([nominal, *lows], ways, 1.0, tolerance)
+        found = [*lows, *highs, nominal]  # a higher peak may be met in search of the least
+        low, high = (choose(found, key=lambda each: each.peak.amplitude) for choose in (min, max))
         return Ends(search, (low, known, high), drawn)
 
     def end(
-        self, nominal: PlacedPeak, ways: Sequence[list[PlacedPeak]], sign: float, tolerance: float
-    ) -> PlacedPeak:
-        """The least (-1) or largest (1) peak."""
+        self,
+        begun: Sequence[PlacedPeak],
+        ways: Sequence[list[PlacedPeak]],
+        sign: float,
+        tolerance: float,
+    ) -> list[PlacedPeak]:
+        """Candidates for the least (-1) or largest (1) peak, exact."""
 
         def key(place: PlacedPeak) -> float:
             return sign * place.peak.amplitude
 
-        known = [nominal, *(place for way in ways for place in way)]
+        known = [*begun, *(place for way in ways for place in way)]
         drawn = [way for way in ways if way[0].found_by == "random"]
         begin = max(known, key=key)
         tops = [max(way, key=key) for way in drawn]
@@ -241,7 +252,7 @@ class Search:
             exact = self.exact(place)
             same = abs(exact.peak.amplitude / place.peak.amplitude - 1) < HIGHER
             checked.append(replace(exact, stationary=same and place.stationary))
-        return max(checked, key=key)
+        return checked
 
 
 @dataclass(frozen=True)

@@ -9,11 +9,13 @@ import numpy as np
 import pytest
 
 from tests.nonlinear.following.test_peak import DAMPING, KT, K, jenkins_peak
+from tests.verification.nonlinear.spring_rings import spring_ring
 from vanelock.common.errors import InputError
 from vanelock.nonlinear import (
     Options,
     audit_response,
     frequency_response,
+    linear_response,
     peak_bounds,
     static_bounds,
     time_response,
@@ -158,6 +160,32 @@ def test_no_random_place_lies_outside() -> None:
         moved = replace(system, contacts=replace(system.contacts, slider=slider))
         drawn = highest_of(moved)
         assert 0.99 * low < drawn < 1.01 * high
+
+
+def swept(seed: int) -> tuple[System, tuple[float, float]]:
+    """A ring and the range of its stuck resonance."""
+    system = spring_ring(seed, 0.3)
+    hertz = np.linspace(0.1, 0.45, 300)
+    top = hertz[linear_response(system, hertz).amplitude[:, 0].max(axis=1).argmax()]
+    return system, (0.85 * top, 1.1 * top)
+
+
+def test_a_peak_at_a_kink_is_no_lower_than_its_neighbours() -> None:
+    system, near = swept(131)
+    found = peak_bounds(system, near, Options(1), share=0.0)
+    beside = np.linspace(0.99, 1.01, 41) * found.frequency[1]
+    size = frequency_response(system, beside, Options(1), find_jumps=False).amplitude
+    assert found.converged[1]
+    assert found.amplitude[1] == pytest.approx(size[:, 0, found.direction].max(), rel=1e-9)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [80, 131])
+def test_the_largest_peak_is_the_largest_that_any_search_has_met(seed: int) -> None:
+    system, near = swept(seed)
+    least, nominal, largest = peak_bounds(system, near, Options(1), starts=2).amplitude
+    assert least <= nominal <= largest
+    assert least < 0.99 * largest
 
 
 def highest_of(system: System) -> float:

@@ -1,6 +1,7 @@
 """Bounds over static friction: a mixed-integer programme, random places, the vane."""
 
 import os
+from collections import Counter
 from dataclasses import replace
 
 import numpy as np
@@ -108,7 +109,7 @@ def peak_of(system, hertz, direction):
 
 @pytest.mark.slow
 def test_no_random_place_of_the_sliders_gives_a_peak_outside(record_property):
-    draws, outside, widths, rings = 0, 0, [], 200 if FULL else 3
+    draws, outside, widths, rings = 0, Counter[int](), [], 200 if FULL else 3
     for seed in range(rings):
         system = spring_ring(seed, 0.3)
         hertz = np.linspace(0.1, 0.45, 300)
@@ -127,12 +128,14 @@ def test_no_random_place_of_the_sliders_gives_a_peak_outside(record_property):
             slider = reach * random.normal(size=system.contacts.kt.shape) * random.uniform()
             moved = replace(system, contacts=replace(system.contacts, slider=slider))
             size = peak_of(moved, np.linspace(*near, 60), found.direction)
-            draws, outside = draws + 1, outside + (size > 1.01 * found.amplitude[2])
+            draws += 1
+            outside[seed] += size > 1.01 * found.amplitude[2]
     record_property("rings", f"{len(widths)} of {rings} with a peak")
     record_property("draws", draws)
-    record_property("above the bound found by more than 1 %", int(outside))
+    record_property("above the bound found by more than 1 %", outside.total())
     record_property("largest / least peak", f"{min(widths):.3f} ... {max(widths):.3f}")
-    assert outside == 0
+    assert min(widths) >= 1
+    assert not +outside
     assert len(widths) > 0.8 * rings
 
 
