@@ -13,13 +13,14 @@ of which F̃, B and S - p_n are tabulated.
 from dataclasses import dataclass
 from functools import partial
 from math import ceil, log, sqrt
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vanelock.nonlinear.balance.balance import Balance, Structure
 from vanelock.nonlinear.balance.receptance_columns import combine
+from vanelock.nonlinear.balance.stuck_modes import StuckModes
 
 Floats = NDArray[np.float64]
 Array = NDArray[Any]
@@ -74,8 +75,8 @@ class FarColumns:
         """Columns (j, k, 3c) once the springs act."""
         if self.opened is None:
             return columns
-        seen = columns[:, :, self.opened].swapaxes(0, 1)
-        return np.asarray(columns - (seen @ self.through).swapaxes(0, 1))
+        seen = columns[:, :, None, self.opened]  # each by itself: its bits are its own
+        return np.asarray(columns - (seen @ self.through)[:, :, 0])
 
     def spring(self, opened: NDArray[np.int64], stiffness: Floats) -> Array:
         """Let springs act from now on at (m,) components; A at the nodes, (k, m, m)."""
@@ -87,26 +88,43 @@ class FarColumns:
         return np.asarray(answer)
 
 
+class FarModes(NamedTuple):
+    """What far modes contribute, whatever the excitation.
+
+    Attributes
+    ----------
+    low : int
+        Number of modes that are summed at every frequency instead.
+    dynamic : (k, n)
+        Modal dynamic stiffnesses of the others at the nodes.
+    columns : FarColumns
+        Their R̂.
+    near : (low, k, 3c), (k, low, low), or None
+        B and S - p_n, where springs act.
+    """
+
+    low: int
+    dynamic: Array
+    columns: FarColumns
+    near: tuple[Array, Array] | None
+
+
 @dataclass(frozen=True)
 class ReceptanceTable:
     """What one harmonic's far modes contribute, at the nodes of the range.
 
     Attributes
     ----------
-    low : int
-        Number of modes that are summed at every frequency instead.
-    columns : FarColumns
-        R̂ of the others.
+    low, columns, near
+        As of `FarModes`.
     linear : (3c, k) or None
         Their ũ under the excitation at 1 rad/s; None where the harmonic is not excited.
-    near : (low, k, 3c), (k, low, low), or None
-        B and S - p_n, where springs act.
     """
 
     low: int
     columns: FarColumns
+    near: tuple[Array, Array] | None
     linear: Array | None
-    near: tuple[Array, Array] | None = None
 
 
 @dataclass(frozen=True)
@@ -265,21 +283,31 @@ def balances(
 
 
 def _table(structure: Structure, harmonic: int, low: int, nodes: Floats) -> ReceptanceTable:
-    """The far modes of a harmonic at the nodes."""
+    """The far modes of a harmonic at the nodes.
+
+    Modes that several systems share keep them: sweeps change the excitation and friction.
+    """
     modes, force = structure.at(harmonic), structure.system.force.get(harmonic)
-    far = modes.rows[:, low:]
-    dynamic = np.stack([modes.dynamic(harmonic * omega)[low:] for omega in nodes])
-    columns = FarColumns(far, modes.pull[low:] * structure.stiffness, dynamic)
+    key, known = (low, (harmonic * nodes).tobytes()), modes.tables.get(harmonic)
+    if known is None or known[0] != key:
+        known = key, _far_modes(modes, structure.stiffness, low, harmonic * nodes)
+        modes.tables[harmonic] = known
+    far: FarModes = known[1]
     linear = None
     if force is not None:
-        linear = far @ (structure.unit_forces[harmonic][low:] / dynamic).T
+        linear = modes.rows[:, low:] @ (structure.unit_forces[harmonic][low:] / far.dynamic).T
+        linear = far.columns.sprung(linear.T[None])[0].T
+    return ReceptanceTable(low, far.columns, far.near, linear)
+
+
+def _far_modes(modes: StuckModes, stiffness: Floats, low: int, nodes: Floats) -> FarModes:
+    """The modes from `low` on at the nodes, rad/s."""
+    dynamic = np.stack([modes.dynamic(s)[low:] for s in nodes])
+    columns = FarColumns(modes.rows[:, low:], modes.pull[low:] * stiffness, dynamic)
     if modes.springs is None:
-        return ReceptanceTable(low, columns, linear)
+        return FarModes(low, dynamic, columns, None)
     own = modes.opened
     answer = columns.spring(own, modes.springs[own])
     near = modes.rows[:, :low]
     rows = columns.sprung(np.broadcast_to(near.T[:, None], (low, len(nodes), len(near))))
-    if linear is not None:
-        linear = columns.sprung(linear.T[None])[0].T
-    stiffness = near[own].conj().T @ answer @ near[own]
-    return ReceptanceTable(low, columns, linear, (rows, stiffness))
+    return FarModes(low, dynamic, columns, (rows, near[own].conj().T @ answer @ near[own]))

@@ -105,6 +105,11 @@ class StuckModes(Product):
         )
 
     @cached_property
+    def tables(self) -> dict[int, Any]:
+        """What `receptance_tables` made of them last, by harmonic."""
+        return {}
+
+    @cached_property
     def _last(self) -> dict[float, tuple[Array, Array, Array]]:
         return {}
 
