@@ -108,9 +108,12 @@ def peak_of(system, hertz, direction):
 
 
 @pytest.mark.slow
-def test_no_random_place_of_the_sliders_gives_a_peak_outside(record_property):
-    draws, outside, widths, rings = 0, Counter[int](), [], 200 if FULL else 3
-    for seed in range(rings):
+@pytest.mark.parametrize("half", [0, 1])
+def test_no_random_place_of_the_sliders_gives_a_peak_outside(half, record_property):
+    """Rings of even and of odd seeds: most of the time of this page."""
+    seeds = range(half, 200 if FULL else 4, 2)
+    draws, outside, widths = 0, Counter[int](), []
+    for seed in seeds:
         system = spring_ring(seed, 0.3)
         hertz = np.linspace(0.1, 0.45, 300)
         stuck = linear_response(system, hertz).amplitude[:, 0].max(axis=1)
@@ -129,14 +132,14 @@ def test_no_random_place_of_the_sliders_gives_a_peak_outside(record_property):
             moved = replace(system, contacts=replace(system.contacts, slider=slider))
             size = peak_of(moved, np.linspace(*near, 60), found.direction)
             draws += 1
-            outside[seed] += size > 1.01 * found.amplitude[2]
-    record_property("rings", f"{len(widths)} of {rings} with a peak")
+            outside[seed] += int(size > 1.01 * found.amplitude[2])
+    record_property("rings", f"{len(widths)} of {len(seeds)} with a peak")
     record_property("draws", draws)
     record_property("above the bound found by more than 1 %", outside.total())
     record_property("largest / least peak", f"{min(widths):.3f} ... {max(widths):.3f}")
     assert min(widths) >= 1
     assert not +outside
-    assert len(widths) > 0.8 * rings
+    assert len(widths) > 0.8 * len(seeds)
 
 
 @pytest.mark.slow
