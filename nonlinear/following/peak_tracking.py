@@ -16,8 +16,6 @@ Floats = NDArray[np.float64]
 
 NEAR = 2.0
 """How many half-widths a peak may lie from where it was expected."""
-LARGEST = 700.0
-"""Logarithm of the largest amplitude that a parabola through the last peaks may foretell."""
 LOWER = 1e-4
 """How much lower, relatively, than the solution that it was refined from a peak may be."""
 FINEST = 1 / 2000
@@ -191,10 +189,10 @@ class PeakTrack:
 
 
 def expected(marks: Sequence[Mark], place: float) -> tuple[float, float, Floats]:
-    """Frequency, amplitude and w of a peak at a place, by the parabola or line through the last."""
+    """Frequency, ln of the amplitude and w of a peak, by the parabola or line through the last."""
     last = marks[-1].peak
     if len(marks) == 1:
-        return last.solution.omega, last.amplitude, last.solution.w
+        return last.solution.omega, float(np.log(last.amplitude)), last.solution.w
     before = marks[-2].peak
     share = (place - marks[-1].place) / (marks[-1].place - marks[-2].place)
     w = last.solution.w + share * (last.solution.w - before.solution.w)
@@ -204,15 +202,15 @@ def expected(marks: Sequence[Mark], place: float) -> tuple[float, float, Floats]
     omega, size = (
         float(np.polyval(np.polyfit(x, y, len(known) - 1), place - marks[-1].place)) for y in both.T
     )
-    return omega, float(np.exp(min(size, LARGEST))), w
+    return omega, size, w
 
 
 def surprise(marks: Sequence[Mark], mark: Mark) -> float:
     """How far a peak lies from where it was expected, in units of what a drawn curve forgives."""
-    omega, amplitude, _ = expected(marks, mark.place)
+    omega, size, _ = expected(marks, mark.place)
     peak = mark.peak
     aside = abs(peak.solution.omega - omega) / (0.5 * peak.width)
-    return float(max(aside, abs(np.log(peak.amplitude / amplitude)) / 0.03))
+    return float(max(aside, abs(np.log(peak.amplitude) - size) / 0.03))
 
 
 def named_component(names: Sequence[str], output: tuple[str, int] | None) -> tuple[int, int] | None:

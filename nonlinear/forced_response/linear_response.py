@@ -1,6 +1,6 @@
 """Linear limits of the response: every contact either a spring or open."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import TypeAlias
 
 import numpy as np
@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from vanelock.common.arrays import as_whole
 from vanelock.common.errors import InputError
 from vanelock.nonlinear.balance.balance import Balance
+from vanelock.nonlinear.balance.stuck_modes import StuckModes
 from vanelock.nonlinear.contact.law import OPEN, STUCK, Deviation
 from vanelock.nonlinear.forced_response.frequencies import checked_frequencies
 from vanelock.nonlinear.forced_response.options import Options
@@ -24,7 +25,11 @@ Closed: TypeAlias = str | Sequence[str] | NDArray[np.bool_]
 
 @one_thread
 def linear_response(
-    system: System, frequencies: ArrayLike, closed: Closed = "all", harmonics: int = 1
+    system: System,
+    frequencies: ArrayLike,
+    closed: Closed = "all",
+    harmonics: int = 1,
+    modes: Mapping[int, StuckModes] | None = None,
 ) -> Response:
     """Response with some contacts acting as linear springs and the others open.
 
@@ -40,6 +45,8 @@ def linear_response(
         Contacts that act as springs, in tension too, with their interference.
     harmonics : int
         H.
+    modes : dict of int to StuckModes, optional
+        As of `frequency_response`.
 
     Returns
     -------
@@ -55,7 +62,7 @@ def linear_response(
     mask = closed_contacts(system.contacts, closed)
     hertz = checked_frequencies(frequencies)
     options = Options(as_whole(harmonics, "harmonics"))
-    ready = options.prepare(system, hertz, len(hertz))
+    ready = options.prepare(system, hertz, len(hertz), modes)
     return ready.response([_solve(ready.source.balance(omega), mask) for omega in TURN * hertz])
 
 

@@ -83,6 +83,9 @@ class Planned:
         The system, its state at rest and its nonlinear response.
     linear : Linear
         Its linear limits.
+    modes : Step
+        Modes with all contacts stuck that its response takes; with an accuracy those of the first
+        harmonic.
     preload_name : str
         The swept values that the preload depends on.
     gauges : Step or None
@@ -98,8 +101,6 @@ class Planned:
         The response in the other direction, where both are wanted.
     apart : tuple of str
         A line for each part that nothing joins to another.
-    modes : Step or None
-        Modes with all contacts stuck that its response takes; with an accuracy none are shared.
     held : tuple of int
         Nodal diameters, 0 to N/2, of its system; with an accuracy they are not known before.
     bounds : Step or None
@@ -115,6 +116,7 @@ class Planned:
     preload: Step[Response]
     response: Step[Response]
     linear: Linear
+    modes: Step[HarmonicModes]
     preload_name: str
     gauges: Step[Gauges] | None
     chosen_mesh: MeshChoice | None = None
@@ -122,7 +124,6 @@ class Planned:
     diameters: tuple[int, ...] = ()
     other: Step[Response] | None = None
     apart: tuple[str, ...] = ()
-    modes: Step[HarmonicModes] | None = None
     held: tuple[int, ...] = ()
     bounds: Step[Any] | None = None
     stability: tuple[Step[Stability], ...] = ()
@@ -237,21 +238,23 @@ def _planned(
 ) -> Planned:
     """Steps from a system on: `base` without friction and preload, `still` without friction."""
     given = case.given
-    linear = {which: linear_step(given, which, base, modes) for which in LIMITS}
-    stuck = stuck_modes_step(still, given.response.harmonics)
+    at_rest, first, stuck = (
+        stuck_modes_step(still, harmonics) for harmonics in (0, 1, given.response.harmonics)
+    )
+    linear = {which: linear_step(given, which, base, modes, first) for which in LIMITS}
     swept = partial(response_step, case.name, given, system, modes, stuck, progress)
     return Planned(
         case=case,
         meshes={},
         rom=rom,
         system=system,
-        preload=preload_step(given.response.friction, system),
+        preload=preload_step(given.response.friction, system, at_rest),
         response=swept(),
         other=swept("down") if given.response.direction == "both" else None,
         linear=Linear("", base, modes, linear),
+        modes=stuck,
         preload_name="",
         gauges=None,
-        modes=stuck,
     )
 
 
@@ -271,7 +274,7 @@ def adaptive(
     """Steps of a case with an accuracy; the `free` linear response says what is monitored."""
     case = replace(case, given=chosen_mesh.study)
     study, own = case.study, linear_steps(chosen_mesh.study)
-    linear = {which: linear_step(study, which, own.system, own.limits) for which in LIMITS}
+    linear = {which: own.response(study, which) for which in LIMITS}
     system = united_step(study, 1)
     mesh = mesh_errors_step(study, own.limits)
     return Planned(
@@ -279,9 +282,10 @@ def adaptive(
         meshes=meshes_of(study),
         rom=own.rom,
         system=system,
-        preload=preload_step(study.response.friction, system),
+        preload=preload_step(study.response.friction, system, own.modes),
         response=adaptive_step(case.name, study, chosen_mesh.budget, own, free, mesh, progress),
         linear=Linear("", own.system, own.limits, linear),
+        modes=own.modes,
         preload_name="",
         gauges=gauges_step(study, own.vane) if study.outputs.gauges else None,
         chosen_mesh=chosen_mesh,
@@ -292,5 +296,4 @@ def adaptive(
 
 def free_step(chosen_mesh: MeshChoice) -> Step[Response]:
     """The linear response that says what all cases monitor: the first one's, interlock free."""
-    own = linear_steps(chosen_mesh.study)
-    return linear_step(chosen_mesh.study, "free", own.system, own.limits)
+    return linear_steps(chosen_mesh.study).response(chosen_mesh.study, "free")

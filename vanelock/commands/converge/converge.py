@@ -32,12 +32,11 @@ from vanelock.results.files.run_folder import claimed, record
 from vanelock.stages.accuracy.choose_mesh import choose_mesh
 from vanelock.stages.parts.bare import without_load
 from vanelock.stages.parts.diameters import united_step
-from vanelock.stages.parts.nodal_diameters import linear_steps
+from vanelock.stages.parts.nodal_diameters import LinearSteps, linear_steps
 from vanelock.stages.parts.temperature_speed import with_temperature_speeds
 from vanelock.stages.plan import plan
 from vanelock.stages.response.monitor import monitor
 from vanelock.stages.response.responses import (
-    linear_step,
     response_step,
     stuck_modes_step,
 )
@@ -128,7 +127,7 @@ class _Measuring:
     def __init__(self, study: Study, stages: Stages, listener: Listener) -> None:
         self.study, self.stages, self.listener = study, stages, listener
         base = chain(study, "as it stands")
-        free = self.stages.get(linear_step(study, "free", base.linear, base.limits))
+        free = self.stages.get(base.linear.response(study, "free"))
         self.monitor = monitor(study.outputs.monitor, stages.get(base.system), free)
         self._warm_up(base)
         self.stages.get(base.response)
@@ -158,7 +157,7 @@ class _Measuring:
 
     def _warm_up(self, base: "Chain") -> None:
         """Load what the first response loads, which is no cost of its own."""
-        limits, system = self.stages.get(base.limits), self.stages.get(base.system)
+        limits, system = self.stages.get(base.linear.limits), self.stages.get(base.system)
         options = self.study.response
         nonlinear.frequency_response(
             system,
@@ -270,8 +269,7 @@ class Chain:
     """The steps to a response whose casing is reduced at one nodal diameter after the other."""
 
     study: Study
-    linear: Step[Any]
-    limits: Step[Any]
+    linear: LinearSteps
     system: Step[Any]
     modes: Step[Any]
     response: Step[Response]
@@ -284,12 +282,12 @@ def chain(study: Study, name: str) -> Chain:
     system, still = united_step(study, H), united_step(without_load(study), H)
     modes = stuck_modes_step(still, H)
     response = response_step(name, study, system, linear.limits, modes, _unheard)
-    return Chain(study, linear.system, linear.limits, system, modes, response)
+    return Chain(study, linear, system, modes, response)
 
 
 def replace_response(made: Chain, study: Study) -> Chain:
     """The same with a response at other frequencies."""
-    given = made.system, made.limits, made.modes
+    given = made.system, made.linear.limits, made.modes
     response = response_step("near the peak", study, *given, _unheard)
     return replace(made, study=study, response=response)
 

@@ -43,7 +43,7 @@ def doubts(
     if peak is not None:
         orthogonal = given.response.friction == "orthogonal"
         if first and not loose and orthogonal and solved.bounds is None:
-            bounds = stages.get(static_bounds_step(planned.system))
+            bounds = stages.get(static_bounds_step(planned.system, planned.modes))
             yield from warnings.static_friction(bounds, contacts.joints, solved.response, peak)
         yield from warnings.bounds(solved.bounds)
         yield from warnings.wave(found)

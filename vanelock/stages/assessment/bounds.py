@@ -93,12 +93,12 @@ def bounds_step(planned: Planned, first: Planned, count: Count) -> Step[BoundedP
 
     def compute(get: Callable[[Step[Any]], Any], journal: Journal) -> BoundedPeak:
         response: Response = get(planned.response)
+        stuck = get(modes).diameters
         watched, peak = printed_peak(given, get(first.linear.system), get(free), response)
         if peak is None:
             return BoundedPeak(reason="no point converged")
         system: System = get(planned.solved(response).system)
         options = Options(harmonics=as_solved(response, peak.point).harmonics)
-        stuck = None if modes is None else get(modes).diameters
         try:
             found = nonlinear.peak_bounds(
                 system,
@@ -127,14 +127,12 @@ def bounds_step(planned: Planned, first: Planned, count: Count) -> Step[BoundedP
         )
         return BoundedPeak(found, low, high, np.array([each.residual[0] for each in audits]))
 
-    needs: list[Step[Any]] = [planned.system, planned.response, limits, first.linear.system, free]
-    needs += [] if modes is None else [modes]
     return step(
         "bounds",
         "nonlinear",
         inputs,
         BoundedPeak,
-        tuple(needs),
+        (planned.system, planned.response, limits, first.linear.system, free, modes),
         compute,
         pulls=True,
         resumes=True,

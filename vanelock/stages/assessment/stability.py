@@ -7,7 +7,15 @@ from numpy.typing import NDArray
 
 from vanelock import nonlinear, rom
 from vanelock.input.schema.scene import Scene
-from vanelock.nonlinear import STABLE, UNDECIDED, UNSTABLE, Journal, Response, Stability
+from vanelock.nonlinear import (
+    STABLE,
+    UNDECIDED,
+    UNSTABLE,
+    HarmonicModes,
+    Journal,
+    Response,
+    Stability,
+)
 from vanelock.pipeline.step import Step, step
 from vanelock.rom import System
 from vanelock.stages.assessment.bounds import Count, printed_peak
@@ -93,7 +101,12 @@ def stability_step(
     inputs = {**keys.model_dump(), "monitor": given.outputs.monitor}
 
     def compute(
-        system: System, response: Response, base: System, free: Response, journal: Journal
+        system: System,
+        response: Response,
+        base: System,
+        free: Response,
+        stuck: HarmonicModes,
+        journal: Journal,
     ) -> Stability:
         chosen = np.flatnonzero(response.converged).tolist()
         if keys.points == "peaks":
@@ -105,9 +118,10 @@ def stability_step(
             response,
             chosen,
             progress=lambda done, total: count(done, total, float("nan")),
+            modes=stuck.diameters,
             journal=journal,
         )
 
-    needs: tuple[Step[Any], ...] = (whole, response, first.linear.system, free)
+    needs: tuple[Step[Any], ...] = (whole, response, first.linear.system, free, planned.modes)
     of = planned.case.name
     return step("stability", "nonlinear", inputs, Stability, needs, compute, resumes=True, of=of)

@@ -3,13 +3,19 @@
 from dataclasses import dataclass
 
 from vanelock.input.schema.study import Study
+from vanelock.nonlinear import HarmonicModes, Response
 from vanelock.pipeline.step import Step
 from vanelock.rom import Component, System
 from vanelock.stages.parts.bare import without_friction
 from vanelock.stages.parts.components import rom_step
 from vanelock.stages.parts.diameters import casing_step, diameter_of, joined_step
 from vanelock.stages.response.limits import Limits
-from vanelock.stages.response.responses import limits_step
+from vanelock.stages.response.responses import (
+    Limit,
+    limits_step,
+    linear_step,
+    stuck_modes_step,
+)
 
 
 @dataclass(frozen=True)
@@ -24,12 +30,19 @@ class LinearSteps:
         Joined without friction and preload, at nodal diameter 0 and that of the load.
     limits : Step
         Its modes.
+    modes : Step
+        Those with all contacts stuck, by which responses are computed.
     """
 
     vane: Step[Component]
     casing: Step[Component]
     system: Step[System]
     limits: Step[Limits]
+    modes: Step[HarmonicModes]
+
+    def response(self, study: Study, which: Limit) -> Step[Response]:
+        """The linear response of the case with contacts free or stuck."""
+        return linear_step(study, which, self.system, self.limits, self.modes)
 
     @property
     def rom(self) -> dict[str, Step[Component]]:
@@ -42,5 +55,5 @@ def linear_steps(study: Study) -> LinearSteps:
     k = diameter_of(study, 1)
     vane, casing = rom_step(study, "vane", ()), casing_step(study, k)
     system = joined_step(without_friction(study), {0, k})
-    modes = limits_step(study.response.mode, system, (vane, casing))
-    return LinearSteps(vane, casing, system, modes)
+    limits = limits_step(study.response.mode, system, (vane, casing))
+    return LinearSteps(vane, casing, system, limits, stuck_modes_step(system, 1))

@@ -46,47 +46,57 @@ def limits_step(
 
 
 @lru_cache(maxsize=SHARED)
-def preload_step(friction: str, system: Step[System]) -> Step[Response]:
-    """The state at rest."""
+def preload_step(friction: str, system: Step[System], modes: Step[HarmonicModes]) -> Step[Response]:
+    """The state at rest; `modes` of harmonic 0 at least."""
 
-    def compute(system: System) -> Response:
-        return nonlinear.static_response(system, nonlinear.Options(friction=friction))
+    def compute(system: System, stuck: HarmonicModes) -> Response:
+        options = nonlinear.Options(friction=friction)
+        return nonlinear.static_response(system, options, stuck.diameters)
 
-    return step("preload", "nonlinear", {"friction": friction}, Response, (system,), compute)
+    needs = (system, modes)
+    return step("preload", "nonlinear", {"friction": friction}, Response, needs, compute)
 
 
 @lru_cache(maxsize=SHARED)
-def static_bounds_step(system: Step[System]) -> Step[StaticBounds]:
+def static_bounds_step(system: Step[System], modes: Step[HarmonicModes]) -> Step[StaticBounds]:
     """Between which loads undetermined static friction may hold, at rest, joints that may open."""
 
-    def compute(system: System) -> StaticBounds:
+    def compute(system: System, stuck: HarmonicModes) -> StaticBounds:
         contacts = system.contacts
         opens = [name for name in contacts.joints if name not in contacts.always_closed]
-        return nonlinear.static_bounds(system, opens)
+        return nonlinear.static_bounds(system, opens, modes=stuck.diameters)
 
-    return step("static bounds", "nonlinear", {}, StaticBounds, (system,), compute)
+    return step("static bounds", "nonlinear", {}, StaticBounds, (system, modes), compute)
 
 
 @lru_cache(maxsize=SHARED)
 def stuck_modes_step(system: Step[System], harmonics: int) -> Step[HarmonicModes]:
     """Modes with all contacts stuck, shared by cases whose system is this one but for friction.
 
-    They are large, and reading them takes about as long as making them: they are not kept.
+    Each harmonic adds its own to those below it, which the state at rest and the linear responses
+    take, too. They are large, and reading them takes about as long as making them: they are not
+    kept.
     """
+    below = (stuck_modes_step(system, harmonics - 1),) if harmonics else ()
 
-    def compute(system: System) -> HarmonicModes:
-        return nonlinear.harmonic_modes(system, harmonics)
+    def compute(system: System, *below: HarmonicModes) -> HarmonicModes:
+        known = below[0].diameters if below else None
+        return nonlinear.harmonic_modes(system, harmonics, known)
 
     inputs = {"harmonics": harmonics}
-    kind, needs = HarmonicModes, (system,)
+    kind, needs = HarmonicModes, (system, *below)
     return step("stuck modes", "nonlinear", inputs, kind, needs, compute, kept=False, quick=True)
 
 
 def linear_step(
-    given: Given, which: Limit, system: Step[System], limits: Step[Limits]
+    given: Given,
+    which: Limit,
+    system: Step[System],
+    limits: Step[Limits],
+    modes: Step[HarmonicModes],
 ) -> Step[Response]:
     """Linear response with contacts free or stuck, dense enough to be drawn as a curve."""
-    return _linear(which, _Alike(given), system, limits)
+    return _linear(which, _Alike(given), system, limits, modes)
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,22 +118,26 @@ class _Alike:
 
 @lru_cache(maxsize=SHARED)
 def _linear(
-    which: Limit, alike: _Alike, system: Step[System], limits: Step[Limits]
+    which: Limit,
+    alike: _Alike,
+    system: Step[System],
+    limits: Step[Limits],
+    modes: Step[HarmonicModes],
 ) -> Step[Response]:
     given = alike.given
     inputs = {**frequency_keys(given), "closed": which}
 
-    def compute(system: System, found: Limits) -> Response:
+    def compute(system: System, found: Limits, stuck: HarmonicModes) -> Response:
         closed = ~system.contacts.opens if which == "free" else "all"
         ratio = system.damping_ratio or DAMPING
         if which == "stuck" and system.opens_in_damping.any():  # its peak is the sharper one
             ratio = float(np.fmax(found.stuck_damping, SHARPEST))
         grid = dense(frequencies(given, found), found, which == "stuck", ratio)
         highest = max([1, *system.force])
-        return nonlinear.linear_response(system, grid, closed, highest)
+        return nonlinear.linear_response(system, grid, closed, highest, stuck.diameters)
 
     name = f"linear response, {which}"
-    return step(name, "nonlinear", inputs, Response, (system, limits), compute)
+    return step(name, "nonlinear", inputs, Response, (system, limits, modes), compute)
 
 
 def response_step(
