@@ -47,14 +47,14 @@ def excess_stiffness(model: Model, u: Field) -> NDArray[Any]:
     Notes
     -----
     Curved quadratic tetrahedra, measured against the true error: 0.75 to 0.92 of it on average over
-    ten modes of vane or casing at any size with a name, single ones 0.6 to 1.3, and below where a
-    coarse mesh has the modes in another order; 0.9 to 1.4 where the exact frequencies are known,
-    with or without a singular edge; up to 2.5 in a bar of one element's width
+    ten modes of either part of a study at any size with a name, single ones 0.6 to 1.3, and below
+    where a coarse mesh has the modes in another order; 0.9 to 1.4 where the exact frequencies are
+    known, with or without a singular edge; up to 2.5 in a bar of one element's width
     (docs/benchmarks/mesh_error.md, docs/verification/discretisation.md). Quadratic hexahedra: 1.5
     to 13, on the safe side.
 
     On the cyclic faces of a sector the strain is that of the sector's own elements; to count its
-    neighbour's as well changes the casing's estimate by less than 1%. A mesh cannot tell what is
+    neighbour's as well changes a study's by less than 1%. A mesh cannot tell what is
     lost of the geometry between its nodes, nor that displacements under point forces, as of
     contacts that act on single nodes, grow without bound as elements shrink.
     """

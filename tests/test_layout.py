@@ -14,7 +14,9 @@ ROOT = Path(__file__).resolve().parent.parent
 PHYSICS = ["mesh", "fem", "rom", "nonlinear"]
 MOST = 12
 GENERAL = [
-    "nonlinear", "vanelock/common", "vanelock/pipeline",
+    "fem", "nonlinear", "rom/fixed_interface", "rom/full_fields", "rom/routes",
+    "vanelock/common", "vanelock/input/templates", "vanelock/pipeline",
+    "vanelock/render/maps", "vanelock/render/scenes", "vanelock/report",
     "vanelock/stages/matrices", "vanelock/stages/response", "vanelock/stages/sweep",
 ]  # fmt: skip
 """What knows no vane, casing or interlock: of these a study alone has any."""

@@ -34,7 +34,7 @@ def _with_edges(corners: list[list[int]], edges: list[tuple[int, int]]) -> Array
 
 # meshio's cell type: scikit-fem's element, the nodes' places in meshio's order, and the degree
 # that the quadrature integrates exactly. Mass and stiffness of a straight-sided element need no
-# more, but curved sides do: in tetra10 degree 4 is 2e-3 off the exact integrals in the vane's
+# more, but curved sides do: in tetra10 degree 4 is 2e-3 off the exact integrals in a study's
 # frequencies on a medium mesh, and degree 5, with 14 points instead of 11, 5e-4.
 _CELLS = {
     "tetra": (element.ElementTetP1, np.array(_TETRA, float), 2),

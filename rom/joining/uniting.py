@@ -10,7 +10,7 @@ from vanelock.rom.system import System, common_band
 def united(systems: Sequence[System]) -> System:
     """The system that holds the nodal diameters of several.
 
-    A casing that is reduced at one nodal diameter after the other, as they are needed, keeps what
+    A part that is reduced at one nodal diameter after the other, as they are needed, keeps what
     each of them takes: the numbers of coordinates may differ from diameter to diameter.
 
     Parameters

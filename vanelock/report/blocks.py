@@ -161,7 +161,7 @@ class Body:
     outline : (k, 2) int
         Into `points`: edges drawn as lines.
     name : str
-        "vane", "casing": tells its colour at rest.
+        Of the part: tells its colour at rest.
     """
 
     points: Real

@@ -64,7 +64,7 @@ def response_curves(
     title : str
         Heading.
     monitor : str
-        What is monitored, such as "vane accessory 1, radial".
+        What is monitored, such as "tip 1, radial".
     logarithmic : bool
         Logarithmic amplitudes.
     engine_order : int, optional

@@ -50,7 +50,7 @@ def loop_picture(
     mu : float
         Friction coefficient.
     title, subtitle : str
-        Heading, such as "Interlock contact 3 at 252.3 Hz", and a line before the numbers.
+        Heading, such as "Contact 3 at 252.3 Hz", and a line before the numbers.
     direction : {1, 2}, optional
         The friction direction shown; by default the one that takes more energy.
     bounding : (s,) float, optional

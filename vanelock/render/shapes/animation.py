@@ -153,7 +153,7 @@ def response_animation(
     path : path
         GIF file to write.
     parts : sequence of Part
-        Usually the vane segment and the casing sector, of one ring.
+        Usually all parts of a sector, of one ring.
     waves : sequence of Wave
         The harmonics, the first one first, m.
     title, subtitle : str

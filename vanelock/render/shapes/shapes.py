@@ -74,7 +74,7 @@ def mode_picture(
     path : path
         PNG file to write.
     parts : sequence of Part
-        Usually the vane segment and the casing sector, of one ring.
+        Usually all parts of a sector, of one ring.
     shapes : sequence of (n, 3) complex
         Cartesian shape of each part on sector 0, in any one scale.
     nodal_diameter : int
@@ -143,7 +143,7 @@ def response_picture(
     path : path
         PNG file to write.
     parts : sequence of Part
-        Usually the vane segment and the casing sector, of one ring.
+        Usually all parts of a sector, of one ring.
     shapes : sequence of (n, 3) complex
         Cartesian displacement of each part on sector 0, one-sided amplitude of a harmonic, m.
     nodal_diameter : int

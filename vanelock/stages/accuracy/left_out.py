@@ -40,7 +40,7 @@ def left_out(
     joints : sequence of c str
         Joint of each contact.
     diameters : (used, never reduced)
-        Nodal diameters of the casing.
+        Nodal diameters of the ring.
     energy : dict of str to float
         Share of the strain energy of the mode of interest, by part and joint.
     outputs : (int, str)
