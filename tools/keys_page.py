@@ -29,10 +29,13 @@ computed, in one line that names the key, the value and what is allowed.
 A dash as default means that the key is not set; the text says what happens then. This page is made
 by `python tools/keys_page.py` from the program itself.
 """
+PAIRS = "pairs `[[degC, Pa], ...]`, ascending; -273.15 to 5,000 degC, 1000 to 1e+15 Pa"
 WORDS: dict[str, str] = {
     "mesh.size": ", ".join(f'`"{name}"`' for name in SIZES)
     + f", or a length from {1e3 * SMALLEST:g} mm to {1e3 * LARGEST:g} mm",
     "outputs.gauges[].direction": '`"span"`, `"chord"`, or an angle from -180 to 180 deg',
+    "material.vane.E_at": PAIRS,
+    "material.casing.E_at": PAIRS,
     "temperature.vane": "a number, degC, or pairs `[[rpm, degC], ...]`",
     "temperature.casing": "a number, degC, or pairs `[[rpm, degC], ...]`",
     "bounds.joints": 'a list of `"hook"`, `"interlock"`',
@@ -49,6 +52,12 @@ words, in quotes, with the list of its values. The cases are the product of all 
 `[rows]` have equal lengths and vary together: a case for each place in them, times those of
 `[sweep]`. See [sweeps.md](sweeps.md)."""
 SWEPT = ("sweep", "rows")
+BY_KEY = {
+    "scatter.keys": 'A table by key, such as `"joints.interlock.mu" = { distribution = "normal", '
+    "mean = 0.3, deviation = 0.05 }`; `uniform` needs `low` and `high`, the others `mean` and "
+    "`deviation`."
+}
+"""What is said above a table whose own keys are names of keys."""
 OWN_MESH = "Instead of dimensions, a mesh of yours ([its page](own_mesh.md)):"
 UNITS = re.compile(r"^(?:deg|N/m\^3|N/m|N|Hz|rpm|degC)[,;] (?=\w)")
 
@@ -110,6 +119,8 @@ def page() -> str:
         title = "Top of the file" if not name else f"`[{name.replace('[]', '')}]`"
         if name.endswith("[]"):
             title = f"Each of `{name[:-2]}`"
+        if name in BY_KEY:
+            title, intro = f"Each of `{name}`", BY_KEY[name]
         parts += [f"## {title}", ""]
         parts += [f"{_prose(_sentence(intro))}\n"] if intro else []
         parts.append(f"\n{OWN_MESH}\n\n".join(body for body in bodies if body))

@@ -100,9 +100,11 @@ def main() -> None:
     near = (options.low, options.high)
     lines = [
         f"A vane's system of {len(system.at(1).K)} coordinates and {system.contacts.count} "
-        f"contacts, {near[0]:g} to {near[1]:g} Hz. Least peak, that with all sliders "
+        f"contacts, damping of the structure with joints {system.damping_joints}, {near[0]:g} to "
+        f"{near[1]:g} Hz. Least peak, that with all sliders "
         "assembled at zero, and largest; share: that of Coulomb's limit by which friction at rest "
-        "may differ. Curves: CPU time of the search over that of one swept curve.",
+        "may differ. Curves: CPU time of the search over that of one swept curve; points: "
+        "frequencies solved; audited: residual of an independent check.",
         "",
         *HEAD,
     ]

@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.clock import page
-from vanelock import cases, load_study, nonlinear, render
+from vanelock import cases, load_study, nonlinear, parse_study, render
 from vanelock.input.schema.assessment import StabilityKeys
 from vanelock.nonlinear import HarmonicModes, Options, Stability, System
 from vanelock.pipeline.cache import Cache
@@ -43,9 +43,9 @@ NEAR = (240.0, 300.0)
 HARMONICS = 3
 
 
-def scene(path: Path, folder: Path) -> tuple[System, tuple[int, int], str]:
+def scene(path: Path | None, folder: Path) -> tuple[System, tuple[int, int], str]:
     """The system of a study's first case with all nodal diameters, and what is monitored."""
-    given = load_study(path)
+    given = parse_study("") if path is None else load_study(path)
     given = given.model_copy(update={"sweep": {}, "stability": StabilityKeys(), "bounds": None})
     stages = Stages(Cache(folder, print), lambda event: None)
     (planned,) = plan(cases(given), silent_progress)
@@ -132,7 +132,9 @@ def lines_of(found: Plane, waves: dict[tuple[float, float], Stability], load: st
         "Peaks of the default vane over the interlock's friction and the load, and whether the "
         "ring stays with their waves (H = 3 and 5). Trends: those of the "
         "[published study](../campaign.md) that a map can tell, at H = 1; that of interference "
-        f"by the load, since the one over the other decides. Load 1: {load} of interference.",
+        f"by the load, since the one over the other decides. Load 1: {load} of interference. "
+        "Growth: what a period makes of the perturbation that decays slowest or grows fastest, and "
+        "its nodal diameter, ND.",
         "",
         "| mu | load | peak / load, um | Hz | growth a period | ND | wave | trends that hold |",
         "|---:|---:|---:|---:|---:|---:|---|---:|",
@@ -152,7 +154,7 @@ def lines_of(found: Plane, waves: dict[tuple[float, float], Stability], load: st
 def main() -> None:
     """Print the table, or write the page."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--study", type=Path, default=ROOT / "examples" / "vane.toml")
+    parser.add_argument("--study", type=Path, help="the default study unless given")
     parser.add_argument("--folder", type=Path, default=Path(tempfile.gettempdir()) / "trends")
     parser.add_argument("--write", action="store_true")
     given = parser.parse_args()

@@ -33,8 +33,8 @@ def linear_response(
 ) -> Response:
     """Response with some contacts acting as linear springs and the others open.
 
-    The damping is that of the structure with all contacts stuck, whatever `closed` says, so that
-    free, stuck and nonlinear responses differ by their contacts alone.
+    The damping is that of the structure with its joints as `System.damping_joints` says, whatever
+    `closed` says, so that free, stuck and nonlinear responses differ by their contacts alone.
 
     Parameters
     ----------

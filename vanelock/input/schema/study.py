@@ -167,7 +167,7 @@ class ResponseKeys(KeyTable):
         default=None,
         ge=8,
         le=1_000_000,
-        description="number of samples of a period; loops are not drawn then",
+        description="number of samples of a period",
     )
 
     @field_validator("points")
