@@ -13,10 +13,13 @@ Floats = NDArray[np.float64]
 
 Measure = Callable[[Solution, Tangent], float]
 
+JUMP = 1e-3
+"""Distance between the last points on either side, relative to that of the ends, that is a jump."""
+
 
 @dataclass(frozen=True)
 class Located:
-    """A point of a path at which a quantity vanishes or jumps over zero.
+    """A point of a path at which a quantity vanishes, or jumps over zero while the path goes on.
 
     Attributes
     ----------
@@ -59,7 +62,7 @@ def locate(
     Returns
     -------
     Located or None
-        None where a point between the two was not found.
+        None where a point between the two was not found, or the path itself jumps.
     """
     a, b = before.solution, after.solution
     solved: list[tuple[float, Solution, Tangent]] = []
@@ -88,6 +91,11 @@ def locate(
     value, found, tangent = solved[-1]  # where it jumps, smaller values may lie far away
     spent = sum(each[1].iterations for each in solved)
     left = abs(value) / max(map(abs, values))
+    others = [(values[0], a), (values[1], b), *((each[0], each[1]) for each in solved)]
+    other = [each for size, each in others if (size > 0) != (value > 0)][-1]
+    gap, span = np.linalg.norm(found.w - other.w), np.linalg.norm(b.w - a.w)
+    if left > JUMP and gap > JUMP * span:
+        return None
     return Located(replace(found, iterations=spent), tangent, left, len(solved))
 
 

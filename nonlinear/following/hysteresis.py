@@ -37,6 +37,8 @@ Progress: TypeAlias = Callable[[int, int, float, float], None]
 LONGEST = 1 / 40
 """Longest step of a path with one contact, relative to the range; several add up in quadrature."""
 LIMIT = 4000  # points of a path
+BEND = 3.0
+"""Longest way between two points of a path by way of a third one, relative to the straight one."""
 APART = 1e-6
 """Difference of two states, relative to the stuck response, beyond which they are not the same."""
 
@@ -231,16 +233,19 @@ def followed(
     places: list[Place] = []
     before: ArcStep | None = None
     for step in path(family, begun, end, LONGEST * sqrt(len(begun.w))):
+        reached = step.solution
         if before is not None and step.rate * before.rate < 0:
-            places.append(fold_between(family, before, step, turning, tolerance))
-        passed = (step.solution.parameter - end) * np.sign(span) >= 0
-        if passed and before is not None:
-            landed = land(family, before.solution, step.solution, end, tolerance)
+            fold = fold_between(family, before, step, turning, tolerance)
+            if (fold.solution.parameter - end) * span >= 0:
+                reached = fold.solution  # it turns beyond the end
+            else:
+                places.append(fold)
+        if (reached.parameter - end) * span >= 0 and before is not None:
+            landed = land(family, before.solution, reached, end, tolerance)
             if landed is None:
                 return places, "it goes on, but no solution was found at the highest frequency"
             return [*places, landed], ""
-        polished = solve(family, step.solution.w, step.solution.parameter, step.plane, tolerance)
-        exact = polished if polished.converged else step.solution
+        exact = polished(family, step, tolerance)
         total = replace(exact, iterations=exact.iterations + step.solution.iterations)
         places.append(Place(total, step.tangent.orientation))
         before = step
@@ -256,6 +261,15 @@ def followed(
     return places, f"no next point was found, not even {SHORTEST:.1%} of the amplitude further on"
 
 
+def polished(family: Family, step: ArcStep, tolerance: float) -> Solution:
+    """A point of the path, to the tolerance; not converged where that is not reached."""
+    rough = step.solution
+    found = solve(family, rough.w, rough.parameter, step.plane, tolerance)
+    if found.converged:
+        return found
+    return replace(rough, converged=rough.residual <= tolerance)
+
+
 def fold_between(
     family: Family,
     before: ArcStep,
@@ -263,7 +277,10 @@ def fold_between(
     turning: Callable[[Solution, Tangent], float],
     tolerance: float,
 ) -> Place:
-    """The point between two at which the path turns back."""
+    """The point between two at which the path turns back.
+
+    Where it is not found the further of the two stands for it, not converged.
+    """
     values = tuple(turning(step.solution, step.tangent) for step in (before, after))
     found = locate(family, before, after, turning, (values[0], values[1]), tolerance)
     if found is not None:
@@ -272,16 +289,21 @@ def fold_between(
         (before, after),
         key=lambda step: np.sign(before.rate) * step.solution.parameter,
     )
-    return Place(outer.solution, 0.0, True, True)
+    return Place(replace(outer.solution, converged=False), 0.0, True)
 
 
 def land(family: Family, a: Solution, b: Solution, end: float, tolerance: float) -> Place | None:
-    """The point of the path at its end, between two of its points."""
+    """The point of the path at its end, between two of its points.
+
+    None where what is found lies aside, by more than a path may bend between two points.
+    """
     share = (end - a.parameter) / (b.parameter - a.parameter)
     held = fixed(family.at(end), family.law(end))
+    chord = np.linalg.norm(b.w - a.w) + APART * np.linalg.norm(b.w)
     for start in (a.w + share * (b.w - a.w), b.w, a.w):
         found = solve(held, start, 0.0, tolerance=tolerance)
-        if found.converged:
+        way = np.linalg.norm(found.w - a.w) + np.linalg.norm(found.w - b.w)
+        if found.converged and way <= BEND * chord:
             found = replace(found, omega=end, parameter=end)
             tangent = tangent_at(family, found)
             return Place(found, tangent.orientation if tangent else 0.0)

@@ -12,6 +12,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from vanelock.common.arrays import as_array
 from vanelock.common.errors import InputError
 from vanelock.nonlinear.balance.balance import Balance, Structure
 from vanelock.nonlinear.balance.receptance_tables import Tabulated
@@ -168,7 +169,7 @@ def checked_values(values: ArrayLike) -> Floats:
     InputError
         If they are no list of numbers.
     """
-    given = np.atleast_1d(np.asarray(values, float))
+    given = np.atleast_1d(as_array(values, "values"))
     if given.ndim != 1:
         raise InputError(f"values: given shape {given.shape}: needs a list")
     return given

@@ -31,6 +31,8 @@ CONDITION = 1e-8
 FINE = 1e-13
 """Residual that a solution should have for its slope to be that exact."""
 LIMIT = 25
+LOWER = 1e-6
+"""How much lower, relatively, than its neighbours on the path a peak may be found."""
 FALL = 1.0
 """Change of ln A between two frequencies beyond which they are not taken for one branch."""
 
@@ -192,17 +194,19 @@ class Resonance:
             distance = here.slope * width / here.amplitude
             if abs(distance) < self.condition and bend < 0:
                 return _peak(here, bend, abs(distance), known, False)
-            low = max((r.solution.omega for r in known if r.slope > 0), default=None)
-            high = min((r.solution.omega for r in known if r.slope < 0), default=None)
+            rising = max((r for r in known if r.slope > 0), key=_omega, default=None)
+            falling = min((r for r in known if r.slope < 0), key=_omega, default=None)
             step = -here.slope / (here.amplitude * bend) if bend < 0 else np.sign(distance) * width
             omega = here.solution.omega + float(np.clip(step, -2 * width, 2 * width))
-            if low is not None and high is not None:
+            if rising is not None and falling is not None:
+                low, high = _omega(rising), _omega(falling)
                 if not 0 < high - low:
                     return None  # two maxima with a minimum between them
                 if high - low < max(1e-13 * high, self.condition**2 * width):
-                    if abs(np.log(here.amplitude / before.amplitude)) > 1e-6:
+                    if abs(np.log(rising.amplitude / falling.amplitude)) > LOWER:
                         return None  # not a kink but a fold
-                    return _peak(here, bend, abs(distance), known, True)
+                    best = max(rising, falling, key=lambda each: each.amplitude)
+                    return _peak(best, bend, abs(distance), known, True)
                 slow = len(known) > 8 and len(known) % 2
                 if slow or not low < omega < high:
                     omega = 0.5 * (low + high)
@@ -217,32 +221,42 @@ class Resonance:
         return None
 
     def _climb(self, first: Reading, bend: float) -> PeakPoint | None:
-        """The peak uphill of a reading along the path of solutions, folds or not."""
+        """The peak uphill of a reading along the path of solutions, folds or not.
+
+        The path climbs as long as dA/ds = dA/dω · dω/ds > 0.
+        """
         width = 1 / np.sqrt(abs(bend))
         target = first.solution.omega + float(np.sign(first.slope)) * 8 * width
         begun = replace(first.solution, parameter=first.solution.omega)
-        spent, before, last = 0, None, 0.0
+        spent, before, last, course = 0, None, 0.0, 0.0
 
         def rise(solution: Solution, tangent: Tangent) -> float:
-            """DA/ds but for a positive factor; s goes with the sign of det P."""
+            """DA/ds but for a positive factor; s goes with the sign of det P on this course."""
             size = np.hypot(np.linalg.norm(tangent.z) * scale, 1.0)
-            return float(tangent.orientation * self.measure(solution, tangent)[1] / size)
+            return float(course * tangent.orientation * self.measure(solution, tangent)[1] / size)
 
-        scale = width / max(np.abs(first.solution.u).max(), np.finfo(float).tiny)
+        scale = width / max(np.abs(first.solution.u).max(initial=0.0), np.finfo(float).tiny)
         for count, step in enumerate(path(self.family, begun, target, 0.2)):
             spent += step.solution.iterations
+            turned = course
+            course = float(np.sign(step.rate) * step.tangent.orientation)
             now = rise(step.solution, step.tangent)
-            if before is not None and now * last <= 0:
+            if before is not None and now <= 0:
                 break
             before, last = step, now
             if count > 4 * LIMIT:
                 return None
         else:
             return None
+        if not last > 0 or course != turned:
+            return None  # it never rose, or crossed another branch where it ceased to
         found = locate(self.family, before, step, rise, (last, now), self.tolerance)
         if found is None:
             return None
         amplitude, slope = self.measure(found.solution, found.tangent)
+        ends = [self.measure(end.solution, end.tangent)[0] for end in (before, step)]
+        if amplitude < (1 - LOWER) * max(ends):
+            return None
         for end in (before, step):  # a kink is no maximum as seen from its own side
             span = end.solution.omega - found.solution.omega
             beside = self.measure(end.solution, end.tangent)[1]
@@ -260,6 +274,9 @@ def _peak(
     here: Reading, bend: float, distance: float, known: list[Reading], sharp: bool
 ) -> PeakPoint:
     spent = sum(reading.solution.iterations for reading in known)
-    best = max(known[-2:], key=lambda each: each.amplitude) if sharp else here
-    total = replace(best.solution, iterations=spent)
-    return PeakPoint(total, best.amplitude, bend, distance, len(known), sharp)
+    total = replace(here.solution, iterations=spent)
+    return PeakPoint(total, here.amplitude, bend, distance, len(known), sharp)
+
+
+def _omega(reading: Reading) -> float:
+    return reading.solution.omega

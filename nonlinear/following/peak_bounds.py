@@ -14,6 +14,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from vanelock.common.arrays import as_whole
 from vanelock.common.errors import InputError
 from vanelock.common.product import Product
 from vanelock.nonlinear.balance.stuck_modes import StuckModes
@@ -57,9 +58,11 @@ class PeakBounds(Product):
     found_by : tuple of str
         How each was found: "assembled at zero", "load", "gradient" or "random".
     stationary : (3,) bool
-        Whether a linear programme along the gradient led no further from there.
+        Whether a linear programme along the gradient led no further from there; of the middle one
+        it is asked only where it is an end.
     converged : (3,) bool
-        Whether each peak's balance and extremum condition are solved, or the peak is sharp.
+        Whether the state at rest, the balance and the extremum condition of each are solved; a
+        sharp peak has no such condition.
     drawn : (d,) float
         Peaks at random places, m.
     solved : int
@@ -112,7 +115,8 @@ def peak_bounds(
     near : (float, float)
         Range of frequencies in which the peak is looked for, Hz.
     options : Options
-        Coupled, with orthogonal friction and one harmonic at least.
+        Coupled, with orthogonal friction and one harmonic at least; their direction is that in
+        which sweeps pass frequencies.
     output : (str, int), optional
         Name of the output node and direction, 0 to 2; by default those of the largest amplitude.
     joints : str, sequence of str or (c,) bool
@@ -138,8 +142,9 @@ def peak_bounds(
     InputError
         As of `frequency_response` and `static_bounds`, or if no peak lies in the range.
     """
-    if starts < 0:
-        raise InputError(f"starts: given {starts}: must be >= 0")
+    for name, given in (("starts", starts), ("seed", seed)):
+        if as_whole(given, name) < 0:
+            raise InputError(f"{name}: given {given}: must be >= 0")
     if not tolerance > 0:
         raise InputError(f"tolerance: given {tolerance}: must be > 0")
     if options.coupling != "coupled" or options.samples is not None:
@@ -149,7 +154,9 @@ def peak_bounds(
     at_zero = states.system
     component = named_component(at_zero.output_names, output)
     ready = options.prepare(at_zero, hertz, 1000, states.modes, replaying(journal, PeakPoint))
-    search = Search(ready, states, tuple(TURN * hertz), component, Tally(progress))
+    low, high = TURN * hertz
+    passed = (high, low) if options.direction == "down" else (low, high)
+    search = Search(ready, states, passed, component, Tally(progress))
     return _collected(search.extremes(starts, tolerance, np.random.default_rng(seed)))
 
 
@@ -159,7 +166,9 @@ def _collected(ends: Ends) -> PeakBounds:
     states, system = search.states, search.states.system
     joints = tuple(dict.fromkeys(system.contacts.joints))
     masks = np.array([system.contacts.of(joint) for joint in joints])
-    rest = np.array([states.solved(place.slider).force[0, 0, :, 0].real for place in places])
+    at_rest = [states.solved(place.slider) for place in places]
+    rest = np.array([state.force[0, 0, :, 0].real for state in at_rest])
+    known = np.array([state.converged.all() for state in (states.nominal, *at_rest)])
     responses = [search.at(place.slider).response([place.peak.solution]) for place in places]
     response = joined(responses, system.contacts.mu)[0]
     distance = np.array([place.peak.distance for place in places])
@@ -177,7 +186,7 @@ def _collected(ends: Ends) -> PeakBounds:
         mean_load=response.force[:, 0, :, 0].real @ masks.T,
         found_by=tuple(place.found_by for place in places),
         stationary=np.array([place.stationary for place in places]),
-        converged=response.converged & ((distance < CONDITION) | sharp),
+        converged=known[0] & known[1:] & response.converged & ((distance < CONDITION) | sharp),
         drawn=np.array(ends.drawn),
         solved=search.tally.solved,
         response=response,

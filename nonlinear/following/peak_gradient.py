@@ -22,8 +22,11 @@ from vanelock.nonlinear.newton.newton import Solution, active_rows
 Floats = NDArray[np.float64]
 
 
-def slider_gradient(resonance: Resonance, solution: Solution) -> Floats:
-    """dA/ds of the amplitude at a peak, (c, 3); that of the normal direction is zero."""
+def slider_gradient(resonance: Resonance, solution: Solution) -> Floats | None:
+    """dA/ds of the amplitude at a peak, (c, 3); that of the normal direction is zero.
+
+    None where P is singular.
+    """
     count, _, m = solution.w.shape
     rows = active_rows(solution.w, solution.deviation)
     rows = rows[solution.deviation.state[rows // (3 * m)] != STUCK]
@@ -31,7 +34,10 @@ def slider_gradient(resonance: Resonance, solution: Solution) -> Floats:
         return np.zeros((count, 3))
     balance = resonance.family.at(solution.omega)
     form = _amplitude_by_w(resonance, solution).reshape(-1)
-    y = np.linalg.solve(newton_matrix(balance, solution.deviation, rows).T, form[rows])
+    try:
+        y = np.linalg.solve(newton_matrix(balance, solution.deviation, rows).T, form[rows])
+    except np.linalg.LinAlgError:
+        return None
     slopes = solution.deviation.jacobian.reshape(-1, 3, m)[rows, :, 0]  # by the mean of u
     by_mean = np.zeros((count, 3))
     np.add.at(by_mean, rows // (3 * m), y[:, None] * slopes)

@@ -13,7 +13,13 @@ from vanelock.common.product import Product
 from vanelock.nonlinear.following.parameter_response import joined
 from vanelock.nonlinear.following.parameters import Joint, checked_parameter, checked_values
 from vanelock.nonlinear.following.peak import CONDITION, PeakPoint
-from vanelock.nonlinear.following.peak_tracking import Mark, PeakTrack, named_component
+from vanelock.nonlinear.following.peak_tracking import (
+    FINEST,
+    LONGEST,
+    Mark,
+    PeakTrack,
+    named_component,
+)
 from vanelock.nonlinear.forced_response.frequencies import checked_range
 from vanelock.nonlinear.forced_response.options import Options
 from vanelock.nonlinear.forced_response.replay import Journal, replaying
@@ -113,7 +119,8 @@ def peak_response(
     followed, by its extremum condition dA/dω = 0, as long as it exists. Where it ends, and at the
     last value, another sweep looks for a higher one, which is then followed backwards; the higher
     one is reported, the other one named as its rival. A rival that is higher in between alone goes
-    unnoticed.
+    unnoticed. A value at which no peak lies in the range gives its largest amplitude, not
+    converged.
 
     Samples of the contact law leave kinks in the curve, and peaks that are sharp: they are as exact
     as the law is, with isotropic friction to some 5e-4 on 256 samples and 1e-5 on 1024.
@@ -189,17 +196,21 @@ def traced(
     tracks = [{values[0]: first}]
     report = Report(progress, values, is_range)
     report(first)
-    forward(ridge, tracks, values, is_range, report)
-    passed = sorted({value for track in tracks for value in track}, reverse=values[0] < values[-1])
-    if not is_range:
-        passed = values[::-1]
-    last = passed[0]
+    if is_range:
+        over_range(ridge, tracks, values[-1], report)
+    else:
+        through(ridge, tracks, values[1:], report)
+    *before, last = passed(tracks)
     again = ridge.highest(last, ridge.sweep(last))
-    if again is not None and last in tracks[-1]:
-        if again.amplitude > (1 + HIGHER) * tracks[-1][last].peak.amplitude:
-            tracks.append({last: Mark(ridge.varied.coordinate(last), last, again)})
-            backward(ridge, tracks[-1], passed[1:])
+    if again is not None and again.amplitude > (1 + HIGHER) * tracks[-1][last].peak.amplitude:
+        tracks.append({last: Mark(ridge.varied.coordinate(last), last, again)})
+        backward(ridge, tracks[-1], before[::-1])
     return tracks, ridge
+
+
+def passed(tracks: Sequence[dict[float, Mark]]) -> list[float]:
+    """Values in the order in which they were passed."""
+    return list(dict.fromkeys(value for track in tracks for value in track))
 
 
 @dataclass
@@ -222,38 +233,60 @@ class Report:
         self.progress(self.done, expected, mark.value, mark.peak.amplitude)
 
 
-def forward(
-    ridge: PeakTrack,
-    tracks: list[dict[float, Mark]],
-    values: list[float],
-    is_range: bool,
-    report: Report,
+def over_range(
+    ridge: PeakTrack, tracks: list[dict[float, Mark]], end: float, report: Report
 ) -> None:
-    """Follow the peak through all values; where it is lost, the highest one there is."""
-    if is_range:
-        (first,) = tracks[0].values()
-        for mark in ridge.explore(first, values[-1]):
+    """Follow the peak to the end of a range; where it is lost, on from the highest beyond."""
+    begun: Mark | None
+    (begun,) = tracks[0].values()
+    place, last, step = begun.place, ridge.varied.coordinate(end), FINEST
+    while place != last:
+        for mark in ridge.explore(begun, end) if begun else ():
             tracks[-1][mark.value] = mark
             report(mark)
-        values = values[-1:]
+            place, step = mark.place, FINEST
+        if place == last:
+            return
+        step = min(2 * step, LONGEST)
+        left = last - place
+        place += float(np.copysign(min(step * ridge.span, abs(left)), left))
+        value = end if abs(last - place) < 1e-12 * ridge.span else ridge.value(place)
+        place = ridge.varied.coordinate(value)
+        begun = restarted(ridge, tracks, value, report)
+
+
+def through(
+    ridge: PeakTrack, tracks: list[dict[float, Mark]], values: Sequence[float], report: Report
+) -> None:
+    """Follow the peak through values; where it is lost, the highest one there is."""
     known = list(tracks[-1].values())
     for value in values:
-        if value in tracks[-1]:
-            continue
         found = ridge.follow(known[-3:], value) if known else []
         if found:
             tracks[-1][value] = counted(found)
             known.extend(found)
             report(tracks[-1][value])
-            continue
-        swept = ridge.sweep(value)
-        peak = ridge.highest(value, swept) or ridge.unresolved(value, swept)
-        mark = Mark(ridge.varied.coordinate(value), value, peak)
-        earlier = [each for each in (*tracks[-1],) if each != value]
-        tracks.append({value: mark})
-        report(mark)
-        backward(ridge, tracks[-1], earlier[::-1])
-        known = [mark]
+        else:
+            begun = restarted(ridge, tracks, value, report)
+            known = [begun] if begun else []
+
+
+def restarted(
+    ridge: PeakTrack, tracks: list[dict[float, Mark]], value: float, report: Report
+) -> Mark | None:
+    """The highest peak at a value, followed backwards.
+
+    None if no peak lies in the range; its largest amplitude stands for it.
+    """
+    swept, before = ridge.sweep(value), passed(tracks)
+    peak = ridge.highest(value, swept)
+    mark = Mark(ridge.varied.coordinate(value), value, peak or ridge.unresolved(value, swept))
+    tracks.append({value: mark})
+    report(mark)
+    if peak is None:
+        return None
+    backward(ridge, tracks[-1], before[::-1])
+    return mark
 
 
 def backward(ridge: PeakTrack, track: dict[float, Mark], values: Sequence[float]) -> None:

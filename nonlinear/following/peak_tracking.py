@@ -16,10 +16,14 @@ Floats = NDArray[np.float64]
 
 NEAR = 2.0
 """How many half-widths a peak may lie from where it was expected."""
+CLOSE = 0.05
+"""How much lower, relatively, than the highest solution of a sweep the parabola through another top
+may be for it to be refined too."""
 LOWER = 1e-4
 """How much lower, relatively, than the solution that it was refined from a peak may be."""
 FINEST = 1 / 2000
 """Shortest step, relative to the range of the parameter's coordinate."""
+LONGEST = 1 / 25
 
 
 @dataclass(frozen=True)
@@ -75,31 +79,42 @@ class PeakTrack:
         return ready.replay("peak", asked, lambda: find(omega, w, near.bend, near.solution.kept))
 
     def sweep(self, value: float) -> list[Solution]:
-        """Solutions over the range of frequencies, if any converged those."""
+        """Solutions over the range of frequencies; unless all are, without the unconverged ones."""
         explored = list(self.at(value).solver.explore(*self.range))
         return [solution for solution in explored if solution.converged] or explored
 
     def highest(self, value: float, swept: Sequence[Solution]) -> PeakPoint | None:
         """The highest peak among solutions by frequency; None if no maximum lies within.
 
-        If it cannot be refined, the highest solution stands for it.
+        Of several tops all are refined that may be the highest. One that cannot be stands for
+        itself.
         """
         assert self.component is not None
         size = self.amplitudes(value, swept)[:, *self.component]
-        tops = np.flatnonzero((size[1:-1] >= size[:-2]) & (size[1:-1] > size[2:])) + 1
-        if not len(tops):
+        omegas = np.array([solution.omega for solution in swept])
+        tops = []
+        for top in np.flatnonzero((size[1:-1] >= size[:-2]) & (size[1:-1] > size[2:])) + 1:
+            beside = slice(top - 1, top + 2)
+            a, b, _ = np.polyfit(omegas[beside] - omegas[top], size[beside], 2)
+            bend = min(2 * a / size[top], -((self.range[1] - self.range[0]) ** -2.0))
+            summit = size[top] - b**2 / (4 * a)
+            here = PeakPoint(swept[int(top)], float(size[top]), bend, np.inf, 0, False)
+            tops.append((summit, here))
+        if not tops:
             return None
-        top = int(tops[size[tops].argmax()])
-        omega = np.array([swept[i].omega for i in (top - 1, top, top + 1)]) - swept[top].omega
-        curvature = 2 * np.polyfit(omega, size[top - 1 : top + 2], 2)[0] / size[top]
-        bend = min(curvature, -((self.range[1] - self.range[0]) ** -2.0))
-        spent = sum(solution.iterations for solution in swept)
-        here = PeakPoint(swept[top], float(size[top]), bend, np.inf, 0, False)
-        refined = self._peak(value, swept[top].omega, here, swept[top].w)
-        lost = refined is None or refined.amplitude < (1 - LOWER) * here.amplitude
-        found = here if refined is None or lost else refined
-        total = replace(found.solution, iterations=spent + found.solution.iterations)
-        return replace(found, solution=total, readings=found.readings + len(swept))
+        enough = (1 - CLOSE) * max(here.amplitude for _, here in tops)
+        refined = [self._refined(value, here) for summit, here in tops if summit >= enough]
+        found = max(refined, key=lambda peak: peak.amplitude)
+        spent = sum(each.iterations for each in (*swept, *(peak.solution for peak in refined)))
+        readings = len(swept) + sum(peak.readings for peak in refined)
+        return replace(found, solution=replace(found.solution, iterations=spent), readings=readings)
+
+    def _refined(self, value: float, here: PeakPoint) -> PeakPoint:
+        """The peak at a solution, or that solution where it has none as high."""
+        found = self._peak(value, here.solution.omega, here, here.solution.w)
+        if found is None or found.amplitude < (1 - LOWER) * here.amplitude:
+            return replace(here, solution=replace(here.solution, iterations=0))
+        return found
 
     def unresolved(self, value: float, swept: Sequence[Solution]) -> PeakPoint:
         """The largest amplitude among solutions by frequency, where no peak lies within."""
@@ -185,7 +200,7 @@ class PeakTrack:
             yield mark
             marks = [*marks, mark][-3:]
             growth = float(np.clip(0.9 / np.sqrt(max(error, 1e-9)), 0.4, 1.7))
-            step = float(np.clip(step * growth, FINEST * self.span, self.span / 25))
+            step = float(np.clip(step * growth, FINEST * self.span, LONGEST * self.span))
 
 
 def expected(marks: Sequence[Mark], place: float) -> tuple[float, float, Floats]:
@@ -225,6 +240,8 @@ def named_component(names: Sequence[str], output: tuple[str, int] | None) -> tup
         raise InputError("system: it has no output nodes; a peak needs one")
     if output is None:
         return None
+    if isinstance(output, str) or len(output) != 2:
+        raise InputError(f"output: given {output!r}: needs (name, direction)")
     name, direction = output
     if name not in names:
         raise InputError(f"output: given {name!r}: allowed: {', '.join(names)}")

@@ -163,7 +163,10 @@ class Search:
             family = self.at(here.slider).solver.family
             assert self.component is not None
             resonance = Resonance(family, self.component, self.ready.options.tolerance)
-            gradient = sign * slider_gradient(resonance, here.peak.solution)
+            found = slider_gradient(resonance, here.peak.solution)
+            if found is None:
+                break
+            gradient = sign * found
             closed = self.states.closed_at(here.slider)
             uphill = partial(self.states.extreme, -gradient.reshape(-1), closed=closed)
             end = _found(uphill)
@@ -171,7 +174,7 @@ class Search:
                 break
             enough = tolerance * here.peak.amplitude
             if float(np.vdot(gradient[:, 1:], end - here.slider)) < enough:
-                return [*places, replace(top, stationary=True)]
+                return [*places, replace(top, stationary=_smooth(top.peak, ROUGH))]
             places += self.along(here, end, "gradient", sign)
             best = max(sign * each.peak.amplitude for each in places)
             if best - sign * here.peak.amplitude < enough:
@@ -215,8 +218,8 @@ class Search:
             raise InputError("near: no peak was found in it with sliders assembled at zero")
         search = replace(self, component=track.component)
         nominal = PlacedPeak(zero, self.tally(peak), ASSEMBLED)
-        known = replace(nominal, stationary=True)
         if not self.states.share.any() or not self.states.system.contacts.mu.any():
+            known = replace(nominal, stationary=True)
             return Ends(search, (known, known, known), [])
         ways = [way for way in search.starts(nominal, count, random) if way]
         drawn = [way[-1].peak.amplitude for way in ways if way[-1].found_by == "random"]
@@ -224,7 +227,7 @@ class Search:
         highs = search.end([nominal, *lows], ways, 1.0, tolerance)
         found = [*lows, *highs, nominal]  # a higher peak may be met in search of the least
         low, high = (choose(found, key=lambda each: each.peak.amplitude) for choose in (min, max))
-        return Ends(search, (low, known, high), drawn)
+        return Ends(search, (low, nominal, high), drawn)
 
     def end(
         self,
@@ -251,7 +254,8 @@ class Search:
                 break
             exact = self.exact(place)
             same = abs(exact.peak.amplitude / place.peak.amplitude - 1) < HIGHER
-            checked.append(replace(exact, stationary=same and place.stationary))
+            known_end = same and place.stationary and _smooth(exact.peak, CONDITION)
+            checked.append(replace(exact, stationary=known_end))
         return checked
 
 
@@ -280,6 +284,11 @@ def _found(end: Callable[[], Floats | None]) -> Floats | None:
         return end()
     except InputError:
         return None
+
+
+def _smooth(peak: PeakPoint, condition: float) -> bool:
+    """Whether the peak is one at which its gradient tells all changes."""
+    return not peak.sharp and peak.distance < condition
 
 
 def _summit(marks: Sequence[Mark]) -> float:

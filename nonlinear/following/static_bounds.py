@@ -32,7 +32,7 @@ class StaticBounds(Product):
     slider : (j, 3, c, 2) float
         Where the sliders were assembled for them, m; zeros where there is no such state.
     converged : (j, 3) bool
-        Whether each was found.
+        Whether each was found, and its state at rest and that with sliders at zero are solved.
     """
 
     joints: tuple[str, ...]
@@ -104,4 +104,5 @@ def _end(states: RestStates, mask: Bools, sign: float) -> tuple[Floats, float, b
         return states.zero, np.inf, True
     state = states.solved(slider) if sign else states.nominal
     load = state.force[0, 0, mask, 0].real.sum()
-    return slider, max(float(load), 0.0), bool(state.converged.all())
+    known = state.converged.all() and states.nominal.converged.all()
+    return slider, max(float(load), 0.0), bool(known)

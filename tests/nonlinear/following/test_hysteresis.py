@@ -21,6 +21,7 @@ from vanelock.nonlinear import (
     hysteresis,
 )
 from vanelock.nonlinear.fourier.trigonometric import TURN
+from vanelock.nonlinear.newton.newton import Solution, solve
 from vanelock.rom.system import Contacts, Diameter, Force
 
 Floats = NDArray[np.float64]
@@ -141,6 +142,33 @@ def test_branch_is_the_closed_form_with_both_folds(system: System) -> None:
     np.testing.assert_array_equal(np.unique(found.passed), [0, 1, 2])
     assert found.branch.state[0, 0] == OPEN
     assert found.branch.state[first, 0] == SLIP_OPEN
+
+
+@pytest.mark.parametrize("short", [1e-6, 1e-4, 1e-2])
+def test_a_fold_beyond_the_range_is_not_of_the_path(short: float) -> None:
+    (top, high), _ = closed_folds()
+    end = top * (1 - short)
+    found = hysteresis(gap_oscillator(), (LOW / TURN, end / TURN), Options(1))
+    assert found.complete
+    assert not len(found.fold)
+    assert TURN * found.branch.frequency[-1] == pytest.approx(end, rel=1e-14)
+    assert found.branch.frequency.argmax() == len(found.branch.frequency) - 1
+    last = found.branch.amplitude[-1, 0, 0]
+    assert np.nanmin(np.abs(frequencies_of(last) - end)) < 1e-7
+    assert not found.unstable.any()
+    assert short == 1e-2 or last > high  # between the tip and the fold
+
+
+def test_points_that_miss_the_tolerance_are_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    def missed(*given: Any, **options: Any) -> Solution:
+        return replace(solve(*given, **options), converged=False)
+
+    monkeypatch.setattr("vanelock.nonlinear.following.hysteresis.solve", missed)
+    with pytest.warns(RuntimeWarning, match="no solution was found at the highest frequency"):
+        found = hysteresis(gap_oscillator(), (LOW / TURN, HIGH / TURN), Options(1))
+    rough = ~found.branch.converged
+    assert rough.sum() > 3
+    assert not found.complete
 
 
 def test_sweeps_differ_between_the_folds_alone() -> None:

@@ -1,7 +1,7 @@
 """Peaks followed along a parameter, against closed forms and dense sweeps of frequency."""
 
-from collections.abc import Callable
-from dataclasses import replace
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -22,9 +22,12 @@ from vanelock.nonlinear import (
 from vanelock.nonlinear.balance.balance import structure
 from vanelock.nonlinear.contact.law import contact_law
 from vanelock.nonlinear.continuation.families import Frequencies
-from vanelock.nonlinear.following.peak import Resonance
+from vanelock.nonlinear.following.parameters import Parameter
+from vanelock.nonlinear.following.peak import PeakPoint, Resonance
+from vanelock.nonlinear.following.peak_response import chosen, traced
+from vanelock.nonlinear.following.peak_tracking import Mark, PeakTrack
 from vanelock.nonlinear.fourier.trigonometric import TURN
-from vanelock.nonlinear.newton.newton import solve
+from vanelock.nonlinear.newton.newton import Solution, solve
 from vanelock.rom.system import Contacts, Diameter, Force
 
 Floats = NDArray[np.float64]
@@ -147,6 +150,75 @@ def test_friction_that_damps_most_is_the_one_known(name: str, factor: float) -> 
     assert 0.9 < found.amplitude[best] / (np.pi / KT) < 1.0  # the damper helps a little
 
 
+@dataclass(frozen=True)
+class _Drawn(PeakTrack):
+    """Two peaks by the place of a parameter, one of amplitude 1 up to 0.4, one of 2 from 0.6 on.
+
+    The second goes on below 0.6 to `since` where it is followed.
+    """
+
+    since: float = 0.3
+
+    def _made(self, place: float, omega: float, amplitude: float) -> PeakPoint:
+        found = solution_at(omega)
+        return PeakPoint(found, amplitude, -1.0, 0.0, 1, False)
+
+    def step(self, marks: Sequence[Mark], place: float, value: float) -> Mark | None:
+        first = marks[-1].peak.amplitude == 1.0
+        if place > 0.4 if first else place < self.since:
+            return None
+        made = self._made(place, 10.0, 1.0) if first else self._made(place, 20.0, 2.0)
+        return Mark(place, value, made)
+
+    def sweep(self, value: float) -> list[Solution]:
+        return [solution_at(5.0), solution_at(6.0)]
+
+    def amplitudes(self, value: float, swept: Sequence[Solution]) -> Floats:
+        return np.full((len(swept), 1, 3), 0.5)
+
+    def highest(self, value: float, swept: Sequence[Solution]) -> PeakPoint | None:
+        if 0.4 < value < 0.6:
+            return None
+        return self._made(value, 10.0, 1.0) if value <= 0.4 else self._made(value, 20.0, 2.0)
+
+
+def solution_at(omega: float) -> Solution:
+    family = Frequencies(structure(jenkins(), 1), contact_law(jenkins().contacts, 1))
+    return replace(solve(family, np.zeros((1, 3, 3)), 1.0), omega=omega, parameter=omega)
+
+
+def drawn_peaks(values: list[float], is_range: bool, since: float) -> dict[float, float]:
+    """Amplitude by value; nan where the point is told not converged."""
+    varied = Parameter("interference", np.ones(1, bool), False)
+    ready = Options(1).prepare(jenkins(), (0.1, 0.3), 10)
+    ridge = _Drawn(lambda value: ready, varied, (1.0, 30.0), (0, 1), 1.0, since=since)
+    tracks, _ = traced(ridge, values, is_range, None)
+    best, _ = chosen(tracks)
+    return {mark.value: mark.peak.amplitude if mark.peak.distance < 1 else np.nan for mark in best}
+
+
+@pytest.mark.parametrize("is_range", [False, True])
+def test_values_without_a_peak_are_told_and_those_beyond_have_theirs(is_range: bool) -> None:
+    values = [0.0, 1.0] if is_range else np.linspace(0, 1, 21).tolist()
+    found = drawn_peaks(values, is_range, since=0.6)
+    place, amplitude = np.array(list(found.items())).T
+    assert np.all(np.diff(place) > 0)
+    assert np.diff(place).max() < 0.09  # the curve is sampled wherever it is lost, too
+    assert np.all(amplitude[place <= 0.4] == 1.0)
+    assert np.all(np.isnan(amplitude[(place > 0.4) & (place < 0.59)]))
+    assert np.all(amplitude[place > 0.65] == 2.0)
+
+
+@pytest.mark.parametrize("is_range", [False, True])
+def test_a_higher_peak_met_further_on_is_followed_back_to_where_it_begins(is_range: bool) -> None:
+    values = [0.0, 1.0] if is_range else np.linspace(0, 1, 21).tolist()
+    found = drawn_peaks(values, is_range, since=0.2)
+    place, amplitude = np.array(list(found.items())).T
+    assert np.all(amplitude[place < 0.2] == 1.0)
+    assert np.all(amplitude[(place > 0.2) & (place <= 0.4)] == 2.0)
+    assert np.all(amplitude[place > 0.65] == 2.0)
+
+
 def unbalanced(random_system: Make, seed: int) -> System:
     """A random system, well preloaded, on a rotating unbalance."""
     system = random_system(seed, preload=10.0, damping_ratio=0.01)
@@ -245,6 +317,8 @@ def test_peaks_survive_a_file(tmp_path: Path) -> None:
         ({"options": Options(0)}, "harmonics: given 0"),
         ({"output": ("tip", 0)}, "output: given 'tip': allowed: mass"),
         ({"output": ("mass", 3)}, "output: given direction 3"),
+        ({"output": "tip"}, "output: given 'tip': needs .name, direction."),
+        ({"values": ["a"]}, "values: given .*: needs an array of numbers"),
     ],
 )
 def test_impossible_arguments_are_refused(options: dict[str, object], message: str) -> None:

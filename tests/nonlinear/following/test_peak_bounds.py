@@ -22,6 +22,9 @@ from vanelock.nonlinear import (
 )
 from vanelock.nonlinear.following.peak import Resonance
 from vanelock.nonlinear.following.peak_gradient import slider_gradient
+from vanelock.nonlinear.following.rest_states import RestStates
+from vanelock.nonlinear.following.slider_search import PlacedPeak, Search
+from vanelock.nonlinear.forced_response.frequency_sweep import PointSolver
 from vanelock.rom.system import Contacts, Diameter, Force, System
 
 NEAR = (0.1, 0.3)
@@ -138,6 +141,7 @@ def test_the_gradient_is_that_of_differences(harmonics: int) -> None:
     resonance, at = peak(here)
     assert not at.solution.w[1:].any()  # the clamps hold where they were assembled
     gradient = slider_gradient(resonance, at.solution)
+    assert gradient is not None
     assert not gradient[:, 0].any()
     step = 1e-4
     for contact in range(3):
@@ -188,6 +192,48 @@ def test_the_largest_peak_is_the_largest_that_any_search_has_met(seed: int) -> N
     assert least < 0.99 * largest
 
 
+def test_sweeps_pass_frequencies_as_the_options_say(monkeypatch: pytest.MonkeyPatch) -> None:
+    passed, explore = [], PointSolver.explore
+
+    def recorded(solver: PointSolver, *ends: float) -> Any:
+        passed.append(ends)
+        return explore(solver, *ends)
+
+    monkeypatch.setattr(PointSolver, "explore", recorded)
+    found = peak_bounds(held_pad(1.0), NEAR, Options(1, direction="down"), share=0.0)
+    assert found.converged.all()
+    assert passed
+    assert all(begin > end for begin, end in passed)
+
+
+def test_a_state_at_rest_that_is_not_solved_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    solved = RestStates.solved
+
+    def missed(states: RestStates, slider: np.ndarray) -> Any:
+        found = solved(states, slider)
+        return replace(found, converged=np.zeros_like(found.converged))
+
+    monkeypatch.setattr(RestStates, "solved", missed)
+    assert not peak_bounds(held_pad(1.0), NEAR, Options(1), share=0.0).converged.any()
+    loads = static_bounds(held_pad(1.0), "pad")
+    assert loads.converged.tolist() == [[False, True, False]]
+
+
+@pytest.mark.parametrize(("sharp", "distance"), [(True, 0.0), (False, np.inf)])
+def test_an_end_is_stationary_where_its_gradient_tells_all_changes_alone(
+    monkeypatch: pytest.MonkeyPatch, sharp: bool, distance: float
+) -> None:
+    exact = Search.exact
+
+    def rough(search: Search, place: PlacedPeak) -> PlacedPeak:
+        found = exact(search, place)
+        return replace(found, peak=replace(found.peak, sharp=sharp, distance=distance))
+
+    assert peak_bounds(held_pad(1.0), NEAR, Options(1)).stationary[[0, 2]].any()
+    monkeypatch.setattr(Search, "exact", rough)
+    assert not peak_bounds(held_pad(1.0), NEAR, Options(1)).stationary.any()
+
+
 def highest_of(system: System) -> float:
     """The highest amplitude of a fine sweep, m."""
     response = frequency_response(system, NEAR, Options(1), find_jumps=False)
@@ -205,6 +251,8 @@ def highest_of(system: System) -> float:
         ({"options": Options(1, coupling="uncoupled")}, "bounds are of coupled balances"),
         ({"options": Options(0)}, "harmonics: given 0"),
         ({"starts": -1}, "starts: given -1"),
+        ({"starts": 2.5}, "starts: given 2.5: needs a whole number"),
+        ({"seed": -1}, "seed: given -1: must be >= 0"),
         ({"tolerance": 0.0}, "tolerance: given 0.0"),
     ],
 )
