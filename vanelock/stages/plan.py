@@ -21,12 +21,18 @@ from vanelock.stages.accuracy.mesh_errors import MeshErrors, mesh_errors_step
 from vanelock.stages.matrices import steps as of_matrices
 from vanelock.stages.matrices.gather import gathered
 from vanelock.stages.parts.adaptive import adaptive_step
-from vanelock.stages.parts.bare import is_loaded, linear_system_step, without_load
-from vanelock.stages.parts.components import PARTS, diameters, reference_step, rom_step, system_step
-from vanelock.stages.parts.diameters import casing_step, diameter_of, united_step
+from vanelock.stages.parts.components import PARTS, diameters, reference_step, rom_step
+from vanelock.stages.parts.diameters import casing_step, diameter_of
 from vanelock.stages.parts.gauges import Gauges, gauges_step
 from vanelock.stages.parts.meshes import mesh_step
 from vanelock.stages.parts.nodal_diameters import linear_steps
+from vanelock.stages.parts.systems import (
+    is_loaded,
+    system_step,
+    united_step,
+    without_friction,
+    without_load,
+)
 from vanelock.stages.response.limits import Limits
 from vanelock.stages.response.responses import (
     LIMITS,
@@ -219,7 +225,7 @@ def fixed(case: Case, wanted: Iterable[int], progress: Progress) -> Planned:
     """Steps of a case without an accuracy, its casing reduced at the `wanted` diameters."""
     study = case.study
     rom = {part: rom_step(study, part, wanted) for part in PARTS}
-    system, base = system_step(study, **rom), linear_system_step(study, **rom)
+    system, base = system_step(study, **rom), system_step(without_friction(study), **rom)
     modes = limits_step(study.response.mode, base, tuple(rom.values()))
     still = system_step(without_load(study), **rom) if is_loaded(study) else base
     planned = _planned(case, rom, system, base, still, modes, progress)

@@ -18,8 +18,8 @@ from vanelock.rom.errors.unreduced_sector import unreduced
 from vanelock.rom.joining.merging import merged
 from vanelock.rom.joining.pairs import key_tie
 from vanelock.rom.masters import everything
-from vanelock.stages.parts.bare import without_friction
-from vanelock.stages.parts.components import joints, reduced_step, reference_step
+from vanelock.stages.parts.components import reduced_step, reference_step
+from vanelock.stages.parts.systems import joints, without_friction
 from vanelock.stages.plan import fixed
 from vanelock.stages.response.limits import frequencies, limits
 

@@ -19,8 +19,8 @@ from vanelock.input.schema.study import Study
 from vanelock.nonlinear import Response, System
 from vanelock.rom import Component
 from vanelock.rom.system import common_band
-from vanelock.stages.parts.components import joining
 from vanelock.stages.parts.gauges import Gauges
+from vanelock.stages.parts.systems import joining
 from vanelock.stages.response.monitor import Monitor
 
 Floats = NDArray[np.float64]

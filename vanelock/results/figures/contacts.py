@@ -13,7 +13,8 @@ from vanelock.report import Picture
 from vanelock.results.figures.preload import numbers
 from vanelock.rom.joining.elements import properties
 from vanelock.rom.joining.pairs import contact_pairs
-from vanelock.stages.parts.components import PARTS, joints
+from vanelock.stages.parts.components import PARTS
+from vanelock.stages.parts.systems import joints
 from vanelock.stages.plan import Planned
 
 Integers = NDArray[np.int64]

@@ -20,9 +20,9 @@ from vanelock.fem import Model
 from vanelock.input.schema.study import Study
 from vanelock.pipeline.step import Step, step
 from vanelock.rom import Component, System
-from vanelock.stages.parts.bare import without_friction
 from vanelock.stages.parts.components import PARTS, model_step, rom_step
-from vanelock.stages.parts.diameters import casing_step, diameter_of, joined_step, prepared_step
+from vanelock.stages.parts.diameters import casing_step, diameter_of, prepared_step
+from vanelock.stages.parts.systems import joined_step, without_friction
 from vanelock.stages.response.limits import Limits
 
 Floats = NDArray[np.float64]

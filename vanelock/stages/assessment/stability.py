@@ -20,8 +20,8 @@ from vanelock.pipeline.step import Step, step
 from vanelock.rom import System
 from vanelock.stages.assessment.bounds import Count, printed_peak
 from vanelock.stages.matrices import steps as of_matrices
-from vanelock.stages.parts.components import system_step
-from vanelock.stages.parts.diameters import casing_step, joined_step
+from vanelock.stages.parts.diameters import casing_step
+from vanelock.stages.parts.systems import joined_step, system_step
 from vanelock.stages.plan import Planned
 from vanelock.stages.response.solved import as_solved
 from vanelock.stages.response.summary import WaveVerdict

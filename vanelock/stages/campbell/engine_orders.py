@@ -18,8 +18,7 @@ from vanelock.input.schema.study import Study
 from vanelock.pipeline.step import Stages, Step, step
 from vanelock.rom import Component, System
 from vanelock.stages.campbell.speed_lines import Lines, at_diameter, casings, lines_step
-from vanelock.stages.parts.bare import without_friction
-from vanelock.stages.parts.components import Joining, joining
+from vanelock.stages.parts.systems import Joining, joining, without_friction
 from vanelock.stages.parts.temperature_speed import factors
 from vanelock.stages.parts.temperatures import modulus
 from vanelock.stages.plan import Planned

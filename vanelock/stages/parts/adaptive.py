@@ -15,8 +15,9 @@ from vanelock.pipeline.step import Step, step
 from vanelock.rom import System
 from vanelock.stages.accuracy.budget import Budget
 from vanelock.stages.accuracy.mesh_errors import MeshErrors
-from vanelock.stages.parts.diameters import casing_step, united_step
+from vanelock.stages.parts.diameters import casing_step
 from vanelock.stages.parts.nodal_diameters import LinearSteps
+from vanelock.stages.parts.systems import united_step
 from vanelock.stages.response.limits import frequencies
 from vanelock.stages.response.monitor import monitor
 from vanelock.stages.response.responses import Progress, frequency_keys

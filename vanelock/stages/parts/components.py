@@ -1,4 +1,4 @@
-"""The stages of a study, each a step from the products before it to its own.
+"""Models and reduced parts of a study, each a step from the products before it to its own.
 
 A step's key is the hash of the study's keys that it reads, of its upstream steps' keys and of the
 code behind it.
@@ -6,7 +6,7 @@ code behind it.
 
 from collections.abc import Iterable
 from functools import lru_cache
-from typing import Any, NamedTuple
+from typing import Any
 
 from vanelock import fem, rom
 from vanelock.common.cyclic import folded
@@ -17,7 +17,7 @@ from vanelock.input.schema.structure import Rom
 from vanelock.input.schema.study import Study
 from vanelock.mesh import Part
 from vanelock.pipeline.step import SHARED, Step, step
-from vanelock.rom import Component, Joint, System
+from vanelock.rom import Component
 from vanelock.stages.parts.meshes import mesh_step
 from vanelock.stages.parts.temperatures import modulus, reference
 
@@ -168,51 +168,3 @@ def diameters(cases: Iterable[Given]) -> tuple[int, ...]:
 def _waves(given: Given) -> int:
     """Harmonics with a nodal diameter of their own."""
     return given.response.harmonics if given.response.harmonic_diameters == "wave" else 1
-
-
-def joints(study: Study) -> tuple[Joint, ...]:
-    """The joints with contact elements."""
-    hook, interlock = study.joints.hook, study.joints.interlock
-    found = [Joint("hook", **hook.model_dump(exclude={"patch", "wear_coefficient"}))]
-    if interlock.enabled:
-        properties = interlock.model_dump(exclude={"enabled", "patch", "wear_coefficient"})
-        found.append(Joint("interlock", **properties))
-    return tuple(found)
-
-
-class Joining(NamedTuple):
-    """What makes a system of the reduced parts of a study."""
-
-    joints: tuple[Joint, ...]
-    excitation: rom.Excitation
-    damping: tuple[float, str]
-
-    def join(self, vane: Component, casing: Component) -> System:
-        """The system of a vane and a casing."""
-        ratio, joints = self.damping
-        return rom.join(vane, casing, self.joints, self.excitation, ratio, damping_joints=joints)
-
-
-def joining(study: Study) -> Joining:
-    """Joints, load and damping of a study."""
-    excitation = rom.Excitation(
-        engine_order=study.excitation.engine_order,
-        force=study.excitation.force_per_node,
-        unbalance=study.excitation.unbalance or 0.0,
-    )
-    return Joining(joints(study), excitation, (study.damping.ratio, study.damping.joints))
-
-
-def system_step(study: Study, vane: Step[Component], casing: Step[Component]) -> Step[System]:
-    """The system of a case; joining takes no time, so it is not kept."""
-    return _joined(joining(study), vane, casing)
-
-
-@lru_cache(maxsize=SHARED)
-def _joined(given: Joining, vane: Step[Component], casing: Step[Component]) -> Step[System]:
-    inputs = {
-        "joints": [vars(joint) for joint in given.joints],
-        "excitation": vars(given.excitation),
-        "damping": given.damping,
-    }
-    return step("system", "rom", inputs, System, (vane, casing), given.join, False, True)

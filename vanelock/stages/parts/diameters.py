@@ -4,7 +4,6 @@ Each nodal diameter is a step of its own; what all of them share, a factorisatio
 computed when the first of them is.
 """
 
-from collections.abc import Iterable
 from typing import Any
 
 from vanelock import rom
@@ -12,13 +11,12 @@ from vanelock.common.cyclic import folded
 from vanelock.fem import Model
 from vanelock.input.schema.study import Study
 from vanelock.pipeline.step import Step, step
-from vanelock.rom import Component, System
+from vanelock.rom import Component
 from vanelock.stages.parts.components import (
     averaged,
     masters,
     reference_step,
     rom_step,
-    system_step,
 )
 
 
@@ -42,20 +40,3 @@ def casing_step(study: Study, nodal_diameter: int) -> Step[Component]:
 def diameter_of(study: Study, harmonic: int) -> int:
     """Nodal diameter of a harmonic, 0 to N/2: k and N - k are one another's conjugates."""
     return folded(harmonic * study.excitation.engine_order, study.ring.sectors)
-
-
-def united_step(study: Study, harmonics: int) -> Step[System]:
-    """The system of a case that has the nodal diameters of harmonics 0 to `harmonics`."""
-    found = dict.fromkeys(diameter_of(study, h) for h in range(harmonics + 1))
-    return joined_step(study, found)
-
-
-def joined_step(study: Study, diameters: Iterable[int]) -> Step[System]:
-    """The system of a case at some nodal diameters, that of its load among them."""
-    vane = rom_step(study, "vane", ())
-    needs = tuple(system_step(study, vane, casing_step(study, k)) for k in sorted(diameters))
-
-    def compute(*systems: System) -> System:
-        return rom.united(systems)
-
-    return step("system", "rom", {}, System, needs, compute, False, True)

@@ -20,8 +20,8 @@ from vanelock.input.schema.temperature import PARTS
 from vanelock.pipeline.step import Stages
 from vanelock.rom import Component, System
 from vanelock.stages.campbell.frequencies import Meeting, ModesOverSpeed, grid
-from vanelock.stages.parts.bare import without_friction
-from vanelock.stages.parts.components import reduced_step, system_step
+from vanelock.stages.parts.components import reduced_step
+from vanelock.stages.parts.systems import system_step, without_friction
 from vanelock.stages.parts.temperatures import modulus, reference
 from vanelock.stages.plan import shared_diameters
 from vanelock.stages.response.limits import limits

@@ -11,7 +11,7 @@ from vanelock.commands.compare.comparison import compared
 from vanelock.commands.compare.load import load_run
 from vanelock.pipeline.cache import Cache
 from vanelock.pipeline.step import Stages
-from vanelock.stages.parts.diameters import joined_step
+from vanelock.stages.parts.systems import joined_step
 
 STUDY = """
 [mesh]

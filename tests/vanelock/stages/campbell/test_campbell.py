@@ -14,7 +14,7 @@ from vanelock.pipeline.progress import Done, Event, Notice
 from vanelock.stages.campbell.campbell import Campbell
 from vanelock.stages.campbell.engine_orders import joined_at
 from vanelock.stages.campbell.speed_lines import at_diameter
-from vanelock.stages.parts.components import joining
+from vanelock.stages.parts.systems import joining
 from vanelock.stages.response.limits import Limits
 
 pytestmark = pytest.mark.slow

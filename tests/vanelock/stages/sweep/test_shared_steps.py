@@ -13,7 +13,7 @@ from vanelock.pipeline.cache import Cache, key_of
 from vanelock.pipeline.executor.tasks import reachable
 from vanelock.pipeline.progress import silent
 from vanelock.pipeline.step import Stages
-from vanelock.stages.parts import bare, components, meshes
+from vanelock.stages.parts import components, meshes, systems
 from vanelock.stages.plan import fixed, plan, shared_diameters
 from vanelock.stages.response import responses
 from vanelock.stages.sweep.graph import bundle, jobs, steps_of
@@ -45,7 +45,7 @@ def names_of(planned):
 
 def forget():
     """All steps that cases share."""
-    for module in (meshes, components, responses):
+    for module in (meshes, components, systems, responses):
         for value in vars(module).values():
             if hasattr(value, "cache_clear"):
                 value.cache_clear()
@@ -64,8 +64,8 @@ def test_a_key_that_cases_share_is_made_once(monkeypatch):
         asked.append(study)
         return forced_without(study)
 
-    forced_without = bare.without_friction
-    monkeypatch.setattr(bare, "without_friction", without_friction)
+    forced_without = systems.without_friction
+    monkeypatch.setattr("vanelock.stages.plan.without_friction", without_friction)
     monkeypatch.setattr(step, "key_of", counted)
     forget()
     values = ", ".join(f"{0.1 + 0.01 * i:.2f}" for i in range(40))

@@ -1,0 +1,103 @@
+"""The systems that the reduced parts of a study are joined to, each a step.
+
+That of the response, and those without friction and preload or with the default load: the linear
+limits and the modes with all contacts stuck do not depend on what they leave out.
+"""
+
+from collections.abc import Iterable
+from functools import lru_cache
+from typing import NamedTuple
+
+from vanelock import rom
+from vanelock.input.schema.study import Study
+from vanelock.pipeline.step import SHARED, Step, step
+from vanelock.rom import Component, Joint, System
+from vanelock.stages.parts.components import rom_step
+from vanelock.stages.parts.diameters import casing_step, diameter_of
+
+
+def joints(study: Study) -> tuple[Joint, ...]:
+    """The joints with contact elements."""
+    hook, interlock = study.joints.hook, study.joints.interlock
+    found = [Joint("hook", **hook.model_dump(exclude={"patch", "wear_coefficient"}))]
+    if interlock.enabled:
+        properties = interlock.model_dump(exclude={"enabled", "patch", "wear_coefficient"})
+        found.append(Joint("interlock", **properties))
+    return tuple(found)
+
+
+class Joining(NamedTuple):
+    """What makes a system of the reduced parts of a study."""
+
+    joints: tuple[Joint, ...]
+    excitation: rom.Excitation
+    damping: tuple[float, str]
+
+    def join(self, vane: Component, casing: Component) -> System:
+        """The system of a vane and a casing."""
+        ratio, joints = self.damping
+        return rom.join(vane, casing, self.joints, self.excitation, ratio, damping_joints=joints)
+
+
+def joining(study: Study) -> Joining:
+    """Joints, load and damping of a study."""
+    excitation = rom.Excitation(
+        engine_order=study.excitation.engine_order,
+        force=study.excitation.force_per_node,
+        unbalance=study.excitation.unbalance or 0.0,
+    )
+    return Joining(joints(study), excitation, (study.damping.ratio, study.damping.joints))
+
+
+def system_step(study: Study, vane: Step[Component], casing: Step[Component]) -> Step[System]:
+    """The system of a case; joining takes no time, so it is not kept."""
+    return _joined(joining(study), vane, casing)
+
+
+@lru_cache(maxsize=SHARED)
+def _joined(given: Joining, vane: Step[Component], casing: Step[Component]) -> Step[System]:
+    inputs = {
+        "joints": [vars(joint) for joint in given.joints],
+        "excitation": vars(given.excitation),
+        "damping": given.damping,
+    }
+    return step("system", "rom", inputs, System, (vane, casing), given.join, False, True)
+
+
+def united_step(study: Study, harmonics: int) -> Step[System]:
+    """The system of a case that has the nodal diameters of harmonics 0 to `harmonics`."""
+    found = dict.fromkeys(diameter_of(study, h) for h in range(harmonics + 1))
+    return joined_step(study, found)
+
+
+def joined_step(study: Study, diameters: Iterable[int]) -> Step[System]:
+    """The system of a case at some nodal diameters, that of its load among them."""
+    vane = rom_step(study, "vane", ())
+    needs = tuple(system_step(study, vane, casing_step(study, k)) for k in sorted(diameters))
+
+    def compute(*systems: System) -> System:
+        return rom.united(systems)
+
+    return step("system", "rom", {}, System, needs, compute, False, True)
+
+
+def without_friction(study: Study) -> Study:
+    """The study of the linear limits: no friction, no interference."""
+    joints = study.joints.model_copy(
+        update={
+            name: getattr(study.joints, name).model_copy(update={"mu": 0.0, "interference": 0.0})
+            for name in ("hook", "interlock")
+        }
+    )
+    return study.model_copy(update={"joints": joints})
+
+
+def without_load(study: Study) -> Study:
+    """The study of the modes with all contacts stuck: no friction, and the default load."""
+    load = study.excitation.model_copy(update={"force": None, "unbalance": None})
+    return without_friction(study).model_copy(update={"excitation": load})
+
+
+def is_loaded(study: Study) -> bool:
+    """Whether a study has another load than the default one."""
+    return (study.excitation.force, study.excitation.unbalance) != (None, None)
