@@ -13,6 +13,8 @@ _modules = {
     "linear_modes": "joining.linear_modes",
     "linear_stiffness": "joining.linear_modes",
     "mac": "joining.linear_modes",
+    "MeshExcess": "joining.mesh_excess",
+    "modal_excess": "joining.mesh_excess",
     "recovery": "full_fields.recover",
     "prepare": "reduction",
     "reduce": "reduction",

@@ -1,6 +1,6 @@
 """From reduced coordinates back to the displacement, strain and stress of every node."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Any
 
@@ -180,10 +180,10 @@ def recovery(component: Component, model: Model, prepared: Condensed | None = No
     component : Component
         The reduced part.
     model : fem.Model
-        What was reduced.
+        What was reduced, with the modulus that the component has.
     prepared : Condensed, optional
         What it was reduced from by `rom.prepare`, which is then not computed again.
     """
-    if prepared is not None:
-        return Recovery(component, prepared.problem, _shared=[prepared])
+    if prepared is not None:  # of whatever modulus: how slaves follow does not depend on it
+        return Recovery(component, replace(prepared.problem, model=model), _shared=[prepared])
     return Recovery(component, problem(model, component.masters, component.cyclic))

@@ -28,6 +28,7 @@ from vanelock.stages.parts.meshes import mesh_step
 from vanelock.stages.parts.nodal_diameters import linear_steps
 from vanelock.stages.parts.systems import (
     is_loaded,
+    meshed_step,
     system_step,
     united_step,
     without_friction,
@@ -226,7 +227,8 @@ def fixed(case: Case, wanted: Iterable[int], progress: Progress) -> Planned:
     study = case.study
     rom = {part: rom_step(study, part, wanted) for part in PARTS}
     system, base = system_step(study, **rom), system_step(without_friction(study), **rom)
-    modes = limits_step(study.response.mode, base, tuple(rom.values()))
+    meshed = meshed_step(without_friction(study), **rom)
+    modes = limits_step(study.response.mode, base, tuple(rom.values()), meshed)
     still = system_step(without_load(study), **rom) if is_loaded(study) else base
     planned = _planned(case, rom, system, base, still, modes, progress)
     gauges = gauges_step(study, rom["vane"]) if study.outputs.gauges else None

@@ -151,3 +151,16 @@ def test_energy_of_a_mode_s_stresses_is_half_the_square_of_its_frequency(ring, k
     half = 0.5 * np.einsum("nk,nk->k", x.conj(), model.K @ x).real
     np.testing.assert_allclose(energy, half, rtol=1e-12)
     np.testing.assert_allclose(energy, 0.5 * omega2, rtol=1e-8)  # shapes are mass-normalised
+
+
+@pytest.mark.parametrize("ring", ["cyclic"], indirect=True)
+def test_a_softer_part_keeps_its_own_modulus_with_what_was_prepared_of_the_stiff_one(ring):
+    """Displacements of the same coordinates are the same, stresses as much less as the modulus."""
+    prepared = rom.prepare(ring.model, ("force",))
+    metal = ring.model.material
+    softer = replace(ring.model, K=0.7 * ring.model.K, material=replace(metal, E=0.7 * metal.E))
+    found = rom.recovery(rom.stiffened(ring.component, 0.7), softer, prepared)
+    q = coordinates(ring)
+    np.testing.assert_allclose(found.displacement(q, 1), ring.displacement(q, 1), rtol=1e-9)
+    np.testing.assert_allclose(found.stress(q, 1), 0.7 * ring.stress(q, 1), rtol=1e-7)
+    assert found.model.material.E == 0.7 * metal.E

@@ -29,6 +29,7 @@ from vanelock.pipeline.cache import Cache
 from vanelock.pipeline.progress import Begun, Finished, Listener, Notice, Trial, silent
 from vanelock.pipeline.step import Stages
 from vanelock.results.files.run_folder import claimed, record
+from vanelock.stages.parts.systems import excess_steps
 from vanelock.stages.parts.temperature_speed import with_temperature_speeds
 from vanelock.stages.parts.temperatures import described
 from vanelock.stages.plan import plan
@@ -120,8 +121,10 @@ def rejoined(study: Study, stages: Stages, listener: Listener = silent) -> Rejoi
     free = stages.get(planned.linear.responses["free"])
     watched = monitor(study.outputs.monitor, stages.get(planned.system), free)
     gauges = None if planned.gauges is None else stages.get(planned.gauges)
-    vane, casing = (stages.get(planned.rom[part]) for part in ("vane", "casing"))
-    return Rejoined(case.study, vane, casing, watched, gauges)
+    parts = [planned.rom[part] for part in ("vane", "casing")]
+    vane, casing = map(stages.get, parts)
+    excess = [stages.get(each) for each in excess_steps(case.study, parts[0], parts[1:])]
+    return Rejoined(case.study, vane, casing, watched, gauges, *excess)
 
 
 def _fitted(

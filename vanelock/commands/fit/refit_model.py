@@ -17,7 +17,7 @@ from vanelock.input.cases.values import value_at, with_values
 from vanelock.input.measured import DISPLACEMENT, Measured
 from vanelock.input.schema.study import Study
 from vanelock.nonlinear import Response, System
-from vanelock.rom import Component
+from vanelock.rom import Component, MeshExcess
 from vanelock.rom.system import common_band
 from vanelock.stages.parts.gauges import Gauges
 from vanelock.stages.parts.systems import joining
@@ -40,6 +40,8 @@ class Rejoined:
         The displacement that is measured.
     gauges : Gauges or None
         The strain gauges, where strains are.
+    excess : MeshExcess or None
+        What the meshes add to the stiffness of the parts, if it is taken off.
     """
 
     study: Study
@@ -47,33 +49,34 @@ class Rejoined:
     casing: Component
     monitor: Monitor
     gauges: Gauges | None = None
+    excess: MeshExcess | None = None
     _stiff: tuple[Any, ...] = ()
     _modes: Mapping[int, Any] = field(default_factory=dict)
 
     def system(self, values: Mapping[str, float]) -> tuple[System, Component, Component]:
         """The system with some keys changed, and its parts."""
         changed = with_values(self.study, dict(values))
+        moduli = [
+            value_at(changed, f"material.{name}.E") / value_at(self.study, f"material.{name}.E")
+            for name in ("vane", "casing")
+        ]
         parts = [
-            self._part(changed, name, part)
-            for name, part in (("vane", self.vane), ("casing", self.casing))
+            part if factor == 1 else rom.stiffened(part, factor)
+            for part, factor in zip((self.vane, self.casing), moduli, strict=True)
         ]
         system = joining(changed).join(*parts)
+        if self.excess is not None:
+            system = self.excess.taken_off(system, moduli)
         # Moduli that are tried move the band with them; the study's own is what is to hold.
         system = replace(system, band=common_band((self.vane.reach, self.casing.reach)))
         stiff = (
             system.contacts.stiffness.tobytes(),
             *changed.damping.model_dump().values(),
-            *(value_at(changed, f"material.{name}.E") for name in ("vane", "casing")),
+            *moduli,
         )
         if stiff != self._stiff:
             self._stiff, self._modes = stiff, {}
         return system, *parts
-
-    def _part(self, changed: Study, name: str, part: Component) -> Component:
-        factor = value_at(changed, f"material.{name}.E") / value_at(
-            self.study, f"material.{name}.E"
-        )
-        return part if factor == 1 else rom.stiffened(part, factor)
 
     def response(
         self, values: Mapping[str, float], hertz: Floats, direction: str = "up", load: float = 1.0

@@ -129,6 +129,9 @@ class MeshKeys(KeyTable):
     stretch: int = Field(
         default=1, ge=1, le=STRETCH, description="length of the casing's elements around the ring"
     )
+    correction: Literal["none", "modal"] = Field(
+        default="none", description="how the stiffness that the meshes add is taken off"
+    )
 
 
 Patch = Literal["node", "area"]

@@ -338,6 +338,11 @@ class Study(KeyTable):
                 f'{text}: response.harmonic_diameters = "{self.response.harmonic_diameters}" is '
                 'not what a wave does; choose "wave"'
             )
+        if text and self.mesh.correction != "none":
+            yield (
+                f'{text}: mesh.correction = "{self.mesh.correction}": the mesh is chosen by what '
+                'the correction takes off; choose "none"'
+            )
         if text and self.response.direction != "up":
             yield (
                 f'{text}: response.direction = "{self.response.direction}": leave it out, since '

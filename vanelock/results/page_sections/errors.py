@@ -62,6 +62,11 @@ def _not_estimated(content: PageContent) -> str:
             "**Mesh, harmonics and frequency points**: chosen by the study, their errors not "
             "estimated; `accuracy = 0.01` asks for estimates, `vanelock converge` measures them."
         )
+        if given.mesh.correction != "none":
+            told_of.append(
+                "**What the meshes add to the stiffness** is taken off; the linear limits tell by "
+                "how much. A quarter of it remains in doubt, and amplitudes change with it."
+            )
     if not isinstance(given, Scene):
         told_of.append(
             "**Stresses**: no error is estimated; they converge more slowly than frequencies, and "

@@ -4,7 +4,7 @@ At speed n the load turns with the frequency |EO| n / 60 and acts with the study
 force node. Around each crossing the parts are as warm as at that crossing, halfway to the next.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from typing import Any
 
@@ -16,9 +16,9 @@ from vanelock.common.cyclic import folded
 from vanelock.common.product import Product
 from vanelock.input.schema.study import Study
 from vanelock.pipeline.step import Stages, Step, step
-from vanelock.rom import Component, System
+from vanelock.rom import Component, MeshExcess, System
 from vanelock.stages.campbell.speed_lines import Lines, at_diameter, casings, lines_step
-from vanelock.stages.parts.systems import Joining, joining, without_friction
+from vanelock.stages.parts.systems import Joining, excess_steps, joining, without_friction
 from vanelock.stages.parts.temperature_speed import factors
 from vanelock.stages.parts.temperatures import modulus
 from vanelock.stages.plan import Planned
@@ -68,12 +68,16 @@ def along_step(
         "joints": [asdict(joint) for joint in bare.joints],
     }
 
-    def compute(lines: Lines, vane: Component, *shells: Component) -> Along:
-        shell = {each: at_diameter(part, each) for each, part in zip(used, shells, strict=True)}
+    shells, blade = [parts[each] for each in used], planned.rom["vane"]
+
+    def compute(lines: Lines, vane: Component, *others: Any) -> Along:
+        found = zip(used, others, strict=False)
+        shell = {each: at_diameter(part, each) for each, part in found}
+        taken = dict(zip(used, others[len(used) :], strict=False))
         pieces = []
         for low, high, centre, peaks in segments(lines, order, closed == "stuck"):
             scale = factors(study, lambda part: modulus(study, part))(centre)
-            system = joined_at(study, order, vane, shell, bare, scale)
+            system = joined_at(study, order, vane, shell, bare, scale, taken)
             mask = ~system.contacts.opens if closed == "free" else "all"
             hertz = _frequencies(low, high, peaks, order, study.damping.ratio)
             hertz = hertz[hertz <= (system.band or np.inf)]
@@ -83,7 +87,8 @@ def along_step(
             pieces.append((60 * hertz / order, hertz, monitor.amplitude(found)))
         return Along(*(np.concatenate(each) for each in zip(*pieces, strict=True)))
 
-    needs = (lines_step(planned, stages), planned.rom["vane"], *(parts[each] for each in used))
+    excesses = excess_steps(study, blade, shells)
+    needs = (lines_step(planned, stages), blade, *shells, *excesses)
     name = f"Campbell response, EO {order}"
     return step(name, "nonlinear", inputs, Along, needs, compute)
 
@@ -129,6 +134,7 @@ def joined_at(
     shells: dict[int, Component],
     bare: Joining,
     scale: tuple[float, float],
+    excess: Mapping[int, MeshExcess],
 ) -> System:
     """The joined parts at a temperature, loaded by an engine order."""
     sign = -1 if study.excitation.engine_order < 0 else 1
@@ -138,7 +144,10 @@ def joined_at(
         nodes = len(next(iter(shells.values())).masters.set("force"))
         load = rom.Excitation(sign * order, force=2 * unbalance / (study.ring.sectors * nodes))
     given, blade = bare._replace(excitation=load), rom.stiffened(vane, scale[0])
-    found = [given.join(blade, rom.stiffened(shell, scale[1])) for shell in shells.values()]
+    found = []
+    for k, shell in shells.items():
+        joined = given.join(blade, rom.stiffened(shell, scale[1]))
+        found.append(excess[k].taken_off(joined, scale) if k in excess else joined)
     system = rom.united(found)
     if unbalance is None:
         return system

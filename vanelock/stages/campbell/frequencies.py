@@ -17,7 +17,7 @@ import scipy.linalg as sl
 from numpy.typing import NDArray
 from scipy.optimize import brentq
 
-from vanelock.rom import Component, System
+from vanelock.rom import Component, MeshExcess, System
 from vanelock.rom.joining.vane_and_casing import joined_dofs
 
 Floats = NDArray[np.float64]
@@ -57,6 +57,8 @@ class ModesOverSpeed:
         Their moduli against speed.
     ends : (float, float)
         Lowest and highest speed, rpm.
+    excess : MeshExcess, optional
+        What the meshes add to the stiffness of the parts, to be taken off.
     """
 
     system: System
@@ -65,6 +67,7 @@ class ModesOverSpeed:
     nodal_diameter: int
     factors: Factors
     ends: tuple[float, float]
+    excess: MeshExcess | None = None
     _pieces: tuple[NDArray[np.complex128], ...] = field(init=False)
     _spans: dict[tuple[bool, int], tuple[NDArray[np.complex128], ...]] = field(default_factory=dict)
 
@@ -77,6 +80,9 @@ class ModesOverSpeed:
         shell, blade = np.zeros((2, n, n), complex)
         shell[: self.casing.size, : self.casing.size] = self.casing.at(k).K
         blade[np.ix_(dofs, dofs)] = self.vane.at(k).K
+        if self.excess is not None and k in self.excess.diameters:
+            off = self.excess.diameters[k].stiffness(matrices.M)
+            blade, shell = blade - off[0], shell - off[1]
         rows, stays = self.system.contact_rows(k), ~self.system.contacts.opens
         contacts = []
         for own in (stays, ~stays):

@@ -24,7 +24,7 @@ from vanelock.pipeline.step import Stages, Step, step
 from vanelock.rom import Component, System
 from vanelock.stages.campbell.frequencies import ModesOverSpeed, grid
 from vanelock.stages.parts.components import rom_step
-from vanelock.stages.parts.systems import joints, without_friction
+from vanelock.stages.parts.systems import excess_steps, joints, without_friction
 from vanelock.stages.parts.temperature_speed import bends, factors
 from vanelock.stages.parts.temperatures import modulus
 from vanelock.stages.plan import Planned
@@ -132,16 +132,19 @@ def lines_step(planned: Planned, stages: Stages) -> Step[Lines]:
         "engine_order": study.excitation.engine_order,
     }
 
-    def compute(limits: Limits, vane: Component, *shells: Component) -> Lines:
+    blade, used = planned.rom["vane"], [parts[k] for k in diameters]
+
+    def compute(limits: Limits, vane: Component, *others: Any) -> Lines:
         over_speed, ends = {}, _speeds(study, keys, limits)
-        for k, shell in zip(diameters, shells, strict=True):
+        shells, excesses = others[: len(used)], others[len(used) :] or (None,) * len(used)
+        for k, shell, excess in zip(diameters, shells, excesses, strict=True):
             casing = at_diameter(shell, k)
             system: System = rom.join(vane, casing, joined, rom.Excitation(1, force=1.0))
             scale = factors(study, lambda part: modulus(study, part))
-            over_speed[k] = ModesOverSpeed(system, vane, casing, k, scale, ends)
+            over_speed[k] = ModesOverSpeed(system, vane, casing, k, scale, ends, excess)
         return _lines(study, keys, limits, over_speed, grid(*ends, bends(study)))
 
-    needs = (planned.linear.limits, planned.rom["vane"], *(parts[k] for k in diameters))
+    needs = (planned.linear.limits, blade, *used, *excess_steps(study, blade, used))
     return step("Campbell lines", "rom", inputs, Lines, needs, compute)
 
 

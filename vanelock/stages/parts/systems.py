@@ -4,16 +4,20 @@ That of the response, and those without friction and preload or with the default
 limits and the modes with all contacts stuck do not depend on what they leave out.
 """
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from functools import lru_cache
-from typing import NamedTuple
+from typing import Any, NamedTuple, TypeAlias
 
-from vanelock import rom
+from vanelock import fem, rom
+from vanelock.fem import Model
 from vanelock.input.schema.study import Study
 from vanelock.pipeline.step import SHARED, Step, step
-from vanelock.rom import Component, Joint, System
-from vanelock.stages.parts.components import rom_step
-from vanelock.stages.parts.diameters import casing_step, diameter_of
+from vanelock.rom import Component, Joint, MeshExcess, System
+from vanelock.rom.joining.mesh_excess import MODES
+from vanelock.stages.parts.components import PARTS, model_step, rom_step
+from vanelock.stages.parts.diameters import casing_step, diameter_of, prepared_step
+
+MakeModel: TypeAlias = Callable[[Study, str], Step[Model]]
 
 
 def joints(study: Study) -> tuple[Joint, ...]:
@@ -51,7 +55,15 @@ def joining(study: Study) -> Joining:
 
 def system_step(study: Study, vane: Step[Component], casing: Step[Component]) -> Step[System]:
     """The system of a case; joining takes no time, so it is not kept."""
-    return _joined(joining(study), vane, casing)
+    joined, excess = _joined(joining(study), vane, casing), excess_steps(study, vane, [casing])
+    return _corrected(joined, *excess) if excess else joined
+
+
+def meshed_step(
+    study: Study, vane: Step[Component], casing: Step[Component]
+) -> Step[System] | None:
+    """The system as its meshes are; None where that is the system of the case."""
+    return None if study.mesh.correction == "none" else _joined(joining(study), vane, casing)
 
 
 @lru_cache(maxsize=SHARED)
@@ -62,6 +74,66 @@ def _joined(given: Joining, vane: Step[Component], casing: Step[Component]) -> S
         "damping": given.damping,
     }
     return step("system", "rom", inputs, System, (vane, casing), given.join, False, True)
+
+
+@lru_cache(maxsize=SHARED)
+def _corrected(joined: Step[System], excess: Step[MeshExcess]) -> Step[System]:
+    def compute(system: System, excess: MeshExcess) -> System:
+        return excess.taken_off(system)
+
+    return step(
+        "system", "rom", {"corrected": "modal"}, System, (joined, excess), compute, False, True
+    )
+
+
+def excess_steps(
+    study: Study,
+    vane: Step[Component],
+    casings: Iterable[Step[Component]],
+    model: MakeModel = model_step,
+) -> tuple[Step[MeshExcess], ...]:
+    """What the meshes add to the stiffness of a vane and each casing; none where it stays."""
+    if study.mesh.correction == "none":
+        return ()
+    given, models = joining(without_load(study)), tuple(model(study, part) for part in PARTS)
+    shared = prepared_step(study)
+    return tuple(
+        _excess(_joined(given, vane, casing), vane, casing, models, shared) for casing in casings
+    )
+
+
+@lru_cache(maxsize=SHARED)
+def _excess(
+    joined: Step[System],
+    vane: Step[Component],
+    casing: Step[Component],
+    models: tuple[Step[Model], ...],
+    prepared: Step[Any],
+) -> Step[MeshExcess]:
+    def compute(
+        system: System,
+        vane: Component,
+        casing: Component,
+        vane_model: Model,
+        casing_model: Model,
+        prepared: Any,
+    ) -> MeshExcess:
+        recoveries = (
+            rom.recovery(vane, vane_model),
+            rom.recovery(casing, casing_model, prepared),
+        )
+        found = {}
+        for k in sorted(casing.diameters.keys() - {0}):
+            frequency, shapes = rom.linear_modes(system, k, min(MODES, len(system.at(k).K)))
+            parts = [
+                fem.excess_stiffness(recovery.model, recovery.displacement(q, k))
+                for recovery, q in zip(recoveries, rom.split(vane, casing, shapes), strict=True)
+            ]
+            found[k] = rom.modal_excess(shapes, frequency, parts)
+        return MeshExcess(found)
+
+    needs = (joined, vane, casing, *models, prepared)
+    return step("mesh correction", "fem", {"modes": MODES}, MeshExcess, needs, compute)
 
 
 def united_step(study: Study, harmonics: int) -> Step[System]:

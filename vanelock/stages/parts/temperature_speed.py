@@ -20,8 +20,13 @@ from vanelock.input.schema.temperature import PARTS
 from vanelock.pipeline.step import Stages
 from vanelock.rom import Component, System
 from vanelock.stages.campbell.frequencies import Meeting, ModesOverSpeed, grid
-from vanelock.stages.parts.components import reduced_step
-from vanelock.stages.parts.systems import system_step, without_friction
+from vanelock.stages.parts.components import reduced_step, reference_step
+from vanelock.stages.parts.systems import (
+    excess_steps,
+    meshed_step,
+    system_step,
+    without_friction,
+)
 from vanelock.stages.parts.temperatures import modulus, reference
 from vanelock.stages.plan import shared_diameters
 from vanelock.stages.response.limits import limits
@@ -89,11 +94,15 @@ def _crossing(study: Study, wanted: Sequence[int], stages: Stages) -> float:
     casing = reduced_step(study, "casing", wanted)
     order = study.excitation.engine_order
     parts: tuple[Component, Component] = (stages.get(vane), stages.get(casing))
-    system: System = stages.get(system_step(without_friction(study), vane, casing))
+    taken = [stages.get(each) for each in excess_steps(study, vane, [casing], reference_step)]
+    bare = without_friction(study), vane, casing
+    system: System = stages.get(meshed_step(*bare) or system_step(*bare))
     low, high = study.temperature.speeds
     low, high = max(low, 1.0), min(high, HIGHEST)
     scale = factors(study, lambda part: reference(study, part))
-    over_speed = ModesOverSpeed(system, *parts, system.nodal_diameter(1), scale, (low, high))
+    over_speed = ModesOverSpeed(
+        system, *parts, system.nodal_diameter(1), scale, (low, high), *taken
+    )
     mode = limits(system, study.response.mode).free_mode + 1
     found = over_speed.meetings(order, False, mode, grid(low, high, bends(study)))
     met = [each for each in found if each.mode == mode - 1]

@@ -64,6 +64,9 @@ class Limits(Product):
         Frequency up to which the reduced parts answer, Hz; None where that is not known.
     free_damping, stuck_damping : float
         Damping ratio of the mode of interest, VᴴCV / 2ω VᴴMV; NaN for a mode at 0 Hz.
+    free_lowered, stuck_lowered : float
+        Relative amount by which the correction of the meshes lowered the frequency of the mode of
+        interest; NaN without one.
     """
 
     nodal_diameter: int
@@ -79,6 +82,8 @@ class Limits(Product):
     band: float | None = field(default=None, metadata={"unit": "Hz"})
     free_damping: float = float("nan")
     stuck_damping: float = float("nan")
+    free_lowered: float = float("nan")
+    stuck_lowered: float = float("nan")
 
     @property
     def free_frequency(self) -> float:
@@ -102,7 +107,9 @@ class Limits(Product):
         return (frequency - self.free_frequency) / span if span else float("nan")
 
 
-def limits(system: System, mode: int, parts: Sequence[Component] = ()) -> Limits:
+def limits(
+    system: System, mode: int, parts: Sequence[Component] = (), meshed: System | None = None
+) -> Limits:
     """Modes of both limits, and the mode of interest in both.
 
     Parameters
@@ -113,6 +120,8 @@ def limits(system: System, mode: int, parts: Sequence[Component] = ()) -> Limits
         Place of the mode of interest with contacts stuck, from 1.
     parts : pair of Component, optional
         What it joins, for the errors.
+    meshed : System, optional
+        The same as its meshes are, where the system is corrected.
 
     Raises
     ------
@@ -132,6 +141,12 @@ def limits(system: System, mode: int, parts: Sequence[Component] = ()) -> Limits
     likeness = mac(stuck_shapes[:, [mode - 1]], free_shapes, system.at(k).M)[0]
     partner = int(likeness.argmax())
     C = linear_damping(system, k)
+    lowered = float("nan"), float("nan")
+    if meshed is not None:
+        raised = linear_modes(meshed, k, count, closed=closed)[0], linear_modes(meshed, k, count)[0]
+        own = (free[partner], raised[0][partner]), (stuck[mode - 1], raised[1][mode - 1])
+        lowered = tuple(1 - after / before for after, before in own)
+    reduced = meshed or system
     return Limits(
         nodal_diameter=k,
         sectors=system.sectors,
@@ -141,11 +156,13 @@ def limits(system: System, mode: int, parts: Sequence[Component] = ()) -> Limits
         free_mode=partner,
         stuck_mode=mode - 1,
         mac=float(likeness[partner]),
-        free_error=_errors(system, parts, len(free), closed),
-        stuck_error=_errors(system, parts, len(stuck), None),
+        free_error=_errors(reduced, parts, len(free), closed),
+        stuck_error=_errors(reduced, parts, len(stuck), None),
         band=system.band,
         free_damping=_ratio(C, free_shapes[:, partner], free[partner]),
         stuck_damping=_ratio(C, stuck_shapes[:, mode - 1], stuck[mode - 1]),
+        free_lowered=lowered[0],
+        stuck_lowered=lowered[1],
     )
 
 

@@ -34,14 +34,20 @@ def silent_progress(done: int, total: int, frequency: float, amplitude: float) -
 
 @lru_cache(maxsize=SHARED)
 def limits_step(
-    mode: int, system: Step[System], parts: tuple[Step[Component], ...] = ()
+    mode: int,
+    system: Step[System],
+    parts: tuple[Step[Component], ...] = (),
+    meshed: Step[System] | None = None,
 ) -> Step[Limits]:
-    """Modes with contacts free and stuck, and their errors by the reduced `parts`."""
+    """Modes with contacts free and stuck, and their errors by the reduced `parts`.
 
-    def compute(system: System, *parts: Component) -> Limits:
-        return limits(system, mode, parts)
+    A system that is corrected comes with what it was as `meshed`.
+    """
 
-    needs = (system, *parts)
+    def compute(system: System, *others: Any) -> Limits:
+        return limits(system, mode, others[: len(parts)], *others[len(parts) :])
+
+    needs = (system, *parts, *(() if meshed is None else (meshed,)))
     return step("linear limits", "rom", {"mode": mode}, Limits, needs, compute)
 
 

@@ -133,7 +133,7 @@ def test_a_linear_circle_by_a_dense_solve(scene):
     study = parse_study('[excitation]\nunbalance = "1.5 kg*mm"')
     shells = {k: at_diameter(scene.casing, k) for k in (0, 2)}
     bare = joining(study)._replace(joints=scene.joints)
-    system = joined_at(study, 2, scene.vane, shells, bare, (1.0, 1.0))
+    system = joined_at(study, 2, scene.vane, shells, bare, (1.0, 1.0), {})
     assert system.engine_order == 2
     D, f = system.at(2), 273.0
     n, omega = len(D.K), 2 * np.pi * f

@@ -1,0 +1,83 @@
+"""Runs without the stiffness that their meshes add: limits, response, Campbell diagram, fits."""
+
+import h5py
+import numpy as np
+import pytest
+
+from tests.vanelock.stages.campbell.test_campbell import DIAGRAM, HOT
+from vanelock import parse_study, run_study
+from vanelock.commands.fit.fit import rejoined
+from vanelock.nonlinear import Response, System
+from vanelock.pipeline.cache import Cache
+from vanelock.pipeline.progress import silent
+from vanelock.pipeline.step import Stages
+from vanelock.stages.campbell.campbell import Campbell
+from vanelock.stages.response.limits import Limits
+
+pytestmark = pytest.mark.slow
+
+CORRECTED = HOT.replace('size = "coarse"', 'size = "coarse"\ncorrection = "modal"')
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("corrected")
+    run_study(parse_study(CORRECTED + DIAGRAM), folder, silent)
+    return folder
+
+
+@pytest.fixture(scope="module")
+def found(folder):
+    with h5py.File(folder / "results.h5") as file:
+        return {
+            "diagram": Campbell.load(file["campbell/nominal"]),
+            "limits": Limits.load(file["limits/all"]),
+            "response": Response.load(file["response/nominal"]),
+            "system": System.load(file["system"]),
+        }
+
+
+@pytest.fixture(scope="module")
+def model(folder):
+    return rejoined(parse_study(CORRECTED), Stages(Cache(folder / "cache", print), silent))
+
+
+def test_limits_are_lower_by_what_the_mesh_adds_and_tell_it(found):
+    limits = found["limits"]
+    assert 0.06 < limits.free_lowered < 0.09  # the coarse mesh's error, docs/geometry.md
+    assert 0.04 < limits.stuck_lowered < limits.free_lowered
+    worst = np.nanmax([limits.free_error[:6], limits.stuck_error[:6]])
+    assert 0 < worst < 1e-4  # of the reduction alone
+    peak = found["response"].frequency[found["response"].amplitude.max(axis=(1, 2)).argmax()]
+    assert limits.free_frequency < peak < limits.stuck_frequency
+
+
+def test_the_diagram_is_of_the_same_structure(found):
+    lines, limits = found["diagram"].lines, found["limits"]
+    for stuck, expected in ((False, limits.free_frequency), (True, limits.stuck_frequency)):
+        (own,) = np.flatnonzero(lines.interest & (lines.is_stuck == stuck))
+        rel = 1e-4 if not stuck else 1e-2  # the parts are warmer where the stuck line is met
+        assert lines.frequency[own] == pytest.approx(expected, rel=rel)
+    assert lines.diameters.tolist() == [1, 2]
+
+
+def test_a_fit_joins_the_structure_of_the_run(found, model):
+    system, *_ = model.system({})
+    for k, one in found["system"].diameters.items():
+        scale = np.abs(one.K).max()
+        np.testing.assert_allclose(system.at(k).K, one.K, atol=1e-12 * scale)
+
+
+def test_parts_of_another_modulus_have_as_much_more_to_be_taken_off(model):
+    E = {f"material.{part}.E": 2 * 170e9 for part in ("vane", "casing")}
+    one, two = (model.system(values)[0].at(1).K for values in ({}, E))
+    ratio = np.vdot(one, two) / np.vdot(one, one)
+    np.testing.assert_allclose(two, ratio * one, atol=1e-9 * np.abs(two).max())
+    assert ratio.real > 1.5
+
+
+def test_at_rest_nothing_is_taken_off(found, model):
+    plain = model.excess
+    assert plain is not None
+    assert 0 not in plain.diameters
+    assert 0 in found["system"].diameters
