@@ -9,6 +9,7 @@ from functools import lru_cache
 from typing import Any, NamedTuple, TypeAlias
 
 from vanelock import fem, rom
+from vanelock.common.errors import InputError
 from vanelock.fem import Model
 from vanelock.input.schema.study import Study
 from vanelock.pipeline.step import SHARED, Step, step
@@ -17,6 +18,8 @@ from vanelock.rom.joining.mesh_excess import MODES
 from vanelock.stages.parts.components import PARTS, model_step, rom_step
 from vanelock.stages.parts.diameters import casing_step, diameter_of, prepared_step
 
+ESTIMATED = "tetra10"
+"""Elements of which `fem.excess_stiffness` is no more than what they add."""
 MakeModel: TypeAlias = Callable[[Study, str], Step[Model]]
 
 
@@ -118,6 +121,12 @@ def _excess(
         casing_model: Model,
         prepared: Any,
     ) -> MeshExcess:
+        for name, model in zip(PARTS, (vane_model, casing_model), strict=True):
+            if model.part.cell_type != ESTIMATED:
+                raise InputError(
+                    f"mesh.correction: the {name} has elements of type {model.part.cell_type}: "
+                    f'what its mesh adds is known of {ESTIMATED} alone; choose "none"'
+                )
         recoveries = (
             rom.recovery(vane, vane_model),
             rom.recovery(casing, casing_model, prepared),

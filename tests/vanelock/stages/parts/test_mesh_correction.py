@@ -1,5 +1,7 @@
 """Runs without the stiffness that their meshes add: limits, response, Campbell diagram, fits."""
 
+from dataclasses import replace
+
 import h5py
 import numpy as np
 import pytest
@@ -7,11 +9,15 @@ import pytest
 from tests.vanelock.stages.campbell.test_campbell import DIAGRAM, HOT
 from vanelock import parse_study, run_study
 from vanelock.commands.fit.fit import rejoined
+from vanelock.common.errors import InputError
+from vanelock.input.cases.sweep import cases
 from vanelock.nonlinear import Response, System
 from vanelock.pipeline.cache import Cache
 from vanelock.pipeline.progress import silent
 from vanelock.pipeline.step import Stages
 from vanelock.stages.campbell.campbell import Campbell
+from vanelock.stages.parts.systems import excess_steps
+from vanelock.stages.plan import plan
 from vanelock.stages.response.limits import Limits
 
 pytestmark = pytest.mark.slow
@@ -74,6 +80,18 @@ def test_parts_of_another_modulus_have_as_much_more_to_be_taken_off(model):
     ratio = np.vdot(one, two) / np.vdot(one, one)
     np.testing.assert_allclose(two, ratio * one, atol=1e-9 * np.abs(two).max())
     assert ratio.real > 1.5
+
+
+def test_elements_whose_estimate_is_too_large_are_refused(folder):
+    study = parse_study(CORRECTED.replace("[mesh]", 'speed = "15000 rpm"\n[mesh]'))
+    stages = Stages(Cache(folder / "cache", print), silent)
+    (planned,) = plan(cases(study), lambda *_: None)
+    (excess,) = excess_steps(study, planned.rom["vane"], [planned.rom["casing"]])
+    products = [stages.get(each) for each in excess.needs]
+    model = products[3]
+    bricks = replace(model, part=replace(model.part, cell_type="hexahedron20"))
+    with pytest.raises(InputError, match="the vane has elements of type hexahedron20: what its"):
+        excess.compute(*products[:3], bricks, *products[4:])
 
 
 def test_at_rest_nothing_is_taken_off(found, model):
