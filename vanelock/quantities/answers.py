@@ -12,7 +12,7 @@ from vanelock.quantities.contacts.energy import EnergyBalance, balance, bandwidt
 from vanelock.quantities.contacts.places import Places, places
 from vanelock.quantities.contacts.wear import Wear, wear
 from vanelock.quantities.curves_and_fields import Drawn, RunData
-from vanelock.quantities.selection import named, sampled
+from vanelock.quantities.selection import lowest_first, named, sampled
 from vanelock.quantities.stress.cycles import Stressed, stressed_step
 from vanelock.quantities.stress.locations import SurfaceLocations, locations_of
 from vanelock.quantities.stress.margins import Margins, margins
@@ -121,9 +121,8 @@ def looked_into(run_data: RunData) -> list[str]:
         return names
     if sampled(run_data):
         return [each.case.name for each in named(run_data)]
-    height = {name: peaks[name].amplitude for name in names}
-    chosen = {names[0], names[-1], max(names, key=height.__getitem__)}
-    chosen.add(min(names, key=height.__getitem__))
+    order = lowest_first(peaks)
+    chosen = names[0], names[-1], order[0], order[-1]
     return [name for name in names if name in chosen]
 
 

@@ -1,5 +1,7 @@
 """Sweeps of many cases: a band of percentiles and a few named cases instead of every one."""
 
+from collections.abc import Mapping
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -7,6 +9,7 @@ from vanelock.input.cases.sweep import SAMPLE
 from vanelock.quantities.curves_and_fields import RunData
 from vanelock.render import Band
 from vanelock.stages.plan import Planned
+from vanelock.stages.response.summary import Peak
 
 Floats = NDArray[np.float64]
 MANY = 24
@@ -20,6 +23,11 @@ SHARE = 0.5
 """Of the cases, how many a band needs at a frequency."""
 
 
+def lowest_first(peaks: Mapping[str, Peak]) -> list[str]:
+    """Cases by the height of their peaks; of equal ones the last case counts as the highest."""
+    return sorted(peaks, key=lambda name: peaks[name].amplitude)
+
+
 def named(run_data: RunData) -> list[Planned]:
     """Cases with a peak that have pictures of their own, in their order.
 
@@ -31,9 +39,9 @@ def named(run_data: RunData) -> list[Planned]:
         return cases
     if not sampled(run_data):
         return [cases[0], cases[-1]]
-    height = [run_data.shown.peak[each.case.name].amplitude for each in cases]
-    order = np.argsort(height, kind="stable")
-    return [cases[i] for i in sorted({order[0], order[len(order) // 2], order[-1]})]
+    order = lowest_first(run_data.shown.peak)
+    chosen = order[0], order[len(order) // 2], order[-1]
+    return [each for each in cases if each.case.name in chosen]
 
 
 def sampled(run_data: RunData) -> bool:

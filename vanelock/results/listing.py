@@ -184,7 +184,8 @@ def _extremes(cases: Sequence[Summary]) -> list[Summary]:
     """Cases of the lowest and of the largest peaks, by height."""
     known = [(c.peak.amplitude, i) for i, c in enumerate(cases) if c.peak is not None]
     order = [cases[i] for _, i in sorted(known)]
-    return [*order[: MOST_ROWS // 2], *order[-MOST_ROWS // 2 :]]
+    half = MOST_ROWS // 2
+    return order if len(order) <= MOST_ROWS else [*order[:half], *order[-half:]]
 
 
 def case_table(

@@ -62,6 +62,16 @@ def printed(table, width=60):
     return out.getvalue().splitlines()
 
 
+@pytest.mark.parametrize("peaks", [10, 30, 41])
+def test_of_many_cases_the_table_has_each_once(peaks):
+    tops = [Peak(4, 252.5, 1e-6 * i, False) if i < peaks else None for i in range(60)]
+    found = response_table([summary(case=f"mu={i}", peak=top) for i, top in enumerate(tops)], "x")
+    names = [row[0] for row in found.rows]
+    assert len(names) == len(set(names)) == min(peaks, 40)
+    assert names[:10] == [f"mu={i}" for i in range(10)]
+    assert names[-1] == f"mu={peaks - 1}"
+
+
 def test_tables_keep_units_and_numbers_on_a_narrow_console():
     columns = (Column("joint"), Column("n", "N", ".2f"), Column("x", form=".1f"))
     table = Table("A title", columns, (("hook", 280.126, None),), ("a note [um]",))

@@ -1,11 +1,13 @@
 """Sweeps of many cases: which of them are looked into, and how their curves are on the page."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
 
+from tests.vanelock.pipeline.test_progress import summary
 from vanelock import cases, parse_study, render
 from vanelock.quantities.answers import looked_into
 from vanelock.quantities.curves_and_fields import RunData, Shown
@@ -13,10 +15,12 @@ from vanelock.quantities.selection import named
 from vanelock.report import Page, Section, write_page
 from vanelock.report.plots import figure
 from vanelock.results.figures.pictures import Pictures
+from vanelock.results.page_sections.content import PageContent
 from vanelock.results.page_sections.curves import response_plot
 from vanelock.stages.response.monitor import Monitor
 from vanelock.stages.response.summary import Peak
 
+SWEEP = f'[sweep]\n"joints.interlock.mu" = {[round(0.1 + 0.01 * i, 2) for i in range(10)]}'
 F = np.linspace(240.0, 300.0, 7)
 SAMPLES = """
 [scatter]
@@ -54,10 +58,21 @@ def test_samples_that_are_looked_into_are_those_with_pictures():
 
 
 def test_of_a_sweep_the_ends_and_the_extremes_are_looked_into():
-    values = [round(0.1 + 0.01 * i, 2) for i in range(10)]
-    many, _ = run_data(f'[sweep]\n"joints.interlock.mu" = {values}')
+    many, _ = run_data(SWEEP)
     assert looked_into(many) == ["mu=0.1", "mu=0.12", "mu=0.18", "mu=0.19"]
     assert [each.case.name for each in named(many)] == ["mu=0.1", "mu=0.19"]
+
+
+@pytest.mark.parametrize("text", [SAMPLES.format(10), SWEEP])
+def test_of_equal_largest_peaks_the_page_has_one_that_is_looked_into(text):
+    many, _ = run_data(text)
+    peaks = many.shown.peak
+    for name in list(peaks)[2:8:2]:  # three, each larger than all others
+        peaks[name] = replace(peaks[name], amplitude=1e-3)
+    found = [summary(case=name, peak=peak) for name, peak in peaks.items()]
+    content = PageContent(many, found, (), {})
+    assert content.largest.case in looked_into(many)
+    assert content.largest.peak.amplitude == 1e-3
 
 
 @pytest.mark.parametrize(

@@ -10,6 +10,7 @@ from vanelock.quantities.answers import CaseAnswers
 from vanelock.quantities.contacts.energy import EnergyBalance
 from vanelock.quantities.curves_and_fields import RunData
 from vanelock.quantities.scatter import Scattered
+from vanelock.quantities.selection import lowest_first
 from vanelock.report import Picture
 from vanelock.stages.accuracy.errors import Errors
 from vanelock.stages.accuracy.left_out import LeftOut
@@ -82,8 +83,9 @@ class PageContent:
     @property
     def largest(self) -> Summary | None:
         """The case with the largest peak."""
-        heights = [(each.peak.amplitude, i) for i, each in enumerate(self.known) if each.peak]
-        return self.known[max(heights)[1]] if heights else None
+        found = {each.case: each for each in self.known}
+        order = lowest_first({name: each.peak for name, each in found.items() if each.peak})
+        return found[order[-1]] if order else None
 
     @property
     def main(self) -> CaseAnswers | None:

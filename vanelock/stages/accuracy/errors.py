@@ -74,6 +74,17 @@ class Errors:
             float(np.nansum([each.frequency for each in self.counted])),
         )
 
+    @property
+    def unknown(self) -> tuple[list[str], list[str]]:
+        """Those of these whose error of amplitude, and of frequency, is not known.
+
+        None of the latter where the study lists its frequencies, which then are no source.
+        """
+        amplitude = [each.name for each in self.counted if np.isnan(each.amplitude)]
+        frequency = [each.name for each in self.counted if np.isnan(each.frequency)]
+        listed = all(each.name != "frequencies" for each in self.sources)
+        return amplitude, [] if listed else frequency
+
 
 def errors(
     response: Response,
@@ -140,8 +151,8 @@ def _warnings(known: Errors, budget: Budget, rounds: Sequence[Round], short: str
             f"WARNING: the accuracy holds for this mesh alone ({budget.pinned['mesh']} is given): "
             f"frequencies are too high by about {rounds[-1].error:.1e} because of it"
         )
-    for kind in ("amplitude",) if _listed(budget) else ("amplitude", "frequency"):
-        if unknown := [each.name for each in known.counted if np.isnan(getattr(each, kind))]:
+    for kind, unknown in zip(("amplitude", "frequency"), known.unknown, strict=True):
+        if unknown:
             lines.append(f"WARNING: the {kind}'s error is not known for: {', '.join(unknown)}")
     return lines
 
@@ -165,7 +176,8 @@ def error_table(case: str, found: Errors, monitor: str) -> Table:
     ]
     asked = f"accuracy = {found.accuracy:g}"
     rows.append(("together", *together, found.accuracy, 1.0, asked))
-    last: Flag = "warn" if max(found.total) > found.accuracy else "good"
+    met = max(found.total) <= found.accuracy and not any(found.unknown)
+    last: Flag = "good" if met else "warn"
     quiet: list[Flag] = [""]
     flags = [*quiet * len(found.sources), last]
     notes = [

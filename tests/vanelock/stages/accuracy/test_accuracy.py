@@ -178,6 +178,21 @@ def test_what_exceeds_the_accuracy_or_is_not_told_is_said():
     assert table.rows[-1][:3] == ("together", *found.total)
 
 
+def test_the_sum_is_good_only_where_each_part_is_known():
+    nan = float("nan")
+
+    def last(modes, harmonics, source="frequencies"):
+        numbers = (("modes", *modes), ("harmonics", *harmonics), (source, 1e-4, 1e-4))
+        sources = tuple(Source(*each, 0.005, 0.2, "") for each in numbers)
+        return error_table("nominal", Errors(0.01, sources, (), 250.0), "x").flags[-1]
+
+    assert last((1e-3, 1e-3), (1e-3, 1e-3)) == "good"
+    assert last((nan, 1e-3), (1e-3, 1e-3)) == "warn"
+    assert last((1e-3, 1e-3), (1e-3, nan)) == "warn"
+    assert last((1e-3, nan), (1e-3, nan), "samples") == "good"  # frequencies that are listed
+    assert last((1e-3, 0.02), (1e-3, 1e-3)) == "warn"
+
+
 def test_numbers_in_words():
     assert _listed([0, 1, 4, 5, 6, 8]) == "0, 1, 4 to 6, 8"
     assert _listed([]) == ""
