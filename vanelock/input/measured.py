@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from vanelock.common.errors import InputError, raised
 from vanelock.common.files.files import contents
 from vanelock.common.quantities import si
-from vanelock.input.cases.values import Given
+from vanelock.input.cases.values import Given, ring_of
 from vanelock.input.messages import show
 from vanelock.input.schema.comparison import MeasuredCurve
 from vanelock.input.schema.study import Study
@@ -122,10 +122,10 @@ def curve_mistakes(given: Given) -> list[str]:
 
 
 def _read(given: Given, i: int) -> Measured:
-    order, gauges = given.excitation.engine_order, 0
+    order, gauges = ring_of(given)[1], 0
     if isinstance(given, Study):
         order, gauges = (given.excitation.engine_orders or (order,))[0], len(given.outputs.gauges)
-    return read_measured(given.measured[i], abs(order), gauges, f"measured[{i}]")
+    return read_measured(given.measured[i], abs(order) or 1, gauges, f"measured[{i}]")
 
 
 def read_measured(keys: MeasuredCurve, order: int, gauges: int, where: str) -> Measured:

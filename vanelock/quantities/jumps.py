@@ -5,22 +5,10 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from vanelock.nonlinear import Response
-from vanelock.stages.response.monitor import Monitor
-from vanelock.stages.response.summary import Sweep, peak_of
+from vanelock.stages.response.summary import ALIKE, Sweep
 
 MOST = 4
 """Jumps of a sweep that are named, the largest ones."""
-ALIKE = 1e-6
-"""Relative difference of two peaks below which they agree."""
-
-
-def by_height(responses: Sequence[Response], monitor: Monitor) -> list[Response]:
-    """Responses of a case, that of the largest peak first; the given order where they agree."""
-    peaks = [peak_of(response, monitor.amplitude(response)) for response in responses]
-    heights = [0.0 if peak is None else peak.amplitude for peak in peaks]
-    first = next(i for i, height in enumerate(heights) if height * (1 + ALIKE) >= max(heights))
-    return [responses[first], *responses[:first], *responses[first + 1 :]]
 
 
 def rows(sweep: Sweep) -> NDArray[np.float64]:

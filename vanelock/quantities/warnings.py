@@ -12,7 +12,7 @@ from scipy.spatial import cKDTree
 from vanelock.input.cases.names import words
 from vanelock.nonlinear import OPEN, SLIP, SLIP_OPEN, STUCK, Response, StaticBounds
 from vanelock.nonlinear.forced_response.response import half_peak_to_peak
-from vanelock.stages.assessment.bounds import HIGH, LOW, BoundedPeak
+from vanelock.stages.assessment.bounds import HIGH, LOW, NOMINAL, BoundedPeak
 from vanelock.stages.campbell.speed_lines import Lines
 from vanelock.stages.response.summary import Peak, Summary
 
@@ -31,12 +31,17 @@ SPEEDS = (0.05, 5e4)
 12,000 m/s, and thin walls vibrate at some ten thousandths of that over their length."""
 TENTH = 0.1
 """Of a part's least extent, what its displacements must stay below to be small."""
+APART = 0.01
+"""Relative difference of the peak of bounds and of that of the curve from which it is worth a line.
+"""
 NAMED = 8
 """Cases that a line names."""
 AUDIT = 1e-6
 """Residual of an independent check from which it is worth a line."""
 SAME = 1e-9
 """Relative difference of peaks below which cases are the same."""
+ASIDE = ("campbell.", "stability."), (".fatigue_limit", ".tensile_strength", ".wear_coefficient")
+"""How keys begin and end that have their effect elsewhere than in peaks and their bounds."""
 
 
 LOOSE = (
@@ -101,6 +106,17 @@ def alike(mac: float) -> list[str]:
     ]
 
 
+def at_rest(static: Response, loose: bool) -> list[str]:
+    """Whether the state at rest is known: solved, and no part `loose`."""
+    lines = [LOOSE] if loose else []
+    if not static.converged.all():
+        lines.append(
+            f"the state at rest DID NOT CONVERGE (residual {static.residual.max():.1e}): its "
+            "forces, and all that is told of rest, are not to be used"
+        )
+    return lines
+
+
 def open_at_rest(static: Response, joints: Sequence[str], held: Iterable[str]) -> list[str]:
     """Joints `held` closed in the linear limits whose contacts are open at rest."""
     if not static.converged.all():
@@ -125,9 +141,16 @@ def static_friction(
     if not np.any((state == STUCK) & (response.mu > 0)):
         return []
     lines = []
-    for name, (low, here, high) in zip(bounds.joints, bounds.rest_load, strict=True):
-        slips = np.isin(state[names == name], (SLIP, SLIP_OPEN)).any()
-        if slips and high - low > RANGE * max(here, low):
+    found = bounds.converged.all(axis=1)
+    for name, (low, here, high), known in zip(bounds.joints, bounds.rest_load, found, strict=True):
+        if not np.isin(state[names == name], (SLIP, SLIP_OPEN)).any():
+            continue
+        if not known:
+            lines.append(
+                "static friction of contacts that stick is not determined, and the peak depends on "
+                f"it: at which loads it can hold {name} at rest was not found"
+            )
+        elif high - low > RANGE * max(here, low):
             most = f"{high:.3g} N a sector" if np.isfinite(high) else "any load"
             lines.append(
                 f"static friction of contacts that stick is not determined: it can hold {name} at "
@@ -137,8 +160,8 @@ def static_friction(
     return lines
 
 
-def bounds(found: BoundedPeak | None) -> list[str]:
-    """What keeps bounds over static friction from being taken as they are."""
+def bounds(found: BoundedPeak | None, peak: Peak) -> list[str]:
+    """What keeps bounds over static friction from being taken as they are, beside a peak."""
     if found is None:
         return []
     if found.found is None:
@@ -147,6 +170,15 @@ def bounds(found: BoundedPeak | None) -> list[str]:
     lines = [f"the {end} peak over static friction DID NOT CONVERGE" for end in ends]
     if (worst := float(found.residual.max())) > AUDIT:
         lines.append(f"peaks over static friction miss an independent check by {worst:.1e}")
+    nominal = found.peak(NOMINAL)
+    if nominal is not None and abs(nominal.amplitude - peak.amplitude) > APART * peak.amplitude:
+        here, there = (
+            f"{1e6 * each.amplitude:.4g} um at {each.frequency:.6g} Hz" for each in (nominal, peak)
+        )
+        lines.append(
+            "the bounds over static friction are of ANOTHER PEAK than the curve's: as assembled "
+            f"theirs is {here}, the curve's {there}"
+        )
     return lines
 
 
@@ -163,9 +195,10 @@ def wave(found: Summary) -> list[str]:
             f"a motion of nodal diameter {verdict.diameter} that grows to {verdict.growth:.3g} "
             f"times its size a period{gauge if beside else ''}"
         ]
+    growth = f", growth {verdict.growth:.3g} a period" if verdict.growth > 0 else ""
     return [
-        "whether the ring stays with the periodic wave at the peak is UNDECIDED: two numbers of "
-        f"harmonics differ, growth {verdict.growth:.3g} a period"
+        "whether the ring stays with the periodic wave at the peak is UNDECIDED: "
+        f"{verdict.reason}{growth}"
     ]
 
 
@@ -263,6 +296,8 @@ def without_effect(cases: Sequence[tuple[Mapping[str, float | str], Summary]]) -
     """Swept keys whose values change nothing: cases that differ in one alone are the same."""
     lines = []
     for key in cases[0][0] if cases else ():
+        if key.startswith(ASIDE[0]) or key.endswith(ASIDE[1]):
+            continue
         groups: dict[tuple[object, ...], list[Summary]] = {}
         for values, found in cases:
             others = tuple(value for name, value in values.items() if name != key)
@@ -276,5 +311,8 @@ def without_effect(cases: Sequence[tuple[Mapping[str, float | str], Summary]]) -
 def _same(one: Summary, other: Summary) -> bool:
     if one.peak is None or other.peak is None or one.points != other.points:
         return False
-    a, b = ((each.amplitude, each.frequency) for each in (one.peak, other.peak))
-    return bool(np.allclose(a, b, rtol=SAME, atol=0))
+    a, b = (
+        [(peak.amplitude, peak.frequency) for peak in (c.peak, c.lowest, c.highest) if peak]
+        for c in (one, other)
+    )
+    return len(a) == len(b) and bool(np.allclose(a, b, rtol=SAME, atol=0))

@@ -12,10 +12,12 @@ from vanelock.stages.assessment.bounds import BoundedPeak
 from vanelock.stages.assessment.stability import WORDS
 
 MOST = 24
-"""Cases that a table has; of more, the results hold all."""
+"""Cases that a table has; of more it says so."""
 ENDS = ("least", "as assembled", "largest")
 """What the three places of `PeakBounds` are called."""
 ROUND_OFF = 1e-9
+RANK = np.array([0, 2, 1])
+"""How bad the verdicts 0 stable, 1 unstable, 2 undecided are."""
 FOUND = (
     "found, not proved: the search starts at extreme loads and at random places and follows the "
     "peak's gradient; stationary: the gradient leads no further"
@@ -55,9 +57,15 @@ def bounds_table(found: Mapping[str, BoundedPeak]) -> Table:
             case = "" if len(known) == 1 else f"{name}: "
             places = f"{len(each.drawn)} random place{'s' if len(each.drawn) > 1 else ''}"
             notes.append(f"{case}{places}: {low:.4g} to {high:.4g} µm")
+    notes += _cut(len(known))
     title = "Peaks by static friction, which no model determines"
     made = Table(title, columns, rows, notes, "bounds")
     return made.without("case") if len(known) == 1 else made
+
+
+def _cut(count: int) -> list[str]:
+    """A line where a table has not all of so many cases."""
+    return [f"the first {MOST} of {count} cases; results.h5 has all"] if count > MOST else []
 
 
 def _counted(verdict: NDArray[np.int64]) -> str | None:
@@ -93,7 +101,7 @@ def stability_table(found: Mapping[str, Stability]) -> Table:
     flags: list[Flag] = []
     for name, each in islice(found.items(), MOST):
         growth = np.exp(each.growth / each.frequency[:, None])
-        worst = int(np.argmax(np.nan_to_num(growth.max(axis=1), nan=np.inf)))
+        worst = int(np.lexsort((np.nan_to_num(np.fmax(*growth.T)), RANK[each.verdict]))[-1])
         seen = each.seen[worst, 0]
         rows.append(
             (
@@ -110,5 +118,5 @@ def stability_table(found: Mapping[str, Stability]) -> Table:
         )
         flags.append("good" if each.verdict[worst] == STABLE else "warn")
     title = "Stability of the periodic waves, all nodal diameters considered"
-    made = Table(title, columns, rows, key="stability", flags=flags).without_empty("points")
+    made = Table(title, columns, rows, _cut(len(found)), "stability", flags).without_empty("points")
     return made.without("case") if len(found) == 1 else made

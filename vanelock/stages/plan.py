@@ -141,6 +141,11 @@ class Planned:
         return (self.response,) if self.other is None else (self.response, self.other)
 
     @property
+    def at_rest(self) -> Step[HarmonicModes]:
+        """Modes with all contacts stuck that its state at rest takes."""
+        return self.preload.needs[1]
+
+    @property
     def assessment(self) -> tuple[Step[Any], ...]:
         """What tells the worth of its responses, as far as its file asks for it."""
         bounds = () if self.bounds is None else (self.bounds,)

@@ -25,6 +25,7 @@ from vanelock.quantities import warnings
 from vanelock.results.listing import limits_table, response_table
 from vanelock.results.page_sections.summary import best_friction
 from vanelock.rom import Contacts, Diameter, Force, System
+from vanelock.stages.assessment.bounds import BoundedPeak
 from vanelock.stages.response.limits import limits
 from vanelock.stages.response.summary import Peak, peak_of
 
@@ -99,6 +100,33 @@ def test_loads_that_static_friction_leaves_open_are_told_of_joints_that_slip():
     (line,) = told([SLIP, STUCK], np.array([[0.0, 12.2, np.inf], [1.0, 1.0, 1.0]]))
     assert "at 0 N to any load (12.2 N" in line
     assert told([SLIP, STUCK], np.array([[0.0, 12.2, np.nan], [1.0, 1.0, 1.0]])) == []
+    bounds = replace(bounds, converged=np.array([[True, True, False], [True, True, True]]))
+    (line,) = told([SLIP, STUCK])  # without the numbers
+    assert line.endswith("at which loads it can hold pad at rest was not found")
+    assert told([STUCK, STUCK]) == []
+
+
+def test_bounds_of_another_peak_than_the_curve_s_are_told():
+    """From one per cent on, since a curve's points may miss its top."""
+    found: Any = SimpleNamespace(converged=np.ones(3, bool))
+    bounded = BoundedPeak(found, residual=np.zeros(3))
+    found.frequency, found.amplitude = np.full(3, 250.0), np.array([1e-6, 2e-6, 3e-6])
+    at = Peak(4, 249.0, 1.985e-6, False)
+    assert warnings.bounds(bounded, at) == []
+    (line,) = warnings.bounds(bounded, replace(at, amplitude=2.5e-6))
+    assert "are of ANOTHER PEAK than the curve's" in line
+    assert line.endswith("theirs is 2 um at 250 Hz, the curve's 2.5 um at 249 Hz")
+
+
+def test_a_state_at_rest_that_is_not_solved_is_told(ring):
+    off = replace(ring, contacts=replace(ring.contacts, v0=np.array([1e-5, -1e-5])))
+    rest = static_response(off)
+    assert warnings.at_rest(rest, False) == []
+    assert warnings.at_rest(rest, True) == [warnings.LOOSE]
+    lost = replace(rest, converged=np.zeros(1, bool), residual=np.array([3e-2]))
+    _, line = warnings.at_rest(lost, True)
+    assert [line] == warnings.at_rest(lost, False)
+    assert line.startswith("the state at rest DID NOT CONVERGE (residual 3.0e-02)")
 
 
 def test_modes_of_interest_that_differ_are_told(ring):
@@ -150,6 +178,13 @@ def test_keys_without_effect_are_named():
             rows.append((values, summary(peak=Peak(3, 250.0, HEIGHT * mu, False))))
     (line,) = warnings.without_effect(rows)
     assert line.startswith("response.coupling has no effect")
+    for key in ("material.vane.fatigue_limit", "joints.hook.wear_coefficient", "stability.points"):
+        aside = [({key: values["response.coupling"]}, found) for values, found in rows[:2]]
+        assert warnings.without_effect(aside) == []
+    low, high = (replace(rows[0][1], highest=Peak(3, 251.0, top, False)) for top in (2e-5, 3e-5))
+    shares = [({"bounds.share": 0.5}, low), ({"bounds.share": 1.0}, high)]
+    assert warnings.without_effect(shares) == []
+    assert len(warnings.without_effect([({"bounds.starts": i}, low) for i in (1, 2)])) == 1
     alone = [(values, replace(found, peak=rows[0][1].peak)) for values, found in rows]
     assert len(warnings.without_effect(alone)) == 2
     assert warnings.without_effect(rows[:1]) == []

@@ -163,6 +163,7 @@ def test_a_loose_part_has_no_answer(
         )
     _, notes = told(scene_file(text + QUIET))
     assert any(word in note for note in notes)
+    assert any("the state at rest DID NOT CONVERGE" in note for note in notes)
 
 
 def test_a_tied_rotation_that_the_part_does_not_resist(tmp_path: Path, scene_file: Write) -> None:

@@ -7,8 +7,10 @@ import pytest
 import scipy.linalg as sl
 
 from tests.vanelock.scenes.conftest import Write, chain, joined
+from vanelock import load_scene, run_scene
 from vanelock.common.cyclic import turn
 from vanelock.common.errors import InputError
+from vanelock.input.measured import load_measured
 from vanelock.rom import linear_modes
 
 N, COUNT = 6, 5
@@ -72,3 +74,24 @@ def test_faces_that_do_not_fit_are_refused(
 ) -> None:
     with pytest.raises(InputError, match=told):
         joined(scene_file(rim(tmp_path, "cartesian", keys)))
+
+
+def test_a_joined_ring_has_its_sectors_and_engine_order_where_speeds_are_told(
+    tmp_path: Path, scene_file: Write
+) -> None:
+    """Those of its file, which a scene of a joined system does not repeat."""
+    text = rim(tmp_path, "cylindrical").replace("engine_order = 1", "engine_order = 2")
+    joined(scene_file(text)).save(tmp_path / "ring.h5")
+    (tmp_path / "rig.csv").write_text("speed (rpm), amplitude (um)\n3000, 1\n3600, 2\n")
+    text = '[system]\nfile = "ring.h5"\n[response]\nharmonics = 1\npoints = 7\n'
+    text += '[measured]\nfile = "rig.csv"\n[outputs]\nloops = false\n'
+    scene = load_scene(scene_file(text))
+    (measured,) = load_measured(scene)
+    assert measured.frequency.tolist() == [100.0, 120.0]
+    assert measured.engine_order == 2
+    (found,) = run_scene(scene, tmp_path / "run")
+    page = (tmp_path / "run" / "report.html").read_text("utf-8")
+    assert found.peak is not None
+    assert f"{30 * found.peak.frequency:,.0f} rpm at engine order 2" in page.replace("\xa0", " ")
+    for told in ("Power of one sector at the peak", "Joints of one sector", "Mistuning"):
+        assert told in page, told

@@ -22,7 +22,7 @@ from vanelock.pipeline.executor.tasks import Failure, TaskFailed
 from vanelock.pipeline.progress import Failed, Listener, Notice
 from vanelock.pipeline.step import Stages, Step
 from vanelock.quantities import warnings
-from vanelock.quantities.jumps import by_height, notes
+from vanelock.quantities.jumps import notes
 from vanelock.quantities.scatter import (
     FEWEST,
     Scattered,
@@ -56,7 +56,7 @@ from vanelock.stages.plan import Linear, Planned, plan
 from vanelock.stages.response.monitor import monitor
 from vanelock.stages.response.responses import LIMITS
 from vanelock.stages.response.rest import constant_loads, undetermined
-from vanelock.stages.response.summary import Peak, Summary, peak_of, summarise, sweep_of
+from vanelock.stages.response.summary import Peak, Summary, by_height, peak_of, summarise, sweep_of
 from vanelock.stages.sweep.graph import Job, bundle, jobs, parts_of, steps_of
 from vanelock.stages.sweep.retries import Solved, attempt
 from vanelock.stages.sweep.time_left import Clock
@@ -331,7 +331,7 @@ class Run:
         ]
         loose = self._loose[planned.preload.key]
         found = summarise(case, system.contacts, response, peak, limits, linear, seconds, loose)
-        first = case.name == self.planned[0].case.name
+        first = not self.shown.peak
         found = with_assessment(found, solved)
         lines = (*notes(sweeps), *doubts(solved, found, limits, loose, first, self.stages))
         found = replace(found, sweeps=tuple(sweeps), warnings=lines)
@@ -345,6 +345,7 @@ class Run:
             self._stability[case.name] = solved.stability[0]
         self.record.case(solved, found, self.shown.monitor.name)
         if solved.campbell is not None:
+            self._lines.add(lines_step(planned, self.stages).key)
             self.shown.campbell[case.name] = solved.campbell
             self.record.campbell(case.name, solved.campbell)
         if solved.strain is not None and peak is not None:
@@ -368,9 +369,7 @@ class Run:
         key = lines_step(planned, self.stages).key
         if key in self._lines:
             return None
-        found = campbell(planned, self.stages, self.shown.monitor)
-        self._lines.add(key)
-        return found
+        return campbell(planned, self.stages, self.shown.monitor)
 
     def _strain(self, planned: Planned, response: Response) -> Strain | None:
         if planned.gauges is None:

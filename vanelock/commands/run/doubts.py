@@ -21,13 +21,13 @@ def doubts(
 ) -> Iterator[str]:
     """Lines on a case.
 
-    `loose` says whether a part is held by no contact that is closed at rest, `first` whether the
-    case is a run's first one, whose static friction is looked at.
+    `loose` says whether a part is held by no contact that is closed at rest, `first` whether no
+    other case of the run has had a peak: static friction is looked at in one.
     """
     planned, given = solved.planned, solved.planned.case.given
     contacts, peak = stages.get(planned.system).contacts, found.peak
-    if loose:
-        yield warnings.LOOSE
+    held = solved.static.converged.all() and not loose
+    yield from warnings.at_rest(solved.static, loose)
     yield from warnings.alike(limits.mac)
     if isinstance(given, Study):
         vane = stages.get(planned.meshes["vane"])
@@ -38,14 +38,14 @@ def doubts(
         nodes = np.concatenate([np.empty((0, 3)), *(piece.positions for piece in pieces)])
         points, small = None, warnings.tenth(nodes)
     yield from warnings.implausible(limits.stuck_frequency, nodes)
-    held = contacts.always_closed or tuple(dict.fromkeys(contacts.joints))
-    yield from warnings.open_at_rest(solved.static, contacts.joints, held)
+    closed = contacts.always_closed or tuple(dict.fromkeys(contacts.joints))
+    yield from warnings.open_at_rest(solved.static, contacts.joints, closed)
     if peak is not None:
         orthogonal = given.response.friction == "orthogonal"
-        if first and not loose and orthogonal and solved.bounds is None:
-            bounds = stages.get(static_bounds_step(planned.system, planned.modes))
+        if first and held and orthogonal and solved.bounds is None:
+            bounds = stages.get(static_bounds_step(planned.system, planned.at_rest))
             yield from warnings.static_friction(bounds, contacts.joints, solved.response, peak)
-        yield from warnings.bounds(solved.bounds)
+        yield from warnings.bounds(solved.bounds, peak)
         yield from warnings.wave(found)
         yield from warnings.large(solved.response, peak, *small, points)
         yield from warnings.beyond_band(solved.response, peak, limits.band)

@@ -1,4 +1,4 @@
-"""Values of dotted keys, such as "loads[0].amplitude": read off a study or scene, put into one."""
+"""Values of a study or scene by dotted keys, such as "loads[0].amplitude", read off and put in."""
 
 import re
 from collections.abc import Hashable
@@ -6,6 +6,7 @@ from typing import Any, TypeAlias, TypeVar, cast, get_origin
 
 from vanelock.common.checked import UNCHECKED
 from vanelock.common.errors import InputError
+from vanelock.common.files.hdf5 import opened
 from vanelock.input.messages import Location, dotted
 from vanelock.input.schema.scene import Scene
 from vanelock.input.schema.structure import KeyTable
@@ -40,6 +41,23 @@ def value_at(given: Given, key: str) -> Any:
         else:
             value = getattr(value, item, None)
     return value
+
+
+def ring_of(given: Given) -> tuple[int, int]:
+    """Number of sectors N and engine order EO; of a joined system those in its file.
+
+    Raises
+    ------
+    InputError
+        If that file cannot be read or is none of a system.
+    """
+    if isinstance(given, Study) or given.system is None:
+        return given.ring.sectors, given.excitation.engine_order
+    with opened(given.system.file) as file:
+        try:
+            return int(file.attrs["sectors"]), int(file.attrs["engine_order"])
+        except (KeyError, TypeError, ValueError):
+            raise InputError(f"{given.system.file}: not a vanelock System") from None
 
 
 def with_values(

@@ -7,6 +7,7 @@ from numpy.typing import ArrayLike
 
 from vanelock import render
 from vanelock.input.cases.names import merged, words
+from vanelock.input.cases.values import ring_of
 from vanelock.input.measured import DISPLACEMENT
 from vanelock.quantities.curves_and_fields import Drawn, Floats, RunData
 from vanelock.quantities.selection import PERCENT, band, drawn_alone, in_words, named
@@ -58,12 +59,14 @@ def curves(run_data: RunData) -> Picture:
     ]
     monitor = run_data.shown.monitor.name
     shows = [keys, monitor, run_data.given.name]
-    shows += [[m.name, m.frequency.tolist(), m.amplitude.tolist()] for m in run_data.shown.measured]
-    orders = {
-        abs(each.case.given.excitation.engine_order)
-        for each in run_data.planned
-        if each.case.given.ring.sectors > 1
-    }
+    shows += [
+        [m.label, m.quantity, m.frequency.tolist(), m.amplitude.tolist()]
+        for m in run_data.shown.measured
+    ]
+    given = [each.case.given for each in run_data.planned]
+    if getattr(run_data.given, "system", None) is not None:  # one file, one ring
+        given = given[:1]
+    orders = {abs(order) for sectors, order in map(ring_of, given) if sectors > 1 and order}
     order = orders.pop() if len(orders) == 1 else None  # one speed axis, or none
     title = f"{run_data.given.name}: forced response"
     shade = band(run_data)

@@ -2,6 +2,7 @@
 
 from vanelock.common.tables import Cell, Flag, Table, heads
 from vanelock.input.cases.names import fixed, words
+from vanelock.input.cases.values import ring_of
 from vanelock.input.schema.scene import Scene
 from vanelock.report import Section, Text
 from vanelock.report.blocks import Block
@@ -86,7 +87,7 @@ def _not_estimated(content: PageContent) -> str:
             "**Static friction** of contacts that stick: parts are taken as assembled without "
             "stress; `[bounds]` tells how far other static friction moves the peak."
         )
-    if given.ring.sectors > 1:
+    if ring_of(given)[0] > 1:
         told_of.append("**Mistuning**: all sectors are alike.")
     if given.response.samples is not None:
         told_of.append("**Samples**: contact forces are sampled, their error is not estimated.")

@@ -6,6 +6,7 @@ import numpy as np
 
 from vanelock.common.tables import Table
 from vanelock.input.cases.names import fixed, words
+from vanelock.input.cases.values import ring_of
 from vanelock.input.schema.study import Study
 from vanelock.nonlinear import STUCK
 from vanelock.quantities.answers import CaseAnswers
@@ -84,11 +85,11 @@ def _wave(most: Summary) -> list[Answer]:
     if wave is None or most.peak is None:
         return []
     if wave.verdict == "stable":
-        note = f"all that departs from it dies out, the slowest to {wave.growth:.4g} a period"
+        slowest = f"the slowest to {wave.growth:.4g}" if wave.growth > 0 else "to 0.53 or less"
+        note = f"all that departs from it dies out, {slowest} a period"
         return [Answer("The wave is", "stable", note, "good")]
     if wave.verdict == "undecided":
-        note = "two numbers of harmonics differ on whether a departure from it grows"
-        return [Answer("The wave is", "undecided", note, "warn")]
+        return [Answer("The wave is", "undecided", wave.reason, "warn")]
     shows = ", ".join(f"{f:.4g}" for f in wave.frequencies)
     note = (
         f"the ring does not settle on it: it leaves by nodal diameter {wave.diameter}, "
@@ -122,9 +123,10 @@ def _error(content: PageContent, most: Summary) -> str:
 def _speed(content: PageContent, most: Summary) -> str:
     (given,) = [e.case.given for e in content.run_data.planned if e.case.name == most.case]
     assert most.peak is not None
-    order, texts = abs(given.excitation.engine_order), []
-    if given.ring.sectors > 1:
-        texts.append(f"{60 * most.peak.frequency / order:,.0f} rpm at engine order {order}")
+    (sectors, order), texts = ring_of(given), []
+    if sectors > 1 and order:
+        speed = 60 * most.peak.frequency / abs(order)
+        texts.append(f"{speed:,.0f} rpm at engine order {abs(order)}")
     if 0 <= most.position <= 1:
         texts.append(f"{100 * most.position:.0f} % of the way from free to stuck")
     return "; ".join(texts)

@@ -6,6 +6,7 @@ import numpy as np
 
 from vanelock.common.tables import Cell, Column, Table
 from vanelock.input.cases.names import fixed, of_case, words
+from vanelock.input.cases.values import ring_of
 from vanelock.quantities.answers import CaseAnswers
 from vanelock.quantities.contacts.wear_tables import contact_table, joint_table
 from vanelock.report import Section, Text
@@ -104,7 +105,7 @@ def _method() -> str:
 
 def of_sector(content: PageContent) -> str:
     """Of what numbers are, where there are several sectors."""
-    return " of one sector" if content.run_data.given.ring.sectors > 1 else ""
+    return " of one sector" if ring_of(content.run_data.given)[0] > 1 else ""
 
 
 def _contacts(found: CaseAnswers, content: PageContent) -> Table:

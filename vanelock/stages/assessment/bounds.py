@@ -10,16 +10,15 @@ from numpy.typing import NDArray
 from vanelock import nonlinear
 from vanelock.common.errors import InputError
 from vanelock.common.product import Product
-from vanelock.input.cases.values import Given
 from vanelock.nonlinear import Journal, Options, PeakBounds, Response
 from vanelock.pipeline.step import Step, step
 from vanelock.rom import System
 from vanelock.stages.plan import Planned
 from vanelock.stages.response.limits import frequencies
-from vanelock.stages.response.monitor import Monitor, monitor
+from vanelock.stages.response.monitor import monitor
 from vanelock.stages.response.responses import frequency_keys
 from vanelock.stages.response.solved import as_solved
-from vanelock.stages.response.summary import Peak, peak_of
+from vanelock.stages.response.summary import Peak, by_height, peak_of
 
 Count: TypeAlias = Callable[[int, int | None, float], None]
 """Told how many are done, of how many where that is known, and an amplitude, m, or NaN."""
@@ -64,16 +63,8 @@ class BoundedPeak(Product):
         return Peak(place, *at, at_edge=False)
 
 
-def printed_peak(
-    given: Given, base: System, free: Response, response: Response
-) -> tuple[Monitor, Peak | None]:
-    """What is monitored, by the linear response `free` of the system `base`, and its peak."""
-    watched = monitor(given.outputs.monitor, base, free)
-    return watched, peak_of(response, watched.amplitude(response))
-
-
 def bounds_step(planned: Planned, first: Planned, count: Count) -> Step[BoundedPeak]:
-    """Bounds of a case's peak.
+    """Bounds of a case's peak, of that sweep which finds the higher one.
 
     Parameters
     ----------
@@ -89,16 +80,21 @@ def bounds_step(planned: Planned, first: Planned, count: Count) -> Step[BoundedP
     assert keys is not None
     wanted = keys.model_dump()
     limits, modes, free = planned.linear.limits, planned.modes, first.linear.responses["free"]
-    inputs = {**wanted, **frequency_keys(given), "monitor": given.outputs.monitor}
+    own = {"monitor": given.outputs.monitor, "direction": given.response.direction}
+    inputs = {**wanted, **frequency_keys(given), **own}
 
     def compute(get: Callable[[Step[Any]], Any], journal: Journal) -> BoundedPeak:
-        response: Response = get(planned.response)
         stuck = get(modes).diameters
-        watched, peak = printed_peak(given, get(first.linear.system), get(free), response)
+        watched = monitor(given.outputs.monitor, get(first.linear.system), get(free))
+        response = by_height([get(each) for each in planned.responses], watched)[0]
+        peak = peak_of(response, watched.amplitude(response))
         if peak is None:
             return BoundedPeak(reason="no point converged")
         system: System = get(planned.solved(response).system)
-        options = Options(harmonics=as_solved(response, peak.point).harmonics)
+        options = Options(
+            harmonics=as_solved(response, peak.point).harmonics,
+            direction="down" if response.direction == "down" else "up",
+        )
         try:
             found = nonlinear.peak_bounds(
                 system,
@@ -132,7 +128,7 @@ def bounds_step(planned: Planned, first: Planned, count: Count) -> Step[BoundedP
         "nonlinear",
         inputs,
         BoundedPeak,
-        (planned.system, planned.response, limits, first.linear.system, free, modes),
+        (planned.system, *planned.responses, limits, first.linear.system, free, modes),
         compute,
         pulls=True,
         resumes=True,

@@ -16,15 +16,18 @@ from vanelock.nonlinear import (
     Response,
     Stability,
 )
+from vanelock.nonlinear.floquet.stability import NEUTRAL
+from vanelock.nonlinear.fourier.trigonometric import TURN
 from vanelock.pipeline.step import Step, step
 from vanelock.rom import System
-from vanelock.stages.assessment.bounds import Count, printed_peak
+from vanelock.stages.assessment.bounds import Count
 from vanelock.stages.matrices import steps as of_matrices
 from vanelock.stages.parts.diameters import casing_step
 from vanelock.stages.parts.systems import joined_step, system_step
 from vanelock.stages.plan import Planned
+from vanelock.stages.response.monitor import monitor
 from vanelock.stages.response.solved import as_solved
-from vanelock.stages.response.summary import WaveVerdict
+from vanelock.stages.response.summary import WaveVerdict, peak_of
 
 
 def whole_step(planned: Planned) -> Step[System]:
@@ -64,7 +67,20 @@ def verdict_at(stability: Stability, frequency: float) -> WaveVerdict | None:
         diameter=int(stability.diameter[i, 0]),
         growing=int(stability.growing[i]),
         frequencies=tuple(seen[np.isfinite(seen)].tolist()),
+        reason=undecided(stability, i) if stability.verdict[i] == UNDECIDED else "",
     )
+
+
+def undecided(stability: Stability, point: int) -> str:
+    """Why the verdict at a point is neither stable nor unstable."""
+    growth = stability.growth[point] / (TURN * stability.frequency[point])
+    if np.isnan(growth).any():
+        return f"the wave was not found again with {stability.harmonics[1]} harmonics"
+    if np.any(np.abs(growth) <= NEUTRAL):
+        return "a departure from it neither grows nor dies out"
+    if growth.min() < 0 < growth.max():
+        return "two numbers of harmonics differ on whether a departure from it grows"
+    return "not all departures from it could be followed"
 
 
 def verdicts_along(frequency: NDArray[np.float64], stability: Stability) -> NDArray[np.int64]:
@@ -110,7 +126,8 @@ def stability_step(
     ) -> Stability:
         chosen = np.flatnonzero(response.converged).tolist()
         if keys.points == "peaks":
-            _, peak = printed_peak(given, base, free, response)
+            watched = monitor(given.outputs.monitor, base, free)
+            peak = peak_of(response, watched.amplitude(response))
             point = 0 if peak is None else peak.point
             response, chosen = as_solved(response, point), [0]
         return nonlinear.stability(

@@ -1,6 +1,6 @@
 """What a run found, in numbers."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,11 +10,14 @@ from vanelock.input.cases.sweep import Case
 from vanelock.nonlinear import OPEN, SLIP_OPEN, Response
 from vanelock.rom import Contacts
 from vanelock.stages.response.limits import Limits
+from vanelock.stages.response.monitor import Monitor
 
 OPENING = (OPEN, SLIP_OPEN)
 RUBS = 1e-6
 """Friction work of a contact that slips, relative to the largest: one that opens without rubbing
 is not counted as slipping."""
+ALIKE = 1e-6
+"""Relative difference of two peaks below which they agree."""
 
 
 @dataclass(frozen=True)
@@ -68,13 +71,16 @@ class WaveVerdict:
     ----------
     verdict : "stable", "unstable" or "undecided"
     growth : float
-        What a period makes of the motion that grows fastest, or dies out slowest.
+        What a period makes of the motion that grows fastest, or dies out slowest; NaN where all
+        die out to 0.53 or less.
     diameter : int
         Its nodal diameter; -1 where none is known.
     growing : int
         Motions that grow.
     frequencies : tuple of float
         Where that motion shows at the outputs, Hz, largest first.
+    reason : str
+        Why it is undecided.
     """
 
     verdict: str
@@ -82,6 +88,7 @@ class WaveVerdict:
     diameter: int
     growing: int
     frequencies: tuple[float, ...]
+    reason: str = ""
 
 
 @dataclass(frozen=True)
@@ -165,6 +172,14 @@ def peak_of(response: Response, amplitude: NDArray[np.float64]) -> Peak | None:
         return None
     edge = response.points > 1 and top in (0, response.points - 1)
     return Peak(top, float(response.frequency[top]), float(amplitude[top]), edge)
+
+
+def by_height(responses: Sequence[Response], monitor: Monitor) -> list[Response]:
+    """Responses of a case, that of the largest peak first; the given order where they agree."""
+    peaks = [peak_of(response, monitor.amplitude(response)) for response in responses]
+    heights = [0.0 if peak is None else peak.amplitude for peak in peaks]
+    first = next(i for i, height in enumerate(heights) if height * (1 + ALIKE) >= max(heights))
+    return [responses[first], *responses[:first], *responses[first + 1 :]]
 
 
 def sweep_of(response: Response, amplitude: NDArray[np.float64]) -> Sweep:

@@ -1,5 +1,6 @@
 """Which curves and modes a sweep draws, and what it calls them."""
 
+import json
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
@@ -10,9 +11,11 @@ import numpy as np
 from vanelock import parse_study
 from vanelock.input.cases.names import merged, words
 from vanelock.input.cases.sweep import cases
+from vanelock.input.measured import STRAIN, Measured
 from vanelock.nonlinear import static_response
 from vanelock.quantities.curves_and_fields import RunData, Shown
 from vanelock.report import Picture
+from vanelock.results.figures.curves import curves
 from vanelock.results.figures.curves import linear as linear_curves
 from vanelock.results.figures.pictures import Pictures
 from vanelock.results.figures.shapes import all_modes
@@ -110,6 +113,22 @@ def test_equal_linear_limits_are_one_curve_and_others_are_named():
     }
     labels = [curve.label for curve in linear_curves(run_data("", (), linear)[0])]
     assert labels == ["linear, free: EO = -1 or 1", "linear, free: EO = 2", "linear, stuck"]
+
+
+def test_the_curves_are_drawn_again_where_a_measured_one_is_called_otherwise_or_is_a_strain():
+    drawn, _ = run_data("")
+    shows: list[Any] = []
+
+    def draw(name, shown, write, quick=False):
+        shows.append(shown)
+        return Path(name)
+
+    drawn.output_files.draw = draw
+    one = Measured("rig", F, 1e-6 * F)
+    for each in (one, replace(one, load=0.5), replace(one, quantity=STRAIN)):
+        drawn.shown.measured = (each,)
+        curves(drawn)
+    assert len({json.dumps(each) for each in shows}) == 6  # pictures and CSV files
 
 
 def test_words_for_cases():

@@ -183,7 +183,7 @@ def test_the_sum_is_good_only_where_each_part_is_known():
 
     def last(modes, harmonics, source="frequencies"):
         numbers = (("modes", *modes), ("harmonics", *harmonics), (source, 1e-4, 1e-4))
-        sources = tuple(Source(*each, 0.005, 0.2, "") for each in numbers)
+        sources = tuple(Source(name, a, f, 0.005, 0.2, "") for name, a, f in numbers)
         return error_table("nominal", Errors(0.01, sources, (), 250.0), "x").flags[-1]
 
     assert last((1e-3, 1e-3), (1e-3, 1e-3)) == "good"

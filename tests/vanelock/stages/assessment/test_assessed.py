@@ -10,17 +10,34 @@ import pytest
 from tests.nonlinear.following.test_peak_bounds import held_pad, peak_by_load
 from tests.vanelock.scenes.test_sector import rim
 from vanelock import load_scene, nonlinear, run_scene
+from vanelock.common.errors import InputError
 from vanelock.pipeline.cache import Cache
+from vanelock.pipeline.executor.tasks import reachable
 from vanelock.pipeline.progress import Done, PointDone
-from vanelock.pipeline.step import Stages
+from vanelock.pipeline.step import Stages, Step
+from vanelock.rom import Contacts, Diameter, Force, System
 from vanelock.stages.assessment.bounds import BoundedPeak
 from vanelock.stages.matrices.gather import gathered
 from vanelock.stages.matrices.steps import system_step
+from vanelock.stages.response.responses import static_bounds_step
 
 PAD = (
     '[system]\nfile = "pad.h5"\n[response]\nrange = [0.1, 0.3]\nharmonics = 1\n'
     "[bounds]\nstarts = 1\n[stability]\n[outputs]\nloops = false\nreport = false\n"
 )
+
+
+NEAR = "range = [44.0, 56.0]\npoints = 49\n"
+
+
+def softening() -> System:
+    """1 kg on a pressed contact that opens when it moves more than 0.1 mm."""
+    own = np.array([[[1.0], [0.0], [0.0]]])
+    stiffness = (2 * np.pi * 55) ** 2
+    matrices = Diameter(np.array([[0.5 * stiffness]]), np.eye(1), own, None, own)
+    springs = np.array([0.5 * stiffness]), np.ones((1, 2)), np.zeros(1), np.array([1e-4])
+    force = {1: Force(np.array([1.0 + 0j]))}
+    return System(1, 1, {0: matrices}, Contacts(*springs, ("pad",)), force, ("mass",), 0.005)
 
 
 def written(folder: Path, text: str) -> Path:
@@ -120,6 +137,62 @@ def test_a_peak_at_the_end_of_the_range_has_no_bounds(tmp_path: Path) -> None:
     (found,) = run_scene(load_scene(path), tmp_path / "run")
     assert found.lowest is None
     assert any(line.startswith("no bounds of the peak over static") for line in found.warnings)
+
+
+@pytest.mark.parametrize("direction", ["up", "down", "both"])
+def test_bounds_are_of_the_sweep_that_the_run_shows(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, direction: str
+) -> None:
+    """A preloaded contact that opens softens: the sweep down reaches higher."""
+    swept = list[str | None]()
+
+    def bounds(
+        system: object, near: object, options: nonlinear.Options, *_: Any, **__: Any
+    ) -> None:
+        swept.append(options.direction)
+        raise InputError("enough")
+
+    monkeypatch.setattr(nonlinear, "peak_bounds", bounds)
+    softening().save(tmp_path / "soft.h5")
+    text = f'direction = "{direction}"\n[bounds]\n[outputs]\nloops = false\nreport = false\n'
+    text = f'[system]\nfile = "soft.h5"\n[response]\nharmonics = 1\n{NEAR}{text}'
+    (found,) = run_scene(load_scene(written(tmp_path, text)), tmp_path / "run")
+    assert [found.sweeps[0].direction] == swept
+    assert swept == ["up" if direction == "up" else "down"]
+    if direction == "both":
+        assert found.sweeps[0].peak.amplitude > 1.1 * found.sweeps[1].peak.amplitude
+
+
+def test_static_friction_is_told_of_the_first_case_that_is_there(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """By modes of harmonic 0 alone, to the bit what all harmonics' give."""
+    real, taken = nonlinear.frequency_response, list[Any]()
+
+    def response(system: System, *rest: Any, **options: Any) -> nonlinear.Response:
+        if system.contacts.mu[0] == 0.4:
+            raise MemoryError
+        return real(system, *rest, **options)
+
+    def bounds(system: Step[System], modes: Step[Any]) -> Step[Any]:
+        taken.append(modes)
+        return static_bounds_step(system, modes)
+
+    monkeypatch.setattr(nonlinear, "frequency_response", response)
+    monkeypatch.setattr("vanelock.commands.run.doubts.static_bounds_step", bounds)
+    text = PAD.replace("[bounds]\nstarts = 1\n[stability]\n", "").replace("nics = 1", "nics = 3")
+    held_pad(1.0).save(tmp_path / "pad.h5")
+    path = written(tmp_path, text + '[contacts.pad]\n[sweep]\n"contacts.pad.mu" = [0.4, 0.5, 0.6]')
+    found = run_scene(load_scene(path), tmp_path / "run")
+    told = [any("static friction of contacts" in line for line in each.warnings) for each in found]
+    assert told == [True, False]
+    assert [each.stage for each in reachable(taken)].count("stuck modes") == 1
+    system = held_pad(1.0)
+    one, three = (
+        nonlinear.static_bounds(system, modes=nonlinear.harmonic_modes(system, h).diameters)
+        for h in (0, 3)
+    )
+    np.testing.assert_array_equal(one.rest_load, three.rest_load)
 
 
 def test_the_sector_of_a_scene_has_the_stability_of_all_its_nodal_diameters(tmp_path: Path) -> None:
