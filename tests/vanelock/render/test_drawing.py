@@ -6,6 +6,8 @@ from typing import Any
 import numpy as np
 import pytest
 from matplotlib.image import imread
+from matplotlib.lines import Line2D
+from matplotlib.patches import Polygon
 from matplotlib.text import Text
 from pydantic import BaseModel
 
@@ -15,7 +17,7 @@ from vanelock.render import casing_drawing, style, vane_drawing
 from vanelock.render.drawings import drafting
 from vanelock.render.drawings.captions import caption
 from vanelock.render.drawings.casing_sheet import casing_sheet
-from vanelock.render.drawings.sections import revolved, section
+from vanelock.render.drawings.sections import polar, revolved, section
 from vanelock.render.drawings.vane_sheet import vane_sheet
 
 DESIGNS: dict[str, tuple[dict[str, Any], dict[str, Any], int]] = {
@@ -93,6 +95,27 @@ def test_what_is_drawn_lies_in_its_panel(drawn):
                     assert inside.count_contains(points) == len(points)
                 else:
                     assert inside.count_contains(window.corners()) == 4
+
+
+def test_a_boss_is_solid_where_the_sector_has_one_and_dashed_where_not(drawn):
+    (_, given, _), figures = drawn
+    casing = CasingDimensions(**given)
+    at, radius = 1e3 * casing.boss_position, 500 * casing.boss_diameter
+    low = 1e3 * casing.outer_radius
+    box = [[at - radius, low], [at + radius, low + 1e3 * casing.boss_height]]
+
+    def spans(points):
+        corners = np.asarray(points)
+        return len(corners) > 3 and np.allclose([corners.min(axis=0), corners.max(axis=0)], box)
+
+    solid = [p for p in figures["casing"].findobj(Polygon) if spans(p.get_xy())]
+    dashed = [line for line in figures["casing"].findobj(Line2D) if spans(line.get_xydata())]
+    assert bool(solid) == (casing.bosses > 0)
+    assert bool(dashed) == (casing.bosses == 0)
+
+
+def test_a_place_seen_from_the_front_has_its_angle_from_the_top():
+    np.testing.assert_allclose(polar(0.2, np.pi / 6), [100.0, 100 * 3**0.5])
 
 
 def test_values_have_units():
