@@ -231,8 +231,9 @@ def fixed(case: Case, wanted: Iterable[int], progress: Progress) -> Planned:
     """Steps of a case without an accuracy, its casing reduced at the `wanted` diameters."""
     study = case.study
     rom = {part: rom_step(study, part, wanted) for part in PARTS}
-    system, base = system_step(study, **rom), system_step(without_friction(study), **rom)
-    meshed = meshed_step(without_friction(study), **rom)
+    bare = without_friction(study)
+    system, base = system_step(study, **rom), system_step(bare, **rom)
+    meshed = meshed_step(bare, **rom)
     modes = limits_step(study.response.mode, base, tuple(rom.values()), meshed)
     still = system_step(without_load(study), **rom) if is_loaded(study) else base
     planned = _planned(case, rom, system, base, still, modes, progress)
