@@ -133,6 +133,22 @@ def open_at_rest(static: Response, joints: Sequence[str], held: Iterable[str]) -
     return lines
 
 
+def corrected(
+    response: Response, peak: Peak, joints: Sequence[str], held: Iterable[str]
+) -> list[str]:
+    """Joints `held` whose contacts move at the peak, where what meshes add is taken off."""
+    lines = []
+    for name in held:
+        own = np.array([joint == name for joint in joints], bool)
+        moving = int((response.state[peak.point, own] != STUCK).sum())
+        if moving > OPEN_SHARE * own.sum():
+            lines.append(
+                f"{moving} of {own.sum()} contacts of {name} slip or open at the peak: "
+                "mesh.correction is found with all of them sticking, and may take off too much"
+            )
+    return lines
+
+
 def static_friction(
     bounds: StaticBounds, joints: Sequence[str], response: Response, peak: Peak
 ) -> list[str]:

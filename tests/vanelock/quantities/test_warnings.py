@@ -81,6 +81,19 @@ def test_hooks_that_are_open_at_rest_are_told(ring):
     assert warnings.open_at_rest(static_response(ring), joints, ["hook", "interlock"]) == []
 
 
+def test_a_correction_is_doubted_where_what_is_held_moves():
+    joints = ["hook"] * 4 + ["interlock"]
+    at = Peak(1, 50.0, 1.0, False)
+
+    def told(states):
+        response: Any = SimpleNamespace(state=np.array([[STUCK] * 5, states]))
+        return warnings.corrected(response, at, joints, ("hook",))
+
+    (line,) = told([STUCK, SLIP, OPEN, STUCK, SLIP])
+    assert line.startswith("2 of 4 contacts of hook slip or open at the peak: mesh.correction")
+    assert told([STUCK, STUCK, STUCK, STUCK, SLIP]) == []
+
+
 def test_loads_that_static_friction_leaves_open_are_told_of_joints_that_slip():
     """A pad that slips beside a clamp that sticks, and one that sticks as well."""
     at = Peak(0, 50.0, 1.0, False)

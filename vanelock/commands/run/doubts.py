@@ -45,6 +45,9 @@ def doubts(
         if first and held and orthogonal and solved.bounds is None:
             bounds = stages.get(static_bounds_step(planned.system, planned.at_rest))
             yield from warnings.static_friction(bounds, contacts.joints, solved.response, peak)
+        if isinstance(given, Study) and given.mesh.correction != "none":
+            closed = contacts.always_closed
+            yield from warnings.corrected(solved.response, peak, contacts.joints, closed)
         yield from warnings.bounds(solved.bounds, peak)
         yield from warnings.wave(found)
         yield from warnings.large(solved.response, peak, *small, points)

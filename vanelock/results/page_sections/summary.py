@@ -236,7 +236,8 @@ def warnings(content: PageContent) -> list[str]:
             f"{worst.doubt}: its stress tells the mesh, not the part."
         )
     given = content.run_data.given
-    if isinstance(given, Study) and given.mesh.size == "coarse" and not content.worth:
+    mesh = given.mesh if isinstance(given, Study) and not content.worth else None
+    if mesh and (mesh.size, mesh.correction) == ("coarse", "none"):
         lines.append("The mesh is coarse: frequencies are several per cent too high.")
     return lines
 
