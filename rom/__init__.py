@@ -9,6 +9,7 @@ _modules = {
     "Recovery": "full_fields.recover",
     "Reduced": "component",
     "join": "joining.vane_and_casing",
+    "joined_stiffness": "joining.vane_and_casing",
     "linear_damping": "joining.linear_modes",
     "linear_modes": "joining.linear_modes",
     "linear_stiffness": "joining.linear_modes",

@@ -65,6 +65,18 @@ def split(
     return x[joined_dofs(vane, casing)], x[: casing.size]
 
 
+def joined_stiffness(
+    vane: Component, casing: Component, nodal_diameter: int
+) -> tuple[NDArray[np.complex128], NDArray[np.complex128]]:
+    """(n, n) stiffness of the vane and of the casing at a nodal diameter, in joined coordinates."""
+    dofs, own = joined_dofs(vane, casing), casing.size
+    n = max(own, int(dofs.max()) + 1)
+    blade, shell = np.zeros((2, n, n), complex)
+    blade[np.ix_(dofs, dofs)] = vane.at(nodal_diameter).K
+    shell[:own, :own] = casing.at(nodal_diameter).K
+    return blade, shell
+
+
 def join(
     vane: Component,
     casing: Component,

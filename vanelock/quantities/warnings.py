@@ -144,7 +144,7 @@ def corrected(
         if moving > OPEN_SHARE * own.sum():
             lines.append(
                 f"{moving} of {own.sum()} contacts of {name} slip or open at the peak: "
-                "mesh.correction is found with all of them sticking, and may take off too much"
+                "mesh.correction is found with all of them sticking, and may not hold"
             )
     return lines
 

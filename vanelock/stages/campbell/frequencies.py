@@ -17,8 +17,7 @@ import scipy.linalg as sl
 from numpy.typing import NDArray
 from scipy.optimize import brentq
 
-from vanelock.rom import Component, MeshExcess, System
-from vanelock.rom.joining.vane_and_casing import joined_dofs
+from vanelock.rom import Component, MeshExcess, System, joined_stiffness
 
 Floats = NDArray[np.float64]
 Factors = Callable[[float], tuple[float, float]]
@@ -76,12 +75,9 @@ class ModesOverSpeed:
         k, matrices = self.nodal_diameter, self.system.at(self.nodal_diameter)
         n = len(matrices.K)
         lower = sl.cholesky(matrices.M, lower=True)
-        dofs = joined_dofs(self.vane, self.casing)
-        shell, blade = np.zeros((2, n, n), complex)
-        shell[: self.casing.size, : self.casing.size] = self.casing.at(k).K
-        blade[np.ix_(dofs, dofs)] = self.vane.at(k).K
+        blade, shell = joined_stiffness(self.vane, self.casing, k)
         if self.excess is not None and k in self.excess.diameters:
-            off = self.excess.diameters[k].stiffness(matrices.M)
+            off = self.excess.diameters[k].stiffness
             blade, shell = blade - off[0], shell - off[1]
         rows, stays = self.system.contact_rows(k), ~self.system.contacts.opens
         contacts = []

@@ -138,7 +138,8 @@ def _excess(
                 fem.excess_stiffness(recovery.model, recovery.displacement(q, k))
                 for recovery, q in zip(recoveries, rom.split(vane, casing, shapes), strict=True)
             ]
-            found[k] = rom.modal_excess(shapes, frequency, parts)
+            forces = [K @ shapes for K in rom.joined_stiffness(vane, casing, k)]
+            found[k] = rom.modal_excess(shapes, frequency, parts, forces)
         return MeshExcess(found)
 
     needs = (joined, vane, casing, *models, prepared)
