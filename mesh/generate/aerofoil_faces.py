@@ -5,11 +5,19 @@ may lie closer to each other than an element is long. Left to itself the mesher 
 such a face from one shroud to the other, or lets the triangles of the two sides cross. Divided like
 a chessboard, in as many columns along the chord and rows along the span on both sides, they keep
 their distance, and the places of the output nodes are corners of the board.
+
+Rows are short at the shrouds, where stresses grow, and long between. With u from 0 to 1 along the
+rows and s along the span,
+
+    s = 1/2 + tanh(κ (2u - 1)) / (2 tanh κ),
+
+which gmsh calls "Bump", its coefficient 1 - tanh²κ. κ is such that a corner stays at each quarter.
 """
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
+from scipy.optimize import brentq
 
 from vanelock.common.errors import InputError
 from vanelock.mesh.generate.occ_solids import TOLERANCE
@@ -22,6 +30,28 @@ SLENDER = 30
 ROUND = 2
 """Columns around a rounded edge. A single element's side there bows by half its length, which
 makes thin aerofoils stiffer in torsion than even straight sides do."""
+
+WIDE = 0.5
+"""Elements across an aerofoil's chord, in element sizes: what bends it is told from few."""
+NEAR = 5 / 3
+"""Rows in each outer quarter of the span, over those in each inner one."""
+
+
+class Divisions(NamedTuple):
+    """Rows along the span, those of them in each outer quarter, and columns along the chord."""
+
+    rows: int
+    outer: int
+    columns: int
+
+    @property
+    def bump(self) -> float:
+        """The coefficient of rows that have corners at the quarters of the span."""
+        share = 1 - 2 * self.outer / self.rows
+        if share >= 0.5:
+            return 1.0
+        kappa = brentq(lambda k: np.tanh(k * share) - np.tanh(k) / 2, 1e-3, 20.0)
+        return float(1 - np.tanh(kappa) ** 2)
 
 
 def divide_aerofoils(gmsh: Any, vane: VaneDimensions, size: float) -> list[int]:
@@ -56,34 +86,36 @@ def divide_aerofoils(gmsh: Any, vane: VaneDimensions, size: float) -> list[int]:
             f"vane.aerofoils = {vane.aerofoils}: {len(faces)} faces between the shrouds instead of "
             f"{4 * vane.aerofoils}: the aerofoils leave their shrouds"
         )
-    rows, columns = divisions(vane, size)
+    rows, _, columns = found = divisions(vane, size)
     sides = []
     for face in faces:
         for _, curve in gmsh.model.getBoundary([(2, face)], oriented=False):
             first, last = (ends[corner] for _, corner in gmsh.model.getBoundary([(1, curve)]))
-            pieces = rows
-            if first == last:  # along the chord, or round an edge
-                along = gmsh.model.occ.getMass(1, curve) > 0.5 * vane.chord
-                pieces = columns if along else ROUND
-                if along and face not in sides:
-                    sides.append(face)
-            gmsh.model.mesh.setTransfiniteCurve(curve, pieces + 1)
+            if first != last:
+                gmsh.model.mesh.setTransfiniteCurve(curve, rows + 1, "Bump", found.bump)
+                continue
+            along = gmsh.model.occ.getMass(1, curve) > 0.5 * vane.chord  # or round an edge
+            gmsh.model.mesh.setTransfiniteCurve(curve, (columns if along else ROUND) + 1)
+            if along and face not in sides:
+                sides.append(face)
         gmsh.model.mesh.setTransfiniteSurface(face, "AlternateRight")
     return sides
 
 
-def divisions(vane: VaneDimensions, size: float) -> tuple[int, int]:
-    """Rows along the span, a multiple of four, and columns along the chord, an even number.
+def divisions(vane: VaneDimensions, size: float) -> Divisions:
+    """How an aerofoil's sides are divided; columns are an even number.
 
-    An element is no longer than `SLENDER` edges are thick, and the camber line's arc stands no
-    further off an element's side than a quarter of the aerofoil's thickness.
+    An element of evenly divided rows would be no longer than `SLENDER` edges are thick, and the
+    camber line's arc stands no further off an element's side than a quarter of the aerofoil's
+    thickness.
     """
     span = vane.outer_shroud_inner_radius - vane.inner_shroud_outer_radius
     span /= np.cos(np.radians(vane.lean))
-    rows = span / min(size, SLENDER * vane.edge_thickness)
+    inner = int(np.ceil(span / min(size, SLENDER * vane.edge_thickness) / 4))
+    outer = int(np.ceil(NEAR * inner))
     bent = np.sqrt(4 * vane.camber * vane.chord / vane.thickness)
-    columns = max(vane.chord / (1.05 * size), bent, 1.0)  # elsewhere, too, a few are longer
-    return 4 * int(np.ceil(rows / 4)), 2 * int(np.ceil(columns / 2))
+    columns = max(vane.chord / (WIDE * size), bent, 1.0)
+    return Divisions(2 * (inner + outer), outer, 2 * int(np.ceil(columns / 2)))
 
 
 def _ends(gmsh: Any, vane: VaneDimensions) -> dict[int, int]:

@@ -1,5 +1,6 @@
 """From gmsh's mesh to arrays: nodes, elements, and the nodes on curves, faces and points."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -39,9 +40,9 @@ class MeshArrays:
         return np.searchsorted(self.tags, np.asarray(tags, dtype=np.int64))
 
 
-def generate(gmsh: Any, size: float) -> MeshArrays:
-    """Mesh the current model with curved quadratic tetrahedra no larger than `size`, m."""
-    tetrahedra(gmsh, size)
+def generate(gmsh: Any, size: float, local: Callable[[float], float] | None = None) -> MeshArrays:
+    """Mesh the current model with curved quadratic tetrahedra, sizes as `tetrahedra` has them."""
+    tetrahedra(gmsh, size, local)
     gmsh.model.mesh.setOrder(2)
     _, nodes = gmsh.model.mesh.getElementsByType(TETRA10)
     used, cells = np.unique(np.asarray(nodes, dtype=np.int64), return_inverse=True)

@@ -14,6 +14,9 @@ from vanelock.mesh.geometry.dimensions import CasingDimensions
 
 MOST = 8
 """Times longer, at most."""
+USUAL = 3
+"""Half the error of elements as long as wide, at as many unknowns
+(docs/benchmarks/mesh_error.md)."""
 
 
 def drawn_out(points: NDArray[np.float64], stretch: float) -> NDArray[np.float64]:
@@ -23,17 +26,20 @@ def drawn_out(points: NDArray[np.float64], stretch: float) -> NDArray[np.float64
     return np.stack([radius * np.cos(angle), radius * np.sin(angle), z], axis=1)
 
 
-def check_stretch(stretch: int, casing: CasingDimensions) -> None:
-    """Refuse a stretch out of range, or of round bosses, which would become oval.
+def checked_stretch(stretch: int | None, casing: CasingDimensions) -> int:
+    """A stretch, `USUAL` unless given where there are no bosses; round ones would become oval.
 
     Raises
     ------
     InputError
-        Naming `mesh.stretch`.
+        Naming `mesh.stretch`, where it is out of range or there are bosses.
     """
+    if stretch is None:
+        return 1 if casing.bosses else USUAL
     if stretch not in range(1, MOST + 1):
         raise InputError(f"mesh.stretch = {stretch:g}: must be a whole number from 1 to {MOST}")
     if stretch > 1 and casing.bosses:
         raise InputError(
             f"mesh.stretch = {stretch}: only 1 is allowed where casing.bosses = {casing.bosses}"
         )
+    return stretch

@@ -20,7 +20,7 @@ from vanelock.mesh.generate.edge_nodes import half_way
 from vanelock.mesh.generate.extract import MeshArrays, along, generate, nearest, nodes_on, place
 from vanelock.mesh.geometry import aerofoil, contact_places
 from vanelock.mesh.geometry.dimensions import CasingDimensions, VaneDimensions
-from vanelock.mesh.geometry.element_size import element_size
+from vanelock.mesh.geometry.element_size import HOOKS, element_size, of_vane
 from vanelock.mesh.geometry.revolved import hooks_outline, inner_shroud_outline
 from vanelock.mesh.gmsh_session import session
 from vanelock.mesh.part import Part
@@ -65,9 +65,9 @@ def vane_segment(
     dimensions = dimensions or VaneDimensions()
     check_vane(dimensions, sectors)
     length = element_size(size, "vane")
-    check_resolved("vane", dimensions.fillet, length)
+    check_resolved("vane", dimensions.fillet, HOOKS * length)
     steps = (
-        contact_places.band_pieces(dimensions.hook, sectors, length),
+        contact_places.band_pieces(dimensions.hook, sectors, HOOKS * length),
         contact_places.interlock_pieces(dimensions, length),
     )
     bands = contact_places.hook_bands(dimensions.hook, sectors, steps[0])
@@ -80,11 +80,12 @@ def vane_segment(
             gmsh, solid, [occ_solids.arc(gmsh, band[0], band[-1]) for band in bands]
         )
         row_tags = [_edge(gmsh, row) for side in (left, right) for row in side]
-        occ_solids.grade_fillets(gmsh, dimensions.fillet, length)
+        occ_solids.grade_fillets(gmsh, dimensions.fillet, HOOKS * length)
         for tag, nodes in zip(band_tags + row_tags, [*bands, *left, *right], strict=True):
             gmsh.model.mesh.setTransfiniteCurve(tag, len(nodes) // 2 + 1)
         sides = divide_aerofoils(gmsh, dimensions, length)
-        mesh = half_way(gmsh, generate(gmsh, length), dimensions, sectors)
+        mesh = generate(gmsh, length, of_vane(dimensions, length))
+        mesh = half_way(gmsh, mesh, dimensions, sectors)
         on = [nodes_on(gmsh, mesh, 1, tag) for tag in band_tags + row_tags]
         skin = np.concatenate([nodes_on(gmsh, mesh, 2, tag) for tag in sides])
     part = _part(dimensions, sectors, mesh, on, skin, (bands, left, right, accessory), steps)

@@ -8,9 +8,9 @@ from vanelock.common.errors import InputError
 from vanelock.mesh.checks.fillets import check_resolved
 from vanelock.mesh.generate.aerofoil_faces import ROUND, divisions
 from vanelock.mesh.generate.bosses import check_meshable
-from vanelock.mesh.generate.stretch import check_stretch
+from vanelock.mesh.generate.stretch import checked_stretch
 from vanelock.mesh.geometry.dimensions import CasingDimensions, HookDimensions, VaneDimensions
-from vanelock.mesh.geometry.element_size import LARGEST, SMALLEST, element_size
+from vanelock.mesh.geometry.element_size import HOOKS, LARGEST, SHROUD, SMALLEST, element_size
 
 MOST = 1_000_000
 """Degrees of freedom of both parts together; beyond, meshing takes minutes and memory runs out."""
@@ -18,16 +18,17 @@ MOST = 1_000_000
 Plate = tuple[float, float]
 """Area of the mid-surface, m^2, and thickness, m."""
 
-_LEAST, _SHEET, _BULK = 6180.0, 35.9, 13.8
-_A_CELL = 5.4  # nodes of an aerofoil on a cell of its faces, what lies beneath included
-_AROUND = 1.15  # on the shrouds and hooks, for the finer elements at the aerofoils and contacts
+_CASING_LEAST, _CASING = 6180.0, (35.9, 13.8)  # by area and by volume
+_VANE_LEAST, _VANE = 5670.0, (45.8, 17.7)  # with the finer elements at aerofoils and contacts
+_A_CELL = 7.73  # nodes of an aerofoil on a cell of its faces, what lies beneath included
 
 
 def casing_dofs(
     casing: CasingDimensions, hook: HookDimensions, sectors: int, size: float, stretch: int = 1
 ) -> float:
     """Estimate for a casing sector meshed with elements of `size`, m; fillets apart."""
-    return _plates_dofs(casing_plates(casing, hook, sectors * stretch), size)
+    plates = casing_plates(casing, hook, sectors * stretch)
+    return _CASING_LEAST + _plates_dofs(plates, size, _CASING)
 
 
 def vane_dofs(vane: VaneDimensions, sectors: int, size: float) -> float:
@@ -35,21 +36,25 @@ def vane_dofs(vane: VaneDimensions, sectors: int, size: float) -> float:
 
     Aerofoils are counted by the rows and columns of their faces.
     """
-    rows, columns = divisions(vane, size)
-    cells = vane.aerofoils * rows * 2 * (columns + ROUND)
-    return 3 * _A_CELL * cells + _AROUND * _plates_dofs(shroud_plates(vane, sectors), size)
+    divided = divisions(vane, size)
+    cells = vane.aerofoils * divided.rows * 2 * (divided.columns + ROUND)
+    shares = (1.0, SHROUD, HOOKS, HOOKS)
+    plates = zip(shroud_plates(vane, sectors), shares, strict=True)
+    regions = (_plates_dofs([plate], share * size, _VANE) for plate, share in plates)
+    return _VANE_LEAST + 3 * _A_CELL * cells + sum(regions)
 
 
-def _plates_dofs(plates: list[Plate], size: float) -> float:
-    """Estimate for a part made of plates.
+def _plates_dofs(plates: list[Plate], size: float, each: tuple[float, float]) -> float:
+    """Estimate for plates.
 
     Besides what contacts and corners need anyway, a plate thinner than an element has its nodes
-    by area and a thicker one by volume. The constants are fitted to 30 meshes of both parts, with
-    elements of 4 to 25 mm, thin and thick walls, 8 to 24 sectors, none missed by a quarter.
+    by area and a thicker one by volume. The constants are fitted to 30 meshes of casings and 21
+    of vanes, with elements of 4 to 30 mm, thin and thick walls, 8 to 24 sectors, none missed by a
+    quarter (casings) or a tenth (vanes).
     """
     area = sum(area for area, _ in plates)
     volume = sum(area * thickness for area, thickness in plates)
-    return _LEAST + _SHEET * area / size**2 + _BULK * volume / size**3
+    return each[0] * area / size**2 + each[1] * volume / size**3
 
 
 def check_size(
@@ -58,7 +63,7 @@ def check_size(
     casing: CasingDimensions | None,
     sectors: int,
     hook: HookDimensions | None = None,
-    stretch: int = 1,
+    stretch: int | None = None,
 ) -> None:
     """Refuse elements so small that both meshes together would be too large, or too large.
 
@@ -71,16 +76,16 @@ def check_size(
         that is too small for the elements; or `mesh.stretch`.
     """
     if vane is not None:
-        check_resolved("vane", vane.fillet, element_size(size, "vane"))
+        check_resolved("vane", vane.fillet, HOOKS * element_size(size, "vane"))
     if casing is not None:
         check_resolved("casing", casing.fillet, element_size(size, "casing"))
         check_meshable(casing, element_size(size, "casing"))
-        check_stretch(stretch, casing)
-    hook = hook or (HookDimensions() if vane is None else vane.hook)
+        stretch = checked_stretch(stretch, casing)
+    hook, times = hook or (HookDimensions() if vane is None else vane.hook), stretch or 1
 
     def count(vane_size: float, casing_size: float) -> float:
         return (0 if vane is None else vane_dofs(vane, sectors, vane_size)) + (
-            0 if casing is None else casing_dofs(casing, hook, sectors, casing_size, stretch)
+            0 if casing is None else casing_dofs(casing, hook, sectors, casing_size, times)
         )
 
     estimate = count(element_size(size, "vane"), element_size(size, "casing"))

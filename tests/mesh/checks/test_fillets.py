@@ -188,9 +188,10 @@ def test_fillets_too_small_for_any_mesh_or_for_this_one_are_refused() -> None:
     )
     small = CasingDimensions(fillet=0.001)
     with pytest.raises(InputError, match=told):
-        casing_sector(small, size="coarse")
+        casing_sector(small, size=0.025)
     with pytest.raises(InputError, match=told):
-        check_size("coarse", VaneDimensions(), small, 16)
+        check_size(0.025, VaneDimensions(), small, 16)
     with pytest.raises(InputError, match=r"^vane\.fillet = 0\.001 m: too small"):
-        vane_segment(VaneDimensions(fillet=0.001), size="coarse")
+        vane_segment(VaneDimensions(fillet=0.001), size=0.041)
+    check_size(0.039, VaneDimensions(fillet=0.001), None, 16)  # half as long where fillets are
     check_size(0.02, VaneDimensions(fillet=0.001), small, 16)

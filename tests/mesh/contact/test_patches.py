@@ -30,7 +30,7 @@ def vane(coarse: tuple[Part, Part]) -> Part:
 
 @pytest.fixture(scope="module")
 def casing() -> Part:
-    return casing_sector(size=0.015)  # so that the two parts' faces differ
+    return casing_sector(size=0.015, stretch=1)  # so that the two parts' faces differ
 
 
 def centroids(name: str) -> NDArray[np.float64]:

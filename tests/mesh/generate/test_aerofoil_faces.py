@@ -30,20 +30,32 @@ def edge_corners(vane, sectors, size):
 
 @pytest.mark.parametrize(("vane", "sectors"), [(VaneDimensions(), 16), (THIN, 40)])
 def test_edges_of_aerofoils_carry_a_node_at_the_end_of_every_row(vane, sectors):
-    part, ends = edge_corners(vane, sectors, "coarse")
-    rows, columns = divisions(vane, 0.025)
-    assert (rows % 4, columns % 2) == (0, 0)
+    size = 0.025
+    part, ends = edge_corners(vane, sectors, size)
+    found = divisions(vane, size)
+    assert (found.rows % 2, found.columns % 2) == (0, 0)
+    low, high = vane.inner_shroud_outer_radius, vane.outer_shroud_inner_radius
     for line in ends:
-        inside = line[np.hypot(line[:, 0], line[:, 1]) > vane.inner_shroud_outer_radius - 1e-6]
-        assert len(inside) == rows + 1
-        step = np.diff(np.sort(inside[:, 0]))
-        assert step.max() < 1.01 * step.min()
-        assert step.max() < min(0.025, SLENDER * vane.edge_thickness)
+        inside = line[np.hypot(line[:, 0], line[:, 1]) > low - 1e-6]
+        assert len(inside) == found.rows + 1
+        height = np.sort(inside[:, 0])
+        step = np.diff(height)
+        even = (high - low) / (2 * (found.rows - 2 * found.outer))  # of rows of one height
+        assert step.max() < 1.1 * even
+        assert even < min(size, SLENDER * vane.edge_thickness)
+        assert step[0] < 0.6 * step.max()  # short at the shrouds
+        assert step[-1] < 0.6 * step.max()
+        for share in (0.25, 0.5, 0.75):  # output nodes stand there
+            wanted = height[0] + share * np.ptp(height)
+            assert abs(height - wanted).min() < 1e-3 * np.ptp(height)
     assert quality(part).smallest_sicn > 0.01
 
 
 def test_camber_and_thin_edges_ask_for_more_columns_and_rows():
-    assert divisions(VaneDimensions(), 0.025) == (8, 4)  # 135 mm by 47 mm
-    assert divisions(VaneDimensions(camber=0.0), 0.025) == (8, 2)
-    assert divisions(VaneDimensions(edge_thickness=3e-4), 0.025) == (16, 4)
-    assert divisions(VaneDimensions(lean=25), 0.012) == (16, 4)  # 149 mm along the leaning edge
+    usual = VaneDimensions()
+    assert divisions(usual, 0.03) == (12, 4, 4)  # 135 mm by 47 mm
+    assert divisions(usual, 0.012) == (16, 5, 8)
+    assert divisions(VaneDimensions(lean=25), 0.012) == (22, 7, 8)  # 149 mm along the leaning edge
+    assert divisions(VaneDimensions(camber=0.0), 0.05) == (6, 2, 2)
+    assert divisions(VaneDimensions(camber=0.3), 0.05) == (6, 2, 4)
+    assert divisions(VaneDimensions(edge_thickness=3e-4), 0.03) == (22, 7, 4)

@@ -56,7 +56,7 @@ def test_bosses_stand_evenly_over_the_whole_ring() -> None:
 
 def test_bosses_are_meshed_and_leave_the_sets_alone() -> None:
     plain, part = (
-        casing_sector(CasingDimensions(bosses=count, boss_height=0.012), size="coarse")
+        casing_sector(CasingDimensions(bosses=count, boss_height=0.012), size=0.025, stretch=1)
         for count in (0, 2)
     )
     figures = quality(part)
@@ -142,10 +142,10 @@ def test_bosses_too_small_for_the_elements_are_refused() -> None:
         for changes in ({"boss_height": 0.001}, {"boss_diameter": 0.004})
     )
     with pytest.raises(InputError, match=r"^casing\.boss_height = 0\.001 m: too small for elemen"):
-        casing_sector(flat, size="coarse")
+        casing_sector(flat, size=0.025)
     told = r"^casing\.boss_diameter = 0\.004 m: too small .* at least 0\.005 m, .* up to 0\.02 m$"
     with pytest.raises(InputError, match=told):
-        check_size("coarse", VaneDimensions(), narrow, 16)
+        check_size(0.025, VaneDimensions(), narrow, 16)
     check_size(0.02, VaneDimensions(), narrow, 16)
     check_size(0.02, VaneDimensions(), flat, 16)
 

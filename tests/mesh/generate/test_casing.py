@@ -65,7 +65,9 @@ def test_every_number_in_reach_is_found() -> None:
 
 def test_a_face_keeps_the_rest_of_the_casing() -> None:
     """Only the face's edges are divided otherwise: elements elsewhere follow the size."""
-    free, exact = casing_sector(size=0.010), casing_sector(size=0.010, face_nodes=326)
+    free, exact = (
+        casing_sector(size=0.010, face_nodes=number, stretch=1) for number in (None, 326)
+    )
     assert 3 * len(exact.points) == pytest.approx(43_000, rel=0.05)
     assert len(exact.points) == pytest.approx(len(free.points), rel=0.02)
 
@@ -79,7 +81,7 @@ def test_the_same_number_is_the_same_mesh() -> None:
 @pytest.mark.parametrize(
     ("size", "wanted", "told"),
     [
-        ("coarse", 326, r"elements of 25 mm .* has about 1\d\d nodes: allowed are \d+ to 1\d\d; 3"),
+        (0.025, 326, r"elements of 25 mm .* has about 1\d\d nodes: allowed are \d+ to 1\d\d; 3"),
         (0.010, 2000, r"elements of 10 mm .* has about 3\d\d nodes: .*; 2000 suits mesh.size = 2."),
         (0.010, 50, r"elements of 10 mm .* has about 3\d\d nodes: .*; with other mesh.size \d\d "),
         (0.050, 50_000, r"elements of 50 mm .*; with other mesh.size \d\d to about 1\d{4}$"),
@@ -95,6 +97,6 @@ def test_numbers_out_of_reach_are_refused_with_the_sizes_that_suit(
 
 def test_the_size_suggested_gives_the_number() -> None:
     with pytest.raises(InputError) as caught:
-        casing_sector(size="coarse", face_nodes=326)
+        casing_sector(size=0.025, face_nodes=326)
     size = 1e-3 * float(str(caught.value).rpartition("mesh.size = ")[2].removesuffix(" mm"))
     check_faces(casing_sector(size=size, face_nodes=326), 326)

@@ -18,8 +18,8 @@ from vanelock.mesh.generate import mesher
 def test_sizes_are_tried_until_one_serves(monkeypatch, qualities, sizes):
     tried = []
 
-    def attempt(gmsh, size):
-        tried.append(size)
+    def attempt(gmsh, size, local, finer):
+        tried.append(size * finer)
         quality = qualities[(len(tried) - 1) % len(qualities)]
         if quality < 0:
             raise Exception("no mesh")  # as gmsh does
@@ -31,8 +31,8 @@ def test_sizes_are_tried_until_one_serves(monkeypatch, qualities, sizes):
 
 
 def test_what_cannot_be_meshed_at_any_size_says_why(monkeypatch):
-    def attempt(gmsh, size):
-        raise Exception(f"no mesh at {size}")
+    def attempt(gmsh, size, local, finer):
+        raise Exception(f"no mesh at {finer * size}")
 
     monkeypatch.setattr(mesher, "_attempt", attempt)
     with pytest.raises(Exception, match="no mesh at 1.0"):

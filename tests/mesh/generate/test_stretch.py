@@ -48,10 +48,19 @@ def test_patches_are_those_without(drawn, coarse) -> None:
 def test_fewer_unknowns_for_a_smaller_error(drawn) -> None:
     """The first frequencies fall towards the true ones as a mesh gets better."""
     steel = Material(E=170e9, nu=0.3, rho=8200.0)
-    usual = casing_sector(size=0.0125)
+    usual = casing_sector(size=0.0125, stretch=1)
     assert len(drawn.points) < 0.8 * len(usual.points)
     found, before = (modes(assemble(p, steel), 4, nodal_diameter=1) for p in (drawn, usual))
     assert np.all(found.frequency[:3] < before.frequency[:3])
+
+
+def test_elements_are_so_unless_there_are_bosses() -> None:
+    usual, drawn, bosses = (
+        casing_sector(CasingDimensions(bosses=number), size=0.025, stretch=stretch)
+        for number, stretch in ((0, None), (0, 3), (1, None))
+    )
+    assert np.array_equal(usual.points, drawn.points)
+    assert len(bosses.points) > 1.5 * len(usual.points)
 
 
 @pytest.mark.parametrize(("size", "stretch"), [(0.012, 2), (0.006, 4), (0.005, 8)])

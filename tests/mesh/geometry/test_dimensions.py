@@ -199,7 +199,7 @@ def test_refused_chord_is_the_one_that_reaches_the_interlock(slant: float) -> No
 
 def test_sizes_have_names_and_limits() -> None:
     assert element_size("medium", "casing") == 0.0125
-    assert element_size("medium", "vane") == 0.0115
+    assert element_size("medium", "vane") == 0.016
     assert element_size(0.01, "vane") == 0.01
     with pytest.raises(InputError, match='^mesh.size = "tiny": allowed are "coarse", "medium",'):
         element_size("tiny", "vane")

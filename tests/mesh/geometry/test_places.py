@@ -20,7 +20,7 @@ def test_named_nodes_stay_where_they_are_when_the_mesh_changes() -> None:
         (vane_segment, ("hook_front", "hook_rear", "key", "interlock_left", "accessory")),
         (casing_sector, ("hook_front", "hook_rear", "key", "force", "accessory")),
     ):
-        coarse, fine = build(size="coarse"), build(size=0.014)
+        coarse, fine = build(size="coarse"), build(size=0.01)
         assert len(fine.points) > 1.5 * len(coarse.points)
         for name in names:
             assert np.array_equal(
