@@ -17,6 +17,7 @@ _modules = {
     "MeshExcess": "joining.mesh_excess",
     "modal_excess": "joining.mesh_excess",
     "recovery": "full_fields.recover",
+    "rest_shapes": "joining.mesh_excess",
     "prepare": "reduction",
     "reduce": "reduction",
     "split": "joining.vane_and_casing",

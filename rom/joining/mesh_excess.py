@@ -11,8 +11,9 @@ Q_pᴴ x are the coefficients of the combination of X whose strains are nearest 
 that moves without strain, as with contacts open, loses nothing, and K_p' is positive wherever K_p
 is, since E_p is less than G_p. E_p is proportional to the part's modulus; Q_p does not change.
 
-At rest interference and static loads push where no low mode leads; what the modes tell there is
-wrong, in sign too. So nodal diameter 0, at which the state at rest is, stays as it is.
+At rest interference pushes where no low mode leads. So at nodal diameter 0, where the state at rest
+is, X holds the static answers to each joint's interference too, with contacts that stick and with
+contacts without friction (`rest_shapes`), where contacts act on areas.
 """
 
 from collections.abc import Sequence
@@ -20,17 +21,21 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
+import scipy.linalg as sl
 from numpy.typing import NDArray
 
-from vanelock.common.errors import InputError
 from vanelock.common.product import Product
 from vanelock.rom.fixed_interface.held import hermitian
 from vanelock.rom.system import Matrix, System
 
 MODES = 16
 """Modes along which the excess is taken off."""
-LEAST = 0.5
-"""Least share of its strain energy that any combination of modes must keep."""
+MOST = 0.5
+"""Largest share of its strain energy that is taken off any combination of modes."""
+DOUBT = 0.25
+"""Of what is taken off, what remains of it at most (docs/theory/mesh_correction.md)."""
+FRICTIONLESS = 1e-6
+"""Of the tangential stiffness, what is left to contacts without friction lest parts float."""
 STRAINED = 1e-8
 """Strain energy of a combination of modes, relative to the largest, below which it is none."""
 
@@ -47,11 +52,15 @@ class ModalExcess(Product):
         E_p, J at modes of unit mass.
     coefficients : (p, n, m)
         Q_p in joined coordinates.
+    share : float
+        The largest part that E_p is of the strain energy of a combination of modes; above `MOST`,
+        where no more than that is taken off, the mesh is too coarse to tell.
     """
 
     frequency: NDArray[np.float64] = field(metadata={"unit": "Hz"})
     parts: NDArray[Any]
     coefficients: NDArray[Any]
+    share: float
 
     @property
     def stiffness(self) -> NDArray[Any]:
@@ -67,7 +76,7 @@ class MeshExcess(Product):
     Attributes
     ----------
     diameters : dict of int to ModalExcess
-        By nodal diameter, 0 not among them.
+        By nodal diameter.
     """
 
     diameters: dict[int, ModalExcess]
@@ -97,7 +106,7 @@ def modal_excess(
     parts: Sequence[NDArray[Any]],
     forces: Sequence[NDArray[Any]],
 ) -> ModalExcess:
-    """The excess of modes, if they keep most of their stiffness without it.
+    """The excess of modes, at most half of the strain energy of any combination of them.
 
     Parameters
     ----------
@@ -109,25 +118,41 @@ def modal_excess(
         E_p.
     forces : sequence of (n, m)
         K_p X, N.
-
-    Raises
-    ------
-    InputError
-        If the meshes are too coarse for their excess to be small.
     """
-    kept, coefficients = [], []
+    kept, coefficients, most = [], [], 0.0
     for E, KX in zip(parts, forces, strict=True):
-        energy, V = np.linalg.eigh(hermitian(shapes.conj().T @ KX))
+        G = hermitian(shapes.conj().T @ KX)
+        energy, V = np.linalg.eigh(G)
         strained = energy > STRAINED * energy.max()
         W = V[:, strained] / np.sqrt(energy[strained])  # Wᴴ G W = 1
-        share = hermitian(W.conj().T @ E @ W)
-        most = float(np.linalg.eigvalsh(share).max(initial=0.0))
-        if most > 1 - LEAST:
-            raise InputError(
-                f"mesh.correction: the mesh holds {100 * most:.0f} % of the strain energy of a "
-                "combination of modes, too much to be taken off: needs smaller elements"
-            )
-        onto = W @ W.conj().T  # G⁻¹
-        coefficients.append(KX @ onto)
-        kept.append(hermitian(E))
-    return ModalExcess(frequency, np.array(kept), np.array(coefficients))
+        share, U = np.linalg.eigh(hermitian(W.conj().T @ E @ W))
+        most = max(most, float(share.max(initial=0.0)))
+        back = G @ W @ U
+        kept.append(hermitian(back * share.clip(max=MOST) @ back.conj().T))
+        coefficients.append(KX @ W @ W.conj().T)
+    return ModalExcess(frequency, np.array(kept), np.array(coefficients), most)
+
+
+def rest_shapes(system: System, joints: Sequence[str]) -> Matrix:
+    """(n, 2j) static answers to the interference of each of j joints, at nodal diameter 0.
+
+    Contacts stick in the first j of them, and have no friction in the others. Each is of unit mass.
+
+    Parameters
+    ----------
+    system : System
+    joints : sequence of str
+        Those whose contacts act on areas: the energy under a point force grows without bound as
+        elements shrink, and what meshes add to it means nothing.
+    """
+    one, contacts = system.at(0), system.contacts
+    rows = system.contact_rows(0)
+    found = []
+    for share in (1.0, FRICTIONLESS):
+        springs = np.column_stack([contacts.kn, share * contacts.kt])
+        held = one.K + np.einsum("cdi,cd,cdj->ij", rows.conj(), springs, rows)
+        push = [rows[:, 0].conj().T @ (contacts.kn * contacts.of(joint)) for joint in joints]
+        found.append(sl.solve(hermitian(held), np.column_stack(push), assume_a="pos"))
+    x = np.hstack(found)
+    mass = np.einsum("ij,ij->j", x.conj(), one.M @ x).real
+    return np.asarray(x / np.sqrt(mass))
