@@ -160,14 +160,14 @@ def _has_the_dimensions(study: Any) -> Iterator[str]:
     why = f"needs dimensions, while {'vane.mesh' if vane else 'casing.mesh'} is given"
     if vane and study.outputs.gauges:
         yield f"outputs.gauges: a gauge's place {why}"
-    if (vane or casing) and study.joints.hook.patch == "area":
+    if (vane or casing) and study.patches["hook"] == "area":
         yield f'joints.hook.patch = "area": {why}'
-    if vane and study.joints.interlock.patch == "area":
+    if vane and study.patches["interlock"] == "area":
         yield f'joints.interlock.patch = "area": {why}'
     if casing and study.mesh.face_nodes is not None:
         yield f"mesh.face_nodes = {study.mesh.face_nodes}: casing.mesh is given"
-    if casing and study.mesh.stretch > 1:
-        yield f"mesh.stretch = {study.mesh.stretch}: casing.mesh is given"
+    if casing and study.stretch > 1:
+        yield f"mesh.stretch = {study.stretch}: casing.mesh is given"
     if vane and casing and study.vane.hook != HookDimensions():
         yield "vane.hook: both parts are given as meshes, so it has no use"
 

@@ -20,6 +20,7 @@ from vanelock.common.quantities import (
 from vanelock.input.schema.piecewise import ByTemperature
 from vanelock.mesh.checks.dimensions import FEWEST, MOST
 from vanelock.mesh.generate.stretch import MOST as STRETCH
+from vanelock.mesh.generate.stretch import USUAL
 from vanelock.mesh.geometry.element_size import LARGEST, SIZES, SMALLEST
 from vanelock.mesh.refinement.dof_estimate import MOST as LARGEST_MESHES
 
@@ -127,10 +128,13 @@ class MeshKeys(KeyTable):
         default=None, ge=10, le=100_000, description="number of nodes of each cyclic face"
     )
     stretch: int = Field(
-        default=1, ge=1, le=STRETCH, description="length of the casing's elements around the ring"
+        default=USUAL,
+        ge=1,
+        le=STRETCH,
+        description="length of the casing's elements around the ring",
     )
     correction: Literal["none", "modal"] = Field(
-        default="none", description="how the stiffness that the meshes add is taken off"
+        default="modal", description="how the stiffness that the meshes add is taken off"
     )
 
 
@@ -166,7 +170,7 @@ class HookJoint(KeyTable):
     wear_coefficient: Annotated[Wear, Usual(1e-20, 1e-9)] | None = Field(
         default=None, gt=0, le=1e-6, description="wear coefficient [m^2/N]"
     )
-    patch: Patch = Field(default="node", description="what a contact acts on")
+    patch: Patch = Field(default="area", description="what a contact acts on")
 
     checks: ClassVar[tuple[Check, ...]] = (_one_of_each,)
 
@@ -192,7 +196,7 @@ class InterlockJoint(KeyTable):
     wear_coefficient: Annotated[Wear, Usual(1e-20, 1e-9)] | None = Field(
         default=None, gt=0, le=1e-6, description="wear coefficient [m^2/N]"
     )
-    patch: Patch = Field(default="node", description="what a contact acts on")
+    patch: Patch = Field(default="area", description="what a contact acts on")
 
     checks: ClassVar[tuple[Check, ...]] = (_one_of_each,)
 

@@ -297,6 +297,22 @@ class Study(KeyTable):
         """Joints with contacts."""
         return ("hook", "interlock")[: 1 + self.joints.interlock.enabled]
 
+    @property
+    def stretch(self) -> int:
+        """Of the casing's elements; 1 unless given where bosses or an own mesh allow no other."""
+        allowed = isinstance(self.casing, CasingDimensions) and not self.casing.bosses
+        return self.mesh.stretch if allowed or "stretch" in self.mesh.model_fields_set else 1
+
+    @property
+    def patches(self) -> dict[str, str]:
+        """What the contacts of each joint act on; nodes unless given where own meshes meet."""
+        own = isinstance(self.vane, OwnVane), isinstance(self.casing, OwnCasing)
+        meshes = {"hook": any(own), "interlock": own[0]}
+        return {
+            name: "node" if meshes[name] and "patch" not in joint.model_fields_set else joint.patch
+            for name, joint in (("hook", self.joints.hook), ("interlock", self.joints.interlock))
+        }
+
     def _is_sampled_enough(self) -> Iterator[str]:
         least = least_samples(self.response.harmonics, self.response.friction)
         if self.response.samples is not None and self.response.samples < least:
@@ -338,11 +354,6 @@ class Study(KeyTable):
                 f'{text}: response.harmonic_diameters = "{self.response.harmonic_diameters}" is '
                 'not what a wave does; choose "wave"'
             )
-        if text and self.mesh.correction != "none":
-            yield (
-                f'{text}: mesh.correction = "{self.mesh.correction}": the mesh is chosen by what '
-                'the correction takes off; choose "none"'
-            )
         if text and self.response.direction != "up":
             yield (
                 f'{text}: response.direction = "{self.response.direction}": leave it out, since '
@@ -362,9 +373,7 @@ class Study(KeyTable):
     def _can_be_meshed(self) -> None:
         vane = None if isinstance(self.vane, OwnVane) else self.vane
         casing = None if isinstance(self.casing, OwnCasing) else self.casing
-        check_size(
-            self.mesh.size, vane, casing, self.ring.sectors, self.vane.hook, self.mesh.stretch
-        )
+        check_size(self.mesh.size, vane, casing, self.ring.sectors, self.vane.hook, self.stretch)
 
     checks: ClassVar[tuple[Check, ...]] = (
         _is_sampled_enough,

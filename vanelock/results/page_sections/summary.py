@@ -17,6 +17,8 @@ from vanelock.results.listing import case_table
 from vanelock.results.page_sections.content import PageContent
 from vanelock.results.page_sections.fatigue import assumed, judged
 from vanelock.results.page_sections.wear import shares
+from vanelock.rom.joining.mesh_excess import DOUBT
+from vanelock.stages.accuracy.choose_mesh import AMPLITUDE
 from vanelock.stages.response.summary import Summary
 
 MOST_FAILED = 5
@@ -109,9 +111,10 @@ def _of_linear(most: Summary) -> str:
 
 
 def _error(content: PageContent, most: Summary) -> str:
-    """What the peak's estimated error is, where one is."""
+    """What the peak's estimated error is, where one is, or what the mesh leaves in doubt."""
     if most.case not in content.worth:
-        return ""
+        doubt = AMPLITUDE["modal"] * _doubt(content, most)
+        return f"; the mesh leaves ±{100 * doubt:.2g} %" if doubt else ""
     errors = content.worth[most.case][0]
     text = f"; estimated error {100 * errors.total[0]:.2g} %, asked for {100 * errors.accuracy:g} %"
     apart = [each for each in errors.sources if each not in errors.counted]
@@ -120,10 +123,19 @@ def _error(content: PageContent, most: Summary) -> str:
     )
 
 
+def _doubt(content: PageContent, most: Summary) -> float:
+    """Of the frequencies of interest, what the meshes leave in doubt; 0 where it is not known."""
+    (planned,) = [e for e in content.run_data.planned if e.case.name == most.case]
+    limits = content.run_data.stages.get(planned.linear.limits)
+    return DOUBT * float(np.nan_to_num([limits.free_lowered, limits.stuck_lowered]).max())
+
+
 def _speed(content: PageContent, most: Summary) -> str:
     (given,) = [e.case.given for e in content.run_data.planned if e.case.name == most.case]
     assert most.peak is not None
     (sectors, order), texts = ring_of(given), []
+    if most.case not in content.worth and (doubt := _doubt(content, most)):
+        texts.append(f"the mesh leaves ±{100 * doubt:.2g} %")
     if sectors > 1 and order:
         speed = 60 * most.peak.frequency / abs(order)
         texts.append(f"{speed:,.0f} rpm at engine order {abs(order)}")

@@ -15,7 +15,6 @@ from vanelock.common.errors import InputError
 from vanelock.input.cases.values import with_values
 from vanelock.input.schema.own_mesh import OwnVane, refuse_without_areas
 from vanelock.input.schema.study import Study
-from vanelock.mesh.geometry.dimensions import CasingDimensions, VaneDimensions
 from vanelock.mesh.geometry.element_size import SIZES, SMALLEST, element_size
 from vanelock.pipeline.step import Stages
 from vanelock.stages.accuracy.budget import Budget, budget, pins
@@ -31,13 +30,12 @@ ORDER = 0.85
 on the example), near 1 where elements resolve the walls. Two meshes tell their own."""
 BETWEEN = (0.5, 1.1)
 """Orders that are believed of two meshes."""
-AMPLITUDE = 1.2
-"""Error of the peak's amplitude by the mesh, over that of its frequency: the largest measured
-(docs/benchmarks/speed-against-error.md, mesh.size)."""
+AMPLITUDE = {"none": 1.2, "modal": 2.0}
+"""Error of the peak's amplitude by the mesh, over that told of its frequency, by `mesh.correction`:
+the largest measured (docs/benchmarks/speed-against-error.md, mesh.size;
+docs/theory/mesh_correction.md)."""
 AIM = 0.9
 """Of its share, the error that the next mesh is to have."""
-STRETCH = 3
-"""Of the casing's elements around the ring: half the error at as many unknowns."""
 ROUNDS = 6
 CLOSE = 0.9
 """Least change of size worth another mesh."""
@@ -104,7 +102,7 @@ def choose_mesh(study: Study, stages: Stages, most: float | None = None) -> Mesh
     """
     if isinstance(study.vane, OwnVane):
         refuse_without_areas(study, stages.get(mesh_step(study, "vane")))
-    chosen = _on_areas(study)
+    chosen = study
     shares = budget(study)
     modes = shares.shares.get("modes")
     if modes is not None:
@@ -124,27 +122,10 @@ def choose_mesh(study: Study, stages: Stages, most: float | None = None) -> Mesh
     return MeshChoice(chosen, study, shares, tuple(rounds), short)
 
 
-def _on_areas(study: Study) -> Study:
-    """With contacts on areas unless the study says otherwise, or a part is a user's mesh."""
-    if not isinstance(study.vane, VaneDimensions) or not isinstance(study.casing, CasingDimensions):
-        return study
-    joints = study.joints
-    open_to = [
-        name
-        for name in ("hook", "interlock")
-        if "patch" not in getattr(joints, name).model_fields_set
-    ]
-    return with_values(study, {f"joints.{name}.patch": "area" for name in open_to})
-
-
 def _meshed(
     study: Study, share: float, stages: Stages, most: float
 ) -> tuple[Study, list[Round], str, Limits]:
     """The coarsest mesh whose estimated error is within its share, from the coarse one on."""
-    casing = study.casing
-    if isinstance(casing, CasingDimensions) and not casing.bosses:
-        if "stretch" not in study.mesh.model_fields_set:
-            study = with_values(study, {"mesh.stretch": STRETCH})
     size, finest = _coarsest(study), _finest(study, most)
     rounds: list[Round] = []
     lengths: list[float] = []
@@ -159,7 +140,7 @@ def _meshed(
             size = float(f"{max(length / 2**0.5, finest):.3g}")
             continue
         rounds.append(_round(chosen, errors, stages))
-        error = AMPLITUDE * rounds[-1].error
+        error = AMPLITUDE[study.mesh.correction] * rounds[-1].error
         if error <= share:
             return chosen, rounds, "", limits
         lengths.append(length)

@@ -51,7 +51,8 @@ class Errors:
     warnings : tuple of str
         Why the accuracy may not be met, a line each.
     corrected : float
-        Frequency of the peak less what the mesh is estimated to add to it, Hz.
+        Frequency of the peak less what the mesh is estimated to add to it, Hz; NaN where that is
+        taken off already.
     """
 
     accuracy: float
@@ -94,6 +95,7 @@ def errors(
     settings: dict[str, str],
     costs: dict[str, float],
     mesh: float,
+    correction: str,
 ) -> Errors:
     """Errors of a case, and warnings.
 
@@ -107,6 +109,8 @@ def errors(
         Words, and processor times in s.
     mesh : float
         Estimated error of the mode of interest by the mesh.
+    correction : str
+        How what the meshes add is taken off, `mesh.correction`.
     """
     found = peak_errors(response)
     total, nan = sum(costs.values()) or 1.0, float("nan")
@@ -119,13 +123,14 @@ def errors(
         if name == "frequencies" and _listed(budget):
             continue  # exactly these are asked for
         if name == "mesh":  # by the mode itself, which a mesh may move beyond first order
-            amplitude, frequency = AMPLITUDE * mesh, mesh
+            amplitude, frequency = AMPLITUDE[correction] * mesh, mesh
         cost = costs.get(name, float("nan"))
         share = budget.shares.get(name, float("nan"))
         sources.append(
             Source(name, amplitude, frequency, share, cost / total, settings.get(name, ""))
         )
-    known = Errors(budget.accuracy, tuple(sources), (), found.frequency * (1 - mesh))
+    less = found.frequency * (1 - mesh) if correction == "none" else nan
+    known = Errors(budget.accuracy, tuple(sources), (), less)
     return replace(known, warnings=tuple(_warnings(known, budget, rounds, short)))
 
 
@@ -149,7 +154,7 @@ def _warnings(known: Errors, budget: Budget, rounds: Sequence[Round], short: str
     if "mesh" in budget.pinned and rounds and rounds[-1].error > budget.accuracy:
         lines.append(
             f"WARNING: the accuracy holds for this mesh alone ({budget.pinned['mesh']} is given): "
-            f"frequencies are too high by about {rounds[-1].error:.1e} because of it"
+            f"frequencies are off by about {rounds[-1].error:.1e} because of it"
         )
     for kind, unknown in zip(("amplitude", "frequency"), known.unknown, strict=True):
         if unknown:

@@ -43,6 +43,7 @@ def judged(
         _settings(planned, response, stages),
         _costs(planned, stages),
         mesh.interest,
+        planned.case.study.mesh.correction,
     )
     N = planned.case.study.ring.sectors
     used = list(planned.diameters)

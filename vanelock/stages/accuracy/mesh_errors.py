@@ -5,6 +5,8 @@ parts, where `fem.excess_stiffness` tells by how much each mesh is too stiff for
 
     Δf/f = Σ_parts Δ / (2 ω²)        at unit modal mass.
 
+Where the study takes this off (`mesh.correction`), a quarter of it remains in doubt.
+
 The nodal diameters of higher harmonics get the errors of the same frequencies at that of the first.
 """
 
@@ -20,9 +22,10 @@ from vanelock.fem import Model
 from vanelock.input.schema.study import Study
 from vanelock.pipeline.step import Step, step
 from vanelock.rom import Component, System
+from vanelock.rom.joining.mesh_excess import DOUBT
 from vanelock.stages.parts.components import PARTS, model_step, rom_step
 from vanelock.stages.parts.diameters import casing_step, diameter_of, prepared_step
-from vanelock.stages.parts.systems import joined_step, without_friction
+from vanelock.stages.parts.systems import ESTIMATED, joined_step, without_friction
 from vanelock.stages.response.limits import Limits
 
 Floats = NDArray[np.float64]
@@ -33,7 +36,7 @@ MODES = 5
 
 @dataclass(frozen=True)
 class MeshErrors(Product):
-    """Estimated relative errors of natural frequencies by the meshes; each is too high.
+    """Estimated relative errors of natural frequencies by the meshes.
 
     Attributes
     ----------
@@ -72,6 +75,7 @@ def mesh_errors_step(study: Study, limits: Step[Limits]) -> Step[MeshErrors]:
     system = joined_step(without_friction(study), {0, k})
     vane, casing = rom_step(study, "vane", ()), casing_step(study, k)
     models = tuple(model_step(study, part) for part in PARTS)
+    corrects = study.mesh.correction != "none"
 
     def compute(
         system: System,
@@ -95,7 +99,9 @@ def mesh_errors_step(study: Study, limits: Step[Limits]) -> Step[MeshErrors]:
         )
         for recovery, q in zip(recoveries, rom.split(vane, casing, x), strict=True):
             u = recovery.displacement(q, k)
-            raised.append(np.diagonal(fem.excess_stiffness(recovery.model, u)).real)
+            taken_off = corrects and recovery.model.part.cell_type == ESTIMATED
+            share = DOUBT if taken_off else 1.0
+            raised.append(share * np.diagonal(fem.excess_stiffness(recovery.model, u)).real)
         errors = np.divide(
             np.array(raised).T, 2 * omega2[:, None], out=np.zeros((count + 1, 2)),
             where=omega2[:, None] > 0,
@@ -103,4 +109,5 @@ def mesh_errors_step(study: Study, limits: Step[Limits]) -> Step[MeshErrors]:
         return MeshErrors(stuck, errors[:-1], errors[-1], limits.stuck_mode)
 
     needs = (system, limits, vane, casing, *models, prepared_step(study))
-    return step("mesh errors", "fem", {}, MeshErrors, needs, compute)
+    inputs = {"corrects": corrects}
+    return step("mesh errors", "fem", inputs, MeshErrors, needs, compute)

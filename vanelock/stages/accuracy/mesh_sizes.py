@@ -43,7 +43,7 @@ def unknowns(study: Study, size: str | float, own: Mapping[str, int] | None = No
     if isinstance(vane, VaneDimensions):
         count, hook = count + vane_dofs(vane, N, element_size(size, "vane")), vane.hook
     if isinstance(casing, CasingDimensions):
-        count += casing_dofs(casing, hook, N, element_size(size, "casing"), study.mesh.stretch)
+        count += casing_dofs(casing, hook, N, element_size(size, "casing"), study.stretch)
     return count
 
 

@@ -150,8 +150,7 @@ def masters(study: Study, part: str) -> tuple[str, ...]:
 
 def averaged(study: Study, part: str) -> tuple[str, ...]:
     """Those of a part's masters whose contacts act on patches."""
-    chosen = {"hook": study.joints.hook.patch, "interlock": study.joints.interlock.patch}
-    on_patches = [joint for joint, patch in chosen.items() if patch == "area"]
+    on_patches = [joint for joint, patch in study.patches.items() if patch == "area"]
     return tuple(name for name in masters(study, part) if name.partition("_")[0] in on_patches)
 
 

@@ -2,11 +2,11 @@
 
 from functools import lru_cache
 from pathlib import Path
+from typing import Any
 
 from vanelock import mesh
 from vanelock.common.errors import InputError
 from vanelock.input.schema.own_mesh import Casing, OwnCasing, OwnVane, Vane, chosen_sets
-from vanelock.input.schema.structure import MeshKeys
 from vanelock.input.schema.study import Study
 from vanelock.mesh import Mates, OwnPart, Part
 from vanelock.mesh.matching.own_part import own_part
@@ -31,12 +31,15 @@ def mesh_step(study: Study, part: str) -> Step[Part]:
 
 def _made_step(study: Study, part: str) -> Step[Part]:
     """Mesh of a part that has dimensions."""
-    return _meshed(study.vane, study.casing, study.ring.sectors, study.mesh, part)
+    keys = study.mesh.size, study.mesh.face_nodes, study.stretch
+    return _meshed(study.vane, study.casing, study.ring.sectors, keys, part)
 
 
 @lru_cache(maxsize=SHARED)
-def _meshed(vane: Vane, casing: Casing, sectors: int, keys: MeshKeys, part: str) -> Step[Part]:
-    size, face_nodes, stretch = keys.size, keys.face_nodes, keys.stretch
+def _meshed(
+    vane: Vane, casing: Casing, sectors: int, keys: tuple[Any, int | None, int], part: str
+) -> Step[Part]:
+    size, face_nodes, stretch = keys
     if isinstance(vane, OwnVane) or isinstance(casing, OwnCasing):
         overlap = NOWHERE
     else:

@@ -8,18 +8,20 @@ from collections.abc import Callable, Iterable
 from functools import lru_cache
 from typing import Any, NamedTuple, TypeAlias
 
+import numpy as np
+
 from vanelock import fem, rom
-from vanelock.common.errors import InputError
 from vanelock.fem import Model
 from vanelock.input.schema.study import Study
 from vanelock.pipeline.step import SHARED, Step, step
 from vanelock.rom import Component, Joint, MeshExcess, System
 from vanelock.rom.joining.mesh_excess import MODES
+from vanelock.rom.system import Matrix
 from vanelock.stages.parts.components import PARTS, model_step, rom_step
 from vanelock.stages.parts.diameters import casing_step, diameter_of, prepared_step
 
 ESTIMATED = "tetra10"
-"""Elements of which `fem.excess_stiffness` is no more than what they add."""
+"""Elements of which `fem.excess_stiffness` is no more than what they add; others stay."""
 MakeModel: TypeAlias = Callable[[Study, str], Step[Model]]
 
 
@@ -99,9 +101,11 @@ def excess_steps(
     if study.mesh.correction == "none":
         return ()
     given, models = joining(without_load(study)), tuple(model(study, part) for part in PARTS)
-    shared = prepared_step(study)
+    shared, patches = prepared_step(study), study.patches
+    areas = tuple(name for name in study.joint_names if patches[name] == "area")
     return tuple(
-        _excess(_joined(given, vane, casing), vane, casing, models, shared) for casing in casings
+        _excess(_joined(given, vane, casing), vane, casing, models, shared, areas)
+        for casing in casings
     )
 
 
@@ -112,6 +116,7 @@ def _excess(
     casing: Step[Component],
     models: tuple[Step[Model], ...],
     prepared: Step[Any],
+    areas: tuple[str, ...],
 ) -> Step[MeshExcess]:
     def compute(
         system: System,
@@ -121,21 +126,20 @@ def _excess(
         casing_model: Model,
         prepared: Any,
     ) -> MeshExcess:
-        for name, model in zip(PARTS, (vane_model, casing_model), strict=True):
-            if model.part.cell_type != ESTIMATED:
-                raise InputError(
-                    f"mesh.correction: the {name} has elements of type {model.part.cell_type}: "
-                    f'what its mesh adds is known of {ESTIMATED} alone; choose "none"'
-                )
         recoveries = (
             rom.recovery(vane, vane_model),
             rom.recovery(casing, casing_model, prepared),
         )
         found = {}
-        for k in sorted(casing.diameters.keys() - {0}):
+        for k in sorted(casing.diameters):
             frequency, shapes = rom.linear_modes(system, k, min(MODES, len(system.at(k).K)))
+            if k == 0 and areas:
+                more = rom.rest_shapes(system, areas)
+                energy = np.einsum("ij,ij->j", more.conj(), system.at(0).K @ more).real
+                frequency = np.append(frequency, np.sqrt(energy) / (2 * np.pi))
+                shapes = np.hstack([shapes, more])
             parts = [
-                fem.excess_stiffness(recovery.model, recovery.displacement(q, k))
+                _excess_of(recovery, q, k)
                 for recovery, q in zip(recoveries, rom.split(vane, casing, shapes), strict=True)
             ]
             forces = [K @ shapes for K in rom.joined_stiffness(vane, casing, k)]
@@ -143,7 +147,15 @@ def _excess(
         return MeshExcess(found)
 
     needs = (joined, vane, casing, *models, prepared)
-    return step("mesh correction", "fem", {"modes": MODES}, MeshExcess, needs, compute)
+    inputs = {"modes": MODES, "areas": areas}
+    return step("mesh correction", "fem", inputs, MeshExcess, needs, compute)
+
+
+def _excess_of(recovery: rom.Recovery, q: Matrix, k: int) -> Matrix:
+    """What a part's mesh adds to shapes; none where its elements do not tell."""
+    if recovery.model.part.cell_type != ESTIMATED:
+        return np.zeros((q.shape[1], q.shape[1]), q.dtype)
+    return np.asarray(fem.excess_stiffness(recovery.model, recovery.displacement(q, k)))
 
 
 def united_step(study: Study, harmonics: int) -> Step[System]:

@@ -7,9 +7,8 @@ import numpy as np
 import pytest
 
 from tests.vanelock.stages.campbell.test_campbell import DIAGRAM, HOT
-from vanelock import parse_study, run_study
+from vanelock import parse_study, rom, run_study
 from vanelock.commands.fit.fit import rejoined
-from vanelock.common.errors import InputError
 from vanelock.input.cases.sweep import cases
 from vanelock.nonlinear import Response, System
 from vanelock.pipeline.cache import Cache
@@ -50,8 +49,8 @@ def model(folder):
 
 def test_limits_are_lower_by_what_the_mesh_adds_and_tell_it(found):
     limits = found["limits"]
-    assert 0.06 < limits.free_lowered < 0.09  # the coarse mesh's error, docs/geometry.md
-    assert 0.04 < limits.stuck_lowered < limits.free_lowered
+    assert 0.045 < limits.free_lowered < 0.065  # the coarse mesh's error, docs/geometry.md
+    assert 0.035 < limits.stuck_lowered < limits.free_lowered
     worst = np.nanmax([limits.free_error[:6], limits.stuck_error[:6]])
     assert 0 < worst < 1e-4  # of the reduction alone
     peak = found["response"].frequency[found["response"].amplitude.max(axis=(1, 2)).argmax()]
@@ -82,7 +81,7 @@ def test_parts_of_another_modulus_have_as_much_more_to_be_taken_off(model):
     assert ratio.real > 1.5
 
 
-def test_elements_whose_estimate_is_too_large_are_refused(folder):
+def test_elements_whose_estimate_is_too_large_stay_as_they_are(folder):
     study = parse_study(CORRECTED.replace("[mesh]", 'speed = "15000 rpm"\n[mesh]'))
     stages = Stages(Cache(folder / "cache", print), silent)
     (planned,) = plan(cases(study), lambda *_: None)
@@ -90,12 +89,22 @@ def test_elements_whose_estimate_is_too_large_are_refused(folder):
     products = [stages.get(each) for each in excess.needs]
     model = products[3]
     bricks = replace(model, part=replace(model.part, cell_type="hexahedron20"))
-    with pytest.raises(InputError, match="the vane has elements of type hexahedron20: what its"):
-        excess.compute(*products[:3], bricks, *products[4:])
+    taken, left = (
+        excess.compute(*products[:3], each, *products[4:]).diameters[1].parts
+        for each in (model, bricks)
+    )
+    assert not left[0].any()
+    np.testing.assert_array_equal(left[1], taken[1])
+    assert taken[0].any()
 
 
-def test_at_rest_nothing_is_taken_off(found, model):
-    plain = model.excess
-    assert plain is not None
-    assert 0 not in plain.diameters
-    assert 0 in found["system"].diameters
+def test_at_rest_the_answers_to_interference_lose_what_the_mesh_adds(found, folder):
+    study = parse_study(CORRECTED.replace('correction = "modal"', 'correction = "none"'))
+    run_study(study, folder / "as it is", silent)
+    with h5py.File(folder / "as it is" / "results.h5") as file:
+        plain = System.load(file["system"])
+    for shape in rom.rest_shapes(plain, ("hook", "interlock")).T:
+        before, after = (
+            np.vdot(shape, each.at(0).K @ shape).real for each in (plain, found["system"])
+        )
+        assert 0.5 * before <= after < before
