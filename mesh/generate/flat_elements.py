@@ -16,13 +16,16 @@ Side = frozenset[int]
 
 FLAT = 1e-3
 """Condition number (SICN) below which an element has no height."""
+TALL = 0.05
+"""And above which it stands by itself, as those do that span the columns of a rounded edge."""
 
 
 def level(gmsh: Any) -> int:
-    """Remove such elements from the current model's linear mesh, and count those that stay.
+    """Remove such elements from the current model's linear mesh, and count the low that stay.
 
     Those stay that have some height of their own, that bound another face as well, or where a
-    curve, such as a contact band, joins the two nodes that would be parted.
+    curve, such as a contact band, joins the two nodes that would be parted. The tall ones among
+    them are sound and do not count.
     """
     held = {frozenset(pair) for pair in _elements(gmsh, _LINE, 2)[1].tolist()}
     boundary = {frozenset(triangle) for triangle in _elements(gmsh, _TRIANGLE, 3)[1].tolist()}
@@ -50,7 +53,7 @@ def _level_face(gmsh: Any, face: int, held: set[Side], boundary: set[Side]) -> i
         joined = any(across <= triangle for triangle in triangles)
         inner = not any(side in boundary for side in sides if side not in outer)
         if len(outer) > 2 or edge in held or joined or not inner or height > FLAT:
-            left += 1
+            left += height < TALL
             continue
         mesh.removeElements(3, body, [int(tags[index])])
         mesh.removeElements(2, face, [triangles.pop(side) for side in outer])

@@ -2,6 +2,7 @@
 
 import pytest
 
+from vanelock.mesh import VaneDimensions, vane_segment
 from vanelock.mesh.generate import mesher
 
 
@@ -37,3 +38,17 @@ def test_what_cannot_be_meshed_at_any_size_says_why(monkeypatch):
     monkeypatch.setattr(mesher, "_attempt", attempt)
     with pytest.raises(Exception, match="no mesh at 1.0"):
         mesher.tetrahedra(None, 1.0)
+
+
+def test_a_vane_is_meshed_once(monkeypatch):
+    """The elements that span its rounded edges are sound, though two sides lie on one face."""
+    sizes = []
+    attempt = mesher._attempt
+
+    def counted(gmsh, size):
+        sizes.append(size)
+        return attempt(gmsh, size)
+
+    monkeypatch.setattr(mesher, "_attempt", counted)
+    vane_segment(VaneDimensions(aerofoils=1), size="coarse")
+    assert sizes == [0.025]
