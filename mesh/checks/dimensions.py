@@ -10,6 +10,7 @@ from itertools import pairwise
 from vanelock.common.errors import InputError
 from vanelock.mesh.checks.aerofoils import check_aerofoils
 from vanelock.mesh.checks.fillets import check_casing_fillet, check_clear_fillets, check_vane_fillet
+from vanelock.mesh.checks.root_fillets import check_root_fillet
 from vanelock.mesh.generate.bosses import check_bosses
 from vanelock.mesh.geometry.dimensions import (
     CLEARANCE,
@@ -78,10 +79,11 @@ def check_casing(casing: CasingDimensions, hook: HookDimensions, sectors: int) -
 
 
 def check_vane(vane: VaneDimensions, sectors: int) -> None:
-    """Refuse aerofoils that leave their shrouds or meet each other."""
+    """Refuse aerofoils that leave their shrouds or meet each other, and their fillets."""
     check_sectors(sectors)
     check_vane_fillet(vane)
     check_aerofoils(vane, sectors)
+    check_root_fillet(vane, sectors)
 
 
 def _ordered(*chains: Sequence[tuple[str, float]]) -> None:

@@ -91,12 +91,13 @@ def check_clear_fillets(vane: VaneDimensions, casing: CasingDimensions) -> None:
     )
 
 
-def check_resolved(part: str, fillet: float, size: float) -> None:
-    """Refuse a fillet too small for an element size, m."""
-    if 0 < fillet < size / SIZE:
+def check_resolved(name: str, fillet: float, size: float, share: float = 1.0) -> None:
+    """Refuse a fillet too small for an element size, m, of which elements there are a share."""
+    if 0 < fillet < share * size / SIZE:
         raise InputError(
-            f"{part}.fillet = {fillet:g} m: too small for elements of {size * 1e3:g} mm: allowed "
-            f"are 0, {size / SIZE:g} m and more, or mesh.size up to {SIZE * fillet:g} m"
+            f"{name} = {fillet:g} m: too small for elements of {share * size * 1e3:g} mm: allowed "
+            f"are 0, {share * size / SIZE:g} m and more, or mesh.size up to "
+            f"{SIZE * fillet / share:g} m"
         )
 
 

@@ -75,7 +75,7 @@ def casing_sector(
     hook = hook or HookDimensions()
     check_casing(dimensions, hook, sectors)
     length = element_size(size, "casing")
-    check_resolved("casing", dimensions.fillet, length)
+    check_resolved("casing.fillet", dimensions.fillet, length)
     check_meshable(dimensions, length)
     stretch = checked_stretch(stretch, dimensions)
     narrow = sectors * stretch  # a sector of so many is meshed, and then drawn out

@@ -13,6 +13,7 @@ smaller.
 """
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -96,6 +97,7 @@ def _rounded(start: Array, control: Array, end: Array) -> Array:
     return np.asarray((1 - t) ** 2 * start + 2 * t * (1 - t) * control + t**2 * end)
 
 
+@lru_cache(maxsize=64)
 def _length(vane: VaneDimensions) -> float:
     """Half the length between the rounded edges, along the chord."""
     end = 0.5 * vane.chord

@@ -28,9 +28,11 @@ def _fillet(description: str) -> Any:
 
 
 def _resolvable(model: Any) -> Iterator[str]:
-    """Refuse a radius that only a mesh of many slivers could follow."""
-    if 0 < model.fillet < CLEARANCE:
-        yield f"fillet = {model.fillet:g} m: must be 0 or at least {CLEARANCE:g} m"
+    """Refuse radii that only a mesh of many slivers could follow."""
+    for name in ("fillet", "root_fillet"):
+        radius = getattr(model, name, 0.0)
+        if 0 < radius < CLEARANCE:
+            yield f"{name} = {radius:g} m: must be 0 or at least {CLEARANCE:g} m"
 
 
 def _count(default: int, least: int, description: str) -> Any:
@@ -156,6 +158,7 @@ class VaneDimensions(Dimensions):
     leg_front: Length = _length(0.084, "axial position of the front leg's front face")
     leg_rear: Length = _length(0.0885, "axial position of the front leg's and foot's rear face")
     fillet: Length = _fillet("radius of the concave corners of the hooks: leg and foot")
+    root_fillet: Length = _fillet("radius of the fillets where aerofoils meet the shrouds")
     hook: HookDimensions = HookDimensions()
 
     @field_validator("interlock_nodes")

@@ -6,7 +6,8 @@ import numpy as np
 
 from vanelock.common.errors import InputError
 from vanelock.mesh.checks.fillets import check_resolved
-from vanelock.mesh.generate.aerofoil_faces import ROUND, divisions
+from vanelock.mesh.generate.aerofoils.faces import ROUND, divisions
+from vanelock.mesh.generate.aerofoils.root_faces import arc_rows
 from vanelock.mesh.generate.bosses import check_meshable
 from vanelock.mesh.generate.stretch import checked_stretch
 from vanelock.mesh.geometry.dimensions import CasingDimensions, HookDimensions, VaneDimensions
@@ -32,12 +33,13 @@ def casing_dofs(
 
 
 def vane_dofs(vane: VaneDimensions, sectors: int, size: float) -> float:
-    """Estimate for a vane segment meshed with elements of `size`, m; fillets apart.
+    """Estimate for a vane segment meshed with elements of `size`, m; fillets of hooks apart.
 
-    Aerofoils are counted by the rows and columns of their faces.
+    Aerofoils and their fillets are counted by the rows and columns of their faces.
     """
     divided = divisions(vane, size)
-    cells = vane.aerofoils * divided.rows * 2 * (divided.columns + ROUND)
+    rows = divided.rows + (2 * arc_rows(vane) if vane.root_fillet > 0 else 0)
+    cells = vane.aerofoils * rows * 2 * (divided.columns + ROUND)
     shares = (1.0, SHROUD, HOOKS, HOOKS)
     plates = zip(shroud_plates(vane, sectors), shares, strict=True)
     regions = (_plates_dofs([plate], share * size, _VANE) for plate, share in plates)
@@ -76,9 +78,10 @@ def check_size(
         that is too small for the elements; or `mesh.stretch`.
     """
     if vane is not None:
-        check_resolved("vane", vane.fillet, HOOKS * element_size(size, "vane"))
+        check_resolved("vane.fillet", vane.fillet, element_size(size, "vane"), HOOKS)
+        check_resolved("vane.root_fillet", vane.root_fillet, element_size(size, "vane"))
     if casing is not None:
-        check_resolved("casing", casing.fillet, element_size(size, "casing"))
+        check_resolved("casing.fillet", casing.fillet, element_size(size, "casing"))
         check_meshable(casing, element_size(size, "casing"))
         stretch = checked_stretch(stretch, casing)
     hook, times = hook or (HookDimensions() if vane is None else vane.hook), stretch or 1

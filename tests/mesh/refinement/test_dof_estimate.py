@@ -20,6 +20,7 @@ DESIGNS: dict[str, tuple[int, dict[str, Any], dict[str, Any]]] = {
     "thick": (16, {"thickness": 0.010, "edge_thickness": 0.004}, {"outer_radius": 0.612}),
     "short": (24, {"aerofoils": 2, "chord": 0.03, "interlock_slant": 20}, {}),
     "three aerofoils": (18, {"aerofoils": 3, "chord": 0.054}, {}),
+    "filleted roots": (16, {"root_fillet": 0.003}, {}),
 }
 
 

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vanelock.mesh import VaneDimensions
-from vanelock.mesh.geometry import aerofoil
+from vanelock.mesh.geometry import aerofoil, root_fillet
 from vanelock.mesh.geometry.outline import Corner, edges
 
 Real = NDArray[np.float64]
@@ -47,6 +47,17 @@ def _rounded(start: Real, control: Real, end: Real) -> Real:
     """Points on a parabola between its ends."""
     t = np.linspace(0, 1, 17)[1:-1, None]
     return np.asarray((1 - t) ** 2 * start + 2 * t * (1 - t) * control + t**2 * end)
+
+
+def root_fillets(vane: VaneDimensions, strip: int, place: int) -> list[Real]:
+    """The fillets' corners at both shrouds, filled: (n, 3) m in the aerofoil's axes.
+
+    Strip and place as in `root_fillet.strips`; nothing without fillets.
+    """
+    if vane.root_fillet == 0:
+        return []
+    ends = (root_fillet.strips(vane, outer)[strip] for outer in (False, True))
+    return [np.vstack([end.arc(place, np.linspace(0, 1, 9)), end.corner[place]]) for end in ends]
 
 
 def box(left: float, right: float, low: float, high: float) -> list[tuple[float, float]]:

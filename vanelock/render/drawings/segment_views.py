@@ -9,7 +9,7 @@ from vanelock.render import style
 from vanelock.render.drawings import drafting
 from vanelock.render.drawings.captions import caption
 from vanelock.render.drawings.drafting import DrawingView, Label, Panel, Stroke
-from vanelock.render.drawings.sections import Real, box, polar, ring_piece, section
+from vanelock.render.drawings.sections import Real, box, polar, ring_piece, root_fillets, section
 
 SHOWN = 12.0
 """Degrees by which an angle that is zero is drawn, so that its sign can be seen."""
@@ -34,6 +34,8 @@ def front_view(figure: Figure, panel: Panel, vane: VaneDimensions, sectors: int)
     axes = aerofoil.angles(vane, sectors)
     for axis in axes:
         drafting.area(view, _strip(vane, axis), "vane")
+        for corner in _root_fillets(vane, axis):
+            drafting.area(view, corner, "vane")
     band = vane.hook.band_extent * half
     labels = []
     for level, (angle, text) in enumerate(
@@ -55,7 +57,21 @@ def front_view(figure: Figure, panel: Panel, vane: VaneDimensions, sectors: int)
     mid = (vane.inner_shroud_outer_radius + vane.outer_shroud_inner_radius) / 2
     labels.append(Label(caption(vane, "aerofoils"), polar(mid + 0.1 * (top - inner), axes[-1])))
     labels.append(_lean(view, vane, axes[-1]))
+    root = polar(vane.inner_shroud_outer_radius, axes[-1])
+    labels.append(Label(caption(vane, "root_fillet"), root))
     drafting.margin(view, "right", labels)
+
+
+def _root_fillets(vane: VaneDimensions, axis: float) -> list[Real]:
+    """The aerofoil's fillets at mid-chord."""
+    found = []
+    for side in (0, 2):
+        for x, y, _ in (corner.T for corner in root_fillets(vane, side, 6)):
+            places = [
+                polar(np.hypot(a, b), axis + np.arctan2(b, a)) for a, b in zip(x, y, strict=True)
+            ]
+            found.append(np.array(places))
+    return found
 
 
 def _lean(view: DrawingView, vane: VaneDimensions, axis: float) -> Label:

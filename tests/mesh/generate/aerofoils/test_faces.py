@@ -5,7 +5,7 @@ import pytest
 
 from vanelock.common.cyclic import rotation
 from vanelock.mesh import VaneDimensions, quality, vane_segment
-from vanelock.mesh.generate.aerofoil_faces import SLENDER, divisions
+from vanelock.mesh.generate.aerofoils.faces import SLENDER, divisions
 from vanelock.mesh.geometry import aerofoil
 
 # Eight thin aerofoils a sector, between which coarse elements would find no way of their own.

@@ -1,0 +1,1 @@
+"""Aerofoils as solids, and the nodes that are prescribed on their faces."""

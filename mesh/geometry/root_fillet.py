@@ -1,0 +1,283 @@
+"""Fillets where an aerofoil meets its shrouds: arcs from its lines onto the shrouds, around it.
+
+At a place of the section, the straight line that rules the aerofoil and the shroud's surface stand
+at the angle β across the section's curve. The arc of radius r that is tangent to both touches them
+at L = r / tan(β/2) from the corner C: at the foot F on the shroud, along the section's normal, and
+at the top T on the line. It is the rational parabola of F, C, T with the weights 1, sin(β/2), 1
+(L. Piegl, W. Tiller, The NURBS Book, Springer 1997, section 7.3). Where a side meets a rounded
+edge, the arc lies on the mitre of the two offsets.
+
+A surface that is tangent to another one cannot be united with it reliably. The shroud at which the
+arcs end is therefore thought lower than the real one, by r (1 - cos `SLANT`): the fillet meets the
+shroud at the angle `SLANT` and covers the arc but for that angle.
+"""
+
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import make_interp_spline
+
+from vanelock.mesh.geometry import aerofoil
+from vanelock.mesh.geometry.dimensions import VaneDimensions
+
+Array = NDArray[np.float64]
+
+SLANT = np.radians(12.0)
+"""Angle at which fillets meet the shroud, rad."""
+PLACES = np.linspace(0.0, 1.0, 13)
+"""Along a strip, where its surfaces are interpolated."""
+STRIPS = 4
+"""Around a section: convex side, trailing edge, concave side, leading edge."""
+_STEP = 1e-5  # of a strip, for directions along it
+
+
+@dataclass(frozen=True)
+class Strip:
+    """A fillet along a side or a rounded edge, in the aerofoil's axes: radial, across, axial.
+
+    Attributes
+    ----------
+    foot, corner, top : (n, 3) float
+        Of the arcs at `PLACES`, m; the axial position counts from mid-plane.
+    weight : (n,) float
+        Of their corners.
+    """
+
+    foot: Array
+    corner: Array
+    top: Array
+    weight: Array
+
+    def arc(self, place: int, across: Array) -> Array:
+        """Points (m, 3) on the arc of a place, at `across` from 0 at the foot to 1 at the top."""
+        t = across[:, None]
+        shares = ((1 - t) ** 2, 2 * t * (1 - t) * self.weight[place], t**2)
+        ends = self.foot[place], self.corner[place], self.top[place]
+        total = sum(share * end for share, end in zip(shares, ends, strict=True))
+        return np.asarray(total / sum(shares))
+
+
+@dataclass(frozen=True)
+class RationalFace:
+    """A face: rational curves across it, each with the control points of one place.
+
+    Attributes
+    ----------
+    rows : (d + 1, n, 3) float
+        Of degree d, at `PLACES`, m.
+    weights : (d + 1, n) float
+    """
+
+    rows: Array
+    weights: Array
+
+    def control(self) -> tuple[Array, Array, Array]:
+        """Control points (d + 1, n, 3), their weights (d + 1, n) and the cubic spline's knots."""
+        spline = make_interp_spline(PLACES, self._homogeneous(), k=3)
+        points = np.moveaxis(np.asarray(spline.c), 0, 1)
+        return points[..., :3] / points[..., 3:], points[..., 3], np.asarray(spline.t)
+
+    def _homogeneous(self) -> Array:
+        weights = self.weights[..., None]
+        return np.moveaxis(np.concatenate([self.rows * weights, weights], axis=-1), 0, 1)
+
+    def at(self, along: Array, across: Array) -> tuple[Array, Array, Array]:
+        """Points (k, m, 3) of the face and their derivatives along and across it."""
+        spline = make_interp_spline(PLACES, self._homogeneous(), k=3)
+        t = across[:, None]
+        if len(self.rows) == 2:
+            share, slope = np.hstack([1 - t, t]), np.hstack([t * 0 - 1, t * 0 + 1])
+        else:
+            share = np.hstack([(1 - t) ** 2, 2 * t * (1 - t), t**2])
+            slope = np.hstack([2 * t - 2, 2 - 4 * t, 2 * t])
+        here, ahead = spline(along), spline(along, 1)
+        found = []
+        for rows, weights in ((here, share), (ahead, share), (here, slope)):
+            found.append(np.einsum("krx,mr->kmx", rows, weights))
+        weight = found[0][..., 3:]
+        place = found[0][..., :3] / weight
+        changes = [(each[..., :3] - each[..., 3:] * place) / weight for each in found[1:]]
+        return place, changes[0], changes[1]
+
+
+def strips(vane: VaneDimensions, outer: bool, radius: float | None = None) -> list[Strip]:
+    """The four strips of a fillet at the inner or the outer shroud.
+
+    Parameters
+    ----------
+    vane : VaneDimensions
+    outer : bool
+    radius : float, optional
+        Of the fillet, m, if not the vane's.
+    """
+    radius = vane.root_fillet if radius is None else radius
+    sunk = radius * (1 - np.cos(SLANT))
+    level = (
+        vane.outer_shroud_inner_radius + sunk if outer else vane.inner_shroud_outer_radius - sunk
+    )
+    corners = [corner(vane, k, PLACES, level) for k in range(STRIPS)]
+    ups = [_outwards(places) for places, _ in corners]
+    normals = []
+    for k, up in enumerate(ups):
+        ahead, behind = (corner(vane, k, PLACES + step, level)[0] for step in (_STEP, -_STEP))
+        normals.append(_unit(np.cross(ahead - behind, up)))
+    made = []
+    for k, ((places, lines), up) in enumerate(zip(corners, ups, strict=True)):
+        normal, mitre = normals[k].copy(), np.ones(len(PLACES))
+        for end, other in ((0, normals[k - 1][-1]), (-1, normals[(k + 1) % STRIPS][0])):
+            normal[end] = _unit((normals[k][end] + other)[None])[0]
+            mitre[end] = 1 / (normal[end] @ other)
+        made.append(_strip(places, -lines if outer else lines, up, normal, mitre, radius, level))
+    return made
+
+
+def _strip(
+    places: Array,
+    lines: Array,
+    up: Array,
+    normal: Array,
+    mitre: Array,
+    radius: float,
+    level: float,
+) -> Strip:
+    """Arcs between lines (n, 3) and a shroud, which the normals (n, 3) follow from their corner."""
+    along = np.cross(normal, up)
+    across = lines - np.sum(lines * along, axis=1)[:, None] * along
+    length = np.linalg.norm(across, axis=1)
+    angle = np.arccos(np.clip(np.sum(across * normal, axis=1) / length, -1, 1))
+    reach = radius / np.tan(angle / 2)
+    foot = places + normal * (reach * mitre)[:, None]
+    foot[:, :2] *= (level / np.hypot(foot[:, 0], foot[:, 1]))[:, None]
+    return Strip(foot, places, places + lines * (reach / length)[:, None], np.sin(angle / 2))
+
+
+def corner(vane: VaneDimensions, strip: int, places: Array, level: float) -> tuple[Array, Array]:
+    """Where the aerofoil's lines meet a cylinder: points (n, 3), and the unit directions outwards.
+
+    Parameters
+    ----------
+    vane : VaneDimensions
+    strip : int
+    places : (n,) float
+        From 0 to 1 along the strip.
+    level : float
+        Radius of the cylinder, m.
+    """
+    ends = vane.inner_shroud_outer_radius, vane.outer_shroud_inner_radius
+    inner, outer = (_section(vane, strip, places, end) for end in ends)
+    radial = np.full(len(places), level)
+    for _ in range(40):
+        share = (radial - ends[0]) / (ends[1] - ends[0])
+        aside = inner + share[:, None] * (outer - inner)
+        radial = np.sqrt(level**2 - aside[:, 0] ** 2)
+    lines = np.column_stack([np.full(len(places), ends[1] - ends[0]), outer - inner])
+    return np.column_stack([radial, aside]), _unit(lines)
+
+
+def levels(vane: VaneDimensions, strip: int) -> Array:
+    """Points (5, n, 3) on the aerofoil's lines: at the shrouds and at the quarters between them."""
+    inner, outer = (
+        corner(vane, strip, PLACES, level)[0]
+        for level in (vane.inner_shroud_outer_radius, vane.outer_shroud_inner_radius)
+    )
+    return inner + np.linspace(0, 1, 5)[:, None, None] * (outer - inner)
+
+
+def faces(vane: VaneDimensions) -> list[list[RationalFace]]:
+    """The faces of each strip, from inside the inner to inside the outer shroud.
+
+    A skirt, the fillet, four quarters of the span, the fillet, a skirt; the skirts' ends lie in
+    planes across the aerofoil's radial axis.
+    """
+    start, end = aerofoil.ends(vane)
+    found = []
+    for k, (low, high) in enumerate(zip(strips(vane, False), strips(vane, True), strict=True)):
+        between = [low.top, *levels(vane, k)[1:-1], high.top]
+        skirts = []
+        for strip, radial in ((low, start), (high, end)):
+            skirts.append(np.column_stack([np.full(len(PLACES), radial), strip.foot[:, 1:]]))
+        nets = [
+            [skirts[0], low.foot],
+            [low.foot, low.corner, low.top],
+            *([a, b] for a, b in pairwise(between)),
+            [high.top, high.corner, high.foot],
+            [high.foot, skirts[1]],
+        ]
+        weights = [np.ones((len(net), len(PLACES))) for net in nets]
+        weights[1][1], weights[-2][1] = low.weight, high.weight
+        found.append([RationalFace(np.array(n), w) for n, w in zip(nets, weights, strict=True)])
+    return found
+
+
+def feet(vane: VaneDimensions, outer: bool) -> Array:
+    """Where the fillet's arcs meet the shroud at the strips' beginnings: (4, 3) m."""
+    level = vane.outer_shroud_inner_radius if outer else vane.inner_shroud_outer_radius
+    points = []
+    for strip in strips(vane, outer):
+        low, high = 0.0, 1.0
+        for _ in range(50):
+            middle = 0.5 * (low + high)
+            place = strip.arc(0, np.array([middle]))[0]
+            inside = (np.hypot(place[0], place[1]) > level) == outer
+            low, high = (middle, high) if inside else (low, middle)
+        points.append(strip.arc(0, np.array([low]))[0])
+    return np.array(points)
+
+
+def sweep(vane: VaneDimensions) -> float:
+    """The largest angle that an arc turns by outside its shroud, rad."""
+    least = min(s.weight.min() for outer in (False, True) for s in strips(vane, outer))
+    return float(np.pi - 2 * np.arcsin(least) - SLANT)
+
+
+def volume(vane: VaneDimensions) -> float:
+    """Volume of an aerofoil with its fillets between the cylinders of the shrouds, m³.
+
+    The flux of the radial field (min(max(ρ, R), S)² - R²) / 2ρ through its skin; the divergence is
+    1 between the radii R and S of the shrouds and 0 elsewhere.
+    """
+    low, high = vane.inner_shroud_outer_radius, vane.outer_shroud_inner_radius
+    gauss, weight = np.polynomial.legendre.leggauss(4)
+    starts, step = PLACES[:-1], PLACES[1] - PLACES[0]
+    along = (starts[:, None] + step * (gauss + 1) / 2).ravel()
+    by = np.tile(weight * step / 2, len(starts))
+    fine, shares = np.polynomial.legendre.leggauss(40)
+    across, shares = (fine + 1) / 2, shares / 2
+    total = 0.0
+    for strip in faces(vane):
+        for face in strip:
+            place, one, other = face.at(along, across)
+            squared = place[..., 0] ** 2 + place[..., 1] ** 2
+            field = (np.clip(squared, low**2, high**2) - low**2) / (2 * squared)
+            normal = np.cross(one, other)
+            flux = field * (place[..., 0] * normal[..., 0] + place[..., 1] * normal[..., 1])
+            total += float(by @ flux @ shares)
+        rim, along_rim, _ = strip[-1].at(along, np.ones(1))  # of the plane that ends the aerofoil
+        swept = (high**2 - low**2) / 2 * np.arctan2(rim[:, 0, 1], rim[:, 0, 0])
+        total += float(by @ (swept * along_rim[:, 0, 2]))
+    return abs(total)
+
+
+def _section(vane: VaneDimensions, strip: int, places: Array, along: float) -> Array:
+    """Points (n, 2) of a strip's section; see `aerofoil.outline`."""
+    if strip % 2 == 0:
+        station = 2 * places - 1 if strip == 0 else 1 - 2 * places
+        return np.asarray(aerofoil.outline(vane, station, along)[strip // 2])
+    sides = aerofoil.outline(vane, np.array([-1.0, 1.0]), along)
+    leading, trailing = aerofoil.edges(vane, along).control
+    start, control, end = (
+        (sides[0, 1], trailing, sides[1, 1]) if strip == 1 else (sides[1, 0], leading, sides[0, 0])
+    )
+    t = places[:, None]
+    return np.asarray((1 - t) ** 2 * start + 2 * t * (1 - t) * control + t**2 * end)
+
+
+def _outwards(points: Array) -> Array:
+    """Unit radial directions (n, 3)."""
+    return _unit(points * [1.0, 1.0, 0.0])
+
+
+def _unit(vectors: Array) -> Array:
+    return np.asarray(vectors / np.linalg.norm(vectors, axis=-1, keepdims=True))
