@@ -112,11 +112,14 @@ def _corners(content: PageContent) -> str:
     sharp, count = int(locations.corner.sum()), int((~locations.clear).sum())
     places, advice = "", "Real parts have fillets"
     if isinstance(study.vane, VaneDimensions):
-        places = ": roots of the aerofoils"
-        advice += ": apply a notch factor of yours to the clear stress beside a root"
+        found = []
+        if study.vane.root_fillet == 0:
+            found.append("roots of the aerofoils")
+            advice += ": give the roots theirs by `vane.root_fillet`"
         if study.vane.fillet == 0:
-            places += ", legs and feet of the hooks"
-            advice += ", give the hooks theirs by `vane.fillet`"
+            found.append("legs and feet of the hooks")
+            advice += f"{',' if found[1:] else ':'} give the hooks theirs by `vane.fillet`"
+        places = f": {', '.join(found)}" if found else ""
     where = (
         f"**Sharp corners.** The vane has re-entrant corners without a fillet ({sharp} nodes on or "
         f"beside them{places}). There the stress of linear elasticity has no limit: what a mesh "

@@ -54,6 +54,22 @@ def test_fillets_leave_only_the_roots():
     assert radius.max() < 0.568
 
 
+@pytest.mark.parametrize("size", ["coarse", 0.012])
+def test_fillets_of_hooks_and_roots_leave_none(study, size):
+    """The roots are judged: their nodes belong to an aerofoil, and none lies beside a corner."""
+    dimensions = VaneDimensions(fillet=0.002, root_fillet=0.0025, lean=4.0, twist=6.0)
+    part = mesh.vane_segment(dimensions, size=size)
+    assert len(reentrant_edges(part)) == 0
+    found = locations_of(study.model_copy(update={"vane": dimensions}), part)
+    assert not found.corner.any()
+    radius = np.hypot(*part.points[:, :2].T)
+    fillet = (radius > 0.4321) & (radius < 0.434) | (radius > 0.565) & (radius < 0.5669)
+    assert fillet.sum() > 500
+    assert all(name.startswith("aerofoil") for name in found.feature[fillet])
+    words = {found.words(int(node)).split(",")[1] for node in np.flatnonzero(fillet)}
+    assert words == {" root at the inner shroud", " root at the outer shroud"}
+
+
 def test_distance_is_to_the_segment_and_not_to_its_ends():
     edges = np.array([[[0.0, 0, 0], [10, 0, 0]]])
     points = np.array([[5.0, 1, 0], [5, 1.01, 0], [-0.6, 0.8, 0], [10.8, 0.7, 0]])
