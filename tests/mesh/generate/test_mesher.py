@@ -45,10 +45,10 @@ def test_a_vane_is_meshed_once(monkeypatch):
     sizes = []
     attempt = mesher._attempt
 
-    def counted(gmsh, size):
-        sizes.append(size)
-        return attempt(gmsh, size)
+    def counted(gmsh, size, local, finer):
+        sizes.append(finer * size)
+        return attempt(gmsh, size, local, finer)
 
     monkeypatch.setattr(mesher, "_attempt", counted)
-    vane_segment(VaneDimensions(aerofoils=1), size="coarse")
+    vane_segment(VaneDimensions(aerofoils=1), size=0.025)
     assert sizes == [0.025]

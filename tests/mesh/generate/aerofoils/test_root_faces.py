@@ -65,7 +65,7 @@ def test_a_node_stands_in_every_row_of_a_mitre() -> None:
     vane = VaneDimensions(root_fillet=0.003, lean=5.0, twist=6.0)
     part = vane_segment(vane, size="coarse")
     corners = part.points[np.unique(part.cells[:, :4])] - [0, 0, vane.hook.mid_plane]
-    rows, _ = divisions(vane, 0.025)
+    rows = divisions(vane, 0.03).rows
     assert arc_rows(vane) == 3
     for angle in aerofoil.angles(vane, 16):
         turned = corners @ rotation(angle)
