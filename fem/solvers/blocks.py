@@ -11,7 +11,9 @@ COLUMNS = 128  # right-hand sides at once: beyond that a solver gains nothing mo
 BYTES = 2**28  # and no more of them than fit in this
 
 
-def in_blocks(apply: Solve, b: Any, shape: tuple[int, int], is_complex: bool) -> Matrix:
+def in_blocks(
+    apply: Solve, b: Any, shape: tuple[int, int], is_complex: bool, by_rows: bool = False
+) -> Matrix:
     """A linear operator times the columns of b, a block at a time.
 
     Parameters
@@ -24,6 +26,8 @@ def in_blocks(apply: Solve, b: Any, shape: tuple[int, int], is_complex: bool) ->
         Of the operator.
     is_complex : bool
         Whether the operator is.
+    by_rows : bool
+        Whether it takes dense arrays of any kind and gives them in C order.
 
     Returns
     -------
@@ -35,18 +39,25 @@ def in_blocks(apply: Solve, b: Any, shape: tuple[int, int], is_complex: bool) ->
     if b.shape[0] != shape[1] or b.ndim > 2:
         raise ValueError(f"right-hand side of shape {b.shape} for a matrix of {shape[1]} rows")
     kind = np.complex128 if is_complex or np.iscomplexobj(b) else np.float64
+    make = _as_it_is if by_rows else _block
     if b.ndim == 1:
         column = b.toarray() if sp.issparse(b) else b
-        return _block(apply, column[:, None], is_complex)[:, 0].astype(kind, copy=False)
+        return make(apply, column[:, None], is_complex)[:, 0].astype(kind, copy=False)
     if sp.issparse(b):
         b = b.tocsc()
-    x = np.empty((shape[0], b.shape[1]), kind, order="F")
-    width = max(1, min(COLUMNS, BYTES // (max(shape) * x.itemsize)))
+    width = max(1, min(COLUMNS, BYTES // (max(shape) * kind().itemsize)))
+    if by_rows and b.shape[1] <= width:
+        return make(apply, b.toarray() if sp.issparse(b) else b, is_complex)
+    x = np.empty((shape[0], b.shape[1]), kind, order="C" if by_rows else "F")
     for start in range(0, b.shape[1], width):
         block = b[:, start : start + width]
         dense = block.toarray() if sp.issparse(block) else block
-        x[:, start : start + width] = _block(apply, dense, is_complex)
+        x[:, start : start + width] = make(apply, dense, is_complex)
     return x
+
+
+def _as_it_is(apply: Solve, b: Matrix, is_complex: bool) -> Matrix:
+    return apply(np.asarray(b, np.complex128 if np.iscomplexobj(b) else np.float64))
 
 
 def _block(apply: Solve, b: Matrix, is_complex: bool) -> Matrix:

@@ -79,6 +79,7 @@ class Factor:
     nonzeros: int | None
     _solve: Solve = field(repr=False)
     _analysis: Any = field(default=None, repr=False)
+    _by_rows: bool = field(default=False, repr=False)
 
     def solve(self, b: Any) -> Matrix:
         """Solution x of A x = b.
@@ -100,7 +101,7 @@ class Factor:
         one of a block of four twice as much: the factors have to come through memory once for
         each block.
         """
-        return in_blocks(self._solve, b, (self.size, self.size), self.is_complex)
+        return in_blocks(self._solve, b, (self.size, self.size), self.is_complex, self._by_rows)
 
 
 def backends() -> tuple[str, ...]:

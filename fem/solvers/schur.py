@@ -22,7 +22,7 @@ from vanelock.fem.solvers.blocks import in_blocks
 from vanelock.fem.solvers.factor import Factor, backends, factorise
 from vanelock.fem.solvers.hermitian import hermitian
 from vanelock.fem.solvers.singular import is_singular, scale_of
-from vanelock.fem.solvers.trailing import trailing_factor
+from vanelock.fem.solvers.supernodal.trailing import trailing_factor
 
 
 @dataclass(frozen=True)
@@ -53,15 +53,15 @@ class Interior(Factor):
     def down(self, z: Any) -> tuple[Matrix, Matrix]:
         """First sweep of a solution: what `up` goes on from, (s,) or (s, k), and Ψᴴ z."""
         shape = len(self.rest) + len(self.kept), len(self.rest)
-        both = in_blocks(self._down, z, shape, self.is_complex)
+        both = in_blocks(self._down, z, shape, self.is_complex, self._by_rows)
         return both[: len(self.rest)], both[len(self.rest) :]
 
     def up(self, half: Matrix, v: Matrix) -> Matrix:
         """Second sweep: A_ss⁻¹ z + Ψ v from what `down` left of z, and from v."""
         shape = len(self.rest), len(self.rest) + len(self.kept)
-        both = np.empty((shape[1], *half.shape[1:]), np.result_type(half, v), order="F")
+        both = np.empty((shape[1], *half.shape[1:]), np.result_type(half, v))
         both[: shape[0]], both[shape[0] :] = half, v
-        return in_blocks(self._up, both, shape, self.is_complex)
+        return in_blocks(self._up, both, shape, self.is_complex, self._by_rows)
 
     def energy(self, z: Matrix, half: Matrix) -> Matrix:
         """zᴴ A_ss⁻¹ z, (k, k), from z, (s, k), and what `down` left of it."""
@@ -119,9 +119,10 @@ def schur_complement(
         len(rest),
         np.iscomplexobj(A.data),
         0,
-        None,
+        factor.nonzeros,
         factor.solve,
         factor.analysis,
+        True,
         kept=kept,
         rest=rest,
         _down=factor.down,

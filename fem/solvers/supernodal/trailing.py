@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from vanelock.fem.solvers.backend import Matrix
 from vanelock.fem.solvers.cholmod import cholmod_errors, pattern_of
+from vanelock.fem.solvers.supernodal.panels import Panels, panels_of
 
 
 @dataclass(frozen=True)
@@ -25,56 +26,56 @@ class TrailingAnalysis:
 class TrailingFactor:
     """L of A with the kept rows m last; see `schur` for what it gives.
 
+    Right-hand sides are real or complex, of a complex factor complex throughout.
+
     Attributes
     ----------
     schur : (m, m) array
         S.
-    corner : (m, m) array
-        L_mm, of S with a diagonal added.
     order : (s,) int
         Row of A_ss that each of the first rows of L stands for.
     """
 
     schur: Matrix
-    corner: Matrix
     order: NDArray[np.int64]
     analysis: TrailingAnalysis
-    _factor: Any
+    _panels: Panels
+
+    @property
+    def nonzeros(self) -> int:
+        """Entries of L that are stored."""
+        return self._panels.entries
 
     def solve(self, b: Matrix) -> Matrix:
         """A_ss⁻¹ b."""
-        y = self._forward(b)
-        y[len(self.order) :] = 0
-        return self._backward(y)
+        y = self._ordered(b)
+        self._panels.forward(y, inner=True)
+        self._panels.backward(y, inner=True)
+        return self._unordered(y)
 
     def down(self, z: Matrix) -> Matrix:
         """L_ss⁻¹ z, and Ψᴴ z below it."""
-        y = self._forward(z)
-        y[len(self.order) :] = self.corner @ y[len(self.order) :]
+        y = self._ordered(z)
+        self._panels.forward(y)
         return y
 
     def up(self, both: Matrix) -> Matrix:
-        """L_ss⁻ᴴ y + Ψ v from y and v below it, which is spent.
+        """L_ss⁻ᴴ y + Ψ v from y and v below it, which is spent."""
+        both = np.ascontiguousarray(both, self._kind(both))
+        self._panels.backward(both)
+        return self._unordered(both)
 
-        From L_mmᴴ v the backward sweep has v there.
-        """
-        both[len(self.order) :] = self.corner.conj().T @ both[len(self.order) :]
-        return self._backward(both)
+    def _kind(self, b: Matrix) -> np.dtype[Any]:
+        return np.result_type(b, self._panels.dtype)
 
-    @property
-    def _size(self) -> int:
-        return len(self.order) + len(self.corner)
-
-    def _forward(self, b: Matrix) -> Matrix:
-        y = np.zeros((self._size, b.shape[1]), self.corner.dtype, order="F")
+    def _ordered(self, b: Matrix) -> Matrix:
+        y = np.zeros((self._panels.rows, b.shape[1]), self._kind(b))
         y[: len(self.order)] = b[self.order]
-        with cholmod_errors():
-            return np.asarray(self._factor.solve_L(y, False))
+        return y
 
-    def _backward(self, y: Matrix) -> Matrix:
-        x = np.empty((len(self.order), y.shape[1]), y.dtype, order="F")
-        with cholmod_errors():
-            x[self.order] = np.asarray(self._factor.solve_Lt(y, False))[: len(self.order)]
+    def _unordered(self, y: Matrix) -> Matrix:
+        x = np.empty((len(self.order), y.shape[1]), y.dtype)
+        x[self.order] = y[: len(self.order)]
         return x
 
 
@@ -107,12 +108,14 @@ def trailing_factor(
             analysis = TrailingAnalysis(pattern, kept, order, symbolic)
         factor = analysis.symbolic.cholesky(whole)
         del whole
-        corner = _corner(factor, len(rest))
+        L = sp.csc_array(factor.L())
+        del factor
+    corner = _corner(L, len(rest))
     S = corner @ corner.conj().T
     S += S.conj().T
     S /= 2
     S[np.diag_indices_from(S)] -= added
-    return TrailingFactor(S, corner, order, analysis, factor)
+    return TrailingFactor(S, order, analysis, panels_of(L, len(rest)))
 
 
 def _ordered(A: sp.csc_array) -> NDArray[np.int64]:
@@ -124,9 +127,8 @@ def _ordered(A: sp.csc_array) -> NDArray[np.int64]:
     return np.asarray(factor.P(), np.int64)
 
 
-def _corner(factor: Any, start: int) -> Matrix:
+def _corner(L: sp.csc_array, start: int) -> Matrix:
     """L_mm, dense: the last columns of L, which have no rows above theirs."""
-    L = factor.L()
     m = L.shape[0] - start
     first = L.indptr[start]
     corner = sp.csc_array(

@@ -1,0 +1,1 @@
+"""Supernodal factors of CHOLMOD, read out and solved with panel by panel."""
