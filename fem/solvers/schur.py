@@ -63,10 +63,10 @@ class Interior(Factor):
         both[: shape[0]], both[shape[0] :] = half, v
         return in_blocks(self._up, both, shape, self.is_complex, self._by_rows)
 
-    def energy(self, z: Matrix, half: Matrix) -> Matrix:
-        """zᴴ A_ss⁻¹ z, (k, k), from z, (s, k), and what `down` left of it."""
+    def energy(self, z: Matrix, half: Matrix, other: Matrix | None = None) -> Matrix:
+        """zᴴ A_ss⁻¹ y, (k, l), from z, (s, k), what `down` left of it, and of another y than z."""
         root = half if self._half_is_root else z
-        return np.asarray(root.conj().T @ half)
+        return np.asarray(root.conj().T @ (half if other is None else other))
 
 
 def schur_complement(

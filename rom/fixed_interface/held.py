@@ -5,6 +5,7 @@
 
 with K_mm + K_ms Ψ and M_mm + M_ms Ψ + ΨᴴL as the masters' matrices, Guyan's. Ψ itself is not kept.
 Of the factors of K_ss it takes one sweep up for Ψ and one down for ΨᴴL and LᴴK_ss⁻¹L.
+(For a sector at its nodal diameters `vanelock.rom.fixed_interface.inertia` does better.)
 """
 
 from collections.abc import Callable
@@ -15,6 +16,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from vanelock.fem import Interior
+from vanelock.rom.fixed_interface.inertia import DenseInertia, Inertia, Mass
 from vanelock.rom.system import Matrix
 
 Solve = Callable[[Matrix], Matrix]
@@ -32,12 +34,6 @@ class HeldStiffness(Protocol):
 
     def solve(self, b: Matrix) -> Matrix:
         """K_ss⁻¹ b."""
-
-    def extend(self, x_m: Matrix) -> Matrix:
-        """Ψ x_m."""
-
-    def gather(self, b: Matrix) -> tuple[Matrix, Matrix]:
-        """Ψᴴ b and bᴴ K_ss⁻¹ b."""
 
 
 @dataclass(frozen=True)
@@ -77,32 +73,32 @@ class HeldPart:
     ----------
     held : HeldStiffness
         K_ss.
-    M_ss : (s, s) sparse
-        Mass of the slaves.
+    M_ss : Mass
+        Of the slaves.
     K_mm, M_mm : (m, m)
         Stiffness and mass of the part moved by its masters.
-    inertia : (s, m)
+    inertia : Inertia
         L.
     compliance : (m, m)
         Lᴴ K_ss⁻¹ L.
     """
 
     held: HeldStiffness
-    M_ss: sp.csc_array
+    M_ss: Mass
     K_mm: Matrix
     M_mm: Matrix
-    inertia: Matrix
+    inertia: Inertia
     compliance: Matrix
 
 
 def held_part(
-    held: HeldStiffness, M_sm: sp.csc_array, M_ss: sp.csc_array, M_mm: sp.csc_array
+    held: HeldMatrices, M_sm: sp.csc_array, M_ss: sp.csc_array, M_mm: sp.csc_array
 ) -> HeldPart:
     """One blocked solve for each master dof.
 
     Parameters
     ----------
-    held : HeldStiffness
+    held : HeldMatrices
         The stiffness.
     M_sm, M_ss, M_mm : sparse
         The parts of the mass, masters m and slaves s.
@@ -110,7 +106,7 @@ def held_part(
     s, m = M_sm.shape
     stiffness = held.stiffness
     unit = np.eye(m, dtype=stiffness.dtype)
-    L = np.empty((s, m), stiffness.dtype, order="F")
+    L = np.empty((s, m), stiffness.dtype)
     mass = M_mm.toarray().astype(stiffness.dtype)
     M_ms = M_sm.conj().T.tocsr()
     for start in range(0, m, COLUMNS):
@@ -120,7 +116,12 @@ def held_part(
         mass[:, block] += M_ms @ Psi
     of_masters, compliance = held.gather(L)
     return HeldPart(
-        held, M_ss, hermitian(stiffness), hermitian(mass + of_masters), L, hermitian(compliance)
+        held,
+        M_ss,
+        hermitian(stiffness),
+        hermitian(mass + of_masters),
+        DenseInertia(L),
+        hermitian(compliance),
     )
 
 

@@ -6,12 +6,14 @@ from numbers import Integral, Real
 
 import numpy as np
 import scipy.linalg as sl
-import scipy.sparse as sp
 
 from vanelock.common.errors import InputError
+from vanelock.rom.fixed_interface.candidates import Candidates
 from vanelock.rom.fixed_interface.held import HeldPart, Solve
+from vanelock.rom.fixed_interface.inertia import Mass
 from vanelock.rom.fixed_interface.massless import lowest
-from vanelock.rom.fixed_interface.vectors import Candidates, Fixed, accurate, fixed_modes, heavy
+from vanelock.rom.fixed_interface.modes import Fixed, fixed_modes, heavy
+from vanelock.rom.fixed_interface.vectors import accurate
 
 ELASTIC = 10
 """The band reaches to the tenth elastic mode of the part, its masters free, unless it is given."""
@@ -81,7 +83,7 @@ class Selection:
             return Candidates.exactly(self.modes_of(part.held.solve, part.M_ss))
         return accurate(part, self.accuracy, 2 * np.pi * self.band)
 
-    def modes_of(self, solve: Solve, M_ss: sp.csc_array) -> Fixed:
+    def modes_of(self, solve: Solve, M_ss: Mass) -> Fixed:
         """Fixed-interface modes, where these are what is wanted."""
         below = None if self.cutoff is None else 2 * np.pi * self.cutoff
         return fixed_modes(solve, M_ss, self.modes, below)
@@ -96,7 +98,7 @@ def own_band(part: HeldPart) -> float:
     """Frequency of the tenth elastic mode of a part whose masters are free, Hz, by ten modes."""
     count = min(ELASTIC, heavy(part.M_ss) - 1)
     modes = fixed_modes(part.held.solve, part.M_ss, count, tolerance=ROUGH)
-    LB = part.inertia.conj().T @ modes.vectors
+    LB = part.inertia.gather(modes.vectors)
     K = sl.block_diag(part.K_mm, np.diag(modes.omega_squared))
     M = np.block([[part.M_mm, LB], [LB.conj().T, np.eye(LB.shape[1])]])
     last = min(len(K), ELASTIC + 6) - 1

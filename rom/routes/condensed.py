@@ -14,6 +14,7 @@ one of the sector, and one real forward and backward sweep for each real column.
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 import scipy.linalg as sl
@@ -22,6 +23,7 @@ import scipy.sparse as sp
 from vanelock.common.errors import InputError
 from vanelock.fem import Interior, SingularError, free_motion
 from vanelock.rom.fixed_interface.held import hermitian
+from vanelock.rom.fixed_interface.inertia import BoundaryAnswers
 from vanelock.rom.routes.cyclic import cyclic_constraint
 from vanelock.rom.routes.problem import Problem, Rows, condense
 from vanelock.rom.system import Matrix
@@ -47,6 +49,11 @@ class Condensed:
     problem: Problem
     matrix: Matrix
     interior: Interior
+
+    @cached_property
+    def answers(self) -> BoundaryAnswers:
+        """Static answers to faces and masters, which all nodal diameters share."""
+        return BoundaryAnswers(self.interior, self.problem.M, self.faces)
 
     @property
     def slaves(self) -> Rows:
@@ -136,35 +143,19 @@ class Sector:
 
     def solve(self, b: Matrix) -> Matrix:
         """Displacements (3b + s, k) under loads."""
-        halfway, _, on_face = self._down(b)
+        nodes, interior = len(self.factor), self.part.interior
+        halfway, gathered = interior.down(b[nodes:])
+        on_face = b[:nodes] + self.follow.conj().T @ gathered[: self.part.faces]
         x_l = sl.cho_solve((self.factor, True), on_face)
         held = np.zeros((len(self.part.problem.rows), b.shape[1]), x_l.dtype)
-        return self._up(halfway, x_l, held)
+        moved = np.concatenate([self.follow @ x_l, held])
+        return np.concatenate([x_l, interior.up(halfway, moved)])
 
-    def extend(self, x_m: Matrix) -> Matrix:
-        """Ψ x_m: static displacements (3b + s, k) when the masters move."""
+    def moved(self) -> Matrix:
+        """(6b, m) motion of both faces when each master moves."""
         b = len(self.factor)
-        x_l = -sl.cho_solve((self.factor, True), self.condensed[:b, b:] @ x_m)
-        return self._up(np.zeros((len(self.part.slaves), x_m.shape[1])), x_l, x_m)
-
-    def gather(self, b: Matrix) -> tuple[Matrix, Matrix]:
-        """Ψᴴ b, (m, k), and bᴴ K_ss⁻¹ b, (k, k)."""
-        halfway, on_masters, on_face = self._down(b)
-        half = sl.solve_triangular(self.factor, on_face, lower=True)
-        energy = self.part.interior.energy(b[len(self.factor) :], halfway) + half.conj().T @ half
-        nodes = len(self.factor)
-        x_l = sl.solve_triangular(self.factor, half, lower=True, trans=2)
-        return on_masters - self.condensed[nodes:, :nodes] @ x_l, energy
-
-    def _down(self, b: Matrix) -> tuple[Matrix, Matrix, Matrix]:
-        """Half a solution for the slaves, and the loads that reach masters and left face."""
-        nodes, faces = len(self.factor), self.part.faces
-        halfway, gathered = self.part.interior.down(b[nodes:])
-        return halfway, gathered[faces:], b[:nodes] + self.follow.conj().T @ gathered[:faces]
-
-    def _up(self, halfway: Matrix, x_l: Matrix, x_m: Matrix) -> Matrix:
-        moved = np.concatenate([self.follow @ x_l, x_m])
-        return np.concatenate([x_l, self.part.interior.up(halfway, moved)])
+        x_l = -sl.cho_solve((self.factor, True), self.condensed[:b, b:])
+        return np.asarray(self.follow @ x_l)
 
 
 def definite_factor(A: Matrix) -> Matrix | None:

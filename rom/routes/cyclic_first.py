@@ -8,10 +8,11 @@ share one real factorisation (`vanelock.rom.routes.condensed`).
 
 from collections.abc import Iterable
 
-import scipy.sparse as sp
+import scipy.linalg as sl
 
 from vanelock.rom.component import Component
-from vanelock.rom.fixed_interface.held import HeldPart, held_part
+from vanelock.rom.fixed_interface.held import HeldPart, hermitian
+from vanelock.rom.fixed_interface.inertia import SectorInertia
 from vanelock.rom.fixed_interface.selection import Selection
 from vanelock.rom.routes.condensed import Condensed
 from vanelock.rom.routes.projection import projected
@@ -21,24 +22,21 @@ from vanelock.rom.system import common_band
 def cyclic_first(shared: Condensed, wanted: Selection, diameters: Iterable[int]) -> Component:
     """Reduce a cyclic part at nodal diameters; all keep equally many fixed-interface vectors."""
     problem = shared.problem
-    products, bands = {}, []
+    parts, vectors, bands = {}, {}, []
     for k in diameters:
-        part = at_diameter(shared, k)
-        chosen = wanted.within(part)
-        products[k] = projected(part, chosen.of(part))
+        parts[k] = at_diameter(shared, k)
+        chosen = wanted.within(parts[k])
+        vectors[k] = chosen.of(parts[k])
         bands.append(chosen.band)
-    count = max(found.candidates.count for found in products.values())
-    for k, found in products.items():
-        if count > found.candidates.most:
-            part = at_diameter(shared, k)
-            products[k] = projected(part, found.candidates.filled(part, count))
+    count = max(found.count for found in vectors.values())
+    products = {k: projected(part, vectors[k].filled(part, count)) for k, part in parts.items()}
     return Component(
         masters=problem.masters,
         cyclic=True,
         route="cyclic",
         interface_modes=0,
         fixed_modes=count,
-        diameters={k: p.reduced(count, p.vectors(count)) for k, p in products.items()},
+        diameters={k: p.reduced(p.vectors()) for k, p in products.items()},
         boundary_nodes=problem.masters.nodes,
         band=common_band(bands),
     )
@@ -46,13 +44,15 @@ def cyclic_first(shared: Condensed, wanted: Selection, diameters: Iterable[int])
 
 def at_diameter(shared: Condensed, nodal_diameter: int) -> HeldPart:
     """The sector at a nodal diameter, its masters held."""
-    problem, t = shared.problem, shared.problem.rows
-    T = shared.transform(nodal_diameter)
-    adjoint = T.conj().T.tocsr()
-    M_t = problem.M[:, t]
-    return held_part(
-        shared.held(nodal_diameter),
-        sp.csc_array(adjoint @ M_t),
-        sp.csc_array(adjoint @ (problem.M @ T)),
-        M_t[t],
+    held = shared.held(nodal_diameter)
+    masters = shared.answers.at(held.moved())
+    W = held.follow.conj().T
+    half = sl.solve_triangular(held.factor, W @ masters.reaching, lower=True)
+    return HeldPart(
+        held,
+        M_ss=shared.answers.mass(held.follow),
+        K_mm=hermitian(held.stiffness),
+        M_mm=hermitian(masters.mass),
+        inertia=SectorInertia(W @ masters.on_faces, masters.blocks, masters.coefficients),
+        compliance=hermitian(masters.energy + half.conj().T @ half),
     )

@@ -15,8 +15,8 @@ import scipy.linalg as sl
 from vanelock.rom.component import Component, Reduced
 from vanelock.rom.fixed_interface.block_lanczos import BLOCK, lowest_modes
 from vanelock.rom.fixed_interface.held import COLUMNS, hermitian
+from vanelock.rom.fixed_interface.modes import Fixed
 from vanelock.rom.fixed_interface.selection import Selection
-from vanelock.rom.fixed_interface.vectors import Fixed
 from vanelock.rom.routes.condensed import Condensed, definite_factor
 from vanelock.rom.routes.cyclic import cyclic_constraint
 from vanelock.rom.routes.tran import Interface

@@ -150,9 +150,9 @@ def reduce_sector(
     count = max(products.candidates.count for _, products, *_ in found.values())
     reduced = {}
     for k, (part, products, damping, own, band) in found.items():
-        if count > products.candidates.most:
+        if count > products.candidates.count:
             products = projected(part, products.candidates.filled(part, count))
-        reduced[k] = replace(_kept(part, products, damping, own, count), band=band)
+        reduced[k] = replace(_kept(part, products, damping, own), band=band)
     return reduced
 
 
@@ -173,19 +173,19 @@ def _kept(
     products: Projected,
     C: sp.csc_array | None,
     rows: Rows,
-    count: int | None = None,
 ) -> ReducedRows:
-    count = products.candidates.count if count is None else count
+    count = products.candidates.count
     damping = None
     if C is not None:
+        assert isinstance(part.held, HeldMatrices)
         m, n = len(rows), C.shape[0]
         basis = np.zeros((n, m + count), np.result_type(part.K_mm, C.dtype))
         rest = np.setdiff1d(np.arange(n), rows)
         basis[rows, np.arange(m)] = 1
         basis[rest, :m] = part.held.extend(np.eye(m, dtype=part.K_mm.dtype))
-        basis[rest, m:] = products.vectors(count)
+        basis[rest, m:] = products.vectors()
         damping = hermitian(basis.conj().T @ (C @ basis))
-    return ReducedRows(products.reduced(count), damping, count)
+    return ReducedRows(products.reduced(), damping, count)
 
 
 def _through(W: sp.csc_array, A: sp.csc_array) -> sp.csc_array:

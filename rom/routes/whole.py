@@ -27,8 +27,8 @@ def whole(problem: Problem, wanted: Selection) -> Component:
         route="whole",
         interface_modes=0,
         fixed_modes=count,
-        diameters={0: products.reduced(count)},
+        diameters={0: products.reduced()},
         boundary_nodes=problem.boundary_nodes,
-        vectors=products.vectors(count),
+        vectors=products.vectors(),
         band=wanted.band,
     )

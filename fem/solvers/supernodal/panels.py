@@ -1,7 +1,8 @@
 """Solutions with a sparse Cholesky factor L whose columns come in panels of one structure.
 
-A panel p of columns that have entries in the same rows is dense: a lower triangle L_pp, and L_bp in
-the rows b below. With the right-hand sides in rows, so that all of a row lie side by side,
+A panel p of neighbouring columns with entries in the same rows, or nearly so, is dense: a lower
+triangle L_pp, and L_bp in the rows b below. With the right-hand sides in rows, so that all of a row
+lie side by side,
 
     L Y = B:     Y_p = L_pp⁻¹ B_p,                    B_b -= L_bp Y_p,     from the first panel on,
     Lᴴ X = Y:    X_p = L_pp⁻ᴴ (Y_p - L_bpᴴ X_b),                           from the last one on.
@@ -19,6 +20,9 @@ from numpy.typing import NDArray
 from scipy.linalg import get_blas_funcs
 
 from vanelock.fem.solvers.backend import Matrix
+
+FILLED = 1500
+"""Zeros that cost no more than one panel more: half as many panels take 1.1 times the entries."""
 
 
 class Panel(NamedTuple):
@@ -105,7 +109,7 @@ class Panels:
         return X
 
 
-def panels_of(L: sp.csc_array, columns: int) -> Panels:
+def panels_of(L: sp.csc_array, columns: int, filled: int = FILLED) -> Panels:
     """The panels of the first columns of a factor in sorted compressed columns.
 
     Parameters
@@ -114,25 +118,54 @@ def panels_of(L: sp.csc_array, columns: int) -> Panels:
         Lower triangular; entries that are zero but stored count as structure.
     columns : int
         How many columns; no panel reaches beyond.
+    filled : int
+        Zeros that a panel may take in to be joined with the next.
     """
     counts, first = np.diff(L.indptr), L.indptr[:-1]
     # A column's structure without the diagonal lies within that of the next if its first row is it.
     follows = L.indices[np.minimum(first + 1, L.nnz - 1)][:-1] == np.arange(1, L.shape[0])
     alike = follows & (counts[1:] == counts[:-1] - 1)
     starts = 1 + np.flatnonzero(~alike[: columns - 1])
-    found = []
-    for start, stop in zip(np.r_[0, starts], np.r_[starts, columns], strict=True):
-        width, rows = int(stop - start), L.indices[L.indptr[start] : L.indptr[start + 1]]
-        dense = np.zeros((width, len(rows)), L.dtype)
-        dense[np.triu_indices(width, 0, len(rows))] = L.data[L.indptr[start] : L.indptr[stop]]
-        below = rows[width:].astype(np.int64)
-        found.append(
-            Panel(
-                columns=slice(int(start), int(stop)),
-                below=below,
-                inner=int(np.searchsorted(below, columns)),
-                triangle=np.asfortranarray(dense[:, :width].T),
-                rectangle=np.ascontiguousarray(dense[:, width:].T),
-            )
-        )
+    found: list[Panel] = []
+    group: list[tuple[int, int]] = []
+    below, area = np.empty(0, np.int64), 0
+    for start, stop in zip([0, *starts.tolist()], [*starts.tolist(), columns], strict=True):
+        own = L.indices[L.indptr[stop - 1] + 1 : L.indptr[stop]].astype(np.int64)
+        alone = _area(stop - start, len(own))
+        if group:
+            union = np.union1d(below[np.searchsorted(below, stop) :], own)
+            together = _area(stop - group[0][0], len(union))
+            if together - area - alone <= filled:
+                group.append((start, stop))
+                below, area = union, together
+                continue
+            found.append(_panel(L, group, below, columns))
+        group, below, area = [(start, stop)], own, alone
+    found.append(_panel(L, group, below, columns))
     return Panels(tuple(found), L.shape[0], columns, L.nnz, L.dtype)
+
+
+def _area(width: int, below: int) -> int:
+    return width * (width + 1) // 2 + width * below
+
+
+def _panel(
+    L: sp.csc_array, group: list[tuple[int, int]], below: NDArray[np.int64], columns: int
+) -> Panel:
+    """One panel of neighbouring ones, each given by its first and last column."""
+    first, last = group[0][0], group[-1][1]
+    width = last - first
+    rows = np.concatenate([np.arange(first, last), below])
+    dense = np.zeros((width, len(rows)), L.dtype)
+    for start, stop in group:
+        own, entries = stop - start, L.data[L.indptr[start] : L.indptr[stop]]
+        at = np.searchsorted(rows, L.indices[L.indptr[start] : L.indptr[start + 1]])
+        i, j = np.triu_indices(own, 0, len(at))
+        dense[start - first + i, at[j]] = entries
+    return Panel(
+        columns=slice(first, last),
+        below=below,
+        inner=int(np.searchsorted(below, columns)),
+        triangle=np.asfortranarray(dense[:, :width].T),
+        rectangle=np.ascontiguousarray(dense[:, width:].T),
+    )

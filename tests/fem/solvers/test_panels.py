@@ -31,11 +31,13 @@ def factor(rng, is_complex):
     [(False, False), (False, True), (True, True)],
     ids=["real", "real factor", "complex"],
 )
-def test_sweeps_are_those_of_the_dense_factor(columns, is_complex, complex_sides):
+@pytest.mark.parametrize("filled", [-1, 5, 1000])
+def test_sweeps_are_those_of_the_dense_factor(columns, is_complex, complex_sides, filled):
     rng = np.random.default_rng(columns)
     L = factor(rng, is_complex)
     n = len(L)
-    panels = panels_of(sp.csc_array(L), columns)
+    panels = panels_of(sp.csc_array(L), columns, filled)
+    assert len(panels.panels) == 1 or filled < 1000
     assert sum(p.columns.stop - p.columns.start for p in panels.panels) == columns
     B = rng.standard_normal((n, 6)) + 1j * complex_sides * rng.standard_normal((n, 6))
     B = B if complex_sides else B.real

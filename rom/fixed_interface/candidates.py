@@ -1,0 +1,127 @@
+"""The vectors that a part keeps at one nodal diameter, and what it would keep next.
+
+All nodal diameters of a part that are reduced together keep equally many: where one needs fewer,
+the answers that come next in the order of their use follow, and behind them further modes.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import scipy.linalg as sl
+from numpy.typing import NDArray
+
+from vanelock.common.errors import InputError
+from vanelock.rom.fixed_interface.held import HeldPart, hermitian
+from vanelock.rom.fixed_interface.modes import Fixed, fixed_modes, heavy
+from vanelock.rom.system import Matrix
+
+_NEW = 1e-6
+"""Least part of a further mode's strain energy that the vectors at hand do not hold."""
+
+
+@dataclass(frozen=True)
+class Candidates:
+    """Fixed-interface modes, vectors beside them, and what comes next.
+
+    Attributes
+    ----------
+    modes : Fixed
+        Exact modes.
+    vectors : (s, a)
+        Further vectors W, K- and M-orthogonal to the modes, in the order of their use.
+    loads, answers : (s, a)
+        K_ss W and K_ss⁻¹ M_ss W.
+    stiffness, mass : (a, a)
+        Matrices of W, ones on the diagonal of the first.
+    spare : (m, r)
+        Motions of the masters, the static answers to whose inertia come next.
+    """
+
+    modes: Fixed
+    vectors: Matrix
+    loads: Matrix
+    answers: Matrix
+    stiffness: Matrix
+    mass: Matrix
+    spare: Matrix
+
+    @classmethod
+    def exactly(cls, modes: Fixed) -> "Candidates":
+        """Fixed-interface modes and nothing beside them."""
+        kind = modes.vectors.dtype
+        none, nothing = np.empty((len(modes.vectors), 0), kind), np.empty((0, 0), kind)
+        return cls(modes, none, none, none, nothing, nothing, nothing)
+
+    @property
+    def count(self) -> int:
+        """Number of modes and vectors together."""
+        return len(self.modes.omega_squared) + int(self.vectors.shape[1])
+
+    def filled(self, part: HeldPart, count: int) -> "Candidates":
+        """The same with what comes next behind it, and further modes behind that, up to `count`.
+
+        Raises
+        ------
+        InputError
+            If the part has not so many dofs.
+        """
+        lacking = count - self.count
+        if lacking <= 0:
+            return self
+        if self.spare.shape[1]:
+            loads = inertia_loads(part, self.modes, self.spare[:, :lacking])
+            more = self.grown(part, part.held.solve(loads), loads)
+            return replace(more, spare=self.spare[:, lacking:]).filled(part, count)
+        if self.vectors.shape[1] == 0:
+            return Candidates.exactly(fixed_modes(part.held.solve, part.M_ss, count))
+        return self.grown(part, *self._further(part, lacking))
+
+    def _further(self, part: HeldPart, lacking: int) -> tuple[Matrix, Matrix]:
+        """What so many further modes add, K-orthogonal to W and in itself, and K times it."""
+        solve, M_ss, exact = part.held.solve, part.M_ss, len(self.modes.omega_squared)
+        W, more = self.vectors, lacking
+        while True:
+            # W may hold some of them already: what counts is the part that is orthogonal to it.
+            further = fixed_modes(solve, M_ss, exact + more)
+            Phi, squared = further.vectors[:, exact:], further.omega_squared[exact:]
+            Phi, KPhi = Phi / np.sqrt(squared), M_ss @ (Phi * np.sqrt(squared))
+            overlap = W.conj().T @ KPhi
+            c = sl.solve(self.stiffness, overlap, assume_a="pos")
+            new, V = sl.eigh(np.eye(more) - hermitian(overlap.conj().T @ c))
+            if np.sum(new > _NEW) >= lacking or exact + more == heavy(M_ss):
+                break
+            more = min(more + lacking, heavy(M_ss) - exact)
+        if np.sum(new > _NEW) < lacking:
+            count = self.count + lacking
+            raise InputError(f"{count} fixed-interface vectors of {heavy(M_ss)} slave dofs")
+        V = V[:, -lacking:] / np.sqrt(new[-lacking:])
+        return Phi @ V - W @ (c @ V), KPhi @ V - self.loads @ (c @ V)
+
+    def grown(self, part: HeldPart, X: Matrix, loads: Matrix) -> "Candidates":
+        """The same with vectors X and K_ss X behind; one solve for each."""
+        scale = 1 / np.sqrt(np.einsum("ij,ij->j", X.conj(), loads).real)
+        X, loads = X * scale, loads * scale
+        MX, W = part.M_ss @ X, self.vectors
+        return replace(
+            self,
+            vectors=np.hstack([W, X]),
+            loads=np.hstack([self.loads, loads]),
+            answers=np.hstack([self.answers, part.held.solve(MX)]),
+            stiffness=_bordered(self.stiffness, W.conj().T @ loads, X.conj().T @ loads),
+            mass=_bordered(self.mass, W.conj().T @ MX, X.conj().T @ MX),
+        )
+
+    def ritz(self) -> tuple[Matrix, NDArray[np.float64]]:
+        """Combinations of the vectors that Rayleigh and Ritz call modes, and their ω², rad²/s²."""
+        values, V = sl.eigh(self.stiffness, self.mass)
+        return V, values
+
+
+def inertia_loads(part: HeldPart, modes: Fixed, x: Matrix) -> Matrix:
+    """Inertia forces of static answers to masters' motions x, without what modes take up."""
+    taken_up = modes.vectors @ (part.inertia.gather(modes.vectors).conj().T @ x)
+    return np.asarray(part.inertia.push(x) - part.M_ss @ taken_up)
+
+
+def _bordered(A: Matrix, across: Matrix, own: Matrix) -> Matrix:
+    return np.block([[A, across], [across.conj().T, hermitian(own)]])
