@@ -17,7 +17,7 @@ from vanelock.pipeline.step import SHARED, Step, step
 from vanelock.rom import Component, Joint, MeshExcess, System
 from vanelock.rom.joining.mesh_excess import MODES
 from vanelock.rom.system import Matrix
-from vanelock.stages.parts.components import PARTS, model_step, rom_step
+from vanelock.stages.parts.components import model_step, rom_step
 from vanelock.stages.parts.diameters import casing_step, diameter_of, prepared_step
 
 ESTIMATED = "tetra10"
@@ -100,13 +100,19 @@ def excess_steps(
     """What the meshes add to the stiffness of a vane and each casing; none where it stays."""
     if study.mesh.correction == "none":
         return ()
-    given, models = joining(without_load(study)), tuple(model(study, part) for part in PARTS)
-    shared, patches = prepared_step(study), study.patches
+    given, patches = joining(without_load(study)), study.patches
+    whole = _recovered(vane, model(study, "vane"))
+    others = whole, model(study, "casing"), prepared_step(study)
     areas = tuple(name for name in study.joint_names if patches[name] == "area")
     return tuple(
-        _excess(_joined(given, vane, casing), vane, casing, models, shared, areas)
-        for casing in casings
+        _excess(_joined(given, vane, casing), vane, casing, others, areas) for casing in casings
     )
+
+
+@lru_cache(maxsize=SHARED)
+def _recovered(vane: Step[Component], model: Step[Model]) -> Step[rom.Recovery]:
+    """The vane at all its nodes, once for all nodal diameters; too large to be kept."""
+    return step("vane at all nodes", "rom", {}, rom.Recovery, (vane, model), rom.recovery, False)
 
 
 @lru_cache(maxsize=SHARED)
@@ -114,22 +120,18 @@ def _excess(
     joined: Step[System],
     vane: Step[Component],
     casing: Step[Component],
-    models: tuple[Step[Model], ...],
-    prepared: Step[Any],
+    others: tuple[Step[Any], ...],
     areas: tuple[str, ...],
 ) -> Step[MeshExcess]:
     def compute(
         system: System,
         vane: Component,
         casing: Component,
-        vane_model: Model,
+        whole: rom.Recovery,
         casing_model: Model,
         prepared: Any,
     ) -> MeshExcess:
-        recoveries = (
-            rom.recovery(vane, vane_model),
-            rom.recovery(casing, casing_model, prepared),
-        )
+        recoveries = whole, rom.recovery(casing, casing_model, prepared)
         found = {}
         for k in sorted(casing.diameters):
             frequency, shapes = rom.linear_modes(system, k, min(MODES, len(system.at(k).K)))
@@ -146,7 +148,7 @@ def _excess(
             found[k] = rom.modal_excess(shapes, frequency, parts, forces)
         return MeshExcess(found)
 
-    needs = (joined, vane, casing, *models, prepared)
+    needs = (joined, vane, casing, *others)
     inputs = {"modes": MODES, "areas": areas}
     return step("mesh correction", "fem", inputs, MeshExcess, needs, compute)
 

@@ -87,11 +87,12 @@ def test_elements_whose_estimate_is_too_large_stay_as_they_are(folder):
     (planned,) = plan(cases(study), lambda *_: None)
     (excess,) = excess_steps(study, planned.rom["vane"], [planned.rom["casing"]])
     products = [stages.get(each) for each in excess.needs]
-    model = products[3]
-    bricks = replace(model, part=replace(model.part, cell_type="hexahedron20"))
+    whole = products[3]
+    part = replace(whole.model.part, cell_type="hexahedron20")
+    bricks = replace(whole, problem=replace(whole.problem, model=replace(whole.model, part=part)))
     taken, left = (
         excess.compute(*products[:3], each, *products[4:]).diameters[1].parts
-        for each in (model, bricks)
+        for each in (whole, bricks)
     )
     assert not left[0].any()
     np.testing.assert_array_equal(left[1], taken[1])
