@@ -20,7 +20,6 @@ from vanelock.common.quantities import (
 from vanelock.input.schema.piecewise import ByTemperature
 from vanelock.mesh.checks.dimensions import FEWEST, MOST
 from vanelock.mesh.generate.stretch import MOST as STRETCH
-from vanelock.mesh.generate.stretch import USUAL
 from vanelock.mesh.geometry.element_size import LARGEST, SIZES, SMALLEST
 from vanelock.mesh.refinement.dof_estimate import MOST as LARGEST_MESHES
 
@@ -127,8 +126,8 @@ class MeshKeys(KeyTable):
     face_nodes: int | None = Field(
         default=None, ge=10, le=100_000, description="number of nodes of each cyclic face"
     )
-    stretch: int = Field(
-        default=USUAL,
+    stretch: int | None = Field(
+        default=None,
         ge=1,
         le=STRETCH,
         description="length of the casing's elements around the ring",
@@ -170,7 +169,7 @@ class HookJoint(KeyTable):
     wear_coefficient: Annotated[Wear, Usual(1e-20, 1e-9)] | None = Field(
         default=None, gt=0, le=1e-6, description="wear coefficient [m^2/N]"
     )
-    patch: Patch = Field(default="area", description="what a contact acts on")
+    patch: Patch | None = Field(default=None, description="what a contact acts on")
 
     checks: ClassVar[tuple[Check, ...]] = (_one_of_each,)
 
@@ -196,7 +195,7 @@ class InterlockJoint(KeyTable):
     wear_coefficient: Annotated[Wear, Usual(1e-20, 1e-9)] | None = Field(
         default=None, gt=0, le=1e-6, description="wear coefficient [m^2/N]"
     )
-    patch: Patch = Field(default="area", description="what a contact acts on")
+    patch: Patch | None = Field(default=None, description="what a contact acts on")
 
     checks: ClassVar[tuple[Check, ...]] = (_one_of_each,)
 

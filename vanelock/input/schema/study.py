@@ -49,6 +49,7 @@ from vanelock.input.schema.structure import (
 )
 from vanelock.input.schema.temperature import TEMPERATURE_CHECKS, Temperature
 from vanelock.mesh import CasingDimensions, VaneDimensions
+from vanelock.mesh.generate.stretch import USUAL
 from vanelock.mesh.refinement.dof_estimate import check_size
 from vanelock.nonlinear.contact.sampling import least_samples
 
@@ -299,18 +300,18 @@ class Study(KeyTable):
 
     @property
     def stretch(self) -> int:
-        """Of the casing's elements; 1 unless given where bosses or an own mesh allow no other."""
+        """Of the casing's elements; unless given 3, and 1 where no other is allowed."""
         allowed = isinstance(self.casing, CasingDimensions) and not self.casing.bosses
-        return self.mesh.stretch if allowed or "stretch" in self.mesh.model_fields_set else 1
+        return self.mesh.stretch or (USUAL if allowed else 1)
 
     @property
     def patches(self) -> dict[str, str]:
-        """What the contacts of each joint act on; nodes unless given where own meshes meet."""
-        own = isinstance(self.vane, OwnVane), isinstance(self.casing, OwnCasing)
-        meshes = {"hook": any(own), "interlock": own[0]}
+        """What the contacts of each joint act on; unless given areas, and nodes of own meshes."""
+        vane, casing = isinstance(self.vane, OwnVane), isinstance(self.casing, OwnCasing)
+        hook, interlock = self.joints.hook.patch, self.joints.interlock.patch
         return {
-            name: "node" if meshes[name] and "patch" not in joint.model_fields_set else joint.patch
-            for name, joint in (("hook", self.joints.hook), ("interlock", self.joints.interlock))
+            "hook": hook or ("node" if vane or casing else "area"),
+            "interlock": interlock or ("node" if vane else "area"),
         }
 
     def _is_sampled_enough(self) -> Iterator[str]:

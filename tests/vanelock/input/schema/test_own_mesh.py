@@ -101,6 +101,10 @@ def test_what_goes_with_a_mesh():
     assert (study.vane.sets.key, study.vane.sets.hook_rear) == ((7, 5), "B")
     assert study.vane.tolerance == 1e-5
     assert parse_study(CASING + '[joints.interlock]\npatch = "area"').casing == study.casing
+    assert study.patches == {"hook": "node", "interlock": "node"}
+    assert (study.stretch, parse_study(VANE).stretch) == (1, 3)
+    assert parse_study(CASING).patches == {"hook": "node", "interlock": "area"}
+    assert parse_study("").patches == {"hook": "area", "interlock": "area"}
     wanted = '[outputs]\nmonitor = "vane accessory 12, axial"'
     assert parse_study(VANE + wanted).outputs.monitor == "vane accessory 12, axial"
     assert Study.model_validate(study.model_dump()) == study
