@@ -164,8 +164,8 @@ def test_other_units():
         ),
         (
             '[mesh]\nsize = "2 mm"',
-            "mesh.size = 0.002 m: about 3,100,000 degrees of freedom: "
-            "at most 1,000,000 are allowed, that is sizes from 3.2 mm here",
+            "mesh.size = 0.002 m: about 5,300,000 degrees of freedom: "
+            "at most 1,000,000 are allowed, that is sizes from 4 mm here",
         ),
         (
             "[joints.interlock]\nfriction = 0.1",
