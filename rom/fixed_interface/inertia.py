@@ -225,11 +225,9 @@ class BoundaryAnswers:
         """What the masters do where they move the faces by `moved`, (F, t)."""
         F, t = self._faces, self._masters
         found = np.hstack([moved.real, moved.imag]) if np.iscomplexobj(moved) else moved
-        rest = found - self._motions @ (self._motions.T @ found)
-        rest -= self._motions @ (self._motions.T @ rest)
-        Q, R, _ = sl.qr(rest, mode="economic", pivoting=True)
+        Q, R, _ = sl.qr(self._apart(found, unit=False), mode="economic", pivoting=True)
         least = SPANNED * np.linalg.norm(found, axis=0).max(initial=0.0)
-        new = Q[:, : int(np.sum(abs(np.diagonal(R)) > least))]
+        new = self._apart(Q[:, : int(np.sum(abs(np.diagonal(R)) > least))])
         own = 0 if self._blocks else t
         Z = np.zeros((F + t, own + new.shape[1]))
         Z[F:, :own], Z[:F, own:] = np.eye(t, own), new
@@ -246,6 +244,16 @@ class BoundaryAnswers:
             mass=C.conj().T @ real_times(mass, C),
             energy=C.conj().T @ real_times(self._energy, C),
         )
+
+    def _apart(self, x: Floats, unit: bool = True) -> Floats:
+        """What of motions is orthogonal to those at hand; of unit ones, an orthonormal basis.
+
+        What was left of a motion by rounding alone, scaled to unit length, is not orthogonal to
+        the others before it is made so once more, and U would not be orthonormal.
+        """
+        for _ in range(2):
+            x = x - self._motions @ (self._motions.T @ x)
+        return np.asarray(sl.qr(x, mode="economic")[0]) if unit and x.size else x
 
     def _answer(self, Z: Floats) -> None:
         """One sweep up and one down for each motion."""

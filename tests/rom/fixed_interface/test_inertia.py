@@ -39,3 +39,17 @@ def test_real_motions_answer_for_every_nodal_diameter(ring_sector, exact, order)
         unit = np.eye(len(rows))
         np.testing.assert_allclose(part.inertia.push(unit), pushed, atol=1e-10 * size)
         np.testing.assert_allclose(part.inertia.gather(x), pushed.conj().T @ x, atol=1e-9 * size)
+
+
+def test_motions_that_differ_by_little_stay_apart(ring_sector):
+    """What is left of a motion that is nearly known is small, and of unit length in the basis."""
+    shared = rom.prepare(ring_sector(), ("force",))
+    rng = np.random.default_rng(0)
+    moved = rng.standard_normal((shared.faces, len(shared.problem.rows)))
+    for step in (0.0, 1e-8, 1e-11):
+        changed = moved + step * rng.standard_normal(moved.shape)
+        found = shared.answers.at(changed)
+        U = shared.answers._motions
+        np.testing.assert_allclose(U.T @ U, np.eye(U.shape[1]), atol=1e-13)
+        told = U @ found.coefficients[len(shared.problem.rows) :]
+        np.testing.assert_allclose(told, changed, atol=1e-10)
