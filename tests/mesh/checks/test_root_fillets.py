@@ -74,6 +74,6 @@ def test_radii_too_small_for_any_mesh_or_for_this_one_are_refused() -> None:
     small = VaneDimensions(root_fillet=0.001)
     told = r"^vane\.root_fillet = 0\.001 m: too small for elements of 25 mm"
     with pytest.raises(InputError, match=told):
-        vane_segment(small, size="coarse")
+        vane_segment(small, size=0.025)
     with pytest.raises(InputError, match=told):
-        check_size("coarse", small, None, 16)
+        check_size(0.025, small, None, 16)

@@ -46,8 +46,9 @@ def test_motions_that_differ_by_little_stay_apart(ring_sector):
     shared = rom.prepare(ring_sector(), ("force",))
     rng = np.random.default_rng(0)
     moved = rng.standard_normal((shared.faces, len(shared.problem.rows)))
-    for step in (0.0, 1e-8, 1e-11):
-        changed = moved + step * rng.standard_normal(moved.shape)
+    other = rng.standard_normal(moved.shape)
+    other[:, 1::2] = other[:, ::2] + 1e-11 * other[:, 1::2]  # hard to tell from one another
+    for changed in (moved, other):
         found = shared.answers.at(changed)
         U = shared.answers._motions
         np.testing.assert_allclose(U.T @ U, np.eye(U.shape[1]), atol=1e-13)

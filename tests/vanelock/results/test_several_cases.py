@@ -26,7 +26,7 @@ engine_order = 2
 [joints.interlock]
 wear_coefficient = 2e-15
 [response]
-frequencies = [262, 268, 274, 280]
+frequencies = [242, 248, 254, 260]
 harmonics = 2
 [sweep]
 "joints.interlock.mu" = [0.3, 0.03]

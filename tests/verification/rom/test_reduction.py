@@ -216,9 +216,10 @@ def load_and_outputs(parts):
     for model in (parts.vane, parts.casing):
         for node in model.part.node_sets["accessory"]:
             dofs = model.dofs[node]
-            place = T.indices[T.indptr[dofs]]
             if model is parts.vane:
                 place = T.shape[1] + np.searchsorted(rest, dofs)
+            else:
+                place = T.indices[T.indptr[dofs]]
             x, y, _ = model.part.points[node] / np.hypot(*model.part.points[node][:2])
             row = np.zeros((3, n))
             row[:, place] = [[x, y, 0], [-y, x, 0], [0, 0, 1]]

@@ -302,7 +302,7 @@ def _can_vary(key: str, schema: type[Given]) -> bool:
     options = [field.annotation, *get_args(field.annotation)]
     options += [inner for option in options for inner in get_args(option)[:1]]
     numbers = key in NUMBERS or any(option in (int, float) for option in options)
-    return numbers or get_origin(field.annotation) is Literal
+    return numbers or any(get_origin(option) is Literal for option in options)
 
 
 def shown_value(value: float | str) -> str:

@@ -30,7 +30,7 @@ ORDER = 0.85
 on the example), near 1 where elements resolve the walls. Two meshes tell their own."""
 BETWEEN = (0.5, 1.1)
 """Orders that are believed of two meshes."""
-AMPLITUDE = {"none": 1.2, "modal": 2.0}
+AMPLITUDE = {"none": 1.2, "modal": 1.7}
 """Error of the peak's amplitude by the mesh, over that told of its frequency, by `mesh.correction`:
 the largest measured (docs/benchmarks/speed-against-error.md, mesh.size;
 docs/theory/mesh_correction.md)."""

@@ -8,7 +8,7 @@ from vanelock.pipeline.step import Step
 from vanelock.rom import Component, System
 from vanelock.stages.parts.components import rom_step
 from vanelock.stages.parts.diameters import casing_step, diameter_of
-from vanelock.stages.parts.systems import joined_step, without_friction
+from vanelock.stages.parts.systems import joined_step, meshed_step, without_friction
 from vanelock.stages.response.limits import Limits
 from vanelock.stages.response.responses import (
     Limit,
@@ -54,6 +54,7 @@ def linear_steps(study: Study) -> LinearSteps:
     """Those of a case."""
     k = diameter_of(study, 1)
     vane, casing = rom_step(study, "vane", ()), casing_step(study, k)
-    system = joined_step(without_friction(study), {0, k})
-    limits = limits_step(study.response.mode, system, (vane, casing))
+    bare = without_friction(study)
+    system, meshed = joined_step(bare, {0, k}), meshed_step(bare, vane, casing)
+    limits = limits_step(study.response.mode, system, (vane, casing), meshed)
     return LinearSteps(vane, casing, system, limits, stuck_modes_step(system, 1))

@@ -69,6 +69,9 @@ def test_every_stage_ran_once(first):
             "fem casing",
             "rom vane",
             "rom casing",
+            "rom casing, condensed",
+            "vane at all nodes",
+            "mesh correction",
             "linear limits",
             "linear response, free",
             "linear response, stuck",
@@ -219,8 +222,12 @@ def test_a_dimension_reaches_the_part_it_belongs_to(first):
         run_study(parse_study(text), folder, until_preload)
     assert heard.computed() == {
         "mesh casing",
+        "fem vane",  # of what is left of the vane: nothing is kept of these two
+        "vane at all nodes",
         "fem casing",
         "rom casing",
+        "rom casing, condensed",
+        "mesh correction",
         "linear limits",
         "linear response, free",
         "linear response, stuck",

@@ -226,9 +226,11 @@ vane_modes = 6
 casing_modes = 6
 [joints.hook]
 kt = 1e7
+patch = "node"
 [joints.interlock]
 mu = 0.1
 kt = 6e5
+patch = "node"
 [excitation]
 force = 80
 [response]

@@ -165,6 +165,6 @@ def test_a_period_for_paraview_is_the_response_evaluated(tmp_path, monkeypatch):
     table = read(tmp_path / "figures" / "contacts_nominal.csv")
     energy = numbers(table["energy (µJ): at the peak, 266.000 Hz"])
     np.testing.assert_allclose(energy, 1e6 * response.dissipation[0], rtol=1e-14)
-    place = parts[0].points[np.array(table["node of the vane (from 0)"], int)]
+    place = components[0].masters.position(np.array(table["node of the vane (from 0)"], int))
     np.testing.assert_allclose(numbers(table["z (mm)"]), 1e3 * place[:, 2])
     assert table["joint"] == ["hook"] * 56 + ["interlock"] * 10

@@ -29,6 +29,7 @@ vane = [[0, 20], [25000, 620]]
 casing = [[0, 20], [25000, 320]]
 [mesh]
 size = "coarse"
+correction = "none"
 [response]
 points = 9
 harmonics = 1

@@ -21,7 +21,7 @@ from vanelock.stages.response.limits import Limits
 
 pytestmark = pytest.mark.slow
 
-CORRECTED = HOT.replace('size = "coarse"', 'size = "coarse"\ncorrection = "modal"')
+CORRECTED = HOT.replace('correction = "none"', 'correction = "modal"')
 
 
 @pytest.fixture(scope="module")

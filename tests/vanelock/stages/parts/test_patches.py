@@ -12,6 +12,9 @@ from vanelock.stages.response.limits import Limits
 STUDY = """
 [mesh]
 size = "coarse"
+correction = "none"
+[joints.interlock]
+patch = "node"
 [response]
 frequencies = [266]
 harmonics = 1
@@ -27,10 +30,11 @@ report = false
 def test_each_joint_says_what_its_contacts_act_on():
     hooks, interlock = ("hook_front", "hook_rear"), ("interlock_left", "interlock_right")
     for text, vane, casing in (
-        ("", (), ()),
-        ('[joints.hook]\npatch = "area"', hooks, hooks),
-        ('[joints.interlock]\npatch = "area"', interlock, ()),
-        ('[joints.interlock]\npatch = "area"\nenabled = false', (), ()),
+        ("", hooks + interlock, hooks),
+        ('[joints.hook]\npatch = "node"', interlock, ()),
+        ('[joints.interlock]\npatch = "node"', hooks, hooks),
+        ("[joints.interlock]\nenabled = false", hooks, hooks),
+        ('[joints.hook]\npatch = "node"\n[joints.interlock]\npatch = "node"', (), ()),
     ):
         study = parse_study(text)
         assert averaged(study, "vane") == vane
