@@ -15,9 +15,10 @@ shroud at the angle `SLANT` and covers the arc but for that angle.
 from dataclasses import dataclass
 from itertools import pairwise
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import make_interp_spline
 
 from vanelock.mesh.geometry import aerofoil
 from vanelock.mesh.geometry.dimensions import VaneDimensions
@@ -75,9 +76,14 @@ class RationalFace:
 
     def control(self) -> tuple[Array, Array, Array]:
         """Control points (d + 1, n, 3), their weights (d + 1, n) and the cubic spline's knots."""
-        spline = make_interp_spline(PLACES, self._homogeneous(), k=3)
+        spline = self._spline()
         points = np.moveaxis(np.asarray(spline.c), 0, 1)
         return points[..., :3] / points[..., 3:], points[..., 3], np.asarray(spline.t)
+
+    def _spline(self) -> Any:
+        from scipy.interpolate import make_interp_spline  # loads much, and few have fillets
+
+        return make_interp_spline(PLACES, self._homogeneous(), k=3)
 
     def _homogeneous(self) -> Array:
         weights = self.weights[..., None]
@@ -85,8 +91,7 @@ class RationalFace:
 
     def at(self, along: Array, across: Array) -> tuple[Array, Array, Array]:
         """Points (k, m, 3) of the face and their derivatives along and across it."""
-        spline = make_interp_spline(PLACES, self._homogeneous(), k=3)
-        t = across[:, None]
+        spline, t = self._spline(), across[:, None]
         if len(self.rows) == 2:
             share, slope = np.hstack([1 - t, t]), np.hstack([t * 0 - 1, t * 0 + 1])
         else:

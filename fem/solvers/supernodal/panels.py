@@ -25,7 +25,7 @@ FILLED = 1500
 """Zeros that cost no more than one panel more: half as many panels take 1.1 times the entries."""
 
 
-class Panel(NamedTuple):
+class Supernode(NamedTuple):
     """Columns of one structure.
 
     Attributes
@@ -55,7 +55,7 @@ class Panels:
 
     Attributes
     ----------
-    panels : tuple of Panel
+    panels : tuple of Supernode
         From the first column on.
     rows, columns : int
         Rows of L, and how many of its columns the panels hold.
@@ -65,7 +65,7 @@ class Panels:
         Of L.
     """
 
-    panels: tuple[Panel, ...]
+    panels: tuple[Supernode, ...]
     rows: int
     columns: int
     entries: int
@@ -126,7 +126,7 @@ def panels_of(L: sp.csc_array, columns: int, filled: int = FILLED) -> Panels:
     follows = L.indices[np.minimum(first + 1, L.nnz - 1)][:-1] == np.arange(1, L.shape[0])
     alike = follows & (counts[1:] == counts[:-1] - 1)
     starts = 1 + np.flatnonzero(~alike[: columns - 1])
-    found: list[Panel] = []
+    found: list[Supernode] = []
     group: list[tuple[int, int]] = []
     below, area = np.empty(0, np.int64), 0
     for start, stop in zip([0, *starts.tolist()], [*starts.tolist(), columns], strict=True):
@@ -151,7 +151,7 @@ def _area(width: int, below: int) -> int:
 
 def _panel(
     L: sp.csc_array, group: list[tuple[int, int]], below: NDArray[np.int64], columns: int
-) -> Panel:
+) -> Supernode:
     """One panel of neighbouring ones, each given by its first and last column."""
     first, last = group[0][0], group[-1][1]
     width = last - first
@@ -162,7 +162,7 @@ def _panel(
         at = np.searchsorted(rows, L.indices[L.indptr[start] : L.indptr[start + 1]])
         i, j = np.triu_indices(own, 0, len(at))
         dense[start - first + i, at[j]] = entries
-    return Panel(
+    return Supernode(
         columns=slice(first, last),
         below=below,
         inner=int(np.searchsorted(below, columns)),

@@ -17,7 +17,6 @@ which gmsh calls "Bump", its coefficient 1 - tanh²κ. κ is such that a corner 
 from typing import Any, NamedTuple
 
 import numpy as np
-from scipy.optimize import brentq
 
 from vanelock.common.errors import InputError
 from vanelock.mesh.generate.occ_solids import TOLERANCE
@@ -47,6 +46,8 @@ class Divisions(NamedTuple):
     @property
     def bump(self) -> float:
         """The coefficient of rows that have corners at the quarters of the span."""
+        from scipy.optimize import brentq  # checks count elements, and need not load it
+
         share = 1 - 2 * self.outer / self.rows
         if share >= 0.5:
             return 1.0

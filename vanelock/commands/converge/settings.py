@@ -97,7 +97,11 @@ def _every(study: Study, dofs: float) -> Iterator[NumericalSetting]:
         yield _points(study)
     words = ("constant-load", "uncoupled", "coupled")
     yield _setting(study, "response.coupling", [(w, {"response.coupling": w}) for w in words])
-    patches = [(w, {f"joints.{j}.patch": w for j in ("hook", "interlock")}) for w in _PATCHES]
+    both, patches = ("hook", "interlock"), []
+    given = any(getattr(study.joints, joint).patch for joint in both)
+    for word in _PATCHES:
+        is_own = not given and set(study.patches.values()) == {word}
+        patches.append((word, {} if is_own else {f"joints.{joint}.patch": word for joint in both}))
     yield _setting(study, "joints.hook.patch", patches)
 
 

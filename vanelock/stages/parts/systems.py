@@ -40,7 +40,7 @@ class Joining(NamedTuple):
 
     joints: tuple[Joint, ...]
     excitation: rom.Excitation
-    damping: tuple[float, str]
+    damping: tuple[float | None, str]
 
     def join(self, vane: Component, casing: Component) -> System:
         """The system of a vane and a casing."""
@@ -72,13 +72,15 @@ def meshed_step(
 
 
 @lru_cache(maxsize=SHARED)
-def _joined(given: Joining, vane: Step[Component], casing: Step[Component]) -> Step[System]:
+def _joined(
+    given: Joining, vane: Step[Component], casing: Step[Component], name: str = "system"
+) -> Step[System]:
     inputs = {
         "joints": [vars(joint) for joint in given.joints],
         "excitation": vars(given.excitation),
         "damping": given.damping,
     }
-    return step("system", "rom", inputs, System, (vane, casing), given.join, False, True)
+    return step(name, "rom", inputs, System, (vane, casing), given.join, False, True)
 
 
 @lru_cache(maxsize=SHARED)
@@ -100,12 +102,14 @@ def excess_steps(
     """What the meshes add to the stiffness of a vane and each casing; none where it stays."""
     if study.mesh.correction == "none":
         return ()
-    given, patches = joining(without_load(study)), study.patches
+    stiffness = Joining(joints(without_friction(study)), rom.Excitation(1), (None, "stuck"))
+    patches = study.patches
     whole = _recovered(vane, model(study, "vane"))
     others = whole, model(study, "casing"), prepared_step(study)
     areas = tuple(name for name in study.joint_names if patches[name] == "area")
     return tuple(
-        _excess(_joined(given, vane, casing), vane, casing, others, areas) for casing in casings
+        _excess(_joined(stiffness, vane, casing, "structure"), vane, casing, others, areas)
+        for casing in casings
     )
 
 

@@ -20,7 +20,7 @@ name = "coarse"
 size = "coarse"
 [response]
 harmonics = 1
-range = [268, 284]
+range = [245, 262]
 points = 9
 [joints.interlock]
 mu = 0.15
@@ -63,14 +63,14 @@ def test_values_around_what_the_study_has():
 
 
 def test_meshes_grow_up_to_the_limit_alone():
-    study = parse_study('[mesh]\nsize = "coarse"\nface_nodes = 120')
+    study = parse_study('[mesh]\nsize = "coarse"\nface_nodes = 170')
     few, many = (
         {setting.key: setting for setting in settings_of(study, dofs)}["mesh.size"]
-        for dofs in (6e4, 1.5e5)
+        for dofs in (1.2e5, 3e5)
     )
-    assert [level.shown for level in few.levels] == ["coarse", "17.7 mm", "12.5 mm"]
+    assert [level.shown for level in few.levels] == ["coarse", "11.3 mm"]
     assert len(many.levels) > len(few.levels)
-    assert [level.study.mesh.face_nodes for level in few.levels] == [120, None, None]
+    assert [level.study.mesh.face_nodes for level in few.levels] == [170, None]
 
 
 def test_listed_frequencies_leave_nothing_to_raise_there():
