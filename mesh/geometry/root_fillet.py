@@ -14,7 +14,6 @@ shroud at the angle `SLANT` and covers the arc but for that angle.
 
 from dataclasses import dataclass
 from itertools import pairwise
-
 from typing import Any
 
 import numpy as np

@@ -4,13 +4,14 @@ Each nodal diameter is a step of its own; what all of them share, a factorisatio
 computed when the first of them is.
 """
 
+from functools import lru_cache
 from typing import Any
 
 from vanelock import rom
 from vanelock.common.cyclic import folded
 from vanelock.fem import Model
 from vanelock.input.schema.study import Study
-from vanelock.pipeline.step import Step, step
+from vanelock.pipeline.step import SHARED, Step, step
 from vanelock.rom import Component
 from vanelock.stages.parts.components import (
     averaged,
@@ -22,13 +23,18 @@ from vanelock.stages.parts.components import (
 
 def prepared_step(study: Study) -> Step[Any]:
     """What all nodal diameters of the casing share; too large to be kept."""
-    inputs = {"masters": masters(study, "casing"), "averaged": averaged(study, "casing")}
+    kept = masters(study, "casing"), averaged(study, "casing")
+    return _prepared(*kept, reference_step(study, "casing"))
+
+
+@lru_cache(maxsize=SHARED)
+def _prepared(kept: tuple[str, ...], means: tuple[str, ...], model: Step[Model]) -> Step[Any]:
+    inputs = {"masters": kept, "averaged": means}
 
     def compute(model: Model) -> Any:
         return rom.prepare(model, **inputs)
 
-    needs = (reference_step(study, "casing"),)
-    return step("rom casing, condensed", "rom", inputs, object, needs, compute, False)
+    return step("rom casing, condensed", "rom", inputs, object, (model,), compute, False)
 
 
 def casing_step(study: Study, nodal_diameter: int) -> Step[Component]:

@@ -13,6 +13,7 @@ pytestmark = pytest.mark.slow
 HEAD = """
 [mesh]
 size = "coarse"
+correction = "none"
 [outputs]
 shapes = false
 loops = false
@@ -40,8 +41,6 @@ def computed(heard):
 def test_engine_orders_are_responses_of_their_own(tmp_path):
     frequencies = "frequencies = [266, 274]\n"
     orders = (1, -2, 16)
-    # What higher modes, which differ between the reductions, tell of meshes is left out.
-    frequencies += '[mesh]\ncorrection = "none"\n'
     found, heard = run(f"{frequencies}[excitation]\nengine_orders = {list(orders)}", tmp_path)
     names = [f"engine_order={order}" for order in orders]
     assert [each.case for each in found] == names

@@ -139,11 +139,10 @@ def test_the_casings_elements_are_drawn_out_where_they_may_be(monkeypatch):
 
 def test_contacts_act_on_areas_unless_told_otherwise(monkeypatch):
     estimating(monkeypatch, lambda size: 0.01)
-    joints = chosen_mesh(FREE).study.joints
-    assert (joints.hook.patch, joints.interlock.patch) == ("area", "area")
+    assert chosen_mesh(FREE).study.patches == {"hook": "area", "interlock": "area"}
     told = parse_study(f'{FREE}\n[joints.hook]\npatch = "node"')
-    joints = choose_mesh.choose_mesh(told, NOWHERE).study.joints
-    assert (joints.hook.patch, joints.interlock.patch) == ("node", "area")
+    chosen = choose_mesh.choose_mesh(told, NOWHERE).study
+    assert chosen.patches == {"hook": "node", "interlock": "area"}
 
 
 def test_a_given_mesh_is_kept_and_estimated(monkeypatch):

@@ -60,5 +60,5 @@ def test_hooks_on_nodes_and_on_patches_side_by_side(tmp_path, coarse):
             assert limits.free[:3] == pytest.approx(truth, rel=1e-4)
             assert Response.load(file[f"response/{case}"]).converged.all()
             found[patch] = limits.free[1]
-    # On this mesh the nodes give way 0.17 % more than the patches.
-    assert found["area"] / found["node"] - 1 == pytest.approx(1.7e-3, rel=0.2)
+    # On this mesh the nodes give way 0.37 % more than the patches.
+    assert found["area"] / found["node"] - 1 == pytest.approx(3.7e-3, rel=0.2)

@@ -13,7 +13,7 @@ from vanelock.pipeline.cache import Cache, key_of
 from vanelock.pipeline.executor.tasks import reachable
 from vanelock.pipeline.progress import silent
 from vanelock.pipeline.step import Stages
-from vanelock.stages.parts import components, meshes, systems
+from vanelock.stages.parts import components, diameters, meshes, systems
 from vanelock.stages.plan import fixed, plan, shared_diameters
 from vanelock.stages.response import responses
 from vanelock.stages.sweep.graph import bundle, jobs, steps_of
@@ -45,7 +45,7 @@ def names_of(planned):
 
 def forget():
     """All steps that cases share."""
-    for module in (meshes, components, systems, responses):
+    for module in (meshes, components, diameters, systems, responses):
         for value in vars(module).values():
             if hasattr(value, "cache_clear"):
                 value.cache_clear()
@@ -72,7 +72,7 @@ def test_a_key_that_cases_share_is_made_once(monkeypatch):
     planned = plan(cases(parse_study(f"[sweep]\njoints.interlock.mu = [{values}]")), print)
     bundle(jobs(planned), Cache(Path("none"), print))
     distinct = {step.key for each in planned for step in reachable(steps_of(each))}
-    assert len(made) == len(distinct) == 14 + 3 * 40
+    assert len(made) == len(distinct) == 19 + 4 * 40
     assert len(asked) == 40
 
 
