@@ -18,6 +18,8 @@ _modules = {
     "modal_excess": "joining.mesh_excess",
     "recovery": "full_fields.recover",
     "rest_shapes": "joining.mesh_excess",
+    "spanned": "joining.mesh_excess",
+    "SpaceExcess": "joining.mesh_excess",
     "prepare": "reduction",
     "reduce": "reduction",
     "split": "joining.vane_and_casing",

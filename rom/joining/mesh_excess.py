@@ -11,6 +11,10 @@ Q_pᴴ x are the coefficients of the combination of X whose strains are nearest 
 that moves without strain, as with contacts open, loses nothing, and K_p' is positive wherever K_p
 is, since E_p is less than G_p. E_p is proportional to the part's modulus; Q_p does not change.
 
+The vane's shapes at all nodal diameters lie in a space of some thirty real ones, to 1e-4 of their
+strain energy: the ring's stiffness mixes them anew. E of that space, found once, tells E of each
+diameter (`spanned`, `SpaceExcess`).
+
 At rest interference pushes where no low mode leads. So at nodal diameter 0, where the state at rest
 is, X holds the static answers to each joint's interference too, with contacts that stick and with
 contacts without friction (`rest_shapes`), where contacts act on areas.
@@ -38,6 +42,40 @@ FRICTIONLESS = 1e-6
 """Of the tangential stiffness, what is left to contacts without friction lest parts float."""
 STRAINED = 1e-8
 """Strain energy of a combination of modes, relative to the largest, below which it is none."""
+SPANNED = 1e-6
+"""Strain energy of a direction among shapes of unit energy below which it is left out."""
+
+
+@dataclass(frozen=True)
+class SpaceExcess(Product):
+    """What a part's mesh adds to the shapes of a space.
+
+    Attributes
+    ----------
+    forces : (n, r) float
+        K Z of a real basis Z of unit strain energy, ½ zᵀ K z = ½, N.
+    energy : (r, r) float
+        E at Z, J.
+    """
+
+    forces: NDArray[np.float64]
+    energy: NDArray[np.float64]
+
+    def at(self, shapes: Matrix) -> Matrix:
+        """(m, m) E at shapes (n, m), J; what of them lies outside the space counts as exact."""
+        C = self.forces.T @ shapes
+        return np.asarray(C.conj().T @ self.energy @ C)
+
+
+def spanned(shapes: Sequence[Matrix], K: NDArray[np.float64]) -> NDArray[np.float64]:
+    """(n, r) real basis of unit strain energy of shapes (n, m) and their conjugates."""
+    X = np.hstack([part for x in shapes for part in (x.real, x.imag)])
+    energy = np.einsum("ij,ij->j", X, K @ X)
+    strained = energy > STRAINED * energy.max()
+    X = X[:, strained] / np.sqrt(energy[strained])
+    share, V = np.linalg.eigh(hermitian(X.T @ K @ X))
+    kept = share > SPANNED
+    return np.asarray(X @ V[:, kept] / np.sqrt(share[kept]))
 
 
 @dataclass(frozen=True)

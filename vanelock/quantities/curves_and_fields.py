@@ -20,8 +20,8 @@ from vanelock.pipeline.step import Stages
 from vanelock.results.files.redrawn import OutputFiles
 from vanelock.stages.assessment.stability import verdicts_along
 from vanelock.stages.campbell.campbell import Campbell
-from vanelock.stages.parts.components import PARTS, model_step
-from vanelock.stages.parts.diameters import prepared_step
+from vanelock.stages.parts.components import PARTS
+from vanelock.stages.parts.recoveries import recovery_step
 from vanelock.stages.plan import Planned
 from vanelock.stages.response.monitor import Monitor
 from vanelock.stages.response.responses import Limit
@@ -213,14 +213,12 @@ class RunData:
 
     def recovery(self, each: Planned, part: str, k: int) -> rom.Recovery:
         """What takes a part's reduced coordinates at a nodal diameter to its nodes."""
-        step, study = each.part(part, k), each.case.study
+        step = recovery_step(each.case.study, part, each.part(part, k))
 
         def made() -> rom.Recovery:
-            model, shared = self.stages.get(model_step(study, part)), None
-            apart = prepared_step(study)  # has the factors that all nodal diameters share
-            if apart.key in {need.key for need in step.needs}:
-                shared = self.stages.get(apart)
-            return rom.recovery(self.stages.get(step), model, shared)
+            found = self.stages.get(step)
+            self.stages.drop([step.key])  # those of many cases do not fit
+            return found
 
         return latest(self._recoveries, step.key, made, len(PARTS))
 

@@ -22,7 +22,7 @@ from vanelock.stages.matrices import steps as of_matrices
 from vanelock.stages.matrices.gather import gathered
 from vanelock.stages.parts.adaptive import adaptive_step
 from vanelock.stages.parts.components import PARTS, diameters, reference_step, rom_step
-from vanelock.stages.parts.diameters import casing_step, diameter_of
+from vanelock.stages.parts.diameters import casing_step, diameter_of, shared_step
 from vanelock.stages.parts.gauges import Gauges, gauges_step
 from vanelock.stages.parts.meshes import mesh_step
 from vanelock.stages.parts.nodal_diameters import linear_steps
@@ -168,6 +168,11 @@ class Planned:
         study = self.case.study
         return casing_step(study, folded(nodal_diameter, study.ring.sectors))
 
+    @property
+    def base(self) -> tuple[Step[Any], ...]:
+        """Casings that hold the nodal diameters of rest and load, where not one step each."""
+        return (self.rom["casing"],) if self.chosen_mesh is None else ()
+
     def solved(self, response: Response) -> "Planned":
         """The same when it is known which nodal diameters the response took."""
         if self.chosen_mesh is None:
@@ -230,12 +235,14 @@ def meshes_of(study: Study) -> dict[str, Step[Part]]:
 def fixed(case: Case, wanted: Iterable[int], progress: Progress) -> Planned:
     """Steps of a case without an accuracy, its casing reduced at the `wanted` diameters."""
     study = case.study
-    rom = {part: rom_step(study, part, wanted) for part in PARTS}
+    shared = {"casing": shared_step(study)}
+    rom = {part: rom_step(study, part, wanted, shared.get(part)) for part in PARTS}
     bare = without_friction(study)
-    system, base = system_step(study, **rom), system_step(bare, **rom)
+    own = (rom["casing"],)
+    system, base = system_step(study, **rom, base=own), system_step(bare, **rom, base=own)
     meshed = meshed_step(bare, **rom)
     modes = limits_step(study.response.mode, base, tuple(rom.values()), meshed)
-    still = system_step(without_load(study), **rom) if is_loaded(study) else base
+    still = system_step(without_load(study), **rom, base=own) if is_loaded(study) else base
     planned = _planned(case, rom, system, base, still, modes, progress)
     gauges = gauges_step(study, rom["vane"]) if study.outputs.gauges else None
     return replace(planned, meshes=meshes_of(study), gauges=gauges, held=tuple(wanted))

@@ -169,8 +169,10 @@ EVERYTHING = {
     "rom vane",
     "rom casing",
     "rom casing, condensed",
-    "vane at all nodes",
+    "recovery vane",
+    "recovery casing",
     "structure",
+    "mesh excess, vane",
     "mesh correction",
     "system",
     "system, linear",
@@ -182,11 +184,12 @@ EVERYTHING = {
     "response nominal",
 }
 MESHES_ON = EVERYTHING
-ALL_NODES = {"rom casing, condensed", "vane at all nodes"}
-STRUCTURE = {"structure", "mesh correction"}
-CASING_ON = EVERYTHING - {"mesh vane", "fem vane", "rom vane", "vane at all nodes"}
-PARTS = {f"{a} {b}" for a in ("mesh", "fem", "rom") for b in ("vane", "casing")}
-SYSTEM_ON = EVERYTHING - PARTS - ALL_NODES
+CONDENSED = {"rom casing, condensed"}
+STRUCTURE = {"structure", "mesh excess, vane", "mesh correction"}
+VANE = {f"{a} vane" for a in ("mesh", "fem", "rom", "recovery")}
+CASING_ON = EVERYTHING - VANE
+PARTS = {f"{a} {b}" for a in ("mesh", "fem", "rom", "recovery") for b in ("vane", "casing")}
+SYSTEM_ON = EVERYTHING - PARTS - CONDENSED
 CASE = {"system", "preload", "response nominal"}
 
 
@@ -204,10 +207,7 @@ CASE = {"system", "preload", "response nominal"}
         ("[damping]\nratio = 0.001", SYSTEM_ON - STRUCTURE),
         (
             "[response]\nharmonics = 5",
-            EVERYTHING
-            - {f"{s} vane" for s in ("mesh", "fem", "rom")}
-            - {"mesh casing", "fem casing"}
-            - ALL_NODES,
+            EVERYTHING - VANE - {"mesh casing", "fem casing"} - CONDENSED,
         ),
         (
             "[response]\nrange = [200, 300]",
@@ -222,7 +222,7 @@ CASE = {"system", "preload", "response nominal"}
                 "response nominal",
             },
         ),
-        ("[rom]\ncasing_modes = 12", CASING_ON - {"mesh casing", "fem casing"} - ALL_NODES),
+        ("[rom]\ncasing_modes = 12", CASING_ON - {"mesh casing", "fem casing"} - CONDENSED),
         ("[material.casing]\nrho = 8000", CASING_ON - {"mesh casing"}),
         ('[casing]\nouter_radius = "605 mm"', CASING_ON),
         ("[vane.hook]\nband_extent = 0.91", EVERYTHING),

@@ -123,7 +123,7 @@ def rejoined(study: Study, stages: Stages, listener: Listener = silent) -> Rejoi
     gauges = None if planned.gauges is None else stages.get(planned.gauges)
     parts = [planned.rom[part] for part in ("vane", "casing")]
     vane, casing = map(stages.get, parts)
-    excess = [stages.get(each) for each in excess_steps(case.study, parts[0], parts[1:])]
+    excess = [stages.get(each) for each in excess_steps(case.study, parts[0], parts[1:], parts[1:])]
     return Rejoined(case.study, vane, casing, watched, gauges, *excess)
 
 

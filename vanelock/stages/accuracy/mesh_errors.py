@@ -11,20 +11,19 @@ The nodal diameters of higher harmonics get the errors of the same frequencies a
 """
 
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vanelock import fem, rom
 from vanelock.common.product import Product
-from vanelock.fem import Model
 from vanelock.input.schema.study import Study
 from vanelock.pipeline.step import Step, step
 from vanelock.rom import Component, System
 from vanelock.rom.joining.mesh_excess import DOUBT
-from vanelock.stages.parts.components import PARTS, model_step, rom_step
-from vanelock.stages.parts.diameters import casing_step, diameter_of, prepared_step
+from vanelock.stages.parts.components import rom_step
+from vanelock.stages.parts.diameters import casing_step, diameter_of
+from vanelock.stages.parts.recoveries import recovery_step
 from vanelock.stages.parts.systems import ESTIMATED, joined_step, without_friction
 from vanelock.stages.response.limits import Limits
 
@@ -74,7 +73,7 @@ def mesh_errors_step(study: Study, limits: Step[Limits]) -> Step[MeshErrors]:
     k = diameter_of(study, 1)
     system = joined_step(without_friction(study), {0, k})
     vane, casing = rom_step(study, "vane", ()), casing_step(study, k)
-    models = tuple(model_step(study, part) for part in PARTS)
+    recovered = recovery_step(study, "vane", vane), recovery_step(study, "casing", casing)
     corrects = study.mesh.correction != "none"
 
     def compute(
@@ -82,9 +81,7 @@ def mesh_errors_step(study: Study, limits: Step[Limits]) -> Step[MeshErrors]:
         limits: Limits,
         vane: Component,
         casing: Component,
-        vane_model: Model,
-        casing_model: Model,
-        prepared: Any,
+        *recoveries: rom.Recovery,
     ) -> MeshErrors:
         count = min(max(MODES, limits.stuck_mode + 3), len(system.at(k).K))
         closed = ~system.contacts.opens
@@ -93,10 +90,6 @@ def mesh_errors_step(study: Study, limits: Step[Limits]) -> Step[MeshErrors]:
         x = np.hstack([shapes, free_shapes[:, -1:]])
         omega2 = (2 * np.pi * np.append(stuck, free[-1])) ** 2
         raised = []
-        recoveries = (
-            rom.recovery(vane, vane_model),
-            rom.recovery(casing, casing_model, prepared),
-        )
         for recovery, q in zip(recoveries, rom.split(vane, casing, x), strict=True):
             u = recovery.displacement(q, k)
             taken_off = corrects and recovery.model.part.cell_type == ESTIMATED
@@ -108,6 +101,6 @@ def mesh_errors_step(study: Study, limits: Step[Limits]) -> Step[MeshErrors]:
         )  # fmt: skip
         return MeshErrors(stuck, errors[:-1], errors[-1], limits.stuck_mode)
 
-    needs = (system, limits, vane, casing, *models, prepared_step(study))
+    needs = (system, limits, vane, casing, *recovered)
     inputs = {"corrects": corrects}
     return step("mesh errors", "fem", inputs, MeshErrors, needs, compute)

@@ -42,8 +42,8 @@ def whole_step(planned: Planned) -> Step[System]:
     elif planned.chosen_mesh is not None:
         return joined_step(planned.case.study, every)
     else:
-        study, vane = planned.case.study, planned.rom["vane"]
-        more = [system_step(study, vane, casing_step(study, k)) for k in lacking]
+        study, vane, base = planned.case.study, planned.rom["vane"], planned.base
+        more = [system_step(study, vane, casing_step(study, k), base) for k in lacking]
 
     def compute(*systems: System) -> System:
         return rom.united(systems)

@@ -87,7 +87,7 @@ def along_step(
             pieces.append((60 * hertz / order, hertz, monitor.amplitude(found)))
         return Along(*(np.concatenate(each) for each in zip(*pieces, strict=True)))
 
-    excesses = excess_steps(study, blade, shells)
+    excesses = excess_steps(study, blade, shells, planned.base)
     needs = (lines_step(planned, stages), blade, *shells, *excesses)
     name = f"Campbell response, EO {order}"
     return step(name, "nonlinear", inputs, Along, needs, compute)

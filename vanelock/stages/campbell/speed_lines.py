@@ -24,6 +24,7 @@ from vanelock.pipeline.step import Stages, Step, step
 from vanelock.rom import Component, System
 from vanelock.stages.campbell.frequencies import ModesOverSpeed, grid
 from vanelock.stages.parts.components import rom_step
+from vanelock.stages.parts.diameters import shared_step
 from vanelock.stages.parts.systems import excess_steps, joints, without_friction
 from vanelock.stages.parts.temperature_speed import bends, factors
 from vanelock.stages.parts.temperatures import modulus
@@ -104,7 +105,8 @@ def casings(
     own = planned.rom["casing"]
     have = stages.get(own).diameters
     missing = [k for k in wanted if k not in have]
-    others = rom_step(planned.case.study, "casing", missing) if missing else own
+    study = planned.case.study
+    others = rom_step(study, "casing", missing, shared_step(study)) if missing else own
     return {k: others if k in missing else own for k in wanted}
 
 
@@ -144,7 +146,7 @@ def lines_step(planned: Planned, stages: Stages) -> Step[Lines]:
             over_speed[k] = ModesOverSpeed(system, vane, casing, k, scale, ends, excess)
         return _lines(study, keys, limits, over_speed, grid(*ends, bends(study)))
 
-    needs = (planned.linear.limits, blade, *used, *excess_steps(study, blade, used))
+    needs = (planned.linear.limits, blade, *used, *excess_steps(study, blade, used, planned.base))
     return step("Campbell lines", "rom", inputs, Lines, needs, compute)
 
 

@@ -137,7 +137,7 @@ def _reduced_casing(
         return rom.reduce(model, **inputs | band, **shared).shortened()
 
     needs = (model, *(each for each in (vane, prepared) if each is not None))
-    name = "rom casing" if prepared is None else f"rom casing, ND {', '.join(map(str, chosen))}"
+    name = "rom casing" if len(chosen) > 1 else f"rom casing, ND {chosen[0]}"
     return step(name, "rom", inputs, Component, needs, compute)
 
 

@@ -21,8 +21,13 @@ from vanelock.stages.parts.components import (
 )
 
 
+def shared_step(study: Study) -> Step[Any] | None:
+    """What all nodal diameters of the casing share, None by a route that has no such thing."""
+    return None if study.rom.route == "paper" else prepared_step(study)
+
+
 def prepared_step(study: Study) -> Step[Any]:
-    """What all nodal diameters of the casing share; too large to be kept."""
+    """The same whatever the route; too large to be kept."""
     kept = masters(study, "casing"), averaged(study, "casing")
     return _prepared(*kept, reference_step(study, "casing"))
 
@@ -39,8 +44,7 @@ def _prepared(kept: tuple[str, ...], means: tuple[str, ...], model: Step[Model])
 
 def casing_step(study: Study, nodal_diameter: int) -> Step[Component]:
     """The casing reduced at a nodal diameter, 0 to N/2."""
-    shares = study.rom.route != "paper"
-    return rom_step(study, "casing", [nodal_diameter], prepared_step(study) if shares else None)
+    return rom_step(study, "casing", [nodal_diameter], shared_step(study))
 
 
 def diameter_of(study: Study, harmonic: int) -> int:

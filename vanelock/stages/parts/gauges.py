@@ -11,14 +11,13 @@ from numpy.typing import NDArray
 from vanelock import fem, mesh, rom
 from vanelock.common.errors import InputError
 from vanelock.common.product import Product
-from vanelock.fem import Model
 from vanelock.fem.stresses.skin import skin
 from vanelock.input.schema.study import GaugeKeys, Study
 from vanelock.nonlinear import Response
 from vanelock.nonlinear.forced_response.response import half_peak_to_peak
 from vanelock.pipeline.step import Step, step
 from vanelock.rom import Component
-from vanelock.stages.parts.components import model_step
+from vanelock.stages.parts.recoveries import recovery_step
 
 
 @dataclass(frozen=True)
@@ -83,8 +82,9 @@ def gauges_step(study: Study, vane: Step[Component]) -> Step[Gauges]:
         "sectors": study.ring.sectors,
     }
 
-    def compute(model: Model, component: Component) -> Gauges:
-        surface = skin(model.part)
+    def compute(recovery: rom.Recovery) -> Gauges:
+        part = recovery.model.part
+        surface = skin(part)
         placed = []
         for i, gauge in enumerate(wanted):
             place = mesh.on_aerofoil(
@@ -92,7 +92,7 @@ def gauges_step(study: Study, vane: Step[Component]) -> Step[Gauges]:
             )
             try:
                 found = fem.gauge(
-                    model.part,
+                    part,
                     place.position,
                     place.direction,
                     gauge.length,
@@ -102,7 +102,7 @@ def gauges_step(study: Study, vane: Step[Component]) -> Step[Gauges]:
             except InputError as error:
                 raise InputError(f"outputs.gauges[{i}]: {error}") from None
             placed.append(found)
-        rows = rom.recovery(component, model).rows(sp.vstack([each.row for each in placed]), 0)
+        rows = recovery.rows(sp.vstack([each.row for each in placed]), 0)
         return Gauges(
             tuple(name(gauge) for gauge in wanted),
             np.array([each.position for each in placed]),
@@ -110,7 +110,7 @@ def gauges_step(study: Study, vane: Step[Component]) -> Step[Gauges]:
             np.ascontiguousarray(rows.real),
         )
 
-    needs = (model_step(study, "vane"), vane)
+    needs = (recovery_step(study, "vane", vane),)
     return step("gauges", "rom", inputs, Gauges, needs, compute)
 
 

@@ -4,25 +4,29 @@ That of the response, and those without friction and preload or with the default
 limits and the modes with all contacts stuck do not depend on what they leave out.
 """
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 from functools import lru_cache
 from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 
 from vanelock import fem, rom
 from vanelock.fem import Model
 from vanelock.input.schema.study import Study
 from vanelock.pipeline.step import SHARED, Step, step
-from vanelock.rom import Component, Joint, MeshExcess, System
+from vanelock.rom import Component, Joint, MeshExcess, SpaceExcess, System
 from vanelock.rom.joining.mesh_excess import MODES
 from vanelock.rom.system import Matrix
 from vanelock.stages.parts.components import model_step, rom_step
-from vanelock.stages.parts.diameters import casing_step, diameter_of, prepared_step
+from vanelock.stages.parts.diameters import casing_step, diameter_of
+from vanelock.stages.parts.recoveries import recovery_step
 
+Floats: TypeAlias = NDArray[np.float64]
 ESTIMATED = "tetra10"
 """Elements of which `fem.excess_stiffness` is no more than what they add; others stay."""
+Bases: TypeAlias = Sequence[Step[Component]]
 MakeModel: TypeAlias = Callable[[Study, str], Step[Model]]
 
 
@@ -59,9 +63,15 @@ def joining(study: Study) -> Joining:
     return Joining(joints(study), excitation, (study.damping.ratio, study.damping.joints))
 
 
-def system_step(study: Study, vane: Step[Component], casing: Step[Component]) -> Step[System]:
-    """The system of a case; joining takes no time, so it is not kept."""
-    joined, excess = _joined(joining(study), vane, casing), excess_steps(study, vane, [casing])
+def system_step(
+    study: Study, vane: Step[Component], casing: Step[Component], base: Bases = ()
+) -> Step[System]:
+    """The system of a case; joining takes no time, so it is not kept.
+
+    By casings of `base` what the meshes add is found, see `excess_steps`.
+    """
+    joined = _joined(joining(study), vane, casing)
+    excess = excess_steps(study, vane, [casing], base)
     return _corrected(joined, *excess) if excess else joined
 
 
@@ -98,72 +108,103 @@ def excess_steps(
     study: Study,
     vane: Step[Component],
     casings: Iterable[Step[Component]],
+    base: Bases = (),
     model: MakeModel = model_step,
 ) -> tuple[Step[MeshExcess], ...]:
-    """What the meshes add to the stiffness of a vane and each casing; none where it stays."""
+    """What the meshes add to the stiffness of a vane and each casing; none where it stays.
+
+    The vane's is found at the nodal diameters of rest and of the load, which the casings of `base`
+    hold, and told from there at others.
+    """
     if study.mesh.correction == "none":
         return ()
     bare = tuple(replace(joint, mu=0.0, interference=0.0) for joint in joints(study))
     stiffness = Joining(bare, rom.Excitation(1), (None, "stuck"))
     patches = study.patches
-    whole = _recovered(vane, model(study, "vane"))
-    others = whole, model(study, "casing"), prepared_step(study)
     areas = tuple(name for name in study.joint_names if patches[name] == "area")
+    found = tuple(sorted({0, diameter_of(study, 1)}))
+    base = tuple(base) or tuple(casing_step(study, k) for k in found)
+
+    def structure(casing: Step[Component]) -> Step[System]:
+        return _joined(stiffness, vane, casing, "structure")
+
+    whole = recovery_step(study, "vane", vane, model(study, "vane"))
+    needs = (vane, whole, *base, *map(structure, base))
+    alone = _vane_excess(needs, found, areas)
     return tuple(
-        _excess(_joined(stiffness, vane, casing, "structure"), vane, casing, others, areas)
+        _excess(
+            structure(casing),
+            (vane, casing),
+            alone,
+            recovery_step(study, "casing", casing, model(study, "casing")),
+            areas,
+        )
         for casing in casings
     )
 
 
 @lru_cache(maxsize=SHARED)
-def _recovered(vane: Step[Component], model: Step[Model]) -> Step[rom.Recovery]:
-    """The vane at all its nodes, once for all nodal diameters; too large to be kept."""
-    return step("vane at all nodes", "rom", {}, rom.Recovery, (vane, model), rom.recovery, False)
+def _vane_excess(
+    needs: tuple[Step[Any], ...], diameters: tuple[int, ...], areas: tuple[str, ...]
+) -> Step[SpaceExcess]:
+    def compute(vane: Component, recovery: rom.Recovery, *others: Any) -> SpaceExcess:
+        half, found = len(others) // 2, []
+        for casing, system in zip(others[:half], others[half:], strict=True):
+            for k in sorted(set(diameters) & set(casing.diameters)):
+                found.append(rom.split(vane, casing, _shapes(system, k, areas)[1])[0])
+        K = vane.at(0).K
+        basis = rom.spanned(found, K)
+        return SpaceExcess(K @ basis, _excess_of(recovery, basis, 0))
+
+    inputs = {"modes": MODES, "areas": areas, "diameters": diameters}
+    return step("mesh excess, vane", "fem", inputs, SpaceExcess, needs, compute)
 
 
 @lru_cache(maxsize=SHARED)
 def _excess(
     joined: Step[System],
-    vane: Step[Component],
-    casing: Step[Component],
-    others: tuple[Step[Any], ...],
+    parts: tuple[Step[Component], Step[Component]],
+    alone: Step[SpaceExcess],
+    recovered: Step[rom.Recovery],
     areas: tuple[str, ...],
 ) -> Step[MeshExcess]:
     def compute(
         system: System,
         vane: Component,
         casing: Component,
-        whole: rom.Recovery,
-        casing_model: Model,
-        prepared: Any,
+        alone: SpaceExcess,
+        recovery: rom.Recovery,
     ) -> MeshExcess:
-        recoveries = whole, rom.recovery(casing, casing_model, prepared)
         found = {}
         for k in sorted(casing.diameters):
-            frequency, shapes = rom.linear_modes(system, k, min(MODES, len(system.at(k).K)))
-            if k == 0 and areas:
-                more = rom.rest_shapes(system, areas)
-                energy = np.einsum("ij,ij->j", more.conj(), system.at(0).K @ more).real
-                frequency = np.append(frequency, np.sqrt(energy) / (2 * np.pi))
-                shapes = np.hstack([shapes, more])
-            parts = [
-                _excess_of(recovery, q, k)
-                for recovery, q in zip(recoveries, rom.split(vane, casing, shapes), strict=True)
-            ]
+            frequency, shapes = _shapes(system, k, areas)
+            blade, shell = rom.split(vane, casing, shapes)
             forces = [K @ shapes for K in rom.joined_stiffness(vane, casing, k)]
-            found[k] = rom.modal_excess(shapes, frequency, parts, forces)
+            excess = alone.at(blade), _excess_of(recovery, shell, k)
+            found[k] = rom.modal_excess(shapes, frequency, excess, forces)
         return MeshExcess(found)
 
-    needs = (joined, vane, casing, *others)
+    needs = (joined, *parts, alone, recovered)
     inputs = {"modes": MODES, "areas": areas}
     return step("mesh correction", "fem", inputs, MeshExcess, needs, compute)
+
+
+def _shapes(system: System, k: int, areas: tuple[str, ...]) -> tuple[Floats, Matrix]:
+    """Shapes along which what meshes add is taken off, and their frequencies, Hz."""
+    frequency, shapes = rom.linear_modes(system, k, min(MODES, len(system.at(k).K)))
+    if k or not areas:
+        return frequency, shapes
+    more = rom.rest_shapes(system, areas)
+    energy = np.einsum("ij,ij->j", more.conj(), system.at(0).K @ more).real
+    return np.append(frequency, np.sqrt(energy) / (2 * np.pi)), np.hstack([shapes, more])
 
 
 def _excess_of(recovery: rom.Recovery, q: Matrix, k: int) -> Matrix:
     """What a part's mesh adds to shapes; none where its elements do not tell."""
     if recovery.model.part.cell_type != ESTIMATED:
         return np.zeros((q.shape[1], q.shape[1]), q.dtype)
-    return np.asarray(fem.excess_stiffness(recovery.model, recovery.displacement(q, k)))
+    u = recovery.displacement(q, k)
+    return np.asarray(fem.excess_stiffness(recovery.model, u if u.imag.any() else u.real))
 
 
 def united_step(study: Study, harmonics: int) -> Step[System]:

@@ -94,7 +94,8 @@ def _crossing(study: Study, wanted: Sequence[int], stages: Stages) -> float:
     casing = reduced_step(study, "casing", wanted)
     order = study.excitation.engine_order
     parts: tuple[Component, Component] = (stages.get(vane), stages.get(casing))
-    taken = [stages.get(each) for each in excess_steps(study, vane, [casing], reference_step)]
+    excess = excess_steps(study, vane, [casing], [casing], reference_step)
+    taken = [stages.get(each) for each in excess]
     bare = without_friction(study), vane, casing
     system: System = stages.get(meshed_step(*bare) or system_step(*bare))
     low, high = study.temperature.speeds

@@ -70,7 +70,7 @@ def test_every_stage_ran_once(first):
             "rom vane",
             "rom casing",
             "rom casing, condensed",
-            "vane at all nodes",
+            "mesh excess, vane",
             "mesh correction",
             "linear limits",
             "linear response, free",
@@ -223,7 +223,7 @@ def test_a_dimension_reaches_the_part_it_belongs_to(first):
     assert heard.computed() == {
         "mesh casing",
         "fem vane",  # of what is left of the vane: nothing is kept of these two
-        "vane at all nodes",
+        "mesh excess, vane",
         "fem casing",
         "rom casing",
         "rom casing, condensed",

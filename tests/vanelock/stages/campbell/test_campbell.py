@@ -65,7 +65,7 @@ def test_a_diagram_leaves_the_response_as_it_is(ran):
     _, (_, second), _ = ran
     computed = {event.stage for event in second if isinstance(event, Done) and not event.cached}
     expected = {f"Campbell response, EO {order}" for order in (1, 2, 14)}
-    expected |= {"rom casing", "Campbell lines", "figures/campbell.png"}
+    expected |= {"rom casing, ND 2", "Campbell lines", "figures/campbell.png"}
     assert expected <= computed
     others = ("mesh", "rom vane", "response", "linear", "preload")
     assert [stage for stage in computed if stage.startswith(others)] == []

@@ -146,7 +146,7 @@ def test_a_run_writes_the_strain_of_the_recovered_field(tmp_path, monkeypatch):
     with pytest.raises(
         InputError, match=r"^outputs.gauges\[0\]: vane: gauge of .* off the surface$"
     ):
-        step.compute(model, components[0])
+        step.compute(recovery)
     heard.clear()
     with pytest.raises(InputError, match="off the surface$"):
         run_study(rooted, tmp_path, heard.append)
