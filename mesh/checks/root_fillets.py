@@ -7,6 +7,7 @@ the largest that fits is searched for.
 """
 
 from collections.abc import Iterator
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,6 +25,21 @@ Room = tuple[str, float]
 """Where a fillet lies, and the distance that it leaves there, m."""
 
 
+USUAL, LEAST = 3e-3, 1.5e-3
+"""Radius unless one is given, and the smallest that is then chosen, which coarse meshes follow, m.
+"""
+
+
+@lru_cache(maxsize=256)
+def filleted(vane: VaneDimensions, sectors: int) -> VaneDimensions:
+    """The vane with the radius of its aerofoils' fillets, chosen where none is given."""
+    if vane.root_fillet is not None:
+        return vane
+    usual = not _too_narrow(vane, sectors, USUAL)
+    radius = USUAL if usual else _largest(vane, sectors, USUAL)[0]
+    return vane.model_copy(update={"root_fillet": radius if radius >= LEAST else 0.0})
+
+
 def check_root_fillet(vane: VaneDimensions, sectors: int) -> None:
     """Refuse a fillet of the aerofoils that does not fit.
 
@@ -32,21 +48,23 @@ def check_root_fillet(vane: VaneDimensions, sectors: int) -> None:
     InputError
         Naming where, and the largest radius that fits there.
     """
-    if vane.root_fillet == 0:
+    if not vane.root_fillet or not _too_narrow(vane, sectors, vane.root_fillet):
         return
-    where = _too_narrow(vane, sectors, vane.root_fillet)
-    if not where:
-        return
-    low, high = 0.0, vane.root_fillet
+    largest, where = _largest(vane, sectors, vane.root_fillet)
+    least = f"at most {largest:g} m" if largest >= CLEARANCE else "none"
+    raise InputError(f"vane.root_fillet = {vane.root_fillet:g} m: {where} {least} fits")
+
+
+def _largest(vane: VaneDimensions, sectors: int, high: float) -> tuple[float, str]:
+    """The largest radius below one that does not fit, and where that meets something."""
+    low, where = 0.0, ""
     while high - low > 0.1 * _STEP:
         middle = 0.5 * (low + high)
         if found := _too_narrow(vane, sectors, middle):
             high, where = middle, found
         else:
             low = middle
-    largest = _STEP * np.floor(low / _STEP)
-    least = f"at most {largest:g} m" if largest >= CLEARANCE else "none"
-    raise InputError(f"vane.root_fillet = {vane.root_fillet:g} m: {where} {least} fits")
+    return float(_STEP * np.floor(low / _STEP)), where
 
 
 def _too_narrow(vane: VaneDimensions, sectors: int, radius: float) -> str:

@@ -11,6 +11,7 @@ from vanelock.common.cyclic import turn
 from vanelock.common.errors import InputError
 from vanelock.mesh.checks.dimensions import check_vane
 from vanelock.mesh.checks.fillets import check_resolved
+from vanelock.mesh.checks.root_fillets import filleted
 from vanelock.mesh.checks.tetrahedra import valid
 from vanelock.mesh.contact.patch_means import hook_averages, interlock_averages
 from vanelock.mesh.contact.patches import hook_overlap
@@ -66,9 +67,10 @@ def vane_segment(
     """
     dimensions = dimensions or VaneDimensions()
     check_vane(dimensions, sectors)
+    dimensions = filleted(dimensions, sectors)
     length = element_size(size, "vane")
     check_resolved("vane.fillet", dimensions.fillet, length, HOOKS)
-    check_resolved("vane.root_fillet", dimensions.root_fillet, length)
+    check_resolved("vane.root_fillet", dimensions.root_fillet or 0.0, length)
     steps = (
         contact_places.band_pieces(dimensions.hook, sectors, HOOKS * length),
         contact_places.interlock_pieces(dimensions, length),
@@ -86,7 +88,7 @@ def vane_segment(
         occ_solids.grade_fillets(gmsh, dimensions.fillet, HOOKS * length)
         for tag, nodes in zip(band_tags + row_tags, [*bands, *left, *right], strict=True):
             gmsh.model.mesh.setTransfiniteCurve(tag, len(nodes) // 2 + 1)
-        if dimensions.root_fillet > 0:
+        if dimensions.root_fillet:
             sides = divide_filleted(gmsh, dimensions, sectors, length)
         else:
             sides = divide_aerofoils(gmsh, dimensions, length)
@@ -168,7 +170,7 @@ def vane_solid(
     hooks = _hooks(gmsh, vane, sectors)
     shroud = _inner_shroud(gmsh, vane, sectors)
     volume = None
-    if vane.root_fillet > 0:
+    if vane.root_fillet:
         volume = kernel.getMass(*hooks) + kernel.getMass(*shroud)
         volume += vane.aerofoils * root_fillet.volume(vane)
     blades = aerofoil_solids(gmsh, vane, sectors)

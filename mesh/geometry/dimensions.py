@@ -30,7 +30,7 @@ def _fillet(description: str) -> Any:
 def _resolvable(model: Any) -> Iterator[str]:
     """Refuse radii that only a mesh of many slivers could follow."""
     for name in ("fillet", "root_fillet"):
-        radius = getattr(model, name, 0.0)
+        radius = getattr(model, name, None) or 0.0
         if 0 < radius < CLEARANCE:
             yield f"{name} = {radius:g} m: must be 0 or at least {CLEARANCE:g} m"
 
@@ -158,7 +158,13 @@ class VaneDimensions(Dimensions):
     leg_front: Length = _length(0.084, "axial position of the front leg's front face")
     leg_rear: Length = _length(0.0885, "axial position of the front leg's and foot's rear face")
     fillet: Length = _fillet("radius of the concave corners of the hooks: leg and foot")
-    root_fillet: Length = _fillet("radius of the fillets where aerofoils meet the shrouds")
+    root_fillet: Length | None = Field(
+        default=None,
+        ge=0,
+        le=0.1,
+        description="radius of the fillets where aerofoils meet the shrouds, 0 for sharp corners; "
+        "unless given 3 mm, or the largest that fits, none below 1.5 mm [m]",
+    )
     hook: HookDimensions = HookDimensions()
 
     @field_validator("interlock_nodes")

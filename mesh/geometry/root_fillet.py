@@ -116,7 +116,7 @@ def strips(vane: VaneDimensions, outer: bool, radius: float | None = None) -> li
     radius : float, optional
         Of the fillet, m, if not the vane's.
     """
-    radius = vane.root_fillet if radius is None else radius
+    radius = (vane.root_fillet or 0.0) if radius is None else radius
     sunk = radius * (1 - np.cos(SLANT))
     level = (
         vane.outer_shroud_inner_radius + sunk if outer else vane.inner_shroud_outer_radius - sunk

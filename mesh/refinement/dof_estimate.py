@@ -6,6 +6,7 @@ import numpy as np
 
 from vanelock.common.errors import InputError
 from vanelock.mesh.checks.fillets import check_resolved
+from vanelock.mesh.checks.root_fillets import filleted
 from vanelock.mesh.generate.aerofoils.faces import ROUND, divisions
 from vanelock.mesh.generate.aerofoils.root_faces import arc_rows
 from vanelock.mesh.generate.bosses import check_meshable
@@ -37,8 +38,9 @@ def vane_dofs(vane: VaneDimensions, sectors: int, size: float) -> float:
 
     Aerofoils and their fillets are counted by the rows and columns of their faces.
     """
+    vane = filleted(vane, sectors)
     divided = divisions(vane, size)
-    rows = divided.rows + (2 * arc_rows(vane) if vane.root_fillet > 0 else 0)
+    rows = divided.rows + (2 * arc_rows(vane) if vane.root_fillet else 0)
     cells = vane.aerofoils * rows * 2 * (divided.columns + ROUND)
     shares = (1.0, SHROUD, HOOKS, HOOKS)
     plates = zip(shroud_plates(vane, sectors), shares, strict=True)
@@ -78,8 +80,9 @@ def check_size(
         that is too small for the elements; or `mesh.stretch`.
     """
     if vane is not None:
+        vane = filleted(vane, sectors)
         check_resolved("vane.fillet", vane.fillet, element_size(size, "vane"), HOOKS)
-        check_resolved("vane.root_fillet", vane.root_fillet, element_size(size, "vane"))
+        check_resolved("vane.root_fillet", vane.root_fillet or 0.0, element_size(size, "vane"))
     if casing is not None:
         check_resolved("casing.fillet", casing.fillet, element_size(size, "casing"))
         check_meshable(casing, element_size(size, "casing"))

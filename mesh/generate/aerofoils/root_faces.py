@@ -59,8 +59,8 @@ def divide_filleted(gmsh: Any, vane: VaneDimensions, sectors: int, size: float) 
     expected = vane.aerofoils * _PIECES * root_fillet.STRIPS
     if len(faces) != expected:
         raise InputError(
-            f"vane.root_fillet = {vane.root_fillet:g} m: {len(faces)} faces between the shrouds "
-            f"instead of {expected}: the fillets leave their shrouds or meet"
+            f"vane.root_fillet = {vane.root_fillet or 0.0:g} m: {len(faces)} faces between the "
+            f"shrouds instead of {expected}: the fillets leave their shrouds or meet"
         )
     across, divided = arc_rows(vane), divisions(vane, size)
     inner = divided.rows // 2 - divided.outer

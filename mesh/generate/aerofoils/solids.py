@@ -16,7 +16,7 @@ from vanelock.mesh.geometry.dimensions import VaneDimensions
 def aerofoil_solids(gmsh: Any, vane: VaneDimensions, sectors: int) -> list[Entity]:
     """The aerofoils of a segment, in the open session."""
     made = []
-    strips = root_fillet.faces(vane) if vane.root_fillet > 0 else []
+    strips = root_fillet.faces(vane) if vane.root_fillet else []
     for angle in aerofoil.angles(vane, sectors):
         solid = _filleted(gmsh, vane, strips) if strips else _ruled(gmsh, vane)
         gmsh.model.occ.rotate([solid], 0, 0, 0, 0, 0, 1, angle)

@@ -49,7 +49,7 @@ from vanelock.input.schema.structure import (
 )
 from vanelock.input.schema.temperature import TEMPERATURE_CHECKS, Temperature
 from vanelock.mesh import CasingDimensions, VaneDimensions
-from vanelock.mesh.generate.stretch import USUAL
+from vanelock.mesh.generate.stretch import checked_stretch
 from vanelock.mesh.refinement.dof_estimate import check_size
 from vanelock.nonlinear.contact.sampling import least_samples
 
@@ -301,8 +301,9 @@ class Study(KeyTable):
     @property
     def stretch(self) -> int:
         """Of the casing's elements; unless given 3, and 1 where no other is allowed."""
-        allowed = isinstance(self.casing, CasingDimensions) and not self.casing.bosses
-        return self.mesh.stretch or (USUAL if allowed else 1)
+        if isinstance(self.casing, CasingDimensions):
+            return checked_stretch(self.mesh.stretch, self.casing)
+        return self.mesh.stretch or 1
 
     @property
     def patches(self) -> dict[str, str]:

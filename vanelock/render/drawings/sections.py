@@ -54,7 +54,7 @@ def root_fillets(vane: VaneDimensions, strip: int, place: int) -> list[Real]:
 
     Strip and place as in `root_fillet.strips`; nothing without fillets.
     """
-    if vane.root_fillet == 0:
+    if not vane.root_fillet:
         return []
     ends = (root_fillet.strips(vane, outer)[strip] for outer in (False, True))
     return [np.vstack([end.arc(place, np.linspace(0, 1, 9)), end.corner[place]]) for end in ends]

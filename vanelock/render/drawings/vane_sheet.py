@@ -8,6 +8,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from vanelock.mesh import CasingDimensions, VaneDimensions
+from vanelock.mesh.checks.root_fillets import filleted
 from vanelock.mesh.geometry.revolved import casing_outline, hooks_outline, inner_shroud_outline
 from vanelock.render import style
 from vanelock.render.drawings import drafting
@@ -53,6 +54,7 @@ def vane_drawing(
 
 def vane_sheet(vane: VaneDimensions, casing: CasingDimensions, sectors: int, name: str) -> Figure:
     """The sheet; the casing is drawn pale."""
+    vane = filleted(vane, sectors)
     subtitle = (
         f"{name}: one of {sectors} segments. Lengths in mm; z counts from the casing's front face; "
         "the rear hook mirrors the front one about hook.mid_plane."

@@ -6,6 +6,7 @@ from vanelock.common.tables import Column, Flag, Table
 from vanelock.input.cases.names import of_case, slug, words
 from vanelock.input.schema.study import Study
 from vanelock.mesh import VaneDimensions
+from vanelock.mesh.checks.root_fillets import filleted
 from vanelock.quantities.answers import CaseAnswers
 from vanelock.quantities.stress.margins import Margin
 from vanelock.report import Section, Text
@@ -113,7 +114,7 @@ def _corners(content: PageContent) -> str:
     places, advice = "", "Real parts have fillets"
     if isinstance(study.vane, VaneDimensions):
         found = []
-        if study.vane.root_fillet == 0:
+        if not filleted(study.vane, study.ring.sectors).root_fillet:
             found.append("roots of the aerofoils")
             advice += ": give the roots theirs by `vane.root_fillet`"
         if study.vane.fillet == 0:
