@@ -8,6 +8,7 @@ simple error estimator and adaptive procedure for practical engineering analysis
 Meth. Engng 24 (1987) 337-357).
 """
 
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -60,9 +61,26 @@ def excess_stiffness(model: Model, u: Field) -> NDArray[Any]:
     """
     fields = columns(model.part, u)
     k = fields.shape[2]
+    total = np.zeros((k, k), fields.dtype)
+    for error, weighted in _errors(model, fields):
+        total += error.reshape(-1, k).conj().T @ weighted.reshape(-1, k)
+    total = (total + total.conj().T) / 2
+    return total if u.ndim == 3 else total[0, 0]
+
+
+def excess_by_element(model: Model, u: Field) -> NDArray[np.float64]:
+    """(e,) what each element adds to `excess_stiffness` of one field (nodes, 3), J."""
+    found = [
+        np.einsum("egck,egck->e", error.conj(), weighted).real
+        for error, weighted in _errors(model, columns(model.part, u))
+    ]
+    return np.concatenate(found)
+
+
+def _errors(model: Model, fields: Field) -> Iterator[tuple[Field, Field]]:
+    """Errors of strain (e, g, 6, k) of a block of elements, and their stresses times volume."""
     reference = reference_element(model.part.cell_type)
     smooth = patch_strain(model.part, fields)
-    total = np.zeros((k, k), fields.dtype)
     done = 0
     for cells, strains, determinant in strain_blocks(model.part, fields, reference.points):
         block = slice(done, done + len(cells))
@@ -70,6 +88,4 @@ def excess_stiffness(model: Model, u: Field) -> NDArray[Any]:
         error = smooth.at(block, reference.points).reshape(strains.shape) - strains
         weighted = hooke(model.material, error, axis=2)
         weighted *= (determinant * reference.weights)[:, :, None, None]
-        total += error.reshape(-1, k).conj().T @ weighted.reshape(-1, k)
-    total = (total + total.conj().T) / 2
-    return total if u.ndim == 3 else total[0, 0]
+        yield error, weighted

@@ -97,7 +97,9 @@ def _bound(field: FieldInfo, kind: str) -> float:
     return float(found)
 
 
-def _number(value: float, factor: float, unit: str) -> str:
+def _number(value: float | None, factor: float, unit: str) -> str:
+    if value is None:
+        return "–"
     return f"{factor * value:.6g}" + (unit if unit == "°" else f" {unit}").rstrip()
 
 

@@ -97,6 +97,7 @@ def drawn_design(random: np.random.Generator) -> Values:
         "interlock_slant": float(random.uniform(20, 45)),
         "interlock_nodes": int(random.choice([3, 5, 7])),
         "hook": {"band_nodes": int(random.choice([9, 15])), "band_extent": 0.9},
+        "root_fillet": 0.0,
     }
     casing = {"outer_radius": outer, "force_nodes": 16}
     return {

@@ -162,8 +162,8 @@ class VaneDimensions(Dimensions):
         default=None,
         ge=0,
         le=0.1,
-        description="radius of the fillets where aerofoils meet the shrouds, 0 for sharp corners; "
-        "unless given 3 mm, or the largest that fits, none below 1.5 mm [m]",
+        description="radius of the fillets where aerofoils meet the shrouds, 0 for sharp corners "
+        "[m]",
     )
     hook: HookDimensions = HookDimensions()
 

@@ -51,6 +51,7 @@ def test_a_vane_s_is_that_of_shrouds_and_aerofoils():
         edge_thickness=0.0026,
         camber=0.0,
         stagger=5.0,
+        root_fillet=0.0,
         inner_shroud_inner_radius=0.411,
         inner_shroud_outer_radius=0.434,
         inner_shroud_front=0.071,
