@@ -15,6 +15,7 @@ _modules = {
     "cyclic_faces": "vibration.cyclic_symmetry",
     "cyclic_transform": "vibration.cyclic_symmetry",
     "eigenpairs": "vibration.eigen",
+    "excess_by_element": "discretisation",
     "excess_stiffness": "discretisation",
     "factorise": "solvers.factor",
     "free_motion": "vibration.mechanism",

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from vanelock.common.errors import InputError
-from vanelock.fem import Material, assemble, excess_stiffness, strain_energy
+from vanelock.fem import Material, assemble, excess_by_element, excess_stiffness, strain_energy
 from vanelock.fem.elements.reference import reference_element
 from vanelock.fem.stresses import strains
 from vanelock.mesh import Part
@@ -76,6 +76,9 @@ def test_blocks_of_elements_change_nothing(lattice, monkeypatch):
     whole = excess_stiffness(model, u)
     monkeypatch.setattr(strains, "ENTRIES", 5000)
     np.testing.assert_allclose(excess_stiffness(model, u), whole, rtol=1e-12)
+    each = excess_by_element(model, u[:, :, 0])
+    assert (len(each), each.min() > 0) == (len(model.part.cells), True)
+    assert each.sum() == pytest.approx(whole[0, 0], rel=1e-12)
 
 
 def test_field_of_another_part_is_refused(lattice):

@@ -31,6 +31,7 @@ _modules = {
     "loop_animation": "plots.tracing",
     "loop_picture": "plots.loops",
     "map_picture": "maps.maps",
+    "mesh_error_picture": "shapes.mesh_errors",
     "mesh_picture": "shapes.meshes",
     "mode_animation": "shapes.animation",
     "mode_picture": "shapes.shapes",

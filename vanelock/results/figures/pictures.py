@@ -21,6 +21,7 @@ from vanelock.results.figures.contacts import contacts
 from vanelock.results.figures.curves import curves
 from vanelock.results.figures.fatigue import haigh, wear_table
 from vanelock.results.figures.loops import loops
+from vanelock.results.figures.mesh_errors import mesh_errors
 from vanelock.results.figures.preload import preloads
 from vanelock.results.figures.scatter import scatters
 from vanelock.results.figures.shapes import all_modes, mesh, response, stress
@@ -65,6 +66,7 @@ class Pictures:
         if shapes:
             modes = all_modes(run_data)
             made.append(mesh(run_data, self.planned[0], modes[0].data if modes else ()))
+            made += mesh_errors(run_data, self.planned[0])
             made += modes
             for each in detailed:
                 made += response(run_data, each, each.case.name in moving)

@@ -1,5 +1,6 @@
 """Studies whose parts are meshes from files: keys, refusals, cache, and the same response."""
 
+import csv
 import json
 
 import numpy as np
@@ -255,6 +256,13 @@ def test_same_response_from_files(folder):
         found.append(summary.peak)
     assert found[1].frequency == found[0].frequency
     assert found[1].amplitude == pytest.approx(found[0].amplitude, rel=1e-8)
+    shapes = RESPONSE.replace("shapes = false", "shapes = true")
+    run_study(written(folder, shapes, ("vane", "casing")), folder / "run1")
+    assert (folder / "run1" / "figures" / "mesh_error.png").stat().st_size > 1e4
+    with (folder / "run1" / "figures" / "mesh_error.csv").open() as file:
+        rows = list(csv.DictReader(line for line in file if not line.startswith("#")))
+    radii = [float(row["radius (mm)"]) for row in rows if row["part"] == "vane"]
+    assert 560 < radii[0] < 600  # legs and feet (docs/theory/mesh_correction.md)
 
 
 @pytest.mark.slow
