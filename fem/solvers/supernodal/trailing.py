@@ -11,6 +11,9 @@ from vanelock.fem.solvers.backend import Matrix
 from vanelock.fem.solvers.cholmod import cholmod_errors, pattern_of
 from vanelock.fem.solvers.supernodal.panels import Panels, panels_of
 
+FULL = 1.1
+"""Entries of threes of rows over those stored, up to which they are taken for nodes."""
+
 
 @dataclass(frozen=True)
 class TrailingAnalysis:
@@ -96,7 +99,7 @@ def trailing_factor(
     if analysis is not None:
         order = analysis.order
     else:
-        order = _ordered(A[rest][:, rest])
+        order = _ordered(sp.csc_array(A[rest][:, rest]))
     last = np.concatenate([rest[order], kept])
     size = abs(A.diagonal()[kept])
     added = np.where(size > 0, size, 1.0)
@@ -119,12 +122,27 @@ def trailing_factor(
 
 
 def _ordered(A: sp.csc_array) -> NDArray[np.int64]:
-    """A fill-reducing order, for which nested dissection beats minimum degree here."""
+    """A fill-reducing order, for which nested dissection beats minimum degree here.
+
+    Where the rows come in threes, x, y and z of a node, nodes are ordered: a ninth of the entries.
+    """
     from sksparse.cholmod import analyze
 
+    nodes = _nodes(A)
     with cholmod_errors():
-        factor = analyze(sp.csc_array(A), mode="simplicial", ordering_method="nesdis")
-    return np.asarray(factor.P(), np.int64)
+        factor = analyze(A if nodes is None else nodes, mode="simplicial", ordering_method="nesdis")
+    order = np.asarray(factor.P(), np.int64)
+    return order if nodes is None else (3 * order[:, None] + np.arange(3)).ravel()
+
+
+def _nodes(A: sp.csc_array) -> sp.csc_array | None:
+    """Which threes of rows are linked; None where many of the links are not of all nine entries."""
+    if A.shape[0] % 3:
+        return None
+    pattern = sp.csc_array((np.ones(A.nnz), A.indices, A.indptr), shape=A.shape)
+    threes = sp.kron(sp.eye_array(A.shape[0] // 3), np.ones((3, 1)), format="csc")
+    links = sp.csc_array(threes.T.tocsc() @ (pattern @ threes))
+    return links if 9 * links.nnz < FULL * A.nnz else None
 
 
 def _corner(L: sp.csc_array, start: int) -> Matrix:
