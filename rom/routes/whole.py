@@ -18,8 +18,8 @@ from vanelock.rom.routes.rows import held_piece
 def whole(problem: Problem, wanted: Selection) -> Component:
     """Reduce a part in one piece to its masters and fixed-interface vectors."""
     part = held_piece(HeldMatrices(*condense(problem)), problem.M, problem.rows)
-    wanted = wanted.within(part)
-    products = projected(part, wanted.of(part))
+    chosen, band = wanted.of(part)
+    products = projected(part, chosen)
     count = products.candidates.count
     return Component(
         masters=problem.masters,
@@ -30,5 +30,5 @@ def whole(problem: Problem, wanted: Selection) -> Component:
         diameters={0: products.reduced()},
         boundary_nodes=problem.boundary_nodes,
         vectors=products.vectors(),
-        band=wanted.band,
+        band=band,
     )
