@@ -78,8 +78,8 @@ def reduce(
         over them, and a key node of such a set is tied by its mean; see `rom.joining.patches`.
         The other part's set must be averaged too.
     prepared : Condensed, optional
-        What all nodal diameters of this model and these masters share, from `prepare`: diameters
-        that are reduced one after the other need not compute it again.
+        What `prepare` made of this model and these masters: nodal diameters that are reduced one
+        after the other, and the recovery of fields, need not compute it again.
 
     Raises
     ------
@@ -101,29 +101,33 @@ def reduce(
         given = problem(model, chosen, cyclic)
     else:
         given = _same(prepared, model, chosen, cyclic)
-    if not cyclic:
-        return whole(given, wanted)
     count, basis = interface_modes or MODES, interface or "published"
-    if route != "cyclic":
+    if cyclic and route != "cyclic":
         check_count(count, 3 * len(given.left))
     if route == "paper":
         return paper(given, wanted, diameters, basis, count)
     shared = condensed(given) if prepared is None else prepared
+    if not cyclic:
+        return whole(shared, wanted)
     if route == "cyclic":
         return cyclic_first(shared, wanted, diameters)
     return direct(shared, wanted, diameters, basis, count)
 
 
-def prepare(model: Model, masters: Sequence[str], averaged: Sequence[str] = ()) -> Condensed:
-    """What the reductions of a cyclic part at all nodal diameters share: one factorisation.
+def prepare(
+    model: Model, masters: Sequence[str], averaged: Sequence[str] = (), cyclic: bool = True
+) -> Condensed:
+    """What reductions of a part, at all nodal diameters, and its recovery share: one factorisation.
 
     Parameters
     ----------
     model, masters, averaged
         As for `reduce`.
+    cyclic : bool
+        Whether it is to be reduced at nodal diameters, not in one piece.
     """
     chosen = choose(model.part, _names("masters", masters), _names("averaged", averaged))
-    return condensed(problem(model, chosen, True))
+    return condensed(problem(model, chosen, cyclic))
 
 
 def _same(prepared: Condensed, model: Model, chosen: Masters, cyclic: bool) -> Problem:
@@ -131,7 +135,7 @@ def _same(prepared: Condensed, model: Model, chosen: Masters, cyclic: bool) -> P
     found = prepared.problem
     own, given = found.masters, (chosen.nodes, chosen.averaged)
     same = all(np.array_equal(*each) for each in zip((own.nodes, own.averaged), given, strict=True))
-    if not cyclic or not same or found.model is not model:
+    if found.cyclic != cyclic or not same or found.model is not model:
         raise InputError(
             f"prepared: it is of {found.model.part.name} with the masters "
             f"{', '.join(found.masters.node_sets)}: give the same model, masters and averaged sets"

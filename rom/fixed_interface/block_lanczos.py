@@ -58,15 +58,10 @@ class Lowest:
     beyond: float
 
 
-def lowest_modes(
-    solve: Apply,
-    mass: Apply,
-    start: Matrix,
-    count: int | None = None,
-    below: float = np.inf,
-    tolerance: float = TOLERANCE,
-) -> Lowest:
-    """Lowest pairs of K x = λ M x: a number of them, or all below an eigenvalue.
+class KrylovSpace:
+    """A space that grows by a block at a time, M-orthonormal, and K⁻¹M in it.
+
+    What it holds serves every search in it: one goes on where another ended.
 
     Parameters
     ----------
@@ -75,6 +70,74 @@ def lowest_modes(
     start : (n, p)
         Any block that no wanted mode is orthogonal to; zero in rows without mass. The M-norm does
         not see those, so they are kept out of the space: M x is the same, and K⁻¹M x has them.
+    """
+
+    def __init__(self, solve: Apply, mass: Apply, start: Matrix) -> None:
+        self.solve, self.mass = solve, mass
+        self._heavy = np.any(start != 0, axis=1)[:, None]
+        self._space = self._image = np.empty((len(start), 0), start.dtype)
+        self._Q, self._MQ = self._space, self._image
+        self._H = np.empty((0, 0), start.dtype)
+        self._coupling = self._H
+        self._block, self._of_block = _orthonormal(start, mass, self._Q, self._Q)
+        self.width, self.steps = self._block.shape[1], 0
+        self._rng = np.random.default_rng(1)
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Rows, and how many of them have a mass."""
+        return len(self._heavy), int(self._heavy.sum())
+
+    @property
+    def whole(self) -> bool:
+        """Whether nothing is left to add."""
+        return self._block.shape[1] == 0 or self._Q.shape[1] == self.shape[1]
+
+    def grow(self) -> None:
+        """Add the block in hand, and make the next one."""
+        if self.steps and self.whole:
+            return
+        block, of_block = self._block, self._of_block
+        self._space, self._Q = _appended(self._space, self._Q, block)
+        self._image, self._MQ = _appended(self._image, self._MQ, of_block)
+        grown = self.solve(of_block)
+        overlap = self._MQ.conj().T @ grown
+        self._H = _bordered(self._H, overlap, block.shape[1])
+        rest = self._heavy * (grown - self._Q @ overlap)
+        self._block, self._of_block = _orthonormal(rest, self.mass, self._Q, self._MQ)
+        self._coupling = self._of_block.conj().T @ rest
+        self.steps += 1
+
+    def widen(self) -> None:
+        """Take more columns into each block from now on, for modes with more copies."""
+        fresh = self._rng.standard_normal((len(self._Q), BLOCK)).astype(self._Q.dtype)
+        block = np.hstack([self._block, self._heavy * fresh])
+        self._block, self._of_block = _orthonormal(block, self.mass, self._Q, self._MQ)
+        self.width += BLOCK
+
+    def ritz(self) -> tuple[NDArray[np.float64], Matrix, NDArray[np.float64]]:
+        """Values of K⁻¹M, descending, their vectors in the space, and the residuals of these."""
+        theta, S = sl.eigh(self._H)
+        theta, S = theta[::-1], S[:, ::-1]
+        return theta, S, np.linalg.norm(self._coupling @ S[-self._coupling.shape[1] :], axis=0)
+
+    def vectors(self, S: Matrix) -> Matrix:
+        """(n, k) of combinations of the space."""
+        return np.asarray(self._Q[:, : len(S)] @ S)
+
+
+def lowest_modes(
+    space: KrylovSpace,
+    count: int | None = None,
+    below: float = np.inf,
+    tolerance: float = TOLERANCE,
+) -> Lowest:
+    """Lowest pairs of K x = λ M x: a number of them, or all below an eigenvalue.
+
+    Parameters
+    ----------
+    space : KrylovSpace
+        Where they are searched for; it grows as far as they need it.
     count : int, optional
         How many.
     below : float
@@ -87,28 +150,11 @@ def lowest_modes(
     InputError
         If the iteration does not converge, or the mass is not positive.
     """
-    heavy = np.any(start != 0, axis=1)[:, None]
-    n = int(heavy.sum())
-    space = image = np.empty((len(start), 0), start.dtype)
-    Q, MQ = space, image
-    H = np.empty((0, 0), start.dtype)
-    block, of_block = _orthonormal(start, mass, Q, Q)
-    width, rng = block.shape[1], np.random.default_rng(1)
     first, due = 0, 0
     least = 1 / below if below else np.inf
-    for step in range(1, _LARGEST + 1):
-        space, Q = _appended(space, Q, block)
-        image, MQ = _appended(image, MQ, of_block)
-        grown = solve(of_block)
-        overlap = MQ.conj().T @ grown
-        H = _bordered(H, overlap, block.shape[1])
-        theta, S = sl.eigh(H)
-        theta, S = theta[::-1], S[:, ::-1]
-        rest = heavy * (grown - Q @ overlap)
-        block, of_block = _orthonormal(rest, mass, Q, MQ)
-        coupling = of_block.conj().T @ rest
-        residual = np.linalg.norm(coupling @ S[-rest.shape[1] :], axis=0)
-        whole = block.shape[1] == 0 or Q.shape[1] == n
+    while space.steps < _LARGEST:
+        space.grow()
+        theta, S, residual = space.ritz()
         wanted = int(np.sum(theta > least)) if count is None else count
         if count is None and wanted > MOST:
             raise InputError(
@@ -116,8 +162,8 @@ def lowest_modes(
                 f"at {_hertz(1 / theta[0]):.4g} Hz: {_mistaken(below * theta[0])}choose a lower "
                 "cutoff, or a lower band, which needs them up to its double"
             )
-        if wanted > len(theta) or (wanted == len(theta) and not whole):
-            if whole:
+        if wanted > len(theta) or (wanted == len(theta) and not space.whole):
+            if space.whole:
                 raise InputError(f"{count} modes: the part has {len(theta)}")
             continue
         # A Ritz value lies below its eigenvalue by less than its residual; the largest converge
@@ -126,14 +172,14 @@ def lowest_modes(
         settled = bool(np.all(residual[wanted : wanted + 1] < SETTLED * theta[wanted : wanted + 1]))
         none_left = count is not None or (settled and highest < least)
         converged = none_left and bool(np.all(residual[:wanted] < tolerance * theta[:wanted]))
-        if converged and step >= due and not whole and _copies(theta[:wanted]) >= width:
-            fresh = heavy * rng.standard_normal((len(start), BLOCK)).astype(start.dtype)
-            block, of_block = _orthonormal(np.hstack([block, fresh]), mass, Q, MQ)
-            width += BLOCK
-            first = first or step
-            due = step + first
-        if whole or (converged and step >= due):
-            squared, vectors = _refined(solve, mass, Q @ S[:, :wanted], theta[:wanted])
+        copied = converged and space.steps >= due and not space.whole
+        if copied and _copies(theta[:wanted]) >= space.width:
+            space.widen()
+            first = first or space.steps
+            due = space.steps + first
+        if space.whole or (converged and space.steps >= due):
+            vectors = space.vectors(S[:, :wanted])
+            squared, vectors = _refined(space.solve, space.mass, vectors, theta[:wanted])
             if count is None:
                 return Lowest(squared, vectors, 1 / highest if highest else np.inf)
             return Lowest(squared, vectors, float(squared[-1]) if wanted else 0.0)

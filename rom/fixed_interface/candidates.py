@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from vanelock.common.errors import InputError
 from vanelock.rom.fixed_interface.held import HeldPart, hermitian
-from vanelock.rom.fixed_interface.modes import Fixed, fixed_modes, heavy
+from vanelock.rom.fixed_interface.modes import Fixed, fixed_modes, krylov_space
 from vanelock.rom.system import Matrix
 
 _NEW = 1e-6
@@ -73,27 +73,28 @@ class Candidates:
             more = self.grown(part, part.held.solve(loads), loads)
             return replace(more, spare=self.spare[:, lacking:]).filled(part, count)
         if self.vectors.shape[1] == 0:
-            return Candidates.exactly(fixed_modes(part.held.solve, part.M_ss, count))
+            return Candidates.exactly(fixed_modes(krylov_space(part.held.solve, part.M_ss), count))
         return self.grown(part, *self._further(part, lacking))
 
     def _further(self, part: HeldPart, lacking: int) -> tuple[Matrix, Matrix]:
         """What so many further modes add, K-orthogonal to W and in itself, and K times it."""
-        solve, M_ss, exact = part.held.solve, part.M_ss, len(self.modes.omega_squared)
-        W, more = self.vectors, lacking
+        M_ss, exact = part.M_ss, len(self.modes.omega_squared)
+        space = krylov_space(part.held.solve, M_ss)
+        W, more, every = self.vectors, lacking, space.shape[1]
         while True:
             # W may hold some of them already: what counts is the part that is orthogonal to it.
-            further = fixed_modes(solve, M_ss, exact + more)
+            further = fixed_modes(space, exact + more)
             Phi, squared = further.vectors[:, exact:], further.omega_squared[exact:]
             Phi, KPhi = Phi / np.sqrt(squared), M_ss @ (Phi * np.sqrt(squared))
             overlap = W.conj().T @ KPhi
             c = sl.solve(self.stiffness, overlap, assume_a="pos")
             new, V = sl.eigh(np.eye(more) - hermitian(overlap.conj().T @ c))
-            if np.sum(new > _NEW) >= lacking or exact + more == heavy(M_ss):
+            if np.sum(new > _NEW) >= lacking or exact + more == every:
                 break
-            more = min(more + lacking, heavy(M_ss) - exact)
+            more = min(more + lacking, every - exact)
         if np.sum(new > _NEW) < lacking:
             count = self.count + lacking
-            raise InputError(f"{count} fixed-interface vectors of {heavy(M_ss)} slave dofs")
+            raise InputError(f"{count} fixed-interface vectors of {every} slave dofs")
         V = V[:, -lacking:] / np.sqrt(new[-lacking:])
         return Phi @ V - W @ (c @ V), KPhi @ V - self.loads @ (c @ V)
 

@@ -6,7 +6,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vanelock.common.errors import InputError
-from vanelock.rom.fixed_interface.block_lanczos import BLOCK, TOLERANCE, lowest_modes
+from vanelock.rom.fixed_interface.block_lanczos import (
+    BLOCK,
+    TOLERANCE,
+    KrylovSpace,
+    lowest_modes,
+)
 from vanelock.rom.fixed_interface.held import Solve
 from vanelock.rom.fixed_interface.inertia import Mass
 from vanelock.rom.system import Matrix
@@ -32,9 +37,24 @@ class Fixed:
     complete: float
 
 
+def krylov_space(solve: Solve, M_ss: Mass) -> KrylovSpace:
+    """The space in which a part's fixed-interface modes are searched for, still empty.
+
+    Raises
+    ------
+    InputError
+        If the mass is not positive.
+    """
+    s = M_ss.shape[0]
+    if s and (least := M_ss.diagonal().real.min()) < 0:
+        raise InputError(f"the mass matrix has {least:.3g} on its diagonal: it must be >= 0")
+    start = np.random.default_rng(0).standard_normal((s, min(s, BLOCK))).astype(M_ss.dtype)
+    start[M_ss.diagonal() == 0] = 0
+    return KrylovSpace(solve, lambda x: M_ss @ x, start)
+
+
 def fixed_modes(
-    solve: Solve,
-    M_ss: Mass,
+    space: KrylovSpace,
     count: int | None = None,
     below: float | None = None,
     tolerance: float = TOLERANCE,
@@ -46,26 +66,15 @@ def fixed_modes(
     InputError
         If there are fewer than that.
     """
-    s, most = M_ss.shape[0], heavy(M_ss)
-    if s and (least := M_ss.diagonal().real.min()) < 0:
-        raise InputError(f"the mass matrix has {least:.3g} on its diagonal: it must be >= 0")
+    s, most = space.shape
     if count is not None and not 0 <= count <= most:
         raise InputError(
             f"{count} fixed-interface modes of {s} slave dofs: allowed are 0 to {most}"
         )
     if count == 0:
-        return Fixed(np.empty((s, 0), M_ss.dtype), np.empty(0), 0.0)
-
-    rng = np.random.default_rng(0)
-    start = rng.standard_normal((s, min(s, BLOCK))).astype(M_ss.dtype)
-    start[M_ss.diagonal() == 0] = 0
+        return Fixed(space.vectors(np.empty((0, 0))), np.empty(0), 0.0)
     highest = np.inf if below is None else below**2
-    found = lowest_modes(solve, lambda x: M_ss @ x, start, count, highest, tolerance)
+    found = lowest_modes(space, count, highest, tolerance)
     all_of_them = len(found.omega_squared) == most
     complete = np.inf if all_of_them else float(np.sqrt(found.beyond))
     return Fixed(found.vectors, found.omega_squared, complete)
-
-
-def heavy(M_ss: Mass) -> int:
-    """Number of dofs that have a mass."""
-    return int(np.count_nonzero(M_ss.diagonal()))

@@ -1,18 +1,18 @@
 """How many fixed-interface vectors a reduction keeps, as its caller says it."""
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from numbers import Integral, Real
 
 import numpy as np
 import scipy.linalg as sl
 
 from vanelock.common.errors import InputError
+from vanelock.rom.fixed_interface.block_lanczos import KrylovSpace
 from vanelock.rom.fixed_interface.candidates import Candidates
-from vanelock.rom.fixed_interface.held import HeldPart, Solve
-from vanelock.rom.fixed_interface.inertia import Mass
+from vanelock.rom.fixed_interface.held import HeldPart
 from vanelock.rom.fixed_interface.massless import lowest
-from vanelock.rom.fixed_interface.modes import Fixed, fixed_modes, heavy
+from vanelock.rom.fixed_interface.modes import Fixed, fixed_modes, krylov_space
 from vanelock.rom.fixed_interface.vectors import accurate
 
 ELASTIC = 10
@@ -71,22 +71,18 @@ class Selection:
         if self.band is not None and self.accuracy is None:
             raise InputError(f"band = {self.band:g} Hz: goes with accuracy only, not {named[0]}")
 
-    def within(self, part: HeldPart) -> "Selection":
-        """The same with the band told, where an accuracy needs one."""
-        if self.accuracy is None or self.band is not None:
-            return self
-        return replace(self, band=max(own_band(part), self.least or 0.0))
+    def of(self, part: HeldPart) -> tuple[Candidates, float | None]:
+        """What it takes of a part, and where an accuracy was asked for its band, Hz."""
+        space = krylov_space(part.held.solve, part.M_ss)
+        if self.accuracy is None:
+            return Candidates.exactly(self.modes_in(space)), None
+        band = self.band or max(own_band(part, space), self.least or 0.0)
+        return accurate(part, self.accuracy, 2 * np.pi * band, space), band
 
-    def of(self, part: HeldPart) -> Candidates:
-        """What it takes of a part; an accuracy needs its band."""
-        if self.accuracy is None or self.band is None:
-            return Candidates.exactly(self.modes_of(part.held.solve, part.M_ss))
-        return accurate(part, self.accuracy, 2 * np.pi * self.band)
-
-    def modes_of(self, solve: Solve, M_ss: Mass) -> Fixed:
+    def modes_in(self, space: KrylovSpace) -> Fixed:
         """Fixed-interface modes, where these are what is wanted."""
         below = None if self.cutoff is None else 2 * np.pi * self.cutoff
-        return fixed_modes(solve, M_ss, self.modes, below)
+        return fixed_modes(space, self.modes, below)
 
 
 def _one(given: dict[str, float | None]) -> str:
@@ -94,10 +90,9 @@ def _one(given: dict[str, float | None]) -> str:
     return f"{', '.join(names)} and {last}"
 
 
-def own_band(part: HeldPart) -> float:
+def own_band(part: HeldPart, space: KrylovSpace) -> float:
     """Frequency of the tenth elastic mode of a part whose masters are free, Hz, by ten modes."""
-    count = min(ELASTIC, heavy(part.M_ss) - 1)
-    modes = fixed_modes(part.held.solve, part.M_ss, count, tolerance=ROUGH)
+    modes = fixed_modes(space, min(ELASTIC, space.shape[1] - 1), tolerance=ROUGH)
     LB = part.inertia.gather(modes.vectors)
     K = sl.block_diag(part.K_mm, np.diag(modes.omega_squared))
     M = np.block([[part.M_mm, LB], [LB.conj().T, np.eye(LB.shape[1])]])

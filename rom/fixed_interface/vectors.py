@@ -30,9 +30,10 @@ import numpy as np
 import scipy.linalg as sl
 from numpy.typing import NDArray
 
+from vanelock.rom.fixed_interface.block_lanczos import KrylovSpace
 from vanelock.rom.fixed_interface.candidates import Candidates, inertia_loads
 from vanelock.rom.fixed_interface.held import HeldPart, hermitian
-from vanelock.rom.fixed_interface.modes import fixed_modes, heavy
+from vanelock.rom.fixed_interface.modes import fixed_modes
 from vanelock.rom.system import Matrix
 
 MARGIN = 2.0
@@ -44,7 +45,7 @@ RESERVE = 12
 _ROUND_OFF = 1e-12
 
 
-def accurate(part: HeldPart, accuracy: float, highest: float) -> Candidates:
+def accurate(part: HeldPart, accuracy: float, highest: float, space: KrylovSpace) -> Candidates:
     """Vectors for frequencies up to `highest` within a relative error.
 
     Parameters
@@ -55,8 +56,10 @@ def accurate(part: HeldPart, accuracy: float, highest: float) -> Candidates:
         Largest relative error of any natural frequency, from this part.
     highest : float
         Circular frequency up to which that holds, rad/s.
+    space : KrylovSpace
+        Where its fixed-interface modes are searched for.
     """
-    modes = fixed_modes(part.held.solve, part.M_ss, below=MARGIN * highest)
+    modes = fixed_modes(space, below=MARGIN * highest)
     chosen = Candidates.exactly(modes)
     if np.isinf(modes.complete) or part.K_mm.size == 0:
         return chosen
@@ -77,9 +80,9 @@ def accurate(part: HeldPart, accuracy: float, highest: float) -> Candidates:
                 break
             chosen = chosen.grown(part, part.held.solve(left), left)
             loads, answers = loads @ worst, answers @ worst
-    every = heavy(part.M_ss)
+    every = space.shape[1]
     if chosen.count >= every:  # a small part in a wide band
-        return Candidates.exactly(fixed_modes(part.held.solve, part.M_ss, every))
+        return Candidates.exactly(fixed_modes(space, every))
     most = min(first + RESERVE, int(np.sum(error > _ROUND_OFF * error[0])))
     return replace(chosen, spare=X[:, first : min(most, first + every - chosen.count)])
 

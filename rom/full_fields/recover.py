@@ -156,7 +156,7 @@ class Recovery:
         s = np.setdiff1d(np.arange(n), m)
         K_s = given.K[s]
         unit = sp.eye_array(n, format="csc")
-        factor = factorise(K_s[:, s].tocsc())
+        factor = self._shared[0].interior if self._shared else factorise(K_s[:, s].tocsc())
         return Statics(factor.solve, K_s[:, m].tocsr(), unit[:, m].tocsr(), unit[:, s].tocsr())
 
     def _sector(self, nodal_diameter: int) -> Statics:

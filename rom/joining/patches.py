@@ -39,10 +39,11 @@ def with_means(
     if not len(nodes):
         return None, model.K, model.M
     T = patch_transform(model, nodes)
+    back = T.T.tocsc()  # products of unlike formats sort the large matrix anew
 
     def changed(A: sp.csc_array) -> sp.csc_array:
-        B = T.T @ (A @ T)
-        return sp.csc_array((B + B.T) / 2)
+        B = back @ (A @ T)
+        return sp.csc_array((B + B.T.tocsc()) / 2)
 
     return T, changed(model.K), changed(model.M)
 

@@ -55,6 +55,10 @@ class Condensed:
         """Static answers to faces and masters, which all nodal diameters share."""
         return BoundaryAnswers(self.interior, self.problem.M, self.faces)
 
+    def forget_answers(self) -> None:
+        """Let go of `answers`, which a further nodal diameter would begin anew."""
+        self.__dict__.pop("answers", None)
+
     @property
     def slaves(self) -> Rows:
         """(s,) rows of K_ss."""

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from vanelock.common.errors import InputError
 from vanelock.fem import SingularError, factorise
 from vanelock.rom.fixed_interface.held import hermitian
+from vanelock.rom.fixed_interface.modes import krylov_space
 from vanelock.rom.fixed_interface.selection import Selection
 from vanelock.rom.routes.problem import Problem, not_held
 
@@ -62,7 +63,7 @@ def craig_bampton(problem: Problem, wanted: Selection) -> CraigBampton:
     for block in blocks:
         M_mm[:, block] += Psi.T @ (M_sm[:, block].toarray() + M_ss @ Psi[:, block])
 
-    modes = wanted.modes_of(factor.solve, M_ss)
+    modes = wanted.modes_in(krylov_space(factor.solve, M_ss))
     Phi = modes.vectors
     M_me = M_ms @ Phi + Psi.T @ (M_ss @ Phi)
     K_cb = sl.block_diag(hermitian(K_mm), np.diag(modes.omega_squared))

@@ -25,9 +25,8 @@ def cyclic_first(shared: Condensed, wanted: Selection, diameters: Iterable[int])
     parts, vectors, bands = {}, {}, []
     for k in diameters:
         parts[k] = at_diameter(shared, k)
-        chosen = wanted.within(parts[k])
-        vectors[k] = chosen.of(parts[k])
-        bands.append(chosen.band)
+        vectors[k], band = wanted.of(parts[k])
+        bands.append(band)
     count = max(found.count for found in vectors.values())
     products = {k: projected(part, vectors[k].filled(part, count)) for k, part in parts.items()}
     return Component(

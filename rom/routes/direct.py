@@ -13,9 +13,9 @@ import numpy as np
 import scipy.linalg as sl
 
 from vanelock.rom.component import Component, Reduced
-from vanelock.rom.fixed_interface.block_lanczos import BLOCK, lowest_modes
+from vanelock.rom.fixed_interface.block_lanczos import BLOCK, KrylovSpace, lowest_modes
 from vanelock.rom.fixed_interface.held import COLUMNS, hermitian
-from vanelock.rom.fixed_interface.modes import Fixed
+from vanelock.rom.fixed_interface.modes import Fixed, krylov_space
 from vanelock.rom.fixed_interface.selection import Selection
 from vanelock.rom.routes.condensed import Condensed, definite_factor
 from vanelock.rom.routes.cyclic import cyclic_constraint
@@ -36,7 +36,7 @@ def direct(
     """Reduce a cyclic part at nodal diameters, as `vanelock.rom.routes.paper` does."""
     problem = shared.problem
     M_ss = problem.M[shared.slaves][:, shared.slaves].tocsc()
-    fixed = wanted.modes_of(shared.interior.solve, M_ss)
+    fixed = wanted.modes_in(krylov_space(shared.interior.solve, M_ss))
     del M_ss
     held = None
     if interface == "published":  # the masters' columns are the same at all diameters
@@ -141,9 +141,8 @@ class _Face:
             mass = hermitian(self.mass(np.eye(size, dtype=self.S.dtype)))
             return np.asarray(sl.eigh(self.stiffness, mass, subset_by_index=[0, count - 1])[1])
         start = np.random.default_rng(0).standard_normal((size, BLOCK)).astype(self.S.dtype)
-        return lowest_modes(
-            lambda f: sl.cho_solve((factor, True), f), self.mass, start, count, tolerance=FACE
-        ).vectors
+        space = KrylovSpace(lambda f: sl.cho_solve((factor, True), f), self.mass, start)
+        return lowest_modes(space, count, tolerance=FACE).vectors
 
 
 def _at_diameter(

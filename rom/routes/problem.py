@@ -42,6 +42,8 @@ class Problem:
     means : (n, n) sparse or None
         The model's free dofs from those of K and M, where some of these are patch means; see
         `vanelock.rom.joining.patches`.
+    cyclic : bool
+        Whether it continues into its neighbours.
     """
 
     model: Model
@@ -52,6 +54,7 @@ class Problem:
     left: Rows
     right: Rows
     means: sp.csc_array | None = None
+    cyclic: bool = False
 
     @property
     def face_rows(self) -> Rows:
@@ -97,7 +100,7 @@ def problem(model: Model, masters: Masters, cyclic: bool) -> Problem:
             f"{name}: no node is left beside masters and cyclic faces: nothing to reduce"
         )
     means, K, M = with_means(model, masters.averaged)
-    return Problem(model, masters, K, M, rows.ravel(), left, right, means)
+    return Problem(model, masters, K, M, rows.ravel(), left, right, means, cyclic)
 
 
 def condense(problem: Problem) -> tuple[Matrix, Interior]:

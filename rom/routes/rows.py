@@ -115,8 +115,8 @@ def reduce_rows(
         If fewer vectors exist than are asked for.
     """
     part = held_rows(K, M, rows)
-    chosen = (wanted or Selection(accuracy=DEFAULT)).within(part)
-    return replace(_kept(part, projected(part, chosen.of(part)), C, rows), band=chosen.band)
+    chosen, band = (wanted or Selection(accuracy=DEFAULT)).of(part)
+    return replace(_kept(part, projected(part, chosen), C, rows), band=band)
 
 
 def reduce_sector(
@@ -144,9 +144,9 @@ def reduce_sector(
         W, left = faces.follow(K.shape[0], k)
         own = np.searchsorted(left, rows)
         part = held_rows(_through(W, K), _through(W, M), own)
-        chosen = selection.within(part)
-        products, damping = projected(part, chosen.of(part)), None if C is None else _through(W, C)
-        found[k] = part, products, damping, own, chosen.band
+        chosen, band = selection.of(part)
+        products, damping = projected(part, chosen), None if C is None else _through(W, C)
+        found[k] = part, products, damping, own, band
     count = max(products.candidates.count for _, products, *_ in found.values())
     reduced = {}
     for k, (part, products, damping, own, band) in found.items():

@@ -10,16 +10,17 @@ R. R. Craig and M. C. C. Bampton, Coupling of substructures for dynamic analyses
 from vanelock.rom.component import Component
 from vanelock.rom.fixed_interface.held import HeldMatrices
 from vanelock.rom.fixed_interface.selection import Selection
-from vanelock.rom.routes.problem import Problem, condense
+from vanelock.rom.routes.condensed import Condensed
 from vanelock.rom.routes.projection import projected
 from vanelock.rom.routes.rows import held_piece
 
 
-def whole(problem: Problem, wanted: Selection) -> Component:
+def whole(shared: Condensed, wanted: Selection) -> Component:
     """Reduce a part in one piece to its masters and fixed-interface vectors."""
-    part = held_piece(HeldMatrices(*condense(problem)), problem.M, problem.rows)
-    wanted = wanted.within(part)
-    products = projected(part, wanted.of(part))
+    problem = shared.problem
+    part = held_piece(HeldMatrices(shared.matrix, shared.interior), problem.M, problem.rows)
+    chosen, band = wanted.of(part)
+    products = projected(part, chosen)
     count = products.candidates.count
     return Component(
         masters=problem.masters,
@@ -30,5 +31,5 @@ def whole(problem: Problem, wanted: Selection) -> Component:
         diameters={0: products.reduced()},
         boundary_nodes=problem.boundary_nodes,
         vectors=products.vectors(),
-        band=wanted.band,
+        band=band,
     )

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from vanelock.common.errors import InputError
-from vanelock.rom.fixed_interface.block_lanczos import BLOCK, lowest_modes
+from vanelock.rom.fixed_interface.block_lanczos import BLOCK, KrylovSpace, lowest_modes
 
 
 def pencil(values, is_complex=False, seed=0):
@@ -24,9 +24,8 @@ def found(values, count, start=None, seed=0, is_complex=False, **options):
     if start is None:
         start = np.random.default_rng(seed + 1).standard_normal((n, min(n, BLOCK)))
 
-    modes = lowest_modes(
-        lambda b: inverse @ b, lambda x: M @ x, start.astype(inverse.dtype), count, **options
-    )
+    space = KrylovSpace(lambda b: inverse @ b, lambda x: M @ x, start.astype(inverse.dtype))
+    modes = lowest_modes(space, count, **options)
     squared, vectors = modes.omega_squared, modes.vectors
     assert np.all(np.diff(squared) >= 0)
     gram = vectors.conj().T @ M @ vectors
@@ -78,7 +77,8 @@ def test_all_below_an_eigenvalue_and_none_above(name):
             below = np.sqrt(values[last - 1] * values[last]) if last else 0.5 * values[0]
         else:  # not between two that are equal
             below = 0.9 * values[0] if last == 0 else 1.5
-        modes = lowest_modes(lambda b: inverse @ b, lambda x: M @ x, start, below=below)
+        space = KrylovSpace(lambda b: inverse @ b, lambda x: M @ x, start)
+        modes = lowest_modes(space, below=below)
         inside = int(np.sum(values < below))
         assert modes.vectors.shape == (len(values), inside)
         np.testing.assert_allclose(modes.omega_squared, values[:inside], rtol=1e-10)
@@ -86,11 +86,38 @@ def test_all_below_an_eigenvalue_and_none_above(name):
         assert modes.beyond <= values[inside:].min(initial=np.inf) * (1 + 1e-9)
 
 
+@pytest.mark.parametrize("name", SPECTRA)
+def test_a_search_goes_on_where_another_ended(name):
+    values = np.sort(SPECTRA[name])
+    inverse, M, X = pencil(values)
+    start = np.random.default_rng(0).standard_normal((len(values), BLOCK))
+
+    def space():
+        solves = []
+
+        def solve(b):
+            solves.append(b.shape[1])
+            return inverse @ b
+
+        return KrylovSpace(solve, lambda x: M @ x, start), solves
+
+    one, spent = space()
+    lowest_modes(one, 5, tolerance=0.03)
+    rough = len(spent)
+    modes = lowest_modes(one, 20)
+    np.testing.assert_allclose(modes.omega_squared, values[:20], rtol=1e-10)
+    foreign = np.abs(values[:, None] - modes.omega_squared) > 1e-3 * modes.omega_squared
+    assert np.abs((X.T @ M @ modes.vectors)[foreign]).max(initial=0.0) < 1e-8
+    alone, all_of_them = space()
+    lowest_modes(alone, 20)
+    assert len(spent) <= max(len(all_of_them), rough) + 2  # a last step each, and one to begin with
+
+
 def test_all_there_are():
     """Who asks for all modes below a frequency beyond the highest one gets every mode."""
     inverse, M, _ = pencil(SPREAD[:50])
     start = np.random.default_rng(0).standard_normal((50, BLOCK))
-    modes = lowest_modes(lambda b: inverse @ b, lambda x: M @ x, start)
+    modes = lowest_modes(KrylovSpace(lambda b: inverse @ b, lambda x: M @ x, start))
     assert modes.vectors.shape == (50, 50)
     assert modes.beyond == np.inf
     np.testing.assert_allclose(modes.omega_squared, SPREAD[:50], rtol=1e-9)

@@ -10,6 +10,7 @@ from scipy.spatial import KDTree
 
 from vanelock import fem, rom
 from vanelock.common.cyclic import turn
+from vanelock.common.errors import InputError
 from vanelock.mesh import Part
 
 N = 5
@@ -164,3 +165,24 @@ def test_a_softer_part_keeps_its_own_modulus_with_what_was_prepared_of_the_stiff
     np.testing.assert_allclose(found.displacement(q, 1), ring.displacement(q, 1), rtol=1e-9)
     np.testing.assert_allclose(found.stress(q, 1), 0.7 * ring.stress(q, 1), rtol=1e-7)
     assert found.model.material.E == 0.7 * metal.E
+
+
+@pytest.mark.parametrize("ring", ["cyclic"], indirect=True)
+def test_a_part_in_one_piece_is_recovered_with_the_factors_that_it_was_reduced_with(ring):
+    """A load on its masters bends it as it bends the unreduced part."""
+    model = ring.model
+    prepared = rom.prepare(model, ("force",), cyclic=False)
+    component = rom.reduce(model, ("force",), 6, prepared=prepared)
+    alone = rom.reduce(model, ("force",), 6).at(0)
+    np.testing.assert_array_equal(component.at(0).K, alone.K)
+    np.testing.assert_array_equal(component.at(0).M, alone.M)
+    rows = component.dofs(component.masters.nodes).ravel()
+    load = np.random.default_rng(1).standard_normal((len(rows), 2))
+    forces, f = np.zeros((component.size, 2)), np.zeros((model.K.shape[0], 2))
+    forces[rows], f[model.rows("force").ravel()] = load, load
+    found = rom.recovery(component, model, prepared)
+    u = found.displacement(np.linalg.solve(component.at(0).K, forces), 0)
+    exact = np.linalg.solve(model.K.toarray(), f)
+    np.testing.assert_allclose(u, model.field(exact), rtol=0, atol=1e-10 * abs(exact).max())
+    with pytest.raises(InputError, match="give the same model, masters and averaged sets"):
+        rom.reduce(model, ("force",), 6, nodal_diameters=[0], prepared=prepared)

@@ -168,6 +168,7 @@ EVERYTHING = {
     "fem casing",
     "rom vane",
     "rom casing",
+    "rom vane, condensed",
     "rom casing, condensed",
     "recovery vane",
     "recovery casing",
@@ -184,9 +185,9 @@ EVERYTHING = {
     "response nominal",
 }
 MESHES_ON = EVERYTHING
-CONDENSED = {"rom casing, condensed"}
+CONDENSED = {"rom vane, condensed", "rom casing, condensed"}
 STRUCTURE = {"structure", "mesh excess, vane", "mesh correction"}
-VANE = {f"{a} vane" for a in ("mesh", "fem", "rom", "recovery")}
+VANE = {f"{a} vane" for a in ("mesh", "fem", "rom", "recovery")} | {"rom vane, condensed"}
 CASING_ON = EVERYTHING - VANE
 PARTS = {f"{a} {b}" for a in ("mesh", "fem", "rom", "recovery") for b in ("vane", "casing")}
 SYSTEM_ON = EVERYTHING - PARTS - CONDENSED

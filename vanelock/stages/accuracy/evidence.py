@@ -8,8 +8,7 @@ from vanelock.pipeline.step import Stages
 from vanelock.rom import Component
 from vanelock.stages.accuracy.errors import Errors, errors
 from vanelock.stages.accuracy.left_out import LeftOut, left_out
-from vanelock.stages.parts.components import PARTS
-from vanelock.stages.parts.diameters import prepared_step
+from vanelock.stages.parts.components import PARTS, prepared_step
 from vanelock.stages.plan import Planned
 from vanelock.stages.response.limits import Limits
 from vanelock.stages.response.monitor import Monitor
@@ -118,7 +117,8 @@ def _costs(planned: Planned, stages: Stages) -> dict[str, float]:
     k = stages.get(planned.linear.limits).nodal_diameter
     needed = {planned.part("casing", each).key for each in (0, k)}
     further = {planned.part("casing", each).key for each in planned.diameters} - needed
-    own = {planned.rom["vane"].key, prepared_step(planned.case.study).key} | needed
+    prepared = {prepared_step(planned.case.study, part).key for part in PARTS}
+    own = {planned.rom["vane"].key} | prepared | needed
     assert planned.chosen_mesh is not None
     tried = len(planned.chosen_mesh.rounds) > 1  # reductions of other meshes; else of other cases
     meshing = ("mesh", "fem", "rom") if tried else ("mesh", "fem")

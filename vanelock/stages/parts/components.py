@@ -74,6 +74,23 @@ def stiffened_step(reduced: Step[Component], part: str, factor: float) -> Step[C
     return step(name, "rom", inputs, Component, (reduced,), compute, False, True)
 
 
+def prepared_step(study: Study, part: str) -> Step[Any]:
+    """The factors that a part's reduction and its recovery share; too large to be kept."""
+    return _prepared(part, masters(study, part), averaged(study, part), reference_step(study, part))
+
+
+@lru_cache(maxsize=SHARED)
+def _prepared(
+    part: str, kept: tuple[str, ...], means: tuple[str, ...], model: Step[Model]
+) -> Step[Any]:
+    inputs = {"masters": kept, "averaged": means, "cyclic": part == "casing"}
+
+    def compute(model: Model) -> Any:
+        return rom.prepare(model, **inputs)
+
+    return step(f"rom {part}, condensed", "rom", inputs, object, (model,), compute, False)
+
+
 def reduced_step(
     study: Study, part: str, diameters: Iterable[int], prepared: Step[Any] | None = None
 ) -> Step[Component]:
@@ -91,7 +108,7 @@ def reduced_step(
     least = least_band(asked_by(study), softest(study), LEAST) if follows else None
     own = (masters(study, part), averaged(study, part), options, least, model)
     if part == "vane":
-        return _reduced_vane(*own)
+        return _reduced_vane(*own, prepared_step(study, part))
     vane = reduced_step(study, "vane", ()) if follows else None
     return _reduced_casing(*own, tuple(sorted(diameters)), vane, prepared)
 
@@ -103,15 +120,16 @@ def _reduced_vane(
     options: Rom,
     least: float | None,
     model: Step[Model],
+    prepared: Step[Any],
 ) -> Step[Component]:
     inputs: dict[str, Any] = {"masters": kept, **options.of("vane"), "averaged": means}
     if least is not None:
         inputs["least"] = least
 
-    def compute(model: Model) -> Component:
-        return rom.reduce(model, **inputs).shortened()
+    def compute(model: Model, prepared: Any) -> Component:
+        return rom.reduce(model, **inputs, prepared=prepared).shortened()
 
-    return step("rom vane", "rom", inputs, Component, (model,), compute)
+    return step("rom vane", "rom", inputs, Component, (model, prepared), compute)
 
 
 @lru_cache(maxsize=SHARED)
@@ -133,8 +151,12 @@ def _reduced_casing(
 
     def compute(model: Model, *others: Any) -> Component:
         band = {} if vane is None else {"band": others[0].band}
-        shared = {} if prepared is None else {"prepared": others[-1]}
-        return rom.reduce(model, **inputs | band, **shared).shortened()
+        if prepared is None:
+            return rom.reduce(model, **inputs | band).shortened()
+        component = rom.reduce(model, **inputs | band, prepared=others[-1])
+        if len(chosen) > 1:  # no further one is to come
+            others[-1].forget_answers()
+        return component.shortened()
 
     needs = (model, *(each for each in (vane, prepared) if each is not None))
     name = "rom casing" if len(chosen) > 1 else f"rom casing, ND {chosen[0]}"

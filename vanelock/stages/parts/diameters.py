@@ -4,42 +4,18 @@ Each nodal diameter is a step of its own; what all of them share, a factorisatio
 computed when the first of them is.
 """
 
-from functools import lru_cache
 from typing import Any
 
-from vanelock import rom
 from vanelock.common.cyclic import folded
-from vanelock.fem import Model
 from vanelock.input.schema.study import Study
-from vanelock.pipeline.step import SHARED, Step, step
+from vanelock.pipeline.step import Step
 from vanelock.rom import Component
-from vanelock.stages.parts.components import (
-    averaged,
-    masters,
-    reference_step,
-    rom_step,
-)
+from vanelock.stages.parts.components import prepared_step, rom_step
 
 
 def shared_step(study: Study) -> Step[Any] | None:
     """What all nodal diameters of the casing share, None by a route that has no such thing."""
-    return None if study.rom.route == "paper" else prepared_step(study)
-
-
-def prepared_step(study: Study) -> Step[Any]:
-    """The same whatever the route; too large to be kept."""
-    kept = masters(study, "casing"), averaged(study, "casing")
-    return _prepared(*kept, reference_step(study, "casing"))
-
-
-@lru_cache(maxsize=SHARED)
-def _prepared(kept: tuple[str, ...], means: tuple[str, ...], model: Step[Model]) -> Step[Any]:
-    inputs = {"masters": kept, "averaged": means}
-
-    def compute(model: Model) -> Any:
-        return rom.prepare(model, **inputs)
-
-    return step("rom casing, condensed", "rom", inputs, object, (model,), compute, False)
+    return None if study.rom.route == "paper" else prepared_step(study, "casing")
 
 
 def casing_step(study: Study, nodal_diameter: int) -> Step[Component]:

@@ -8,7 +8,7 @@ from vanelock.fem import Model
 from vanelock.input.schema.study import Study
 from vanelock.pipeline.step import SHARED, Step, step
 from vanelock.rom import Component
-from vanelock.stages.parts.components import model_step
+from vanelock.stages.parts.components import model_step, prepared_step
 from vanelock.stages.parts.diameters import shared_step
 
 
@@ -16,7 +16,7 @@ def recovery_step(
     study: Study, part: str, component: Step[Component], model: Step[Model] | None = None
 ) -> Step[rom.Recovery]:
     """Recovery of a part from its reduced model, of the study's modulus or of another model's."""
-    shared = shared_step(study) if part == "casing" else None
+    shared = shared_step(study) if part == "casing" else prepared_step(study, part)
     needs = (component, model or model_step(study, part), *((shared,) if shared else ()))
     return _recovered(part, needs)
 

@@ -67,6 +67,7 @@ def test_every_stage_ran_once(first):
             "mesh casing",
             "fem vane",
             "fem casing",
+            "rom vane, condensed",
             "rom vane",
             "rom casing",
             "rom casing, condensed",
@@ -222,7 +223,8 @@ def test_a_dimension_reaches_the_part_it_belongs_to(first):
         run_study(parse_study(text), folder, until_preload)
     assert heard.computed() == {
         "mesh casing",
-        "fem vane",  # of what is left of the vane: nothing is kept of these two
+        "fem vane",  # of what is left of the vane: nothing is kept of these three
+        "rom vane, condensed",
         "mesh excess, vane",
         "fem casing",
         "rom casing",
