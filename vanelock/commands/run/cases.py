@@ -55,7 +55,7 @@ from vanelock.stages.parts.temperatures import described
 from vanelock.stages.plan import Linear, Planned, plan
 from vanelock.stages.response.monitor import monitor
 from vanelock.stages.response.responses import LIMITS
-from vanelock.stages.response.rest import constant_loads, undetermined
+from vanelock.stages.response.rest import constant_loads, not_held, undetermined
 from vanelock.stages.response.summary import Peak, Summary, by_height, peak_of, summarise, sweep_of
 from vanelock.stages.sweep.graph import Job, bundle, jobs, parts_of, steps_of
 from vanelock.stages.sweep.retries import Solved, attempt
@@ -224,6 +224,8 @@ class Run:
             for name, count in constant_loads(system).items():
                 text = f"nothing moves along the normal of {count} of its contacts"
                 self.listener(Notice(f"{name}: {text}: their load stays kn times interference"))
+            if count := not_held(system):
+                self.listener(Notice(f"{count} {warnings.FREE}"))
             free = self.stages.get(linear.responses["free"])
             watched = monitor(self.given.outputs.monitor, system, free)
             self.shown = Shown(watched, opens=opening(system.contacts))
