@@ -49,6 +49,7 @@ from vanelock.stages.assessment.assessed import assessed, with_assessment
 from vanelock.stages.assessment.bounds import BoundedPeak
 from vanelock.stages.campbell.campbell import Campbell, campbell
 from vanelock.stages.campbell.speed_lines import lines_step
+from vanelock.stages.matrices.steps import at_rest, motions_step
 from vanelock.stages.parts.gauges import Strain
 from vanelock.stages.parts.temperature_speed import with_temperature_speeds
 from vanelock.stages.parts.temperatures import described
@@ -116,7 +117,9 @@ class Run:
         ]
         planned = plan(found, self._point, chosen_mesh)
         self.planned = tuple(assessed(each, planned[0], self._count) for each in planned)
-        for text in self.planned[0].apart:  # what joins what is not swept
+        givens = [case.given for case in found]
+        hanging = at_rest(givens, lambda *of: stages.get(motions_step(*of)))
+        for text in (*self.planned[0].apart, *hanging):  # what joins what is not swept
             listener(Notice(text))
         self.record = Record(folder, stages)
         self._clock = Clock(self.planned)
