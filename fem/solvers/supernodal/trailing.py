@@ -69,8 +69,9 @@ class TrailingFactor:
         return np.result_type(b, self._panels.dtype)
 
     def _ordered(self, b: Matrix) -> Matrix:
-        y = np.zeros((self._panels.rows, b.shape[1]), self._kind(b))
-        y[: len(self.order)] = b[self.order]
+        y, s = np.empty((self._panels.rows, b.shape[1]), self._kind(b)), len(self.order)
+        np.take(np.asarray(b, y.dtype), self.order, axis=0, out=y[:s], mode="clip")
+        y[s:] = 0
         return y
 
     def _unordered(self, y: Matrix) -> Matrix:
