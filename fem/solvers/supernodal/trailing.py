@@ -70,7 +70,10 @@ class TrailingFactor:
 
     def _ordered(self, b: Matrix) -> Matrix:
         y, s = np.empty((self._panels.rows, b.shape[1]), self._kind(b)), len(self.order)
-        np.take(np.asarray(b, y.dtype), self.order, axis=0, out=y[:s], mode="clip")
+        if b.flags.c_contiguous and b.dtype == y.dtype:
+            np.take(b, self.order, axis=0, out=y[:s], mode="clip")
+        else:  # which `take` would copy first
+            y[:s] = b[self.order]
         y[s:] = 0
         return y
 
