@@ -50,7 +50,7 @@ FREE = (
 )
 """What is to be known of a structure that moves freely, behind their number."""
 RELIEVED = 1e-6
-"""Share of the static load on inertia from which it is worth a line."""
+"""Of the static load, what inertia bears from which it is worth a line."""
 LOOSE = (
     "at rest a part is held by no closed contact: where it lies, and so its response, is "
     "NOT DETERMINED"
@@ -125,12 +125,12 @@ def at_rest(static: Response, loose: bool) -> list[str]:
 
 
 def relieved(share: float) -> list[str]:
-    """Whether inertia bears a share of the static load, since nothing holds the structure."""
+    """Whether inertia bears a part of the static load, relative size `share`."""
     if share < RELIEVED:
         return []
     return [
-        f"{share:.2g} of the static load is borne by nothing: at rest the inertia of a rigid "
-        "acceleration balances it"
+        "static loads do not balance each other, and nothing holds the structure: at rest the "
+        "inertia of a rigid acceleration balances them"
     ]
 
 

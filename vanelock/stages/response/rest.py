@@ -49,7 +49,7 @@ def not_held(system: System) -> int:
 
 
 def on_inertia(system: System) -> float:
-    """Share of the static load that the inertia of motions that nothing holds has to balance."""
+    """Size of what the inertia of motions that nothing holds balances, over the static load's."""
     k, force = system.nodal_diameter(0), system.force.get(0)
     if force is None or not force.vector.any():
         return 0.0
