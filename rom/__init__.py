@@ -10,6 +10,7 @@ _modules = {
     "Reduced": "component",
     "join": "joining.vane_and_casing",
     "joined_stiffness": "joining.vane_and_casing",
+    "free_motions": "joining.linear_modes",
     "linear_damping": "joining.linear_modes",
     "linear_modes": "joining.linear_modes",
     "linear_stiffness": "joining.linear_modes",

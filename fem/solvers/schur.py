@@ -33,18 +33,23 @@ class Interior(Factor):
     ----------
     kept, rest : (m,) int and (s,) int
         The rows of A that were kept, as given, and all others, ascending.
+    half_is_root : bool
+        Whether `energy` needs only what `down` leaves.
     """
 
     kept: NDArray[np.int64] = field(kw_only=True)
     rest: NDArray[np.int64] = field(kw_only=True)
     _down: Solve = field(kw_only=True, repr=False)
     _up: Solve = field(kw_only=True, repr=False)
-    _half_is_root: bool = field(kw_only=True, repr=False)
+    half_is_root: bool = field(kw_only=True, repr=False)
 
     def extend(self, v: Any) -> Matrix:
         """Ψ v = -A_ss⁻¹ A_sm v, (s,) or (s, k): how the rest follows the kept rows statically."""
         v = np.asarray(v)
-        return self.up(np.zeros((len(self.rest), *v.shape[1:]), v.dtype), v)
+        shape = len(self.rest), len(self.rest) + len(self.kept)
+        both = np.zeros((shape[1], *v.shape[1:]), v.dtype)
+        both[shape[0] :] = v
+        return in_blocks(self._up, both, shape, self.is_complex, self._by_rows)
 
     def restrict(self, z: Any) -> Matrix:
         """Ψᴴ z, (m,) or (m, k): what acts on the rest, carried to the kept rows."""
@@ -65,7 +70,7 @@ class Interior(Factor):
 
     def energy(self, z: Matrix, half: Matrix, other: Matrix | None = None) -> Matrix:
         """zᴴ A_ss⁻¹ y, (k, l), from z, (s, k), what `down` left of it, and of another y than z."""
-        root = half if self._half_is_root else z
+        root = half if self.half_is_root else z
         return np.asarray(root.conj().T @ (half if other is None else other))
 
 
@@ -127,7 +132,7 @@ def schur_complement(
         rest=rest,
         _down=factor.down,
         _up=factor.up,
-        _half_is_root=True,
+        half_is_root=True,
     )
     if is_singular(interior.solve, scale_of(A, True)[rest]):
         factorise(A[rest][:, rest], backend)  # says why
@@ -164,6 +169,6 @@ def _by_solves(
         rest=rest,
         _down=down,
         _up=lambda both: both[:size] - factor.solve(A_sm @ both[size:]),
-        _half_is_root=False,
+        half_is_root=False,
     )
     return (S + S.conj().T) / 2, interior

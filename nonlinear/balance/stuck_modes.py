@@ -15,6 +15,11 @@ its modes serve: Vᴴ(K̃ - bᴴkb + σ²M)V = I, b the rows of the contacts tha
     Vᴴ D̃ V = p(s) + bᴴ k b,      p = A - s² Λ + i s 2ζ (AΛ)^½,      A = I - σ² Λ,
 
 of which p is diagonal and the springs few: D̃⁻¹ = p⁻¹ - p⁻¹ bᴴ (k⁻¹ + b p⁻¹ bᴴ)⁻¹ b p⁻¹.
+
+Motions R that not even stuck contacts hold, K̃R = 0, RᴴMR = I, are modes by themselves: MRRᴴM,
+which no other mode sees, is added to the stiffness, and their A is 0. At rest they are left out,
+which is inertia relief: a load f is balanced by the inertia of a rigid acceleration, what acts is
+f - MRRᴴf, and the structure lies where RᴴMx = 0.
 """
 
 from collections.abc import Mapping
@@ -29,6 +34,7 @@ from numpy.typing import NDArray
 from vanelock.common.errors import InputError
 from vanelock.common.product import Product
 from vanelock.nonlinear.fourier.threads import one_thread
+from vanelock.rom.joining.linear_modes import free_motions
 from vanelock.rom.system import System
 
 Array: TypeAlias = NDArray[Any]
@@ -63,6 +69,8 @@ class StuckModes(Product):
     springs : (3c,) float or None
         Stiffness of the contacts that are open in the modes, zero for others, N/m; None where all
         contacts are stuck in them.
+    rigid : int
+        How many of them nothing holds even with all contacts stuck; they come first.
     """
 
     shapes: Array
@@ -72,6 +80,23 @@ class StuckModes(Product):
     damping: Floats
     coupled_damping: Array | None = None
     springs: Floats | None = None
+    rigid: int = 0
+
+    @cached_property
+    def held(self) -> "StuckModes":
+        """Without the motions that nothing holds, which move no contact."""
+        r = self.rigid
+        coupled = self.coupled_damping
+        return replace(
+            self,
+            shapes=self.shapes[:, r:],
+            rows=self.rows[:, r:],
+            compliance=self.compliance[r:],
+            static=self.static[r:],
+            damping=self.damping[r:],
+            coupled_damping=None if coupled is None else coupled[r:, r:],
+            rigid=0,
+        )
 
     @cached_property
     def pull(self) -> Array:
@@ -124,7 +149,9 @@ class StuckModes(Product):
 
     @cached_property
     def at_rest(self) -> "StuckModes":
-        """Without inertia and damping: shapes whose stiffness is 1, all contacts stuck."""
+        """Without inertia, damping and what nothing holds: shapes of stiffness 1, all stuck."""
+        if self.rigid:
+            return self.held.at_rest
         if self.springs is None:
             return self
         none = np.zeros(len(self.compliance))
@@ -198,6 +225,9 @@ class StuckModes(Product):
 
     def solve(self, s: float, right: Array) -> Array:
         """Modal amplitudes (n,) or (n, k) under the modal forces `right` at s, rad/s."""
+        if s == 0 and self.rigid:
+            none = np.zeros_like(right[: self.rigid])
+            return np.concatenate([none, self.held.solve(s, right[self.rigid :])])
         if s == 0 and self.springs is not None:
             return np.asarray(self._still @ (self._still.conj().T @ right))
         diagonal = self.dynamic(s)
@@ -226,7 +256,7 @@ def stuck_modes(system: System, nodal_diameter: int) -> StuckModes:
     Raises
     ------
     InputError
-        If the structure is not held even then, or a static diameter 0 is not real.
+        If a stiffness is negative, a motion without mass not held, or a static diameter 0 not real.
     """
     matrices = system.at(nodal_diameter)
     n = len(matrices.K)
@@ -238,19 +268,37 @@ def stuck_modes(system: System, nodal_diameter: int) -> StuckModes:
         stuck, M, B = (_real(value, "nd/0") for value in (stuck, M, B))
     stuck, M = (stuck + stuck.conj().T) / 2, (M + M.conj().T) / 2
     opens = np.repeat(system.opens_in_damping, 3) & bool(M.any())
-    base, shift, wrong = stuck, 0.0, "with all contacts stuck; something is not held"
+    base, shift, wrong = (
+        stuck,
+        0.0,
+        "with all contacts stuck: some motion meets a negative stiffness",
+    )
+    where = f"system: nd/{nodal_diameter}/K"
     try:
-        if opens.any():
-            shift = 1 / float(la.cho_solve(la.cho_factor(stuck), M).trace().real)
+        R = free_motions(stuck, M)
+        rigid = R.shape[1]
+        if rigid or opens.any():
+            P = M @ R @ (M @ R).conj().T
+            unit = float(stuck.trace().real / M.trace().real)
+            slow = float(la.cho_solve(la.cho_factor(stuck + unit * P), M).trace().real)
+            if rigid:  # what is left is of those that vibrate
+                slow = max(slow - rigid / unit, 1 / unit)
+            shift = 1 / slow if opens.any() else 0.0
             base = stuck - (B[opens].conj().T * k[opens]) @ B[opens] + shift * M
-            base, wrong = (base + base.conj().T) / 2, MASSLESS
+            base += (0.5 / slow - shift) * P  # slower than any other
+            base = (base + base.conj().T) / 2
+            wrong = MASSLESS if opens.any() else wrong
         values, shapes = la.eigh(M, base)
     except la.LinAlgError:
-        where = f"system: nd/{nodal_diameter}/K"
         raise InputError(f"{where} is not positive definite {wrong}") from None
+    except InputError as error:
+        raise InputError(f"{where}: with all contacts stuck {error}") from None
     values, shapes = values[::-1].clip(min=0), np.ascontiguousarray(shapes[:, ::-1])
     static = (1 - shift * values).clip(min=0)
+    if rigid:
+        static[:rigid] = (1 - 0.5 / slow * values[:rigid]).clip(min=0)
     damping = 2 * (system.damping_ratio or 0.0) * np.sqrt(static * values)
+    damping[:rigid] = 0.0  # not the root of round-off
     springs = np.where(opens, k, 0.0) if opens.any() else None
     coupled = None
     if C is not None:
@@ -262,7 +310,7 @@ def stuck_modes(system: System, nodal_diameter: int) -> StuckModes:
         else:
             coupled = modal + np.diag(damping)
             damping = coupled.diagonal().real
-    return StuckModes(shapes, B @ shapes, values, static, damping, coupled, springs)
+    return StuckModes(shapes, B @ shapes, values, static, damping, coupled, springs, rigid)
 
 
 @dataclass(frozen=True)

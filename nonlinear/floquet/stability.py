@@ -194,7 +194,7 @@ def _modes(system: System, known: Mapping[int, StuckModes]) -> dict[int, StuckMo
     """Stuck modes of the nodal diameters 0 ... N - 1."""
     every: dict[int, StuckModes] = {}
     for k in range(system.sectors // 2 + 1):
-        every[k] = known[k] if k in known else stuck_modes(system, k)
+        every[k] = (known[k] if k in known else stuck_modes(system, k)).held
         if every[k].coupled_damping is not None:
             raise InputError(
                 f"system: nd/{k}/C: given one that couples the modes, joints "

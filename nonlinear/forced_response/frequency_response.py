@@ -48,7 +48,7 @@ def static_response(
     Raises
     ------
     InputError
-        If the structure is not held even with all contacts stuck, or friction is not possible.
+        If a stiffness is negative even with all contacts stuck, or friction is not possible.
     """
     still = replace(options, harmonics=0, coupling="coupled")
     prepared = structure(system, 0, known=modes)

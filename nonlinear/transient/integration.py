@@ -111,6 +111,7 @@ class Integrator:
         for h in range(response.harmonics + 1):
             amplitude = self.ring.modal(h, response.x[h][point]) - steady.get(h, 0.0)
             k, mirrored = self.ring.wave(h)
+            amplitude[: self.ring.modes[k].rigid] = 0.0  # contacts do not move what nothing holds
             rate = 1j * h * self.omega * step
             for e in range(3):
                 moved = amplitude[:n] * rate**e

@@ -3,7 +3,7 @@
     Ψ = -K_ss⁻¹ K_sm        constraint modes, the static answer to the masters
     L = M_sm + M_ss Ψ       inertia forces of the static answer, per acceleration of the masters
 
-with K_mm + K_ms Ψ and M_mm + M_ms Ψ + ΨᴴL as the masters' matrices, Guyan's. Ψ itself is not kept.
+with K_mm + K_ms Ψ and M_mm + M_ms Ψ + ΨᴴL as the masters' matrices, Guyan's. Ψ and L are not kept.
 Of the factors of K_ss it takes one sweep up for Ψ and one down for ΨᴴL and LᴴK_ss⁻¹L.
 (For a sector at its nodal diameters `vanelock.rom.fixed_interface.inertia` does better.)
 """
@@ -16,13 +16,14 @@ import numpy as np
 import scipy.sparse as sp
 
 from vanelock.fem import Interior
-from vanelock.rom.fixed_interface.inertia import DenseInertia, Inertia, Mass
+from vanelock.rom.fixed_interface.inertia import Inertia, Mass, SweptInertia
 from vanelock.rom.system import Matrix
 
 Solve = Callable[[Matrix], Matrix]
 
-COLUMNS = 128
-"""Constraint modes computed at a time: half as dear a column as of 32, as cheap as of more."""
+COLUMNS = 64
+"""Constraint modes computed at a time: a column of fewer costs more, and of more as much, since the
+system hands out their memory anew."""
 
 
 class HeldStiffness(Protocol):
@@ -58,11 +59,6 @@ class HeldMatrices:
     def extend(self, x_m: Matrix) -> Matrix:
         """Ψ x_m."""
         return np.asarray(self.slaves.extend(x_m))
-
-    def gather(self, b: Matrix) -> tuple[Matrix, Matrix]:
-        """Ψᴴ b and bᴴ K_ss⁻¹ b."""
-        half, gathered = self.slaves.down(b)
-        return gathered, self.slaves.energy(b, half)
 
 
 @dataclass(frozen=True)
@@ -106,22 +102,27 @@ def held_part(
     s, m = M_sm.shape
     stiffness = held.stiffness
     unit = np.eye(m, dtype=stiffness.dtype)
-    L = np.empty((s, m), stiffness.dtype)
+    halves = np.empty((s, m), stiffness.dtype)
+    L = halves if held.slaves.half_is_root else np.empty_like(halves)
     mass = M_mm.toarray().astype(stiffness.dtype)
     M_ms = M_sm.conj().T.tocsr()
     for start in range(0, m, COLUMNS):
         block = slice(start, start + COLUMNS)
         Psi = held.extend(unit[:, block])
-        L[:, block] = M_sm[:, block].toarray() + M_ss @ Psi
-        mass[:, block] += M_ms @ Psi
-    of_masters, compliance = held.gather(L)
+        own = M_ss @ Psi
+        direct = M_sm[:, block].tocoo()
+        np.add.at(own, direct.coords, direct.data)
+        if L is not halves:
+            L[:, block] = own
+        halves[:, block], of_masters = held.slaves.down(own)
+        mass[:, block] += M_ms @ Psi + of_masters
     return HeldPart(
         held,
         M_ss,
         hermitian(stiffness),
-        hermitian(mass + of_masters),
-        DenseInertia(L),
-        hermitian(compliance),
+        hermitian(mass),
+        SweptInertia(held.slaves, M_sm, M_ss),
+        hermitian(held.slaves.energy(L, halves)),
     )
 
 

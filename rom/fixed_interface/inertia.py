@@ -45,24 +45,28 @@ class Inertia(Protocol):
 
 
 @dataclass(frozen=True)
-class DenseInertia:
-    """L as a matrix.
+class SweptInertia:
+    """L by sweeps with the factors, a column of which costs no more than one of L itself.
 
     Attributes
     ----------
-    matrix : (s, m)
-        L.
+    slaves : fem.Interior
+        Factors of K_ss.
+    M_sm, M_ss : (s, m) and (s, s) sparse
+        Mass.
     """
 
-    matrix: Matrix
+    slaves: Interior
+    M_sm: sp.csc_array
+    M_ss: sp.csc_array
 
     def push(self, x: Matrix) -> Matrix:
         """L x."""
-        return np.asarray(self.matrix @ x)
+        return np.asarray(self.M_sm @ x + self.M_ss @ self.slaves.extend(x))
 
     def gather(self, v: Matrix) -> Matrix:
         """Lᴴ v."""
-        return np.asarray(self.matrix.conj().T @ v)
+        return np.asarray(self.M_sm.conj().T @ v + self.slaves.restrict(self.M_ss @ v))
 
 
 @dataclass(frozen=True)

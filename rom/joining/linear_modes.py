@@ -1,11 +1,16 @@
-"""Linear modes of a joined system, its contacts linear springs or open."""
+"""Linear modes of a joined system, its contacts linear springs or open, and what nothing holds."""
 
 import numpy as np
+import scipy.linalg as sl
 from numpy.typing import NDArray
 
 from vanelock.common.errors import InputError
-from vanelock.rom.fixed_interface.massless import lowest
+from vanelock.rom.fixed_interface.massless import NONE, lowest
 from vanelock.rom.system import Matrix, System
+
+FREE = 1e-11
+"""Scaled stiffness of a motion below which nothing holds it: of bodies a hundred to a thousand
+times longer than thick, round-off leaves up to 2e-12, their softest elastic motion has 3e-7."""
 
 
 def linear_modes(
@@ -59,6 +64,43 @@ def linear_stiffness(
     B = system.contact_rows(nodal_diameter)[chosen].reshape(-1, len(K))
     stiffness = system.contacts.stiffness[chosen].ravel()
     return np.asarray(K + (B.conj().T * stiffness) @ B)
+
+
+def free_motions(K: Matrix, M: Matrix) -> Matrix:
+    """Motions that a stiffness leaves free, such as rigid ones of a body that nothing holds.
+
+    They are eigenvectors of D K D, D = diag(max(K_ii, κ M_ii))^-1/2 with κ = tr K / tr M: stiffness
+    condensed to a few rows of a free body may be nothing but round-off, which is told by its mass.
+
+    Parameters
+    ----------
+    K, M : (n, n)
+        Hermitian stiffness, N/m, and mass, kg.
+
+    Returns
+    -------
+    (n, r)
+        Orthonormal in the mass; none where K is positive definite, or where it is indefinite.
+
+    Raises
+    ------
+    InputError
+        If one of them has no mass.
+    """
+    own, mass = K.diagonal().real, M.diagonal().real
+    size = np.maximum(own, mass * own.sum() / (mass.sum() or 1.0))
+    d = 1 / np.sqrt(np.where(size > 0, size, 1.0))
+    scaled = d[:, None] * K * d
+    try:
+        sl.cholesky(scaled - FREE * np.eye(len(K)), check_finite=False)
+    except sl.LinAlgError:
+        values, turns = sl.eigh(scaled)
+        motions = d[:, None] * turns[:, np.abs(values) <= FREE]
+        inertia, turns = sl.eigh(motions.conj().T @ M @ motions)
+        if np.any(inertia <= NONE * np.abs(M).max() * np.linalg.norm(motions) ** 2):
+            raise InputError("a motion without mass is held by nothing") from None
+        return np.asarray(motions @ turns / np.sqrt(inertia))
+    return np.zeros((len(K), 0), K.dtype)
 
 
 def linear_damping(system: System, nodal_diameter: int) -> Matrix:

@@ -44,6 +44,13 @@ ASIDE = ("campbell.", "stability."), (".fatigue_limit", ".tensile_strength", ".w
 """How keys begin and end that have their effect elsewhere than in peaks and their bounds."""
 
 
+FREE = (
+    "rigid-body motions are held by nothing: they vibrate without stiffness, are left out at rest, "
+    "and response.mode does not count them"
+)
+"""What is to be known of a structure that moves freely, behind their number."""
+RELIEVED = 1e-6
+"""Of the static load, what inertia bears from which it is worth a line."""
 LOOSE = (
     "at rest a part is held by no closed contact: where it lies, and so its response, is "
     "NOT DETERMINED"
@@ -115,6 +122,16 @@ def at_rest(static: Response, loose: bool) -> list[str]:
             "forces, and all that is told of rest, are not to be used"
         )
     return lines
+
+
+def relieved(share: float) -> list[str]:
+    """Whether inertia bears a part of the static load, relative size `share`."""
+    if share < RELIEVED:
+        return []
+    return [
+        "static loads do not balance each other, and nothing holds the structure: at rest the "
+        "inertia of a rigid acceleration balances them"
+    ]
 
 
 def open_at_rest(static: Response, joints: Sequence[str], held: Iterable[str]) -> list[str]:

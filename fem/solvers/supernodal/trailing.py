@@ -72,8 +72,12 @@ class TrailingFactor:
         return np.result_type(b, self._panels.dtype)
 
     def _ordered(self, b: Matrix) -> Matrix:
-        y = np.zeros((self._panels.rows, b.shape[1]), self._kind(b))
-        y[: len(self.order)] = b[self.order]
+        y, s = np.empty((self._panels.rows, b.shape[1]), self._kind(b)), len(self.order)
+        if b.flags.c_contiguous and b.dtype == y.dtype:
+            np.take(b, self.order, axis=0, out=y[:s], mode="clip")
+        else:  # which `take` would copy first
+            y[:s] = b[self.order]
+        y[s:] = 0
         return y
 
     def _unordered(self, y: Matrix) -> Matrix:

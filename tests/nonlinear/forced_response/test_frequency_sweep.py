@@ -293,16 +293,25 @@ def test_a_structure_without_contacts_is_linear() -> None:
         np.testing.assert_allclose(response.x[0][:, 0], 2, rtol=1e-12)
 
 
-def test_a_structure_that_hangs_in_nothing_is_refused() -> None:
+@pytest.mark.parametrize(
+    ("stiffness", "mass", "told"),
+    [
+        (-1.0, 1.0, "some motion meets a negative stiffness"),
+        (0.0, 0.0, "motion without mass is held"),
+    ],
+)
+def test_what_no_contact_can_hold_is_refused(stiffness: float, mass: float, told: str) -> None:
     loose = System(
         sectors=1,
         engine_order=0,
         diameters={
             0: Diameter(
-                np.zeros((2, 2), complex), np.eye(2) + 0j, np.array([[[1, 0], [0, 0], [0, 0]]]) + 0j
+                np.diag([0, stiffness]) + 0j,
+                np.diag([1, mass]) + 0j,
+                np.array([[[1, 0], [0, 0], [0, 0]]]) + 0j,
             )
         },
         contacts=Contacts(np.ones(1), np.ones((1, 2)), np.zeros(1), np.ones(1)),
     )
-    with pytest.raises(InputError, match="something is not held"):
+    with pytest.raises(InputError, match=told):
         frequency_response(loose, [1.0], Options(1))

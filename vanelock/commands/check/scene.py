@@ -2,6 +2,7 @@
 
 import os
 from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -16,7 +17,8 @@ from vanelock.input.read_scene import ND, load_scene
 from vanelock.input.read_study import is_scene, read_text
 from vanelock.input.schema.scene import Scene
 from vanelock.stages.matrices.gather import gathered, nodes
-from vanelock.stages.matrices.steps import matrices, system_step
+from vanelock.stages.matrices.hanging import RigidMotions, rigid_motions
+from vanelock.stages.matrices.steps import at_rest, clamped, matrices, system_step
 from vanelock.stages.parts.components import diameters
 
 Row = tuple[str, str]
@@ -63,10 +65,11 @@ def _planned(scene: Scene) -> Iterator[Row]:
         held = study.check_file(scene.system.file)
         yield from ((f"system, {what}", str(value)) for what, value in held.rows)
         return
-    given = gathered(scene)
+    given, first = gathered(scene), {}
     for name, keys in scene.components.items():
         all_of = diameters([scene]) if ND in keys.stiffness else (0,)
         read = [matrices(name, keys, k) for k in all_of]
+        first[name] = read[0]
         kept = given.kept[name][0]
         if len(missing := np.setdiff1d(kept, read[0].node)):
             raise InputError(f"components.{name}: node {missing[0]} is not among its nodes")
@@ -79,4 +82,12 @@ def _planned(scene: Scene) -> Iterator[Row]:
     yield "contacts", f"{sum(len(each.mu) for each in given.contacts):,}"
     yield "ties, loads", f"{len(given.ties)}, {len(given.loads)}"
     yield from (("careful", text) for text in given.apart())
+
+    @cache
+    def body(name: str) -> RigidMotions:
+        fixed = clamped(scene.components[name], name)
+        return rigid_motions(name, first[name], fixed, given.kept[name])
+
+    hanging = at_rest([case.given for case in found], lambda _, name, __: body(name))
+    yield from (("careful", text) for text in hanging)
     yield "output nodes", f"{sum(len(each.nodes) for each in given.outputs)}"

@@ -49,13 +49,14 @@ from vanelock.stages.assessment.assessed import assessed, with_assessment
 from vanelock.stages.assessment.bounds import BoundedPeak
 from vanelock.stages.campbell.campbell import Campbell, campbell
 from vanelock.stages.campbell.speed_lines import lines_step
+from vanelock.stages.matrices.steps import at_rest, motions_step
 from vanelock.stages.parts.gauges import Strain
 from vanelock.stages.parts.temperature_speed import with_temperature_speeds
 from vanelock.stages.parts.temperatures import described
 from vanelock.stages.plan import Linear, Planned, plan
 from vanelock.stages.response.monitor import monitor
 from vanelock.stages.response.responses import LIMITS
-from vanelock.stages.response.rest import constant_loads, undetermined
+from vanelock.stages.response.rest import constant_loads, not_held, undetermined
 from vanelock.stages.response.summary import Peak, Summary, by_height, peak_of, summarise, sweep_of
 from vanelock.stages.sweep.graph import Job, bundle, jobs, parts_of, steps_of
 from vanelock.stages.sweep.retries import Solved, attempt
@@ -116,7 +117,9 @@ class Run:
         ]
         planned = plan(found, self._point, chosen_mesh)
         self.planned = tuple(assessed(each, planned[0], self._count) for each in planned)
-        for text in self.planned[0].apart:  # what joins what is not swept
+        givens = [case.given for case in found]
+        hanging = at_rest(givens, lambda *of: stages.get(motions_step(*of)))
+        for text in (*self.planned[0].apart, *hanging):  # what joins what is not swept
             listener(Notice(text))
         self.record = Record(folder, stages)
         self._clock = Clock(self.planned)
@@ -224,6 +227,8 @@ class Run:
             for name, count in constant_loads(system).items():
                 text = f"nothing moves along the normal of {count} of its contacts"
                 self.listener(Notice(f"{name}: {text}: their load stays kn times interference"))
+            if count := not_held(system):
+                self.listener(Notice(f"{count} {warnings.FREE}"))
             free = self.stages.get(linear.responses["free"])
             watched = monitor(self.given.outputs.monitor, system, free)
             self.shown = Shown(watched, opens=opening(system.contacts))

@@ -12,6 +12,7 @@ from vanelock.quantities.contacts.places import places_on
 from vanelock.rom import Contacts
 from vanelock.stages.response.limits import Limits
 from vanelock.stages.response.responses import static_bounds_step
+from vanelock.stages.response.rest import on_inertia
 from vanelock.stages.response.summary import Summary
 from vanelock.stages.sweep.retries import Solved
 
@@ -25,9 +26,11 @@ def doubts(
     other case of the run has had a peak: static friction is looked at in one.
     """
     planned, given = solved.planned, solved.planned.case.given
-    contacts, peak = stages.get(planned.system).contacts, found.peak
+    system, peak = stages.get(planned.system), found.peak
+    contacts = system.contacts
     held = solved.static.converged.all() and not loose
     yield from warnings.at_rest(solved.static, loose)
+    yield from warnings.relieved(on_inertia(system))
     yield from warnings.alike(limits.mac)
     if isinstance(given, Study):
         vane = stages.get(planned.meshes["vane"])

@@ -3,6 +3,7 @@
 from collections.abc import Callable, Sequence
 
 import numpy as np
+import scipy.linalg as sl
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
@@ -11,6 +12,7 @@ from vanelock.common.errors import InputError
 from vanelock.fem import SingularError
 from vanelock.fem.matrix_files import Matrices
 from vanelock.fem.matrix_files.model import GENERALISED
+from vanelock.fem.solvers.singular import SOUGHT
 from vanelock.input.schema.scene import ComponentKeys, SceneRingKeys
 from vanelock.rom import (
     Faces,
@@ -106,8 +108,13 @@ def reduced(
     Raises
     ------
     InputError
-        If a node is missing or clamped, a face does not fit, or the component can move although its
-        kept nodes are held.
+        If a node is missing or clamped, a face does not fit, or something without stiffness of its
+        own can move although the kept nodes are held.
+
+    Notes
+    -----
+    A component that can move as a whole although its kept nodes are held, such as by turning about
+    a single one, keeps as many further displacements as it takes to hold it.
     """
     where = f"components.{name}"
     _known(f"{where}.fixed", given, fixed)
@@ -135,18 +142,19 @@ def reduced(
             )
     try:
         if joined is None:
-            found = {-1: reduce_rows(K, M, rows, selection, C)}
+            found, rows = _held(K, M, rows, selection, C)
         else:
             found = reduce_sector(K, M, rows, joined, nodal_diameters, selection, C)
-    except InputError as error:
-        raise InputError(f"{where}: {error}") from None
     except SingularError as error:
-        at = int(error.rows[0])
+        gone = rows if joined is None else np.concatenate([rows, joined.high])
+        at = int(np.setdiff1d(np.arange(len(node)), gone)[error.rows[0]])
         moving = f"node {node[at]}, {WORDS[direction[at]]}" if direction[at] < 6 else f"row {at}"
         raise InputError(
             f"{where}: can still move although its contact, tie, load and output nodes are held "
             f"({error.count} free motions, most at {moving}): clamp nodes by fixed, or tie it"
         ) from None
+    except InputError as error:
+        raise InputError(f"{where}: {error}") from None
     vectors = next(iter(found.values())).vectors
     none = np.zeros(vectors, np.int64)
     return _piece(
@@ -158,6 +166,29 @@ def reduced(
         {k: _block(each) for k, each in found.items()},
         common_band(each.reach for each in found.values()),
     )
+
+
+def _held(
+    K: sp.csc_array,
+    M: sp.csc_array,
+    rows: Integers,
+    selection: Selection,
+    C: sp.csc_array | None,
+) -> tuple[dict[int, ReducedRows], Integers]:
+    """A component reduced to rows, and to those beside that it takes to hold it; which they are."""
+    try:
+        return {-1: reduce_rows(K, M, rows, selection, C)}, rows
+    except SingularError as error:
+        alone = np.count_nonzero(error.motions) == error.count  # rows without stiffness
+        if error.count == SOUGHT or alone:
+            raise
+        pivots = sl.qr(error.motions.T, mode="r", pivoting=True)[1][: error.count]
+        rest = np.setdiff1d(np.arange(K.shape[0]), rows)
+        rows = np.sort(np.append(rows, rest[pivots]))
+        try:
+            return {-1: reduce_rows(K, M, rows, selection, C)}, rows
+        except SingularError:
+            raise error from None
 
 
 def _block(found: ReducedRows) -> DiameterBlock:

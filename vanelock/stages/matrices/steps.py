@@ -1,15 +1,17 @@
 """The steps of a scene to its components and its system."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from vanelock.common.errors import InputError
 from vanelock.fem.matrix_files import Matrices, load_matrices
 from vanelock.input.band import asked_for, least_band
+from vanelock.input.cases.values import Given
 from vanelock.input.read_scene import ND
 from vanelock.input.schema.scene import DAMPING, FILES, OPEN, ComponentKeys, Scene
 from vanelock.pipeline.cache import code_of, content_digest
@@ -19,6 +21,7 @@ from vanelock.rom.consistency import check_ring
 from vanelock.rom.joining.joined import Joined
 from vanelock.stages.matrices import pieces
 from vanelock.stages.matrices.gather import Gathered, gathered, nodes
+from vanelock.stages.matrices.hanging import RigidMotions, refuse_unbalanced, rigid_motions
 from vanelock.stages.matrices.piece import Piece
 from vanelock.stages.parts.components import diameters
 
@@ -50,10 +53,7 @@ def piece_step(scene: Scene, name: str, given: Gathered, at: tuple[int, ...] = (
             return pieces.superelement(
                 name, scene.ring, lambda k: matrices(name, keys, k), by_diameter
             )
-        fixed = np.empty(0, np.int64)
-        if keys.fixed is not None:
-            fixed = nodes(keys.fixed, f"components.{name}.fixed")
-        faces = None
+        fixed, faces = clamped(keys, name), None
         if keys.low is not None:
             low, high = (
                 nodes(getattr(keys, side), f"components.{name}.{side}") for side in ("low", "high")
@@ -65,6 +65,53 @@ def piece_step(scene: Scene, name: str, given: Gathered, at: tuple[int, ...] = (
         )
 
     return step(f"component {name}", "stages", inputs, Piece, (), compute)
+
+
+def motions_step(scene: Scene, name: str, given: Gathered) -> Step[RigidMotions]:
+    """Rigid motions of a component that nothing but contacts may hold."""
+    keys, kept = scene.components[name], given.kept[name]
+    inputs = {
+        "keys": keys.model_dump(exclude=set(FILES["components"])),
+        "files": {key: _digests(f"components.{name}.{key}", v, ()) for key, v in _named(keys)},
+        "kept": [each.tolist() for each in kept],
+        "code": code_of("fem"),
+    }
+
+    def compute() -> RigidMotions:
+        return rigid_motions(name, matrices(name, keys), clamped(keys, name), kept)
+
+    return step("rigid motions", "stages", inputs, RigidMotions, (), compute, of=name, quick=True)
+
+
+def at_rest(
+    givens: Sequence[Given], bodies: Callable[[Scene, str, Gathered], RigidMotions]
+) -> list[str]:
+    """Lines on parts of scenes that nothing presses, of the first case that can be at rest.
+
+    Raises
+    ------
+    InputError
+        If no case can, or an inner row has no stiffness.
+    """
+    lost = None
+    for scene in givens:
+        if not isinstance(scene, Scene) or scene.system is not None or scene.ring.sectors > 1:
+            return []
+        given = gathered(scene)
+        found = {name: bodies(scene, name, given) for name in scene.components}
+        try:
+            return refuse_unbalanced(given, found)
+        except InputError as error:
+            lost = lost or error
+    assert lost is not None
+    raise lost
+
+
+def clamped(keys: ComponentKeys, name: str) -> NDArray[np.int64]:
+    """Nodes that a component says are held."""
+    if keys.fixed is None:
+        return np.empty(0, np.int64)
+    return nodes(keys.fixed, f"components.{name}.fixed")
 
 
 def matrices(name: str, keys: ComponentKeys, nodal_diameter: int = 0) -> Matrices:

@@ -1,9 +1,9 @@
 """The linear limits of a case: its modes with contacts free and stuck, and the mode of interest.
 
 "Free" opens every joint but those that `Contacts.always_closed` names; "stuck" closes all. The mode
-of interest is counted with the contacts stuck, where nothing is loose, and followed to the free
-structure by the modal assurance criterion. Both share their coordinates, so their shapes compare
-directly.
+of interest is counted with the contacts stuck, where nothing is loose, motions that nothing holds
+even then aside, and followed to the free structure by the modal assurance criterion. Both share
+their coordinates, so their shapes compare directly.
 """
 
 from collections.abc import Sequence
@@ -20,9 +20,11 @@ from vanelock.input.schema.study import Study
 from vanelock.rom import (
     Component,
     System,
+    free_motions,
     frequency_errors,
     linear_damping,
     linear_modes,
+    linear_stiffness,
     mac,
 )
 from vanelock.rom.system import Matrix
@@ -117,7 +119,7 @@ def limits(
     system : System
         The system of a case.
     mode : int
-        Place of the mode of interest with contacts stuck, from 1.
+        Place of the mode of interest with contacts stuck, from 1, among those that vibrate.
     parts : pair of Component, optional
         What it joins, for the errors.
     meshed : System, optional
@@ -132,19 +134,26 @@ def limits(
     size = len(system.at(k).K)
     if mode > size:
         raise InputError(f"response.mode = {mode}: the reduced model has {size} modes")
-    count = min(size, max(SHOWN, mode + 6))
+    rigid = free_motions(linear_stiffness(system, k), system.at(k).M).shape[1]
+    place = rigid + mode - 1
+    if rigid and place >= size:
+        raise InputError(
+            f"response.mode = {mode}: the reduced model has {size} modes, of which {rigid} are "
+            "rigid-body motions, 0 Hz"
+        )
+    count = min(size, max(SHOWN, mode + 6) + rigid)
     closed = ~system.contacts.opens
     free, free_shapes = linear_modes(system, k, count, closed=closed)
     stuck, stuck_shapes = linear_modes(system, k, count)
-    if mode > len(stuck):
-        raise InputError(f"response.mode = {mode}: only {len(stuck)} modes have a mass")
-    likeness = mac(stuck_shapes[:, [mode - 1]], free_shapes, system.at(k).M)[0]
+    if place >= len(stuck):
+        raise InputError(f"response.mode = {mode}: only {len(stuck) - rigid} modes have a mass")
+    likeness = mac(stuck_shapes[:, [place]], free_shapes, system.at(k).M)[0]
     partner = int(likeness.argmax())
     C = linear_damping(system, k)
     lowered = float("nan"), float("nan")
     if meshed is not None:
         raised = linear_modes(meshed, k, count, closed=closed)[0], linear_modes(meshed, k, count)[0]
-        own = (free[partner], raised[0][partner]), (stuck[mode - 1], raised[1][mode - 1])
+        own = (free[partner], raised[0][partner]), (stuck[place], raised[1][place])
         lowered = tuple(1 - after / before for after, before in own)
     reduced = meshed or system
     return Limits(
@@ -154,13 +163,13 @@ def limits(
         free=free,
         stuck=stuck,
         free_mode=partner,
-        stuck_mode=mode - 1,
+        stuck_mode=place,
         mac=float(likeness[partner]),
         free_error=_errors(reduced, parts, len(free), closed),
         stuck_error=_errors(reduced, parts, len(stuck), None),
         band=system.band,
         free_damping=_ratio(C, free_shapes[:, partner], free[partner]),
-        stuck_damping=_ratio(C, stuck_shapes[:, mode - 1], stuck[mode - 1]),
+        stuck_damping=_ratio(C, stuck_shapes[:, place], stuck[place]),
         free_lowered=lowered[0],
         stuck_lowered=lowered[1],
     )
@@ -195,7 +204,7 @@ def frequencies(given: Study | Scene, limits: Limits) -> NDArray[np.float64] | t
     InputError
         If the mode of interest is a rigid-body motion, or beyond what the reduced models answer.
     """
-    mode, stuck = f"response.mode = {limits.stuck_mode + 1}", limits.stuck_frequency
+    mode, stuck = f"response.mode = {given.response.mode}", limits.stuck_frequency
     if stuck <= RIGID * limits.stuck.max():
         raise InputError(
             f"{mode}: a rigid-body motion, 0 Hz, even with all contacts stuck: choose another "

@@ -1,19 +1,22 @@
-"""What contacts do at rest: whether those that are closed hold every part, and which only press."""
+"""What holds at rest: closed contacts or nothing, which only press, and what inertia bears."""
 
 import numpy as np
 import scipy.linalg as sl
 
 from vanelock.nonlinear import Response
-from vanelock.rom import System, linear_stiffness
+from vanelock.rom import System, free_motions, linear_stiffness
 
 PRESSED = 1e-9
-"""Normal force over the largest of all that closes a contact; less is round-off."""
+"""Normal force over the largest, that of interference included, that closes a contact; less is
+round-off."""
 HELD = 1e-10
 """Least stiffness, over that with all contacts closed, that holds."""
 
 
 def undetermined(system: System, static: Response) -> bool:
     """Whether some motion at rest meets no stiffness but that of contacts that are open.
+
+    Motions that no contact would hold aside.
 
     Parameters
     ----------
@@ -23,15 +26,37 @@ def undetermined(system: System, static: Response) -> bool:
         Their state at rest.
     """
     normal = static.force[0, 0, :, 0].real
-    closed = normal > PRESSED * np.abs(normal).max(initial=0.0)
+    springs = system.contacts.kn * np.abs(system.contacts.v0)
+    largest = max(np.abs(normal).max(initial=0.0), springs.max(initial=0.0))
+    closed = normal > PRESSED * largest
     if closed.all():
         return False
     held, stuck = (linear_stiffness(system, 0, which).real for which in (closed, None))
+    M = system.at(0).M.real
+    moved = M @ free_motions(stuck, M)
+    held, stuck = (K + stuck.trace() / M.trace() * moved @ moved.T for K in (held, stuck))
     try:
         sl.cholesky(held - HELD * stuck)
     except sl.LinAlgError:
         return True
     return False
+
+
+def not_held(system: System) -> int:
+    """Number of motions of the whole that nothing holds, not even contacts, at rest."""
+    k = system.nodal_diameter(0)
+    return len(free_motions(linear_stiffness(system, k), system.at(k).M).T)
+
+
+def on_inertia(system: System) -> float:
+    """Size of what the inertia of motions that nothing holds balances, over the static load's."""
+    k, force = system.nodal_diameter(0), system.force.get(0)
+    if force is None or not force.vector.any():
+        return 0.0
+    M = system.at(k).M
+    R = free_motions(linear_stiffness(system, k), M)
+    borne = M @ (R @ (R.conj().T @ force.vector))
+    return float(np.linalg.norm(borne) / np.linalg.norm(force.vector))
 
 
 def constant_loads(system: System) -> dict[str, int]:
