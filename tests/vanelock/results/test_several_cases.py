@@ -26,7 +26,7 @@ engine_order = 2
 [joints.interlock]
 wear_coefficient = 2e-15
 [response]
-frequencies = [242, 248, 254, 260]
+frequencies = [248, 254, 260, 266]
 harmonics = 2
 [sweep]
 "joints.interlock.mu" = [0.3, 0.03]
