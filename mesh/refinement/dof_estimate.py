@@ -36,11 +36,12 @@ def casing_dofs(
 def vane_dofs(vane: VaneDimensions, sectors: int, size: float) -> float:
     """Estimate for a vane segment meshed with elements of `size`, m; fillets of hooks apart.
 
-    Aerofoils and their fillets are counted by the rows and columns of their faces.
+    Aerofoils and their fillets are counted by the rows and columns of their faces, half of the
+    fillets' rows: they spare small elements beside them.
     """
     vane = filleted(vane, sectors)
     divided = divisions(vane, size)
-    rows = divided.rows + (2 * arc_rows(vane) if vane.root_fillet else 0)
+    rows = divided.rows + (arc_rows(vane) if vane.root_fillet else 0)
     cells = vane.aerofoils * rows * 2 * (divided.columns + ROUND)
     shares = (1.0, SHROUD, HOOKS, HOOKS)
     plates = zip(shroud_plates(vane, sectors), shares, strict=True)

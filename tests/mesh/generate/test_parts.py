@@ -8,6 +8,7 @@ import pytest
 from numpy.typing import NDArray
 
 from vanelock.mesh import Part, VaneDimensions, casing_sector, quality, vane_segment
+from vanelock.mesh.generate.mesher import ENOUGH
 from vanelock.mesh.geometry import aerofoil
 
 THREE = {"aerofoils": 3, "chord": 0.054, "thickness": 0.0048}
@@ -113,7 +114,8 @@ def casing_volume(sectors: int) -> float:
 
 
 def test_masses_a_sector_are_the_scene_s() -> None:
-    vane, casing = vane_segment(), casing_sector(stretch=1)
+    vane = vane_segment(VaneDimensions(root_fillet=0.0))
+    casing = casing_sector(stretch=1)
     assert quality(vane).volume == pytest.approx(vane_volume(VaneDimensions(), 16), rel=1e-3)
     assert quality(casing).volume == pytest.approx(casing_volume(16), rel=1e-8)
     # The scene's aerofoils were a little shorter: their thickness stood on the chord.
@@ -127,7 +129,7 @@ def test_vane_fills_its_volume_of_revolution(vane: tuple[Part, VaneDimensions]) 
     figures = quality(part)
     assert figures.volume == pytest.approx(vane_volume(dimensions, part.sectors), rel=5e-3)
     assert figures.smallest_jacobian > 0.1
-    assert figures.smallest_sicn > 0.05
+    assert figures.smallest_sicn > ENOUGH
     assert (figures.nodes, figures.elements) == (len(part.points), len(part.cells))
 
 

@@ -12,6 +12,7 @@ from matplotlib.text import Text
 from pydantic import BaseModel
 
 from vanelock.mesh import CasingDimensions, HookDimensions, VaneDimensions
+from vanelock.mesh.checks.root_fillets import filleted
 from vanelock.mesh.geometry.revolved import casing_outline, hooks_outline
 from vanelock.render import casing_drawing, style, vane_drawing
 from vanelock.render.drawings import drafting
@@ -56,11 +57,12 @@ def drawn(request):
 
 
 def test_every_dimension_has_its_name_and_value(drawn):
-    (vane, casing, _), figures = drawn
+    (vane, casing, sectors), figures = drawn
     written = {
         part: {t.get_text().partition(",")[0] for t in texts(f)} for part, f in figures.items()
     }
-    one, other = VaneDimensions(**vane), CasingDimensions(**casing)
+    one = filleted(VaneDimensions(**vane), sectors)
+    other = CasingDimensions(**casing)
     assert {caption(one, name) for name in names(VaneDimensions)} <= written["vane"]
     assert {caption(other, name) for name in names(CasingDimensions)} <= written["casing"]
     assert "hook.roof_radius" in set(names(VaneDimensions))

@@ -18,7 +18,7 @@ from tests.verification.nonlinear.spring_rings import (
     spring_ring,
     worst_of,
 )
-from vanelock import fem, rom
+from vanelock import fem, mesh, rom
 from vanelock.nonlinear import (
     STABLE,
     STUCK,
@@ -254,9 +254,10 @@ def test_as_many_grow_as_the_determinant_turns(record_property):
 
 @pytest.fixture(scope="module")
 def vane(coarse):
-    """The coarse vane's system with all nodal diameters of its ring."""
+    """The coarse vane's system, roots sharp, with all nodal diameters of its ring."""
     steel = fem.Material(E=170e9, nu=0.3, rho=8200)
-    segment, casing = (fem.assemble(part, steel) for part in coarse)
+    sharp = mesh.vane_segment(mesh.VaneDimensions(root_fillet=0.0), size="coarse")
+    segment, casing = (fem.assemble(part, steel) for part in (sharp, coarse[1]))
     shared = ("hook_front", "hook_rear", "key", "accessory")
     joints = (
         rom.Joint("hook", kn=1.67e7, kt=1.67e7, mu=0.3, interference=20e-6),

@@ -13,12 +13,12 @@ from vanelock.quantities.stress.locations import locations_of
 
 @pytest.fixture(scope="module")
 def study():
-    return parse_study('[mesh]\nsize = "coarse"')
+    return parse_study('[vane]\nroot_fillet = 0\n[mesh]\nsize = "coarse"')
 
 
 @pytest.fixture(scope="module")
-def vane(coarse):
-    return coarse[0]
+def vane(study):
+    return mesh.vane_segment(study.vane, size="coarse")
 
 
 @pytest.fixture(scope="module")
@@ -48,7 +48,7 @@ def test_sharp_corners_are_where_the_drawing_has_them(vane):
 
 
 def test_fillets_leave_only_the_roots():
-    dimensions = VaneDimensions(fillet=0.002)
+    dimensions = VaneDimensions(fillet=0.002, root_fillet=0.0)
     edges = reentrant_edges(mesh.vane_segment(dimensions, size=0.012))
     radius = np.hypot(*edges[..., :2].reshape(-1, 2).T)
     assert radius.max() < 0.568
