@@ -55,7 +55,7 @@ def over_resolved(tmp_path_factory):
         COARSE
         + "loops = false\nanimations = false\nreport = false\n"
         + '[joints.hook]\npatch = "area"\n[rom]\naccuracy = 1e-5\n'
-        + "[response]\nharmonics = 5\nrange = [241, 251]\n"
+        + "[response]\nharmonics = 5\nrange = [247, 257]\n"
     ).replace("mu = 0.15\n", 'mu = 0.15\npatch = "area"\n')
     return run(folder, text)[0][0]
 

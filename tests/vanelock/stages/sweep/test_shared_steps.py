@@ -72,7 +72,7 @@ def test_a_key_that_cases_share_is_made_once(monkeypatch):
     planned = plan(cases(parse_study(f"[sweep]\njoints.interlock.mu = [{values}]")), print)
     bundle(jobs(planned), Cache(Path("none"), print))
     distinct = {step.key for each in planned for step in reachable(steps_of(each))}
-    assert len(made) == len(distinct) == 19 + 4 * 40
+    assert len(made) == len(distinct) == 22 + 4 * 40
     assert len(asked) == 40
 
 
