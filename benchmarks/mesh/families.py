@@ -11,7 +11,7 @@ from benchmarks.mesh.blocks import Sizes
 from benchmarks.mesh.vane_blocks import vane_hexahedra
 from benchmarks.segment import MATERIAL
 from vanelock import fem, mesh
-from vanelock.mesh import Part
+from vanelock.mesh import Part, VaneDimensions
 from vanelock.mesh.generate.extract import EDGES
 
 Floats = NDArray[np.float64]
@@ -19,6 +19,7 @@ Floats = NDArray[np.float64]
 COUNT = 10  # elastic modes compared
 RIGID = 6
 CURVED, STRAIGHT, LINEAR = "tetra10", "tetra10, straight", "tetra"
+SHARP = VaneDimensions(root_fillet=0.0)  # as blocks of hexahedra are
 TETRAHEDRA = (0.025, 0.016, 0.0115, 0.008, 0.006)
 HEXAHEDRA = (0.024, 0.016, 0.012, 0.008, 0.006)
 
@@ -77,7 +78,7 @@ def tetrahedral(family: str, size: float | str) -> Callable[[], Part]:
     """How to make a mesh of tetrahedra: the product's, or what becomes of it."""
 
     def make() -> Part:
-        part = mesh.vane_segment(size=size)
+        part = mesh.vane_segment(SHARP, size=size)
         if family == CURVED:
             return part
         return straightened(part) if family == STRAIGHT else linear(part)

@@ -8,6 +8,7 @@ References are therefore refined all over and most of all towards those edges, a
 that power.
 """
 
+from functools import partial
 from importlib import import_module
 from typing import Any, NamedTuple
 from unittest.mock import patch
@@ -16,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.mesh.blocks import Sizes
-from benchmarks.mesh.families import Row, hexahedral, measured
+from benchmarks.mesh.families import SHARP, Row, hexahedral, measured
 from vanelock import mesh
 from vanelock.mesh import CasingDimensions, Part, VaneDimensions
 
@@ -65,10 +66,10 @@ def extrapolated(coarse: Floats, fine: Floats, order: float | Floats = ORDER) ->
 def graded(part: str, corner: float, size: float) -> Part:
     """The product's "vane" or "casing", its elements growing from the re-entrant edges."""
     module = import_module(f"vanelock.mesh.generate.{part}")
-    make = {"vane": mesh.vane_segment, "casing": mesh.casing_sector}[part]
+    make = {"vane": partial(mesh.vane_segment, SHARP), "casing": mesh.casing_sector}[part]
     usual = module.generate
 
-    def generate(gmsh: Any, largest: float) -> Any:
+    def generate(gmsh: Any, largest: float, _local: Any = None) -> Any:
         field = gmsh.model.mesh.field
         distance, local = field.add("Distance"), field.add("MathEval")
         field.setNumbers(distance, "CurvesList", _reentrant(gmsh, part))
