@@ -60,8 +60,6 @@ def _tables(file: h5py.File) -> list[str]:
     """What at the top of a file may be a matrix."""
     found = []
     for name in list(file)[:1000]:
-        if isinstance(file.get(name, getlink=True), h5py.ExternalLink):
-            continue
         item = file.get(name)
         full = isinstance(item, h5py.Dataset) and len(item.shape or ()) == 2
         if full or (isinstance(item, h5py.Group) and "data" in item):
