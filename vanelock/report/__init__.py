@@ -8,6 +8,7 @@ _modules = {
     "Block": "blocks",
     "Body": "blocks",
     "Motion": "blocks",
+    "OfCase": "blocks",
     "Page": "blocks",
     "Picture": "blocks",
     "Plot": "blocks",

@@ -66,12 +66,15 @@ class Picture:
         Heading, and what is to be seen.
     data : sequence of Path or str
         Files beside the report that hold its numbers, told by name.
+    case : str
+        The case that it belongs to, if it does to one.
     """
 
     path: Path
     title: str
     caption: str
     data: Sequence[Path | str] = ()
+    case: str = ""
 
 
 @dataclass(frozen=True)
@@ -133,6 +136,9 @@ class Plot:
         Files beside the report that hold its numbers, told by name.
     y_from_zero : bool
         Begin the vertical axis at zero, unless it is logarithmic or something is negative.
+    zoom : ((float, float), (float, float)), optional
+        Range of x and of y around what matters most, which a button shows; another one changes the
+        vertical axis between logarithmic and linear.
     """
 
     traces: Sequence[Trace]
@@ -144,6 +150,7 @@ class Plot:
     log_y: bool = False
     data: Sequence[Path | str] = ()
     y_from_zero: bool = True
+    zoom: tuple[tuple[float, float], tuple[float, float]] | None = None
 
 
 @dataclass(frozen=True)
@@ -219,7 +226,25 @@ class View:
     caption: str = ""
 
 
-Block = Text | Answers | Table | Picture | Plot | View
+Single = Text | Answers | Table | Picture | Plot | View
+
+
+@dataclass(frozen=True)
+class OfCase:
+    """What belongs to one case: a page of several shows that of the case that its reader chose.
+
+    Attributes
+    ----------
+    case : str
+        The case in words; the first one of a page is chosen at first.
+    blocks : sequence of blocks
+    """
+
+    case: str
+    blocks: Sequence[Single]
+
+
+Block = Single | OfCase
 
 
 @dataclass(frozen=True)
@@ -234,11 +259,14 @@ class Section:
         What stands under it.
     id : str
         Its name in addresses, by default made of the title.
+    folded : bool
+        Whether the heading alone is shown until it is clicked; on paper all is.
     """
 
     title: str
     blocks: Sequence[Block]
     id: str = ""
+    folded: bool = False
 
 
 @dataclass(frozen=True)

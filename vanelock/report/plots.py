@@ -44,6 +44,7 @@ def figure(plot: Plot) -> dict[str, Any]:
     return {
         "data": [_trace(plot, *pair) for pair in zip(plot.traces, colours, strict=True)],
         "layout": _layout(plot),
+        "zoom": plot.zoom,
     }
 
 

@@ -1,14 +1,18 @@
 """A page of blocks as one HTML file that needs nothing else, neither a folder nor a network.
 
 The page's own policy (Content-Security-Policy) forbids every request, so what it shows is what it
-holds: plotly.js, pictures and arrays are inside.
+holds: plotly.js, packed, pictures and arrays are inside.
 """
 
+import gzip
 import json
 import os
 import re
+from base64 import b64encode
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import fields
+from functools import cache
+from itertools import count
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, Final
@@ -20,7 +24,7 @@ from vanelock.common.errors import InputError
 from vanelock.common.files.files import placed
 from vanelock.common.tables import Table
 from vanelock.report import pictures, plots, views, wording
-from vanelock.report.blocks import Block, Page, Picture, Plot, Section, Text, View
+from vanelock.report.blocks import Block, OfCase, Page, Picture, Plot, Section, Text, View
 
 _HERE: Final = Path(__file__).resolve().parent / "page"
 _MARKS: Final = {"good": "✓", "warn": "!", "bad": "✗"}
@@ -63,11 +67,16 @@ def _html(page: Page, folder: Path) -> str:
     }
     environment.filters.update(filters)
     sections = list(_sections(page.sections, folder))
-    kinds = {block.kind for section in sections for block in section["blocks"]}
+    blocks = [block for section in page.sections for block in section.blocks]
+    inner = [each for block in blocks if isinstance(block, OfCase) for each in block.blocks]
+    kinds = {type(block).__name__ for block in (*blocks, *inner)}
+    cases = list(dict.fromkeys(block.case for block in blocks if isinstance(block, OfCase)))
     return environment.get_template("page.html").render(
         title=page.title,
         subtitle=page.subtitle,
         sections=sections,
+        cases=cases if len(cases) > 1 else [],
+        plotly=_plotly() if "Plot" in kinds else "",
         style=Markup(_own("page.css").replace("TITLE", _quoted(f"{page.title} · {page.subtitle}"))),
         scripts=[_script(text) for text in _scripts(kinds)],
         marks=_MARKS,
@@ -87,13 +96,17 @@ def _quoted(text: str) -> str:
 
 def _scripts(kinds: set[str]) -> Iterator[str]:
     """Only what the page needs; its own script also prepares tables for printing."""
-    if "Plot" in kinds:
-        from plotly.offline import get_plotlyjs
-
-        yield get_plotlyjs()
     yield _own("page.js")
     if "View" in kinds:
         yield _own("view3d.js")
+
+
+@cache
+def _plotly() -> str:
+    """plotly.js, packed to a third; the page's script unpacks it."""
+    from plotly.offline import get_plotlyjs
+
+    return b64encode(gzip.compress(get_plotlyjs().encode("utf-8"), mtime=0)).decode("ascii")
 
 
 def _script(text: str) -> Markup:
@@ -102,26 +115,25 @@ def _script(text: str) -> Markup:
 
 def _sections(sections: Sequence[Section], folder: Path) -> Iterator[dict[str, Any]]:
     taken: set[str] = {"content"}
-    count = 0
+    names = (f"figure-{number}" for number in count(1))
     for section in sections:
-        blocks = []
-        for block in section.blocks:
-            count += 1
-            blocks.append(_shown(block, f"figure-{count}", folder))
+        blocks = [_shown(block, names, folder) for block in section.blocks]
         name = base = wording.anchor(section.id or section.title)
         number = 1
         while name in taken:
             number += 1
             name = f"{base}-{number}"
         taken.add(name)
-        yield {"title": section.title, "id": name, "blocks": blocks}
+        yield {"title": section.title, "id": name, "blocks": blocks, "folded": section.folded}
 
 
-def _shown(block: Block, name: str, folder: Path) -> SimpleNamespace:
+def _shown(block: Block, names: Iterator[str], folder: Path) -> SimpleNamespace:
     """What the template needs of a block."""
     shown: dict[str, Any] = {field.name: getattr(block, field.name) for field in fields(block)}
-    shown |= {"kind": type(block).__name__, "id": name}
+    shown |= {"kind": type(block).__name__, "id": next(names)}
     match block:
+        case OfCase():
+            shown["blocks"] = [_shown(each, names, folder) for each in block.blocks]
         case Text():
             pass
         case Table():

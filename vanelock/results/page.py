@@ -1,6 +1,7 @@
 """The page of a run, report.html: its sections in order, written when what it shows changed."""
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -8,11 +9,13 @@ import vanelock
 from vanelock.common.files.digests import file_digest
 from vanelock.pipeline.cache import code_of
 from vanelock.report import Page, Section, write_page
+from vanelock.report.blocks import Single
+from vanelock.results.figures.curves import RESPONSE
 from vanelock.results.figures.fatigue import HAIGH
 from vanelock.results.files.redrawn import REPORT
 from vanelock.results.page_sections.certainty import certainty, scatter
 from vanelock.results.page_sections.content import PageContent
-from vanelock.results.page_sections.curves import curves
+from vanelock.results.page_sections.curves import loops
 from vanelock.results.page_sections.errors import convergence
 from vanelock.results.page_sections.fatigue import fatigue
 from vanelock.results.page_sections.inputs import all_inputs, inputs
@@ -22,8 +25,10 @@ from vanelock.results.page_sections.summary import summary
 from vanelock.results.page_sections.view import shapes
 from vanelock.results.page_sections.wear import damping, wear
 
-ELSEWHERE = (HAIGH,)
-"""Titles of pictures that stand in sections of their own."""
+ELSEWHERE = (RESPONSE, HAIGH)
+"""Titles of pictures that other sections show."""
+OPEN = ("summary", "scatter", "certainty", "shapes")
+"""Sections that are not folded: what most readers came for."""
 
 
 def write_report(
@@ -63,9 +68,9 @@ def sections(content: PageContent) -> list[Section]:
         summary(content),
         scatter(content),
         inputs(content.run_data.given, [each.case.given for each in content.run_data.planned]),
-        curves(content),
         certainty(content),
         shapes(content),
+        loops(content),
         fatigue(content),
         damping(content),
         wear(content),
@@ -75,13 +80,18 @@ def sections(content: PageContent) -> list[Section]:
         provenance(content),
         all_inputs(content.run_data.given),
     ]
-    return [section for section in made if section.blocks]
+    return [replace(section, folded=section.id not in OPEN) for section in made if section.blocks]
 
 
 def pictures(content: PageContent) -> Section:
-    """The run's figures that no other section shows."""
+    """The run's figures that no other section shows, those of the chosen case last."""
     shown = [each for each in content.pictures if each.title not in ELSEWHERE]
-    return Section("Figures", shown, id="figures")
+    own: dict[str, list[Single]] = {}
+    for each in shown:
+        if each.case:
+            own.setdefault(each.case, []).append(each)
+    shared = [each for each in shown if not each.case]
+    return Section("Figures", [*shared, *content.of_cases(own)], id="figures")
 
 
 def shown(content: PageContent) -> Any:

@@ -166,7 +166,8 @@ def visit(browser: Browser) -> Callable[..., Page]:
         page.goto(path.as_uri())
         until(
             page,
-            "[...document.querySelectorAll('.area')].every(a => a.querySelector('.main-svg'))",
+            "[...document.querySelectorAll('.area')].every("
+            "a => !a.checkVisibility() || a.querySelector('.main-svg'))",
         )
         return page
 

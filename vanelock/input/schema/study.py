@@ -234,7 +234,7 @@ class Outputs(KeyTable):
     monitor: str | None = Field(default=None, description="monitored displacement")
     shapes: bool = Field(default=True, description="whether shapes are drawn")
     loops: bool = Field(default=True, description="whether a hysteresis loop is drawn")
-    animations: bool = Field(default=True, description="whether shapes and loops are animated")
+    animations: bool = Field(default=False, description="whether shapes and loops are animated")
     steps: int = Field(
         default=0, ge=0, le=360, description="number of instants of the period at the peak"
     )

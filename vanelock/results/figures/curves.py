@@ -14,6 +14,7 @@ from vanelock.quantities.selection import PERCENT, band, drawn_alone, in_words, 
 from vanelock.report import Picture
 from vanelock.stages.response.responses import Limit
 
+RESPONSE = "Forced response"
 MOST = 16
 """Linear limits that are drawn, free and stuck ones together."""
 
@@ -104,7 +105,7 @@ def curves(run_data: RunData) -> Picture:
             f" Shaded: where {shade.label} lie at each frequency, and their median; lines of their "
             f"own have {in_words(run_data)}."
         )
-    return Picture(path, "Forced response", caption, (data,))
+    return Picture(path, RESPONSE, caption, (data,))
 
 
 def told_apart(curves: Sequence[render.Curve]) -> str:

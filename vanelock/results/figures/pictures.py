@@ -1,7 +1,7 @@
 """The pictures of a run, in the order in which they are drawn and shown."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass, field
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 
@@ -62,18 +62,19 @@ class Pictures:
         moving = moving if outputs.animations else set()
         if outputs.loops:
             for each in detailed:
-                made += loops(run_data, each, each.case.name in moving)
+                made += _own(each, loops(run_data, each, each.case.name in moving))
         if shapes:
             modes = all_modes(run_data)
             made.append(mesh(run_data, self.planned[0], modes[0].data if modes else ()))
             made += mesh_errors(run_data, self.planned[0])
             made += modes
             for each in detailed:
-                made += response(run_data, each, each.case.name in moving)
-            made += [stress(run_data, each) for each in detailed]
-            made += [contacts(run_data, each) for each in detailed]
+                made += _own(each, response(run_data, each, each.case.name in moving))
+            for each in detailed:
+                made += _own(each, [stress(run_data, each), contacts(run_data, each)])
         if outputs.report:
-            made += [haigh(run_data, each) for each in self.answers.values() if each.margins]
+            for found in self.answers.values():
+                made += _own(found.planned, [haigh(run_data, found)] if found.margins else [])
             self.wear = {name: wear_table(run_data, found) for name, found in self.answers.items()}
         self.output_files.tidy(keep=[REPORT] if outputs.report else [])
         return made
@@ -97,3 +98,8 @@ class Pictures:
             text = f"pictures of {' and '.join(drawn)} for {in_words(self.run_data)} of {count}"
             self.output_files.listener(Notice(text))
         return cases
+
+
+def _own(each: Planned, made: Iterable[Picture]) -> Iterator[Picture]:
+    """Pictures of a case."""
+    return (replace(picture, case=each.case.name) for picture in made)

@@ -4,6 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from vanelock.input.cases.names import words
 from vanelock.nonlinear import Stability
 from vanelock.pipeline.executor.tasks import Failure
 from vanelock.quantities.answers import CaseAnswers
@@ -11,7 +12,8 @@ from vanelock.quantities.contacts.energy import EnergyBalance
 from vanelock.quantities.curves_and_fields import RunData
 from vanelock.quantities.scatter import Scattered
 from vanelock.quantities.selection import lowest_first
-from vanelock.report import Picture
+from vanelock.report import OfCase, Picture
+from vanelock.report.blocks import Single
 from vanelock.stages.accuracy.errors import Errors
 from vanelock.stages.accuracy.left_out import LeftOut
 from vanelock.stages.assessment.bounds import BoundedPeak
@@ -86,6 +88,12 @@ class PageContent:
         found = {each.case: each for each in self.known}
         order = lowest_first({name: each.peak for name, each in found.items() if each.peak})
         return found[order[-1]] if order else None
+
+    def of_cases(self, blocks: Mapping[str, Sequence[Single]]) -> list[OfCase]:
+        """Blocks of cases for their reader to choose from, that of the largest peak first."""
+        most = self.largest
+        names = sorted(blocks, key=lambda name: most is None or name != most.case)
+        return [OfCase(words(name), blocks[name]) for name in names if blocks[name]]
 
     @property
     def main(self) -> CaseAnswers | None:

@@ -1,28 +1,35 @@
 """Curves and loops on a run's page, to zoom into."""
 
+from collections.abc import Sequence
+from dataclasses import replace
+
 import numpy as np
 
 from vanelock.input.cases.names import words
 from vanelock.quantities.answers import CaseAnswers
 from vanelock.quantities.contacts.wear import exact
 from vanelock.quantities.selection import band
+from vanelock.render.plots.curve import Curve, converged
 from vanelock.report import Plot, Section, Trace, curve_plot
-from vanelock.report.blocks import Block
 from vanelock.results.figures.curves import all_curves, told_apart
 from vanelock.results.figures.loops import Loop
 from vanelock.results.page_sections.content import PageContent
 
 MOST_GAUGES = 6
 """Gauges whose curves are on the page."""
+HALF, WIDER, ROOM = 0.5, 0.5, 1.1
+"""Shown around the peaks with friction: all above a half of each, half as much again on both sides,
+and so many times the largest."""
 STEP = 4
 """Of the samples of a loop, every so many are on the page."""
 
 
-def curves(content: PageContent) -> Section:
-    """Response curves of all cases with their linear limits, and loops."""
-    blocks: list[Block] = [response_plot(content), *gauges(content)]
-    blocks += [loop for each in content.answers.values() for loop in loops(each)]
-    return Section("Curves", blocks, id="curves")
+def loops(content: PageContent) -> Section:
+    """Strain of the gauges, and the loops of the contacts that slide most."""
+    found = {each.name: loop(each) for each in content.answers.values()}
+    gauged = gauges(content)
+    title = "Gauges and hysteresis" if gauged else "Hysteresis"
+    return Section(title, [*gauged, *content.of_cases(found)], id="loops")
 
 
 def response_plot(content: PageContent) -> Plot:
@@ -35,7 +42,7 @@ def response_plot(content: PageContent) -> Plot:
         else "Dashed: linear."
     )
     made = all_curves(run_data)
-    return curve_plot(
+    plot = curve_plot(
         made,
         "Forced response",
         f"Half the peak-to-peak of {content.monitor}. {lines} Click a name in the legend to hide "
@@ -43,6 +50,27 @@ def response_plot(content: PageContent) -> Plot:
         band=band(run_data),
         data=[data] if data.exists() else [],
     )
+    return replace(plot, log_y=True, zoom=around_peaks(plot, made))
+
+
+def around_peaks(
+    plot: Plot, curves: Sequence[Curve]
+) -> tuple[tuple[float, float], tuple[float, float]] | None:
+    """Range of frequency [Hz] and of amplitude [µm] about the peaks with friction."""
+    across, up = [], []
+    for curve in curves:
+        frequency, amplitude = np.asarray(curve.frequency), 1e6 * np.asarray(curve.amplitude)
+        solved = converged(curve)
+        if curve.kind == "nonlinear" and solved.any():
+            top = amplitude[solved].max()
+            up.append(top)
+            across.append(frequency[solved & (amplitude >= HALF * top)])
+    if not up or not max(up) > 0:
+        return None
+    near = np.concatenate(across)
+    wide = max(np.ptp(near), 1e-3 * near.max())
+    ends = float(near.min() - WIDER * wide), float(near.max() + WIDER * wide)
+    return ends, (0.05 * float(min(up)), ROOM * float(max(up)))
 
 
 def gauges(content: PageContent) -> list[Plot]:
@@ -70,15 +98,15 @@ def gauges(content: PageContent) -> list[Plot]:
     return [Plot(traces, "frequency (Hz)", "strain (µm/m)", "Strain gauges", caption)]
 
 
-def loops(found: CaseAnswers) -> list[Plot]:
-    """The loop of the contact that rubs most."""
+def loop(found: CaseAnswers) -> list[Plot]:
+    """The loop of the contact that slides most."""
     energy = found.wear.energy
     if not energy.any() or not exact(found.top):
         return []
-    loop = Loop(found.top, contact := int(energy.argmax()))
-    displacement, force = loop.history
+    turned = Loop(found.top, contact := int(energy.argmax()))
+    displacement, force = turned.history
     closed = np.append(np.arange(0, len(force), STEP), 0)
-    u, t, bound = 1e6 * displacement[closed], force[closed], loop.bound[closed]
+    u, t, bound = 1e6 * displacement[closed], force[closed], turned.bound[closed]
     traces = []
     for d, colour in ((1, "#0072b2"), (2, "#d55e00")):
         traces.append(Trace(u[:, d], t[:, d], f"direction {d}", colour=colour))

@@ -3,14 +3,14 @@
 from collections.abc import Sequence
 
 from vanelock.common.tables import Column, Flag, Table
-from vanelock.input.cases.names import of_case, slug, words
+from vanelock.input.cases.names import of_case, words
 from vanelock.input.schema.study import Study
 from vanelock.mesh import VaneDimensions
 from vanelock.mesh.checks.root_fillets import filleted
 from vanelock.quantities.answers import CaseAnswers
 from vanelock.quantities.stress.margins import Margin
 from vanelock.report import Section, Text
-from vanelock.report.blocks import Block
+from vanelock.report.blocks import Block, Single
 from vanelock.results.figures.fatigue import HAIGH
 from vanelock.results.page_sections.content import PageContent
 
@@ -34,14 +34,13 @@ PARTS = ("vane", "casing")
 
 
 def fatigue(content: PageContent) -> Section:
-    """Margins of the cases that are looked into, the largest peak first."""
+    """Margins of the cases that are looked into."""
     if not content.run_data.planned[0].meshes:
         return Section("Fatigue", [Text(WITHOUT)], id="fatigue")
     blocks: list[Block] = [Text(_method(content))]
-    main = content.main
-    if main is not None:
-        blocks += _case(main)
-        blocks += _haigh(content, main)
+    cases = content.answers.values()
+    own = {each.name: [*_case(each), *_haigh(content, each)] for each in cases}
+    blocks += content.of_cases(own)
     if len(content.answers) > 1:
         blocks.append(_others(content))
     blocks.append(Text(_limits(content)))
@@ -67,15 +66,9 @@ def assumed(found: CaseAnswers, part: str = "vane") -> bool:
     return not {"fatigue_limit", "tensile_strength"} <= given
 
 
-def _haigh(content: PageContent, main: CaseAnswers) -> list[Block]:
-    """The main case's diagram, and where those of the others are."""
-    found = [each for each in content.pictures if each.title == HAIGH]
-    own = f"haigh_{slug(main.name)}.png"
-    blocks: list[Block] = [each for each in found if each.path.name == own]
-    others = [f"`{e.path.parent.name}/{e.path.name}`" for e in found if e.path.name != own]
-    if others:
-        blocks.append(Text(f"Diagrams of the other cases: {', '.join(others)}."))
-    return blocks
+def _haigh(content: PageContent, found: CaseAnswers) -> list[Single]:
+    """The diagram of a case."""
+    return [e for e in content.pictures if e.title == HAIGH and e.case == found.name]
 
 
 def _method(content: PageContent) -> str:
@@ -139,9 +132,9 @@ def _wall(study: Study) -> str:
     return "the thinnest wall" if isinstance(study.vane, VaneDimensions) else "an element's edge"
 
 
-def _case(found: CaseAnswers) -> list[Block]:
+def _case(found: CaseAnswers) -> list[Single]:
     case = of_case(found.name)
-    blocks: list[Block] = [_worst(found, "peak")]
+    blocks: list[Single] = [_worst(found, "peak")]
     if found.high is not None:
         blocks.append(_worst(found.high, "largest peak that static friction allows"))
     every = [(part, m) for part in PARTS for m in found.stress.features[part]]

@@ -15,6 +15,7 @@ from vanelock.report import Answer, Answers, Section, Text
 from vanelock.report.blocks import Block
 from vanelock.results.listing import case_table
 from vanelock.results.page_sections.content import PageContent
+from vanelock.results.page_sections.curves import response_plot
 from vanelock.results.page_sections.fatigue import assumed, judged
 from vanelock.results.page_sections.wear import shares
 from vanelock.rom.joining.mesh_excess import DOUBT
@@ -31,7 +32,7 @@ APART = ("harmonics", "mu", "x", "converged", "seconds")
 
 def summary(content: PageContent) -> Section:
     """Answers, warnings and a line for each case."""
-    blocks: list[Block] = [Answers(tuple(answers_of(content)))]
+    blocks: list[Block] = [Answers(tuple(answers_of(content))), response_plot(content)]
     warned = warnings(content)
     if warned:
         blocks.append(Text("**Be careful.** " + "\n\n".join(warned)))

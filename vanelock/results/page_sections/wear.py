@@ -85,9 +85,8 @@ def wear(content: PageContent) -> Section:
         if found.high is not None:
             by_case[f"{name}, largest peak by static friction"] = found.places, found.high.wear
     blocks: list[Block] = [Text(_method()), joint_table(title, by_case).without(*NOT_SHOWN)]
-    main = content.main
-    if main is not None and main.wear.energy.any():
-        blocks.append(_contacts(main, content))
+    cases = (each for each in content.answers.values() if each.wear.energy.any())
+    blocks += content.of_cases({each.name: [_contacts(each, content)] for each in cases})
     return Section("Wear of the joints", blocks, id="wear")
 
 

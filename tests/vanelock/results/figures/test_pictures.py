@@ -195,6 +195,7 @@ def test_the_first_and_the_last_case_of_a_sweep_move(monkeypatch):
         return dict(heard)
 
     every = ["mu=0.1", "mu=0.2", "mu=0.3"]
+    assert not any(moving(text, every).values())
+    text += "animations = true\n"
     assert moving(text, every) == {"mu=0.1": True, "mu=0.2": False, "mu=0.3": True}
     assert moving(text, every[:1]) == {"mu=0.1": True}
-    assert not any(moving(text + "animations = false", every).values())
