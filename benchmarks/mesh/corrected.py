@@ -4,8 +4,8 @@
 
 prints two tables; `--write` puts them into docs/benchmarks/mesh_correction.md. The joined sector of
 the default study, contacts on areas, one harmonic, 30 N: a limit that no correction touches is
-extrapolated from its last two meshes. Then the vanes of thirteen designs by themselves, each against
-a limit of its own. Runs are kept in runs/corrected and go on where they were stopped. An hour.
+extrapolated from its last two meshes. The vanes of thirteen designs by themselves, each against a
+limit of its own. Runs are kept in runs/corrected and go on where they were stopped. An hour.
 """
 
 import argparse
@@ -79,9 +79,9 @@ extrapolated from meshes of {finer}, as they are: mean and largest error in %.
 | design | dofs | dofs of the finest | as it is | corrected | the finest, as it is |
 |---|---:|---:|---:|---:|---:|"""
 EXTRAPOLATED = f"""\
-Limits are extrapolated with the order {ORDER:.2f} of sharp re-entrant edges, where legs meet feet and shroud
-in all designs but the last one; meshes of unstructured tetrahedra are not exactly similar, so that limits are
-themselves uncertain by about a tenth of the last mesh's error."""
+Limits are extrapolated with the order {ORDER:.2f} of sharp re-entrant edges, where legs meet feet
+and shroud in all designs but the last one; unstructured meshes are not exactly similar, so that
+limits are themselves uncertain by about a tenth of the last mesh's error."""
 
 
 class Answers(NamedTuple):
