@@ -113,7 +113,7 @@ def test_page_holds_the_answers_and_every_section(folder):
     for title in (
         "Summary",
         "Inputs",
-        "Hysteresis",
+        "Gauges and hysteresis",
         "Fatigue",
         "Energy and damping",
         "Wear of the joints",
