@@ -58,11 +58,9 @@ def reference() -> Reference:
     return Reference(rows, extrapolated(f[-2], f[-1]), order)
 
 
-def extrapolated(
-    coarse: Floats, fine: Floats, order: float | Floats = ORDER, finer: float = 2.0
-) -> Floats:
-    """Limit of values at two sizes, the second so many times finer."""
-    return np.asarray(fine + (fine - coarse) / (finer**order - 1))
+def extrapolated(coarse: Floats, fine: Floats, order: float | Floats = ORDER) -> Floats:
+    """Limit of values at a size and at half of it."""
+    return np.asarray(fine + (fine - coarse) / (2**order - 1))
 
 
 def graded(part: str, corner: float, size: float) -> Part:
