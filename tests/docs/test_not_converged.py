@@ -80,7 +80,7 @@ def spring(stiffness: float) -> rom.System:
     kn, kt, mu, v0 = np.array([stiffness]), np.ones((1, 2)), np.array([0.3]), np.array([1e-3])
     force = {1: rom.Force(np.array([1.0 + 0j]))}
     contacts = rom.Contacts(kn, kt, mu, v0, ("interlock",))
-    return rom.System(1, 1, {0: matrices}, contacts, force, ("vane accessory 1",), 0.01)
+    return rom.System(1, 1, {0: matrices}, contacts, force, ("vane output 1",), 0.01)
 
 
 @pytest.mark.parametrize("lost", [(), (0, 2)])

@@ -88,7 +88,7 @@ def test_tables_keep_units_and_numbers_on_a_narrow_console():
 def test_response_table_says_what_did_not_converge():
     lost = summary(case="lost", peak=None, converged=8, worst=3e-4, of_free=float("nan"))
     edge = summary(case="edge", peak=Peak(0, 240.0, 1e-5, True))
-    table = response_table([summary(), lost, edge], "vane accessory 1, radial")
+    table = response_table([summary(), lost, edge], "vane output 1, radial")
     rows = table.record()["rows"]
     assert rows[0]["peak_um"] == 45
     assert rows[0]["slipping_percent"] == 100

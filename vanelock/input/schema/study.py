@@ -54,12 +54,12 @@ from vanelock.mesh.refinement.dof_estimate import check_size
 from vanelock.nonlinear.contact.sampling import least_samples
 
 MONITOR = (
-    rf"(?P<node>(?:vane|casing) accessory [1-9][0-9]*)(?:, (?P<component>{'|'.join(COMPONENTS)}))?"
+    rf"(?P<node>(?:vane|casing) output [1-9][0-9]*)(?:, (?P<component>{'|'.join(COMPONENTS)}))?"
 )
 
 _MONITORED = (
-    'expected an output node and a component, such as "vane accessory 1, radial" '
-    "(vane or casing; accessory 1 to 3; radial, circumferential or axial)"
+    'expected an output node and a component, such as "vane output 1, radial" '
+    "(vane or casing; output 1 to 3; radial, circumferential or axial)"
 )
 
 
@@ -247,7 +247,9 @@ class Outputs(KeyTable):
     @classmethod
     def _named(cls, value: str | None) -> str | None:
         if value is not None and not re.fullmatch(MONITOR, value):
-            raise ValueError(_MONITORED)
+            former = re.sub(r"\baccessory\b", "output", value)
+            renamed = f'accessory nodes are called output nodes now: "{former}"'
+            raise ValueError(_MONITORED if former == value else renamed)
         return value
 
 
@@ -324,7 +326,7 @@ class Study(KeyTable):
             )
 
     def _has_the_output(self) -> Iterator[str]:
-        """The program's own parts have three accessory nodes; a user's file tells later."""
+        """The program's own parts have three output nodes; a user's file tells later."""
         wanted = self.outputs.monitor
         found = re.fullmatch(MONITOR, wanted or "")
         if found is None:

@@ -21,7 +21,7 @@ SETS = (
     "interlock_left",
     "interlock_right",
     "force",
-    "accessory",
+    "output",
 )
 """Order of the sets in tables; others follow."""
 

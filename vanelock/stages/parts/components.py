@@ -23,8 +23,8 @@ from vanelock.stages.parts.temperatures import modulus, reference
 
 PARTS = ("vane", "casing")
 MASTERS = {
-    "vane": ("hook_front", "hook_rear", "interlock_left", "interlock_right", "key", "accessory"),
-    "casing": ("hook_front", "hook_rear", "key", "force", "accessory"),
+    "vane": ("hook_front", "hook_rear", "interlock_left", "interlock_right", "key", "output"),
+    "casing": ("hook_front", "hook_rear", "key", "force", "output"),
 }
 
 

@@ -29,7 +29,7 @@ F = np.linspace(240.0, 300.0, 7)
 def run_data(text, limits=(), linear=None):
     """Data of a run of cases with the given limits; its output files keep what they are told."""
     study = parse_study(text)
-    shown = Shown(Monitor("vane accessory 1, radial", 0, 0), linear or {})
+    shown = Shown(Monitor("vane output 1, radial", 0, 0), linear or {})
     planned: list[Any] = [
         SimpleNamespace(
             case=case,

@@ -118,7 +118,7 @@ def test_fine_frequencies_find_the_linear_peak(ring):
     found = limits(ring, 2)
     response = linear_response(ring, fine(found.stuck_frequency, 0.01), "all")
     watched = monitor(None, ring, response)
-    assert watched.name == "vane accessory 1, circumferential"
+    assert watched.name == "vane output 1, circumferential"
     peak = peak_of(response, watched.amplitude(response))
     assert peak is not None
     omega = 2 * np.pi * found.stuck
@@ -133,9 +133,9 @@ def test_fine_frequencies_find_the_linear_peak(ring):
 
 def test_monitor_that_is_not_there(ring):
     response = linear_response(ring, [100.0], "all")
-    assert monitor("vane accessory 1, axial", ring, response).component == 2
-    with pytest.raises(InputError, match='monitor = "vane accessory 2, axial": allowed are vane'):
-        monitor("vane accessory 2, axial", ring, response)
+    assert monitor("vane output 1, axial", ring, response).component == 2
+    with pytest.raises(InputError, match='monitor = "vane output 2, axial": allowed are vane'):
+        monitor("vane output 2, axial", ring, response)
 
 
 @pytest.mark.parametrize("wanted", [[120.0], [1e-9, 265.0, 1e9], (100.0, 400.0), (10.0, 20.0)])
