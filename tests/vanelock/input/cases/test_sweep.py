@@ -44,7 +44,7 @@ def test_names_tell_equal_last_words_apart():
     study = parse_study(
         '[sweep]\n"joints.hook.mu" = [0.2]\n"joints.interlock.mu" = [0.3]\n"vane.chord" = [0.04]'
     )
-    assert cases(study)[0].name == "hook.mu=0.2,interlock.mu=0.3,chord=0.04"
+    assert cases(study)[0].name == "hook.mu=0.2,interlock.mu=0.3,chord=40mm"
 
 
 def test_words_can_be_swept_too():
