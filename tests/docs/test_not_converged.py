@@ -11,6 +11,7 @@ import pytest
 
 from vanelock import rom
 from vanelock.nonlinear import Options, Response, frequency_response
+from vanelock.results.figures.curve_table import NOTE
 from vanelock.results.files.writer import Results
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -22,7 +23,7 @@ TOLD = re.compile(
 )
 ELSEWHERE = {
     "points not converged",  # a column of a campaign's CSV files
-    "solved: 1 where the point converged; the others are not to be trusted",  # a caption
+    NOTE,  # a caption
     "WARNING: ",  # taken off a warning, or put before one
 }
 

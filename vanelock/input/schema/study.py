@@ -233,6 +233,7 @@ class Outputs(KeyTable):
 
     monitor: str | None = Field(default=None, description="monitored displacement")
     shapes: bool = Field(default=True, description="whether shapes are drawn")
+    ring: bool = Field(default=False, description="whether .vtu files of the ring are written")
     loops: bool = Field(default=True, description="whether a hysteresis loop is drawn")
     animations: bool = Field(default=False, description="whether shapes and loops are animated")
     steps: int = Field(
@@ -326,7 +327,7 @@ class Study(KeyTable):
             )
 
     def _has_the_output(self) -> Iterator[str]:
-        """The program's own parts have three output nodes; a user's file tells later."""
+        """The program's own parts have three output nodes; others are checked on reading."""
         wanted = self.outputs.monitor
         found = re.fullmatch(MONITOR, wanted or "")
         if found is None:
@@ -350,7 +351,7 @@ class Study(KeyTable):
         text = "" if self.accuracy is None else f"accuracy = {self.accuracy:g}"
         if text and self.rom.route != "cyclic":
             yield (
-                f'{text}: rom.route = "{self.rom.route}" does not tell what it leaves out; '
+                f'{text}: rom.route = "{self.rom.route}" gives no estimate of what it leaves out; '
                 'choose "cyclic"'
             )
         if text and self.response.harmonic_diameters != "wave":

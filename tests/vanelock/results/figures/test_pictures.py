@@ -97,7 +97,7 @@ def test_one_limit_needs_no_name_and_many_are_not_all_drawn(monkeypatch):
     text = f'[sweep]\n"joints.hook.kn" = {values}'
     drawn, told = run_data(text, [found(free=250.0 + i) for i in range(9)])
     names = [name for name, _, _ in modes(monkeypatch, drawn)]
-    assert names == [f"mode_{w}_kn{v}" for v in ("5", "5.8") for w in ("free", "stuck")]
+    assert names == [f"mode_{w}_kn{v}N_m" for v in ("5", "5.8") for w in ("free", "stuck")]
     assert "the first and the last of 9 linear limits" in told[0].text
 
 
