@@ -324,7 +324,7 @@ def test_an_accuracy_is_refused_where_it_could_not_be_told():
     assert "must be >= 0.0001" in complaint("accuracy = 1e-5")
     direct = complaint('accuracy = 0.01\n[rom]\nroute = "direct"')
     assert direct == (
-        'vane.toml: accuracy = 0.01: rom.route = "direct" does not tell what it leaves out; '
+        'vane.toml: accuracy = 0.01: rom.route = "direct" gives no estimate of what it leaves out; '
         'choose "cyclic"'
     )
     few = complaint("accuracy = 0.01\n[response]\npoints = 3")

@@ -111,7 +111,7 @@ def test_what_is_missing_is_said():
         run("A", case("nominal", {})),
         run("B", complete=False, monitor="vane output 2, axial"),
     )
-    assert found.notes[0].startswith("B: the run is not complete; what it has, 0 cases,")
+    assert found.notes[0].startswith("B: the run is not complete; compared: 0 cases")
     assert "different displacements: vane output 1, radial in A" in found.notes[1]
     assert found.notes[2] == "nominal is in A alone"
 
