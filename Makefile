@@ -40,6 +40,8 @@ lint: $(MADE)
 	.venv/bin/python -m ruff format --check
 	.venv/bin/python -m mypy
 	.venv/bin/lint-imports
+	git ls-files '*.py' '*.md' '*.toml' '*.js' '*.html' '*.css' | xargs .venv/bin/codespell
+	.venv/bin/python tools/words.py
 
 setup: $(MADE)
 

@@ -22,8 +22,8 @@ INTERLOCK = rom.Joint("interlock", kn=1e6, kt=1e6, mu=0.15, interference=2e-6)
 JOINTS = (HOOK, INTERLOCK)
 CASES = {"free": (HOOK,), "stuck": JOINTS}
 SETS = ("hook_front", "hook_rear", "key")
-VANE_MASTERS = (*SETS, "interlock_left", "interlock_right", "accessory")
-CASING_MASTERS = (*SETS, "force", "accessory")
+VANE_MASTERS = (*SETS, "interlock_left", "interlock_right", "output")
+CASING_MASTERS = (*SETS, "force", "output")
 MODES = 24  # of the unreduced sector
 COUNT = 10  # of them compared
 ROUNDS = 60
@@ -113,11 +113,11 @@ class Places:
         T = sp.csr_array(fem.cyclic_transform(casing, diameter))
         self.size = T.shape[1] + vane.K.shape[0] - vane.rows("key").size
         self.loaded = T.indices[T.indptr[casing.rows("force")]]
-        of_casing = T.indices[T.indptr[casing.rows("accessory")]]
+        of_casing = T.indices[T.indptr[casing.rows("output")]]
         kept = np.setdiff1d(np.arange(vane.K.shape[0]), vane.rows("key"))
-        of_vane = T.shape[1] + np.searchsorted(kept, vane.rows("accessory"))
+        of_vane = T.shape[1] + np.searchsorted(kept, vane.rows("output"))
         self.outputs = np.concatenate([of_vane, of_casing])
-        nodes = [(p, p.node_sets["accessory"]) for p in (vane.part, casing.part)]
+        nodes = [(p, p.node_sets["output"]) for p in (vane.part, casing.part)]
         points = np.concatenate([part.points[of] for part, of in nodes])
         self.angles = np.arctan2(points[:, 1], points[:, 0])
 

@@ -1,4 +1,4 @@
-"""How much a mesh stiffens a part, told from its displacement fields alone.
+"""How much a mesh stiffens a part, found from its displacement fields alone.
 
 Finite elements are too stiff: a mode's ω² exceeds the true one by ∫ ε(e) : C : ε(e) dV, at unit
 modal mass, e being the error of its shape, but for smaller terms (G. Strang and G. Fix, An Analysis
@@ -55,7 +55,7 @@ def excess_stiffness(model: Model, u: Field) -> NDArray[Any]:
     to 13, on the safe side.
 
     On the cyclic faces of a sector the strain is that of the sector's own elements; to count its
-    neighbour's as well changes a study's by less than 1%. A mesh cannot tell what is
+    neighbour's as well changes a study's by less than 1%. A mesh cannot resolve what is
     lost of the geometry between its nodes, nor that displacements under point forces, as of
     contacts that act on single nodes, grow without bound as elements shrink.
     """

@@ -1,8 +1,8 @@
 """Reference cells of the solid elements: places of their nodes, their faces, and slopes.
 
 Shape functions are the polynomials in given monomials that are one at their own node and zero at
-the others (any textbook on finite elements); the monomials alone tell a serendipity element from a
-complete one. Nodes are in meshio's order, VTK's.
+the others (any textbook on finite elements); the monomials alone distinguish a serendipity
+element from a complete one. Nodes are in meshio's order, VTK's.
 """
 
 from dataclasses import dataclass

@@ -24,7 +24,7 @@ class Part(Product):
       belong to the hook bands but carry no contact element;
     - `interlock_left`, `interlock_right`: `interlock_right[i]` of one sector meets
       `interlock_left[i]` of the next;
-    - `force`: loaded nodes; `accessory`: output nodes.
+    - `force`: loaded nodes; `output`: output nodes.
 
     Attributes
     ----------

@@ -99,7 +99,7 @@ class Component(Product):
         """Frequency up to which the part answers, Hz.
 
         Its band, or where a number of modes or a cut-off was asked for the frequency up to which
-        no fixed-interface mode is left out; None where the route does not tell.
+        no fixed-interface mode is left out; None where the route gives no estimate.
         """
         if self.band is not None:
             return self.band
@@ -108,7 +108,7 @@ class Component(Product):
     def shortened(self) -> "Component":
         """The same with its fixed-interface vectors in single precision.
 
-        Fields alone are told with them, to 1e-7; its matrices stay as they are.
+        Fields alone are recovered with them, to 1e-7; its matrices stay as they are.
         """
         diameters = {k: replace(r, vectors=_single(r.vectors)) for k, r in self.diameters.items()}
         return replace(self, vectors=_single(self.vectors), diameters=diameters)

@@ -134,9 +134,9 @@ VANE_MASTERS = (
     "interlock_left",
     "interlock_right",
     "key",
-    "accessory",
+    "output",
 )
-CASING_MASTERS = ("hook_front", "hook_rear", "key", "force", "accessory")
+CASING_MASTERS = ("hook_front", "hook_rear", "key", "force", "output")
 
 
 @pytest.fixture(scope="session")

@@ -9,7 +9,7 @@ import pytest
 from vanelock.common.errors import MOST_TOLD, cut_short, first_mistakes, printable
 from vanelock.common.files.csv_table import write_columns
 from vanelock.common.tables import Column, Table
-from vanelock.pipeline.progress import lined_up
+from vanelock.pipeline.text_table import text_lines
 
 ROOT = Path(__file__).resolve().parents[1]
 STARTERS = ("run", "Popen", "call", "check_output", "check_call")
@@ -113,9 +113,8 @@ def test_compiled_kernels_are_the_user_s_own():
 
 def test_control_characters_do_not_reach_a_terminal():
     assert printable("a\x1b[2Jb\u2028c\u202ed\x07\n") == "a?[2Jb?c?d??"
-    table = lined_up(Table("x", (Column("h\x1b]0;x\x07"),), (("c\x1b[1m",),)))
-    assert table.columns[0].header == "h?]0;x?"
-    assert list(table.columns[0].cells) == ["c?[1m"]
+    table = Table("t\x07", (Column("h\x1b]0;x\x07"),), (("c\x1b[1m",),), ("n\x1b[2J",))
+    assert text_lines(table) == ["", "t?", " h?]0;x?", " ───────", " c?[1m", "n?[2J"]
 
 
 def test_long_messages_are_cut():

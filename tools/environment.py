@@ -1,7 +1,7 @@
 """Make the environment in .venv: system packages, pinned dependencies, vanelock itself.
 
 Run by `make setup` with the Python that the environment is to use. Every step leaves alone what
-is already there, and the file `.venv/made`, written last, tells make that nothing is left to do.
+is already there, and the file `.venv/made`, written last, shows make that nothing is left to do.
 """
 
 import fcntl

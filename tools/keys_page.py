@@ -40,7 +40,7 @@ WORDS: dict[str, str] = {
     "temperature.casing": "a number, degC, or pairs `[[rpm, degC], ...]`",
     "bounds.joints": 'a list of `"hook"`, `"interlock"`',
     "fit.bounds": "`{ key = [low, high] }` of fitted keys",
-    "outputs.monitor": '`"<vane or casing> accessory <number>[, <component>]"`, the component '
+    "outputs.monitor": '`"<vane or casing> output <number>[, <component>]"`, the component '
     "`radial`, `circumferential` or `axial`",
     "outputs.gauges": "a list of tables, see below",
     "measured": "tables, see below",

@@ -42,7 +42,7 @@ from benchmarks.accuracy.words import ASKED, BEYOND, ESTIMATES, FIXED, INTRODUCT
 from benchmarks.clock import page
 
 DEFAULT = Setting(1e-4, 3)
-"""What a study takes unless told otherwise; its mean time is the unit."""
+"""What a study takes unless given; its mean time is the unit."""
 GIVEN = {
     DEFAULT: 3,
     Setting(1e-4, 9): 1,
@@ -60,7 +60,7 @@ KINDS = ("references", "fixed", "asked")
 
 @dataclass(frozen=True)
 class Folder:
-    """What is kept of the scenes, and computes what is missing unless told not to.
+    """What is kept of the scenes, and computes what is missing unless asked not to.
 
     Attributes
     ----------

@@ -4,7 +4,7 @@ The response of a fine reduced model is swept over the study's range with `SWEPT
 and, where it jumps, downwards too. Each high maximum of a sweep is then located exactly
 (`nonlinear.following.peak`) with more and more harmonics, each from the last one, until the
 amplitude no longer changes; the highest in the end is the peak. A study sweeps upwards, so that
-this is the peak asked for; what a downward sweep finds beside it is told too, or Newton's iteration
+this is the peak asked for; what a downward sweep finds beside it counts too, or Newton's iteration
 from many disturbed starts where a branch is known to be (`BESIDE`).
 """
 

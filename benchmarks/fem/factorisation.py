@@ -27,7 +27,7 @@ MATERIAL = fem.Material(E=170e9, nu=0.3, rho=8200)
 BACKENDS = ("cholmod", "pardiso", "superlu")
 SLOW = 5.0  # s: a backend that took more for a matrix is left out where that is larger
 WIDTHS = (1, 2, 4, 8, 16, 32, 64, 128, 256)
-MASTERS = ("left", "right", "hook_front", "hook_rear", "key", "force", "accessory")
+MASTERS = ("left", "right", "hook_front", "hook_rear", "key", "force", "output")
 DISTANCES = (1e-2, 1e-4, 1e-6, 1e-8, 1e-9)
 CHOICE = """\
 `factorise` takes CHOLMOD for definite matrices: PARDISO factorises large real ones as fast, but its

@@ -1,4 +1,4 @@
-"""How well a mesh's error is told without a reference, and which meshes make it small.
+"""How well a mesh's error is estimated without a reference, and which meshes make it small.
 
     python -m benchmarks.mesh.error [--write]
 
@@ -127,7 +127,7 @@ def casings(exact: Floats) -> list[str]:
 
 
 class Joined(NamedTuple):
-    """The second mode of vane and casing: dofs, Hz and errors told of vane and casing, by case."""
+    """The second mode of vane and casing: dofs, Hz and estimated errors of both, by case."""
 
     dofs: int
     second: dict[str, float]
@@ -142,7 +142,7 @@ class Joined(NamedTuple):
 
 
 def joined(vane: Part, casing: Part) -> Joined:
-    """Join two meshes and tell the errors of the second mode at nodal diameter 1."""
+    """Join two meshes and show the errors of the second mode at nodal diameter 1."""
     blade, shell = fem.assemble(vane, MATERIAL), fem.assemble(casing, MATERIAL)
     T = fem.cyclic_transform(shell, 1)
     keys = blade.rows("key").ravel()
@@ -213,8 +213,8 @@ vane and of the clamped casing at nodal diameter 1, against the limits of the me
 uncertain by some tenths of a per cent themselves."""
 
 FINDINGS = """\
-The patches need no factor; the other two tell a nearly constant share at these re-entrant edges.
-Single modes at "coarse" are told badly where its modes stand in another order than the true
+The patches need no factor; the other two estimate a nearly constant share at re-entrant edges.
+Single modes at "coarse" are estimated badly where its modes stand in another order than the true
 ones."""
 
 CASINGS = """\
@@ -230,7 +230,7 @@ of freedom, by the power below, since nothing makes the vane's elements small ac
 edges alone."""
 
 PREDICTED = """\
-`mesh.sizes_for` tells from one mesh's estimated errors the sizes for a wanted one, with errors that
+`mesh.sizes_for` gives from one mesh's estimated errors the sizes for a wanted one, with errors that
 fall as the degrees of freedom to the power of 0.6."""
 
 
@@ -251,7 +251,7 @@ def main() -> None:
     command = "Made by `python -m benchmarks.mesh.error --write`.\n"
     page(
         "mesh_error",
-        "What a mesh is off by, told without a reference",
+        "Mesh error, estimated without a reference",
         [command, *lines],
         options.write,
     )

@@ -80,7 +80,7 @@ def conclusion(
         "- Straight sides come out closer at these sizes because two errors cancel: chords cut off "
         "parts of the aerofoils' rounded edges, which softens what the elements stiffen. The first "
         f"frequency goes from {chords[0]:+.1%} through {min(chords):+.1%} to {chords[-1]:+.1%} as "
-        "they are refined, so that a change from mesh to mesh does not tell the error; with curved "
-        "sides frequencies fall towards the limit, and bands and walls are where they belong."
+        "they are refined, so that a change from mesh to mesh is no measure of the error; with "
+        "curved sides frequencies fall towards the limit, and bands and walls are in place."
     )
     return lines

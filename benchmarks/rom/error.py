@@ -30,7 +30,7 @@ ABOVE = 1e-8  # errors below are round-off in part
 INTRODUCTION = """\
 Mesh size {size}: vane {vane} dofs, casing {casing} dofs, unreduced sector {sector}. Hooks are
 linear springs, the interlock is free or stuck; where one number stands, it is the worse of the two.
-Errors are relative; nodal diameter 1 unless told. Cost: CPU time of reducing both parts at one
+Errors are relative; nodal diameter 1 unless stated. Cost: CPU time of reducing both parts at one
 nodal diameter, one thread, in units of a real factorisation of the vane's stiffness ({unit:.2f} s).
 
 The unreduced frequencies differ by {doubt:.0e} at most between two shifts of Lanczos, and the

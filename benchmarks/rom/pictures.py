@@ -141,7 +141,7 @@ def _estimates(
 
 
 def responses(bench: Bench, found: Found, path: Path) -> None:
-    """The unreduced response, the errors of a few reduced ones, and what is told of them."""
+    """The unreduced response, the errors of a few reduced ones, and their estimates."""
     case = "stuck"
     hertz = bench.frequencies
     amplitude = abs(bench.truth[case]).max(axis=(1, 2))

@@ -54,7 +54,7 @@ class Outcome:
         CPU time of the reductions, s.
     error, estimate : dict of str to (10,) float
         Of the first frequencies, by case; the estimate where the route has one.
-    response, told : dict of str to (p,) float
+    response, given : dict of str to (p,) float
         Error of the largest output at each frequency, and its estimate at every sixth.
     """
 

@@ -68,7 +68,7 @@ class Problem:
     def system(self) -> System:
         """The same for our solver: a normal row of zeros keeps v at v0, n at kn v0.
 
-        C is told by its ratio, which is how a `System` has it without round-off.
+        C is given by its ratio, which is how a `System` has it without round-off.
         """
         n, c = len(self.K), len(self.kt)
         rows = np.zeros((c, 3, n))

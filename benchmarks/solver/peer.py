@@ -226,7 +226,7 @@ times as long; neither was tried on the largest. It begins at our solution of th
 because on the largest problem its own linear start did not converge. It stops at a residual of
 1e-8 of the force, ours at 1e-10.
 
-Both have the same damping; ours is told its modal ratio, the peer the matrix.
+Both have the same damping; ours is given its modal ratio, the peer the matrix.
 
 Errors: the largest of the contact displacements, all harmonics, of those points, relative to the
 largest displacement, against a Newton iteration written apart on forces marched on 32768 samples

@@ -1,4 +1,4 @@
-"""Where the published trends hold, and where the waves that they are told of are stable.
+"""Where the published trends hold, and where the waves behind them are stable.
 
     python -m benchmarks.solver.trends_and_stability [--study FILE] [--write]
 
@@ -131,7 +131,7 @@ def lines_of(found: Plane, waves: dict[tuple[float, float], Stability], load: st
         "",
         "Peaks of the default vane over the interlock's friction and the load, and whether the "
         "ring stays with their waves (H = 3 and 5). Trends: those of the "
-        "[published study](../campaign.md) that a map can tell, at H = 1; that of interference "
+        "[published study](../campaign.md) that a map can check, at H = 1; that of interference "
         f"by the load, since the one over the other decides. Load 1: {load} of interference. "
         "Growth: what a period makes of the perturbation that decays slowest or grows fastest, and "
         "its nodal diameter, ND.",

@@ -22,7 +22,7 @@ FULL, SYMMETRIC, HERMITIAN = "full", "symmetric", "hermitian"
 
 @dataclass(frozen=True)
 class Entries:
-    """Entries of a square matrix, and its rows' labels where the file tells them.
+    """Entries of a square matrix, and its rows' labels where the file gives them.
 
     Attributes
     ----------

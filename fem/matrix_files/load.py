@@ -32,7 +32,7 @@ def load_matrices(
 ) -> Matrices:
     """Read a component's matrices.
 
-    Which row is which is told by the file itself (Nastran's DMIG, Abaqus's .mtx, Ansys's .full), by
+    Which row is which the file itself says (Nastran's DMIG, Abaqus's .mtx, Ansys's .full), or
     `dofs`, or else by `nodes`: x, y and z of its nodes in their order.
 
     Parameters

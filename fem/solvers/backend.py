@@ -19,9 +19,9 @@ class Numeric:
     solve : callable
         A⁻¹ b for a dense (n, k) array b of A's kind in Fortran order.
     negative : int or None
-        Number of negative eigenvalues of A (Sylvester's law of inertia), where the pivots tell.
+        Number of negative eigenvalues of A (Sylvester's law of inertia), where the pivots give it.
     nonzeros : int or None
-        Entries stored in the factors, where the solver tells.
+        Entries stored in the factors, where the solver counts them.
     analysis : object
         What a later factorisation with the same pattern may begin from; None if nothing.
     """

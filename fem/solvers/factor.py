@@ -66,10 +66,10 @@ class Factor:
     is_complex : bool
         Whether A is.
     negative : int or None
-        Number of negative eigenvalues of A; None where the pivots do not tell. For K - ω² M with M
-        positive definite it is the number of natural frequencies below ω.
+        Number of negative eigenvalues of A; None where the pivots do not give it. For K - ω² M
+        with M positive definite it is the number of natural frequencies below ω.
     nonzeros : int or None
-        Entries stored in the factors, where the backend tells.
+        Entries stored in the factors, where the backend counts them.
     """
 
     backend: str
@@ -140,7 +140,7 @@ def factorise(
     Notes
     -----
     An indefinite matrix is factorised without exchanging rows, or with small perturbations
-    (PARDISO), which tells the number of negative eigenvalues. The solution for a random
+    (PARDISO), which gives the number of negative eigenvalues. The solution for a random
     right-hand side decides whether that is accurate, needs a step of iterative refinement each
     time, or gives way to SuperLU with threshold pivoting, which has no such count.
 

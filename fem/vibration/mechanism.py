@@ -17,8 +17,8 @@ NAMED = 3  # nodes that are named one by one
 def free_motion(model: Model, error: SingularError, rows: Any = None) -> str:
     """One line that says what moves freely in a part whose stiffness has no inverse.
 
-    It tells rigid-body motions of the whole part, which a clamped set or a negative shift mends,
-    from motions of some of its nodes, which need a better mesh: a node without stiffness, or two
+    Rigid-body motions of the whole part need a clamped set or a negative shift; motions of some of
+    its nodes need a better mesh: a node without stiffness, or two
     bodies that hang together at an edge.
 
     Parameters

@@ -19,7 +19,7 @@ from vanelock.mesh.geometry.dimensions import CLEARANCE, VaneDimensions
 
 SHORTEST = 0.25
 """Of its length, what is left of a piece of the hollow side's curve where the fillet ends."""
-_STEP = 1e-5  # m; the largest radius that fits is told in so many
+_STEP = 1e-5  # m; the largest radius that fits is given in multiples of it
 
 Room = tuple[str, float]
 """Where a fillet lies, and the distance that it leaves there, m."""

@@ -45,7 +45,7 @@ class Quality:
 def quality(part: Part) -> Quality:
     """Figures of a mesh of tetrahedra, straight or curved.
 
-    The condition number tells slivers, by the corners alone; the Jacobian tells what curved sides
+    The condition number finds slivers, by the corners alone; the Jacobian finds what curved sides
     do to an element. The volume is exact: the determinant of a quadratic element is a cubic, which
     corners and centroids of the faces integrate with weights 1/240 and 9/240.
 

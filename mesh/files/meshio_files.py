@@ -26,7 +26,7 @@ EACH = 20
 
 
 def read_exchange(source: str, path: Path) -> RawMesh:
-    """Read a file in a format that its ending tells.
+    """Read a file in a format that its ending gives.
 
     Sets are meshio's sets of points and of cells, Gmsh's physical groups, and whole-number fields
     at the nodes: a set holds the nodes where the field is not zero, in the order of its values.
@@ -58,7 +58,7 @@ def read_exchange(source: str, path: Path) -> RawMesh:
 
 
 def _refuse_unreadable(source: str, path: Path) -> None:
-    """Let a child read the file, and tell what it says or that it fell."""
+    """Let a child read the file, and say what it read or that it crashed."""
     import meshio  # here, so that the child need not
 
     def trouble() -> str:

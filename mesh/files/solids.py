@@ -26,7 +26,7 @@ OFF_PLACE = 0.25
 def solid_mesh(raw: RawMesh, unit: float) -> FileMesh:
     """The solid elements of a file.
 
-    Middle nodes in another order than meshio's are put in that order where the coordinates tell it
+    Middle nodes in another order than meshio's are put in that order where the coordinates show it
     without doubt.
 
     Parameters

@@ -67,7 +67,7 @@ def check_bosses(casing: CasingDimensions, sectors: int) -> None:
     axes = np.stack([np.cos(angle), np.sin(angle), np.zeros_like(angle)], axis=-1)
     for what, nodes in (
         ("a force node", contact_places.force_points(casing, sectors)),
-        ("an output node", contact_places.casing_accessory_points(casing, sectors)),
+        ("an output node", contact_places.casing_output_points(casing, sectors)),
     ):
         from_foot = nodes - [0.0, 0.0, at]
         off = np.linalg.norm(np.cross(from_foot[:, None], axes), axis=-1)

@@ -62,7 +62,7 @@ def casing_sector(
     Part
         "casing", with the sets `hook_front`, `hook_rear` and `key` (in the order of the vane's,
         at the same places), `left` and `right` (matched), `fixed` (both end faces), `force` (by
-        ascending angle) and `accessory` (3 outside, above the front rail). Frames and contact
+        ascending angle) and `output` (3 outside, above the front rail). Frames and contact
         patches for both hooks.
 
     Raises
@@ -82,14 +82,14 @@ def casing_sector(
     step = contact_places.band_pieces(hook, narrow, length)
     bands = contact_places.hook_bands(hook, narrow, step)
     force = contact_places.force_points(dimensions, narrow)
-    accessory = contact_places.casing_accessory_points(dimensions, narrow)
+    output = contact_places.casing_output_points(dimensions, narrow)
     outline = casing_outline(dimensions, hook)
     with session("casing") as gmsh:
         band_tags, point_tags = occ_solids.imprint(
             gmsh,
             add_bosses(gmsh, dimensions, narrow, occ_solids.revolve(gmsh, outline, np.pi / narrow)),
             [occ_solids.arc(gmsh, band[0], band[-1]) for band in bands],
-            [occ_solids.point(gmsh, position) for position in np.concatenate([force, accessory])],
+            [occ_solids.point(gmsh, position) for position in np.concatenate([force, output])],
         )
         left_tag, right_tag = occ_solids.end_faces(gmsh, np.pi / narrow)
         for tag in band_tags:
@@ -120,7 +120,7 @@ def casing_sector(
         for name, nodes, band in zip(names, on, bands, strict=True)
     ]
     loaded = matching(mesh.points, at[: len(force)], force, "casing force")
-    outputs = matching(mesh.points, at[len(force) :], accessory, "casing accessory")
+    outputs = matching(mesh.points, at[len(force) :], output, "casing output")
     if face_nodes is not None and len(left) != face_nodes:
         raise InputError(
             f"mesh.face_nodes = {face_nodes}: the casing got {len(left)}: choose another mesh.size"
@@ -130,7 +130,7 @@ def casing_sector(
     points = place(
         mesh,
         np.concatenate([*rows, loaded, outputs]),
-        np.concatenate([*bands, force, accessory]),
+        np.concatenate([*bands, force, output]),
         images=(left, right, turn(narrow)),
     )
     if stretch > 1:
@@ -138,7 +138,7 @@ def casing_sector(
         for nodes, places in (
             (np.concatenate(rows), np.concatenate(contact_places.hook_bands(hook, sectors, step))),
             (loaded, contact_places.force_points(dimensions, sectors)),
-            (outputs, contact_places.casing_accessory_points(dimensions, sectors)),
+            (outputs, contact_places.casing_output_points(dimensions, sectors)),
             (right, points[left] @ turn(sectors).T),
         ):
             points[nodes] = places
@@ -157,7 +157,7 @@ def casing_sector(
             "right": right,
             "fixed": fixed,
             "force": loaded,
-            "accessory": outputs,
+            "output": outputs,
         },
         frames={
             "hook_front": np.concatenate(frames[:2]),

@@ -55,9 +55,9 @@ def vane_segment(
         "vane", with the sets `hook_front` and `hook_rear` (30 nodes each: roof, then lip, each by
         ascending angle), `key` (4: the middle nodes of front roof, front lip, rear roof, rear
         lip), `interlock_left` and `interlock_right` (10 each: the row at the inner radius, then
-        at the outer, each by ascending z) and `accessory` (3 on the middle aerofoil, from the
+        at the outer, each by ascending z) and `output` (3 on the middle aerofoil, from the
         inner shroud outwards). Frames and contact patches for all of them but `key` and
-        `accessory`.
+        `output`.
 
     Raises
     ------
@@ -78,7 +78,7 @@ def vane_segment(
     bands = contact_places.hook_bands(dimensions.hook, sectors, steps[0])
     left = contact_places.interlock_rows(dimensions, sectors, steps[1])
     right = left @ turn(sectors).T
-    accessory = aerofoil.accessory_points(dimensions, sectors)
+    output = aerofoil.output_points(dimensions, sectors)
     with session("vane") as gmsh:
         solid, volume = vane_solid(gmsh, dimensions, sectors)
         (band_tags,) = occ_solids.imprint(
@@ -97,7 +97,7 @@ def vane_segment(
         mesh = mesh if volume is None else replace(mesh, volume=volume)
         on = [nodes_on(gmsh, mesh, 1, tag) for tag in band_tags + row_tags]
         skin = np.concatenate([nodes_on(gmsh, mesh, 2, tag) for tag in sides])
-    part = _part(dimensions, sectors, mesh, on, skin, (bands, left, right, accessory), steps)
+    part = _part(dimensions, sectors, mesh, on, skin, (bands, left, right, output), steps)
     overlap = overlap or hook_overlap(dimensions, CasingDimensions())
     patches = {
         **hook_averages(part, dimensions.hook, overlap),
@@ -115,7 +115,7 @@ def _part(
     places: tuple[NDArray[np.float64], ...],
     steps: tuple[int, int],
 ) -> Part:
-    bands, left, right, accessory = places
+    bands, left, right, output = places
     names = ["hook_front roof", "hook_front lip", "hook_rear roof", "hook_rear lip"]
     names += [f"interlock_{side}" for side in ("left", "left", "right", "right")]
     curves = [*bands, *left, *right]
@@ -124,8 +124,8 @@ def _part(
         for name, nodes, row in zip(names, on, curves, strict=True)
     ]
     corners = np.intersect1d(skin, mesh.cells[:, :4])
-    tips = nearest(mesh.points, corners, accessory, "vane accessory")
-    points = place(mesh, np.concatenate([*rows, tips]), np.concatenate([*curves, accessory]))
+    tips = nearest(mesh.points, corners, output, "vane output")
+    points = place(mesh, np.concatenate([*rows, tips]), np.concatenate([*curves, output]))
     rows = [row[:: steps[0]] for row in rows[:4]] + [row[:: steps[1]] for row in rows[4:]]
     hook = contact_places.hook_frames(contact_places.hook_bands(dimensions.hook, sectors), 1.0)
     interlock = np.repeat(
@@ -144,7 +144,7 @@ def _part(
             "key": np.array([row[len(row) // 2] for row in rows[:4]]),
             "interlock_left": np.concatenate(rows[4:6]),
             "interlock_right": np.concatenate(rows[6:8]),
-            "accessory": tips,
+            "output": tips,
         },
         frames={
             "hook_front": np.concatenate(hook[:2]),

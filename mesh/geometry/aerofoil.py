@@ -211,7 +211,7 @@ def spanwise(vane: VaneDimensions, side: int, station: float) -> Array:
     return np.array(found)
 
 
-def accessory_points(vane: VaneDimensions, sectors: int) -> Array:
+def output_points(vane: VaneDimensions, sectors: int) -> Array:
     """Output nodes on the convex side at mid-chord of the middle aerofoil: (3, 3) m.
 
     They lie at 25, 50 and 75 % of the span, counted from the inner shroud.

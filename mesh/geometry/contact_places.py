@@ -176,7 +176,7 @@ def force_points(casing: CasingDimensions, sectors: int) -> NDArray[np.float64]:
     return cylindrical(casing.outer_radius, angle, 0.5 * casing.length)
 
 
-def casing_accessory_points(casing: CasingDimensions, sectors: int) -> NDArray[np.float64]:
+def casing_output_points(casing: CasingDimensions, sectors: int) -> NDArray[np.float64]:
     """Output nodes on the shell's outside above the front rail: (3, 3) m.
 
     The first lies in the middle of the sector, the others a quarter of the pitch to either side.

@@ -15,7 +15,7 @@ Integers = NDArray[np.int64]
 def check_cut_faces(side: Side, tolerance: float) -> list[str]:
     """Refuse cut faces of which nodes are not listed, or of whose mates one alone is clamped.
 
-    Nodes left out would be a gap in the ring, which no later stage can tell from a free edge.
+    Nodes left out would be a gap in the ring, which later stages would take for a free edge.
 
     Parameters
     ----------

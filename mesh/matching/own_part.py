@@ -16,10 +16,12 @@ Integers = NDArray[np.int64]
 HOOKS = ("hook_front", "hook_rear")
 INTERLOCKS = ("interlock_left", "interlock_right")
 NEEDED: dict[str, tuple[str, ...]] = {
-    "vane": (*HOOKS, "key", "accessory"),
-    "casing": (*HOOKS, "key", "left", "right", "force", "accessory"),
+    "vane": (*HOOKS, "key", "output"),
+    "casing": (*HOOKS, "key", "left", "right", "force", "output"),
 }
 """Sets that a part must have; a vane whose interlock has contacts needs those, too."""
+FORMER = {"output": "accessory"}
+"""What files of earlier versions call a set."""
 OPTIONAL: dict[str, tuple[str, ...]] = {"vane": (*INTERLOCKS, "fixed"), "casing": ("fixed",)}
 
 
@@ -83,7 +85,7 @@ def own_part(
             continue
         wanted = given.get(each, each)
         if isinstance(wanted, str):
-            found = called(mesh, wanted)
+            found = called(mesh, wanted) or called(mesh, FORMER.get(wanted, wanted))
             if found is None:
                 if each not in needed and each not in given:
                     continue
@@ -142,8 +144,8 @@ def _check_apart(part: OwnPart) -> None:
     """Refuse nodes whose displacement two sets would prescribe."""
     excluded = [("hook_front", "hook_rear"), ("left", "right"), INTERLOCKS]
     excluded += [(name, face) for name in HOOKS for face in ("left", "right", *INTERLOCKS)]
-    excluded += [(name, face) for name in ("force", "accessory") for face in ("left", "right")]
-    clamped = (*HOOKS, *INTERLOCKS, "force", "accessory")
+    excluded += [(name, face) for name in ("force", "output") for face in ("left", "right")]
+    clamped = (*HOOKS, *INTERLOCKS, "force", "output")
     excluded += [("fixed", name) for name in clamped]
     for first, second in excluded:
         if first in part.node_sets and second in part.node_sets:

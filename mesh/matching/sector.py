@@ -13,7 +13,7 @@ from vanelock.mesh.matching.pairing import TOLERANCE, follow
 from vanelock.mesh.matching.side import Side
 from vanelock.mesh.part import Part
 
-_KNOWN = ("fixed", "left", "right", "force", "accessory")
+_KNOWN = ("fixed", "left", "right", "force", "output")
 
 
 def read_sector(

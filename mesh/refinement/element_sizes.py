@@ -23,7 +23,7 @@ STRETCH = 3
 GAIN = 0.55
 """Error of a casing stretched so, over that of one that is not, at as many degrees of freedom."""
 STEP = 1e-4
-"""Sizes are told in multiples of this, m."""
+"""Sizes are rounded to multiples of this, m."""
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ from vanelock.nonlinear.adaptive.interpolant import RIVAL
 from vanelock.nonlinear.adaptive.points import TINY, Point, Pointwise
 
 OTHER = 0.04
-"""Relative distance of an amplitude from the line through a neighbour that tells of a jump."""
+"""Relative distance of an amplitude from the line through a neighbour that suggests a jump."""
 
 
 def bend(history: Sequence[Point], point: Point) -> float:

@@ -24,7 +24,7 @@ T = TypeVar("T")
 MOST = 31
 """Harmonics beyond which none is tried."""
 RUBBING = 3
-"""Fewest harmonics where a contact slides or opens: from one, a step towards more tells little."""
+"""Fewest harmonics where a contact slides or opens: from one, a step towards more says little."""
 SAMPLED = 8192
 """Samples beyond which no more are tried."""
 FEWER = 1 / 30
@@ -106,7 +106,7 @@ class Point:
 
 
 def _told(points: Sequence[Point]) -> Iterator[Any]:
-    """What tells points from others."""
+    """What distinguishes points from others."""
     for point in points:
         yield from (point.omega, point.harmonics, point.samples, point.wanted, point.solution.w)
 

@@ -49,7 +49,7 @@ PEAK = 0.8
 
 
 class OnPoint(Protocol):
-    """Is told about each point and how many there may be in all."""
+    """Is called with each point and how many there may be in all."""
 
     def __call__(self, point: Point, expected: int) -> None:
         """Tell."""
@@ -66,7 +66,7 @@ class Exploring:
     low, high : float
         The range, rad/s.
     progress : callable
-        Told of each point.
+        Called with each point.
     direction : {"up", "down"}, optional
         The one way that the range is swept; what is added then comes from the points behind it.
     left : set of (float, float)

@@ -50,7 +50,7 @@ MASSLESS = (
 
 @dataclass(frozen=True)
 class StuckModes(Product):
-    """Modes of one nodal diameter, in which the structure with all contacts stuck is told.
+    """Modes of one nodal diameter, in which the structure with all contacts stuck is expressed.
 
     Attributes
     ----------

@@ -13,7 +13,7 @@ def least_samples(harmonics: int, friction: str) -> int:
 
 
 def default_samples(harmonics: int) -> int:
-    """Samples of a period for isotropic friction, unless told otherwise."""
+    """Samples of a period for isotropic friction, unless given."""
     return max(ISOTROPIC_SAMPLES, 16 * harmonics)
 
 

@@ -183,7 +183,7 @@ def _march(
             count = _append(out, count, FREE, a, b, 0.0, np.nan, 0.0)
             mode = FREE
             continue
-        # Both bounds are monotone from a to b, so their ends tell, wherever a slope may vanish.
+        # Both bounds are monotone from a to b, so their ends decide, wherever a slope may vanish.
         rising = value(low, b) > value(low, a)
         falling = value(high, b) < value(high, a)
         if mode == FREE:  # touches down unstressed; the instant moves with v

@@ -22,7 +22,7 @@ WINDOW = Rectangle(left=-0.1, right=1.0, half=0.52)
 
 A little higher than the half harmonics at which diameters meet.
 """
-ALIKE = 1e-3  # of the excitation's frequency, by which two that are told differ at least
+ALIKE = 1e-3  # of the excitation's frequency, by which two that are listed differ at least
 SAME = 5e-3  # by which the values of s of one motion differ between two diameters that both have it
 
 
@@ -62,7 +62,7 @@ class FloquetMotion:
     def frequencies(self, count: int) -> Floats:
         """(count,) frequencies that the outputs see, Hz, the largest amplitude first.
 
-        Where a system has no outputs, its contacts tell. NaN beyond the harmonics there are.
+        Where a system has no outputs, its contacts stand in. NaN beyond the harmonics there are.
         """
         (s, a), exact = self.zero, self.series.exact
         structure, components = exact.structure, exact.law.components

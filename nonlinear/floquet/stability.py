@@ -117,7 +117,7 @@ def stability(
         default two more than the response has. With the response's own H, the perturbation alone
         gets more harmonics.
     count : int
-        m, motions that are told of each point.
+        m, motions that are listed for each point.
     modes : dict of int to StuckModes, optional
         As of `frequency_response`.
     progress : callable, optional
@@ -163,7 +163,7 @@ def stability(
 
 
 def _check(system: System, response: Response, finer: int, count: int) -> None:
-    """Refuse what stability cannot be told of."""
+    """Refuse what stability cannot be found for."""
     if (response.coupling, response.friction, response.samples) != ("coupled", "orthogonal", 0):
         law = f"{response.samples} samples" if response.samples else "located events"
         raise InputError(

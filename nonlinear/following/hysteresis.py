@@ -2,7 +2,7 @@
 
 The path is followed by arc length from the lowest frequency to the highest. Where it turns back
 real exponents of perturbations pass zero, one by one: the sign of det P, which is that of the
-whole Jacobian, since the stuck structure's part of it is positive, tells whether an odd number of
+whole Jacobian, since the stuck structure's part of it is positive, decides whether an odd number of
 them is positive. Such a state cannot last. Where none has passed nothing is proved: perturbations
 may also grow while they oscillate, or in waves of other nodal diameters, and no count of folds
 sees that.

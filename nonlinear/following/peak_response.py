@@ -215,7 +215,7 @@ def passed(tracks: Sequence[dict[float, Mark]]) -> list[float]:
 
 @dataclass
 class Report:
-    """Tells the progress of a curve."""
+    """Reports the progress of a curve."""
 
     progress: Progress | None
     values: list[float]
@@ -223,7 +223,7 @@ class Report:
     done: int = 0
 
     def __call__(self, mark: Mark) -> None:
-        """Tell of one more peak."""
+        """Count one more peak."""
         self.done += 1
         if self.progress is None:
             return

@@ -64,7 +64,7 @@ class PlacedPeak:
 
 @dataclass
 class Tally:
-    """Counts the frequencies solved and tells the progress."""
+    """Counts the frequencies solved and reports the progress."""
 
     progress: Progress | None
     solved: int = 0
@@ -287,7 +287,7 @@ def _found(end: Callable[[], Floats | None]) -> Floats | None:
 
 
 def _smooth(peak: PeakPoint, condition: float) -> bool:
-    """Whether the peak is one at which its gradient tells all changes."""
+    """Whether the peak is one at which its gradient describes all changes."""
     return not peak.sharp and peak.distance < condition
 
 

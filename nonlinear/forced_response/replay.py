@@ -79,7 +79,7 @@ class Replay:
         question : str
             What is asked.
         arguments : tuple of float, int, str, None or array
-            What the answer follows from; it tells whether a record is that answer.
+            What the answer follows from; it identifies a record as that answer.
         compute : callable
             Gives the answer.
         """
@@ -98,7 +98,7 @@ class Replay:
 
 
 def _label(question: str, arguments: tuple[Any, ...]) -> bytes:
-    """A line that tells a question from others."""
+    """A line that distinguishes a question from others."""
     digest = 0
     for each in arguments:
         if isinstance(each, float):

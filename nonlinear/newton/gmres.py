@@ -1,4 +1,4 @@
-"""GMRES for real systems that are close to the identity, with what its subspace tells of them."""
+"""GMRES for real systems that are close to the identity, with what its subspace knows of them."""
 
 from collections.abc import Callable
 from dataclasses import dataclass

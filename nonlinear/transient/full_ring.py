@@ -1,7 +1,7 @@
 """The linear ring of all sectors, its contacts stuck, in nodal-diameter coordinates.
 
 The coordinates of sector j are x_j = Σ_k X_k e^{-2πikj/N}, k = 0 ... N - 1. They are real, so
-X_{N-k} is the conjugate of X_k and half of the diameters tell all:
+X_{N-k} is the conjugate of X_k and half of the diameters suffice:
 
     x_j = Re Σ_k m_k X_k e^{-2πikj/N},   k = 0 ... ⌊N/2⌋,   m_k = 1 where k = N - k, otherwise 2.
 

@@ -82,7 +82,7 @@ def frequency_errors(
     Raises
     ------
     InputError
-        If a part was reduced by a route that does not tell what it leaves out.
+        If a part was reduced by a route that gives no estimate of what it leaves out.
     """
     matrices = system.at(nodal_diameter)
     n = len(matrices.K)
@@ -174,7 +174,7 @@ def neglected_forms(vane: Component, casing: Component, nodal_diameter: int) -> 
     Raises
     ------
     InputError
-        If a part was reduced by a route that does not tell what it leaves out.
+        If a part was reduced by a route that gives no estimate of what it leaves out.
     """
     parts = []
     for part, dofs in _places(vane, casing):
@@ -196,8 +196,8 @@ def _form(part: Component, reduced: Reduced, squared: float) -> Matrix:
     """G₀ - θ G₁ + θ² G₂."""
     if reduced.neglected is None:
         raise InputError(
-            f'{part.masters.part}: reduced by the route "{part.route}", which does not tell what '
-            'it leaves out: reduce by the route "cyclic"'
+            f'{part.masters.part}: reduced by the route "{part.route}", which gives no estimate '
+            'of what it leaves out: reduce by the route "cyclic"'
         )
     G0, G1, G2 = reduced.neglected
     return np.asarray(G0 - squared * G1 + squared**2 * G2)

@@ -17,7 +17,7 @@ from vanelock.rom.fixed_interface.vectors import accurate
 
 ELASTIC = 10
 """The band reaches to the tenth elastic mode of the part, its masters free, unless it is given."""
-ROUGH = 0.03  # residual of the modes that tell the band
+ROUGH = 0.03  # residual of the modes that set the band
 DEFAULT = 1e-4
 """Accuracy unless modes, a cut-off or another accuracy is given."""
 

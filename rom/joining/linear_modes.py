@@ -70,7 +70,7 @@ def free_motions(K: Matrix, M: Matrix) -> Matrix:
     """Motions that a stiffness leaves free, such as rigid ones of a body that nothing holds.
 
     They are eigenvectors of D K D, D = diag(max(K_ii, κ M_ii))^-1/2 with κ = tr K / tr M: stiffness
-    condensed to a few rows of a free body may be nothing but round-off, which is told by its mass.
+    condensed to a few rows of a free body may be nothing but round-off, which its mass shows.
 
     Parameters
     ----------

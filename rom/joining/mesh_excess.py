@@ -2,7 +2,7 @@
 
 A mesh of displacement elements makes a part too stiff. Let X be the modes of the joined structure,
 all contacts stuck, and E_p by how much the mesh of part p raises Xᴴ K_p X, as the field itself
-tells (`fem.excess_stiffness`). Then
+shows (`fem.excess_stiffness`). Then
 
     K_p' = K_p - Q_p E_p Q_pᴴ,      Q_p = K_p X G_p⁻¹,      G_p = Xᴴ K_p X,
 
@@ -12,7 +12,7 @@ that moves without strain, as with contacts open, loses nothing, and K_p' is pos
 is, since E_p is less than G_p. E_p is proportional to the part's modulus; Q_p does not change.
 
 The vane's shapes at all nodal diameters lie in a space of some thirty real ones, to 1e-4 of their
-strain energy: the ring's stiffness mixes them anew. E of that space, found once, tells E of each
+strain energy: the ring's stiffness mixes them anew. E of that space, found once, gives E of each
 diameter (`spanned`, `SpaceExcess`).
 
 At rest interference pushes where no low mode leads. So at nodal diameter 0, where the state at rest
@@ -92,7 +92,7 @@ class ModalExcess(Product):
         Q_p in joined coordinates.
     share : float
         The largest part that E_p is of the strain energy of a combination of modes; above `MOST`,
-        where no more than that is taken off, the mesh is too coarse to tell.
+        where no more than that is taken off, the mesh is too coarse to say.
     """
 
     frequency: NDArray[np.float64] = field(metadata={"unit": "Hz"})

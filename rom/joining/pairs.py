@@ -155,7 +155,7 @@ def _act_alike(
     other: Masters,
     mate: NDArray[np.int64],
 ) -> None:
-    """Refuse means over patches on one side only, in words that tell why the pairs lie apart."""
+    """Refuse means over patches on one side only, in words that say why the pairs lie apart."""
     means, mates = np.isin(own, part.averaged), np.isin(mate, other.averaged)
     if len(means) == len(mates) and np.any(means != mates):
         raise InputError(

@@ -129,7 +129,7 @@ def _pivots(weights: sp.csc_array, allowed: NDArray[np.bool_], name: str) -> Nod
     size = np.abs(np.diagonal(R))[:k]
     if len(size) < k or not size.min(initial=1.0) > DISTINCT * size.max(initial=0.0):
         raise InputError(
-            f"{name}: the mesh is too coarse to tell the contact patches apart: "
+            f"{name}: the mesh is too coarse to resolve the contact patches: "
             "choose another mesh.size"
         )
     return np.asarray(candidates[order[:k]])

@@ -107,7 +107,7 @@ def join(
     Returns
     -------
     System
-        Contacts ordered by joint; the outputs are the accessory nodes, their displacement in
+        Contacts ordered by joint; the outputs are the output nodes, their displacement in
         (radial, circumferential, axial) components.
 
     Raises
@@ -133,11 +133,11 @@ def join(
             "outputs",
             name,
             nodes,
-            [f"{part.masters.part} accessory {i + 1}" for i in range(len(nodes))],
+            [f"{part.masters.part} output {i + 1}" for i in range(len(nodes))],
             turned=True,
         )
         for name, part in (("vane", vane), ("casing", casing))
-        if (nodes := part.masters.node_sets.get("accessory")) is not None
+        if (nodes := part.masters.node_sets.get("output")) is not None
     ]
     joined = Joined(
         sectors=N,

@@ -4,7 +4,7 @@
     { x_s } = [ Ψ  B ] { η   },      Ψ = -K_ss⁻¹ K_sm,    B: fixed-interface modes and more,
 
 R. R. Craig and M. C. C. Bampton, Coupling of substructures for dynamic analyses, AIAA Journal 6
-(1968) 1313-1319; which vectors B holds is told in `vanelock.rom.fixed_interface.vectors`.
+(1968) 1313-1319; which vectors B holds is documented in `vanelock.rom.fixed_interface.vectors`.
 """
 
 from vanelock.rom.component import Component

@@ -11,6 +11,7 @@ import pytest
 
 from vanelock import rom
 from vanelock.nonlinear import Options, Response, frequency_response
+from vanelock.results.figures.curve_table import NOTE
 from vanelock.results.files.writer import Results
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -22,7 +23,7 @@ TOLD = re.compile(
 )
 ELSEWHERE = {
     "points not converged",  # a column of a campaign's CSV files
-    "solved: 1 where the point converged; the others are not to be trusted",  # a caption
+    NOTE,  # a caption
     "WARNING: ",  # taken off a warning, or put before one
 }
 
@@ -80,7 +81,7 @@ def spring(stiffness: float) -> rom.System:
     kn, kt, mu, v0 = np.array([stiffness]), np.ones((1, 2)), np.array([0.3]), np.array([1e-3])
     force = {1: rom.Force(np.array([1.0 + 0j]))}
     contacts = rom.Contacts(kn, kt, mu, v0, ("interlock",))
-    return rom.System(1, 1, {0: matrices}, contacts, force, ("vane accessory 1",), 0.01)
+    return rom.System(1, 1, {0: matrices}, contacts, force, ("vane output 1",), 0.01)
 
 
 @pytest.mark.parametrize("lost", [(), (0, 2)])

@@ -33,7 +33,7 @@ def ring_sectors(lattice):
             "hook_front": contact[front],
             "hook_rear": contact[~front],
             "key": np.array([contact[front][0], contact[~front][-1]]),
-            "accessory": away[:2],
+            "output": away[:2],
         }
         if name == "vane":
             found |= {"interlock_left": sets["y0"], "interlock_right": sets["y1"]}

@@ -37,6 +37,6 @@ def ring():
             always_closed=("hook",),
         ),
         force={1: Force(np.array([1.0 + 0j, 0]))},
-        output_names=("vane accessory 1",),
+        output_names=("vane output 1",),
         damping_ratio=0.01,
     )

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from typer.models import CommandInfo
 
-STATUSES = """Exit status: 0 done; {failed}2 input that cannot be used, told in one line for each
+STATUSES = """Exit status: 0 done; {failed}2 input that cannot be used, one line for each
 mistake; 130 stopped by Ctrl-C, 143 by SIGTERM, 129 by SIGHUP; 141 nobody reads the output."""
 FAILED = "1 done, but some cases of a sweep failed, and they are listed; "
 SWEEPS = ("run",)
@@ -59,8 +59,8 @@ what it costs. Takes several times as long as the study.""",
     ),
     "compare": (
         "Put two runs side by side.",
-        """Cases are paired by name, else by the values they share, else by their order, which is
-told. Neither run is changed.""",
+        """Cases are paired by name, else by the values they share, else by their order, which a
+note says. Neither run is changed.""",
         ["vanelock compare runs/a runs/b"],
         "docs/outputs.md",
     ),

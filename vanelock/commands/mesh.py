@@ -35,7 +35,7 @@ def mesh_study(
         A run's folder. `mesh/` in it receives for each part a `.vtu` and a `.msh` file with the
         node sets, and `quality.csv`, `sets.csv` and `mesh.png` for both.
     listener : callable
-        Told about stages, notices and tables.
+        Called with stages, notices and tables.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""Errors that a user can mend, and how they are told."""
+"""Errors that a user can mend, and how they are reported."""
 
 from collections.abc import Callable
 
@@ -21,7 +21,7 @@ def raised(check: Callable[[], object]) -> list[str]:
 
 
 MOST_TOLD = 20
-"""Mistakes of one file that are told, a line each; of the rest their number."""
+"""Mistakes of one file that are reported, a line each; of the rest their number."""
 
 
 def printable(text: str) -> str:
@@ -30,7 +30,7 @@ def printable(text: str) -> str:
 
 
 LONGEST = 1000
-"""Characters of a line that is told; the longest list of known keys has half of that."""
+"""Characters of a line that is reported; the longest list of known keys has half of that."""
 
 
 def cut_short(line: str) -> str:

@@ -1,6 +1,6 @@
 """Tables of what was found, for a terminal, a page, a file and machines alike.
 
-Rows are in SI units; a column tells the unit in which it is shown, as a study file's keys convert.
+Rows are in SI units; a column gives the unit in which it is shown, as a study file's keys convert.
 """
 
 from collections.abc import Sequence
@@ -40,12 +40,14 @@ class Column:
     unit : str
         In which its numbers are shown: "µm", "µJ/cycle"; its cells are in that of the SI.
     form : str
-        Format of its numbers, such as ".1f"; by default whole numbers are told in full, others to
+        Format of its numbers, such as ".1f"; by default whole numbers are given in full, others to
         four significant digits.
     key : str
         Its name for machines, by default the head.
     note : str
-        What it tells, which then stands below the table.
+        An explanation, which then stands below the table.
+    minor : bool
+        Whether a terminal that is too narrow for all columns does without it.
     """
 
     head: str
@@ -53,6 +55,7 @@ class Column:
     form: str = ""
     key: str = ""
     note: str = ""
+    minor: bool = False
 
     @property
     def name(self) -> str:
@@ -107,7 +110,7 @@ class Table:
 
     @property
     def lines(self) -> list[str]:
-        """What stands below it: what its columns tell, then its notes."""
+        """What stands below it: notes of its columns, then its own."""
         message = "; ".join(column.note for column in self.columns if column.note)
         return [*([f"{message}."] if message else []), *self.notes]
 
@@ -145,6 +148,12 @@ class Table:
         cells = zip(*self.shown, strict=True)
         empty = [c.name for c, own in zip(self.columns, cells, strict=False) if set(own) <= {None}]
         return self.without(*set(names).intersection(empty))
+
+
+def counted(count: int, noun: str) -> str:
+    """A number of things: "1 contact", "2,000 meshes"."""
+    plural = "es" if noun.endswith(("s", "sh", "x")) else "s"
+    return f"{count:,} {noun}{'' if count == 1 else plural}"
 
 
 def heads(*names: str) -> tuple[Column, ...]:

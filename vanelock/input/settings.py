@@ -6,6 +6,7 @@ from typing import Any
 
 from pydantic.fields import FieldInfo
 
+from vanelock.input.cases.names import scaled
 from vanelock.input.cases.values import Given, path_of
 from vanelock.input.messages import field_at, show
 from vanelock.input.schema.scene import Scene
@@ -13,13 +14,6 @@ from vanelock.input.schema.study import Study
 
 Flat = dict[str, Any]
 SCATTERING = "scatter.keys."
-
-SCALES = {
-    "m": ((1e-3, 1e3, "mm"), (0.0, 1e6, "µm")),
-    "N/m": ((1e5, 1e-6, "N/µm"),),
-    "Pa": ((1e9, 1e-9, "GPa"), (1e5, 1e-6, "MPa")),
-}
-"""By SI unit: from which size on, factor, and unit that is shown."""
 
 
 @dataclass(frozen=True)
@@ -142,9 +136,14 @@ def described(key: str, schema: type[Given] = Study) -> tuple[str, str]:
     return (f"swept: {meaning}" if swept != key else meaning), unit.rstrip("]")
 
 
+def unit_of(key: str, schema: type[Given] = Study) -> str:
+    """The SI unit of a key, "" where it has none; a size of a mesh may be a word besides."""
+    return "m" if key == "mesh.size" else described(key, schema)[1]
+
+
 def as_text(key: str, value: Any, schema: type[Given] = Study) -> str:
     """A value with its unit, as people write it; a list in the unit of its largest entry."""
-    unit = "m" if key == "mesh.size" else described(key, schema)[1]  # a size may be a word
+    unit = unit_of(key, schema)
     if value is None:
         return "not set"
     if isinstance(value, bool):
@@ -161,12 +160,9 @@ def _is_number(value: Any) -> bool:
 
 
 def _number(values: list[float], unit: str) -> str:
-    largest = max(abs(v) for v in values)
-    for least, factor, shown in SCALES.get(unit, ()):
-        if largest >= least or largest == 0:
-            return f"{_listed([factor * v for v in values])} {shown}"
-    shown = {"deg": "°", "m^2/N": "m²/N", "N/m^3": "N/m³", "kg/m^3": "kg/m³"}.get(unit, unit)
-    return f"{_listed(values)} {shown}".rstrip() if shown != "°" else f"{_listed(values)}°"
+    factor, shown = scaled(max(abs(v) for v in values), unit)
+    text = _listed([factor * v for v in values])
+    return f"{text}°" if shown == "°" else f"{text} {shown}".rstrip()
 
 
 def _listed(values: list[float]) -> str:

@@ -113,7 +113,7 @@ class Stages:
     cache : Store
         Where products are kept between runs.
     listener : callable
-        Told about each stage.
+        Called with each stage.
     done : dict of str to Done
         The steps so far by key, in order.
     cpu : dict of str to float

@@ -29,7 +29,7 @@ from vanelock.report import Picture
 from vanelock.results import listing
 from vanelock.results.figures.pictures import Pictures
 from vanelock.results.files import results_file
-from vanelock.results.files.redrawn import OutputFiles
+from vanelock.results.files.redrawn import REPORT, OutputFiles
 from vanelock.results.files.run_folder import claimed
 from vanelock.results.page import write_report
 from vanelock.stages.response.summary import Summary
@@ -53,7 +53,7 @@ def run_campaign(
     folder : path
         Where `results.h5`, `report.html`, `figures/`, `shapes/` and `cache/` go.
     listener : callable
-        Told about stages, points, notices and tables.
+        Called with stages, points, notices and tables.
     text : str
         The study file's text, kept in the results.
     workers : int
@@ -98,6 +98,7 @@ def run_campaign(
             except TaskFailed as error:
                 failure = error.failure
                 raise InputError(f"campaign: {failure.task}: {failure.reason}") from None
+        run.answer(summaries)
         stated = statements(found)
         _record(run, found)
         listener(short_table(stated))
@@ -120,7 +121,8 @@ def run_campaign(
         "results": str(path / results_file.NAME),
         "pictures": [str(file) for shown in drawn for file in (shown.path, *shown.data)],
     }
-    listener(Finished(str(path), time.perf_counter() - began, summary))
+    opened = str(path / REPORT) if study.outputs.report else ""
+    listener(Finished(str(path), time.perf_counter() - began, summary, opened))
     return stated
 
 

@@ -16,7 +16,7 @@ from vanelock.published.evidence import Evidence
 from vanelock.published.sheets import case_of
 from vanelock.quantities.curves_and_fields import RunData
 from vanelock.report import Picture
-from vanelock.results.figures.curves import columns
+from vanelock.results.figures.curve_table import columns
 
 REFERENCE = (
     "Frequency and amplitude are over those of the linear resonance with the hooks stuck and the "
@@ -199,10 +199,10 @@ def _diameters(e: Evidence, name: str) -> str:
 def _curve(
     run_data: RunData, e: Evidence, name: str, group: str, variant: str | None = None
 ) -> render.Curve:
-    """A case's curve; the line style tells the coupling unless told otherwise."""
+    """A case's curve; the line style shows the coupling unless one is given."""
     frequency, amplitude, converged = run_data.shown.curve[name]
     text = _study(e, name).response.coupling if variant is None else variant
-    return render.Curve(frequency, amplitude, group, None, converged, variant=text)
+    return render.Curve(frequency, amplitude, group, None, converged, variant=text, case=name)
 
 
 def _limit(run_data: RunData, which: str) -> render.Curve:

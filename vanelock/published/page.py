@@ -47,7 +47,7 @@ def sections(
     shown: PublishedPictures,
     spent: Callable[[], float],
 ) -> list[Section]:
-    """All sections of a campaign, its answers first; `spent` tells the seconds since it began."""
+    """All sections of a campaign, its answers first; `spent` gives the seconds since it began."""
     done = [*run_data.stages.done.values(), *run_data.output_files.done]
     return [
         answers(e, stated),
@@ -69,7 +69,7 @@ def answers(e: Evidence, stated: Sequence[Statement]) -> Section:
         Answer(
             "Published statements",
             f"{agreed['yes']} of {len(stated)} agree",
-            f"{agreed['partly']} partly, {agreed['no']} not; the table below tells why",
+            f"{agreed['partly']} partly, {agreed['no']} not; see the table below",
             "good" if not agreed["no"] else "warn",
         )
     ]
@@ -171,7 +171,7 @@ def _highest(ridges: Sequence[Ridge]) -> int:
 
 
 def _best(ridge: Ridge, base: Study) -> Answer:
-    words = {"mu": "Friction that damps best", "interference": "Interference that damps best"}
+    words = {"mu": "Optimum friction", "interference": "Optimum interference"}
     best = ridge.best
     if best is None:
         return Answer(words[ridge.name], "unknown", ridge.message, "warn")

@@ -9,9 +9,11 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from vanelock.common.errors import InputError
+from vanelock.input.cases.names import quantity, valued
 from vanelock.input.cases.sweep import Case
 from vanelock.input.cases.values import value_at, with_values
 from vanelock.input.schema.study import Study
+from vanelock.input.settings import unit_of
 
 MU = "joints.interlock.mu"
 INTERFERENCE = "joints.interlock.interference"
@@ -84,13 +86,13 @@ def base_study(study: Study) -> Study:
     """
     assert study.campaign is not None
     pressed = study.joints.interlock.interference
-    if not pressed > 0:  # told here: the campaign's own case of the hooks alone has a gap
+    if not pressed > 0:  # refused here: the campaign's own case of the hooks alone has a gap
         raise InputError(f"{INTERFERENCE} = {pressed:g}: must be > 0 m in a campaign")
     start = {MU: study.campaign.reference_mu, HARMONICS: 1, COUPLING: COUPLINGS[0]}
     if study.response.harmonic_diameters != "wave":
         start[DIAMETERS] = "wave"
     if study.excitation.unbalance is None:
-        start[FORCE] = study.excitation.force_per_node  # a default would not be told
+        start[FORCE] = study.excitation.force_per_node  # a default would not be listed
     return with_values(study, start)
 
 
@@ -173,7 +175,7 @@ class _Sheets:
         return name
 
     def plan(self) -> Plan:
-        """All of it; every case tells the same keys, so that cases can be told apart by them."""
+        """All of it; every case has the same keys, so that cases can be told apart by them."""
         used = [
             key
             for key in KEYS
@@ -196,9 +198,7 @@ def case_name(changes: Changes) -> str:
     texts = []
     for key in KEYS:
         if key in changes:
-            value = changes[key]
-            shown = value if isinstance(value, str) else f"{value:.6g}"
-            texts.append(f"{key.rpartition('.')[2]}={shown}")
+            texts.append(f"{key.rpartition('.')[2]}={valued(changes[key], unit_of(key))}")
     return ",".join(texts) or "reference"
 
 
@@ -208,8 +208,8 @@ def case_words(name: str) -> str:
     for text in name.split(","):
         key, _, value = text.partition("=")
         if key == "interference":
-            apart = float(value) == GAP
-            texts.append("interlock apart" if apart else f"{1e6 * float(value):g} µm")
+            apart = value == valued(GAP, "m")
+            texts.append("interlock apart" if apart else quantity(value))
         elif key == "harmonic_diameters":
             texts.append("one diameter")
         elif key == "coupling":

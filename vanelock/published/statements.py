@@ -1,7 +1,7 @@
 """What the published study states, figure by figure, and whether this run agrees.
 
 A statement agrees where every number behind it says so, partly where some do. Why it does not is
-told from numbers of the same run.
+decided by numbers of the same run.
 """
 
 import itertools
@@ -181,7 +181,7 @@ def harmonics(e: Evidence) -> Statement:
         judge(0 <= first < SLIGHT, abs(last) < NONE),
         ""
         if holds[known(plane)].all()
-        else "where contacts lift off for part of the period, near the friction that damps best, "
+        else "where contacts lift off for part of the period, near the optimum friction, "
         "one harmonic does not carry the impact",
         tuple(names),
     )
@@ -328,7 +328,7 @@ def _falling(e: Evidence, figure: str, name: str, cases: Sequence[str]) -> State
     words = {"mu": "friction coefficient", "interference": "interlock interference"}[name]
     why = ""
     if not all(holds):
-        why = f"beyond the {words} that damps best the contacts stick more and dissipate less"
+        why = f"beyond the optimum {words} the contacts stick more and dissipate less"
     return Statement(
         figure,
         f"the peak falls as the {words} grows",
@@ -369,7 +369,7 @@ def _against(e: Evidence, figure: str, sheet: str, coupling: str) -> Statement:
         why = (
             _by_mean_load(e, worst)
             if coupling == "constant-load"
-            else "beyond the friction that damps best the order turns round, see the map"
+            else "beyond the optimum friction the order turns round, see the map"
         )
     return Statement(
         figure,

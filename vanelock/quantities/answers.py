@@ -24,7 +24,7 @@ from vanelock.stages.response.summary import Peak
 MOST = 8
 """Cases that are looked into; of more, some."""
 FEW = 60
-"""Cases that are all told how much they are damped: each takes its system anew."""
+"""Cases that all get their damping ratio: each takes its system anew."""
 AUDITED = 2**14
 """Samples of the period at which a peak is marched again."""
 
@@ -50,7 +50,7 @@ class CaseAnswers:
     wear : Wear
     balance : EnergyBalance
     bandwidth : float
-        Damping ratio by the half-power bandwidth; NaN where the curve does not tell.
+        Damping ratio by the half-power bandwidth; NaN where the curve is too short.
     audit : Audit or None
         The peak checked by marching; None for what an audit does not cover, and at the largest
         peak by static friction, which its bounds check.
@@ -151,7 +151,7 @@ def _answers(
     peak: Peak,
     curve: Drawn,
 ) -> CaseAnswers:
-    """Of a case, `solved`, at a peak of its response; the curve tells its bandwidth."""
+    """Of a case, `solved`, at a peak of its response; the curve gives its bandwidth."""
     stages, name = run_data.stages, planned.case.name
     top, system = as_solved(stages.get(planned.response), peak.point), stages.get(planned.system)
     key, stress = planned.response.key, None

@@ -4,7 +4,7 @@ Percentiles are interpolated between the samples, median-unbiased (Hyndman and F
 (1996) 361, type 8). Their confidence limits are order statistics, by the binomial distribution of
 how many samples lie below (Conover, Practical Nonparametric Statistics, 3.2): of any distribution
 of the peaks, and for samples drawn independently; those of a Latin hypercube scatter less. A key's
-part is told by Spearman's rank correlation, whose limits are Fisher's with Bonett and Wright's
+part is measured by Spearman's rank correlation, whose limits are Fisher's with Bonett and Wright's
 variance.
 """
 
@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vanelock.common.product import Product
-from vanelock.common.tables import Column, Table
+from vanelock.common.tables import Column, Table, counted
 from vanelock.input.cases.sweep import Case
 from vanelock.stages.response.summary import Summary
 
@@ -23,9 +23,9 @@ Floats = NDArray[np.float64]
 PERCENT = (5.0, 25.0, 50.0, 75.0, 95.0)
 CONFIDENCE = 0.95
 FEWEST = 10
-"""Samples below which nothing is told."""
+"""Samples below which nothing is reported."""
 COARSE = 0.2
-"""Of the spread from the 5th to the 95th percentile, the distance of frequencies that is told."""
+"""Of the spread from the 5th to the 95th percentile, the resolution that is noted."""
 
 
 @dataclass(frozen=True)
@@ -45,7 +45,7 @@ class Scattered(Product):
     percent : (p,) float
         Which percentiles.
     amplitude_percentile, frequency_percentile : (p, 3) float
-        Percentile and its confidence limits; NaN where the samples are too few to tell.
+        Percentile and its confidence limits; NaN where the samples are too few to say.
     amplitude_correlation, frequency_correlation : (k, 3) float
         Rank correlation with each key and its confidence limits.
     confidence : float
@@ -168,12 +168,12 @@ def percentile_table(found: Scattered, monitor: str) -> Table:
         "takes more samples"
     ]
     if known < every:
-        notes.append(f"{every - known} samples without a peak are left out")
+        notes.append(f"left out: {counted(every - known, 'sample')} without a peak")
     spread = float(found.frequency_percentile[-1, 0] - found.frequency_percentile[0, 0])
     if found.spacing > COARSE * spread:
         notes.append(
-            f"frequencies are told to {found.spacing:.3g} Hz alone, as far as those computed are "
-            f"apart, and scatter by {spread:.3g} Hz: without response.points and "
+            f"frequencies are resolved to {found.spacing:.3g} Hz alone, the spacing of points, and "
+            f"scatter by {spread:.3g} Hz: without response.points and "
             "response.frequencies each peak is located"
         )
     return Table(f"Scatter of the peaks of {monitor}", columns, rows.tolist(), notes, "percentiles")

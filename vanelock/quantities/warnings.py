@@ -24,6 +24,8 @@ OPEN_SHARE = 0.1
 """Of a joint's contacts that the limits hold closed, how many may be open at rest."""
 RANGE = 0.01
 """Of a joint's load at rest, relative to that load, from which it is worth a line."""
+NONE = 1e-3
+"""Of a joint's load at rest, what is written as none."""
 HARMONICS = 0.1
 """Motion of the contacts by harmonics beyond the band, over that by the first."""
 SPEEDS = (0.05, 5e4)
@@ -119,7 +121,7 @@ def at_rest(static: Response, loose: bool) -> list[str]:
     if not static.converged.all():
         lines.append(
             f"the state at rest DID NOT CONVERGE (residual {static.residual.max():.1e}): its "
-            "forces, and all that is told of rest, are not to be used"
+            "forces, and all results at rest, are not to be used"
         )
     return lines
 
@@ -187,8 +189,8 @@ def static_friction(
             most = f"{high:.3g} N a sector" if np.isfinite(high) else "any load"
             lines.append(
                 f"static friction of contacts that stick is not determined: it can hold {name} at "
-                f"rest at {low:.3g} N to {most} ({here:.3g} N if assembled unstressed, as here), "
-                "and the peak depends on which"
+                f"rest at {low if low > NONE * here else 0:.3g} N to {most} ({here:.3g} N if "
+                "assembled unstressed, as here), and the peak depends on which"
             )
     return lines
 
@@ -224,14 +226,13 @@ def wave(found: Summary) -> list[str]:
     gauge = f"; a gauge shows {', '.join(beside)} Hz beside {peak.frequency:.4g} Hz"
     if verdict.verdict == "unstable":
         return [
-            "the periodic wave at the peak is UNSTABLE, not what the ring settles on: it leaves by "
-            f"a motion of nodal diameter {verdict.diameter} that grows to {verdict.growth:.3g} "
-            f"times its size a period{gauge if beside else ''}"
+            "the periodic wave at the peak is UNSTABLE, the ring does not settle on it: a "
+            f"disturbance of nodal diameter {verdict.diameter} grows by a factor "
+            f"{verdict.growth:.3g} per cycle{gauge if beside else ''}"
         ]
-    growth = f", growth {verdict.growth:.3g} a period" if verdict.growth > 0 else ""
+    growth = f", growth {verdict.growth:.3g} per cycle" if verdict.growth > 0 else ""
     return [
-        "whether the ring stays with the periodic wave at the peak is UNDECIDED: "
-        f"{verdict.reason}{growth}"
+        f"the stability of the periodic wave at the peak is UNDECIDED: {verdict.reason}{growth}"
     ]
 
 

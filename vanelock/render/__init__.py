@@ -47,6 +47,7 @@ _modules = {
     "vane_drawing": "drawings.vane_sheet",
     "wave_name": "scenes.annulus",
     "write_pvd": "shapes.time_steps",
+    "write_ring": "shapes.export",
     "write_step": "shapes.time_steps",
     "write_vtu": "shapes.export",
 }

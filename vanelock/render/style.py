@@ -43,7 +43,7 @@ PART_COLOURS: Final = {"vane": "#c9b28a", "casing": "#a9b7c6"}
 AMPLITUDE_MAP: Final = LinearSegmentedColormap.from_list(
     "amplitude", ["#ecedee", "#bfe0df", "#6cbfc8", "#2c8ab8", "#28509c", "#22195a"]
 )
-# Cyclic: lightness tells 0 from 180 degrees, hue tells a lead from a lag.
+# Cyclic: lightness separates 0 from 180 degrees, hue a lead from a lag.
 PHASE_MAP: Final = LinearSegmentedColormap.from_list(
     "phase", ["#f7f0b6", "#5aa9d6", "#1d2a5e", "#c2482b", "#f7f0b6"]
 )

@@ -38,7 +38,7 @@ class Answer:
     note : str
         Where, at which case, how sure.
     flag : {"", "good", "warn", "bad"}
-        Whether it is well; told by a word as well as by a colour.
+        Whether it is well; shown by a word as well as by a colour.
     """
 
     label: str
@@ -65,7 +65,7 @@ class Picture:
     title, caption : str
         Heading, and what is to be seen.
     data : sequence of Path or str
-        Files beside the report that hold its numbers, told by name.
+        Files beside the report that hold its numbers, given by name.
     case : str
         The case that it belongs to, if it does to one.
     """
@@ -98,7 +98,7 @@ class Trace:
     colour : str
         "#rrggbb"; by default the next of the house's series.
     hover : str
-        More to be told under the pointer, the same for all points.
+        More to be shown under the pointer, the same for all points.
     size : float or (n,) float, optional
         Of the markers, pixels.
     fill : float
@@ -133,7 +133,7 @@ class Plot:
     log_x, log_y : bool
         Logarithmic axes.
     data : sequence of Path or str
-        Files beside the report that hold its numbers, told by name.
+        Files beside the report that hold its numbers, given by name.
     y_from_zero : bool
         Begin the vertical axis at zero, unless it is logarithmic or something is negative.
     zoom : ((float, float), (float, float)), optional
@@ -168,7 +168,7 @@ class Body:
     outline : (k, 2) int
         Into `points`: edges drawn as lines.
     name : str
-        Of the part: tells its colour at rest.
+        Of the part: selects its colour at rest.
     """
 
     points: Real
@@ -195,7 +195,7 @@ class Motion:
     note : str
         A line under it.
     relative : bool
-        A mode: the colour bar tells the share of the largest displacement instead of µm.
+        A mode: the colour bar gives the share of the largest displacement instead of µm.
     """
 
     name: str

@@ -173,7 +173,7 @@ def _room(plot: Plot) -> dict[str, Any]:
 
 
 def _axis(label: str, log: bool) -> dict[str, Any]:
-    # On a logarithmic axis every label is told in full, and few of them.
+    # On a logarithmic axis every label is written in full, and few of them.
     scale = {"type": "log", "tickformat": ".6~g", "nticks": 6} if log else {"type": "linear"}
     return scale | {
         "title": {"text": str(escape(label)), "standoff": 10},

@@ -42,7 +42,7 @@ def cell(value: str | float | None, form: str = "") -> Markup:
     if isinstance(value, str):
         return marked(value)
     if math.isfinite(value) and (isinstance(value, int) or (form and form[-1] not in "g")):
-        return escape(_signed(format(value, form or ",")))  # counts are told in full
+        return escape(_signed(format(value, form or ",")))  # counts are given in full
     sign = "+" if form.startswith("+") and value > 0 else ""
     return escape(sign + number(value, int(form.strip("+,.g") or 4)))
 

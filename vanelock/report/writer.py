@@ -40,7 +40,7 @@ def write_page(path: str | os.PathLike[str], page: Page) -> Path:
     path : path
         HTML file to write.
     page : Page
-        What it shows. A picture's `data` in the folder of `path` is told relative to it.
+        What it shows. A picture's `data` in the folder of `path` is linked relative to it.
 
     Raises
     ------

@@ -13,7 +13,7 @@ from vanelock.stages.assessment.stability import WORDS
 
 MOST = 24
 """Cases that a table has; of more it says so."""
-ENDS = ("least", "as assembled", "largest")
+ENDS = ("lower bound", "as assembled", "upper bound")
 """What the three places of `PeakBounds` are called."""
 ROUND_OFF = 1e-9
 RANK = np.array([0, 2, 1])
@@ -48,9 +48,12 @@ def bounds_table(found: Mapping[str, BoundedPeak]) -> Table:
             ]
             stationary = "yes" if each.stationary[i] else "no"
             numbers = each.amplitude[i], each.frequency[i], *loads
-            told = each.found_by[i], stationary, found[name].residual[i]
-            rows.append((name, end, *numbers, *told))
-    notes = [FOUND, "loads: of a joint's contacts in one sector; check: an audit's residual"]
+            search = each.found_by[i], stationary, found[name].residual[i]
+            rows.append((name, end, *numbers, *search))
+    notes = [
+        FOUND,
+        "loads: total of a joint in one sector; check: its residual",
+    ]
     for name, each in islice(known.items(), MOST):
         if len(each.drawn):
             low, high = 1e6 * each.drawn.min(), 1e6 * each.drawn.max()
@@ -58,7 +61,7 @@ def bounds_table(found: Mapping[str, BoundedPeak]) -> Table:
             places = f"{len(each.drawn)} random place{'s' if len(each.drawn) > 1 else ''}"
             notes.append(f"{case}{places}: {low:.4g} to {high:.4g} µm")
     notes += _cut(len(known))
-    title = "Peaks by static friction, which no model determines"
+    title = "Bounds of the peaks over static friction, which the model does not determine"
     made = Table(title, columns, rows, notes, "bounds")
     return made.without("case") if len(known) == 1 else made
 
@@ -88,13 +91,19 @@ def stability_table(found: Mapping[str, Stability]) -> Table:
     columns = (
         Column("case"),
         Column("at", "Hz", ".6g", "frequency_hz"),
-        Column("wave"),
-        Column("a period", key="growth", note="a period: growth of the fastest motion"),
+        Column("stability", key="wave"),
+        Column(
+            "growth per cycle",
+            key="growth",
+            note="growth: of the fastest growing disturbance (Floquet multiplier)",
+        ),
         Column("ND", key="diameter", note="ND: its nodal diameter"),
-        Column("growing", note="growing: motions that grow"),
-        Column("it shows at", "Hz", key="seen_hz"),
-        Column("by H", key="first"),
-        Column("by H + 2", key="second", note="by H, by H + 2: by two numbers of harmonics"),
+        Column("unstable multipliers", key="growing"),
+        Column("visible at", "Hz", key="seen_hz"),
+        Column("growth with H", key="first"),
+        Column(
+            "growth with H + 2", key="second", note="with H, H + 2: with two numbers of harmonics"
+        ),
         Column("points"),
     )
     rows: list[tuple[Cell, ...]] = []

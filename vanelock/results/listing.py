@@ -6,11 +6,11 @@ from types import MappingProxyType
 
 import numpy as np
 
-from vanelock.common.tables import Cell, Column, Flag, Table, heads
+from vanelock.common.tables import Cell, Column, Flag, Table, counted, heads
 from vanelock.fem.matrix_files.model import GENERALISED
 from vanelock.nonlinear import OPEN, Response
 from vanelock.pipeline.executor.tasks import Failure
-from vanelock.pipeline.progress import Done
+from vanelock.pipeline.progress import Done, kind_of
 from vanelock.quantities import warnings
 from vanelock.quantities.answers import CaseAnswers
 from vanelock.quantities.contacts.energy import EnergyBalance
@@ -23,18 +23,9 @@ from vanelock.stages.response.summary import Peak, Summary
 
 MOST_ROWS = 40
 """Cases that a table prints."""
-TOGETHER = {
-    "preload": "preloads",
-    "response": "responses",
-    "stress": "stresses",
-    "check": "checks",
-    "figures": "pictures",
-    "shapes": "pictures",
-}
-"""Stages that share a line of the table of times, by the first word of their names."""
 CORRECTED = (
-    "mesh taken off: by how much the meshes make the frequency too high, by their own estimate; a "
-    "quarter of it remains in doubt"
+    "mesh correction: subtracted, the estimate of how much the finite meshes raise the frequency; "
+    "a quarter of it is its uncertainty"
 )
 PEAK = (Column("peak", "µm", key="peak_um"), Column("at", "Hz", ".6g", "frequency_hz"))
 
@@ -43,9 +34,7 @@ def stage_times(done: Collection[Done]) -> Table:
     """Time of each kind of stage: in this run, and what it took when it was computed."""
     kinds: dict[str, list[Done]] = {}
     for each in done:
-        word = each.stage.replace("/", " ").partition(" ")[0]
-        kind = each.stage.partition(", ND")[0]
-        kinds.setdefault(TOGETHER.get(word, kind), []).append(each)
+        kinds.setdefault(kind_of(each.stage), []).append(each)
     rows = []
     for kind, entries in kinds.items():
         now = [entry.seconds for entry in entries if not entry.cached]
@@ -78,7 +67,7 @@ def components_table(pieces: Sequence[Piece], system: System) -> Table:
     size = len(next(iter(system.diameters.values())).K)
     rows.append(("system", None, None, size))
     ks = ", ".join(map(str, sorted(system.diameters)))
-    note = f"{system.contacts.count} contacts" + (
+    note = counted(system.contacts.count, "contact") + (
         f"; nodal diameters {ks} of {system.sectors} sectors" if system.sectors > 1 else ""
     )
     return Table("Components", columns, rows, (note,), "components")
@@ -96,14 +85,14 @@ def limits_table(sets: Mapping[str, Limits]) -> Table:
     columns = (
         *(heads("cases") if len(sets) > 1 else ()),
         Column("contacts"),
-        *(Column(f"f{i + 1}", "Hz", ".6g", f"f{i + 1}_hz") for i in range(count)),
         Column("mode of interest", key="mode"),
-        Column("its f", "Hz", ".6g", "frequency_hz"),
-        Column("rise", "%", "+.4g", "rise_percent"),
+        Column("frequency", "Hz", ".6g", "frequency_hz"),
+        Column("frequency shift", "%", "+.4g", "rise_percent"),
         Column("MAC", form=".3f", key="mac"),
-        Column("damping", "%", ".3g", "damping_percent"),
-        Column("reduction error ~", form=".0e", key="error"),
-        *((Column("mesh taken off", "%", ".3g", "mesh_percent"),) if corrected else ()),
+        Column("damping ratio", "%", ".3g", "damping_percent"),
+        Column("reduction error", form=".0e", key="error"),
+        *((Column("mesh correction", "%", ".3g", "mesh_percent"),) if corrected else ()),
+        *(Column(f"f{i + 1}", "Hz", ".6g", f"f{i + 1}_hz") for i in range(count)),
     )
     rows: list[tuple[Cell, ...]] = []
     for of, each in sets.items():
@@ -117,7 +106,7 @@ def limits_table(sets: Mapping[str, Limits]) -> Table:
             worst = error[: max(count, mode + 1)].max()
             own = (of or "all",) if len(sets) > 1 else ()
             off = (lowered,) if corrected else ()
-            rows.append((*own, which, *hertz[:count], mode + 1, *rest, worst, *off))
+            rows.append((*own, which, mode + 1, *rest, worst, *off, *hertz[:count]))
     notes = dict.fromkeys(note for each in sets.values() for note in warnings.alike(each.mac))
     if corrected:
         notes[CORRECTED] = None
@@ -149,11 +138,11 @@ def preload_table(name: str, joints: Sequence[str], static: Response) -> Table:
         rows.append((joint, n.min(), n.mean(), n.max(), *counts, largest, mu[own].max()))
     columns = (
         Column("joint"),
-        Column("n min", "N", ".4g", "n_min"),
-        Column("mean", form=".4g", key="n_mean"),
-        Column("max", form=".4g", key="n_max"),
+        Column("n min", "N", ".4g", "n_min", note="n, t: normal and friction force of a contact"),
+        Column("n mean", "N", ".4g", "n_mean"),
+        Column("n max", "N", ".4g", "n_max"),
         *heads("closed", "open", "slipped"),
-        Column("largest |t|/n", form=".3g", key="t_over_n"),
+        Column("|t|/n max", form=".3g", key="t_over_n"),
         Column("μ", form=".3g", key="mu"),
     )
     notes = []
@@ -197,48 +186,52 @@ def case_table(
     """One line for each case; stress and damping of those that they are known of."""
     columns = (
         Column("case"),
-        Column("H", key="harmonics"),
-        Column("μ", form=".3g", key="mu"),
+        Column("H", key="harmonics", minor=True),
+        Column("μ", form=".3g", key="mu", minor=True),
         *PEAK,
+        Column("lower bound", "µm", key="lowest_um"),
         Column(
-            "least",
+            "upper bound",
             "µm",
-            key="lowest_um",
-            note="least, largest: between which static friction that is not determined may move it",
+            key="highest_um",
+            note="bounds: of the peak, over the static friction states that are possible at rest",
         ),
-        Column("largest", "µm", key="highest_um"),
-        Column("wave"),
+        Column("stability", key="wave"),
         Column(
-            "a period",
+            "growth per cycle",
             key="growth",
-            note="a period: what it makes of the motion that grows fastest beside the wave",
+            note="growth: of the fastest growing disturbance (Floquet multiplier)",
         ),
-        Column("of linear free", key="of_free", note="of linear: over the peak of the limit"),
-        Column("of linear stuck", key="of_stuck"),
+        Column("relative to free", key="of_free"),
         Column(
-            "x",
-            form=".3g",
-            note="x: 0 at the free, 1 at the stuck frequency, - where the range holds none between",
+            "relative to stuck",
+            key="of_stuck",
+            note="relative to free, stuck: over the peak of that linear response",
         ),
-        Column("damping", "%", note="damping: equivalent ratio by energy"),
-        Column("work", "µJ", key="work_uj", note="work: of friction in a period at the peak"),
+        Column(
+            "frequency shift",
+            form=".3g",
+            key="x",
+            note="frequency shift: 0 at the free, 1 at the stuck natural frequency",
+        ),
+        Column("damping ratio", "%", key="damping", note="damping ratio: equivalent, by energy"),
+        Column("dissipated", "µJ", key="work_uj", note="dissipated: by friction, per cycle"),
         Column("slip", "%", ".0f", "slipping_percent"),
         Column(
             "open",
             "%",
             ".0f",
             "opening_percent",
-            "slip, open: contacts that rub, that lift off in that period (or both), of those that "
-            "are open in the free limit",
+            "slip, open: share of contacts that slip, and separate, in the cycle at the peak",
         ),
-        Column("stress", "MPa"),
+        Column("vibratory stress", "MPa", key="stress"),
         Column(
-            "HCF reserve n",
+            "HCF safety factor",
             key="reserve",
-            note="stress, reserve: alternating, and Goodman's n, at the vane's governing place",
+            note="stress, safety factor (Goodman): at the vane's critical location",
         ),
-        Column("converged"),
-        Column("s", form=".1f", key="seconds"),
+        Column("converged", minor=True),
+        Column("time", "s", ".1f", "seconds", minor=True),
     )
     rows: list[tuple[Cell, ...]] = []
     for c in cases:
@@ -260,19 +253,23 @@ def _assessed(case: Summary) -> tuple[Cell, ...]:
     return *ends, *((None, None) if case.wave is None else (case.wave.verdict, case.wave.growth))
 
 
-def response_table(cases: Sequence[Summary], monitor: str) -> Table:
-    """The same for a terminal: of many cases the extreme ones, with what to be careful about."""
+def response_table(cases: Sequence[Summary], monitor: str, failed: int = 0) -> Table:
+    """The same for a terminal: of many cases the extreme ones, with warnings."""
     shown = cases if len(cases) <= MOST_ROWS else _extremes(cases)
     notes = warnings.without_effect([(c.values, c) for c in cases])
     notes += warnings.by_text({c.case: c for c in cases}, str)
+    if failed:
+        text = f"{failed} of {len(cases) + failed} cases FAILED; the same command tries them again"
+        notes.insert(0, text)
+    notes = [f"warning: {note}" for note in notes]
     if len(shown) < len(cases):
         text = f"{len(shown)} of {len(cases)} cases: those of the lowest and the largest peaks"
-        notes = [f"{text}; results.h5 and --json tell of all", *notes]
+        notes = [f"{text}; results.h5 and --json have all", *notes]
     return replace(case_table(shown, monitor), notes=notes)
 
 
 def _damping(case: Summary, balances: Mapping[str, EnergyBalance]) -> float | None:
-    """Damping ratio by energy; not told at the end of a range, where nothing resonates."""
+    """Damping ratio by energy; not given at the end of a range, where nothing resonates."""
     if case.case not in balances or case.peak is None or case.peak.at_edge:
         return None
     return balances[case.case].damping_ratio

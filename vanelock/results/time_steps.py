@@ -37,10 +37,10 @@ def steps(run_data: RunData, each: Planned) -> tuple[Path, ...]:
         harmonics = {h: run_data.harmonic(each, h)[i] for h in range(top.harmonics + 1)}
         rest = np.real(harmonics.pop(0))
         vibration = render.at_instant(harmonics, angle)
-        found = {"vibration": vibration, "displacement": rest + vibration}
+        found = {"vibration (m)": vibration, "displacement (m)": rest + vibration}
         if PARTS[i] == "vane":
             stress = render.at_instant(dict(enumerate(stresses())), angle)
-            found["von_mises"] = fem.von_mises(stress)
+            found["von_mises (Pa)"] = fem.von_mises(stress)
         return found
 
     files = []

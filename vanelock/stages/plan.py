@@ -54,7 +54,7 @@ class Linear:
     Attributes
     ----------
     name : str
-        The swept values that tell them from those of other cases, "" if there are no others.
+        The swept values that distinguish them from those of other cases, "" if there are no others.
     system : Step
         The system without friction and preload.
     limits : Step
@@ -147,7 +147,7 @@ class Planned:
 
     @property
     def assessment(self) -> tuple[Step[Any], ...]:
-        """What tells the worth of its responses, as far as its file asks for it."""
+        """The steps that assess its responses, as far as its file asks for it."""
         bounds = () if self.bounds is None else (self.bounds,)
         return (*bounds, *self.stability)
 
@@ -193,7 +193,7 @@ def plan(
     cases : sequence of Case
         Those of a study or a scene.
     progress : callable
-        Told of each point.
+        Called with each point.
     chosen_mesh : sequence of MeshChoice or None
         What the accuracy of each case chose, whose studies replace those of the cases.
     """

@@ -62,7 +62,7 @@ class Deck:
 
 
 def nodes_of_type(name: str) -> int | None:
-    """Nodes of an element, None where its name does not tell; it then ends with its line."""
+    """Nodes of an element, None where its name does not say; it then ends with its line."""
     solid = _solid(name)
     return solid[1] if solid else None
 
@@ -102,7 +102,7 @@ def resolved(deck: Deck) -> RawMesh:
 
 
 def _flat(name: str, count: int) -> str:
-    """Shells and membranes can tell faces; anything else keeps the file's name."""
+    """Shells and membranes can mark faces; anything else keeps the file's name."""
     shell = re.match(r"(S|STRI|SFM3D|M3D|CPS|CPE|R3D)\d", name)
     return _FLAT.get(count, name) if shell else name
 

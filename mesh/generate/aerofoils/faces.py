@@ -31,7 +31,7 @@ ROUND = 2
 makes thin aerofoils stiffer in torsion than even straight sides do."""
 
 WIDE = 0.5
-"""Elements across an aerofoil's chord, in element sizes: what bends it is told from few."""
+"""Elements across an aerofoil's chord, in element sizes: its bending is found from few."""
 NEAR = 5 / 3
 """Rows in each outer quarter of the span, over those in each inner one."""
 

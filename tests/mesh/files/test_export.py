@@ -86,15 +86,15 @@ def test_sets_come_back_in_their_order(tmp_path):
 def test_sets_that_share_all_their_nodes(lattice, tmp_path):
     """There is no node left for the second one to own."""
     part = lattice((1, 1, 1))
-    part.node_sets.update(force=np.array([3, 1]), accessory=np.array([3, 1]), none=np.empty(0, int))
+    part.node_sets.update(force=np.array([3, 1]), output=np.array([3, 1]), none=np.empty(0, int))
     part.node_sets["last"] = np.array([3])
     path = write_msh(tmp_path / "part.msh", part)
     _, _, groups, _ = read_by_gmsh(path)
-    assert groups[0, "force"].tolist() == groups[0, "accessory"].tolist() == [4, 2]
+    assert groups[0, "force"].tolist() == groups[0, "output"].tolist() == [4, 2]
     assert groups[0, "last"].tolist() == [4]
     assert (0, "none") not in groups
     read = meshio.read(path)
-    group = read.field_data["accessory"][0]
+    group = read.field_data["output"][0]
     vertices = read.cells_dict["vertex"][read.get_cell_data("gmsh:physical", "vertex") == group]
     assert vertices.ravel().tolist() == [3, 1]
 

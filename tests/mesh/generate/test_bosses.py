@@ -65,7 +65,7 @@ def test_bosses_are_meshed_and_leave_the_sets_alone() -> None:
     added = figures.volume - quality(plain).volume
     # Sixteen quadratic sides at least: inscribed in the circle, and 5 % below it if straight.
     assert added == pytest.approx(2 * outside(0.0125, 0.012, 0.604), rel=0.12)
-    for name in ("hook_front", "hook_rear", "key", "force", "accessory", "left", "right"):
+    for name in ("hook_front", "hook_rear", "key", "force", "output", "left", "right"):
         mine, theirs = (other.points[other.node_sets[name]] for other in (part, plain))
         if name in ("left", "right"):
             assert len(mine) == len(theirs)

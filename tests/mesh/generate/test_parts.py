@@ -175,7 +175,7 @@ def test_vane_sets_have_the_paper_s_counts(vane: tuple[Part, VaneDimensions]) ->
         "key": 4,
         "interlock_left": 10,
         "interlock_right": 10,
-        "accessory": 3,
+        "output": 3,
     }
 
 
@@ -187,7 +187,7 @@ def test_casing_sets_have_the_paper_s_counts(casing: Part) -> None:
         "hook_rear": 30,
         "key": 4,
         "force": 16,
-        "accessory": 3,
+        "output": 3,
     }.items():
         assert counts[name] == count
 
@@ -355,10 +355,10 @@ def test_force_nodes_are_even_around_the_whole_ring(casing: Part) -> None:
 def test_output_nodes_lie_on_the_surface(vane: tuple[Part, VaneDimensions], casing: Part) -> None:
     part, dimensions = vane
     for each in (part, casing):
-        assert np.isin(each.node_sets["accessory"], boundary(each)).all()
-    outside = casing.points[casing.node_sets["accessory"]]
+        assert np.isin(each.node_sets["output"], boundary(each)).all()
+    outside = casing.points[casing.node_sets["output"]]
     assert np.hypot(outside[:, 0], outside[:, 1]) == pytest.approx(np.full(3, 0.604), rel=1e-14)
-    points = part.points[part.node_sets["accessory"]]
+    points = part.points[part.node_sets["output"]]
     line = np.diff(points, axis=0)
     # Off the chord by the camber and half the thickness: (camber·chord + thickness)/2.
     offset = 0.5 * (dimensions.camber * dimensions.chord + dimensions.thickness)

@@ -8,7 +8,7 @@ from vanelock.fem import Material, assemble, cyclic_faces, modes
 from vanelock.mesh import CasingDimensions, HookDimensions, Part, casing_sector, quality
 from vanelock.mesh.refinement.dof_estimate import casing_dofs, check_size
 
-SETS = ("hook_front", "hook_rear", "key", "force", "accessory")
+SETS = ("hook_front", "hook_rear", "key", "force", "output")
 
 
 @pytest.fixture(scope="module")

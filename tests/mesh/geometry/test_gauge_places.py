@@ -5,13 +5,13 @@ import pytest
 
 from vanelock.common.errors import InputError
 from vanelock.mesh import VaneDimensions, on_aerofoil
-from vanelock.mesh.geometry.aerofoil import accessory_points
+from vanelock.mesh.geometry.aerofoil import output_points
 
 VANE = VaneDimensions()
 
 
 def test_mid_chord_of_the_convex_side_is_where_the_output_nodes_are():
-    nodes = accessory_points(VANE, 16)
+    nodes = output_points(VANE, 16)
     for span, node in zip((0.25, 0.5, 0.75), nodes, strict=True):
         place = on_aerofoil(VANE, 16, 2, span, 0.5, "suction")
         assert np.linalg.norm(place.position - node) < 1e-14

@@ -17,8 +17,8 @@ from vanelock.mesh.generate.extract import matching
 @pytest.mark.slow
 def test_named_nodes_stay_where_they_are_when_the_mesh_changes() -> None:
     for build, names in (
-        (vane_segment, ("hook_front", "hook_rear", "key", "interlock_left", "accessory")),
-        (casing_sector, ("hook_front", "hook_rear", "key", "force", "accessory")),
+        (vane_segment, ("hook_front", "hook_rear", "key", "interlock_left", "output")),
+        (casing_sector, ("hook_front", "hook_rear", "key", "force", "output")),
     ):
         coarse, fine = build(size="coarse"), build(size=0.01)
         assert len(fine.points) > 1.5 * len(coarse.points)

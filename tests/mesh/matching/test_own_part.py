@@ -19,10 +19,10 @@ def complaints(build):
 @pytest.mark.parametrize(
     ("sets", "told"),
     [
-        ({"accessory": "absent"}, "no set absent for vane.accessory; it has "),
+        ({"output": "absent"}, "no set absent for vane.output; it has "),
         ({"key": [1, 2]}, "belongs to no solid element"),
-        ({"accessory": "hollow"}, "it has no nodes"),
-        ({"key": "accessory"}, "belongs to neither hook: its nodes must be some of theirs"),
+        ({"output": "hollow"}, "it has no nodes"),
+        ({"key": "output"}, "belongs to neither hook: its nodes must be some of theirs"),
         ({"fixed": "interlock_left"}, "is in the sets fixed and interlock_left, which must not"),
         (
             {"interlock_left": "interlock_right"},
@@ -40,7 +40,7 @@ def test_sets_are_checked(tmp_path, ring, write_mesh, sets, told):
     assert told in line
 
 
-@pytest.mark.parametrize("name", ["force", "accessory"])
+@pytest.mark.parametrize("name", ["force", "output"])
 @pytest.mark.parametrize("face", ["left", "right"])
 def test_loads_and_outputs_are_not_on_a_cut_face(tmp_path, ring, write_mesh, name, face):
     """The node is called by the file's number."""
@@ -58,14 +58,24 @@ def test_set_with_a_node_of_no_element_is_refused(tmp_path, ring, write_mesh):
     path = tmp_path / "vane.inp"
     write_mesh(path, ring("vane"))
     text = path.read_text().replace("*NODE\n", "*NODE\n7, 0., 0., 0.\n")
-    path.write_text(text + "*NSET, NSET=accessory\n7\n")
+    path.write_text(text + "*NSET, NSET=output\n7\n")
     (line,) = complaints(lambda: own_part(read_mesh(path, "mm"), "vane"))
-    assert line.endswith("set ACCESSORY: 1 of its nodes belong to no solid element, such as 7")
+    assert line.endswith("set OUTPUT: 1 of its nodes belong to no solid element, such as 7")
+
+
+def test_files_of_earlier_versions_are_read(tmp_path, ring, write_mesh):
+    """Output nodes were called accessory nodes."""
+    part = ring("vane")
+    sets = {"accessory" if name == "output" else name: n for name, n in part.node_sets.items()}
+    path = tmp_path / "vane.inp"
+    write_mesh(path, replace(part, node_sets=sets))
+    found = own_part(read_mesh(path, "mm"), "vane")
+    assert len(found.node_sets["output"]) == len(part.node_sets["output"])
 
 
 def test_interlock_sets_are_needed_only_with_contacts(tmp_path, ring, write_mesh):
     part = ring("vane")
-    names = ("hook_front", "hook_rear", "key", "accessory")
+    names = ("hook_front", "hook_rear", "key", "output")
     path = tmp_path / "vane.inp"
     write_mesh(path, replace(part, node_sets={name: part.node_sets[name] for name in names}))
     found = own_part(read_mesh(path, "mm"), "vane", interlock=False)

@@ -224,8 +224,8 @@ def test_something_must_be_clamped(given, held):
     def change(part):
         sets = {name: nodes for name, nodes in part.node_sets.items() if name != "fixed"}
         if part.name == held:
-            sets["fixed"] = sets["accessory"][:1]
-            sets["accessory"] = sets["accessory"][1:]
+            sets["fixed"] = sets["output"][:1]
+            sets["output"] = sets["output"][1:]
         return replace(part, node_sets=sets)
 
     found = given(ending=".inp", change=change)
@@ -235,7 +235,7 @@ def test_something_must_be_clamped(given, held):
     (line,) = complaints(lambda: matched(found))
     assert line.startswith("casing (")
     assert "no clamped nodes: name the set in [casing.sets] fixed = ...; the file has " in line
-    assert line.endswith("ACCESSORY, FORCE, HOOK_FRONT, HOOK_REAR, KEY, LEFT, RIGHT, SOLID")
+    assert line.endswith("FORCE, HOOK_FRONT, HOOK_REAR, KEY, LEFT, OUTPUT, RIGHT, SOLID")
 
 
 def test_keys_must_meet(given):
@@ -263,8 +263,8 @@ def test_faces_must_be_opposed(given, ring, tmp_path, write_mesh):
             **{name: inside.node_sets[name] for name in ("hook_front", "hook_rear", "key")},
             "left": inside.node_sets["interlock_left"],
             "right": inside.node_sets["interlock_right"],
-            "force": inside.node_sets["accessory"],
-            "accessory": inside.node_sets["accessory"],
+            "force": inside.node_sets["output"],
+            "output": inside.node_sets["output"],
             "fixed": np.flatnonzero(inside.points[:, 2] < 1e-9),
         },
     )

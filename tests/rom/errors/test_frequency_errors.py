@@ -53,7 +53,7 @@ def small_ring(lattice):
         name="block",
         frames=frames,
         node_sets=sets
-        | {"interlock_left": lock[0], "interlock_right": lock[1], "accessory": lock[0][:1]},
+        | {"interlock_left": lock[0], "interlock_right": lock[1], "output": lock[0][:1]},
     )
     sets = {"key": mate[key], "hook_front": mate[front], "hook_rear": mate[rear]}
     outside = np.setdiff1d(
@@ -69,7 +69,7 @@ def small_ring(lattice):
             "right": rim.node_sets["y1"],
             "z": clamped,
             "force": outside[:2],
-            "accessory": outside[-1:],
+            "output": outside[-1:],
         },
     )
     return fem.assemble(vane, STEEL, fixed=None), fem.assemble(casing, STEEL, fixed="z")
@@ -79,8 +79,8 @@ def mates(block, rim, node):
     return np.flatnonzero(np.linalg.norm(rim.points - block.points[node], axis=1) < 1e-12)
 
 
-VANE = ("key", "hook_front", "hook_rear", "interlock_left", "interlock_right", "accessory")
-CASING = ("key", "hook_front", "hook_rear", "force", "accessory")
+VANE = ("key", "hook_front", "hook_rear", "interlock_left", "interlock_right", "output")
+CASING = ("key", "hook_front", "hook_rear", "force", "output")
 DIAMETERS = (0, 1, 3, 4)
 
 
@@ -238,7 +238,7 @@ def test_response_errors_against_the_sector(small_ring, exact, modes, stuck):
         radial = np.array([np.cos(angle), np.sin(angle), 0])
         load[place(casing_model, node)] = 10.0 * radial * np.exp(-1j * angle)
     for model in small_ring:
-        for node in model.part.node_sets["accessory"]:
+        for node in model.part.node_sets["output"]:
             x, y, _ = model.part.points[node] / np.hypot(*model.part.points[node][:2])
             turn = np.array([[x, y, 0], [-y, x, 0], [0, 0, 1]])
             row = np.zeros((3, n))

@@ -17,7 +17,7 @@ def test_the_scene_has_66_contacts(scene):
     assert contacts.count == 66
     assert contacts.joint.count("hook") == 56
     assert contacts.joint.count("interlock") == 10
-    assert scene.system.output_names[0] == "vane accessory 1"
+    assert scene.system.output_names[0] == "vane output 1"
     size = scene.vane.size + scene.casing.size - 12
     assert scene.system.at(1).K.shape == (size, size)
 

@@ -112,7 +112,7 @@ def test_interrupted_and_killed_runs_keep_what_was_finished(begun):
     quiet = started(VANELOCK, "run", "a.toml", "--quiet", cwd=tmp_path)
     assert (quiet.returncode, quiet.stdout, quiet.stderr) == (0, "", "")
     plain = started(VANELOCK, "run", "a.toml", cwd=tmp_path)
-    assert "Responses of vane accessory 1" in plain.stdout
+    assert "Responses of vane output 1" in plain.stdout
     assert "response mu=0.3: unchanged" in plain.stderr
     assert "\x1b" not in plain.stdout + plain.stderr
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from vanelock.common.quantities import si
-from vanelock.common.tables import FACTORS, Column, Table, heads
+from vanelock.common.tables import FACTORS, Column, Table, counted, heads
 
 SI = {
     "µm": "m", "mm": "m", "mm²": "m^2", "mm³": "m^3", "cm³": "m^3", "µJ": "J", "mW": "W",
@@ -43,6 +43,11 @@ def test_whole_numbers_are_told_in_full_and_others_to_four_digits() -> None:
         "1,234,567", "12.35", "-", "text", "yes",
     ]  # fmt: skip
     assert exact.text(12.34567) == "12.3457"
+
+
+def test_one_is_singular() -> None:
+    found = [counted(*each) for each in ((1, "contact"), (0, "case"), (2000, "mesh"))]
+    assert found == ["1 contact", "0 cases", "2,000 meshes"]
 
 
 def test_columns_are_left_out_by_name_or_because_they_are_empty() -> None:

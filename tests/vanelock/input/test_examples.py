@@ -34,7 +34,7 @@ def test_the_paper_s_scale(tmp_path, monkeypatch):
         "interlock_left": ("10", ""),
         "interlock_right": ("10", ""),
         "force": ("", "16"),
-        "accessory": ("3", "3"),
+        "output": ("3", "3"),
     }
     assert int(fixed[1]) > 100
     assert 100_000 < found["vane"].dofs < 200_000

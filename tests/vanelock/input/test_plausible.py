@@ -42,7 +42,7 @@ def test_a_number_of_another_unit_is_told(tmp_path: Path, text: str, told: str) 
     path = tmp_path / "my.toml"
     path.write_text(text)
     assert unusual(load_study(path)) == (told,)
-    assert ("careful", told) in check_file(path).rows
+    assert ("warning", told) in check_file(path).rows
 
 
 def test_usual_numbers_are_not_told(tmp_path: Path) -> None:

@@ -324,7 +324,7 @@ def test_an_accuracy_is_refused_where_it_could_not_be_told():
     assert "must be >= 0.0001" in complaint("accuracy = 1e-5")
     direct = complaint('accuracy = 0.01\n[rom]\nroute = "direct"')
     assert direct == (
-        'vane.toml: accuracy = 0.01: rom.route = "direct" does not tell what it leaves out; '
+        'vane.toml: accuracy = 0.01: rom.route = "direct" gives no estimate of what it leaves out; '
         'choose "cyclic"'
     )
     few = complaint("accuracy = 0.01\n[response]\npoints = 3")
@@ -342,12 +342,20 @@ def test_wrong_entries_do_not_make_a_list_too_short():
 
 
 def test_monitor_names_a_node_and_a_component():
-    wanted = "casing accessory 2, axial"
+    wanted = "casing output 2, axial"
     assert parse_study(f'[outputs]\nmonitor = "{wanted}"').outputs.monitor == wanted
-    for absent in ("blade", "vane accessory 9, radial", "casing accessory 0"):
+    for absent in ("blade", "vane output 9, radial", "casing output 0"):
         told = complaint(f'[outputs]\nmonitor = "{absent}"')
         assert told.startswith(f'vane.toml: outputs.monitor = "{absent}": expected an output node')
-        assert "accessory 1 to 3" in told
+        assert "output 1 to 3" in told
+
+
+def test_former_names_are_refused_with_the_present_one():
+    assert complaint('[outputs]\nmonitor = "vane accessory 2, radial"').endswith(
+        'accessory nodes are called output nodes now: "vane output 2, radial"'
+    )
+    told = complaint('[vane]\nmesh = "a.inp"\n[vane.sets]\naccessory = "x"')
+    assert told.endswith("vane.sets: accessory: the set of output nodes is called output now")
 
 
 def test_parts_that_do_not_fit_are_refused_on_reading(tmp_path):

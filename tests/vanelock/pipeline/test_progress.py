@@ -1,29 +1,20 @@
 """What a run says: tables, lines and JSON."""
 
 import json
-from io import StringIO
 
 import numpy as np
 import pytest
-from rich.console import Console
-from rich.progress import Progress, TextColumn
 
-from vanelock.common.tables import Column, Table
 from vanelock.input.cases.sweep import cases
 from vanelock.input.read_study import parse_study
 from vanelock.nonlinear import linear_response
+from vanelock.pipeline.display import PlainLines
 from vanelock.pipeline.progress import (
-    Bar,
-    Begun,
     Done,
     Finished,
-    Notice,
-    PlainLines,
     PointDone,
     Tasks,
-    Trial,
     json_lines,
-    print_table,
 )
 from vanelock.results.listing import response_table, stage_times
 from vanelock.stages.plan import plan
@@ -56,12 +47,6 @@ def summary(**changed):
     return Summary(**{**values, **changed})
 
 
-def printed(table, width=60):
-    out = StringIO()
-    print_table(Console(file=out, width=width, markup=False), table)
-    return out.getvalue().splitlines()
-
-
 @pytest.mark.parametrize("peaks", [10, 30, 41])
 def test_of_many_cases_the_table_has_each_once(peaks):
     tops = [Peak(4, 252.5, 1e-6 * i, False) if i < peaks else None for i in range(60)]
@@ -72,30 +57,17 @@ def test_of_many_cases_the_table_has_each_once(peaks):
     assert names[-1] == f"mu={peaks - 1}"
 
 
-def test_tables_keep_units_and_numbers_on_a_narrow_console():
-    columns = (Column("joint"), Column("n", "N", ".2f"), Column("x", form=".1f"))
-    table = Table("A title", columns, (("hook", 280.126, None),), ("a note [um]",))
-    assert printed(table, width=10) == [
-        "",
-        "A title",
-        " joint    n [N]   x",
-        " " + "─" * 18,
-        " hook    280.13   -",
-        "a note [um]",
-    ]
-
-
 def test_response_table_says_what_did_not_converge():
     lost = summary(case="lost", peak=None, converged=8, worst=3e-4, of_free=float("nan"))
     edge = summary(case="edge", peak=Peak(0, 240.0, 1e-5, True))
-    table = response_table([summary(), lost, edge], "vane accessory 1, radial")
+    table = response_table([summary(), lost, edge], "vane output 1, radial")
     rows = table.record()["rows"]
     assert rows[0]["peak_um"] == 45
     assert rows[0]["slipping_percent"] == 100
     assert (rows[1]["peak_um"], rows[1]["of_free"]) == (None, None)
     assert rows[1]["converged"] == "8/10"
     notes = "\n".join(table.notes)
-    assert "lost: 2 of 10 points DID NOT CONVERGE (largest residual 3.0e-04)" in notes
+    assert "warning: lost: 2 of 10 points DID NOT CONVERGE (largest residual 3.0e-04)" in notes
     assert "edge: the largest point is at the end of the frequency range" in notes
     assert "mu=0.3" not in notes
 
@@ -117,7 +89,7 @@ def test_a_range_beside_free_and_stuck_has_no_place_between_them(ring):
     assert position(265.0) == pytest.approx(0.5)
     assert np.isnan(position(245.0))
     assert np.isnan(position(1000.0))
-    assert "- where the range holds none between" in response_table([summary()], "o").lines[0]
+    assert "0 at the free, 1 at the stuck" in response_table([summary()], "o").lines[0]
 
 
 def test_stage_times_add_up():
@@ -129,6 +101,7 @@ def test_stage_times_add_up():
         Done("shapes/mode.png", 1.0, True),
     ]
     rows = {row["stage"]: row for row in stage_times(done).record()["rows"]}
+    assert set(rows) == {"meshes", "responses", "pictures", "total"}
     assert rows["responses"]["count"] == 2
     assert rows["responses"]["seconds_now"] == 7
     assert (rows["pictures"]["computed"], rows["pictures"]["seconds"]) == (1, 1.5)
@@ -146,34 +119,8 @@ def test_json_is_one_valid_object_a_line(capsys):
         "seconds": 1.5,
         "cached": False,
     }
+    assert json.loads(lines[1])["page"] == ""
     assert json.loads(lines[1])["summary"] == {"cases": [{"x": None, "y": None, "z": [1, 2.5]}]}
-
-
-def test_plain_lines_keep_tables_apart(capsys):
-    lines = PlainLines()
-    lines(Done("mesh", 1.25, False))
-    lines(Done("rom", 9.0, True))
-    lines(Notice("look"))
-    lines(Table("Title", (Column("a"),), (("b",),)))
-    heard = capsys.readouterr()
-    assert heard.err == "mesh: 1.2 s\nrom: unchanged\nnote: look\n"
-    assert heard.out.splitlines()[1] == "Title"
-
-
-def test_a_fit_tells_its_responses(capsys, monkeypatch):
-    """One at once on a terminal, every few seconds elsewhere."""
-    lines = PlainLines()
-    monkeypatch.setattr(lines, "interval", 0.0)
-    trial = Trial(7, 1.25, 1.125, "standard deviations")
-    lines(trial)
-    said = "response 7, misfit 1.25 standard deviations, least so far 1.12"
-    assert capsys.readouterr().err == f"  {said}\n"
-    with Progress(TextColumn("{task.fields[said]}"), console=Console(file=StringIO())) as shown:
-        bar = Bar(shown)
-        bar(trial)
-        bar(Begun("fit"))
-        bar(trial)
-        assert [task.fields["said"] for task in shown.tasks] == [said]
 
 
 def test_time_left_follows_the_work(monkeypatch):

@@ -39,7 +39,7 @@ def sector():
             always_closed=("hook",),
         ),
         force={1: Force(np.array([0, 0.2 + 0j, 1.0, 3.0]))},
-        output_names=("vane accessory 1",),
+        output_names=("vane output 1",),
         damping_ratio=0.01,
     )
 

@@ -97,7 +97,7 @@ def test_a_peak_that_rises_again_makes_the_fall_partly_true(evidence):
     change(evidence, 3.0, mu=0.5)
     found = module.friction(evidence.made())
     assert found.agrees == "partly"
-    assert "beyond the friction coefficient that damps best" in found.why
+    assert "beyond the optimum friction coefficient" in found.why
 
 
 def test_a_frequency_or_an_amplitude_on_the_other_side_is_partly_true(evidence):

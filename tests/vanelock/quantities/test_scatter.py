@@ -130,7 +130,7 @@ def test_few_samples_tell_no_limits_and_fewer_nothing():
     table = percentile_table(told, "o")
     assert table.shown[0][2] is None  # nothing lies below the 5th percentile for sure
     assert table.shown[2][1] == pytest.approx(60)
-    assert "1 samples without a peak are left out" in table.notes
+    assert "left out: 1 sample without a peak" in table.notes
     assert [row[0] for row in sensitivity_table(told).rows] == list(every[0].values)
     assert scattered(every, found[:9]) is None
 
@@ -147,7 +147,7 @@ def test_frequencies_on_a_coarse_grid_are_told_as_such():
         assert told is not None
         coarse = [note for note in percentile_table(told, "o").notes if "located" in note]
         assert len(coarse) == notes
-    assert coarse[0].startswith("frequencies are told to 1 Hz alone")
+    assert coarse[0].startswith("frequencies are resolved to 1 Hz alone")
     assert spacing(np.array([10.0, 11, 13, 13.5]), 1) == 2
     assert spacing(np.array([13.5, 13, 11, 10]), 0) == 0.5
     assert spacing(np.array([250.0]), 0) == 0

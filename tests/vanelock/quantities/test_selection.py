@@ -33,7 +33,7 @@ samples = {}
 def run_data(text, own_limits=False, folder=None):
     """Cases whose peaks go down and up again, with limits of their own or shared."""
     study = parse_study(text)
-    shown = Shown(Monitor("vane accessory 1, radial", 0, 0))
+    shown = Shown(Monitor("vane output 1, radial", 0, 0))
     planned: list[Any] = []
     for i, case in enumerate(cases(study)):
         height = 1e-6 * (1 + (2 + 4 * i) % 5 + 0.01 * i)
@@ -93,7 +93,7 @@ def test_pictures_of_a_few_are_told_where_there_are_any(wanted, said):
 
 
 def plot(made, folder):
-    told: Any = SimpleNamespace(run_data=made, monitor="vane accessory 1, radial")
+    told: Any = SimpleNamespace(run_data=made, monitor="vane output 1, radial")
     made.output_files.folder = folder
     return response_plot(told)
 

@@ -202,7 +202,7 @@ def test_keys_without_effect_are_named():
     assert len(warnings.without_effect(alone)) == 2
     assert warnings.without_effect(rows[:1]) == []
     notes = response_table([replace(f, values=v) for v, f in rows], "monitor").notes
-    assert any(note.startswith("response.coupling has no effect") for note in notes)
+    assert any(note.startswith("warning: response.coupling has no effect") for note in notes)
 
 
 def test_a_line_names_its_cases_once():
@@ -249,11 +249,11 @@ def test_warnings_stand_in_the_table_on_the_page_and_in_the_results(tmp_path):
     same = "joints.hook.mu has no effect: cases that differ in it alone are the same"
     (table,) = [each for each in heard if isinstance(each, Table) and each.key == "cases"]
     page = (tmp_path / "report.html").read_text("utf-8")
-    assert f"all cases: {edge}." in table.notes
-    assert same in table.notes
+    assert f"warning: all cases: {edge}." in table.notes
+    assert f"warning: {same}" in table.notes
     assert edge in page
     assert same in page
-    assert page.count(">withheld<") == 2  # n, and the friction that damps best
+    assert page.count(">withheld<") == 2  # safety factor and optimum friction
     with h5py.File(tmp_path / "results.h5") as file:
         (told, friction), (other,) = (
             list(file[f"response/{case}"].attrs["warnings"]) for case in ("mu=0.3", "mu=0.4")

@@ -51,7 +51,7 @@ def block_sector(
         "right": right,
         "fixed": np.flatnonzero(np.isclose(points[:, 2], 0)),
         "hook_front": np.flatnonzero(np.isclose(radius, inner) & np.isclose(points[:, 2], length)),
-        "accessory": np.array([0]),
+        "output": np.array([0]),
     }
     return Part(name, points, cells, "tetra10", sets, {}, sectors)
 

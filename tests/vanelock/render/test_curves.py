@@ -64,14 +64,14 @@ def test_the_legend_tells_case_and_peak(figures):
         Curve(F, resonance(255.0, 230e-6), kind="stuck"),
         Curve(F, resonance(250.0, 70e-6), "μ = 0.15", 3),
     ]
-    response_curves("x.png", made, "Title", "vane accessory 1, radial", engine_order=2)
+    response_curves("x.png", made, "Title", "vane output 1, radial", engine_order=2)
     assert labels(figures[0]) == [
         "linear, free\n130 µm at 245.0 Hz",
         "linear, stuck\n230 µm at 255.0 Hz",
         "μ = 0.15, H = 3\n70.0 µm at 250.0 Hz",
     ]
     texts = [text.get_text() for text in figures[0].texts]
-    assert texts == ["Title", "Monitored: vane accessory 1, radial"]
+    assert texts == ["Title", "Monitored: vane output 1, radial"]
     (axes,) = figures[0].axes
     assert (axes.get_xlabel(), axes.get_ylabel()) == ("excitation frequency (Hz)", "amplitude (µm)")
     speed = axes.child_axes[0]

@@ -67,17 +67,18 @@ def figures(monkeypatch):
 
 def test_the_figure_states_energy_and_shares(figures):
     u, t = jenkins()
-    loop_picture("x.png", *contact(u, t), MU, "Interlock contact 3", "μ = 0.3")
+    names = "radial", "along the slant"
+    loop_picture("x.png", *contact(u, t), MU, "Interlock contact 3", "μ = 0.3", tangents=names)
     title, text = (item.get_text() for item in figures[0].texts)
     assert title == "Interlock contact 3"
     # 4 · 3 N · (8 - 3) µm = 60 µJ; it sticks while θ goes through arccos(1/4) twice.
     assert text == (
-        "μ = 0.3. Friction takes 60.0 µJ a cycle in t1, 60.0 µJ in all; "
+        "μ = 0.3. Friction dissipates 60.0 µJ per cycle (radial 60.0 µJ); "
         "sticks 42 %, slips 58 % of the period"
     )
     loop, normal, friction = figures[0].axes
-    assert loop.get_xlabel() == "relative displacement u1 (µm)"
-    assert loop.get_ylabel() == "friction force t1 (N)"
+    assert loop.get_xlabel() == "relative displacement, radial (µm)"
+    assert loop.get_ylabel() == "friction force, radial (N)"
     assert normal.get_ylabel() == "normal force n (N)"
     assert friction.get_xlabel() == "time / period (–)"
 
@@ -89,7 +90,7 @@ def test_the_direction_that_takes_more_energy_is_shown(figures):
     loop_picture("x.png", *turned, MU, "Contact")
     loop_picture("x.png", *turned, MU, "Contact", direction=1)
     shown = [figure.axes[0].get_xlabel() for figure in figures]
-    assert shown == ["relative displacement u2 (µm)", "relative displacement u1 (µm)"]
+    assert shown == [f"relative displacement, tangent {i} (µm)" for i in (2, 1)]
 
 
 def test_isotropic_friction_slips_where_the_force_in_the_plane_is_at_its_bound(figures):

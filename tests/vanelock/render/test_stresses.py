@@ -18,7 +18,7 @@ def test_colours_follow_the_stress_and_single_nodes_do_not_set_the_scale(sector,
     part = sector("vane", 0.4, 0.55, 0.08, 12, (3, 4, 2))
     high = np.where(part.points[:, 0] > np.median(part.points[:, 0]), 80e6, 0.0)
     outlier = high.copy()
-    outlier[part.node_sets["accessory"]] = 1e12
+    outlier[part.node_sets["output"]] = 1e12
     low = np.full(len(high), 1.0)
     low[0] = 1e3
     path = stress_picture(tmp_path / "a.png", part, outlier, 1e6 * low, "Stress", "case")

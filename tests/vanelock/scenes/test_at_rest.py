@@ -51,7 +51,7 @@ def block(lattice: Callable[..., Part], tmp_path: Path, scene_file: Write):
 def test_a_block_rests_as_long_as_friction_holds_it(block) -> None:
     """Pushed sideways by T under N it slides where T > μN; the static state agrees."""
     held = block((0.99 * MU * 100, 0, -100))
-    assert "careful" not in {row[0] for row in check_file(held).rows}
+    assert "warning" not in {row[0] for row in check_file(held).rows}
     assert static_response(joined(held)).converged.all()
     with pytest.raises(InputError, match=r"components\.block: held by contacts alone, whose"):
         check_file(block((1.01 * MU * 100, 0, -100)))
@@ -82,9 +82,9 @@ def test_what_nothing_presses_is_told(tmp_path: Path, scene_file: Write) -> None
         '[[loads]]\ncomponent = "one"\nnodes = [1]\ndirection = [0, 0, 1]\namplitude = 1\n'
     )
     rows = check_file(scene_file(text)).rows
-    assert ("careful", TOLD) in rows
+    assert ("warning", TOLD) in rows
     pressed = text + text[text.index("[[loads]]") :] + "harmonic = 0\n"
-    assert "careful" not in {row[0] for row in check_file(scene_file(pressed)).rows}
+    assert "warning" not in {row[0] for row in check_file(scene_file(pressed)).rows}
 
 
 TOLD = "components.one: held by contacts alone, which nothing presses: at rest it may lie anywhere"
@@ -102,7 +102,7 @@ def test_ties_carry_what_holds_a_part(tmp_path: Path, scene_file: Write) -> None
         "harmonic = 0\n"
         '[[loads]]\ncomponent = "two"\nnodes = [13]\ndirection = [0, 0, 1]\namplitude = 1\n'
     )
-    assert "careful" not in {row[0] for row in check_file(scene_file(text)).rows}
+    assert "warning" not in {row[0] for row in check_file(scene_file(text)).rows}
 
 
 def test_an_inner_row_without_stiffness_is_refused(tmp_path: Path, scene_file: Write) -> None:

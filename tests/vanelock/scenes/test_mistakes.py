@@ -229,6 +229,6 @@ def test_a_number_of_another_unit_is_told(tmp_path: Path, scene_file: Write) -> 
         'kt = 1e5\nmu = 0.3\n[[loads]]\ncomponent = "one"\nnodes = [2]\ndirection = [0, 1, 1]\n'
         "amplitude = 1\n"
     )
-    told = [text for what, text in check_file(scene_file(text)).rows if what == "careful"]
+    told = [text for what, text in check_file(scene_file(text)).rows if what == "warning"]
     assert len(told) == 1
     assert str(told[0]).startswith("contacts.pad.kn = 0.0001 N/m: normal stiffness of a pair is")

@@ -293,8 +293,8 @@ def _miscounted(
     hooks = dict.fromkeys(("hook_front", "hook_rear"), 2 * dimensions.hook.band_nodes)
     locks = ("interlock_left", "interlock_right")
     expected = (
-        {**hooks, "key": 4, **dict.fromkeys(locks, 2 * dimensions.interlock_nodes), "accessory": 3},
-        {**hooks, "key": 4, "force": force_nodes, "accessory": 3},
+        {**hooks, "key": 4, **dict.fromkeys(locks, 2 * dimensions.interlock_nodes), "output": 3},
+        {**hooks, "key": 4, "force": force_nodes, "output": 3},
     )
     faces = {"left", "right", "fixed"} - set(casing.node_sets)
     return sorted(faces) + [

@@ -258,7 +258,7 @@ def vane(coarse):
     steel = fem.Material(E=170e9, nu=0.3, rho=8200)
     sharp = mesh.vane_segment(mesh.VaneDimensions(root_fillet=0.0), size="coarse")
     segment, casing = (fem.assemble(part, steel) for part in (sharp, coarse[1]))
-    shared = ("hook_front", "hook_rear", "key", "accessory")
+    shared = ("hook_front", "hook_rear", "key", "output")
     joints = (
         rom.Joint("hook", kn=1.67e7, kt=1.67e7, mu=0.3, interference=20e-6),
         rom.Joint("interlock", kn=1e6, kt=1e6, mu=0.15, interference=2e-6),

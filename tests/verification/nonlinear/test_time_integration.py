@@ -202,7 +202,7 @@ def test_another_integrator_stays_with_the_wave_and_leaves_it_alike(
 @pytest.fixture(scope="module")
 def vane(scene):
     """The vane's system with all nodal diameters of its ring."""
-    masters = ("hook_front", "hook_rear", "key", "force", "accessory")
+    masters = ("hook_front", "hook_rear", "key", "force", "output")
     casing = rom.reduce(scene.casing_model, masters, modes=10, nodal_diameters=range(9))
     excitation = rom.Excitation(1, force=30.0)
     return rom.join(scene.vane, casing, scene.joints, excitation, 0.003, diameters="all")

@@ -21,7 +21,7 @@ STEEL = fem.Material(E=170e9, nu=0.3, rho=8200)
 HOOK = rom.Joint("hook", kn=1.67e7, kt=1.67e7, mu=0.3, interference=20e-6)
 LOCK = rom.Joint("interlock", kn=1e6, kt=1e6, mu=0.15, interference=2e-6)
 JOINTS = {"free": (HOOK,), "stuck": (HOOK, LOCK)}
-SHARED = ("hook_front", "hook_rear", "key", "accessory")
+SHARED = ("hook_front", "hook_rear", "key", "output")
 VANE = (*SHARED, "interlock_left", "interlock_right")
 CASING = (*SHARED, "force")
 DIAMETERS = (0, 1, 3) if FULL else (1,)
@@ -214,7 +214,7 @@ def load_and_outputs(parts):
         radial = np.array([np.cos(angle), np.sin(angle), 0])
         load[T.indices[T.indptr[parts.casing.dofs[node]]]] = radial * np.exp(-1j * angle)
     for model in (parts.vane, parts.casing):
-        for node in model.part.node_sets["accessory"]:
+        for node in model.part.node_sets["output"]:
             dofs = model.dofs[node]
             if model is parts.vane:
                 place = T.shape[1] + np.searchsorted(rest, dofs)

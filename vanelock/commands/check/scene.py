@@ -59,7 +59,7 @@ def _planned(scene: Scene) -> Iterator[Row]:
     yield "name", scene.name
     varied = ", ".join(scene.scatter.keys if scene.scatter else found[0].values)
     yield "cases", f"{len(found):,} over {varied}" if varied else "1"
-    yield from (("careful", text) for text in unusual(scene))
+    yield from (("warning", text) for text in unusual(scene))
     if scene.system is not None:
         system_step(scene).compute()
         held = study.check_file(scene.system.file)
@@ -81,7 +81,7 @@ def _planned(scene: Scene) -> Iterator[Row]:
         yield f"component {name}", size
     yield "contacts", f"{sum(len(each.mu) for each in given.contacts):,}"
     yield "ties, loads", f"{len(given.ties)}, {len(given.loads)}"
-    yield from (("careful", text) for text in given.apart())
+    yield from (("warning", text) for text in given.apart())
 
     @cache
     def body(name: str) -> RigidMotions:
@@ -89,5 +89,5 @@ def _planned(scene: Scene) -> Iterator[Row]:
         return rigid_motions(name, first[name], fixed, given.kept[name])
 
     hanging = at_rest([case.given for case in found], lambda _, name, __: body(name))
-    yield from (("careful", text) for text in hanging)
+    yield from (("warning", text) for text in hanging)
     yield "output nodes", f"{sum(len(each.nodes) for each in given.outputs)}"

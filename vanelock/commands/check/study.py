@@ -15,7 +15,7 @@ from vanelock.common.checked import NotKnown
 from vanelock.common.errors import InputError, raised
 from vanelock.common.files.hdf5 import opened
 from vanelock.common.product import Product
-from vanelock.common.tables import Table, heads
+from vanelock.common.tables import Table, counted, heads
 from vanelock.input.cases.sweep import Case, cases
 from vanelock.input.measured import curve_mistakes, load_measured
 from vanelock.input.plausible import unusual
@@ -37,8 +37,8 @@ from vanelock.stages.parts.meshes import mesh_step
 P = TypeVar("P", bound=Product)
 Row = tuple[str, str]
 _SIGNATURE = b"\x89HDF\r\n\x1a\n"
-KINDS = {kind.__name__: kind for kind in (Part, Component, System, Response)}
-"""Products of a results file that are read whole."""
+KINDS = {"mesh": Part, "reduced model": Component, "system": System, "response": Response}
+"""Products of a results file that are read whole, by what they are called."""
 LISTED = 5
 """Failed cases that are named."""
 
@@ -107,7 +107,7 @@ def _planned(path: Path, outside: bool) -> Iterator[Row]:
     yield "cases", f"{len(found):,} over {swept}" if swept else "1"
     if any(case.study.accuracy is not None for case in found):
         yield "accuracy", "; ".join(dict.fromkeys(_accuracy(case.study) for case in found))
-    yield from (("careful", text) for text in unusual(study))
+    yield from (("warning", text) for text in unusual(study))
     own: dict[str, int] = {}
     yield from _parts(study, found, own)
     needed = estimated(found, own=own)
@@ -189,8 +189,8 @@ def _outputs(study: Study) -> Iterator[str]:
         "shapes": wanted.shapes,
         "loops": wanted.loops,
         "animations": wanted.animations,
-        f"{wanted.steps} instants": wanted.steps > 0,
-        f"{len(wanted.gauges)} gauges": bool(wanted.gauges),
+        counted(wanted.steps, "instant"): wanted.steps > 0,
+        counted(len(wanted.gauges), "gauge"): bool(wanted.gauges),
         "bounds over static friction": study.bounds is not None,
         "stability": study.stability is not None,
         "Campbell diagram": study.campbell is not None,
@@ -217,7 +217,7 @@ def _stored(path: Path) -> tuple[list[Row], str]:
         ("failed", failed),
         ("monitor", loaded.monitor or "-"),
         *((what, f"{size:,}") for what, size in loaded.sizes.items()),
-        ("read", ", ".join(f"{products.count(n)} {n}" for n in KINDS if n in products) or "-"),
+        ("read", ", ".join(counted(products.count(n), n) for n in KINDS if n in products) or "-"),
     ]
     return rows, f"{path}: results of a run"
 
@@ -250,7 +250,8 @@ def _products(file: h5py.File) -> Iterator[str]:
         item = file.get(place)
         if not isinstance(item, h5py.Group):
             continue
-        kind = KINDS.get(str(item.attrs.get("product", "System" if place == "system" else "")))
-        if kind is not None:
-            kind.load(item)
-            yield kind.__name__
+        stored = str(item.attrs.get("product", "System" if place == "system" else ""))
+        for name, kind in KINDS.items():
+            if kind.__name__ == stored:
+                kind.load(item)
+                yield name

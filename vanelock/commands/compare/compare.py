@@ -29,7 +29,7 @@ def compare_runs(
     output : path, optional
         Where the page and the table go; by default `compare_<one>_<other>` in the current folder.
     listener : callable
-        Told the tables.
+        Called with the tables.
 
     Raises
     ------

@@ -7,24 +7,24 @@ from typing import Any
 import numpy as np
 
 from vanelock.commands.compare.load import CaseFound, Loaded
-from vanelock.common.tables import Cell, Column, Table
+from vanelock.common.tables import Cell, Column, Table, counted
 from vanelock.input.settings import as_text, described, flattened, same
 
 QUANTITIES = (
     Column("peak", "µm", ".4g", "peak_amplitude"),
     Column("peak frequency", "Hz", ".6g", "peak_frequency"),
-    Column("least peak by static friction", "µm", ".4g", "lowest_peak_amplitude"),
-    Column("largest peak by static friction", "µm", ".4g", "highest_peak_amplitude"),
-    Column("growth of the fastest motion a period", "", ".4g", "growth_in_a_period"),
-    Column("damping ratio, energy", "%", ".3g", "damping_ratio"),
-    Column("damping ratio, bandwidth", "%", ".3g", "bandwidth_ratio"),
-    Column("of the linear peak, free", key="of_free"),
-    Column("of the linear peak, stuck", key="of_stuck"),
+    Column("lower bound of the peak", "µm", ".4g", "lowest_peak_amplitude"),
+    Column("upper bound of the peak", "µm", ".4g", "highest_peak_amplitude"),
+    Column("growth per cycle", "", ".4g", "growth_in_a_period"),
+    Column("damping ratio by energy", "%", ".3g", "damping_ratio"),
+    Column("damping ratio by bandwidth", "%", ".3g", "bandwidth_ratio"),
+    Column("relative to the free linear peak", key="of_free"),
+    Column("relative to the stuck linear peak", key="of_stuck"),
     Column("interlock's share of friction", "%", ".4g", "friction_share"),
     Column("alternating stress", "MPa", ".4g", "alternating_stress"),
     Column("mean stress", "MPa", ".4g", "mean_stress"),
-    Column("HCF reserve", key="goodman_reserve"),
-    Column("largest slip a cycle", "µm", ".4g", "largest_slip"),
+    Column("HCF safety factor", key="goodman_reserve"),
+    Column("largest slip per cycle", "µm", ".4g", "largest_slip"),
     Column("harmonics", form=".0f"),
     Column("points", form=".0f"),
     Column("converged", form=".0f"),
@@ -32,7 +32,7 @@ QUANTITIES = (
 )
 """Of a case, by their keys in the results."""
 COUNTS = ("harmonics", "points", "converged")
-"""Of these, settings and counts, no relative difference is told."""
+"""Of these, settings and counts, no relative difference is reported."""
 
 
 @dataclass(frozen=True)
@@ -116,7 +116,7 @@ def compared(one: Loaded, other: Loaded) -> Comparison:
     """Cases in pairs, and what is missing."""
     pairs, notes = matched(one, other)
     missing = [
-        f"{run.folder}: the run is not complete; what it has, {len(run.cases)} cases, is compared"
+        f"{run.folder}: the run is not complete; compared: {counted(len(run.cases), 'case')}"
         for run in (one, other)
         if not run.complete
     ]

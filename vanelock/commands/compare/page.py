@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import vanelock
 from vanelock.commands.compare.comparison import Comparison, Line
-from vanelock.common.tables import Table
+from vanelock.common.tables import Table, counted
 from vanelock.input.cases.names import fixed, words
 from vanelock.render import Curve
 from vanelock.report import Answer, Answers, Page, Plot, Section, Text, curve_plot
@@ -15,8 +15,8 @@ from vanelock.results.page_sections.provenance import written
 CARDS = {
     "peak": "Peak",
     "peak frequency": "Frequency",
-    "damping ratio, energy": "Damping ratio",
-    "HCF reserve": "HCF reserve",
+    "damping ratio by energy": "Damping ratio",
+    "HCF safety factor": "HCF safety factor",
 }
 """Results that stand on top."""
 MOST = 2
@@ -49,13 +49,13 @@ def _summary(found: Comparison) -> list[Block]:
     notices = [f"**{note}.**" for note in found.notes]
     if len(order) > MOST:
         notices.append(
-            f"Above: of {len(order)} cases the {MOST} whose peak, frequency, damping or reserve "
-            "changes most."
+            f"Above: of {len(order)} cases the {MOST} whose peak, frequency, damping or safety "
+            "factor changes most."
         )
     count = len(found.inputs)
     notices.append(
         f"{found.one.folder} against {found.other.folder}: "
-        + ("all inputs are the same." if not count else f"{count} inputs differ.")
+        + ("all inputs are the same." if not count else f"different: {counted(count, 'input')}.")
         + " Differences are those of the second run, over the first."
     )
     return [Answers(tuple(answers)), Text("\n\n".join(notices))]

@@ -64,7 +64,7 @@ def converge_study(
         A run's folder; what was computed there is used again. `converge.json`, `converge.md` and
         `figures/converge.png` go there.
     listener : callable
-        Told about stages, notices and tables.
+        Called with stages, notices and tables.
     only : sequence of str
         Keys of the settings to raise; all by default.
     dofs : float
@@ -165,7 +165,7 @@ class _Measuring:
         )
 
     def _setting(self, setting: NumericalSetting) -> list[Outcome]:
-        """All values of one; what cannot be computed is told and left out."""
+        """All values of one; what cannot be computed is reported and left out."""
         runs: list[tuple[str, bool, _Peak, dict[str, float]]] = []
         chains = [chain(level.study, f"{setting.key} = {level.shown}") for level in setting.levels]
         for i, (level, made) in enumerate(zip(setting.levels, chains, strict=True)):
@@ -292,4 +292,4 @@ def replace_response(made: Chain, study: Study) -> Chain:
 
 
 def _unheard(done: int, total: int, frequency: float, amplitude: float) -> None:
-    """Points are too many to be told one by one."""
+    """Points are too many to be reported one by one."""

@@ -7,11 +7,11 @@ from pathlib import Path
 import numpy as np
 
 from vanelock import render
-from vanelock.common.tables import Column, Table, heads
+from vanelock.common.tables import Column, Table, counted, heads
 
 NAME = "converge"
 WORDS = ("response.coupling", "joints.hook.patch")
-"""Knobs whose values are no sequence."""
+"""Settings whose values are no sequence."""
 ALONE = ("adaptive", "located")
 """Values that are no members of their sequence."""
 
@@ -72,7 +72,9 @@ def table(found: Sequence[Outcome], name: str) -> Table:
     ]
     for each in found:
         if each.lost:
-            notes.append(f"{each.setting} = {each.value}: {each.lost} points DID NOT CONVERGE")
+            notes.append(
+                f"{each.setting} = {each.value}: {counted(each.lost, 'point')} DID NOT CONVERGE"
+            )
     return Table(f"{name}: error against cost", columns, rows, notes, "converge")
 
 

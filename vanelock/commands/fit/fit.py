@@ -61,7 +61,7 @@ def fit_study(
         A run's folder; meshes and reduced parts there are used again. `fit.json`, `fitted.toml`,
         `figures/fit.png` and `.csv` go there.
     listener : callable
-        Told about stages, starts, notices and tables.
+        Called with stages, starts, notices and tables.
     text : str
         The study file's text, which `fitted.toml` keeps but for the fitted values.
     beside : path

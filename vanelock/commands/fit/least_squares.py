@@ -7,7 +7,7 @@ of the weighted residuals at the solution, the covariance of x is s² (JᵀJ)⁻
 the scatter, estimated from what remains, where no σ is given. Where σ is given s is 1, or the same
 estimate where that is larger, since a model that misses its data by more than their scatter cannot
 be trusted to the scatter (the scale factor of the Particle Data Group, Review of Particle Physics,
-section 5.2.2). The singular vectors of J tell which products of powers of parameters the data
+section 5.2.2). The singular vectors of J show which products of powers of parameters the data
 determine, and how well.
 
 The covariance is worth something only if residuals are noise (`commands.fit.residuals`) and the
@@ -75,9 +75,9 @@ def fit(
     weights : (n,) float, optional
         Without `sigma`: what stands in its place, up to a factor.
     progress : callable
-        Told of each start when it has ended.
+        Called with each start when it has ended.
     tried : callable
-        Told of each evaluation of the model: their number, the misfit, and the least so far.
+        Called with each evaluation of the model: their number, the misfit, and the least so far.
     curves : sequence of sequence of str, optional
         Names of the points of each curve, one after the other in `data`; default: one curve.
 

@@ -79,7 +79,7 @@ class Run:
     folder : Path
         The run's folder, claimed.
     listener : callable
-        Told about tables, points and notices.
+        Called with tables, points and notices.
     stages : Stages
         What computes or finds each product.
     found : sequence of Case, optional
@@ -157,15 +157,12 @@ class Run:
         )
 
     def all_cases(self) -> tuple[Summary, ...]:
-        """Everything but the pictures; a line for each case."""
+        """Everything but the pictures and the `answer`."""
         self._each(self._parts, self._show_parts)
         summaries = self._each(self._solve, self._case)
         self.planned = tuple(
             each.turned() if each.case.name in self._turned else each for each in self.planned
         )
-        self.listener(listing.response_table(summaries, self.shown.monitor.name))
-        if self.failed:
-            self.listener(listing.failed_table(self.failed))
         if any(each.found for each in self._bounds.values()):
             self.listener(bounds_table(self._bounds))
         if self._stability:
@@ -178,6 +175,12 @@ class Run:
             self.listener(error_table(name, errors, self.shown.monitor.name))
             self.listener(left_out_table(name, without))
         return tuple(summaries)
+
+    def answer(self, found: Sequence[Summary]) -> None:
+        """What failed, and the responses: the last tables, since they are what was asked for."""
+        if self.failed:
+            self.listener(listing.failed_table(self.failed))
+        self.listener(listing.response_table(found, self.shown.monitor.name, len(self.failed)))
 
     def _each(self, compute: Callable[[Planned], C], show: Callable[[Planned, C], R]) -> list[R]:
         """Compute something of each case and show it; what cannot be computed is left out."""
@@ -253,7 +256,7 @@ class Run:
     def page_content(
         self, pictures: Pictures, found: Sequence[Summary], drawn: Sequence[Picture], text: str = ""
     ) -> PageContent:
-        """What the run's page is told from."""
+        """What the run's page is written from."""
         return PageContent(
             run_data=pictures.run_data,
             summaries=found,
@@ -362,8 +365,6 @@ class Run:
                 self._spacings.append(spacing(response.frequency, peak.point))
             self.shown.peak[case.name] = peak
             self._top = max(self._top, peak.amplitude)
-        for line in warnings.lost(found):
-            self.listener(Notice(f"{case.name}: {line}"))
         return found
 
     def _campbell(self, planned: Planned) -> Campbell | None:

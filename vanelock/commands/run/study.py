@@ -16,7 +16,7 @@ from vanelock.pipeline.step import Stages
 from vanelock.results import listing
 from vanelock.results.figures.pictures import Pictures
 from vanelock.results.files import results_file
-from vanelock.results.files.redrawn import OutputFiles
+from vanelock.results.files.redrawn import REPORT, OutputFiles
 from vanelock.results.files.run_folder import claimed
 from vanelock.results.page import write_report
 from vanelock.stages.accuracy.cost_estimate import estimated
@@ -46,7 +46,7 @@ def run_study(
     folder : path
         Where `results.h5`, `figures/`, `shapes/` and `cache/` go.
     listener : callable
-        Told about stages, points, notices and tables.
+        Called with stages, points, notices and tables.
     text : str
         The file's text, kept in the results.
     workers : int
@@ -63,7 +63,7 @@ def run_study(
     Returns
     -------
     tuple of Summary
-        One for each case that could be computed; of the others of a sweep the listener is told.
+        One for each case that could be computed; of the others of a sweep the listener is informed.
 
     Raises
     ------
@@ -86,14 +86,11 @@ def run_study(
         with running.record.finished():
             with running.background():
                 summaries = running.all_cases()
+            scattered = running.scattered(summaries)
+            running.answer(summaries)
             output_files = OutputFiles(path, listener)
             pictures = Pictures(
-                given,
-                running.planned,
-                stages,
-                running.shown,
-                output_files,
-                running.scattered(summaries),
+                given, running.planned, stages, running.shown, output_files, scattered
             )
             drawn = pictures.draw()
             if given.outputs.report:
@@ -111,7 +108,8 @@ def run_study(
         "results": str(path / results_file.NAME),
         "pictures": [str(file) for shown in drawn for file in (shown.path, *shown.data)],
     }
-    listener(Finished(str(path), time.perf_counter() - began, summary))
+    page = str(path / REPORT) if given.outputs.report else ""
+    listener(Finished(str(path), time.perf_counter() - began, summary, page))
     return summaries
 
 

@@ -74,8 +74,8 @@ def written(
 ) -> Generator[h5py.File, None, None]:
     """A file, open for writing, "w", or for additions, "a"; a new one may begin with a block.
 
-    Where the disk is full the HDF5 library cannot be told so: it drops small data sets without a
-    word, and crashes as it closes the file. So it is told that all is well, and what the system
+    Where the disk is full the HDF5 library must not learn of it: it drops small data sets without a
+    word, and crashes as it closes the file. So it is given success, and what the system
     said is raised when it is done. Nor can a signal's exception pass through it: signals wait while
     the file is opened and closed, and should wait while it is written (`signals.held`).
 
@@ -170,7 +170,7 @@ def _refuse_unreadable(path: str | os.PathLike[str], beside: str | None) -> None
 
 @lru_cache(maxsize=64)
 def _refuse(path: Path, beside: str | None, states: tuple[tuple[int, int, int], ...]) -> None:
-    """Tell what the child says or that it fell; nothing where it read all."""
+    """Report what the child says or that it fell; nothing where it read all."""
     size = sum(state[0] for state in states)
     seconds = SECONDS + size // 50_000_000 + len(states) // 50
     try:

@@ -15,10 +15,12 @@ from pydantic import ValidationError
 
 from vanelock.common.checked import NotKnown, disagreements
 from vanelock.common.errors import InputError
+from vanelock.input.cases.names import valued
 from vanelock.input.cases.values import Given, path_of, value_at, with_values
 from vanelock.input.messages import explain, field_at, mistakes, reason, show, unknown
 from vanelock.input.schema.own_mesh import OwnCasing, OwnVane
 from vanelock.input.schema.study import Study
+from vanelock.input.settings import unit_of
 from vanelock.mesh.checks.dimensions import (
     check_casing,
     check_clearances,
@@ -194,8 +196,13 @@ def _case(
         why = explain(error, {}, type(given))[0]
         raise InputError(f"{_where(given, chosen)}: {text}{why}") from None
     values = {key: value_at(changed, key) for key in chosen}
-    name = ",".join(f"{names[key]}={shown_value(value)}" for key, value in values.items())
-    return Case(name, values, changed)
+    return Case(named(values, names, type(given)), values, changed)
+
+
+def named(values: dict[str, float | str], names: dict[str, str], schema: type[Given]) -> str:
+    """A name from values by key, and what their keys are called: "mu=0.15,interference=4um"."""
+    texts = (f"{names[key]}={valued(v, unit_of(key, schema))}" for key, v in values.items())
+    return ",".join(texts)
 
 
 def misfits(given: Given) -> list[str]:
@@ -305,11 +312,6 @@ def _can_vary(key: str, schema: type[Given]) -> bool:
     return numbers or any(get_origin(option) is Literal for option in options)
 
 
-def shown_value(value: float | str) -> str:
-    """A value as case names have it."""
-    return value if isinstance(value, str) else f"{value:.9g}"
-
-
 def short_names(keys: list[str]) -> dict[str, str]:
     """Each key's last word, with as many before it as it takes to tell the keys apart.
 
@@ -326,7 +328,7 @@ def short_names(keys: list[str]) -> dict[str, str]:
 
 
 def label(cases: Sequence[Case], groups: Sequence[Hashable]) -> list[str]:
-    """What tells the groups that cases belong to apart: the swept values fixed in every group.
+    """What distinguishes the groups that cases belong to: the swept values fixed in every group.
 
     Parameters
     ----------
@@ -348,6 +350,6 @@ def label(cases: Sequence[Case], groups: Sequence[Hashable]) -> list[str]:
             fixed.append(key)
     names = short_names(keys)
     return [
-        ",".join(f"{names[key]}={shown_value(case.values[key])}" for key in fixed) or case.name
+        named({key: case.values[key] for key in fixed}, names, type(case.given)) or case.name
         for case in cases
     ]

@@ -44,7 +44,7 @@ def assessable(response: "ResponseKeys") -> bool:
 
 
 def can_be_assessed(given: "Study | Scene") -> Iterator[str]:
-    """What keeps bounds or stability from being told; cases of a campaign may lack them."""
+    """What keeps bounds or stability from being given; cases of a campaign may lack them."""
     response = given.response
     for table in ("bounds", "stability"):
         if getattr(given, table) is None or getattr(given, "campaign", None) is not None:

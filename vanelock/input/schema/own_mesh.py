@@ -49,7 +49,16 @@ def _nodes(description: str) -> Any:
     return Field(default=None, description=f"set of {description}")
 
 
-class VaneSets(KeyTable):
+class _Sets(KeyTable):
+    @model_validator(mode="before")
+    @classmethod
+    def _by_its_present_name(cls, data: Any) -> Any:
+        if isinstance(data, dict) and "accessory" in data:
+            raise ValueError("accessory: the set of output nodes is called output now")
+        return data
+
+
+class VaneSets(_Sets):
     """What the file calls the vane's node sets, where that is not their name here."""
 
     hook_front: NodeSet | None = _nodes("the front hook's contact nodes")
@@ -57,11 +66,11 @@ class VaneSets(KeyTable):
     key: NodeSet | None = _nodes("hook nodes tied to the casing")
     interlock_left: NodeSet | None = _nodes("contact nodes of the left interlock face")
     interlock_right: NodeSet | None = _nodes("contact nodes of the right interlock face")
-    accessory: NodeSet | None = _nodes("output nodes")
+    output: NodeSet | None = _nodes("output nodes")
     fixed: NodeSet | None = _nodes("clamped nodes")
 
 
-class CasingSets(KeyTable):
+class CasingSets(_Sets):
     """What the file calls the casing's node sets, where that is not their name here."""
 
     hook_front: NodeSet | None = _nodes("the front groove's contact nodes")
@@ -70,7 +79,7 @@ class CasingSets(KeyTable):
     left: NodeSet | None = _nodes("nodes of the left cyclic face")
     right: NodeSet | None = _nodes("nodes of the right cyclic face")
     force: NodeSet | None = _nodes("loaded nodes")
-    accessory: NodeSet | None = _nodes("output nodes")
+    output: NodeSet | None = _nodes("output nodes")
     fixed: NodeSet | None = _nodes("clamped nodes")
 
 

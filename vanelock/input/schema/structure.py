@@ -133,7 +133,7 @@ class MeshKeys(KeyTable):
         description="length of the casing's elements around the ring",
     )
     correction: Literal["none", "modal"] = Field(
-        default="modal", description="how the stiffness that the meshes add is taken off"
+        default="modal", description="how mesh stiffening is corrected"
     )
 
 

@@ -54,12 +54,12 @@ from vanelock.mesh.refinement.dof_estimate import check_size
 from vanelock.nonlinear.contact.sampling import least_samples
 
 MONITOR = (
-    rf"(?P<node>(?:vane|casing) accessory [1-9][0-9]*)(?:, (?P<component>{'|'.join(COMPONENTS)}))?"
+    rf"(?P<node>(?:vane|casing) output [1-9][0-9]*)(?:, (?P<component>{'|'.join(COMPONENTS)}))?"
 )
 
 _MONITORED = (
-    'expected an output node and a component, such as "vane accessory 1, radial" '
-    "(vane or casing; accessory 1 to 3; radial, circumferential or axial)"
+    'expected an output node and a component, such as "vane output 1, radial" '
+    "(vane or casing; output 1 to 3; radial, circumferential or axial)"
 )
 
 
@@ -233,6 +233,7 @@ class Outputs(KeyTable):
 
     monitor: str | None = Field(default=None, description="monitored displacement")
     shapes: bool = Field(default=True, description="whether shapes are drawn")
+    ring: bool = Field(default=False, description="whether .vtu files of the ring are written")
     loops: bool = Field(default=True, description="whether a hysteresis loop is drawn")
     animations: bool = Field(default=False, description="whether shapes and loops are animated")
     steps: int = Field(
@@ -247,7 +248,9 @@ class Outputs(KeyTable):
     @classmethod
     def _named(cls, value: str | None) -> str | None:
         if value is not None and not re.fullmatch(MONITOR, value):
-            raise ValueError(_MONITORED)
+            former = re.sub(r"\baccessory\b", "output", value)
+            renamed = f'accessory nodes are called output nodes now: "{former}"'
+            raise ValueError(_MONITORED if former == value else renamed)
         return value
 
 
@@ -324,7 +327,7 @@ class Study(KeyTable):
             )
 
     def _has_the_output(self) -> Iterator[str]:
-        """The program's own parts have three accessory nodes; a user's file tells later."""
+        """The program's own parts have three output nodes; others are checked on reading."""
         wanted = self.outputs.monitor
         found = re.fullmatch(MONITOR, wanted or "")
         if found is None:
@@ -348,7 +351,7 @@ class Study(KeyTable):
         text = "" if self.accuracy is None else f"accuracy = {self.accuracy:g}"
         if text and self.rom.route != "cyclic":
             yield (
-                f'{text}: rom.route = "{self.rom.route}" does not tell what it leaves out; '
+                f'{text}: rom.route = "{self.rom.route}" gives no estimate of what it leaves out; '
                 'choose "cyclic"'
             )
         if text and self.response.harmonic_diameters != "wave":

@@ -34,7 +34,7 @@ def in_background(
     cache : Cache
         Where these go.
     listener : callable
-        Told how many tasks are done.
+        Called with how many tasks are done.
     peak : callable
         The largest peak so far, m.
     idle : callable

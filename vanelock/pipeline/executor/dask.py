@@ -30,7 +30,7 @@ class Cluster:
     address : str
         Of its scheduler; for "tls://..." Dask's own configuration names the certificates.
     listener : callable
-        Told of workers that are waited for.
+        Called with workers that are waited for.
     insecure : bool
         Whether the scheduler may be on another machine without encryption.
 

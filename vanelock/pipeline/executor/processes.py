@@ -85,7 +85,7 @@ class _Process(SpawnContext):
         self.knows: set[str] = set()
 
     def Process(self, *args: Any, **options: Any) -> SpawnProcess:  # type: ignore[override]
-        """What the pool starts, kept to tell how it ended."""
+        """What the pool starts, kept to say how it ended."""
         self._process = SpawnProcess(*args, **options, daemon=True)
         return self._process
 
@@ -127,7 +127,7 @@ class _Process(SpawnContext):
 
 @contextmanager
 def _held_back() -> Generator[None, None, None]:
-    """Start processes and threads that are not told of Ctrl-C, nor of a pipe that is broken.
+    """Start processes and threads that get neither Ctrl-C nor the signal of a broken pipe.
 
     They inherit which signals are held back. Ctrl-C reaches every process of a terminal, and is for
     the one that runs the study to answer. Writing to a process that has died is to fail rather than

@@ -1,7 +1,7 @@
 """Tasks handed out to processes, near or far, and what they return taken into the cache.
 
 Only the process that runs the study reads and writes its folder. Each task is tried again once when
-it fails or its process dies; what then still fails is told, with all that waits for it, and the
+it fails or its process dies; what then still fails is reported, with all that waits for it, and the
 rest goes on.
 """
 
@@ -21,7 +21,7 @@ ATTEMPTS = 2
 SPARED = 5
 """How often one is sent again that lost what it starts from, since that is not its fault."""
 PATIENCE = 1.0
-"""Seconds after which the display is told again."""
+"""Seconds after which the display is updated again."""
 
 
 class Executor(Protocol):
@@ -74,7 +74,7 @@ class TaskQueue:
     executor : Executor
         Who does them.
     listener : callable
-        Told how many are done.
+        Called with how many are done.
     peak : callable
         The largest peak so far, m.
     idle : callable
@@ -196,7 +196,7 @@ class TaskQueue:
         self.listener(Tasks(self._done, self._total, len(self._lost), self.peak(), left))
 
     def _left(self, now: float) -> float:
-        """Seconds left at the rate of those that ended; NaN where that does not tell.
+        """Seconds left at the rate of those that ended; NaN where that is unknown.
 
         When all have ended, too: then the process that runs the study goes on with what it keeps
         for itself.

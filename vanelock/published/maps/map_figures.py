@@ -76,7 +76,7 @@ def map_picture(run_data: RunData, e: Evidence, name: str, plane: Plane, words: 
     at = own.interference if plane.other == "interference" else 1.0
     caption = (
         "Each cell is a computed response; its peak is that of the best method here. Yes and no "
-        "tell whether the statement of the published study holds there. Errors are those of the "
+        "say whether the statement of the published study holds there. Errors are those of the "
         f"peak against {Method(orders(plane)[-1]).name}. "
     )
     file, shows = f"figures/{name}", [title, e.monitor, *_numbers(plane)]

@@ -110,7 +110,7 @@ def half_power(frequency: Floats, amplitude: Floats) -> tuple[float, float] | No
 
 
 def bandwidth_ratio(frequency: Floats, amplitude: Floats) -> float:
-    """Damping ratio by the half-power bandwidth; NaN where the curve does not tell it."""
+    """Damping ratio by the half-power bandwidth; NaN where the curve is too short."""
     ends = half_power(frequency, amplitude)
     if ends is None:
         return float("nan")

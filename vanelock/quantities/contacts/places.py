@@ -19,6 +19,8 @@ from vanelock.rom import Contacts
 Floats = NDArray[np.float64]
 
 HOOKS = ("hook_front", "hook_rear")
+TANGENTS = {"hook": ("circumferential", "axial"), "interlock": ("radial", "along the slant")}
+"""The friction directions of the joints of a study, the tangents of `mesh.Part.frames`."""
 WORDS = {"hook_front": "front hook", "hook_rear": "rear hook", "interlock_right": "interlock"}
 
 
@@ -48,6 +50,12 @@ class Places:
     points: Floats
     area: Floats
     coefficient: Floats
+
+
+def tangents(given: Given, joint: str) -> tuple[str, str]:
+    """What the two friction directions of a joint's contacts are called."""
+    plain = ("tangent 1", "tangent 2")
+    return TANGENTS.get(joint, plain) if isinstance(given, Study) else plain
 
 
 def places(given: Given, contacts: Contacts, vane: Part | None) -> Places:

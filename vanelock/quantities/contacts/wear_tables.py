@@ -45,7 +45,7 @@ def joint_table(title: str, cases: Mapping[str, tuple[Places, Wear]]) -> Table:
             pairs = zip(INDICATORS.values(), values, strict=True)
             values = [function(each) if len(each) else None for function, each in pairs]
             rows.append((name, joint, f"{np.sum(wear.energy[own] > 0)} of {own.sum()}", *values))
-    columns = (*heads("case", "joint", "rub"), *INDICATORS)
+    columns = (*heads("case", "joint", "slipping"), *INDICATORS)
     return Table(title, columns, rows).without_empty(*WORN)
 
 

@@ -1,1 +1,1 @@
-"""Figures that tell whether a mesh can be trusted."""
+"""Figures that decide whether a mesh can be trusted."""

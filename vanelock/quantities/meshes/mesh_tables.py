@@ -21,7 +21,7 @@ SETS = (
     "interlock_left",
     "interlock_right",
     "force",
-    "accessory",
+    "output",
 )
 """Order of the sets in tables; others follow."""
 
@@ -38,10 +38,10 @@ def quality_table(
         Column("type", key="cell_type"),
         Column("volume", "cm³", ".2f", "volume_cm3"),
         Column(
-            "/ CAD - 1",
+            "volume error",
             form="+.0e",
             key="against_cad",
-            note="/ CAD: over the volume of the geometry that was meshed",
+            note="volume error: relative to the geometry that was meshed",
         ),
         Column("mass", "kg", key="mass_kg"),
         Column(

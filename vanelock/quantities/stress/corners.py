@@ -2,7 +2,7 @@
 
 At a re-entrant edge without a fillet the stress grows as r^(λ-1), λ < 1, towards the edge (M. L.
 Williams, Stress singularities resulting from various boundary conditions in angular corners of
-plates in extension, J. Appl. Mech. 19 (1952) 526-528), so that the value at its nodes only tells
+plates in extension, J. Appl. Mech. 19 (1952) 526-528), so that the value at its nodes only reflects
 the mesh; so does that at a node which carries a contact's force. Such places need a fillet in the
 model, or the stress some way off, as hot-spot rules for welds take it at 0.4 of the wall's
 thickness and beyond (A. F. Hobbacher, Recommendations for Fatigue Design of Welded Joints and

@@ -47,7 +47,7 @@ class Strength:
     tensile: float
 
     def reserve(self, amplitude: ArrayLike, mean: ArrayLike) -> Any:
-        """Factor n by which both stresses may grow; infinite where there are none.
+        """Safety factor n on both stresses; infinite where there are none.
 
         Examples
         --------
@@ -58,7 +58,7 @@ class Strength:
         return np.divide(1.0, used, out=np.full(used.shape, np.inf), where=used > 0)[()]
 
     def growth(self, amplitude: ArrayLike, mean: ArrayLike) -> Any:
-        """Factor by which the vibration alone may grow; 0 where the mean breaks it already."""
+        """Vibratory stress margin: the factor on the vibration; 0 where the mean breaks it."""
         left = self.limit * (1 - np.maximum(mean, 0.0) / self.tensile)
         a = np.asarray(amplitude, float)
         return np.divide(left.clip(0), a, out=np.full(a.shape, np.inf), where=a > 0)[()]

@@ -31,7 +31,7 @@ class SurfaceLocations:
     hook : HookDimensions
         What vane and casing share.
     feature : (n,) str
-        "aerofoil 2", "inner shroud", ...; "vane" or "casing" where no dimensions tell.
+        "aerofoil 2", "inner shroud", ...; "vane" or "casing" where no dimensions say.
     corner : (n,) bool
         On or beside a sharp re-entrant corner.
     loaded : (n,) bool

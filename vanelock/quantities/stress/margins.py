@@ -51,7 +51,7 @@ class Margin:
 
     @property
     def growth(self) -> float:
-        """Factor by which the vibration alone may grow."""
+        """Vibratory stress margin: the factor on the vibration alone."""
         return float(self.strength.growth(self.amplitude, self.mean))
 
 

@@ -224,7 +224,7 @@ def _outside(figure: Figure, casing: CasingDimensions, sectors: int) -> None:
     labels = []
     for points, colour, text in (
         (contact_places.force_points(casing, sectors), style.BLUE, caption(casing, "force_nodes")),
-        (contact_places.casing_accessory_points(casing, sectors), style.PURPLE, "output nodes"),
+        (contact_places.casing_output_points(casing, sectors), style.PURPLE, "output nodes"),
     ):
         angle = np.arctan2(points[:, 1], points[:, 0])
         flat_ = 1e3 * np.stack([radius * angle, points[:, 2]], -1)

@@ -20,7 +20,7 @@ from vanelock.render import style
 
 Real = NDArray[np.float64]
 
-_HOLDS: Final = ("#f4c9a8", "#bfe3d2")  # no, yes: told by a mark too
+_HOLDS: Final = ("#f4c9a8", "#bfe3d2")  # no, yes: shown by a mark too
 _UNKNOWN: Final = "#d9d9d9"
 _SIDE: Final = 3.15  # of a panel, inches
 _ACROSS: Final = 3
@@ -41,7 +41,7 @@ class MapPanel:
     logarithmic : bool
         Whether colours follow the logarithm.
     diverging : bool
-        Whether colours tell the sign, the same for equal sizes.
+        Whether colours show the sign, the same for equal sizes.
     """
 
     title: str

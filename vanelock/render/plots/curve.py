@@ -1,4 +1,4 @@
-"""A forced response curve to be drawn: its arrays, what tells it from others, and its peak."""
+"""A forced response curve to be drawn: its arrays, its name, and its peak."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -94,6 +94,8 @@ class Curve:
     verdict : (p,) int or None
         0 where the wave is stable, 1 unstable, 2 undecided, -1 not known: where points in a row are
         known, the line is solid, dashed, and grey.
+    case : str
+        What tables call its case, if it is of one.
     """
 
     frequency: ArrayLike
@@ -106,6 +108,7 @@ class Curve:
     variant: str = ""
     envelope: Envelope | None = None
     verdict: ArrayLike | None = None
+    case: str = ""
 
     @property
     def label(self) -> str:

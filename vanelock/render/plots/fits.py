@@ -1,4 +1,4 @@
-"""Measured curves with the response before and after a fit, and what remains between them."""
+"""Measured curves with the response before and after a fit, and the residuals between them."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -52,7 +52,7 @@ def fit_picture(
 ) -> Path:
     """Draw measured curves over the response before and after a fit, and return the path.
 
-    Below each curve stands what remains, fitted minus measured, between two standard deviations
+    Below each curve stand the residuals, fitted minus measured, between two standard deviations
     where these are known.
 
     Parameters
@@ -121,4 +121,4 @@ def _remainder(axes: Axes, panel: FitPanel) -> None:
         axes.fill_between(panel.frequency, -band, band, color=style.LIGHT, lw=0, zorder=1)
     axes.axhline(0, color=style.GREY, lw=0.8)
     axes.plot(panel.frequency, 1e6 * panel.remainder, ".-", color=style.BLUE, lw=0.9)
-    axes.set(xlabel="excitation frequency (Hz)", ylabel=f"remains ({panel.unit})")
+    axes.set(xlabel="excitation frequency (Hz)", ylabel=f"residual ({panel.unit})")

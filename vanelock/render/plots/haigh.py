@@ -59,7 +59,7 @@ def haigh_picture(
     limit, tensile : float
         Fatigue limit at no mean stress, and tensile strength, Pa.
     named : sequence of Named
-        Places that are marked and told in the legend.
+        Locations that are marked and listed in the legend.
     title, subtitle : str
         Heading, and a line under it.
 
@@ -111,7 +111,7 @@ def _marks(named: Sequence[Named]) -> list[tuple[str, str]]:
 
 
 def _line(axes: Axes, limit: float, tensile: float, n: float) -> None:
-    """Goodman's line of a reserve n, flat in compression."""
+    """Goodman's line of a safety factor n, flat in compression."""
     low = axes.get_xlim()[0]
     x, y = [low, 0, MPA * tensile / n], [MPA * limit / n, MPA * limit / n, 0]
     axes.plot(x, y, color=style.BLACK if n == 1 else style.GREY, lw=1.6 if n == 1 else 0.9)
@@ -124,7 +124,7 @@ def _enlarge(axes: Axes, mean: Real, amplitude: Real, limit: float, tensile: flo
     axes.set_xlim(low - room, high + room)
     top = 1.25 * max(float(y.max(initial=0.0)), 1.0)
     axes.set_ylim(0, top)
-    axes.set_title("These places, with lines of constant reserve n")
+    axes.set_title("These locations, with lines of constant safety factor n")
     for n in FACTORS:
         height = MPA * limit / n
         if not 0.1 * top < height * (1 - max(low - room, 0) * n / (MPA * tensile)) < 1.6 * top:

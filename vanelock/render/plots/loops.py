@@ -18,6 +18,7 @@ Real = NDArray[np.float64]
 STICKS, SLIPS, OPEN = 0, 1, 2
 BROKEN: Final = (0, (4, 3))  # of the bounds' lines
 _NAMES: Final = ("sticks", "slips", "open")
+TANGENTS: Final = ("tangent 1", "tangent 2")
 _COLOURS: Final = (style.BLUE, style.VERMILION, style.GREY)
 
 
@@ -31,12 +32,13 @@ def loop_picture(
     direction: int | None = None,
     bounding: ArrayLike | None = None,
     isotropic: bool = False,
+    tangents: tuple[str, str] = TANGENTS,
 ) -> Path:
     """Draw a contact's hysteresis loop with its normal and friction force, and return the path.
 
     Left: friction force over relative displacement. Right: normal force, and friction force with
     its bounds ±μn, over the period; where friction is isotropic, what the other direction leaves of
-    them. Colours tell where the contact sticks, slips or is open. The
+    them. Colours show where the contact sticks, slips or is open. The
     energy that friction takes in a cycle and the shares of the period stand under the title.
 
     Parameters
@@ -57,13 +59,15 @@ def loop_picture(
         The normal force that bounds friction; by default n.
     isotropic : bool
         Whether |t| <= μ n in the plane of both directions, or in each by itself.
+    tangents : (str, str)
+        What the two directions are called.
 
     Raises
     ------
     InputError
         If the arrays do not fit together or the file cannot be written.
     """
-    found = period(displacement, force, mu, direction, bounding, isotropic)
+    found = period(displacement, force, mu, direction, bounding, isotropic, tangents)
     text = "; ".join([found.taken, f"{found.shares} of the period"])
     with style.applied():
         figure = style.figure(6.75, title, f"{subtitle}. {text}" if subtitle else text)
@@ -82,8 +86,8 @@ class LoopPeriod:
 
     Attributes
     ----------
-    direction : int
-        1 or 2.
+    direction : str
+        What it is called.
     sliding, friction : (s,) float
         In that direction, m and N.
     normal : (s,) float
@@ -96,7 +100,7 @@ class LoopPeriod:
         The energy that friction takes, in words.
     """
 
-    direction: int
+    direction: str
     sliding: Real
     friction: Real
     normal: Real
@@ -118,6 +122,7 @@ def period(
     direction: int | None = None,
     bounding: ArrayLike | None = None,
     isotropic: bool = False,
+    tangents: tuple[str, str] = TANGENTS,
 ) -> LoopPeriod:
     """A contact's period, its parameters as of `loop_picture`.
 
@@ -140,10 +145,10 @@ def period(
         bound = np.sqrt(np.maximum((mu * load) ** 2 - f[:, 3 - k] ** 2, 0.0))
     else:
         state, bound = states(load, f[:, k], mu), mu * load
-    taken = (
-        f"Friction takes {_energy(energy[k - 1])} a cycle in t{k}, {_energy(sum(energy))} in all"
-    )
-    return LoopPeriod(k, u[:, k], f[:, k], f[:, 0], bound, state, taken)
+    name = tangents[k - 1]
+    own = f"{name} {_energy(energy[k - 1])}"
+    taken = f"Friction dissipates {_energy(sum(energy))} per cycle ({own})"
+    return LoopPeriod(name, u[:, k], f[:, k], f[:, 0], bound, state, taken)
 
 
 def dissipated(displacement: Real, friction: Real) -> float:
@@ -190,10 +195,10 @@ def closed(values: Any) -> Any:
     return np.append(values, values[:1])
 
 
-def label(axes: Axes, direction: int) -> None:
+def label(axes: Axes, direction: str) -> None:
     """Name the axes of a loop."""
-    axes.set_xlabel(f"relative displacement u{direction} (µm)")
-    axes.set_ylabel(f"friction force t{direction} (N)")
+    axes.set_xlabel(f"relative displacement, {direction} (µm)")
+    axes.set_ylabel(f"friction force, {direction} (N)")
 
 
 def _loop(axes: Axes, found: LoopPeriod) -> None:
@@ -214,8 +219,8 @@ def histories(normal: Axes, friction: Axes, found: LoopPeriod) -> None:
     for sign in (1, -1):
         bound = sign * closed(found.bound)
         friction.plot(time, bound, color=style.BLACK, lw=1, ls=BROKEN, alpha=0.7)
-    name = f"force t{found.direction} (N)"
-    _history(friction, found.friction, found.state, "Friction force and its bounds", name)
+    title = f"Friction force, {found.direction}, and its bounds"
+    _history(friction, found.friction, found.state, title, "friction force (N)")
     friction.set_xlabel("time / period (–)")
 
 
@@ -226,7 +231,7 @@ def _history(axes: Axes, force: Real, state: NDArray[np.int64], title: str, labe
 
 
 def legend(axes: Axes, found: LoopPeriod, isotropic: bool) -> None:
-    """Tell above the axes what the colours and the broken lines are."""
+    """Say above the axes what the colours and the broken lines are."""
     present = np.unique(found.state)
     shown = [Line2D([], [], color=_COLOURS[s], lw=3, label=_NAMES[s]) for s in present]
     bounds = "bounds" if isotropic else "bounds ±μn"

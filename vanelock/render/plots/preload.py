@@ -10,6 +10,7 @@ from matplotlib.ticker import MaxNLocator
 from numpy.typing import ArrayLike, NDArray
 
 from vanelock.common.errors import InputError
+from vanelock.common.tables import counted
 from vanelock.render import style
 
 Real = NDArray[np.float64]
@@ -75,7 +76,9 @@ def preload_picture(
             upper = style.axes(figure, left, 3.4, width, 2.15)
             lower = style.axes(figure, left, 1.05, width, 1.7)
             _bars(upper, f[chosen, 0], used[chosen])
-            upper.set_title(f"{name}: {_contacts(int(chosen.sum()))}\n{_range(f[chosen, 0])}")
+            upper.set_title(
+                f"{name}: {counted(int(chosen.sum()), 'contact')}\n{_range(f[chosen, 0])}"
+            )
             _ratios(lower, used[chosen])
             if position == 0:
                 upper.set_ylabel("normal force n (N)")
@@ -106,10 +109,6 @@ def utilisation(force: Real, mu: Real, isotropic: bool = False) -> Real:
     largest = np.minimum(np.hypot(*both.T) if isotropic else both.max(axis=1), bound)
     ratio = np.divide(largest, bound, out=np.ones_like(bound), where=closed & (bound > 0))
     return np.where(closed, ratio, np.nan)
-
-
-def _contacts(count: int) -> str:
-    return "1 contact" if count == 1 else f"{count} contacts"
 
 
 def _range(normal: Real) -> str:

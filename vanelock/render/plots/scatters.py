@@ -89,7 +89,7 @@ def scatter_picture(
 
 
 def _most(keys: Sequence[tuple[str, Floats]], responses: Sequence[ScatterPanel]) -> list[int]:
-    """The keys that tell most, in their order."""
+    """The most influential keys, in their order."""
     tells = np.max([np.abs(np.nan_to_num(each.correlation)) for each in responses], axis=0)
     return sorted(np.argsort(-tells, kind="stable")[:_SHOWN].tolist())
 

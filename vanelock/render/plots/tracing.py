@@ -29,18 +29,19 @@ def loop_animation(
     bounding: ArrayLike | None = None,
     isotropic: bool = False,
     frames: int = FRAMES,
+    tangents: tuple[str, str] = loops.TANGENTS,
 ) -> Path:
     """Animate a contact's period, and return the path of the GIF.
 
     Left: friction over sliding, the loop traced so far, and the bounds ±μn of the instant as
     dashed lines, which friction never leaves. Right: normal force and friction over the period.
-    Colours tell where the contact sticks, slips or is open.
+    Colours show where the contact sticks, slips or is open.
 
     Parameters
     ----------
     path : path
         GIF file to write.
-    displacement, force, mu, title, subtitle, direction, bounding, isotropic
+    displacement, force, mu, title, subtitle, direction, bounding, isotropic, tangents
         As of `loop_picture`.
     frames : int
         Pictures of the period.
@@ -50,7 +51,7 @@ def loop_animation(
     InputError
         If the arrays do not fit together or the file cannot be written.
     """
-    period = loops.period(displacement, force, mu, direction, bounding, isotropic)
+    period = loops.period(displacement, force, mu, direction, bounding, isotropic, tangents)
     text = f"{subtitle}. {period.taken}" if subtitle else period.taken
     with style.applied():
         figure = style.figure(5.6, title, text, width=9.6)

@@ -123,7 +123,7 @@ def mode_animation(
 ) -> Path:
     """Animate a mode on the full ring over one period, and return the path of the GIF.
 
-    Drawn as large as in `mode_picture`, whose parameters these are; colours tell the displacement
+    Drawn as large as in `mode_picture`, whose parameters these are; colours show the displacement
     at the instant over the largest one.
     """
     moving = moving_parts(parts, [Wave(1, nodal_diameter, shapes)])
@@ -145,7 +145,7 @@ def response_animation(
 ) -> Path:
     """Animate a vibration on the full ring over one period, and return the path of the GIF.
 
-    Drawn as many times larger as in `response_picture` of its first harmonic; colours tell the
+    Drawn as many times larger as in `response_picture` of its first harmonic; colours show the
     displacement at the instant, µm.
 
     Parameters

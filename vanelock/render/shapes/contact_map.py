@@ -51,7 +51,7 @@ def contact_map_picture(
 ) -> Path:
     """Draw the state and the friction work of every contact at some frequencies; return the path.
 
-    Colour and shape of a marker tell the state, its area the energy that friction takes in a
+    Colour and shape of a marker show the state, its area the energy that friction takes in a
     cycle; the number is the contact's in its joint.
 
     Parameters
@@ -94,7 +94,7 @@ def contact_map_picture(
     lower = 2.3 if not face.all() else 0.0
     height = 1.5 + upper + lower + (0.55 if lower else 0.0) + 0.55
     width = 10.4 / len(hertz)
-    text = f"Largest marker: {1e6 * largest:.4g} µJ a cycle" if largest else "No contact rubs"
+    text = f"Largest marker: {1e6 * largest:.4g} µJ a cycle" if largest else "No contact slips"
     with style.applied():
         figure = style.figure(height, title, f"{subtitle}. {text}" if subtitle else text)
         background = _face(part, x[face], axes_of[face], width - 0.2, upper) if upper else None

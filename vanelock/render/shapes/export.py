@@ -12,12 +12,16 @@ from vanelock.mesh import Part
 from vanelock.render import style
 from vanelock.render.scenes import annulus
 
+Real = NDArray[np.float64]
+Data = dict[str, NDArray[np.float64] | NDArray[np.int32]]
+
 
 def write_vtu(
     path: style.PathLike,
     part: Part,
     shape: NDArray[np.complex128] | None = None,
     fields: Mapping[str, NDArray[np.float64]] | None = None,
+    unit: str = "m",
 ) -> Path:
     """Write a part with its node sets and, if given, a shape or fields, and return the path.
 
@@ -29,12 +33,13 @@ def write_vtu(
         Becomes points (m) and elements; each node set becomes point data of its name, the place 1,
         2, ... in the set at its nodes and 0 elsewhere, from which `mesh.read_mesh` reads it back.
     shape : (n, 3) complex, optional
-        Becomes the point data `displacement_real`, `displacement_imag` (Cartesian, in the shape's
-        unit), `amplitude` (largest length in a cycle) and `phase_radial` (degrees). ParaView's
-        "Warp By Vector" on the first two deforms the part at the instants 0 and a quarter period
-        before.
+        Becomes the point data `displacement_real (m)`, `displacement_imag (m)` (Cartesian),
+        `amplitude (m)` (largest length in a cycle) and `phase_radial (deg)`. ParaView's "Warp By
+        Vector" on the first two deforms the part at the instants 0 and a quarter period before.
     fields : mapping of str to (n,) or (n, k) float, optional
-        Point data by their names.
+        Point data by their names, which have the unit.
+    unit : str
+        Of the shape.
 
     Raises
     ------
@@ -44,16 +49,10 @@ def write_vtu(
     import meshio
 
     target = Path(path)
-    data: dict[str, NDArray[np.float64] | NDArray[np.int32]] = {}
+    data: Data = {}
     if shape is not None:
-        if np.shape(shape) != part.points.shape:
-            wanted = part.points.shape
-            raise InputError(f"{part.name}: shape of {np.shape(shape)}: {wanted} is needed")
-        radial = annulus.cylindrical(part.points, shape)[:, 0]
-        data["displacement_real"] = np.real(shape).astype(float)
-        data["displacement_imag"] = np.imag(shape).astype(float)
-        data["amplitude"] = annulus.peak(shape)
-        data["phase_radial"] = np.degrees(np.angle(radial))
+        _fits(part, shape)
+        data |= _moving(part.points, shape, unit)
     for name, values in (fields or {}).items():
         if len(values) != len(part.points):
             given = f"{part.name}: {name} of {len(values)} nodes"
@@ -67,3 +66,63 @@ def write_vtu(
     with placed(target) as temporary:
         mesh.write(temporary, file_format="vtu")
     return target
+
+
+def write_ring(
+    path: style.PathLike,
+    part: Part,
+    shape: NDArray[np.complex128],
+    nodal_diameter: int,
+    unit: str = "m",
+) -> Path:
+    """Write a wave on all sectors, and return the path.
+
+    Parameters
+    ----------
+    path : path
+        File to write, named `.vtu`.
+    part : Part
+        One sector; nodes on the faces where sectors meet are there twice.
+    shape : (n, 3) complex
+        Of sector 0; the data are those of `write_vtu`, and `sector` from 0.
+    nodal_diameter : int
+        Of the wave.
+    unit : str
+        Of the shape.
+
+    Raises
+    ------
+    InputError
+        If the shape does not fit the part, or the file cannot be written.
+    """
+    import meshio
+
+    N, n = part.sectors, len(part.points)
+    _fits(part, shape)
+    points = np.concatenate([annulus.sector_points(part.points, j, N) for j in range(N)])
+    ring = [annulus.sector_shape(shape, j, N, nodal_diameter) for j in range(N)]
+    data = _moving(points, np.concatenate(ring), unit)
+    data["sector"] = np.repeat(np.arange(N, dtype=np.int32), n)
+    cells = np.concatenate([part.cells + j * n for j in range(N)])
+    target = Path(path)
+    mesh = meshio.Mesh(points, [(part.cell_type, cells)], point_data=data)
+    with placed(target) as temporary:
+        mesh.write(temporary, file_format="vtu")
+    return target
+
+
+def _fits(part: Part, shape: NDArray[np.complex128]) -> None:
+    if np.shape(shape) != part.points.shape:
+        wanted = part.points.shape
+        raise InputError(f"{part.name}: shape of {np.shape(shape)}: {wanted} is needed")
+
+
+def _moving(points: Real, shape: NDArray[np.complex128], unit: str) -> Data:
+    """Point data of a shape."""
+    radial = annulus.cylindrical(points, shape)[:, 0]
+    return {
+        f"displacement_real ({unit})": np.real(shape).astype(float),
+        f"displacement_imag ({unit})": np.imag(shape).astype(float),
+        f"amplitude ({unit})": annulus.peak(shape),
+        "phase_radial (deg)": np.degrees(np.angle(radial)),
+    }

@@ -24,7 +24,7 @@ SETS: Final[tuple[tuple[str, tuple[str, ...], str, str], ...]] = (
     ("key nodes, merged", ("key",), style.BLACK, "o"),
     ("interlock faces", ("interlock_left", "interlock_right"), style.GREEN, "o"),
     ("loaded nodes", ("force",), style.BLUE, "o"),
-    ("output nodes", ("accessory",), style.PURPLE, "o"),
+    ("output nodes", ("output",), style.PURPLE, "o"),
 )
 
 # The tetrahedra that make up a quadratic one: at its corners, and around a diagonal between.

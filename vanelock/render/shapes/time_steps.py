@@ -71,7 +71,7 @@ def write_pvd(
     times : sequence of float
         Of the instants, s.
     files : sequence of sequence of path
-        One for each part at each instant; told relative to the list, so that the folder can move.
+        One for each part at each instant; given relative to the list, so that the folder can move.
 
     Raises
     ------

@@ -70,7 +70,7 @@ def draw_campbell(
     diagram : Campbell
         What it shows.
     title, subtitle : str
-        Heading, and what tells the case from others.
+        Heading, and what distinguishes the case from others.
     measured : sequence of Measured
         Measured curves, laid over it as black circles.
     """

@@ -64,7 +64,7 @@ def contacts(run_data: RunData, each: Planned) -> Picture:
         f"State of every contact of a sector at the peak, {hertz:.2f} Hz, "
         f"and where the response is about half as large{of_case(name)}. Above: the vane's "
         "interlock face seen along its normal; below: the hooks' bands, unrolled. Colour and shape "
-        "tell whether a contact sticks, slips or opens in the period, a marker's area the energy "
+        "show whether a contact sticks, slips or opens in the period, a marker's area the energy "
         "that friction takes there in a cycle; numbers are those of the tables. Large markers in "
         "one corner say that few contacts do the damping, and wear."
     )

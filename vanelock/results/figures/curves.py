@@ -1,17 +1,17 @@
 """Forced response of all cases in one figure, with its linear limits."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from vanelock import render
 from vanelock.input.cases.names import merged, words
 from vanelock.input.cases.values import ring_of
 from vanelock.input.measured import DISPLACEMENT
 from vanelock.quantities.curves_and_fields import Drawn, Floats, RunData
-from vanelock.quantities.selection import PERCENT, band, drawn_alone, in_words, named
+from vanelock.quantities.selection import band, drawn_alone, in_words, named
 from vanelock.report import Picture
+from vanelock.results.figures.curve_table import NOTE, columns
 from vanelock.stages.response.responses import Limit
 
 RESPONSE = "Forced response"
@@ -32,7 +32,7 @@ def all_curves(run_data: RunData) -> list[render.Curve]:
                 render.Curve(
                     frequency,
                     amplitude,
-                    # Where line styles tell the stable from the unstable, colours tell all else.
+                    # Where line styles separate stable from unstable, colours all else.
                     group=words(name) if along and name != "nominal" else called(name),
                     harmonics=None if along else shown.harmonics.get(name),
                     converged=converged,
@@ -40,6 +40,7 @@ def all_curves(run_data: RunData) -> list[render.Curve]:
                     variant=direction,
                     envelope=None if ends is None else envelope([curve, *ends]),
                     verdict=verdict,
+                    case=name,
                 )
             )
     return made + [
@@ -80,11 +81,9 @@ def curves(run_data: RunData) -> Picture:
     )
     notes = [
         f"{title}, {monitor}: half the peak-to-peak over the excitation frequency",
-        "solved: 1 where the point converged; the others are not to be trusted",
+        NOTE,
     ]
-    data = run_data.table(
-        "figures/response.csv", shows, lambda: {**columns(made), **shaded(shade)}, notes
-    )
+    data = run_data.table("figures/response.csv", shows, lambda: columns(made, shade), notes)
     limits = (
         f"The thin lines are the linear limits, with {run_data.shown.opens} free (dashed) and "
         "stuck (dotted): without friction's damping the peak would be as high as theirs. "
@@ -117,8 +116,8 @@ def told_apart(curves: Sequence[render.Curve]) -> str:
             "friction, which no model determines, allows."
         )
     if any(len(curve.pieces) > 1 for curve in curves):
-        text += " Solid where the ring stays with the wave, dashed where it leaves it, grey where "
-        text += "that is not decided."
+        text += " Solid where the periodic wave is stable, dashed where it is unstable, grey where "
+        text += "that is undecided."
     return text
 
 
@@ -137,33 +136,6 @@ def envelope(curves: Sequence[Drawn]) -> render.Envelope:
 def called(name: str) -> str:
     """A case in the legend, where its harmonics stand apart."""
     return "with friction" if name == "nominal" else words(name, without="harmonics")
-
-
-def columns(curves: list[render.Curve]) -> Mapping[str, ArrayLike]:
-    """Two columns for each linear limit, three for each response, whose frequencies differ."""
-    found: dict[str, ArrayLike] = {}
-    for curve in curves:
-        found[f"frequency (Hz): {curve.label}"] = np.asarray(curve.frequency, float)
-        found[f"amplitude (µm): {curve.label}"] = 1e6 * np.asarray(curve.amplitude, float)
-        if curve.converged is not None:
-            found[f"solved: {curve.label}"] = np.asarray(curve.converged, bool)
-        if curve.verdict is not None:
-            found[f"stable 0, unstable 1, undecided 2: {curve.label}"] = np.asarray(curve.verdict)
-        if (around := curve.envelope) is not None:
-            found[f"frequency (Hz): bounds of {curve.label}"] = around.frequency
-            found[f"least amplitude (µm): {curve.label}"] = 1e6 * around.low
-            found[f"largest amplitude (µm): {curve.label}"] = 1e6 * around.high
-    return found
-
-
-def shaded(band: render.Band | None) -> Mapping[str, ArrayLike]:
-    """Percentiles of many cases as columns."""
-    if band is None:
-        return {}
-    found: dict[str, ArrayLike] = {f"frequency (Hz): {band.label}": band.frequency}
-    for percent, level in zip(PERCENT, band.levels, strict=True):
-        found[f"amplitude (µm): {percent} % of {band.label}"] = 1e6 * level
-    return found
 
 
 def linear(run_data: RunData) -> list[render.Curve]:

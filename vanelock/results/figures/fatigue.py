@@ -49,8 +49,8 @@ def haigh(run_data: RunData, found: CaseAnswers) -> Picture:
     )
     notes = [
         f"{title}{of_case(found.name)}; {text}",
-        "amplitude: largest von Mises stress of what alternates; mean: trace of the mean stress;",
-        "signed: its von Mises stress with the sign of the trace; n: Goodman's reserve with mean",
+        "amplitude: largest alternating von Mises stress; mean: trace of the mean stress;",
+        "signed: its von Mises stress with the sign of the trace; n: Goodman safety factor",
         "clear: 0 at sharp re-entrant corners and beside point forces, where stress has no limit",
     ]
     data = run_data.table(
@@ -59,8 +59,8 @@ def haigh(run_data: RunData, found: CaseAnswers) -> Picture:
     caption = (
         f"Every node of the vane{of_case(found.name)}: what alternates at the peak over what acts "
         "at rest, as equivalent stresses (von Mises amplitude and hydrostatic mean, by Sines). "
-        "Below the black line the material bears the cycle for ever; n is by how much both "
-        "stresses may grow until they reach it. Marked: the worst places of some features, away "
+        "Below the black Goodman line life is infinite; the safety factor n is the factor on both "
+        "stresses at which they reach it. Marked: the worst locations of some features, away "
         "from sharp corners and point forces, and the gauges."
     )
     return Picture(path, HAIGH, caption, (data,))

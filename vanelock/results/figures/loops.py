@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 from vanelock import nonlinear, render
 from vanelock.input.cases.names import of_case, slug, words
 from vanelock.nonlinear import Response
+from vanelock.quantities.contacts.places import tangents
 from vanelock.quantities.contacts.wear import exact
 from vanelock.quantities.curves_and_fields import Floats, RunData
 from vanelock.report import Picture
@@ -28,10 +29,13 @@ class Loop:
         One point.
     contact : int
         Which contact.
+    tangents : (str, str)
+        What its friction directions are called.
     """
 
     top: Response
     contact: int
+    tangents: tuple[str, str] = ("tangent 1", "tangent 2")
 
     @cached_property
     def history(self) -> tuple[Floats, Floats]:
@@ -68,12 +72,10 @@ class Loop:
         return {
             "time / period (-)": np.arange(len(u)) / len(u),
             "normal displacement v (µm)": 1e6 * u[:, 0],
-            "sliding u1 (µm)": 1e6 * u[:, 1],
-            "sliding u2 (µm)": 1e6 * u[:, 2],
+            **{f"displacement, {d} (µm)": 1e6 * u[:, i + 1] for i, d in enumerate(self.tangents)},
             "normal force n (N)": f[:, 0],
-            "friction force t1 (N)": f[:, 1],
-            "friction force t2 (N)": f[:, 2],
-            "bound of friction mu n (N)": self.bound,
+            **{f"friction force, {d} (N)": f[:, i + 1] for i, d in enumerate(self.tangents)},
+            "friction limit mu n (N)": self.bound,
         }
 
 
@@ -85,13 +87,13 @@ def loops(run_data: RunData, each: Planned, animated: bool) -> list[Picture]:
     if not exact(top) or not own or not top.dissipation[0, own].any():
         return []
     contact = max(own, key=lambda i: float(top.dissipation[0, i]))
-    loop = Loop(top, contact)
-    frequency = run_data.shown.peak[name].frequency
     joint = contacts.joints[contact]
+    loop = Loop(top, contact, tangents(run_data.given, joint))
+    frequency = run_data.shown.peak[name].frequency
     heading = f"contact {contacts.joints[: contact + 1].count(joint)} of {joint}"
     title = f"C{heading[1:]} at {frequency:.2f} Hz"
     shows = [each.response.key, title, name, run_data.shown.monitor.name]
-    given: dict[str, Any] = {"isotropic": loop.isotropic}
+    given: dict[str, Any] = {"isotropic": loop.isotropic, "tangents": loop.tangents}
 
     def still(path: Path) -> None:
         given["bounding"] = loop.bounding
@@ -105,11 +107,11 @@ def loops(run_data: RunData, each: Planned, animated: bool) -> list[Picture]:
     notes = [f"{run_data.given.name}: {title}{of_case(name)}, one period"]
     data = run_data.table(f"figures/loop_{slug(name)}.csv", shows, loop.columns, notes)
     caption = (
-        f"C{heading[1:]}, the one that turns most energy into heat, over one "
-        f"period at the peak, {frequency:.2f} Hz{of_case(name)}. Left: friction over sliding; the "
-        "area inside is the energy lost in a cycle. Where the loop runs along its dashed bounds "
-        "±μn the contact slips, on the steep flanks it sticks. Right: normal force and friction "
-        "over the period; the bounds move because the normal force does."
+        f"C{heading[1:]}, the one that dissipates most, over one "
+        f"period at the peak, {frequency:.2f} Hz{of_case(name)}. Left: friction force over "
+        "relative displacement; the enclosed area is the energy dissipated per cycle. On the "
+        "dashed limits ±μn the contact slips, on the steep flanks it sticks. Right: normal and "
+        "friction force over the period; the limits follow the normal force."
     )
     heading = f"Hysteresis of {heading}"
     made = [Picture(path, heading, caption, (data,))]

@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 from vanelock import nonlinear, render
 from vanelock.input.cases.names import of_case, slug, words
 from vanelock.nonlinear import Response
+from vanelock.quantities.contacts.places import tangents
 from vanelock.quantities.curves_and_fields import RunData
 from vanelock.quantities.selection import DETAILED, named
 from vanelock.report import Picture
@@ -37,12 +38,15 @@ def _preload(run_data: RunData, each: Planned) -> Picture:
         shows,
         lambda path: picture(path, static, joints, words(name)),
     )
-    data = run_data.table(f"figures/preload{suffix}.csv", shows, lambda: columns(static, joints))
+    names = {joint: tangents(run_data.given, joint) for joint in joints}
+    data = run_data.table(
+        f"figures/preload{suffix}.csv", shows, lambda: columns(static, joints, names)
+    )
     caption = (
         f"Contact forces at rest, nothing vibrating{of_case(name)}. Above: normal force "
         "of each contact of a sector. Below: friction over its bound, |t| / (μ n): 1 where the "
         "contact slid while the parts were assembled. An open contact carries nothing and cannot "
-        "damp; the spread of the normal forces tells how unevenly a joint will slip."
+        "damp; the spread of the normal forces shows how unevenly a joint will slip."
     )
     return Picture(path, "Preload of the contacts", caption, (data,))
 
@@ -60,8 +64,10 @@ def picture(path: Path, static: Response, joints: tuple[str, ...], subtitle: str
     )
 
 
-def columns(static: Response, joints: tuple[str, ...]) -> Mapping[str, ArrayLike]:
-    """Contact by contact: joint, number in its joint, state, forces."""
+def columns(
+    static: Response, joints: tuple[str, ...], names: Mapping[str, tuple[str, str]]
+) -> Mapping[str, ArrayLike]:
+    """Contact by contact: joint, number in its joint, state, forces in directions with names."""
     force = static.force[0, 0].real
     states = np.array(["sticks", "slid at assembly", "open"])
     opened = static.state[0] == nonlinear.OPEN
@@ -74,10 +80,12 @@ def columns(static: Response, joints: tuple[str, ...]) -> Mapping[str, ArrayLike
         "contact": numbers(joints),
         "state": states[np.where(opened, 2, np.where(slid, 1, 0))],
         "normal force n (N)": force[:, 0],
-        "friction force t1 (N)": force[:, 1],
-        "friction force t2 (N)": force[:, 2],
+        "direction 1": [names[joint][0] for joint in joints],
+        "friction force 1 (N)": force[:, 1],
+        "direction 2": [names[joint][1] for joint in joints],
+        "friction force 2 (N)": force[:, 2],
         "friction coefficient mu (-)": static.mu,
-        "|t| / (mu n) (-)": used,
+        "friction utilisation |t| / (mu n) (-)": used,
     }
 
 

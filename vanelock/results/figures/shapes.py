@@ -20,6 +20,8 @@ from vanelock.stages.parts.meshes import mesh_step
 from vanelock.stages.plan import Planned
 from vanelock.stages.response.responses import LIMITS
 
+MASS_NORMALISED = "kg^-0.5"
+"""Unit of modes."""
 DETAILED = 8
 """Cases that get pictures of their own; a larger sweep gets those of the first and the last."""
 
@@ -31,7 +33,7 @@ class Drawn:
     Attributes
     ----------
     name : str
-        Of the files, without what tells their kind.
+        Of the files, without what marks their kind.
     title, subtitle : str
         Heading, and the line under it.
     nodal_diameter : int
@@ -40,6 +42,8 @@ class Drawn:
         The displacement of each part's nodes.
     shows : JSON
         All that it depends on.
+    unit : str
+        Of the displacement.
     """
 
     name: str
@@ -48,6 +52,7 @@ class Drawn:
     nodal_diameter: int
     recover: Callable[[], list[Shape]]
     shows: Any
+    unit: str = "m"
 
     @cached_property
     def fields(self) -> list[Shape]:
@@ -75,7 +80,7 @@ def mesh(run_data: RunData, each: Planned, data: Sequence[Path] = ()) -> Picture
 
 
 def all_modes(run_data: RunData) -> list[Picture]:
-    """Modes of each distinct set of linear limits, under the swept values that tell them."""
+    """Modes of each distinct set of linear limits, under the swept values that distinguish them."""
     groups = [_mode_key(run_data, each) for each in run_data.planned]
     names = label([each.case for each in run_data.planned], groups)
     chosen: dict[Any, tuple[Planned, str]] = {}
@@ -121,11 +126,11 @@ def _modes(run_data: RunData, each: Planned, name: str, animated: bool) -> list[
 
         shows = [each.linear.limits.key, title, name]
         file = f"mode_{which}_{slug(name)}" if name else f"mode_{which}"
-        drawn = Drawn(file, title, words(name), k, recover, shows)
+        drawn = Drawn(file, title, words(name), k, recover, shows, MASS_NORMALISED)
         caption = (
             f"Linear mode of interest{held}{of_case(name)}: natural frequency {frequency:.2f} Hz, "
             f"{wave} on the full ring, all other contacts stuck. Deformation is exaggerated as "
-            "stated, colours tell where it moves most. Left: one sector at its largest deflection, "
+            "stated, colours show where it moves most. Left: one sector at its largest deflection, "
             "undeformed in grey; right: the wave around the ring."
         )
         data = _data(run_data, each, drawn)
@@ -162,7 +167,7 @@ def response(run_data: RunData, each: Planned, animated: bool) -> list[Picture]:
         f"{peak.frequency:.2f} Hz{of_case(name)}. Left: the amplitude that each point reaches in "
         "a cycle, deformation exaggerated as stated. Right: phase of the dominant component; where "
         "colours run once around the ring for each nodal diameter the wave travels, and a jump "
-        "within a sector tells parts that move against each other."
+        "within a sector marks parts that move in opposite phase."
     )
     data = (*_data(run_data, each, drawn), *steps(run_data, each))
     made = [_picture(run_data, each, drawn, render.response_picture, caption, data)]
@@ -203,7 +208,7 @@ def stress(run_data: RunData, each: Planned) -> Picture:
 
     def write(path: Path) -> None:
         total, vibration = values()
-        given = {"von_mises_largest": total, "von_mises_largest_of_vibration": vibration}
+        given = {"von_mises_max (Pa)": total, "von_mises_max_of_vibration (Pa)": vibration}
         render.write_vtu(path, run_data.parts(each)[0], fields=given)
 
     path = run_data.output_files.draw(f"shapes/stress_{slug(name)}.png", shows, picture)
@@ -213,8 +218,8 @@ def stress(run_data: RunData, each: Planned) -> Picture:
     caption = (
         f"Largest von Mises stress of the vane in a period at the peak, {peak.frequency:.2f} Hz"
         f"{of_case(name)}. Left: with what the preload does at rest; right: of the vibration "
-        "alone, which fatigues. A node that carries a contact's force has a stress that grows "
-        "with every refinement of the mesh, so look at fillets and aerofoils, not at contacts."
+        "alone, which causes fatigue. Stress at nodes that carry contact forces grows with every "
+        "refinement of the mesh, so look at fillets and aerofoils, not at contacts."
     )
     return Picture(path, "Stress of the vane at the peak", caption, (data,))
 
@@ -236,13 +241,19 @@ def _picture(
 
 
 def _data(run_data: RunData, each: Planned, drawn: Drawn) -> tuple[Path, ...]:
-    """One .vtu file for each part of a displacement field."""
+    """One .vtu file for each part of a displacement field; of the full ring, too, if asked for."""
     data = []
     for i, part in enumerate(PARTS):
 
         def write(path: Path, i: int = i) -> None:
-            render.write_vtu(path, run_data.parts(each)[i], drawn.fields[i])
+            render.write_vtu(path, run_data.parts(each)[i], drawn.fields[i], unit=drawn.unit)
 
-        file = f"shapes/{drawn.name}_{part}.vtu"
-        data.append(run_data.output_files.draw(file, drawn.shows, write, quick=True))
+        def ring(path: Path, i: int = i) -> None:
+            k = drawn.nodal_diameter
+            render.write_ring(path, run_data.parts(each)[i], drawn.fields[i], k, drawn.unit)
+
+        kinds = [("", write), ("_ring", ring)] if run_data.study.outputs.ring else [("", write)]
+        for kind, function in kinds:
+            file = f"shapes/{drawn.name}_{part}{kind}.vtu"
+            data.append(run_data.output_files.draw(file, drawn.shows, function, quick=True))
     return tuple(data)

@@ -41,7 +41,7 @@ class OutputFiles:
     folder : Path
         The run's folder.
     listener : callable
-        Told about each file drawn.
+        Called with each file drawn.
     done : list of Done
         The files so far.
     waiting : dict of Path to callable

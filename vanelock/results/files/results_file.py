@@ -157,7 +157,7 @@ def load_system(path: str | os.PathLike[str], case: str) -> System:
 
 
 def load_component(path: str | os.PathLike[str], part: str) -> Component:
-    """A reduced part of a run, with what fields and errors are told from, which its cache has.
+    """A reduced part of a run, with what fields and errors are computed from, which its cache has.
 
     Parameters
     ----------

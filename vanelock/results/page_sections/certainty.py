@@ -8,16 +8,16 @@ from vanelock.results.assessment import bounds_table, stability_table
 from vanelock.results.page_sections.content import PageContent
 
 BOUNDS = (
-    "Contacts that stick for good may hold any friction within Coulomb's limit: which, the way in "
-    "which the parts were assembled and last loaded decides, and no model knows it. It loads the "
-    "joints that slip, and so moves the peak. The curve assumes parts assembled without stress; "
-    "looked for were the least and the largest peak that other static friction allows."
+    "Contacts that stick throughout may carry any static friction within Coulomb's limit; it "
+    "depends on assembly and load history, which the model does not know. It changes the load on "
+    "the joints that slip, and so the peak. The curve assumes assembly without stress; the bounds "
+    "are the lowest and the highest peak found over all admissible static friction."
 )
 STABILITY = (
-    "A periodic wave solves the equations; whether a ring that is disturbed comes back to it is "
-    "another question. Small departures of all nodal diameters are followed, with the memory of "
-    "friction: where one grows, the ring leaves the wave, and its vibration is then modulated: "
-    "neither its largest amplitude nor its friction work is the wave's."
+    "A periodic solution need not be stable. Small disturbances of all nodal diameters are "
+    "linearised about it, including the memory of friction (Floquet): where one grows, the ring "
+    "leaves the periodic wave and its vibration is modulated; neither its largest amplitude nor "
+    "its friction work is then that of the wave."
 )
 
 

@@ -1,4 +1,4 @@
-"""What the page of a run is told from."""
+"""What the page of a run is written from."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field

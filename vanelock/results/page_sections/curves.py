@@ -7,6 +7,7 @@ import numpy as np
 
 from vanelock.input.cases.names import words
 from vanelock.quantities.answers import CaseAnswers
+from vanelock.quantities.contacts.places import tangents
 from vanelock.quantities.contacts.wear import exact
 from vanelock.quantities.selection import band
 from vanelock.render.plots.curve import Curve, converged
@@ -86,10 +87,8 @@ def gauges(content: PageContent) -> list[Plot]:
         amplitude = np.where(response.converged[:, None], 1e6 * strain.amplitude, np.nan)
         for g in range(min(len(strain.gauges.names), MOST_GAUGES)):
             label = f"gauge {g + 1}" + (f", {words(name)}" if many else "")
-            told_of = strain.gauges.names[g]
-            traces.append(
-                Trace(response.frequency[order], amplitude[order, g], label, hover=told_of)
-            )
+            name = strain.gauges.names[g]
+            traces.append(Trace(response.frequency[order], amplitude[order, g], label, hover=name))
     if not traces:
         return []
     names = next(iter(content.strains.values()))[0].gauges.names[:MOST_GAUGES]
@@ -99,23 +98,25 @@ def gauges(content: PageContent) -> list[Plot]:
 
 
 def loop(found: CaseAnswers) -> list[Plot]:
-    """The loop of the contact that slides most."""
+    """The loop of the contact with the most friction work."""
     energy = found.wear.energy
     if not energy.any() or not exact(found.top):
         return []
-    turned = Loop(found.top, contact := int(energy.argmax()))
+    contact = int(energy.argmax())
+    names = tangents(found.planned.case.given, found.places.joint[contact])
+    turned = Loop(found.top, contact, names)
     displacement, force = turned.history
     closed = np.append(np.arange(0, len(force), STEP), 0)
     u, t, bound = 1e6 * displacement[closed], force[closed], turned.bound[closed]
     traces = []
-    for d, colour in ((1, "#0072b2"), (2, "#d55e00")):
-        traces.append(Trace(u[:, d], t[:, d], f"direction {d}", colour=colour))
+    for d, name, colour in ((1, names[0], "#0072b2"), (2, names[1], "#d55e00")):
+        traces.append(Trace(u[:, d], t[:, d], name, colour=colour))
         for sign in (1, -1):
             traces.append(
                 Trace(
                     u[:, d],
                     sign * bound,
-                    f"bound ±μn, direction {d}",
+                    f"limit ±μn, {name}",
                     group=f"bound {d}",
                     dash="dash",
                     width=1.0,
@@ -126,12 +127,12 @@ def loop(found: CaseAnswers) -> list[Plot]:
     return [
         Plot(
             traces,
-            "sliding (µm)",
+            "relative displacement (µm)",
             "friction force (N)",
             f"Hysteresis of {found.places.names[contact]}{case}",
-            f"The contact that takes most energy in a period, {1e6 * energy[contact]:.3g} µJ at "
-            f"{found.peak.frequency:.2f} Hz, in both tangential directions. The area of a loop is "
-            "the energy lost in that direction.",
+            f"The contact that dissipates most, {1e6 * energy[contact]:.3g} µJ per cycle at "
+            f"{found.peak.frequency:.2f} Hz, in both friction directions. The area of a loop is "
+            "the energy dissipated in that direction.",
             y_from_zero=False,
         )
     ]

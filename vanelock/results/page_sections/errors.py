@@ -11,9 +11,9 @@ from vanelock.stages.accuracy.errors import error_table
 from vanelock.stages.accuracy.left_out import left_out_table
 
 CHECKED = (
-    "Checked: at the peak every contact is marched in time by other code, its forces put into the "
-    "equations of motion in all coordinates of the reduced model, and the largest force left over, "
-    "and the power left over, told relative to the others."
+    "Checked: at the peak every contact is marched in time by independent code and its forces are "
+    "put into the equations of motion of the reduced model; the residual of forces, and of power, "
+    "is given relative to the largest terms."
 )
 
 
@@ -45,50 +45,49 @@ def _points(content: PageContent) -> Table:
             )
         )
         flags.append("good" if each.converged == each.points else "bad")
-    columns = ("case", "H", "points", "lost", "their residual", "forces, checked", "power, checked")
+    columns = ("case", "H", "points", "lost", "max residual", "force residual", "power residual")
     title = "Points of each curve, and the peak checked by other code"
     return Table(title, heads(*columns), rows, flags=flags)
 
 
 def _not_estimated(content: PageContent) -> str:
     given = content.run_data.given
-    told_of = []
+    missing = []
     if isinstance(given, Scene):
-        told_of.append(
+        missing.append(
             "**Matrices, harmonics and frequency points**: chosen by the scene, their errors not "
             "estimated."
         )
     elif not content.worth:
-        told_of.append(
+        missing.append(
             "**Mesh, harmonics and frequency points**: chosen by the study, their errors not "
             "estimated; `accuracy = 0.01` asks for estimates, `vanelock converge` measures them."
         )
         if given.mesh.correction != "none":
-            told_of.append(
-                "**What the meshes add to the stiffness** is taken off; the linear limits tell by "
-                "how much. A quarter of it remains in doubt, and amplitudes change with it."
+            missing.append(
+                "**Mesh stiffening** is corrected, by the amount given with the linear limits. A "
+                "quarter of it is uncertain, and amplitudes change with it."
             )
     if not isinstance(given, Scene):
-        told_of.append(
+        missing.append(
             "**Stresses**: no error is estimated; they converge more slowly than frequencies, and "
             "not at all at sharp corners and point forces."
         )
-    told_of += [
+    missing += [
         "**Contact**: stiffnesses, friction and interference are inputs; their scatter between "
         "builds is usually larger than every number in this section.",
     ]
     if not content.stability:
-        told_of.append(
-            "**Stability**: a solved point need not be stable; `[stability]` tells whether the "
-            "ring stays with its wave."
+        missing.append(
+            "**Stability**: a solved point need not be stable; `[stability]` decides whether it is."
         )
     if not content.bounds:
-        told_of.append(
+        missing.append(
             "**Static friction** of contacts that stick: parts are taken as assembled without "
-            "stress; `[bounds]` tells how far other static friction moves the peak."
+            "stress; `[bounds]` computes how far other static friction moves the peak."
         )
     if ring_of(given)[0] > 1:
-        told_of.append("**Mistuning**: all sectors are alike.")
+        missing.append("**Mistuning**: all sectors are alike.")
     if given.response.samples is not None:
-        told_of.append("**Samples**: contact forces are sampled, their error is not estimated.")
-    return "Not estimated:\n\n" + "\n\n".join(told_of)
+        missing.append("**Samples**: contact forces are sampled, their error is not estimated.")
+    return "Not estimated:\n\n" + "\n\n".join(missing)

@@ -16,19 +16,19 @@ from vanelock.results.page_sections.content import PageContent
 
 WITHOUT = (
     "A component of matrices has no field of stress: margins need the mesh and the shape functions "
-    "behind it. Motion of its nodes, forces and wear of its contacts are told."
+    "behind it. Displacements of its nodes, forces and wear of its contacts are available."
 )
 SAFE, ENOUGH = 1.0, 1.5
 """Reserves below which a margin is not met, and below which it is tight."""
 
 COLUMNS = (
-    Column("place"),
+    Column("location"),
     Column("r, angle, z", "mm, °, mm"),
     Column("alternating", "MPa"),
     Column("mean", "MPa", ".2f"),
-    Column("n"),
-    Column("n, other rule"),
-    Column("may grow", "times"),
+    Column("n, hydrostatic mean"),
+    Column("n, von Mises mean"),
+    Column("vibratory stress margin"),
 )
 PARTS = ("vane", "casing")
 
@@ -79,14 +79,14 @@ def _method(content: PageContent) -> str:
         for part, m in (("vane", own.vane), ("casing", own.casing))
     )
     return (
-        "The **reserve n** says by how much both stresses of a place may grow until the material "
-        "fails in the long run: alternating / fatigue limit + mean / tensile strength = 1/n "
-        "(Goodman). Alternating is the largest von Mises stress of what vibrates in a period, mean "
-        "three times the hydrostatic stress of what acts at rest (Sines); compression earns no "
-        "credit. The other rule takes the signed von Mises stress of the mean. The last column "
-        "tells by how much the vibration alone may grow.\n\n"
-        f"**Strengths.** {bears}. They are what the study says; the defaults are assumed of a cast "
-        "nickel alloy at temperature and are **no data of a material**."
+        "The **safety factor n** is the factor on both stresses at which the Goodman line is "
+        "reached: alternating / fatigue limit + mean / tensile strength = 1/n. Alternating is the "
+        "largest von Mises stress of the vibration in a cycle, mean three times the hydrostatic "
+        "stress at rest (Sines); compression earns no credit. The second n takes the signed von "
+        "Mises stress as the mean. The **vibratory stress margin** is the allowable alternating "
+        "stress at the given mean, relative to the computed one.\n\n"
+        f"**Strengths.** {bears}. They are those of the study; the defaults are assumed for a cast "
+        "nickel alloy at temperature and are **not material data**."
     )
 
 
@@ -116,15 +116,15 @@ def _corners(content: PageContent) -> str:
         places = f": {', '.join(found)}" if found else ""
     where = (
         f"**Sharp corners.** The vane has re-entrant corners without a fillet ({sharp} nodes on or "
-        f"beside them{places}). There the stress of linear elasticity has no limit: what a mesh "
-        "shows only tells its element size. "
+        f"beside them{places}). There the linear elastic stress is singular: the value only "
+        "reflects the element size. "
         if sharp
         else ""
     )
     return (
         f"{where}Nodes within {1e3 * locations.distance:.2g} mm (0.4 of {_wall(study)}) of such a "
         f"corner or of a node that carries a point force, {count} of {len(locations.clear)}, are "
-        f"told apart; margins that govern are those clear of them. {advice}."
+        f"excluded from the critical location. {advice}."
     )
 
 
@@ -136,11 +136,11 @@ def _case(found: CaseAnswers) -> list[Single]:
     case = of_case(found.name)
     blocks: list[Single] = [_worst(found, "peak")]
     if found.high is not None:
-        blocks.append(_worst(found.high, "largest peak that static friction allows"))
+        blocks.append(_worst(found.high, "upper bound of the peak over static friction"))
     every = [(part, m) for part in PARTS for m in found.stress.features[part]]
     rows = [_row(found, m, part, m.where) for part, m in every]
     flags = [judged(found, m.reserve, part) for part, m in every]
-    title = f"Worst place of each feature{case}, clear of sharp corners and point forces"
+    title = f"Worst location of each feature{case}, clear of sharp corners and point forces"
     blocks.append(Table(title, COLUMNS, rows, flags=flags))
     return blocks
 
@@ -154,7 +154,7 @@ def _worst(found: CaseAnswers, peak: str) -> Table:
             prefix = "" if m.node is None else f"{part}, "
             rows.append(_row(found, m, part, f"{prefix}{what}: {m.where}"))
             flags.append("" if m.doubt else judged(found, m.reserve, part))
-    title = f"Worst places at the {peak}, {found.peak.frequency:.2f} Hz{of_case(found.name)}"
+    title = f"Worst locations at the {peak}, {found.peak.frequency:.2f} Hz{of_case(found.name)}"
     return Table(title, COLUMNS, rows, flags=flags)
 
 
@@ -168,13 +168,13 @@ def _merged(margins: Sequence[Margin]) -> list[tuple[str, Margin]]:
 
 
 def _others(content: PageContent) -> Table:
-    """The governing place of every case."""
+    """The critical location of every case."""
     rows, flags = [], []
     for found in content.answers.values():
         m = found.stress.governing
         rows.append(_row(found, m, "vane", f"{words(found.name)}: {m.where}"))
         flags.append(judged(found, m.reserve))
-    return Table("The vane's governing place in each case", COLUMNS, rows, flags=flags)
+    return Table("The vane's critical location in each case", COLUMNS, rows, flags=flags)
 
 
 def _row(found: CaseAnswers, m: Margin, part: str, place: str) -> tuple[str | float | None, ...]:

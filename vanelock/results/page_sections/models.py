@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from vanelock.common.tables import Cell, Column, Table, heads
+from vanelock.common.tables import Cell, Column, Table, counted, heads
 from vanelock.input.cases.names import words
 from vanelock.quantities.meshes.mesh_tables import quality_table
 from vanelock.quantities.meshes.quality import figures
@@ -92,7 +92,7 @@ def _reduced(content: PageContent) -> Table:
     size = len(system.at(system.nodal_diameter(1)).K)
     joints = system.contacts.joint
     counts = ", ".join(f"{joints.count(j)} {j}" for j in dict.fromkeys(joints))
-    rows.append(("joined", None, None, size, f"{len(joints)} contacts: {counts}"))
+    rows.append(("joined", None, None, size, f"{counted(len(joints), 'contact')}: {counts}"))
     columns = heads("part", "masters", "modes", "coordinates", "route or contacts")
     title = f"Reduced models of one of {first.case.study.ring.sectors} sectors"
     return Table(title, columns, rows, (OF_PARTS,))

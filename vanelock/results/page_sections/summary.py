@@ -22,6 +22,7 @@ from vanelock.rom.joining.mesh_excess import DOUBT
 from vanelock.stages.accuracy.choose_mesh import AMPLITUDE
 from vanelock.stages.response.summary import Summary
 
+HCF = "HCF safety factor"
 MOST_FAILED = 5
 """Failed cases that the summary names."""
 SAME = 1e-3
@@ -88,18 +89,18 @@ def _wave(most: Summary) -> list[Answer]:
     if wave is None or most.peak is None:
         return []
     if wave.verdict == "stable":
-        slowest = f"the slowest to {wave.growth:.4g}" if wave.growth > 0 else "to 0.53 or less"
-        note = f"all that departs from it dies out, {slowest} a period"
-        return [Answer("The wave is", "stable", note, "good")]
+        slowest = f"a factor {wave.growth:.4g}" if wave.growth > 0 else "0.53 or less"
+        note = f"disturbances decay, the slowest by {slowest} per cycle"
+        return [Answer("Periodic wave", "stable", note, "good")]
     if wave.verdict == "undecided":
-        return [Answer("The wave is", "undecided", wave.reason, "warn")]
+        return [Answer("Periodic wave", "undecided", wave.reason, "warn")]
     shows = ", ".join(f"{f:.4g}" for f in wave.frequencies)
     note = (
-        f"the ring does not settle on it: it leaves by nodal diameter {wave.diameter}, "
-        f"×{wave.growth:.3g} a period, seen at {shows} Hz; amplitude, stress and wear here are "
-        "those of the wave"
+        f"the ring does not settle on it: a disturbance of nodal diameter {wave.diameter} grows "
+        f"by a factor {wave.growth:.3g} per cycle, visible at {shows} Hz; amplitude, stress and "
+        "wear here are those of the periodic wave"
     )
-    return [Answer("The wave is", "unstable", note, "warn")]
+    return [Answer("Periodic wave", "unstable", note, "warn")]
 
 
 def _of_linear(most: Summary) -> str:
@@ -115,7 +116,7 @@ def _error(content: PageContent, most: Summary) -> str:
     """What the peak's estimated error is, where one is, or what the mesh leaves in doubt."""
     if most.case not in content.worth:
         doubt = AMPLITUDE["modal"] * _doubt(content, most)
-        return f"; the mesh leaves ±{100 * doubt:.2g} %" if doubt else ""
+        return f"; ±{100 * doubt:.2g} % by the mesh" if doubt else ""
     errors = content.worth[most.case][0]
     text = f"; estimated error {100 * errors.total[0]:.2g} %, asked for {100 * errors.accuracy:g} %"
     apart = [each for each in errors.sources if each not in errors.counted]
@@ -136,12 +137,12 @@ def _speed(content: PageContent, most: Summary) -> str:
     assert most.peak is not None
     (sectors, order), texts = ring_of(given), []
     if most.case not in content.worth and (doubt := _doubt(content, most)):
-        texts.append(f"the mesh leaves ±{100 * doubt:.2g} %")
+        texts.append(f"±{100 * doubt:.2g} % by the mesh")
     if sectors > 1 and order:
         speed = 60 * most.peak.frequency / abs(order)
         texts.append(f"{speed:,.0f} rpm at engine order {abs(order)}")
     if 0 <= most.position <= 1:
-        texts.append(f"{100 * most.position:.0f} % of the way from free to stuck")
+        texts.append(f"{100 * most.position:.0f} % of the shift from free to stuck")
     return "; ".join(texts)
 
 
@@ -151,9 +152,9 @@ def _of_case(main: CaseAnswers) -> list[Answer]:
     found = [
         _damping(main),
         Answer(
-            "Friction's share",
+            "Share of friction",
             f"{100 * b.friction_share:.0f} %",
-            f"of the energy lost in a cycle: {joints}" if joints else "nothing slips",
+            f"of the energy dissipated in a cycle: {joints}" if joints else "no contact slips",
         ),
     ]
     if main.margins is None:
@@ -166,13 +167,13 @@ def _of_case(main: CaseAnswers) -> list[Answer]:
     return [
         *found,
         Answer(
-            "Governing stress",
+            "Critical stress",
             f"{1e-6 * m.amplitude:.3g} MPa",
             f"alternating, mean {1e-6 * m.mean:.2g} MPa: {m.where} ({place})",
         ),
-        _withheld("HCF reserve")
+        _withheld(HCF)
         if main.peak.at_edge
-        else Answer("HCF reserve", f"n = {m.reserve:.3g}", _reserve(main), judged(main, least)),
+        else Answer(HCF, f"n = {m.reserve:.3g}", _reserve(main), judged(main, least)),
     ]
 
 
@@ -205,25 +206,25 @@ def _reserve(main: CaseAnswers) -> str:
     m = main.stress.governing
     text = (
         f"Goodman, {'ASSUMED ' if assumed(main) else ''}fatigue limit "
-        f"{1e-6 * m.strength.limit:g} MPa; vibration alone may grow {m.growth:.3g} times. Clear of "
+        f"{1e-6 * m.strength.limit:g} MPa; vibratory stress margin {m.growth:.3g}. Clear of "
         "sharp corners and point forces"
     )
     worst = main.stress.worst["vane"][0]
     if worst.doubt:
-        text += f", where the mesh shows n = {worst.reserve:.3g}"
+        text += f", where the mesh has n = {worst.reserve:.3g}"
     if main.high is None or main.high.margins is None:
         return text
     reserve, peak = main.high.stress.governing.reserve, 1e6 * main.high.peak.amplitude
-    return f"**n = {reserve:.3g} at {peak:.3g} µm**, the largest peak by static friction. {text}"
+    return f"**n = {reserve:.3g} at {peak:.3g} µm**, the upper bound of the peak. {text}"
 
 
 def best_friction(content: PageContent) -> list[Answer]:
-    """The friction that damps best, where that of one joint is swept and nothing else."""
+    """The optimum friction, where that of one joint is swept and nothing else."""
     found, swept = content.known, {key for each in content.known for key in each.values}
     if len(found) < 2 or len(swept) != 1 or not (key := swept.pop()).endswith(".mu"):
         return []
     if any(each.peak.at_edge for each in found if each.peak):
-        return [_withheld("Friction that damps best")]
+        return [_withheld("Optimum friction")]
     height = [each.peak.amplitude for each in found if each.peak]
     best = int(np.argmin(height))
     mu = [float(each.values[key]) for each in found]
@@ -231,7 +232,7 @@ def best_friction(content: PageContent) -> list[Answer]:
     note = f"lowest peak of the cases, {1e6 * height[best]:.3g} µm"
     if at_end:
         note += "; at the end of the values swept, so the best may lie beyond"
-    return [Answer("Friction that damps best", f"μ = {mu[best]:g}", note, "warn" if at_end else "")]
+    return [Answer("Optimum friction", f"μ = {mu[best]:g}", note, "warn" if at_end else "")]
 
 
 def warnings(content: PageContent) -> list[str]:
@@ -246,7 +247,7 @@ def warnings(content: PageContent) -> list[str]:
     if main and main.margins and (worst := main.margins.worst["vane"][0]).doubt:
         lines.append(
             f"The worst node of all, n = {worst.reserve:.3g} ({worst.where}), lies "
-            f"{worst.doubt}: its stress tells the mesh, not the part."
+            f"{worst.doubt}: its stress depends on the mesh, not on the part."
         )
     given = content.run_data.given
     mesh = given.mesh if isinstance(given, Study) and not content.worth else None

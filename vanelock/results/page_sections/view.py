@@ -66,7 +66,7 @@ def view(run_data: RunData, cases: list[Planned]) -> View:
         [body for body, _ in found],
         motions,
         "Response and modes on the full ring",
-        "Drag to turn, scroll to zoom. Colours tell the amplitude; the motion is exaggerated.",
+        "Drag to turn, scroll to zoom. Colours show the amplitude; the motion is exaggerated.",
     )
 
 

@@ -38,8 +38,8 @@ def damping(content: PageContent) -> Section:
     columns = (
         Column("case"),
         Column("power", "mW"),
-        *(Column(name, "%") for name in (*names, "structure", "ζ, energy", "ζ, bandwidth")),
-        Column(""),
+        *(Column(name, "%") for name in (*names, "structure", "ζ by energy", "ζ by bandwidth")),
+        Column("agreement"),
     )
     text = (
         "At the peak the excitation's work in a period goes into friction at the joints and into "
@@ -47,7 +47,7 @@ def damping(content: PageContent) -> Section:
         "4π times the energy of the vibration, which is exact for a linear mode at resonance; **by "
         "bandwidth** it is the width of the peak at 1/√2 of its height over twice its frequency. "
         "The two agree for a linear mode. Where contacts slip, damping changes along the curve and "
-        "the two differ: the energy's tells the height of the peak, the bandwidth's its shape."
+        "the two differ: that by energy gives the height of the peak, that by bandwidth its width."
     )
     title = f"Power{of_sector(content)} at the peak of each case, where it goes, and damping ratios"
     return Section("Energy and damping", [Text(text), Table(title, columns, rows)])
@@ -66,24 +66,24 @@ def shares(found: CaseAnswers) -> dict[str, float]:
 
 def _opinion(found: CaseAnswers) -> str:
     if not np.isfinite(found.bandwidth):
-        return "the curve ends above 1/√2"
+        return "half-power points are outside the range"
     ratio = found.bandwidth / found.balance.damping_ratio
     if abs(ratio - 1) < 0.1:
         return "agree within 10 %"
-    return f"bandwidth tells {ratio:.2f} of it"
+    return f"by bandwidth {ratio:.2f} times that by energy"
 
 
 def wear(content: PageContent) -> Section:
-    """Wear indicators by joint, and the contacts that rub most."""
+    """Wear indicators by joint, and the contacts with the most friction work."""
     title = (
-        f"Joints{of_sector(content)} at the peak: energy and worn volume in all, else the largest"
+        f"Joints{of_sector(content)} at the peak: total energy and worn volume, else the maximum"
     )
     by_case = {}
     for found in content.answers.values():
         name = fixed(words(found.name))
         by_case[name] = found.places, found.wear
         if found.high is not None:
-            by_case[f"{name}, largest peak by static friction"] = found.places, found.high.wear
+            by_case[f"{name}, upper bound over static friction"] = found.places, found.high.wear
     blocks: list[Block] = [Text(_method()), joint_table(title, by_case).without(*NOT_SHOWN)]
     cases = (each for each in content.answers.values() if each.wear.energy.any())
     blocks += content.of_cases({each.name: [_contacts(each, content)] for each in cases})
@@ -112,7 +112,7 @@ def _contacts(found: CaseAnswers, content: PageContent) -> Table:
     order = np.argsort(-found.wear.energy, kind="stable")
     chosen = [table.rows[i] for i in order if found.wear.energy[i] > 0][:SHOWN]
     file = content.wear.get(found.name)
-    title = f"The {len(chosen)} contacts that rub most{of_case(found.name)}" + (
+    title = f"Contacts with the most friction work{of_case(found.name)}" + (
         f"; all of them in {file.parent.name}/{file.name}" if file else ""
     )
     return replace(table, title=title, rows=chosen)

@@ -27,12 +27,12 @@ from vanelock.stages.response.limits import Limits
 
 ORDER = 0.93
 """Order at which errors fall with the element size, from the coarse mesh on: that of the example
-from 30 to 7.6 mm. Two meshes tell their own."""
+from 30 to 7.6 mm. Two meshes give their own."""
 BETWEEN = (0.5, 1.1)
 """Orders that are believed of two meshes."""
 AMPLITUDE = {"none": 1.2, "modal": 1.7}
-"""Error of the peak's amplitude by the mesh, over that told of its frequency, by `mesh.correction`:
-the largest measured (docs/benchmarks/speed-against-error.md, mesh.size;
+"""Error of the peak's amplitude by the mesh, over that of its frequency, by `mesh.correction`: the
+largest measured (docs/benchmarks/speed-against-error.md, mesh.size;
 docs/theory/mesh_correction.md)."""
 AIM = 0.9
 """Of its share, the error that the next mesh is to have."""
@@ -163,7 +163,7 @@ def _order(lengths: list[float], errors: list[float]) -> float:
 def _short(last: Round, error: float, share: float, most: float) -> str:
     chosen = "are chosen" if most >= DOFS else "fit the memory"
     return (
-        f"mesh: about {error:.1e} remains at {last.size} ({last.dofs:,} degrees of freedom; "
+        f"mesh: estimated error {error:.1e} at {last.size} ({last.dofs:,} degrees of freedom; "
         f"none larger than {most:,.0f} {chosen}), {share:.1e} was its share"
     )
 

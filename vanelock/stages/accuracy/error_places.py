@@ -1,6 +1,6 @@
 """Where meshes have their error: what each element adds to the stiffness of the mode of interest.
 
-The places told are the elements that add most, each with what lies around it.
+The places listed are the elements that add most, each with what lies around it.
 """
 
 from dataclasses import dataclass, field
@@ -24,7 +24,7 @@ from vanelock.stages.response.limits import Limits
 Floats = NDArray[np.float64]
 
 COUNT = 6
-"""Places told."""
+"""Places listed."""
 AROUND = 3.0
 """What belongs to a place, in lengths of its element's edges."""
 

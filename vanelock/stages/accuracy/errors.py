@@ -20,7 +20,7 @@ class Source:
     name : str
         Of `budget.SOURCES`.
     amplitude, frequency : float
-        Estimated relative error of the peak's; NaN where none is told.
+        Estimated relative error of the peak's; NaN where there is none.
     share : float
         What it may be; NaN where the setting is pinned.
     cost : float
@@ -166,9 +166,9 @@ def error_table(case: str, found: Errors, monitor: str) -> Table:
     """Source, estimate, cost and setting."""
     columns = (
         Column("source"),
-        Column("amplitude ~", form=".1e", key="amplitude"),
-        Column("frequency ~", form=".1e", key="frequency"),
-        Column("share", form=".1e"),
+        Column("amplitude error", form=".1e", key="amplitude"),
+        Column("frequency error", form=".1e", key="frequency"),
+        Column("allowed", form=".1e", key="share"),
         Column("cost", form=".2f"),
         Column("setting"),
     )
@@ -180,15 +180,14 @@ def error_table(case: str, found: Errors, monitor: str) -> Table:
         for kind, total in zip(("amplitude", "frequency"), found.total, strict=True)
     ]
     asked = f"accuracy = {found.accuracy:g}"
-    rows.append(("together", *together, found.accuracy, 1.0, asked))
+    rows.append(("total", *together, found.accuracy, 1.0, asked))
     met = max(found.total) <= found.accuracy and not any(found.unknown)
     last: Flag = "good" if met else "warn"
     quiet: list[Flag] = [""]
     flags = [*quiet * len(found.sources), last]
     notes = [
-        "amplitude, frequency: estimated relative error of the largest response by each source; "
-        "share: of the accuracy, allowed to it; cost: processor time of its stages over that of "
-        "all.",
+        "errors: estimated, relative, of the largest response by each source; allowed: its share "
+        "of the accuracy; cost: share of the processor time.",
         *([_corrected(found)] if np.isfinite(found.corrected) else []),
         *found.warnings,
     ]

@@ -1,4 +1,4 @@
-"""Gathers, for a case with an accuracy, what `errors` tells from: words, costs and evidence."""
+"""Gathers, for a case with an accuracy, what `errors` needs: words, costs and evidence."""
 
 import numpy as np
 

@@ -1,7 +1,7 @@
 """How much the meshes raise the natural frequencies of the joined structure, by estimate.
 
 The modes of the reduced structure, interlock free and stuck, are expanded to all nodes of both
-parts, where `fem.excess_stiffness` tells by how much each mesh is too stiff for them:
+parts, where `fem.excess_stiffness` estimates by how much each mesh is too stiff for them:
 
     Δf/f = Σ_parts Δ / (2 ω²)        at unit modal mass.
 

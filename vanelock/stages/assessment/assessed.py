@@ -11,7 +11,7 @@ from vanelock.stages.sweep.retries import Solved
 
 
 def silent_count(done: int, total: int | None, amplitude: float) -> None:
-    """Tell nobody."""
+    """Say nothing."""
 
 
 def assessed(planned: Planned, first: Planned, count: Count) -> Planned:
@@ -24,7 +24,7 @@ def assessed(planned: Planned, first: Planned, count: Count) -> Planned:
     first : Planned
         The one whose linear response says which displacement is monitored.
     count : callable
-        Told how far each step is.
+        Called with how far each step is.
     """
     given = planned.case.given
     if not assessable(given.response):

@@ -21,7 +21,7 @@ from vanelock.stages.response.solved import as_solved
 from vanelock.stages.response.summary import Peak, by_height, peak_of
 
 Count: TypeAlias = Callable[[int, int | None, float], None]
-"""Told how many are done, of how many where that is known, and an amplitude, m, or NaN."""
+"""Called with how many are done, of how many where that is known, and an amplitude, m, or NaN."""
 
 LOW, NOMINAL, HIGH = 0, 1, 2
 """Places of `PeakBounds`."""
@@ -73,7 +73,7 @@ def bounds_step(planned: Planned, first: Planned, count: Count) -> Step[BoundedP
     first : Planned
         The one whose linear response says which displacement is monitored.
     count : callable
-        Told of each frequency solved.
+        Called with each frequency solved.
     """
     given = planned.case.given
     keys = given.bounds

@@ -1,4 +1,4 @@
-"""The steps that tell whether the ring stays with the waves of a case's response."""
+"""The steps that decide whether the ring stays with the waves of a case's response."""
 
 from typing import Any
 
@@ -109,7 +109,7 @@ def stability_step(
     response : Step
         That of one direction.
     count : callable
-        Told of each point.
+        Called with each point.
     """
     given = planned.case.given
     keys, free = given.stability, first.linear.responses["free"]

@@ -81,7 +81,7 @@ def along_step(
             mask = ~system.contacts.opens if closed == "free" else "all"
             hertz = _frequencies(low, high, peaks, order, study.damping.ratio)
             hertz = hertz[hertz <= (system.band or np.inf)]
-            if not len(hertz):  # a warning tells of it
+            if not len(hertz):  # a warning says so
                 break
             found = nonlinear.linear_response(system, hertz, mask)
             pieces.append((60 * hertz / order, hertz, monitor.amplitude(found)))
@@ -100,7 +100,7 @@ def _orders(planned: Planned, stages: Stages) -> Sequence[int]:
 def segments(
     lines: Lines, order: int, stuck: bool
 ) -> list[tuple[float, float, float, list[float]]]:
-    """Ranges of speed (low, high), rpm, the speed that tells their temperatures, and the peaks.
+    """Ranges of speed (low, high), rpm, the speed that gives their temperatures, and the peaks.
 
     One for each crossing where temperatures vary, else a single one.
     """

@@ -1,4 +1,4 @@
-"""Whether a scene can lie at rest, told before anything is reduced.
+"""Whether a scene can lie at rest, found before anything is reduced.
 
 Parts that nothing but contacts holds move as rigid bodies, x = R r, until these press. Forces p of
 the contacts, n >= 0 along the normal and |t| <= μ n across it, have to balance the static load,
@@ -212,7 +212,7 @@ def _pressing(rows: Floats, mu: Floats, load: Floats) -> NDArray[np.bool_] | Non
     found = linprog(cost, bound, np.zeros(bound.shape[0]), balance, load / unit, limits)
     if found.status == INFEASIBLE:
         return None
-    if found.x is None:  # where the programme is lost, the run tells
+    if found.x is None:  # where the programme is lost, the run says so
         return np.ones(c, bool)
     pressed: NDArray[np.bool_] = found.x[3 * c :] > PRESSED
     return pressed

@@ -45,11 +45,11 @@ def adaptive_step(
     linear : LinearSteps
         Its linear steps.
     free : Step
-        The linear response that tells which displacement is monitored.
+        The linear response that decides which displacement is monitored.
     mesh : Step
         Errors of natural frequencies by the mesh.
     progress : callable
-        Told of each point.
+        Called with each point.
     """
     N = study.ring.sectors
     casings = {k: casing_step(study, k) for k in range(N // 2 + 1)}
@@ -81,7 +81,7 @@ def adaptive_step(
             casing = get(casings[folded(nodal_diameter, N)])
             return rom.neglected_forms(get(linear.vane), casing, nodal_diameter)
 
-        modal = linear.vane, linear.casing  # parts by number of modes may tell nothing
+        modal = linear.vane, linear.casing  # parts by number of modes may have none
         tells = all(
             next(iter(get(part).diameters.values())).neglected is not None for part in modal
         )

@@ -23,8 +23,8 @@ from vanelock.stages.parts.temperatures import modulus, reference
 
 PARTS = ("vane", "casing")
 MASTERS = {
-    "vane": ("hook_front", "hook_rear", "interlock_left", "interlock_right", "key", "accessory"),
-    "casing": ("hook_front", "hook_rear", "key", "force", "accessory"),
+    "vane": ("hook_front", "hook_rear", "interlock_left", "interlock_right", "key", "output"),
+    "casing": ("hook_front", "hook_rear", "key", "force", "output"),
 }
 
 
@@ -100,7 +100,7 @@ def reduced_step(
 
     Where an accuracy is asked for and no band, the vane's tenth elastic mode ends it for both, or
     the highest frequency that the study asks for (`vanelock.input.band`) where that is higher; a
-    vane that is reduced to a number of modes tells no band, and the casing then takes its own.
+    vane that is reduced to a number of modes gives no band, and the casing then takes its own.
     """
     options, model = study.rom, reference_step(study, part)
     wants = options.of(part)

@@ -114,7 +114,7 @@ def excess_steps(
     """What the meshes add to the stiffness of a vane and each casing; none where it stays.
 
     The vane's is found at the nodal diameters of rest and of the load, which the casings of `base`
-    hold, and told from there at others.
+    hold, and extrapolated from there.
     """
     if study.mesh.correction == "none":
         return ()
@@ -200,7 +200,7 @@ def _shapes(system: System, k: int, areas: tuple[str, ...]) -> tuple[Floats, Mat
 
 
 def _excess_of(recovery: rom.Recovery, q: Matrix, k: int) -> Matrix:
-    """What a part's mesh adds to shapes; none where its elements do not tell."""
+    """What a part's mesh adds to shapes; none where its elements have no estimate."""
     if recovery.model.part.cell_type != ESTIMATED:
         return np.zeros((q.shape[1], q.shape[1]), q.dtype)
     u = recovery.displacement(q, k)

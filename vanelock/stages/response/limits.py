@@ -61,7 +61,7 @@ class Limits(Product):
         Modal assurance criterion between the two.
     free_error, stuck_error : (m,) float
         Estimated relative error of each frequency from reducing the parts; NaN where the route of
-        the reduction does not tell.
+        the reduction has no estimate.
     band : float or None
         Frequency up to which the reduced parts answer, Hz; None where that is not known.
     free_damping, stuck_damping : float

@@ -29,7 +29,7 @@ READ = ("rom", "excitation", "damping", "response", "campbell")
 
 
 def silent_progress(done: int, total: int, frequency: float, amplitude: float) -> None:
-    """Tell nobody."""
+    """Say nothing."""
 
 
 @lru_cache(maxsize=SHARED)

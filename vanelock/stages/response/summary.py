@@ -14,7 +14,7 @@ from vanelock.stages.response.monitor import Monitor
 
 OPENING = (OPEN, SLIP_OPEN)
 RUBS = 1e-6
-"""Friction work of a contact that slips, relative to the largest: one that opens without rubbing
+"""Friction work of a contact that slips, relative to the largest: one that opens without sliding
 is not counted as slipping."""
 ALIKE = 1e-6
 """Relative difference of two peaks below which they agree."""

@@ -21,7 +21,7 @@ def case(name, values, peak=1e-5):
     return CaseFound(name, values, numbers, f, f)
 
 
-def run(label, *cases, text="", complete=True, monitor="vane accessory 1, radial"):
+def run(label, *cases, text="", complete=True, monitor="vane output 1, radial"):
     return Loaded(
         folder=Path(label),
         label=label,
@@ -109,10 +109,10 @@ def test_counts_get_no_percentages():
 def test_what_is_missing_is_said():
     found = compared(
         run("A", case("nominal", {})),
-        run("B", complete=False, monitor="vane accessory 2, axial"),
+        run("B", complete=False, monitor="vane output 2, axial"),
     )
-    assert found.notes[0].startswith("B: the run is not complete; what it has, 0 cases,")
-    assert "different displacements: vane accessory 1, radial in A" in found.notes[1]
+    assert found.notes[0].startswith("B: the run is not complete; compared: 0 cases")
+    assert "different displacements: vane output 1, radial in A" in found.notes[1]
     assert found.notes[2] == "nominal is in A alone"
 
 

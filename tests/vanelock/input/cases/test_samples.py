@@ -131,7 +131,7 @@ def test_rows_vary_together():
         (0.3, 1e6, 1),
         (0.3, 1e6, 3),
     ]
-    assert found[0].name == "mu=0.1,kt=1000000,harmonics=1"
+    assert found[0].name == "mu=0.1,kt=1N_um,harmonics=1"
 
 
 @pytest.mark.parametrize(

@@ -44,7 +44,7 @@ def test_names_tell_equal_last_words_apart():
     study = parse_study(
         '[sweep]\n"joints.hook.mu" = [0.2]\n"joints.interlock.mu" = [0.3]\n"vane.chord" = [0.04]'
     )
-    assert cases(study)[0].name == "hook.mu=0.2,interlock.mu=0.3,chord=0.04"
+    assert cases(study)[0].name == "hook.mu=0.2,interlock.mu=0.3,chord=40mm"
 
 
 def test_words_can_be_swept_too():
@@ -177,7 +177,7 @@ def test_labels_name_what_tells_groups_apart():
         {"joints.interlock.mu": 0.2, "response.harmonics": 3},
         {"excitation.engine_order": 5, "vane.chord": "41 mm"},
         {"temperature.speed": None},
-        {"outputs.monitor": "vane accessory 2, radial", "material.vane.nu": 0.29},
+        {"outputs.monitor": "vane output 2, radial", "material.vane.nu": 0.29},
     ],
 )
 def test_a_changed_study_is_the_one_that_its_file_would_give(changes):

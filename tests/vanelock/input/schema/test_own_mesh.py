@@ -84,8 +84,8 @@ def complaint(text):
         (CASING + "[mesh]\nface_nodes = 326", "mesh.face_nodes = 326: casing.mesh is given"),
         (VANE + "[vane.hook]\nlip_radius = 0.58\n" + CASING, "vane.hook: both parts are given as"),
         (
-            CASING + '[outputs]\nmonitor = "vane accessory 4"',
-            'outputs.monitor = "vane accessory 4": expected an output node',
+            CASING + '[outputs]\nmonitor = "vane output 4"',
+            'outputs.monitor = "vane output 4": expected an output node',
         ),
     ],
 )
@@ -106,8 +106,8 @@ def test_what_goes_with_a_mesh():
     assert (study.stretch, parse_study(VANE).stretch) == (1, 3)
     assert parse_study(CASING).patches == {"hook": "node", "interlock": "area"}
     assert parse_study("").patches == {"hook": "area", "interlock": "area"}
-    wanted = '[outputs]\nmonitor = "vane accessory 12, axial"'
-    assert parse_study(VANE + wanted).outputs.monitor == "vane accessory 12, axial"
+    wanted = '[outputs]\nmonitor = "vane output 12, axial"'
+    assert parse_study(VANE + wanted).outputs.monitor == "vane output 12, axial"
     assert Study.model_validate(study.model_dump()) == study
 
 
@@ -147,9 +147,9 @@ def folder(tmp_path, coarse, write_mesh):
         path = tmp_path / f"{part.name}{ending}"
         called = write_mesh(path, part)
         found = read_mesh(path, "mm")
-        outputs = part.points[part.node_sets["accessory"]]
+        outputs = part.points[part.node_sets["output"]]
         rows = np.linalg.norm(found.points - outputs[:, None], axis=2).argmin(axis=1)
-        called["accessory"] = found.numbers[rows].tolist()
+        called["output"] = found.numbers[rows].tolist()
         table = "".join(f"{name} = {json.dumps(value)}\n" for name, value in called.items())
         (tmp_path / f"{part.name}.toml").write_text(f"[{part.name}.sets]\n{table}")
     return tmp_path
@@ -238,7 +238,7 @@ force = 80
 harmonics = 1
 frequencies = [264, 268]
 [outputs]
-monitor = "casing accessory 1, radial"
+monitor = "casing output 1, radial"
 shapes = false
 loops = false
 report = false

@@ -21,7 +21,7 @@ def given(coefficient: float) -> tuple[Places, Wear]:
 def test_a_joint_has_sums_of_energy_and_the_largest_of_what_is_local() -> None:
     table = joint_table("Joints", {"a": given(1e-15)})
     hook, lock = (dict(zip(table.by_head(), row, strict=True)) for row in table.shown)
-    assert [each["rub"] for each in (hook, lock)] == ["0 of 1", "2 of 2"]
+    assert [each["slipping"] for each in (hook, lock)] == ["0 of 1", "2 of 2"]
     assert lock["energy (µJ/cycle)"] == pytest.approx(4)
     assert lock["energy per area (J/m^2/cycle)"] == pytest.approx(0.5)  # of the one with an area
     assert lock["power (mW)"] == pytest.approx(0.4)

@@ -5,7 +5,7 @@ import pytest
 
 from vanelock import mesh, parse_study
 from vanelock.mesh import VaneDimensions
-from vanelock.mesh.geometry.aerofoil import accessory_points
+from vanelock.mesh.geometry.aerofoil import output_points
 from vanelock.quantities.contacts.places import places_on
 from vanelock.quantities.stress.corners import reentrant_edges, within
 from vanelock.quantities.stress.locations import locations_of
@@ -78,8 +78,8 @@ def test_distance_is_to_the_segment_and_not_to_its_ends():
 
 def test_output_nodes_are_named_as_they_were_placed(study, vane, found):
     # By construction at mid-chord of the suction side of the middle aerofoil, at quarters.
-    nodes = vane.node_sets["accessory"]
-    placed = accessory_points(study.vane, 16)
+    nodes = vane.node_sets["output"]
+    placed = output_points(study.vane, 16)
     for node, point, share in zip(nodes, placed, (25, 50, 75), strict=True):
         assert vane.points[node] == pytest.approx(point)
         told = found.words(int(node))

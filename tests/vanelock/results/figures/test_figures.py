@@ -12,6 +12,7 @@ import pytest
 from vanelock import fem, load_component, mesh, nonlinear, parse_study, rom, run_study
 from vanelock.nonlinear import Response, static_response
 from vanelock.pipeline.progress import Event, Finished
+from vanelock.quantities.contacts.places import TANGENTS
 from vanelock.quantities.curves_and_fields import Around
 from vanelock.render.scenes import offscreen
 from vanelock.report import Picture
@@ -47,13 +48,15 @@ def numbers(cells):
 def test_preload_columns_are_the_state_at_rest(ring):
     gap = replace(ring, contacts=replace(ring.contacts, v0=np.array([1e-5, -1e-5])))
     rest = static_response(gap)
-    columns = preload_columns(rest, gap.contacts.joint)
+    columns = preload_columns(rest, gap.contacts.joint, TANGENTS)
     found = {name: np.asarray(column) for name, column in columns.items()}
     assert found["joint"].tolist() == ["hook", "interlock"]
     assert found["contact"].tolist() == [1, 1]
     assert found["state"][1] == "open"
+    assert found["direction 1"].tolist() == ["circumferential", "radial"]
+    assert found["direction 2"].tolist() == ["axial", "along the slant"]
     np.testing.assert_array_equal(found["normal force n (N)"], rest.force[0, 0, :, 0].real)
-    assert np.isnan(found["|t| / (mu n) (-)"][1])
+    assert np.isnan(found["friction utilisation |t| / (mu n) (-)"][1])
 
 
 @pytest.mark.slow
@@ -68,17 +71,20 @@ def test_data_beside_the_pictures_are_the_results(tmp_path):
     # The monitored component is the one that moves most where the interlock is free.
     component = int(free.amplitude[:, 0].max(axis=0).argmax())
     for name, found in (("linear, free", free), ("linear, stuck", stuck), ("H = 2", response)):
-        (label,) = (head for head in table if head.startswith("amplitude") and name in head)
-        amplitude = numbers(table[label])
+        own = [i for i, curve in enumerate(table["curve"]) if name in curve]
+        frequency, amplitude = (
+            numbers([table[head][i] for i in own]) for head in ("frequency (Hz)", "amplitude (µm)")
+        )
         np.testing.assert_allclose(amplitude, 1e6 * found.amplitude[:, 0, component], rtol=1e-15)
-        label = label.replace("amplitude (µm)", "frequency (Hz)")
-        np.testing.assert_array_equal(numbers(table[label]), found.frequency)
+        np.testing.assert_array_equal(frequency, found.frequency)
     table = read(tmp_path / "figures" / "loop_nominal.csv")
     peak = int(response.amplitude[:, 0, component].argmax())
     own = response.dissipation[peak] * (np.arange(66) >= 56)  # the interlock's
     u, f = nonlinear.contact_loop(response, peak, int(own.argmax()))
-    np.testing.assert_allclose(numbers(table["sliding u2 (µm)"]), 1e6 * u[:, 2], rtol=1e-14)
-    np.testing.assert_array_equal(numbers(table["friction force t2 (N)"]), f[:, 2])
+    np.testing.assert_allclose(
+        numbers(table["displacement, along the slant (µm)"]), 1e6 * u[:, 2], rtol=1e-14
+    )
+    np.testing.assert_array_equal(numbers(table["friction force, along the slant (N)"]), f[:, 2])
     told = heard[-1]
     assert isinstance(told, Finished)
     names = {str(tmp_path / "figures" / name) for name in ("response.csv", "preload.csv")}
@@ -100,7 +106,7 @@ def test_a_loop_knows_its_bounds(ring):
         loop = Loop(response, 1)
         n = loop.history[1][:, 0]
         expected = n if coupling == "coupled" else np.full(len(n), response.force[0, 0, 1, 0].real)
-        bound = np.asarray(loop.columns()["bound of friction mu n (N)"])
+        bound = np.asarray(loop.columns()["friction limit mu n (N)"])
         np.testing.assert_allclose(bound, 0.3 * expected)
 
 
@@ -157,8 +163,8 @@ def test_a_period_for_paraview_is_the_response_evaluated(tmp_path, monkeypatch):
     blocks = reader.read()
     for block, u in zip(blocks, moved, strict=True):
         size = np.abs(u).max()
-        np.testing.assert_allclose(block.point_data["displacement"], u, atol=1e-6 * size)
-    found = blocks[0].point_data["von_mises"]
+        np.testing.assert_allclose(block.point_data["displacement (m)"], u, atol=1e-6 * size)
+    found = blocks[0].point_data["von_mises (Pa)"]
     expected = fem.von_mises(stress)
     np.testing.assert_allclose(found, expected, atol=1e-6 * expected.max())
     assert (tmp_path / "figures" / "contacts_nominal.png").is_file()

@@ -29,7 +29,7 @@ F = np.linspace(240.0, 300.0, 7)
 def run_data(text, limits=(), linear=None):
     """Data of a run of cases with the given limits; its output files keep what they are told."""
     study = parse_study(text)
-    shown = Shown(Monitor("vane accessory 1, radial", 0, 0), linear or {})
+    shown = Shown(Monitor("vane output 1, radial", 0, 0), linear or {})
     planned: list[Any] = [
         SimpleNamespace(
             case=case,
@@ -97,7 +97,7 @@ def test_one_limit_needs_no_name_and_many_are_not_all_drawn(monkeypatch):
     text = f'[sweep]\n"joints.hook.kn" = {values}'
     drawn, told = run_data(text, [found(free=250.0 + i) for i in range(9)])
     names = [name for name, _, _ in modes(monkeypatch, drawn)]
-    assert names == [f"mode_{w}_kn{v}" for v in ("5", "5.8") for w in ("free", "stuck")]
+    assert names == [f"mode_{w}_kn{v}N_m" for v in ("5", "5.8") for w in ("free", "stuck")]
     assert "the first and the last of 9 linear limits" in told[0].text
 
 

@@ -52,7 +52,7 @@ def run_of(ring, folder, complete):
         response = frequency_response(changed, [150.0, 300.0], Options(1))
         kept = cache.store("response", f"key {mu}", response, 1.0).product
         where = f"response/{name}"
-        values = {"monitor": "vane accessory 1, y", "sweep mu": mu, "peak_amplitude": 1.0}
+        values = {"monitor": "vane output 1, y", "sweep mu": mu, "peak_amplitude": 1.0}
         with results.edit(where) as file:
             results.put(file, where, kept, values)
             results.put(file, f"{where}/preload", static_response(changed), {})

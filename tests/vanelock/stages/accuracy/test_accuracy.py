@@ -84,11 +84,11 @@ def test_the_errors_are_told_by_source(asked):
     assert len(shown) == len(cases) == 2
     for table in shown:
         rows = {row[0]: row for row in table.shown}
-        assert list(rows) == ["mesh", "modes", "harmonics", "frequencies", "together"]
+        assert list(rows) == ["mesh", "modes", "harmonics", "frequencies", "total"]
         counted = [rows[name] for name in ("modes", "harmonics", "frequencies")]
-        assert sum(row[1] for row in counted) == pytest.approx(rows["together"][1])
+        assert sum(row[1] for row in counted) == pytest.approx(rows["total"][1])
         assert sum(row[3] for row in counted) == pytest.approx(ACCURACY)
-        assert rows["together"][1] < ACCURACY
+        assert rows["total"][1] < ACCURACY
         assert rows["mesh"][3] is None
         assert "mesh.size is given" in rows["mesh"][5]
         # Five per cent too stiff, of which a quarter of what is taken off remains in doubt.
@@ -190,7 +190,7 @@ def test_what_exceeds_the_accuracy_or_is_not_told_is_said():
     assert found.total == pytest.approx((0.03, 1e-3))  # without the mesh, which is pinned
     table = error_table("nominal", found, "x")
     assert table.notes[-1] == "WARNING: so"
-    assert table.rows[-1][:3] == ("together", *found.total)
+    assert table.rows[-1][:3] == ("total", *found.total)
 
 
 def test_the_sum_is_good_only_where_each_part_is_known():

@@ -84,7 +84,7 @@ def test_the_largest_mesh_is_taken_where_the_share_is_out_of_reach(monkeypatch):
     dofs = vane_dofs(vane, 16, size) + casing_dofs(casing, vane.hook, 16, size, 3)
     assert 0.9 * mesh_sizes.DOFS < dofs <= 1.001 * mesh_sizes.DOFS
     assert (
-        f"about {choose_mesh.AMPLITUDE['modal'] * found.rounds[-1].error:.1e} remains"
+        f"estimated error {choose_mesh.AMPLITUDE['modal'] * found.rounds[-1].error:.1e} at"
         in found.short
     )
     assert "was its share" in found.short
@@ -113,7 +113,7 @@ def test_errors_that_do_not_fall_end_the_search(monkeypatch):
 
 
 def test_patches_that_a_mesh_cannot_hold_ask_for_a_finer_one(monkeypatch):
-    told = InputError("vane: the mesh is too coarse to tell the contact patches apart")
+    told = InputError("vane: the mesh is too coarse to resolve the contact patches")
     asked = estimating(monkeypatch, lambda size: told if size > 0.022 else 0.01)
     found = chosen_mesh(FREE)
     assert [study.mesh.size for study in asked] == ["coarse", 0.0212]

@@ -1,0 +1,60 @@
+"""Words: what users read is spelled right, and in the terms of the field."""
+
+import re
+import runpy
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+WORDS: dict[str, Any] = runpy.run_path(str(ROOT / "tools" / "words.py"))
+GLOSSARY = (ROOT / "docs" / "glossary.md").read_text("utf-8")
+
+
+def test_users_read_no_house_words(capsys: pytest.CaptureFixture[str]) -> None:
+    assert (WORDS["main"](), capsys.readouterr().out) == (0, "")
+    read = {path.relative_to(ROOT).as_posix() for path in WORDS["files"]()}
+    assert {"README.md", "docs/glossary.md", "vanelock/results/listing.py", "mesh/part.py"} <= read
+
+
+@pytest.mark.parametrize(
+    ("text", "found"),
+    [
+        ("errors are told\nby source, and it tells why", ["told", "tells"]),
+        ("told apart, tell them apart, tells a lead\nfrom lag apart", []),
+        ("contacts that rub; of linear stuck", ["rub", "of linear stuck"]),
+        ("linear elasticity, a rubber disc, retold", []),
+        ("n, other rule; may grow; HCF reserve", ["HCF reserve", "may grow", "other rule"]),
+    ],
+)
+def test_house_words_are_found(text: str, found: list[str]) -> None:
+    assert sorted(word for _, word, _ in WORDS["house_words"](text)) == sorted(found)
+
+
+def test_lines_are_counted() -> None:
+    assert WORDS["house_words"]("a\nb told") == [(1, "told", "given, estimated, reported")]
+
+
+def test_spelling() -> None:
+    listed = subprocess.run(["git", "ls-files", "*.md", "*.py"], cwd=ROOT, capture_output=True)
+    files = listed.stdout.decode().split() or ["README.md", "docs"]
+    checker = str(Path(sys.executable).with_name("codespell"))
+    done = subprocess.run([checker, *files], cwd=ROOT, capture_output=True, text=True)
+    assert (done.returncode, done.stdout) == (0, "")
+
+
+def test_the_glossary_has_the_words_of_the_tables() -> None:
+    """Every head of the responses' table is a term, or says what it is by itself."""
+    source = (ROOT / "vanelock" / "results" / "listing.py").read_text("utf-8")
+    table = source.partition("def case_table")[2].partition("def _assessed")[0]
+    heads = re.findall(r'Column\(\s*"([^"]+)"', table)
+    assert len(heads) > 15
+    plain = {"case", "H", "μ", "slip", "open", "converged", "time"}
+    terms = " ".join(re.findall(r"^\| (.*?) \|", GLOSSARY, re.MULTILINE)).lower()
+    words = {word for head in set(heads) - plain for word in head.lower().split()}
+    assert {word for word in words if word.rstrip("s") not in terms} <= {
+        "lower", "upper", "bound", "vibratory", "stress", "hcf", "to", "per", "dissipated",
+    }  # fmt: skip

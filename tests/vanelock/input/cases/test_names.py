@@ -1,0 +1,56 @@
+"""Names of cases: short, with units, fit for files, and as people write them."""
+
+import pytest
+
+from vanelock import cases, parse_study
+from vanelock.input.cases.names import slug, valued, words
+
+SWEPT = """
+[sweep]
+"joints.interlock.interference" = ["4 um", 1.7e-5, "0.05 mm", 0]
+"vane.chord" = ["40 mm"]
+"material.vane.E" = ["205 GPa"]
+"mesh.size" = ["coarse", "6 mm"]
+"joints.hook.kn" = [2e7, 150]
+"ring.sectors" = [16]
+"""
+
+
+def test_values_have_units_and_no_exponents() -> None:
+    found = cases(parse_study(SWEPT))
+    assert len({case.name for case in found}) == len(found) == 16
+    every = ["interference=4um", "chord=40mm", "E=205GPa", "size=coarse", "kn=20N_um", "sectors=16"]
+    assert found[0].name.split(",") == every
+    assert found[6].name.split(",")[0] == "interference=17um"
+    assert found[-1].name.split(",")[:4] == [
+        "interference=0mm",
+        "chord=40mm",
+        "E=205GPa",
+        "size=6mm",
+    ]
+    assert found[-1].name.split(",")[4] == "kn=150N_m"
+
+
+def test_people_and_files_get_the_same_name() -> None:
+    name = "mu=0.15,interference=17um,kn=20N_um,angle=-3.5deg,coupling=uncoupled"
+    assert words(name) == "μ = 0.15, interference = 17 µm, kn = 20 N/µm, angle = -3.5°, uncoupled"
+    assert slug(name) == "mu0.15_interference17um_kn20N_um_angle-3.5deg_couplinguncoupled"
+    assert words("size=coarse,monitor=upper 17um") == "size = coarse, monitor = upper 17um"
+
+
+@pytest.mark.parametrize(
+    ("value", "unit", "text"),
+    [
+        (4e-6, "m", "4um"),
+        (-1e-3, "m", "-1mm"),
+        (1.23456789e-5, "m", "12.3456789um"),
+        (1.67e7, "N/m", "16.7N_um"),
+        (1e-3, "kg m", "1000gmm"),
+        (3.0, "N", "3N"),
+        (0.15, "", "0.15"),
+        ("coupled", "", "coupled"),
+        (3, "", "3"),
+    ],
+)
+def test_a_value_in_a_name(value: float | str, unit: str, text: str) -> None:
+    assert valued(value, unit) == text

@@ -1,0 +1,193 @@
+"""What a run leaves on the screen: each thing once, the answer last."""
+
+import os
+import pty
+import re
+import subprocess
+import sys
+from io import StringIO
+
+import pytest
+from rich.console import Console
+from rich.progress import Progress, TextColumn
+
+from vanelock.common.tables import Column, Table
+from vanelock.pipeline.display import Bar, PlainLines, width_of
+from vanelock.pipeline.progress import (
+    Begun,
+    Done,
+    Event,
+    Failed,
+    Finished,
+    Notice,
+    PointDone,
+    Tasks,
+    Trial,
+)
+
+ANSWER = Table(
+    "Responses", (Column("case"), Column("peak", "µm")), [("mu=0.3", 4e-5)], ("warning: w",)
+)
+EVENTS: list[Event] = [
+    Notice("about 2 min"),
+    Begun("mesh vane"),
+    Done("mesh vane", 1.25, False),
+    Done("rom vane", 9.0, True),
+    Begun("response mu=0.3"),
+    PointDone("mu=0.3", 3, 9, 4e-5, 75.0),
+    Done("response mu=0.3", 3.5, False),
+    Failed("mu=0.5", "too much", 2),
+    Table("FAILED cases", (Column("case"),), [("mu=0.5",)], key="failed"),
+    ANSWER,
+    *(Done(f"{kind} mu=0.3", 0.6, False) for kind in ("stress", "check")),
+    *(Done(f"figures/{i}.png", 0.5, False) for i in range(30)),
+    Table("Stages", (Column("stage"),), [("meshes",)], key="stages"),
+    Finished("runs/a", 21.0, {}, "runs/a/report.html"),
+]
+
+
+def test_plain_lines_say_each_thing_once(capsys: pytest.CaptureFixture[str]) -> None:
+    lines = PlainLines()
+    for event in EVENTS:
+        lines(event)
+    heard = capsys.readouterr()
+    assert heard.err.splitlines() == [
+        "note: about 2 min",
+        "mesh vane: 1.2 s",
+        "rom vane: unchanged",
+        "response mu=0.3: 3.5 s",
+        "FAILED mu=0.5: too much (tried 2 times)",
+        "done in 21.0 s: pictures 15.0 s, responses 3.5 s, meshes 1.2 s",
+        "open runs/a/report.html",
+    ]
+    assert [line.strip() for line in heard.out.splitlines() if "─" not in line] == [
+        "",
+        "Responses",
+        "peak",
+        "case    [um]",
+        "mu=0.3    40",
+        "warning: w",
+    ]
+
+
+SHOW = """
+from tests.vanelock.pipeline.test_display import EVENTS
+from vanelock.pipeline.progress import choose_listener
+with choose_listener(False, False) as listener:
+    for event in EVENTS:
+        listener(event)
+"""
+
+
+@pytest.mark.parametrize("width", [72, 80, 140])
+def test_a_terminal_is_left_with_the_answer(width: int) -> None:
+    """On a real terminal, whose screen is made of what was written there."""
+    mine, theirs = pty.openpty()
+    environment = {**os.environ, "COLUMNS": str(width), "TERM": "xterm", "PYTHONPATH": "."}
+    done = subprocess.Popen(
+        [sys.executable, "-c", SHOW], stdout=theirs, stderr=theirs, env=environment
+    )
+    os.close(theirs)
+    written = b""
+    while True:
+        try:
+            chunk = os.read(mine, 65536)
+        except OSError:  # the other end is closed
+            break
+        if not chunk:
+            break
+        written += chunk
+    assert done.wait() == 0
+    os.close(mine)
+    lines = screen(written.decode())
+    assert max(map(len, lines)) <= width
+    shown = [line for line in lines if line and "─" not in line]
+    assert shown == [
+        "note: about 2 min",
+        "FAILED mu=0.5: too much (tried 2 times)",
+        "FAILED cases",
+        " case",
+        " mu=0.5",
+        "Responses",
+        "         peak",
+        " case    [um]",
+        " mu=0.3    40",
+        "warning: w",
+        "done in 21.0 s: pictures 15.0 s, responses 3.5 s, meshes 1.2 s",
+        "open runs/a/report.html",
+    ]
+
+
+def screen(written: str) -> list[str]:
+    """Lines of a terminal that knows carriage returns, line feeds, cursor up and erase line."""
+    lines, row, column = [""], 0, 0
+    for sequence, text in re.findall(r"(\x1b\[[0-9;?]*[A-Za-z])|([^\x1b])", written):
+        if sequence.endswith("A"):
+            row -= int(sequence[2:-1] or 1)
+        elif sequence == "\x1b[2K":
+            lines[row] = ""
+        elif text == "\n":
+            row += 1
+            lines += [""] * (row + 1 - len(lines))
+        elif text == "\r":
+            column = 0
+        elif text:
+            lines[row] = lines[row].ljust(column)[:column] + text + lines[row][column + 1 :]
+            column += 1
+    return [line.rstrip() for line in lines]
+
+
+def test_a_kind_of_stage_has_one_bar() -> None:
+    bar, shown = bars()
+    for event in EVENTS[:-1]:
+        bar(event)
+    assert {task.description: task.fields["said"] for task in shown.tasks} == {
+        "meshes": "1 in 1.2 s",
+        "reduced models": "1 unchanged",
+        "responses": "1 in 3.5 s",
+        "stresses": "1 in 0.6 s",
+        "checks": "1 in 0.6 s",
+        "pictures": "30 in 15.0 s",
+    }
+    bar(Tasks(3, 16, 1, 4e-5, 75.0))
+    (cases,) = [task for task in shown.tasks if task.description == "cases"]
+    assert (cases.completed, cases.total) == (3, 16)
+    assert cases.fields["said"] == "3 of 16 cases, 1 FAILED, largest peak 40.0 um, 1:15 left"
+
+
+def bars() -> tuple[Bar, Progress]:
+    shown = Progress(TextColumn("{task.fields[said]}"), console=Console(file=StringIO()))
+    return Bar(shown), shown
+
+
+def test_points_move_the_bar_of_their_stage() -> None:
+    bar, shown = bars()
+    bar(Begun("response mu=0.3"))
+    bar(PointDone("mu=0.3", 3, 9, 4e-5, 75.0))
+    (task,) = shown.tasks
+    assert (task.description, task.completed, task.total) == ("responses", 3, 9)
+    assert task.fields["said"] == "mu=0.3: point 3/9, peak 40.0 um, 1:15 left"
+
+
+def test_a_fit_says_its_responses(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """One at once on a terminal, now and then elsewhere."""
+    lines = PlainLines()
+    monkeypatch.setattr(lines, "interval", 0.0)
+    trial = Trial(7, 1.25, 1.125, "standard deviations")
+    lines(trial)
+    said = "response 7, misfit 1.25 standard deviations, least so far 1.12"
+    assert capsys.readouterr().err == f"  {said}\n"
+    bar, shown = bars()
+    bar(trial)
+    bar(Begun("fit"))
+    bar(trial)
+    assert [task.fields["said"] for task in shown.tasks] == [said]
+
+
+def test_a_file_has_no_width_unless_asked_for(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv("COLUMNS", raising=False)
+    assert width_of(StringIO()) == 1000
+    monkeypatch.setenv("COLUMNS", "72")
+    assert width_of(StringIO()) == 72

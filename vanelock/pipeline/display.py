@@ -1,0 +1,233 @@
+"""Displays of a run: bars on a terminal that leave the answers alone behind, plain lines elsewhere.
+
+Tables go to standard output, all else to standard error, and each thing is said once: what stages
+took in one line at the end, not in a table besides.
+"""
+
+import os
+import sys
+import time
+from collections.abc import Generator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import TextIO
+
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TaskID, TextColumn
+
+from vanelock.common.errors import printable
+from vanelock.common.tables import Table
+from vanelock.pipeline.progress import (
+    Begun,
+    Done,
+    Event,
+    Failed,
+    Finished,
+    Notice,
+    PointDone,
+    Tasks,
+    Trial,
+    kind_of,
+)
+from vanelock.pipeline.text_table import WIDEST, text_lines, wrapped
+
+COUNTED = ("pictures", "stresses", "checks")
+"""Stages so many and so short that plain lines do not name each."""
+SAID = ("stages", "failed")
+"""Tables of what lines have said by then."""
+NAMED = 3
+"""Kinds of stages that the last line names, if they took a second."""
+
+
+@dataclass
+class _Kind:
+    """Stages of a kind that are done: how many, how many of them now, and what those took, s."""
+
+    count: int = 0
+    now: int = 0
+    seconds: float = 0.0
+
+    def add(self, event: Done) -> None:
+        self.count += 1
+        self.now += not event.cached
+        self.seconds += 0.0 if event.cached else event.seconds
+
+    @property
+    def text(self) -> str:
+        took = f"{self.now} in {self.seconds:.1f} s"
+        kept = f"{self.count - self.now} unchanged"
+        return ", ".join([took] * (self.now > 0) + [kept] * (self.now < self.count))
+
+
+class _Times(dict[str, _Kind]):
+    """What is done, by kind."""
+
+    def add(self, event: Done) -> str:
+        """Count a stage; its kind."""
+        kind = kind_of(event.stage)
+        self.setdefault(kind, _Kind()).add(event)
+        return kind
+
+    def line(self, seconds: float) -> str:
+        """What a run took, and of that its longest stages."""
+        order = sorted(self.items(), key=lambda each: -each[1].seconds)
+        longest = [f"{kind} {k.seconds:.1f} s" for kind, k in order[:NAMED] if k.seconds >= 1]
+        return f"done in {seconds:.1f} s" + (f": {', '.join(longest)}" if longest else "")
+
+
+def width_of(file: TextIO) -> int:
+    """Characters of a line: of a terminal its own, elsewhere without limit, unless COLUMNS says."""
+    asked = os.environ.get("COLUMNS", "")
+    if asked.isdecimal() and int(asked) > 0:
+        return int(asked)
+    try:
+        return (os.get_terminal_size(file.fileno()).columns if file.isatty() else 0) or WIDEST
+    except (OSError, ValueError):
+        return WIDEST
+
+
+class PlainLines:
+    """Plain lines: stages and notes to standard error, a point every half minute, and tables."""
+
+    interval = 30.0
+
+    def __init__(self) -> None:
+        self._spoke = time.monotonic()
+        self._times = _Times()
+
+    def __call__(self, event: Event) -> None:
+        """Say what there is to say about an event."""
+        match event:
+            case PointDone():
+                self._in_a_while(f"{event.case}: {_progress(event)}")
+            case Trial():
+                self._in_a_while(_trial(event))
+            case Tasks():
+                self._in_a_while(_tasks(event), event.done == event.total)
+            case Table():
+                if event.key not in SAID:
+                    print("\n".join(text_lines(event, width_of(sys.stdout))), flush=True)
+            case Begun():
+                pass
+            case Done():
+                if self._times.add(event) not in COUNTED:
+                    self._say(_done(event))
+            case Finished():
+                self._say(self._times.line(event.seconds))
+                self._say(_last(event))
+            case _:
+                self._say(_line(event))
+
+    def _in_a_while(self, text: str, now: bool = False) -> None:
+        if now or time.monotonic() - self._spoke >= self.interval:
+            self._say(f"  {text}")
+
+    def _say(self, text: str) -> None:
+        print(printable(text), file=sys.stderr, flush=True)
+        self._spoke = time.monotonic()
+
+
+class Bar:
+    """A bar for each kind of stage while the run lasts; what stays is tables, notes and the end."""
+
+    def __init__(self, bar: Progress) -> None:
+        # On one terminal all must pass through the bar, which moves down for it.
+        here = sys.stdout.isatty()
+        self._tables = bar.console if here else Console(highlight=False, markup=False)
+        self._bar = bar
+        self._times = _Times()
+        self._rows: dict[str, TaskID] = {}
+        self._stage = ""
+
+    def __call__(self, event: Event) -> None:
+        """Move the bars, or print lines above them."""
+        match event:
+            case Begun():
+                self._stage = kind_of(event.stage)
+                self._move(self._stage, None, None, printable(event.stage))
+            case PointDone() if self._stage:
+                said = f"{printable(event.case)}: {_progress(event)}"
+                self._move(self._stage, event.done, event.total, said)
+            case Trial() if self._stage:
+                self._move(self._stage, None, None, _trial(event))
+            case Tasks():
+                self._move("cases", event.done, event.total, _tasks(event))
+            case Done():
+                kind = self._times.add(event)
+                self._move(kind, 1, 1, self._times[kind].text)
+            case Table():
+                if event.key != "stages":
+                    lines = text_lines(event, width_of(sys.stdout))
+                    self._tables.print("\n".join(lines), soft_wrap=True)
+                    self._tables.file.flush()
+            case Finished():
+                lines = [self._times.line(event.seconds), _last(event)]
+                self._bar.stop()
+                self._say(lines[0], "dim")
+                self._say(lines[1], "bold")
+            case Notice() | Failed():
+                self._say(_line(event), "bold red" if isinstance(event, Failed) else "")
+
+    def _move(self, kind: str, done: int | None, total: int | None, said: str) -> None:
+        if kind not in self._rows:
+            self._rows[kind] = self._bar.add_task(printable(kind), total=total, said=said)
+        self._bar.update(self._rows[kind], completed=done or 0, total=total, said=said)
+
+    def _say(self, text: str, style: str = "") -> None:
+        console = self._bar.console
+        first, *more = wrapped(printable(text), console.width - 2)
+        lines = "\n".join([first, *(f"  {line}" for line in more)])
+        console.print(lines, style=style, soft_wrap=True)
+
+
+@contextmanager
+def on_terminal() -> Generator[Bar, None, None]:
+    """Bars on the terminal that standard error is."""
+    console = Console(stderr=True, highlight=False, markup=False)
+    columns = TextColumn("{task.description}"), BarColumn(20), TextColumn("{task.fields[said]}")
+    with Progress(*columns, console=console, transient=True) as bar:
+        yield Bar(bar)
+
+
+def _done(event: Done) -> str:
+    return f"{event.stage}: " + ("unchanged" if event.cached else f"{event.seconds:.1f} s")
+
+
+def _last(event: Finished) -> str:
+    return f"open {event.page}" if event.page else event.folder
+
+
+def _line(event: Event) -> str:
+    match event:
+        case Notice():
+            return f"note: {event.text}"
+        case Failed():
+            tries = f" (tried {event.attempts} times)" if event.attempts > 1 else ""
+            return f"FAILED {event.case}: {event.reason}{tries}"
+    return ""
+
+
+def _progress(point: PointDone) -> str:
+    of = "" if point.total is None else f"/{point.total}"
+    return f"point {point.done}{of}, peak {point.peak * 1e6:.1f} um{_clock(point.left)}"
+
+
+def _tasks(tasks: Tasks) -> str:
+    said = [f"{tasks.done} of {tasks.total} cases"]
+    if tasks.failed:
+        said.append(f"{tasks.failed} FAILED")
+    if tasks.peak:
+        said.append(f"largest peak {tasks.peak * 1e6:.1f} um")
+    return ", ".join(said) + _clock(tasks.left)
+
+
+def _trial(trial: Trial) -> str:
+    said = f"response {trial.response}, misfit {trial.misfit:.3g} {trial.unit}"
+    return f"{said}, least so far {trial.least:.3g}"
+
+
+def _clock(left: float) -> str:
+    if not left > 0:
+        return ""
+    minutes, seconds = divmod(round(left), 60)
+    return f", {minutes}:{seconds:02d} left"
