@@ -17,7 +17,7 @@ from vanelock.common.files.hdf5 import opened
 from vanelock.common.product import Product
 from vanelock.common.tables import Table, heads
 from vanelock.input.cases.sweep import Case, cases
-from vanelock.input.measured import curve_mistakes, load_measured
+from vanelock.input.measured.curve import curve_mistakes, load_measured
 from vanelock.input.plausible import unusual
 from vanelock.input.read_study import load_study
 from vanelock.input.schema.own_mesh import OwnCasing, OwnVane, refuse_without_areas

@@ -10,7 +10,7 @@ from vanelock.commands.run.doubts import doubts, opening
 from vanelock.common.errors import InputError
 from vanelock.input.cases.sweep import Case, cases
 from vanelock.input.cases.values import Given
-from vanelock.input.measured import load_measured
+from vanelock.input.measured.curve import load_measured
 from vanelock.input.plausible import unusual
 from vanelock.input.schema.own_mesh import OwnVane, refuse_without_areas
 from vanelock.input.schema.study import Study

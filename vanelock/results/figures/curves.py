@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike
 from vanelock import render
 from vanelock.input.cases.names import merged, words
 from vanelock.input.cases.values import ring_of
-from vanelock.input.measured import DISPLACEMENT
+from vanelock.input.measured.units import DISPLACEMENT
 from vanelock.quantities.curves_and_fields import Drawn, Floats, RunData
 from vanelock.quantities.selection import PERCENT, band, drawn_alone, in_words, named
 from vanelock.report import Picture
