@@ -34,6 +34,7 @@ from vanelock.quantities.scatter import (
 from vanelock.report import Picture
 from vanelock.results import listing
 from vanelock.results.assessment import bounds_table, stability_table
+from vanelock.results.case_table import response_table
 from vanelock.results.figures.campbell import crossings_table
 from vanelock.results.figures.pictures import Pictures, Shown
 from vanelock.results.files import results_file
@@ -69,7 +70,7 @@ MOST_TABLES = 8
 """
 
 
-class Run:
+class OngoingRun:
     """A run under way.
 
     Parameters
@@ -163,7 +164,7 @@ class Run:
         self.planned = tuple(
             each.turned() if each.case.name in self._turned else each for each in self.planned
         )
-        self.listener(listing.response_table(summaries, self.shown.monitor.name))
+        self.listener(response_table(summaries, self.shown.monitor.name))
         if self.failed:
             self.listener(listing.failed_table(self.failed))
         if any(each.found for each in self._bounds.values()):

@@ -1,6 +1,6 @@
 """Forced response of all cases in one figure, with its linear limits."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -67,8 +67,7 @@ def curves(run_data: RunData) -> Picture:
     given = [each.case.given for each in run_data.planned]
     if getattr(run_data.given, "system", None) is not None:  # one file, one ring
         given = given[:1]
-    orders = {abs(order) for sectors, order in map(ring_of, given) if sectors > 1 and order}
-    order = orders.pop() if len(orders) == 1 else None  # one speed axis, or none
+    order = one_order(order for sectors, order in map(ring_of, given) if sectors > 1)
     title = f"{run_data.given.name}: forced response"
     shade = band(run_data)
     path = run_data.output_files.draw(
@@ -106,6 +105,12 @@ def curves(run_data: RunData) -> Picture:
             f"own have {in_words(run_data)}."
         )
     return Picture(path, RESPONSE, caption, (data,))
+
+
+def one_order(orders: Iterable[int]) -> int | None:
+    """The engine order of the speed axis, where all cases have the same one."""
+    found = {abs(order) for order in orders if order}
+    return found.pop() if len(found) == 1 else None
 
 
 def told_apart(curves: Sequence[render.Curve]) -> str:
@@ -168,11 +173,18 @@ def shaded(band: render.Band | None) -> Mapping[str, ArrayLike]:
 
 def linear(run_data: RunData) -> list[render.Curve]:
     """Linear limits, equal ones once."""
-    found: list[tuple[list[str], Limit, Floats, Floats]] = []
     limits = run_data.shown.linear
     if len(limits) > MOST:  # a stiffness is swept: those of the cases that are shown
         own = {each.linear.name for each in named(run_data)}
         limits = {key: curve for key, curve in limits.items() if key[0] in own}
+    return limit_curves(limits)
+
+
+def limit_curves(
+    limits: Mapping[tuple[str, Limit], tuple[Floats, Floats]],
+) -> list[render.Curve]:
+    """Curves of linear limits by name and kind, equal ones once."""
+    found: list[tuple[list[str], Limit, Floats, Floats]] = []
     for (name, which), (f, a) in limits.items():
         for names, other, *curve in found:
             if other == which and _equal(curve[0], f) and _equal(curve[1], a):
