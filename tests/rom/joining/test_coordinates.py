@@ -108,27 +108,50 @@ def march(system: System, hertz: float, periods: int = 30, steps: int = 1000) ->
     return kept
 
 
-def block() -> System:
+def block(push: float, load: float) -> System:
     """A block pressed on the ground through springs: its normal motion changes friction's bound."""
     return System.from_matrices(
         np.eye(2),
         np.diag([12.0, 21.0]),
         [Contact(tangential=0, normal=1, kt=5.0, kn=21.0, mu=0.85)],
-        C=np.diag([0.35, 2.0]),
-        static_force={1: 10.0},
-        force={0: 12.0, 1: 1.2},
+        C=np.diag([2 * 0.05 * np.sqrt(12), 2.0]),
+        static_force={1: load},
+        force={0: push, 1: 0.1 * push},
         outputs={"along": 0, "across": 1},
     )
 
 
 @pytest.mark.parametrize("hertz", [0.45, 0.58])
 def test_a_block_on_the_ground_moves_as_time_integration_says(hertz: float) -> None:
-    found = frequency_response(block(), [hertz], Options(15))
+    found = frequency_response(block(12.0, 10.0), [hertz], Options(15))
     assert found.converged.all()
     assert found.state[0, 0] != STUCK
-    marched = march(block(), hertz)
+    marched = march(block(12.0, 10.0), hertz)
     expected = np.ptp(marched, axis=0) / 2
     np.testing.assert_allclose(found.amplitude[0, :, 0], expected, rtol=2e-3)
+
+
+ANOTHER = {
+    50.0: [
+        (3.559717454634983, 12.80699, 0.1656718),
+        (3.7846137178405383, 17.1987, 0.174258),
+        (3.836984257819639, 17.06191, 0.1764512),
+    ],
+    100.0: [
+        (3.2949129726457764, 29.69457, 0.3141384),
+        (3.5415045677979635, 45.56482, 0.3300622),
+        (3.574553083411597, 45.169, 0.3323987),
+    ],
+}
+"""By push, N: rad/s and half the peak-to-peak along and across, m, of the example of an elastic dry
+friction element that tmdsimpy (2025-02) ships, its law at 4,096 instants of the period."""
+
+
+@pytest.mark.parametrize("push", ANOTHER)
+def test_a_block_on_the_ground_moves_as_another_program_says(push: float) -> None:
+    omega, *expected = np.transpose(ANOTHER[push])
+    found = frequency_response(block(push, 100.0), omega / (2 * np.pi), Options(8))
+    np.testing.assert_allclose(found.amplitude[:, :, 0], np.transpose(expected), rtol=1e-6)
 
 
 def test_a_stop_lifts_off_as_time_integration_says() -> None:
