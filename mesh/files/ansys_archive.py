@@ -13,11 +13,13 @@ import numpy as np
 from vanelock.common.errors import InputError
 from vanelock.common.files.limited import by_library
 from vanelock.common.lazy import library
-from vanelock.mesh.files.raw import CellBlock, RawMesh, distinct
+from vanelock.mesh.files.raw import CellBlock, Integers, RawMesh, distinct
 
 ARCHIVE = ".cdb"
 MESH_ONLY = 200
 """Ansys's element type MESH200, which has no stiffness."""
+TYPE, HEAD = 1, 10
+"""Of an element as the library has it: the place of its type, and where its nodes begin."""
 _VTK = {
     1: "vertex", 3: "line", 5: "triangle", 9: "quad", 10: "tetra", 12: "hexahedron", 13: "wedge",
     14: "pyramid", 21: "line3", 22: "triangle6", 23: "quad8", 24: "tetra10", 25: "hexahedron20",
@@ -34,24 +36,36 @@ def read_archive(source: str, path: Path) -> RawMesh:
         If the library is absent, the file malformed, or a quadratic element lacks middle nodes.
     """
     reader = library("ansys.mapdl.reader", "ansys", source, "ansys-mapdl-reader")
-    size = path.stat().st_size
-    archive = by_library(partial(_archive, reader, path), source, size, "an Ansys archive")
+    read = partial(_contents, reader, source, path)
+    return by_library(read, source, path.stat().st_size, "an Ansys archive")
+
+
+def _contents(reader: Any, source: str, path: Path) -> RawMesh:
+    """What an archive says, its elements as VTK has them."""
+    archive = reader.Archive(str(path), parse_vtk=False)
+    if not len(archive.nnum) or not len(archive.enum):
+        raise ValueError("no nodes and elements in blocks, as CDWRITE writes them")
     numbers = np.asarray(archive.nnum, np.int64)
+    _refuse_unknown(source, archive, numbers)
     raw = RawMesh(source, numbers, np.asarray(archive.nodes, float)[:, :3])
     for name, nodes in archive.node_components.items():
         raw.node_sets[str(name).strip()] = distinct(nodes)
     for name, elements in archive.element_components.items():
         raw.element_sets[str(name).strip()] = distinct(elements)
-    _add_cells(raw, archive.grid)
+    _add_cells(raw, reader.Archive(str(path)).grid)
     return raw
 
 
-def _archive(reader: Any, path: Path) -> Any:
-    """An archive by the library, its elements as VTK has them."""
-    found = reader.Archive(str(path))
-    if not len(found.nnum) or found.grid is None:
-        raise ValueError("no nodes and elements in blocks, as CDWRITE writes them")
-    return found
+def _refuse_unknown(source: str, archive: Any, numbers: Integers) -> None:
+    """Refuse nodes and types that are not in the file, which the library would look up blindly."""
+    types = np.asarray(archive.ekey)[:, 0]
+    for element in archive.elem:
+        if element[TYPE] not in types:
+            raise InputError(f"{source}: element type {element[TYPE]} is not in the file")
+    nodes = np.concatenate([element[HEAD:] for element in archive.elem])
+    absent = nodes[~np.isin(nodes, numbers) & (nodes != 0)]
+    if len(absent):
+        raise InputError(f"{source}: an element has node {absent[0]}, which is not in the file")
 
 
 def _add_cells(raw: RawMesh, grid: Any) -> None:

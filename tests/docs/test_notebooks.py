@@ -40,6 +40,15 @@ def test_a_notebook_is_kept_without_outputs(path: Path) -> None:
             assert (cell.outputs, cell.execution_count) == ([], None)
 
 
+def test_two_masses_of_the_manual_are_solved(capsys: pytest.CaptureFixture[str]) -> None:
+    text = (EXAMPLES.parent / "docs/python.md").read_text("utf-8")
+    (block,) = (each for each in text.split("```python\n") if "System.from_matrices(" in each)
+    exec(block.partition("```")[0], {})
+    peak, converged = capsys.readouterr().out.split()
+    assert 1e-4 < float(peak) < 1e-3
+    assert converged == "True"
+
+
 def test_the_manual_links_every_notebook() -> None:
     root = EXAMPLES.parent
     for page in ("docs/python.md", "README.md"):

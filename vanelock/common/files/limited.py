@@ -93,7 +93,8 @@ def by_library(read: Callable[[], T], where: str, size: int, what: str) -> T:
     Raises
     ------
     InputError
-        One line: what the library says, prints before it ends the program, or that it fell.
+        One line: what `read` refuses, what the library says or prints before it ends the program,
+        or that it fell.
     """
     printed = io.StringIO()
 
@@ -108,7 +109,7 @@ def by_library(read: Callable[[], T], where: str, size: int, what: str) -> T:
                 # numpy's way to say that numbers were expected and something else was found
                 warnings.filterwarnings("error", message="string or file could not be read")
                 return read()
-        except MemoryError:
+        except (InputError, MemoryError):
             raise
         except (Exception, SystemExit) as error:
             reason = "" if isinstance(error, SystemExit) else str(error)
