@@ -219,9 +219,10 @@ def _text(value: Any) -> str:
     return text[:1000].encode("utf-8", "replace").decode("utf-8")
 
 
-def components(group: h5py.Group) -> tuple[str, ...]:
-    """Directions of the outputs of a case: about the engine's axis, or x, y, z without a ring."""
-    return COMPONENTS if group["system"].attrs["sectors"] > 1 else CARTESIAN
+def components(case: h5py.Group) -> tuple[str, ...]:
+    """Directions of a case's outputs: about the engine's axis, or x, y, z of a scene without."""
+    monitored = str(case.attrs["monitor"]).rpartition(", ")[2]
+    return COMPONENTS if monitored in COMPONENTS else CARTESIAN
 
 
 def place_of(case: h5py.Group) -> tuple[int, int]:
