@@ -4,6 +4,7 @@ from vanelock.common import lazy
 
 _modules = {
     "Audit": "verification.audit",
+    "Contact": ".rom.joining.coordinates",
     "Contacts": ".rom.system",
     "Diameter": ".rom.system",
     "Force": ".rom.system",

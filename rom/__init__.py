@@ -4,6 +4,7 @@ from vanelock.common import lazy
 
 _modules = {
     "Component": "component",
+    "Contact": "joining.coordinates",
     "Excitation": "joining.vane_and_casing",
     "Joint": "joining.pairs",
     "Recovery": "full_fields.recover",

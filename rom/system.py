@@ -10,26 +10,27 @@ displacement (normal, closing positive, and two tangential) of every contact.
 """
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, Self, TypeAlias
+from typing import TYPE_CHECKING, Any, Self, TypeAlias
 
 import h5py
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from vanelock.common.arrays import as_whole, hold_arrays
 from vanelock.common.cyclic import phase_factor
 from vanelock.common.errors import InputError
-from vanelock.common.product import Product, Summarised, packed
+from vanelock.common.product import Product, Summarised
+
+if TYPE_CHECKING:
+    from vanelock.rom.joining.coordinates import Contact, Place
 
 Matrix: TypeAlias = NDArray[Any]
 """Real where the physics is, at the nodal diameters 0 and N/2, and complex elsewhere."""
 
 MARGIN = 1.05
 """Of a band over the highest frequency of a response, whose neighbouring modes count too."""
-FORMAT = "vanelock-system"
-VERSION = 1
 DAMPING_JOINTS = "open", "stuck"
 
 
@@ -238,6 +239,51 @@ class System(Product):
             if getattr(self, name) is not None:
                 object.__setattr__(self, name, float(getattr(self, name)))
 
+    @classmethod
+    def from_matrices(
+        cls,
+        M: ArrayLike,
+        K: ArrayLike,
+        contacts: "Sequence[Contact]" = (),
+        *,
+        C: ArrayLike | None = None,
+        damping_ratio: float | None = None,
+        force: Mapping[int, complex] | ArrayLike | None = None,
+        static_force: Mapping[int, float] | ArrayLike | None = None,
+        outputs: "Mapping[str, Place] | None" = None,
+    ) -> "System":
+        """A structure without symmetry by its matrices, with contacts between its coordinates.
+
+        Parameters
+        ----------
+        M, K : (n, n) array_like or sparse
+            Symmetric mass and stiffness without the contacts, kg and N/m. Every coordinate needs a
+            mass; coordinates are counted from 0.
+        contacts : sequence of Contact
+            What slips, sticks or opens.
+        C : (n, n) array_like or sparse, optional
+            Symmetric viscous damping, N s/m.
+        damping_ratio : float, optional
+            ζ of every mode of M and K, contacts aside; beside C where both are given.
+        force : dict of int to complex, or (n,) array_like, optional
+            Amplitudes by coordinate, N: the real part of force e^{iωt} acts.
+        static_force : dict of int to float, or (n,) array_like, optional
+            Constant forces by coordinate, N.
+        outputs : dict of str to place, optional
+            Displacements that are answers, places as in `Contact`; by default every coordinate, as
+            "x0", "x1", ... Each is the first of an output's three directions:
+            `response.amplitude[:, 0, 0]` is that of the first output.
+
+        Raises
+        ------
+        InputError
+            One line: a shape, an unsymmetric matrix, a mass that is not positive, a coordinate that
+            does not exist, or a contact that lacks what it needs.
+        """
+        from vanelock.rom.joining.coordinates import assembled
+
+        return assembled(M, K, contacts, C, damping_ratio, force, static_force, outputs)
+
     @property
     def opens_in_damping(self) -> NDArray[np.bool_]:
         """(c,) contacts that are open in the modes that the damping ratio is of."""
@@ -275,104 +321,15 @@ class System(Product):
         return rows
 
     def _write(self, group: h5py.Group) -> None:
-        group.attrs["format"] = FORMAT
-        group.attrs["version"] = VERSION
-        group.attrs["sectors"] = self.sectors
-        group.attrs["engine_order"] = self.engine_order
-        units = {"K": "N/m", "M": "kg", "C": "N s/m"}
-        for k, matrices in self.diameters.items():
-            inner = group.create_group(f"nd/{k}")
-            for name in ("K", "M", "C", "own", "next", "output"):
-                value = getattr(matrices, name)
-                if value is not None:
-                    dataset = inner.create_dataset(name, data=value, **packed(value))
-                    dataset.attrs["unit"] = units.get(name, "1")
-        contact = group.create_group("contact")
-        units = {"kn": "N/m", "kt": "N/m", "mu": "1", "v0": "m"}
-        if self.contacts.slider.any():
-            units["slider"] = "m"
-        for name, unit in units.items():
-            contact.create_dataset(name, data=getattr(self.contacts, name)).attrs["unit"] = unit
-        text = h5py.string_dtype()
-        if self.contacts.joint:
-            contact.create_dataset("joint", data=list(self.contacts.joint), dtype=text)
-        if self.contacts.always_closed:
-            closed = list(self.contacts.always_closed)
-            contact.create_dataset("always_closed", data=closed, dtype=text)
-        for h, force in self.force.items():
-            dataset = group.create_dataset(f"force/{h}", data=force.vector)
-            dataset.attrs["unit"] = "N" if force.omega_power == 0 else "N s^2"
-            dataset.attrs["omega_power"] = force.omega_power
-        if self.output_names:
-            group.create_dataset("output/name", data=list(self.output_names), dtype=text)
-        if self.damping_ratio is not None:
-            group.create_dataset("damping/ratio", data=self.damping_ratio)
-            group["damping"].attrs["joints"] = self.damping_joints
-        if self.band is not None:
-            group.create_dataset("band", data=self.band).attrs["unit"] = "Hz"
+        from vanelock.rom.system_file import write_system
+
+        write_system(self, group)
 
     @classmethod
     def _read(cls, group: h5py.Group) -> Self:
-        from vanelock.rom.consistency import check
+        from vanelock.rom.system_file import read_system
 
-        where = group.file.filename
-        if group.attrs.get("format") != FORMAT:
-            inner = group.get("system")
-            held = isinstance(inner, h5py.Group) and inner.attrs.get("format") == FORMAT
-            hint = "; a results file holds it in its group /system" if held else ""
-            raise InputError(f"{where}: expected the format {FORMAT!r} in its attributes{hint}")
-        version = int(group.attrs.get("version", 0))
-        if version != VERSION:
-            raise InputError(f"{where}: format version {version}, this program reads {VERSION}")
-
-        def optional(inner: h5py.Group, name: str) -> NDArray[np.complex128] | None:
-            return inner[name][()] if name in inner else None
-
-        diameters = {
-            int(k): Diameter(
-                K=inner["K"][()],
-                M=inner["M"][()],
-                own=inner["own"][()],
-                next=optional(inner, "next"),
-                output=optional(inner, "output"),
-                C=optional(inner, "C"),
-            )
-            for k, inner in group["nd"].items()
-        }
-        contact = group["contact"]
-
-        def names(name: str) -> tuple[str, ...]:
-            return tuple(contact[name].asstr()[()]) if name in contact else ()
-
-        kt = np.asarray(contact["kt"][()], float)
-        contacts = Contacts(
-            kn=np.asarray(contact["kn"][()], float),
-            kt=np.column_stack([kt, kt]) if kt.ndim == 1 else kt,
-            mu=np.asarray(contact["mu"][()], float),
-            v0=np.asarray(contact["v0"][()], float),
-            joint=names("joint"),
-            always_closed=names("always_closed"),
-            slider=contact["slider"][()] if "slider" in contact else np.zeros((0, 2)),
-        )
-        force = {
-            int(h): Force(dataset[()], int(dataset.attrs.get("omega_power", 0)))
-            for h, dataset in group.get("force", {}).items()
-        }
-        damping = group.get("damping")
-        joints = "stuck" if damping is None else damping.attrs.get("joints", "stuck")
-        system = cls(
-            sectors=int(group.attrs["sectors"]),
-            engine_order=int(group.attrs["engine_order"]),
-            diameters=diameters,
-            contacts=contacts,
-            force=force,
-            output_names=tuple(group["output/name"].asstr()[()]) if "output" in group else (),
-            damping_ratio=None if damping is None else float(damping["ratio"][()]),
-            damping_joints=str(joints),
-            band=float(group["band"][()]) if "band" in group else None,
-        )
-        check(system, where)
-        return system
+        return read_system(cls, group)
 
 
 def _by_number(system: System, name: str, wanted: type) -> dict[int, Any]:

@@ -11,6 +11,7 @@ import meshio
 import numpy as np
 import pytest
 
+from tests.mesh.files.archives import degenerated
 from vanelock import fem, mesh, rom
 from vanelock.mesh import Part
 from vanelock.mesh.gmsh_session import session
@@ -288,6 +289,14 @@ def _write_vtu(path, part, seed=5):
     return {}
 
 
+def _write_cdb(path, part, seed=6):
+    given = _shuffled(part, seed)
+    degenerated(
+        path, replace(part, points=1e-3 * given.points, cells=given.cells, node_sets=given.sets)
+    )
+    return {}
+
+
 @pytest.fixture(scope="session")
 def write_mesh() -> Callable[..., dict[str, str]]:
     """Function that writes a part to a file, in mm and shuffled, and tells its sets' names.
@@ -300,6 +309,7 @@ def write_mesh() -> Callable[..., dict[str, str]]:
         ".gmsh.msh": _write_gmsh,
         ".msh": _write_msh,
         ".vtu": _write_vtu,
+        ".cdb": _write_cdb,
     }
 
     def write(path, part, **options):

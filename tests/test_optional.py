@@ -9,7 +9,16 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).resolve().parent.parent
-OPTIONAL = ("sksparse", "pypardiso", "ansys", "distributed", "dask")
+OPTIONAL = (
+    "sksparse",
+    "pypardiso",
+    "ansys",
+    "distributed",
+    "dask",
+    "pandas",
+    "xarray",
+    "pyuff",
+)
 
 HIDING = """
 import sys
@@ -46,7 +55,8 @@ def test_every_optional_library_is_blocked_here() -> None:
     """The list above is that of pyproject's extras which the program itself uses."""
     with open(ROOT / "pyproject.toml", "rb") as file:
         extras = set(tomllib.load(file)["project"]["optional-dependencies"])
-    assert extras - {"test", "docs", "mutants"} == {"cholmod", "pardiso", "ansys", "cluster"}
+    own = {"cholmod", "pardiso", "ansys", "cluster", "frames", "uff"}
+    assert extras - {"test", "docs", "mutants"} == own
 
 
 def test_a_cluster_without_dask(bare: dict[str, str], tmp_path: Path) -> None:
@@ -73,6 +83,38 @@ def test_a_full_file_without_its_reader(bare: dict[str, str], tmp_path: Path) ->
     (line,) = done.stdout.splitlines()
     assert line.startswith("a.full: ")
     assert "pip install 'vanelock[ansys]'" in line
+
+
+NEEDING = {
+    "pandas": "from vanelock.results.reading.frames import frame\nframe(Table('', (), []), {})",
+    "xarray": "from vanelock.results.reading.frames import dataset\ndataset({}, [], [], {})",
+    "pyuff": "from vanelock.input.measured.universal import read_universal\n"
+    "read_universal(Path('a.uff'), 1, None, None, None)",
+    "ansys-mapdl-reader": "from vanelock.mesh import read_mesh\nread_mesh('a.cdb')",
+}
+"""What needs a library."""
+
+
+@pytest.mark.parametrize(
+    ("name", "extra"),
+    [("pandas", "frames"), ("xarray", "frames"), ("pyuff", "uff"), ("ansys-mapdl-reader", "ansys")],
+)
+def test_one_line_says_what_to_install(
+    bare: dict[str, str], tmp_path: Path, name: str, extra: str
+) -> None:
+    for file in ("a.uff", "a.cdb"):
+        (tmp_path / file).write_bytes(bytes(1000))
+    code = (
+        "from pathlib import Path\n"
+        "from vanelock.common.errors import InputError\n"
+        "from vanelock.common.tables import Table\n"
+        f"try: exec({NEEDING[name]!r})\n"
+        "except InputError as error: print(error)"
+    )
+    done = told(bare, tmp_path, "-c", code)
+    assert done.stderr == ""
+    (line,) = done.stdout.splitlines()
+    assert line.endswith(f": needs {name}: pip install 'vanelock[{extra}]'")
 
 
 def test_superlu_takes_the_place_of_other_solvers(bare: dict[str, str], tmp_path: Path) -> None:

@@ -20,6 +20,7 @@ from typer._completion_shared import get_completion_script
 import vanelock
 from vanelock.commands.guidance import FIRST_STUDY, add_guidance, setting_keys, study_files
 from vanelock.common.errors import InputError, cut_short, first_mistakes, printable
+from vanelock.common.files.files import default_folder
 from vanelock.common.process import signals, streams
 from vanelock.common.process.memory import is_shortage, refusal, require_least
 
@@ -160,20 +161,15 @@ def run(
 
     Exit status 1 if some cases of a sweep could not be computed; they are listed.
     """
-    from vanelock.common.toml import toml_tables
-    from vanelock.input.read_scene import load_scene
-    from vanelock.input.read_study import is_scene, load_study, read_text
+    from vanelock.input.read_scene import load_given
+    from vanelock.input.read_study import read_text
     from vanelock.input.schema.scene import Scene
-    from vanelock.input.schema.study import Study
     from vanelock.pipeline.executor.processes import cores
     from vanelock.pipeline.progress import Counter, choose_listener
 
-    folder, text = output or Path("runs") / study.stem, read_text(study)
+    folder, text = output or default_folder(study), read_text(study)
     computing = workers or cores(), scheduler, insecure_scheduler
-    if is_scene(toml_tables(text, str(study))):
-        loaded: Scene | Study = load_scene(study, allow_outside)
-    else:
-        loaded = load_study(study, allow_outside)
+    loaded = load_given(study, allow_outside)
     # What a mistake in the file need not wait for.
     from vanelock.commands.run.study import run_study
 
@@ -203,7 +199,7 @@ def mesh(
     from vanelock.pipeline.progress import choose_listener
 
     loaded = load_study(study, allow_outside)
-    folder = output or Path("runs") / study.stem
+    folder = output or default_folder(study)
     with _going_on_later(folder), choose_listener(quiet, as_json) as listener:
         mesh_study(loaded, folder, listener)
 
@@ -232,7 +228,7 @@ def converge(
     from vanelock.pipeline.progress import choose_listener
 
     loaded = load_study(study, allow_outside)
-    folder = output or Path("runs") / study.stem
+    folder = output or default_folder(study)
     with _going_on_later(folder), choose_listener(quiet, as_json) as listener:
         converge_study(
             loaded, folder, listener, setting or (), **({} if dofs is None else {"dofs": dofs})
@@ -278,7 +274,7 @@ def fit(
     from vanelock.pipeline.progress import choose_listener
 
     loaded = load_study(study, allow_outside)
-    folder = output or Path("runs") / study.stem
+    folder = output or default_folder(study)
     with _going_on_later(folder), choose_listener(quiet, as_json) as listener:
         fit_study(loaded, folder, listener, read_text(study), study.parent)
 

@@ -13,7 +13,7 @@ from pathlib import Path
 import h5py
 
 from vanelock import load_study, parse_study
-from vanelock.commands.run.cases import Run
+from vanelock.commands.run.cases import OngoingRun
 from vanelock.common.errors import InputError
 from vanelock.input.cases.sweep import cases
 from vanelock.pipeline.cache import Cache
@@ -98,7 +98,7 @@ def main() -> None:
         shutil.copytree(own, folder / "cache")
         stages = Stages(Cache(folder / "cache", print), silent)
         began = time.process_time()
-        run = Run(study, folder, silent, stages)
+        run = OngoingRun(study, folder, silent, stages)
         run.record.provenance(study, "")
         run.all_cases()
         run.record.complete(stages.done)

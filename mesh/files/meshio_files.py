@@ -4,25 +4,20 @@ Of the many formats that meshio knows, these are tested here. They are read in a
 small file can stand for a huge one, and a damaged one be read without end.
 """
 
-import contextlib
-import io
-import warnings
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from vanelock.common.errors import InputError, raised
-from vanelock.common.files.limited import Fallen, limited
+from vanelock.common.errors import InputError
+from vanelock.common.files.limited import by_library
 from vanelock.mesh.files.gmsh_numbers import node_numbers
 from vanelock.mesh.files.raw import Array, CellBlock, Integers, RawMesh, distinct
 
 _FROM_ZERO = (".vtk", ".vtu")  # number their nodes from 0
 FORMATS = {".msh": "gmsh", ".vtu": "vtu", ".vtk": "vtk"}
 """What meshio calls each ending."""
-SECONDS, MEMORY = 10, 300_000_000
-"""What reading a small file may take; each 2 MB more add a second, and each byte EACH bytes."""
-EACH = 20
 
 
 def read_exchange(source: str, path: Path) -> RawMesh:
@@ -36,8 +31,11 @@ def read_exchange(source: str, path: Path) -> RawMesh:
     InputError
         If the format is unknown or the file malformed.
     """
-    _refuse_unreadable(source, path)
-    mesh = _loaded(source, path)
+    import meshio
+
+    kind = FORMATS[path.suffix.lower()]
+    read = partial(meshio.read, path, file_format=kind)
+    mesh = by_library(read, source, path.stat().st_size, "a mesh")
     points = np.asarray(mesh.points, float)
     if points.ndim != 2 or points.shape[1] != 3:
         raise InputError(f"{source}: its nodes do not have three coordinates")
@@ -55,47 +53,6 @@ def read_exchange(source: str, path: Path) -> RawMesh:
         if not str(name).startswith("gmsh:"):
             _add_field(raw, str(name), np.asarray(values))
     return raw
-
-
-def _refuse_unreadable(source: str, path: Path) -> None:
-    """Let a child read the file, and say what it read or that it crashed."""
-    import meshio  # here, so that the child need not
-
-    def trouble() -> str:
-        return "".join(raised(lambda: _loaded(source, path))) or "fine"
-
-    assert meshio
-    size = path.stat().st_size
-    try:
-        trouble_found = limited(trouble, SECONDS + size // 2_000_000, MEMORY + EACH * size)
-    except Fallen as fallen:
-        trouble_found = f"{source}: not a mesh that can be read: {fallen}"
-    if trouble_found != "fine":
-        raise InputError(trouble_found)
-
-
-def _loaded(source: str, path: Path) -> Any:
-    """A mesh by meshio, which fails with any exception, or ends the program and prints why."""
-    import meshio
-
-    printed = io.StringIO()
-    try:
-        with (
-            contextlib.redirect_stdout(printed),
-            contextlib.redirect_stderr(printed),
-            warnings.catch_warnings(),
-        ):
-            warnings.simplefilter("ignore")
-            # numpy's way to say that numbers were expected and something else was found
-            warnings.filterwarnings("error", message="string or file could not be read")
-            return meshio.read(path, file_format=FORMATS[path.suffix.lower()])
-    except MemoryError:
-        raise
-    except (Exception, SystemExit) as error:
-        reason = "" if isinstance(error, SystemExit) else str(error)
-        lines = [line for line in (reason or printed.getvalue()).splitlines() if line.strip()]
-        said = "".join(c if c.isprintable() else "?" for c in (lines or [type(error).__name__])[0])
-        raise InputError(f"{source}: not a mesh that can be read: {said.strip()[:160]}") from None
 
 
 def _add_cells(raw: RawMesh, mesh: Any) -> None:

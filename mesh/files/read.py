@@ -5,6 +5,7 @@ from pathlib import Path
 
 from vanelock.common.errors import InputError
 from vanelock.common.quantities import si
+from vanelock.mesh.files.ansys_archive import ARCHIVE, read_archive
 from vanelock.mesh.files.decks.abaqus import read_abaqus
 from vanelock.mesh.files.decks.nastran import read_nastran
 from vanelock.mesh.files.file_mesh import FileMesh
@@ -28,8 +29,8 @@ def read_mesh(path: str | os.PathLike[str], unit: str = "m") -> FileMesh:
     Parameters
     ----------
     path : path
-        Abaqus or CalculiX deck (.inp), Nastran bulk data (.bdf, .nas, .dat, .fem), Gmsh (.msh) or
-        VTK (.vtu, .vtk).
+        Abaqus or CalculiX deck (.inp), Nastran bulk data (.bdf, .nas, .dat, .fem), Ansys archive
+        (.cdb), Gmsh (.msh) or VTK (.vtu, .vtk).
     unit : str
         Of its coordinates, such as "mm".
 
@@ -55,8 +56,10 @@ def read_mesh(path: str | os.PathLike[str], unit: str = "m") -> FileMesh:
         ending = path.suffix.lower()
         deck = DECKS.get(ending)
         if deck is None:
+            if ending == ARCHIVE:
+                return solid_mesh(read_archive(source, path), factor)
             if ending not in FORMATS:
-                allowed = ", ".join((*DECKS, *FORMATS))
+                allowed = ", ".join((*DECKS, ARCHIVE, *FORMATS))
                 raise InputError(f"{source}: no mesh format that is read; allowed are {allowed}")
             return solid_mesh(read_exchange(source, path), factor)
         text = path.read_bytes().decode("utf-8", "replace")

@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 
 from vanelock.common.errors import InputError
 from vanelock.nonlinear.balance.stuck_modes import StuckModes, stuck_modes
-from vanelock.rom.consistency import ROUND_OFF, check, check_ring
+from vanelock.rom.joining.consistency import ROUND_OFF, check, check_ring
 from vanelock.rom.system import Diameter, System
 
 Array = NDArray[Any]

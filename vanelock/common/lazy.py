@@ -1,4 +1,4 @@
-"""Names of a package that are imported when they are first used.
+"""Names of a package, and optional libraries, that are imported when they are first used.
 
 `import vanelock.nonlinear` must load neither gmsh nor scikit-fem nor VTK, and each stage's
 package offers names from modules that need them. Every stage's `__init__` therefore lists its
@@ -8,6 +8,8 @@ names and where they live, and imports a module only when one of its names is as
 from collections.abc import Callable, Mapping
 from importlib import import_module
 from typing import Any
+
+from vanelock.common.errors import InputError
 
 
 def attributes(
@@ -36,3 +38,29 @@ def attributes(
         return sorted(modules)
 
     return __getattr__, __dir__
+
+
+def library(name: str, extra: str, who: str, called: str = "") -> Any:
+    """An optional library.
+
+    Parameters
+    ----------
+    name : str
+        Of its module.
+    extra : str
+        Of ours that brings it.
+    who : str
+        What needs it, in messages.
+    called : str
+        What people call it, where that is not the module's name.
+
+    Raises
+    ------
+    InputError
+        If it is not installed: one line with the command that installs it.
+    """
+    try:
+        return import_module(name)
+    except ImportError:
+        needed = called or name
+        raise InputError(f"{who}: needs {needed}: pip install 'vanelock[{extra}]'") from None

@@ -1,4 +1,4 @@
-"""Read a scene file: TOML, then the schema; every mistake is one clear line."""
+"""Read a scene file, or a file of either kind: every mistake is one clear line."""
 
 import os
 from pathlib import Path
@@ -8,13 +8,26 @@ from vanelock.common.errors import InputError
 from vanelock.common.files.files import beside
 from vanelock.common.toml import toml_tables
 from vanelock.fem.matrix_files.readers.hdf5 import split_path
-from vanelock.input.read_study import case_mistakes, checked, read_text
+from vanelock.input.cases.values import Given
+from vanelock.input.read_study import case_mistakes, checked, is_scene, load_study, read_text
 from vanelock.input.schema.scene import FILES, Scene
 
 ND = "{nd}"
 """Stands for the nodal diameter in the name of a file."""
 MOST_ND = 1000
 """Nodal diameters below this are looked for."""
+
+
+def load_given(path: str | os.PathLike[str], outside: bool = False) -> Given:
+    """Read and check a study or a scene file, whichever it is.
+
+    Raises
+    ------
+    InputError
+        As `load_study` and `load_scene` do.
+    """
+    scene = is_scene(toml_tables(read_text(Path(path)), str(path)))
+    return load_scene(path, outside) if scene else load_study(path, outside)
 
 
 def load_scene(path: str | os.PathLike[str], outside: bool = False) -> Scene:

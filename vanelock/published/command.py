@@ -7,7 +7,7 @@ from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
-from vanelock.commands.run.cases import Run
+from vanelock.commands.run.cases import OngoingRun
 from vanelock.common.errors import InputError
 from vanelock.common.files.digests import file_digest
 from vanelock.input.schema.comparison import CampbellKeys
@@ -84,7 +84,7 @@ def run_campaign(
             workers, scheduler, listener, path / "cache", insecure=insecure
         )  # refused before the long stages
         plan = plan_of(study, stages)
-        run = Run(study, path, listener, stages, ordered(plan), executor)
+        run = OngoingRun(study, path, listener, stages, ordered(plan), executor)
         run.record.provenance(study, text)
         maps = maps_of(run, plan)
         with run.background(maps.jobs(cache)):
@@ -126,7 +126,7 @@ def run_campaign(
     return stated
 
 
-def _record(run: Run, found: Evidence) -> None:
+def _record(run: OngoingRun, found: Evidence) -> None:
     """Maps and ridges into the results file."""
     with run.record.together():
         for name, plane in found.planes.items():
@@ -138,7 +138,7 @@ def _record(run: Run, found: Evidence) -> None:
 
 
 def _draw(
-    run: Run,
+    run: OngoingRun,
     plan: Plan,
     found: Evidence,
     stated: tuple[Statement, ...],

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from vanelock.commands.run.cases import Run
+from vanelock.commands.run.cases import OngoingRun
 from vanelock.input.cases.sweep import Case
 from vanelock.input.cases.values import with_values
 from vanelock.input.schema.study import Study
@@ -47,7 +47,7 @@ def ordered(plan: Plan) -> list[Case]:
     return [plan.cases[first], *(case for name, case in plan.cases.items() if name != first)]
 
 
-def maps_of(run: Run, plan: Plan) -> Maps:
+def maps_of(run: OngoingRun, plan: Plan) -> Maps:
     """The campaign's maps, around its reference."""
     ((reference, scene),) = [
         (each, work)
@@ -60,7 +60,7 @@ def maps_of(run: Run, plan: Plan) -> Maps:
     return planned_maps(scene, shown, system.output_names[shown.node], vane.band)
 
 
-def evidence(run: Run, plan: Plan, summaries: Sequence[Summary], maps: Maps) -> Evidence:
+def evidence(run: OngoingRun, plan: Plan, summaries: Sequence[Summary], maps: Maps) -> Evidence:
     """Everything that the statements are judged by; `run` has all cases."""
     by_name = {each.case.name: each for each in run.planned}
     reference = by_name[case_of(plan)]
@@ -116,7 +116,7 @@ def _stuck(stages: Stages, each: Planned, output: tuple[int, int]) -> Mapping[st
 
 
 def _at_mean(
-    run: Run,
+    run: OngoingRun,
     plan: Plan,
     by_name: Mapping[str, Planned],
     tops: Mapping[str, Response],
@@ -139,7 +139,7 @@ def _conditions(base: Study) -> tuple[PrescribedLoop, ...]:
     return conditions(joint.kn, joint.kt, joint.mu, abs(joint.interference) or 1e-6)
 
 
-def _plane(run: Run, wanted: PeakMap, keep: Sequence[Step[Any]]) -> Plane:
+def _plane(run: OngoingRun, wanted: PeakMap, keep: Sequence[Step[Any]]) -> Plane:
     """A plane; its stuck modes are large, and dropped from memory."""
 
     def progress(done: int, total: int, peak: float) -> None:

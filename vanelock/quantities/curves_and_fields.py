@@ -12,7 +12,7 @@ from vanelock import fem, rom
 from vanelock.common.files.csv_table import write_columns
 from vanelock.common.process.memory import latest
 from vanelock.input.cases.values import Given
-from vanelock.input.measured import Measured
+from vanelock.input.measured.curve import Measured
 from vanelock.input.schema.study import Study
 from vanelock.mesh import Part
 from vanelock.nonlinear import Response

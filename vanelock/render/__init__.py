@@ -38,6 +38,7 @@ _modules = {
     "preload_picture": "plots.preload",
     "response_animation": "shapes.animation",
     "response_curves": "plots.curves",
+    "response_figure": "plots.curves",
     "response_picture": "shapes.shapes",
     "ridge_picture": "maps.ridges",
     "scatter_picture": "plots.scatters",

@@ -5,6 +5,7 @@ Colours are those of Okabe and Ito (2008), which people with any common colour b
 apart; the colour maps are perceptually uniform.
 """
 
+import io
 import os
 from collections.abc import Iterable
 from itertools import cycle
@@ -85,9 +86,19 @@ def applied() -> Any:
     return mpl.rc_context(plain)
 
 
+class HouseFigure(Figure):
+    """A figure that a notebook shows where it is a cell's last value."""
+
+    def _repr_png_(self) -> bytes:
+        written = io.BytesIO()
+        with applied():
+            self.savefig(written, format="png", dpi=DPI / 2)
+        return written.getvalue()
+
+
 def figure(height: float, title: str, subtitle: str = "", width: float = WIDTH) -> Figure:
     """Figure of that size in inches with its title, and room of 0.9 inches for it at the top."""
-    made = Figure(figsize=(width, height), dpi=DPI)
+    made = HouseFigure(figsize=(width, height), dpi=DPI)
     FigureCanvasAgg(made)
     left = 0.35 / width
     texts = [made.text(left, 1 - 0.22 / height, title, fontsize=16, fontweight="bold", va="top")]

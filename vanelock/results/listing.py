@@ -1,33 +1,27 @@
 """Tables of what a run found."""
 
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import replace
-from types import MappingProxyType
 
 import numpy as np
 
-from vanelock.common.tables import Cell, Column, Flag, Table, counted, heads
+from vanelock.common.tables import Cell, Column, Table, counted, heads
 from vanelock.fem.matrix_files.model import GENERALISED
 from vanelock.nonlinear import OPEN, Response
 from vanelock.pipeline.executor.tasks import Failure
 from vanelock.pipeline.progress import Done, kind_of
 from vanelock.quantities import warnings
-from vanelock.quantities.answers import CaseAnswers
-from vanelock.quantities.contacts.energy import EnergyBalance
 from vanelock.render import wave_name
+from vanelock.results.case_table import PEAK, place
 from vanelock.rom import System
 from vanelock.stages.matrices.piece import Piece
 from vanelock.stages.parts.gauges import Strain
 from vanelock.stages.response.limits import SHOWN, Limits
-from vanelock.stages.response.summary import Peak, Summary
+from vanelock.stages.response.summary import Peak
 
-MOST_ROWS = 40
-"""Cases that a table prints."""
 CORRECTED = (
     "mesh correction: subtracted, the estimate of how much the finite meshes raise the frequency; "
     "a quarter of it is its uncertainty"
 )
-PEAK = (Column("peak", "µm", key="peak_um"), Column("at", "Hz", ".6g", "frequency_hz"))
 
 
 def stage_times(done: Collection[Done]) -> Table:
@@ -157,130 +151,12 @@ def linear_table(peaks: Mapping[str, Peak | None], monitor: str, name: str) -> T
     """Linear peaks with contacts free and stuck, one line where the two are the same."""
     columns = (Column("contacts"), *PEAK)
     rows = [
-        (which, *_place(peak))
+        (which, *place(peak))
         for which, peak in peaks.items()
         if which == "free" or peak != peaks["free"]
     ]
     title = f"Linear responses of {monitor}{name and f', {name}'}"
     return Table(title, columns, rows, key="linear")
-
-
-def _place(peak: Peak | None) -> tuple[float | None, float | None]:
-    return (None, None) if peak is None else (peak.amplitude, peak.frequency)
-
-
-def _extremes(cases: Sequence[Summary]) -> list[Summary]:
-    """Cases of the lowest and of the largest peaks, by height."""
-    known = [(c.peak.amplitude, i) for i, c in enumerate(cases) if c.peak is not None]
-    order = [cases[i] for _, i in sorted(known)]
-    half = MOST_ROWS // 2
-    return order if len(order) <= MOST_ROWS else [*order[:half], *order[-half:]]
-
-
-def case_table(
-    cases: Sequence[Summary],
-    monitor: str,
-    answers: Mapping[str, CaseAnswers] = MappingProxyType({}),
-    balances: Mapping[str, EnergyBalance] = MappingProxyType({}),
-) -> Table:
-    """One line for each case; stress and damping of those that they are known of."""
-    columns = (
-        Column("case"),
-        Column("H", key="harmonics", minor=True),
-        Column("μ", form=".3g", key="mu", minor=True),
-        *PEAK,
-        Column("lower bound", "µm", key="lowest_um"),
-        Column(
-            "upper bound",
-            "µm",
-            key="highest_um",
-            note="bounds: of the peak, over the static friction states that are possible at rest",
-        ),
-        Column("stability", key="wave"),
-        Column(
-            "growth per cycle",
-            key="growth",
-            note="growth: of the fastest growing disturbance (Floquet multiplier)",
-        ),
-        Column("relative to free", key="of_free"),
-        Column(
-            "relative to stuck",
-            key="of_stuck",
-            note="relative to free, stuck: over the peak of that linear response",
-        ),
-        Column(
-            "frequency shift",
-            form=".3g",
-            key="x",
-            note="frequency shift: 0 at the free, 1 at the stuck natural frequency",
-        ),
-        Column("damping ratio", "%", key="damping", note="damping ratio: equivalent, by energy"),
-        Column("dissipated", "µJ", key="work_uj", note="dissipated: by friction, per cycle"),
-        Column("slip", "%", ".0f", "slipping_percent"),
-        Column(
-            "open",
-            "%",
-            ".0f",
-            "opening_percent",
-            "slip, open: share of contacts that slip, and separate, in the cycle at the peak",
-        ),
-        Column("vibratory stress", "MPa", key="stress"),
-        Column(
-            "HCF safety factor",
-            key="reserve",
-            note="stress, safety factor (Goodman): at the vane's critical location",
-        ),
-        Column("converged", minor=True),
-        Column("time", "s", ".1f", "seconds", minor=True),
-    )
-    rows: list[tuple[Cell, ...]] = []
-    for c in cases:
-        rest = c.of_free, c.of_stuck, c.position, _damping(c, balances)
-        work = sum(c.work.values()) if c.peak is not None else None
-        found = work, c.slipping, c.opening, *_stress(answers.get(c.case))
-        done = f"{c.converged}/{c.points}", c.seconds
-        first = c.case, c.harmonics, c.mu, *_place(c.peak), *_assessed(c)
-        rows.append((*first, *rest, *found, *done))
-    flags: list[Flag] = ["" if c.converged == c.points else "warn" for c in cases]
-    made = Table(f"Responses of {monitor}", columns, rows, key="cases", flags=flags)
-    asked = "lowest_um", "highest_um", "wave", "growth"
-    return made.without_empty("mu", *asked, "damping", "stress", "reserve")
-
-
-def _assessed(case: Summary) -> tuple[Cell, ...]:
-    """Least and largest peak by static friction, verdict on the wave, and growth in a period."""
-    ends = [None if each is None else each.amplitude for each in (case.lowest, case.highest)]
-    return *ends, *((None, None) if case.wave is None else (case.wave.verdict, case.wave.growth))
-
-
-def response_table(cases: Sequence[Summary], monitor: str, failed: int = 0) -> Table:
-    """The same for a terminal: of many cases the extreme ones, with warnings."""
-    shown = cases if len(cases) <= MOST_ROWS else _extremes(cases)
-    notes = warnings.without_effect([(c.values, c) for c in cases])
-    notes += warnings.by_text({c.case: c for c in cases}, str)
-    if failed:
-        text = f"{failed} of {len(cases) + failed} cases FAILED; the same command tries them again"
-        notes.insert(0, text)
-    notes = [f"warning: {note}" for note in notes]
-    if len(shown) < len(cases):
-        text = f"{len(shown)} of {len(cases)} cases: those of the lowest and the largest peaks"
-        notes = [f"{text}; results.h5 and --json have all", *notes]
-    return replace(case_table(shown, monitor), notes=notes)
-
-
-def _damping(case: Summary, balances: Mapping[str, EnergyBalance]) -> float | None:
-    """Damping ratio by energy; not given at the end of a range, where nothing resonates."""
-    if case.case not in balances or case.peak is None or case.peak.at_edge:
-        return None
-    return balances[case.case].damping_ratio
-
-
-def _stress(found: CaseAnswers | None) -> tuple[float | None, float | None]:
-    """Alternating stress, Pa, and reserve; withheld where the peak may lie beyond the range."""
-    if found is None or found.margins is None:
-        return None, None
-    m = found.margins.governing
-    return m.amplitude, None if found.peak.at_edge else m.reserve
 
 
 def failed_table(failed: Mapping[str, Failure]) -> Table:

@@ -176,7 +176,7 @@ def test_a_small_file_that_stands_for_a_huge_mesh(tmp_path):
 @pytest.mark.parametrize(
     ("name", "content", "told"),
     [
-        ("part.xyz", b"1 2 3", "allowed are .inp, .bdf, .nas, .dat, .fem, .msh, .vtu, .vtk"),
+        ("part.xyz", b"1 2 3", "allowed are .inp, .bdf, .nas, .dat, .fem, .cdb, .msh, .vtu, .vtk"),
         ("part.tec", b"VARIABLES = X\n" * 9, "part.tec: no mesh format that is read; allowed are"),
         ("part.msh", b"(0 grid written by\n(2 3)\n", "not a mesh that can be read"),  # Fluent's
         ("part.vtu", b"<VTKFile", "not a mesh that can be read"),

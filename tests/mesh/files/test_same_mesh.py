@@ -9,7 +9,8 @@ from vanelock.mesh.matching.own_part import own_part
 
 
 @pytest.mark.parametrize(
-    ("vane", "casing"), [(".bdf", ".inp"), (".gmsh.msh", ".bdf"), (".inp", ".msh")]
+    ("vane", "casing"),
+    [(".bdf", ".inp"), (".gmsh.msh", ".bdf"), (".inp", ".msh"), (".cdb", ".cdb")],
 )
 @pytest.mark.slow
 def test_same_frequencies_from_files(tmp_path, coarse, reference, write_mesh, vane, casing):

@@ -14,7 +14,7 @@ from vanelock.nonlinear import (
     static_response,
     time_response,
 )
-from vanelock.rom.consistency import check
+from vanelock.rom.joining.consistency import check
 from vanelock.rom.system import Contacts, Diameter, Force, System
 
 Make = Callable[..., System]

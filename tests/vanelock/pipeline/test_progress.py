@@ -16,7 +16,8 @@ from vanelock.pipeline.progress import (
     Tasks,
     json_lines,
 )
-from vanelock.results.listing import response_table, stage_times
+from vanelock.results.case_table import response_table
+from vanelock.results.listing import stage_times
 from vanelock.stages.plan import plan
 from vanelock.stages.response.limits import Limits
 from vanelock.stages.response.summary import Peak, Summary, peak_of, summarise

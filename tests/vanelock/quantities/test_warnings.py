@@ -22,7 +22,8 @@ from vanelock.nonlinear import (
 )
 from vanelock.pipeline.progress import Event
 from vanelock.quantities import warnings
-from vanelock.results.listing import limits_table, response_table
+from vanelock.results.case_table import response_table
+from vanelock.results.listing import limits_table
 from vanelock.results.page_sections.summary import best_friction
 from vanelock.rom import Contacts, Diameter, Force, System
 from vanelock.stages.assessment.bounds import BoundedPeak

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from vanelock import parse_study, run_study
-from vanelock.commands.run.cases import Run
+from vanelock.commands.run.cases import OngoingRun
 from vanelock.common.tables import Table
 from vanelock.pipeline.progress import Event
 
@@ -48,13 +48,13 @@ def ran(tmp_path_factory):
     heard: list[Event] = []
     kept = []
 
-    class Kept(Run):
+    class Kept(OngoingRun):
         def all_cases(self):
             kept.append(self)
             return super().all_cases()
 
     with pytest.MonkeyPatch.context() as patched:
-        patched.setattr("vanelock.commands.run.study.Run", Kept)
+        patched.setattr("vanelock.commands.run.study.OngoingRun", Kept)
         run_study(parse_study(STUDY), folder, heard.append, STUDY)
     return folder, [event for event in heard if isinstance(event, Table)], kept[0].shown
 

@@ -10,7 +10,7 @@ from tests.vanelock.scenes.conftest import Write, chain, joined
 from vanelock import load_scene, run_scene
 from vanelock.common.cyclic import turn
 from vanelock.common.errors import InputError
-from vanelock.input.measured import load_measured
+from vanelock.input.measured.curve import load_measured
 from vanelock.rom import linear_modes
 
 N, COUNT = 6, 5

@@ -23,7 +23,9 @@ SECONDS, MEMORY = 10, 1_000_000_000
 PATIENCE = 120
 """Seconds after which a command that takes no processor time is taken to hang."""
 LOADED = (
+    "ansys.mapdl.reader",
     "meshio",
+    "pyuff",
     "vanelock.__main__",
     "vanelock.commands.check.scene",
     "vanelock.mesh",

@@ -13,6 +13,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import pyuff
 
 from tests.fem.matrix_files import test_formats
 from tests.fem.matrix_files.conftest import Model
@@ -118,18 +119,39 @@ def studies() -> list[bytes]:
 CSV = b"# rig\nfrequency (Hz), amplitude (um), sigma (um)\n250,1,0.1\n260,5,0.1\n270,2.5,0.1\n"
 
 
+def universal_file(path: Path) -> Path:
+    """Units, and two function records, in text and in binary."""
+    hertz = np.linspace(250, 270, 21)
+    units = {"type": 164, "units_code": 1, "length": 1.0, "force": 1.0, "temp": 1.0}
+    record = {
+        "type": 58, "func_type": 4, "rsp_node": 1, "rsp_dir": 1, "ref_node": 0, "ref_dir": 0,
+        "data": 1e-6 / (1j + hertz - 260), "x": hertz, "abscissa_spacing": 1,
+        "abscissa_spec_data_type": 18, "ordinate_spec_data_type": 8, "orddenom_spec_data_type": 0,
+        "z_axis_spec_data_type": 0, "ordinate_axis_units_lab": "m",
+    }  # fmt: skip
+    file = pyuff.UFF(str(path))
+    for each in ({**units, "temp_offset": 0.0}, {**record, "binary": 0}, {**record, "binary": 1}):
+        file.write_sets([each], "add")
+    return path
+
+
 def test_studies(server, tmp_path, record_property):
     """Study files, and the files of measured curves that they name."""
     tally, seeds = Tally(), studies()
     (tmp_path / "link").symlink_to("/etc")
+    records = universal_file(tmp_path / "rig.uff").read_bytes()
     for i, random in numbered("study"):
-        text, csv = seeds[i % len(seeds)], CSV
+        text, csv, uff = seeds[i % len(seeds)], CSV, records
         if i % 8 == 7:
             text, csv = seeds[2], mutations.mutated(random, csv, mutations.MATRIX)
+        elif i % 8 == 3:
+            text = seeds[2].replace(b'"rig.csv"', b'"rig.uff"\nrecord = %d' % (1 + i // 8 % 2))
+            uff = mutations.mutated(random, uff, mutations.MATRIX)
         else:
             text = mutations.mutated(random, text, mutations.TOML)
         (tmp_path / "study.toml").write_bytes(text)
         (tmp_path / "rig.csv").write_bytes(csv)
+        (tmp_path / "rig.uff").write_bytes(uff)
         checked(server, tally, f"study {i}", tmp_path, "study.toml")
     tally.tell(record_property)
 
@@ -153,7 +175,7 @@ def meshes(tmp_path, lattice, write_mesh):
     return write
 
 
-ENDINGS = [".inp", ".bdf", ".msh", ".gmsh.msh", ".vtu", ".vtk", ".hexa.inp", ".hexa.bdf"]
+ENDINGS = [".inp", ".bdf", ".msh", ".gmsh.msh", ".vtu", ".vtk", ".hexa.inp", ".hexa.bdf", ".cdb"]
 
 
 def test_meshes(server, tmp_path, meshes, record_property):

@@ -9,7 +9,6 @@ from typing import Any, TypeVar
 
 import h5py
 
-from vanelock.commands.compare.load import load_file
 from vanelock.commands.fit.parameters import fitted_parameters
 from vanelock.common.checked import NotKnown
 from vanelock.common.errors import InputError, raised
@@ -17,7 +16,7 @@ from vanelock.common.files.hdf5 import opened
 from vanelock.common.product import Product
 from vanelock.common.tables import Table, counted, heads
 from vanelock.input.cases.sweep import Case, cases
-from vanelock.input.measured import curve_mistakes, load_measured
+from vanelock.input.measured.curve import curve_mistakes, load_measured
 from vanelock.input.plausible import unusual
 from vanelock.input.read_study import load_study
 from vanelock.input.schema.own_mesh import OwnCasing, OwnVane, refuse_without_areas
@@ -28,6 +27,7 @@ from vanelock.pipeline.cache import Cache, Entry
 from vanelock.pipeline.progress import silent
 from vanelock.pipeline.step import Stages
 from vanelock.results.files import results_file
+from vanelock.results.reading.contents import load_file
 from vanelock.rom import Component
 from vanelock.stages.accuracy.budget import SOURCES, pins
 from vanelock.stages.accuracy.cost_estimate import estimated
@@ -209,12 +209,11 @@ def _stored(path: Path) -> tuple[list[Row], str]:
     with results_file.open_results(path) as file:
         loaded = load_file(path, path.parent.name, file)
         products = list(_products(file))
-        failed = _failed(file)
     rows = [
         ("complete", "yes" if loaded.complete else "NO: the run was stopped or is under way"),
         ("date", loaded.date),
         ("cases", f"{len(loaded.cases):,}"),
-        ("failed", failed),
+        ("failed", _failed(list(loaded.failed))),
         ("monitor", loaded.monitor or "-"),
         *((what, f"{size:,}") for what, size in loaded.sizes.items()),
         ("read", ", ".join(counted(products.count(n), n) for n in KINDS if n in products) or "-"),
@@ -222,10 +221,8 @@ def _stored(path: Path) -> tuple[list[Row], str]:
     return rows, f"{path}: results of a run"
 
 
-def _failed(file: h5py.File) -> str:
+def _failed(names: list[str]) -> str:
     """How many cases could not be computed, and the first of them."""
-    group = file.get("failed")
-    names = list(group) if isinstance(group, h5py.Group) else []
     if not names:
         return "0"
     listed = ", ".join(name[:60] for name in names[:LISTED])

@@ -4,12 +4,12 @@ import os
 from pathlib import Path
 
 from vanelock.commands.compare.comparison import Comparison, compared, tables
-from vanelock.commands.compare.load import load_run
 from vanelock.commands.compare.page import compare_page
 from vanelock.common.errors import InputError
 from vanelock.common.files.csv_table import write_columns
 from vanelock.pipeline.progress import Listener, Notice, silent
 from vanelock.report import write_page
+from vanelock.results.reading.contents import load_run
 
 PAGE, TABLE = "compare.html", "compare.csv"
 

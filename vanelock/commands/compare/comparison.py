@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from vanelock.commands.compare.load import CaseFound, Loaded
 from vanelock.common.tables import Cell, Column, Table, counted
 from vanelock.input.settings import as_text, described, flattened, same
+from vanelock.results.reading.contents import CaseFound, Loaded
 
 QUANTITIES = (
     Column("peak", "µm", ".4g", "peak_amplitude"),

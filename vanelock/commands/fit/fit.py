@@ -22,7 +22,8 @@ from vanelock.common.files.csv_table import write_columns
 from vanelock.common.toml import toml_tables
 from vanelock.input.cases.sweep import cases
 from vanelock.input.cases.values import with_values
-from vanelock.input.measured import DISPLACEMENT, Measured, load_measured
+from vanelock.input.measured.curve import Measured, load_measured
+from vanelock.input.measured.units import DISPLACEMENT
 from vanelock.input.rewrite import rewritten
 from vanelock.input.schema.study import Study
 from vanelock.pipeline.cache import Cache

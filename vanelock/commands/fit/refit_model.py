@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 
 from vanelock import nonlinear, rom
 from vanelock.input.cases.values import value_at, with_values
-from vanelock.input.measured import DISPLACEMENT, Measured
+from vanelock.input.measured.curve import Measured
+from vanelock.input.measured.units import DISPLACEMENT
 from vanelock.input.schema.study import Study
 from vanelock.nonlinear import Response, System
 from vanelock.rom import Component, MeshExcess

@@ -10,7 +10,7 @@ from vanelock.commands.run.doubts import doubts, opening
 from vanelock.common.errors import InputError
 from vanelock.input.cases.sweep import Case, cases
 from vanelock.input.cases.values import Given
-from vanelock.input.measured import load_measured
+from vanelock.input.measured.curve import load_measured
 from vanelock.input.plausible import unusual
 from vanelock.input.schema.own_mesh import OwnVane, refuse_without_areas
 from vanelock.input.schema.study import Study
@@ -34,6 +34,7 @@ from vanelock.quantities.scatter import (
 from vanelock.report import Picture
 from vanelock.results import listing
 from vanelock.results.assessment import bounds_table, stability_table
+from vanelock.results.case_table import response_table
 from vanelock.results.figures.campbell import crossings_table
 from vanelock.results.figures.pictures import Pictures, Shown
 from vanelock.results.files import results_file
@@ -69,7 +70,7 @@ MOST_TABLES = 8
 """
 
 
-class Run:
+class OngoingRun:
     """A run under way.
 
     Parameters
@@ -180,7 +181,7 @@ class Run:
         """What failed, and the responses: the last tables, since they are what was asked for."""
         if self.failed:
             self.listener(listing.failed_table(self.failed))
-        self.listener(listing.response_table(found, self.shown.monitor.name, len(self.failed)))
+        self.listener(response_table(found, self.shown.monitor.name, len(self.failed)))
 
     def _each(self, compute: Callable[[Planned], C], show: Callable[[Planned, C], R]) -> list[R]:
         """Compute something of each case and show it; what cannot be computed is left out."""

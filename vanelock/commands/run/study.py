@@ -5,7 +5,7 @@ import time
 from dataclasses import asdict
 from pathlib import Path
 
-from vanelock.commands.run.cases import Run
+from vanelock.commands.run.cases import OngoingRun
 from vanelock.input.cases.sweep import cases
 from vanelock.input.cases.values import Given
 from vanelock.input.schema.study import Study
@@ -79,7 +79,7 @@ def run_study(
         if needed is not None:
             workers = min(workers, processes(needed.memory, memory))
         executor = chosen_executor(workers, scheduler, listener, path / "cache", insecure)
-        running = Run(given, path, listener, stages, found, executor, memory)
+        running = OngoingRun(given, path, listener, stages, found, executor, memory)
         running.record.provenance(given, text)
         if needed is not None:
             listener(Notice(f"about {', '.join(needed.words().values())}, if nothing is there yet"))

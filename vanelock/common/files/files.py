@@ -110,6 +110,11 @@ def regular(path: str | os.PathLike[str], needed: str) -> int:
     return found.st_size
 
 
+def default_folder(file: Path) -> Path:
+    """Where what a study or a scene gives goes, unless given."""
+    return Path("runs") / file.stem
+
+
 @contextmanager
 def writing(path: str | os.PathLike[str]) -> Iterator[None]:
     """Turn a failure to write (no permission, full disk) into one line about `path`.

@@ -4,16 +4,26 @@ A damaged file makes such a library crash, loop, or ask for any amount of memory
 falls, only the child does.
 """
 
+import contextlib
 import faulthandler
+import io
 import os
 import resource
 import signal
+import warnings
 from collections.abc import Callable
+from typing import TypeVar
 
+from vanelock.common.errors import InputError, printable, raised
 from vanelock.common.process.signals import ENDING
+
+T = TypeVar("T")
 
 FULL = 3
 """Exit status of a child that ran out of memory."""
+SECONDS, MEMORY = 10, 300_000_000
+"""What reading a small file may take; each 2 MB more add a second, and each byte EACH bytes."""
+EACH = 20
 
 
 class Fallen(Exception):
@@ -64,6 +74,64 @@ def limited(work: Callable[[], str], seconds: int, memory: int) -> str:
         raise Fallen("it asks for too much memory")
     slow = os.WIFSIGNALED(status) and os.WTERMSIG(status) in (signal.SIGXCPU, signal.SIGKILL)
     raise Fallen("reading it does not end" if slow else "it makes the library that reads it fail")
+
+
+def by_library(read: Callable[[], T], where: str, size: int, what: str) -> T:
+    """What a library reads from a user's file, in a child first: it may do anything but fail well.
+
+    Parameters
+    ----------
+    read : callable
+        Reads the file; the library is loaded already, so that the child need not.
+    where : str
+        What messages call the file.
+    size : int
+        Its bytes, by which the child's time and memory are bounded.
+    what : str
+        What the file should be, such as "a mesh".
+
+    Raises
+    ------
+    InputError
+        One line: what `read` refuses, what the library says or prints before it ends the program,
+        or that it fell.
+    """
+    printed = io.StringIO()
+
+    def quietly() -> T:
+        try:
+            with (
+                contextlib.redirect_stdout(printed),
+                contextlib.redirect_stderr(printed),
+                warnings.catch_warnings(),
+            ):
+                warnings.simplefilter("ignore")
+                # numpy's way to say that numbers were expected and something else was found
+                warnings.filterwarnings("error", message="string or file could not be read")
+                return read()
+        except (InputError, MemoryError):
+            raise
+        except (Exception, SystemExit) as error:
+            reason = "" if isinstance(error, SystemExit) else str(error)
+            told = [line for line in (reason or printed.getvalue()).splitlines() if line.strip()]
+            said = printable((told or [type(error).__name__])[0]).strip()[:160]
+            raise InputError(f"{where}: not {what} that can be read: {said}") from None
+
+    try:
+        trouble = limited(
+            lambda: "".join(raised(quietly)) or FINE,
+            SECONDS + size // 2_000_000,
+            MEMORY + EACH * size,
+        )
+    except Fallen as fallen:
+        trouble = f"{where}: not {what} that can be read: {fallen}"
+    if trouble != FINE:
+        raise InputError(trouble)
+    return quietly()
+
+
+FINE = "fine"
+"""What a child says of a file that it could read."""
 
 
 def _limit(seconds: int, memory: int) -> None:

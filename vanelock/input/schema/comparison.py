@@ -6,7 +6,7 @@ from typing import Annotated, Any, Literal
 from pydantic import BeforeValidator, Field, ValidationInfo, field_validator
 
 from vanelock.common.checked import Check
-from vanelock.common.quantities import Revolutions, si
+from vanelock.common.quantities import Force, Frequency, Revolutions, si
 from vanelock.input.schema.structure import KeyTable, leaves, sequence
 
 FITTED = (
@@ -27,7 +27,16 @@ FITTED = (
 UNITS = {"kn": "N/m", "kt": "N/m", "interference": "m", "force": "N", "E": "Pa"}
 
 
+def ascending(value: tuple[float, ...] | None) -> tuple[float, ...] | None:
+    """Both ends of a range, refused where the second is not above the first."""
+    if value is not None and value[0] >= value[1]:
+        raise ValueError("must be [low, high] with low < high")
+    return value
+
+
 Speed = Annotated[Revolutions, Field(ge=0, le=1e6, description="rotor speed [rpm]")]
+Hertz = Annotated[Frequency, Field(gt=0, le=1e6, description="frequency [Hz]")]
+Newtons = Annotated[Force, Field(gt=0, le=1e9, description="force [N]")]
 Positive = Annotated[int, Field(ge=1, le=1000, description="engine order")]
 
 
@@ -45,9 +54,7 @@ class CampbellKeys(KeyTable):
     @field_validator("speeds")
     @classmethod
     def _low_high(cls, value: tuple[float, ...] | None) -> tuple[float, ...] | None:
-        if value is not None and value[0] >= value[1]:
-            raise ValueError("must be [low, high] with low < high")
-        return value
+        return ascending(value)
 
     @field_validator("engine_orders")
     @classmethod
@@ -58,15 +65,32 @@ class CampbellKeys(KeyTable):
 
 
 class MeasuredCurve(KeyTable):
-    """A measured response from a CSV file."""
+    """A measured response from a CSV file or a Universal File."""
 
-    file: str = Field(min_length=1, max_length=4096, description="CSV file")
+    file: str = Field(min_length=1, max_length=4096, description="CSV file, or Universal File")
     name: str | None = Field(default=None, min_length=1, max_length=100, description="name")
     engine_order: Positive | None = Field(default=None, description="engine order")
     gauge: int | None = Field(default=None, ge=1, le=100, description="number of the strain gauge")
     direction: Literal["up", "down"] = Field(default="up", description="direction of the sweep")
     load: float = Field(default=1.0, gt=0, le=1e6, description="load over that of the study")
     sigma: float | None = Field(default=None, gt=0, description="standard deviation")
+    range: Annotated[tuple[Hertz, ...], BeforeValidator(sequence)] | None = Field(
+        default=None, min_length=2, max_length=2, description="[low, high] frequency [Hz]"
+    )
+    record: int | None = Field(
+        default=None, ge=1, le=1_000_000, description="number of the record of a Universal File"
+    )
+    unit: str | None = Field(
+        default=None, min_length=1, max_length=40, description="unit of a Universal File's record"
+    )
+    force: Newtons | None = Field(
+        default=None, description="force that a response per force is multiplied by [N]"
+    )
+
+    @field_validator("range")
+    @classmethod
+    def _low_high(cls, value: tuple[float, ...] | None) -> tuple[float, ...] | None:
+        return ascending(value)
 
 
 def curves(value: object) -> object:

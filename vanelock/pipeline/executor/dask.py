@@ -13,6 +13,7 @@ from urllib.parse import urlsplit
 from weakref import WeakSet
 
 from vanelock.common.errors import InputError
+from vanelock.common.lazy import library
 from vanelock.pipeline.executor.tasks import Answer, Failure, Task, Work, Worker, identity, reason
 from vanelock.pipeline.progress import Listener, Notice
 
@@ -48,23 +49,16 @@ class Cluster:
                 "on the way can run programs here: use tls:// (docs/sweeps.md), or allow it with "
                 "--insecure-scheduler"
             )
-        try:
-            import distributed
-        except ImportError:
-            raise InputError(
-                f"--scheduler {address}: needs Dask: pip install 'dask[distributed]'"
-            ) from None
+        distributed = library("distributed", "cluster", f"--scheduler {address}", "Dask")
         self._address, self._listener = address, listener
         self._entries: dict[str, Any] = {}
         self._out: WeakSet[Any] = WeakSet()
         try:
-            client: Any = distributed.Client
-            security: Any = distributed.Security
-            self._client = client(
+            self._client = distributed.Client(
                 address,
                 timeout=PATIENCE,
                 set_as_default=False,
-                security=security(),  # as Dask's configuration says
+                security=distributed.Security(),  # as Dask's configuration says
             )
         except Exception as error:
             raise InputError(f"--scheduler {address}: no answer: {reason(error)}") from None

@@ -39,8 +39,7 @@ _WIDE: Final = 100  # frequencies further apart, highest over lowest, get a loga
 _LISTED: Final = 28  # more lines than that do not fit beside the curves
 
 
-def response_curves(
-    path: style.PathLike,
+def response_figure(
     curves: Sequence[Curve],
     title: str = "Forced response",
     monitor: str = "",
@@ -48,8 +47,8 @@ def response_curves(
     engine_order: int | None = None,
     reference: MarkedPeak | None = None,
     band: Band | None = None,
-) -> Path:
-    """Draw forced response curves with their peaks, and return the path.
+) -> Figure:
+    """Forced response curves with their peaks.
 
     Colours tell the groups apart, line styles the harmonics; thin lines are the linear limits. A
     marker sits at each peak, with its value in the legend. A line is broken where a point did not
@@ -57,8 +56,6 @@ def response_curves(
 
     Parameters
     ----------
-    path : path
-        PNG file to write.
     curves : sequence of Curve
         The cases and limits, in the order of the legend.
     title : str
@@ -77,7 +74,7 @@ def response_curves(
     Raises
     ------
     InputError
-        If there is no curve, its arrays do not fit together, or the file cannot be written.
+        If there is no curve, or its arrays do not fit together.
     """
     if not curves:
         raise InputError("curves: none given: at least one is needed")
@@ -109,7 +106,22 @@ def response_curves(
         if engine_order and reference is None:
             _speed_axis(axes, abs(engine_order))
         _legend(made, handles)
-        return style.write(made, path)
+        made.draw_without_rendering()  # ticks are made by it, and take the style of that moment
+        return made
+
+
+def response_curves(
+    path: style.PathLike, curves: Sequence[Curve], *shown: Any, **options: Any
+) -> Path:
+    """Write the figure of `response_figure`, with its arguments, as PNG, and return the path.
+
+    Raises
+    ------
+    InputError
+        If there is no curve, its arrays do not fit together, or the file cannot be written.
+    """
+    with style.applied():
+        return style.write(response_figure(curves, *shown, **options), path)
 
 
 def _draw(axes: Axes, curve: Curve, look: CurveLook, unit: CurveUnit) -> Line2D:

@@ -13,7 +13,8 @@ from numpy.typing import ArrayLike
 from vanelock import render
 from vanelock.common.tables import Column, Table, heads
 from vanelock.input.cases.names import of_case, slug, words
-from vanelock.input.measured import DISPLACEMENT, Measured
+from vanelock.input.measured.curve import Measured
+from vanelock.input.measured.units import DISPLACEMENT
 from vanelock.quantities.curves_and_fields import RunData
 from vanelock.report import Picture
 from vanelock.stages.campbell.campbell import Campbell, largest

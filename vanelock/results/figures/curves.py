@@ -1,13 +1,13 @@
 """Forced response of all cases in one figure, with its linear limits."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
 
 from vanelock import render
 from vanelock.input.cases.names import merged, words
 from vanelock.input.cases.values import ring_of
-from vanelock.input.measured import DISPLACEMENT
+from vanelock.input.measured.units import DISPLACEMENT
 from vanelock.quantities.curves_and_fields import Drawn, Floats, RunData
 from vanelock.quantities.selection import band, drawn_alone, in_words, named
 from vanelock.report import Picture
@@ -68,8 +68,7 @@ def curves(run_data: RunData) -> Picture:
     given = [each.case.given for each in run_data.planned]
     if getattr(run_data.given, "system", None) is not None:  # one file, one ring
         given = given[:1]
-    orders = {abs(order) for sectors, order in map(ring_of, given) if sectors > 1 and order}
-    order = orders.pop() if len(orders) == 1 else None  # one speed axis, or none
+    order = one_order(order for sectors, order in map(ring_of, given) if sectors > 1)
     title = f"{run_data.given.name}: forced response"
     shade = band(run_data)
     path = run_data.output_files.draw(
@@ -107,6 +106,12 @@ def curves(run_data: RunData) -> Picture:
     return Picture(path, RESPONSE, caption, (data,))
 
 
+def one_order(orders: Iterable[int]) -> int | None:
+    """The engine order of the speed axis, where all cases have the same one."""
+    found = {abs(order) for order in orders if order}
+    return found.pop() if len(found) == 1 else None
+
+
 def told_apart(curves: Sequence[render.Curve]) -> str:
     """What shades and line styles say of bounds and stability, if anything."""
     text = ""
@@ -140,11 +145,18 @@ def called(name: str) -> str:
 
 def linear(run_data: RunData) -> list[render.Curve]:
     """Linear limits, equal ones once."""
-    found: list[tuple[list[str], Limit, Floats, Floats]] = []
     limits = run_data.shown.linear
     if len(limits) > MOST:  # a stiffness is swept: those of the cases that are shown
         own = {each.linear.name for each in named(run_data)}
         limits = {key: curve for key, curve in limits.items() if key[0] in own}
+    return limit_curves(limits)
+
+
+def limit_curves(
+    limits: Mapping[tuple[str, Limit], tuple[Floats, Floats]],
+) -> list[render.Curve]:
+    """Curves of linear limits by name and kind, equal ones once."""
+    found: list[tuple[list[str], Limit, Floats, Floats]] = []
     for (name, which), (f, a) in limits.items():
         for names, other, *curve in found:
             if other == which and _equal(curve[0], f) and _equal(curve[1], a):

@@ -140,6 +140,31 @@ def _linked(group: h5py.Group) -> set[str]:
     return found
 
 
+MOST_NAMED = 20
+"""Cases that a message names."""
+
+
+def response_group(file: h5py.File, case: str) -> h5py.Group:
+    """What an open results file has of a case, or of a linear limit such as "free".
+
+    Raises
+    ------
+    InputError
+        If it has none of that name: the line lists those that it has.
+    """
+    names = list(file.get("response", {}))
+    if case in names:
+        return file["response"][case]
+    failed = file.get("failed", {})
+    if case in list(failed):
+        raise InputError(
+            f"{file.filename}: case {case!r} could not be computed: {failed[case].attrs['reason']}"
+        )
+    some = ", ".join(names[:MOST_NAMED]) or "none yet"
+    more = f" and {len(names) - MOST_NAMED} more" if len(names) > MOST_NAMED else ""
+    raise InputError(f"{file.filename}: no case {case!r} (it has {some}{more})")
+
+
 def load_system(path: str | os.PathLike[str], case: str) -> System:
     """The system of a case of a results file.
 
@@ -149,10 +174,9 @@ def load_system(path: str | os.PathLike[str], case: str) -> System:
         If the file cannot be used or has no such case.
     """
     with open_results(path) as file:
-        group = file.get(f"response/{case}")
-        if group is None:
-            have = ", ".join(file.get("response", {}))
-            raise InputError(f"{path}: no case {case!r} (it has {have})")
+        group = response_group(file, case)
+        if "system" not in group:
+            raise InputError(f"{path}: {case!r} is a linear limit: name a case, which has a system")
         return System.load(group["system"])
 
 

@@ -13,7 +13,7 @@ from vanelock.quantities.answers import CaseAnswers
 from vanelock.quantities.warnings import by_text, without_effect
 from vanelock.report import Answer, Answers, Section, Text
 from vanelock.report.blocks import Block
-from vanelock.results.listing import case_table
+from vanelock.results.case_table import case_row, case_table
 from vanelock.results.page_sections.content import PageContent
 from vanelock.results.page_sections.curves import response_plot
 from vanelock.results.page_sections.fatigue import assumed, judged
@@ -271,8 +271,10 @@ def _failed(content: PageContent) -> list[str]:
 
 def cases(content: PageContent) -> Table:
     """A line for each case, its stress as well where it is known."""
-    found = case_table(
-        content.summaries, content.monitor, content.answers, content.balances
-    ).without(*APART)
+    lines = [
+        case_row(each, content.answers.get(each.case), content.balances.get(each.case))
+        for each in content.summaries
+    ]
+    found = case_table(lines, content.monitor).without(*APART)
     rows = [(fixed(words(str(name))), *rest) for name, *rest in found.rows]
     return replace(found, title=f"All cases at their largest {content.monitor}", rows=rows)

@@ -17,7 +17,7 @@ from vanelock.input.schema.scene import DAMPING, FILES, OPEN, ComponentKeys, Sce
 from vanelock.pipeline.cache import code_of, content_digest
 from vanelock.pipeline.step import Step, step
 from vanelock.rom import System
-from vanelock.rom.consistency import check_ring
+from vanelock.rom.joining.consistency import check_ring
 from vanelock.rom.joining.joined import Joined
 from vanelock.stages.matrices import pieces
 from vanelock.stages.matrices.gather import Gathered, gathered, nodes

@@ -7,12 +7,12 @@ import pytest
 
 from vanelock import compare_runs, parse_study
 from vanelock.commands.compare.comparison import compared, matched, tables
-from vanelock.commands.compare.load import CaseFound, Loaded
 from vanelock.commands.compare.page import compare_page
 from vanelock.common.errors import InputError
 from vanelock.input.settings import as_text, settings
 from vanelock.report import Answers, Text
 from vanelock.results.files.writer import Results
+from vanelock.results.reading.contents import CaseFound, Loaded
 
 
 def case(name, values, peak=1e-5):

@@ -11,7 +11,7 @@ from vanelock.commands.fit.parameters import fitted_parameters
 from vanelock.common.errors import InputError
 from vanelock.common.files.csv_table import write_columns
 from vanelock.common.tables import Table
-from vanelock.input.measured import Measured
+from vanelock.input.measured.curve import Measured
 from vanelock.pipeline.cache import Cache
 from vanelock.pipeline.progress import Event, Notice
 from vanelock.pipeline.step import Stages

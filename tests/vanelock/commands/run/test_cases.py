@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 
 from vanelock import parse_study
-from vanelock.commands.run.cases import Run
+from vanelock.commands.run.cases import OngoingRun
 from vanelock.input.cases.sweep import cases
 
 
@@ -20,5 +20,5 @@ def test_a_diagram_whose_case_fails_is_made_by_the_next_try(
     shown = SimpleNamespace(monitor=None)
     run: Any = SimpleNamespace(_lines=set(), stages=None, shown=shown)
     planned: Any = SimpleNamespace(case=cases(parse_study("[campbell]"))[0])
-    found: list[Any] = [Run._campbell(run, planned) for _ in range(2)]
+    found: list[Any] = [OngoingRun._campbell(run, planned) for _ in range(2)]
     assert found == ["diagram", "diagram"]

@@ -1,11 +1,13 @@
 """A child of limited memory and time says what it found, or why it fell."""
 
 import os
+import sys
 from collections.abc import Callable
 
 import pytest
 
-from vanelock.common.files.limited import Fallen, limited
+from vanelock.common.errors import InputError
+from vanelock.common.files.limited import Fallen, by_library, limited
 
 
 def endless() -> str:
@@ -44,3 +46,46 @@ def test_a_child_that_falls_says_why(
 
 def test_what_it_found_is_handed_over() -> None:
     assert limited(lambda: "four nodes", seconds=5, memory=200_000_000) == "four nodes"
+
+
+def printing() -> str:
+    print("no such section", file=sys.stderr)
+    sys.exit(1)
+
+
+def saying() -> str:
+    raise ValueError("line 3: not a number\nand more")
+
+
+def refusing() -> str:
+    raise InputError("a.bin: element 4 has no nodes")
+
+
+@pytest.mark.parametrize(
+    ("read", "told"),
+    [
+        (saying, "a.bin: not a mesh that can be read: line 3: not a number"),
+        (printing, "a.bin: not a mesh that can be read: no such section"),
+        (crashing, "a.bin: not a mesh that can be read: it makes the library that reads it fail"),
+        (huge, "a.bin: not a mesh that can be read: it asks for too much memory"),
+        (refusing, "a.bin: element 4 has no nodes"),
+    ],
+)
+def test_a_library_that_fails_is_told_in_one_line(
+    read: Callable[[], str], told: str, capfd: pytest.CaptureFixture[str]
+) -> None:
+    with pytest.raises(InputError) as caught:
+        by_library(read, "a.bin", 1000, "a mesh")
+    assert str(caught.value) == told
+    assert capfd.readouterr() == ("", "")
+
+
+def test_what_a_library_reads_is_handed_over_and_its_talk_is_not(
+    capfd: pytest.CaptureFixture[str],
+) -> None:
+    def read() -> dict[str, int]:
+        print("reading ...")
+        return {"nodes": 4}
+
+    assert by_library(read, "a.bin", 1000, "a mesh") == {"nodes": 4}
+    assert capfd.readouterr() == ("", "")

@@ -11,7 +11,8 @@ import numpy as np
 from vanelock import parse_study
 from vanelock.input.cases.names import merged, words
 from vanelock.input.cases.sweep import cases
-from vanelock.input.measured import STRAIN, Measured
+from vanelock.input.measured.curve import Measured
+from vanelock.input.measured.units import STRAIN
 from vanelock.nonlinear import static_response
 from vanelock.quantities.curves_and_fields import RunData, Shown
 from vanelock.report import Picture

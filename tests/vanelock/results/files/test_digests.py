@@ -9,11 +9,11 @@ import pytest
 
 from vanelock import load_component, load_system, open_results
 from vanelock.commands.check.study import check_file
-from vanelock.commands.compare.load import load_run
 from vanelock.common.errors import InputError
 from vanelock.nonlinear import Options, Response, frequency_response, static_response
 from vanelock.pipeline.cache import Cache
 from vanelock.results.files.writer import Results, put_answers
+from vanelock.results.reading.contents import load_run
 from vanelock.rom import System
 
 CASES = {"mu=0.1": 0.1, "mu=0.3": 0.3}

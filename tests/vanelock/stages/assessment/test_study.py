@@ -8,9 +8,9 @@ import pytest
 
 from vanelock import nonlinear, parse_study, run_study
 from vanelock.commands.compare.comparison import compared
-from vanelock.commands.compare.load import load_run
 from vanelock.pipeline.cache import Cache
 from vanelock.pipeline.step import Stages
+from vanelock.results.reading.contents import load_run
 from vanelock.stages.parts.systems import joined_step
 
 STUDY = """

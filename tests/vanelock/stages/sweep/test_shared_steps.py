@@ -5,7 +5,7 @@ from types import SimpleNamespace
 from typing import Any
 
 from vanelock import parse_study
-from vanelock.commands.run.cases import Run
+from vanelock.commands.run.cases import OngoingRun
 from vanelock.input.cases.sweep import cases
 from vanelock.input.cases.values import with_values
 from vanelock.pipeline import step
@@ -95,7 +95,7 @@ def test_no_more_products_are_held_than_a_case_needs():
         memory._products.update(names_of(each))
         held.append(len(memory._products))
 
-    Run._each(run, compute, lambda each, _: None)
+    OngoingRun._each(run, compute, lambda each, _: None)
     assert held == [len(names_of(each)) for each in planned]
 
 

@@ -5,7 +5,7 @@ import pytest
 
 from vanelock import load_study
 from vanelock.common.errors import InputError
-from vanelock.input.measured import load_measured, read_measured
+from vanelock.input.measured.curve import load_measured, read_measured
 from vanelock.input.schema.comparison import MeasuredCurve
 
 

@@ -1,7 +1,7 @@
-"""What two runs' folders hold, read for comparison."""
+"""What a run's folder holds, read back."""
 
 import json
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from vanelock.common.cyclic import COMPONENTS
 from vanelock.common.errors import InputError, printable
 from vanelock.results.files.results_file import NAME, open_results
+from vanelock.stages.response.responses import Limit
 
 Floats = NDArray[np.float64]
 CARTESIAN = ("x", "y", "z")
@@ -31,6 +32,10 @@ class CaseFound:
         Its summary and answers, SI.
     frequency, amplitude : (p,) float
         The monitored curve, Hz and m; NaN where a point did not converge.
+    wave : str
+        What becomes of the ring's wave at the peak, "" where that was not asked for.
+    engine_order : int
+        Of its excitation; 0 where there is no ring.
     """
 
     name: str
@@ -38,6 +43,14 @@ class CaseFound:
     numbers: dict[str, float]
     frequency: Floats
     amplitude: Floats
+    wave: str = ""
+    engine_order: int = 0
+
+    @property
+    def at_edge(self) -> bool:
+        """Whether its largest point is the first or the last of several."""
+        peak, ends = self.numbers.get("peak_frequency"), self.frequency[[0, -1]]
+        return len(self.frequency) > 1 and peak in ends
 
 
 @dataclass(frozen=True)
@@ -63,6 +76,11 @@ class Loaded:
         By stage.
     cases : dict of str to CaseFound
         Finished cases.
+    linear : dict of (name, "free" | "stuck") to (frequency, amplitude)
+        Linear limits of the monitored displacement, Hz and m, those that the file has; without
+        "stuck" where no contacts open in the free limit.
+    failed : dict of str to str
+        Cases that could not be computed, and why.
     """
 
     folder: Path
@@ -75,6 +93,8 @@ class Loaded:
     sizes: dict[str, int]
     seconds: dict[str, float] = field(default_factory=dict)
     cases: dict[str, CaseFound] = field(default_factory=dict)
+    linear: dict[tuple[str, Limit], tuple[Floats, Floats]] = field(default_factory=dict)
+    failed: dict[str, str] = field(default_factory=dict)
 
 
 def load_run(folder: Path, label: str) -> Loaded:
@@ -130,12 +150,13 @@ def _line(text: str) -> str:
 def _loaded(folder: Path, label: str, file: h5py.File) -> Loaded:
     """What a results file holds; KeyError where something is missing."""
     about = file["provenance"]
+    responses = file.get("response", {})
     cases = {
         name: _case(_text(name), group)
-        for name, group in file.get("response", {}).items()
+        for name, group in responses.items()
         if "linear" not in group.attrs
     }
-    first = next(iter(file["response"][name] for name in cases), None)
+    first = next((responses[name] for name in cases), None)
     return Loaded(
         folder=folder,
         label=label,
@@ -147,6 +168,11 @@ def _loaded(folder: Path, label: str, file: h5py.File) -> Loaded:
         sizes=_sizes(file),
         seconds=_seconds(about),
         cases=_in_order(cases, json.loads(about.attrs["settings"])),
+        linear={} if first is None else dict(_linear(file, place_of(first))),
+        failed={
+            _text(name): _text(group.attrs.get("reason", "not given"))
+            for name, group in file.get("failed", {}).items()
+        },
     )
 
 
@@ -164,10 +190,22 @@ def _case(name: str, group: h5py.Group) -> CaseFound:
     if "answers" in group:
         kept = group["answers"].attrs
         numbers |= {k: float(v) for k, v in kept.items() if isinstance(v, int | float | np.number)}
-    frequency, amplitude = group["frequency"][()], _monitored(group)
+    frequency, solved = group["frequency"][()], group["converged"][()]
+    if "peak_frequency" in numbers:
+        point = int(np.flatnonzero(frequency == numbers["peak_frequency"])[0])
+        numbers["work"] = float(group["dissipation"][point].sum())
     order = np.argsort(frequency, kind="stable")
-    known = np.where(group["converged"][()], amplitude, np.nan)
-    return CaseFound(name, values, numbers, frequency[order], known[order])
+    known = np.where(solved, _at(group, place_of(group)), np.nan)
+    ring = group["system"].attrs
+    return CaseFound(
+        name,
+        values,
+        numbers,
+        frequency[order],
+        known[order],
+        _text(group.attrs.get("wave", "")),
+        int(ring["engine_order"]) if ring["sectors"] > 1 else 0,
+    )
 
 
 def _plain(value: Any) -> Any:
@@ -181,13 +219,34 @@ def _text(value: Any) -> str:
     return text[:1000].encode("utf-8", "replace").decode("utf-8")
 
 
-def _monitored(group: h5py.Group) -> Floats:
-    """(p,) amplitude of the monitored displacement, m."""
-    node, _, component = str(group.attrs["monitor"]).rpartition(", ")
-    names = group["system/output/name"].asstr()[()].tolist()
-    components = COMPONENTS if component in COMPONENTS else CARTESIAN  # of a scene's plain frame
-    found: Floats = group["amplitude"][:, names.index(node), components.index(component)]
+def components(case: h5py.Group) -> tuple[str, ...]:
+    """Directions of a case's outputs: about the engine's axis, or x, y, z of a scene without."""
+    monitored = str(case.attrs["monitor"]).rpartition(", ")[2]
+    return COMPONENTS if monitored in COMPONENTS else CARTESIAN
+
+
+def place_of(case: h5py.Group) -> tuple[int, int]:
+    """Output node and direction of the displacement that a case monitors."""
+    node, _, component = str(case.attrs["monitor"]).rpartition(", ")
+    names: list[str] = case["system/output/name"].asstr()[()].tolist()
+    return names.index(node), components(case).index(component)
+
+
+def _at(response: h5py.Group, place: tuple[int, int]) -> Floats:
+    """(p,) amplitude of an output, m."""
+    found: Floats = response["amplitude"][:, *place]
     return found
+
+
+def _linear(
+    file: h5py.File, place: tuple[int, int]
+) -> Iterator[tuple[tuple[str, Limit], tuple[Floats, Floats]]]:
+    """Linear limits at an output, by name and kind."""
+    opens = {name: bool(group["opens"][()]) for name, group in file.get("limits", {}).items()}
+    for name, group in file["response"].items():
+        which, of = group.attrs.get("linear"), _text(name).partition(",")[2]
+        if which == "free" or (which == "stuck" and opens.get(of or "all", True)):
+            yield (of, which), (group["frequency"][()], _at(group, place))
 
 
 def _sizes(file: h5py.File) -> dict[str, int]:

@@ -1,0 +1,88 @@
+"""Read an Ansys archive (`CDWRITE, DB, part, cdb`): nodes, elements, and components as sets.
+
+By ansys-mapdl-reader (an optional library), which makes of the elements that Ansys degenerates, a
+tetrahedron of a SOLID186 for one, what they are.
+"""
+
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from vanelock.common.errors import InputError
+from vanelock.common.files.limited import by_library
+from vanelock.common.lazy import library
+from vanelock.mesh.files.raw import CellBlock, Integers, RawMesh, distinct
+
+ARCHIVE = ".cdb"
+MESH_ONLY = 200
+"""Ansys's element type MESH200, which has no stiffness."""
+TYPE, HEAD = 1, 10
+"""Of an element as the library has it: the place of its type, and where its nodes begin."""
+_VTK = {
+    1: "vertex", 3: "line", 5: "triangle", 9: "quad", 10: "tetra", 12: "hexahedron", 13: "wedge",
+    14: "pyramid", 21: "line3", 22: "triangle6", 23: "quad8", 24: "tetra10", 25: "hexahedron20",
+    26: "wedge15", 27: "pyramid13",
+}  # fmt: skip
+
+
+def read_archive(source: str, path: Path) -> RawMesh:
+    """Read the blocks NBLOCK, EBLOCK and CMBLOCK; all else in the file is passed over.
+
+    Raises
+    ------
+    InputError
+        If the library is absent, the file malformed, or a quadratic element lacks middle nodes.
+    """
+    reader = library("ansys.mapdl.reader", "ansys", source, "ansys-mapdl-reader")
+    read = partial(_contents, reader, source, path)
+    return by_library(read, source, path.stat().st_size, "an Ansys archive")
+
+
+def _contents(reader: Any, source: str, path: Path) -> RawMesh:
+    """What an archive says, its elements as VTK has them."""
+    archive = reader.Archive(str(path), parse_vtk=False)
+    if not len(archive.nnum) or not len(archive.enum):
+        raise ValueError("no nodes and elements in blocks, as CDWRITE writes them")
+    numbers = np.asarray(archive.nnum, np.int64)
+    _refuse_unknown(source, archive, numbers)
+    raw = RawMesh(source, numbers, np.asarray(archive.nodes, float)[:, :3])
+    for name, nodes in archive.node_components.items():
+        raw.node_sets[str(name).strip()] = distinct(nodes)
+    for name, elements in archive.element_components.items():
+        raw.element_sets[str(name).strip()] = distinct(elements)
+    _add_cells(raw, reader.Archive(str(path)).grid)
+    return raw
+
+
+def _refuse_unknown(source: str, archive: Any, numbers: Integers) -> None:
+    """Refuse nodes and types that are not in the file, which the library would look up blindly."""
+    types = np.asarray(archive.ekey)[:, 0]
+    for element in archive.elem:
+        if element[TYPE] not in types:
+            raise InputError(f"{source}: element type {element[TYPE]} is not in the file")
+    nodes = np.concatenate([element[HEAD:] for element in archive.elem])
+    absent = nodes[~np.isin(nodes, numbers) & (nodes != 0)]
+    if len(absent):
+        raise InputError(f"{source}: an element has node {absent[0]}, which is not in the file")
+
+
+def _add_cells(raw: RawMesh, grid: Any) -> None:
+    """Elements by type, with the file's numbers."""
+    of_node = np.asarray(grid.point_data["ansys_node_num"], np.int64)
+    of_element = np.asarray(grid.cell_data["ansys_elem_num"], np.int64)
+    kinds = np.asarray(grid.celltypes)
+    stiff = np.asarray(grid.cell_data["ansys_elem_type_num"]) != MESH_ONLY
+    for kind, cells in grid.cells_dict.items():
+        of_kind = kinds == kind
+        kept = stiff[of_kind]
+        nodes, own = of_node[cells][kept], of_element[of_kind][kept]
+        absent = ~np.isin(nodes, raw.numbers)
+        if absent.any():
+            element = own[absent.any(axis=1)][0]
+            raise InputError(
+                f"{raw.source}: element {element} lacks middle nodes: write it with all of them"
+            )
+        if len(own):
+            raw.blocks.append(CellBlock(_VTK.get(int(kind), f"VTK_{kind}"), own, nodes))

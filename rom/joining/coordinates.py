@@ -1,0 +1,218 @@
+"""Given matrices with contacts between their coordinates, as a system without symmetry."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, TypeAlias
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from vanelock.common.arrays import as_array, as_whole
+from vanelock.common.errors import InputError
+from vanelock.rom.joining.consistency import ROUND_OFF
+from vanelock.rom.system import Contacts, Diameter, Force, System
+
+Floats = NDArray[np.float64]
+Place: TypeAlias = int | tuple[int | None, int | None] | NDArray[Any]
+"""A displacement: see `Contact`."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Contact:
+    """A contact between coordinates of given matrices, for `System.from_matrices`.
+
+    A place is the number of a coordinate, whose displacement counts; a pair of numbers, the first
+    coordinate less the second, either of them `None` for the ground; or (n,) factors of all
+    coordinates, whose sum counts.
+
+    Attributes
+    ----------
+    tangential : place, optional
+        The displacement that friction acts on. Without it the contact is a stop.
+    second : place, optional
+        That of the second tangential direction, where there are two.
+    normal : place, optional
+        The displacement that closes the contact, positive towards each other: (None, 3) where
+        coordinate 3 opens it. Without it the normal force is `preload` for good.
+    mu : float, optional
+        Friction coefficient; goes with `tangential`.
+    kt : float or (float, float), optional
+        Tangential stiffness in each direction, N/m; goes with `tangential`.
+    kn : float, optional
+        Normal stiffness, N/m; goes with `normal`.
+    preload : float, optional
+        Normal force where nothing is displaced, N.
+    gap : float, optional
+        What has to close before there is a normal force, m, in place of a preload.
+    name : str
+        Its joint: contacts of one name belong together in tables and parameter studies.
+
+    Raises
+    ------
+    InputError
+        If it lacks what it needs, or a number is impossible.
+    """
+
+    tangential: Place | None = None
+    second: Place | None = None
+    normal: Place | None = None
+    mu: float | None = None
+    kt: float | tuple[float, float] | None = None
+    kn: float | None = None
+    preload: float | None = None
+    gap: float | None = None
+    name: str = "contact"
+
+    def __post_init__(self) -> None:
+        """Refuse what cannot be."""
+        rubs, opens = self.tangential is not None, self.normal is not None
+        if not rubs and not opens:
+            self._refuse("needs tangential or normal, the coordinates that it acts on")
+        if self.second is not None and not rubs:
+            self._refuse("has a second tangential direction without the first, tangential")
+        pairs = ("tangential", rubs, "mu"), ("tangential", rubs, "kt"), ("normal", opens, "kn")
+        for place, there, number in pairs:
+            if there != (getattr(self, number) is not None):
+                self._refuse(f"{place} needs {number}" if there else f"{number} needs {place}")
+        if self.preload is not None and self.gap is not None:
+            self._refuse(f"preload = {self.preload} and gap = {self.gap}: needs one of them")
+        for number, least in (("mu", ">= 0"), ("kt", "> 0"), ("kn", "> 0")):
+            self._check(number, least)
+        self._check("preload", ">= 0" if opens else "> 0")
+        self._check("gap", ">= 0")
+        if not opens and self.preload is None:
+            self._refuse("needs normal, or a preload that stays as it is")
+
+    def _check(self, name: str, allowed: str) -> None:
+        """Refuse a number that is none, or too small."""
+        if (given := getattr(self, name)) is None:
+            return
+        found = as_array(given, f"Contact {self.name!r}: {name}")
+        if found.shape not in ((), *[(2,)] * (name == "kt")):
+            self._refuse(f"{name} = {given}: needs a number")
+        if not np.isfinite(found).all() or (found < 0).any() or (allowed == "> 0" and 0 in found):
+            self._refuse(f"{name} = {given}: must be {allowed}")
+
+    def _refuse(self, why: str) -> None:
+        raise InputError(f"Contact {self.name!r}: {why}")
+
+    @property
+    def stiffness(self) -> tuple[float, float, float]:
+        """kn, kt1, kt2, N/m; those along which nothing moves are as good as any other."""
+        tangential = self.kn if self.kt is None else self.kt
+        first, second = np.broadcast_to(np.asarray(tangential, float), 2).tolist()
+        return first if self.kn is None else self.kn, first, second
+
+    @property
+    def interference(self) -> float:
+        """Interference, m; negative: a gap."""
+        return -self.gap if self.gap is not None else (self.preload or 0.0) / self.stiffness[0]
+
+
+def assembled(
+    M: ArrayLike,
+    K: ArrayLike,
+    contacts: Sequence[Contact],
+    C: ArrayLike | None,
+    damping_ratio: float | None,
+    force: Mapping[int, complex] | ArrayLike | None,
+    static_force: Mapping[int, float] | ArrayLike | None,
+    outputs: Mapping[str, Place] | None,
+) -> System:
+    """A system of these, see `System.from_matrices`."""
+    stiffness = _matrix("K", K)
+    n = len(stiffness)
+    mass = _matrix("M", M, n)
+    if np.linalg.eigvalsh(mass)[0] <= 0:
+        raise InputError("M: not positive: every coordinate needs a mass, and every motion")
+    own = np.zeros((len(contacts), 3, n))
+    for i, each in enumerate(contacts):
+        if not isinstance(each, Contact):
+            raise InputError(f"contacts[{i}]: given a {type(each).__name__}: needs a Contact")
+        for row, name in zip(own[i], ("normal", "tangential", "second"), strict=True):
+            if (place := getattr(each, name)) is not None:
+                row[:] = _row(place, n, f"contacts[{i}].{name}")
+    given = {f"x{i}": i for i in range(n)} if outputs is None else outputs
+    output = np.zeros((len(given), 3, n))
+    for row, (name, place) in zip(output[:, 0], given.items(), strict=True):
+        row[:] = _row(place, n, f"outputs[{name!r}]")
+    forces = {0: (static_force, "static_force"), 1: (force, "force")}
+    return System(
+        sectors=1,
+        engine_order=1,
+        diameters={
+            0: Diameter(
+                K=stiffness,
+                M=mass,
+                own=own,
+                output=output,
+                C=None if C is None else _matrix("C", C, n),
+            )
+        },
+        contacts=Contacts(
+            kn=np.array([each.stiffness[0] for each in contacts], float),
+            kt=np.array([each.stiffness[1:] for each in contacts], float).reshape(-1, 2),
+            mu=np.array([each.mu or 0.0 for each in contacts], float),
+            v0=np.array([each.interference for each in contacts], float),
+            joint=tuple(each.name for each in contacts),
+        ),
+        force={h: Force(_vector(f, n, name)) for h, (f, name) in forces.items() if f is not None},
+        output_names=tuple(given),
+        damping_ratio=damping_ratio,
+        damping_joints="open",
+    )
+
+
+def _matrix(name: str, given: Any, size: int | None = None) -> Floats:
+    """A symmetric matrix of real numbers."""
+    array = as_array(given, name)
+    if array.ndim != 2 or array.shape[0] != array.shape[1] or not array.size:
+        raise InputError(f"{name}: given shape {array.shape}: needs a square matrix")
+    if size is not None and len(array) != size:
+        raise InputError(f"{name}: given shape {array.shape}: needs that of K, {(size, size)}")
+    if not np.isfinite(array).all():
+        raise InputError(f"{name}: holds values that are not finite")
+    apart = np.abs(array - array.T)
+    i, j = np.unravel_index(apart.argmax(), apart.shape)
+    if apart[i, j] > ROUND_OFF * np.abs(array).max():
+        both = f"{name}[{i}, {j}] = {array[i, j]:g}, {name}[{j}, {i}] = {array[j, i]:g}"
+        raise InputError(f"{name}: not symmetric: {both}")
+    return np.asarray(array, float)
+
+
+def _row(place: Place, size: int, where: str) -> Floats:
+    """(n,) factors of the coordinates that make a displacement."""
+    if isinstance(place, np.ndarray) and place.ndim:
+        row = as_array(place, where)
+        if row.shape != (size,):
+            raise InputError(f"{where}: given shape {row.shape}: needs a factor for each of {size}")
+        return np.asarray(row, float)
+    pair = place if isinstance(place, tuple) else (place, None)
+    if len(pair) != 2:
+        raise InputError(f"{where}: given {place!r}: needs a coordinate, or two of them")
+    row = np.zeros(size)
+    for number, sign in zip(pair, (1.0, -1.0), strict=True):
+        if number is not None:
+            row[_coordinate(number, size, where)] += sign
+    return row
+
+
+def _coordinate(number: Any, size: int, where: str) -> int:
+    """The number of a coordinate."""
+    found = as_whole(number, where)
+    if not 0 <= found < size:
+        raise InputError(f"{where}: coordinate {found}: there are 0 to {size - 1}")
+    return found
+
+
+def _vector(given: Any, size: int, where: str) -> NDArray[np.complex128]:
+    """(n,) forces by coordinate."""
+    if isinstance(given, Mapping):
+        found = np.zeros(size, complex)
+        for number, value in given.items():
+            found[_coordinate(number, size, where)] = as_array(value, where, is_complex=True)
+    else:
+        found = np.asarray(as_array(given, where, is_complex=True), complex)
+    if found.shape != (size,):
+        raise InputError(f"{where}: given shape {found.shape}: needs a force for each of {size}")
+    return found

@@ -1,0 +1,139 @@
+"""Ansys archives: written by the library and by Ansys itself, and the frequencies Ansys found."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import pyvista
+from ansys.mapdl import reader
+from ansys.mapdl.reader import examples
+
+from tests.mesh.files.archives import degenerated
+from tests.mesh.files.test_read import bent, by_place
+from vanelock import fem
+from vanelock.common.errors import InputError
+from vanelock.mesh import Part, read_mesh
+
+VTK = {"tetra": 10, "tetra10": 24, "hexahedron": 12, "hexahedron20": 25, "wedge15": 26}
+
+
+def write(path: Path, part: Part) -> Path:
+    """A part in mm, its nodes' numbers from 101 on, its sets as components."""
+    k = part.cells.shape[1]
+    cells = np.column_stack([np.full(len(part.cells), k), part.cells]).ravel()
+    kinds = np.full(len(part.cells), VTK[part.cell_type], np.uint8)
+    grid = pyvista.UnstructuredGrid(cells, kinds, 1e3 * part.points)
+    grid.point_data["ansys_node_num"] = np.arange(101, 101 + len(part.points))
+    for name, nodes in part.node_sets.items():
+        inside = np.zeros(len(part.points), bool)
+        inside[nodes] = True
+        grid.point_data[name.upper()] = inside
+    reader.save_as_archive(str(path), grid)
+    return path
+
+
+def same(part, found, first):
+    """The same nodes, elements and sets, whatever the nodes are called."""
+    own, other = by_place(part.points), by_place(found.points)
+    assert np.abs(part.points[own] - found.points[other]).max() < 1e-9
+    rank, known = np.argsort(own), np.argsort(other)
+    wanted = {tuple(row) for row in rank[part.cells].tolist()}
+    assert {tuple(row) for row in known[found.cells].tolist()} == wanted
+    for name, nodes in part.node_sets.items():
+        read = found.node_sets[name.upper()]
+        assert sorted(known[read].tolist()) == sorted(rank[nodes].tolist())
+    assert found.numbers.min() == first
+
+
+def component(path: Path, name: str) -> list[int]:
+    """Nodes of a component by the rule of the block: a negative number ends a range."""
+    lines = path.read_text().splitlines()
+    begin = next(i for i, line in enumerate(lines) if line.startswith(f"CMBLOCK,{name} "))
+    count = int(lines[begin].split("!")[0].split(",")[3])
+    words: list[str] = []
+    for line in lines[begin + 2 :]:
+        words += line.split()
+        if len(words) >= count:
+            break
+    found: list[int] = []
+    for number in map(int, words[:count]):
+        found += [number] if number > 0 else range(found[-1] + 1, 1 - number)
+    return found
+
+
+@pytest.mark.parametrize("cell_type", ["tetra10", "hexahedron", "hexahedron20"])
+def test_reads_back(tmp_path, lattice, cell_type):
+    part = lattice((2, 2, 2), bent, cell_type, curved=True)
+    found = read_mesh(write(tmp_path / "part.cdb", part), "mm")
+    assert found.cell_type == cell_type
+    same(part, found, 101)
+
+
+def test_a_beam_has_the_frequencies_that_ansys_found():
+    """Its results lie beside the archive. Ansys's SOLID186 integrates at fewer points: softer."""
+    found = read_mesh(examples.hexarchivefile, "m")
+    assert found.cell_type == "hexahedron20"
+    assert (len(found.points), len(found.cells)) == (321, 40)
+    assert set(found.node_sets) == {"NCOMP2", "NODE_SELECTION", "ECOMP1", "ECOMP2"}
+    numbers = found.numbers[found.node_sets["NCOMP2"]]
+    assert numbers.tolist() == component(Path(examples.hexarchivefile), "NCOMP2")
+    results = reader.read_binary(examples.rstfile)
+    given = results.materials[1]
+    metal = fem.Material(E=given["EX"], nu=given["NUXY"], rho=given["DENS"])
+    modes = fem.modes(fem.assemble(found.part(), metal), 14)
+    known = np.asarray(results.time_values)
+    assert len(known) == 6
+    error = np.asarray(modes.frequency)[6:12] / known - 1  # behind the rigid-body motions
+    assert error.min() >= 0
+    assert error.max() < 4e-3
+
+
+def test_tetrahedra_that_ansys_degenerated_are_tetrahedra(tmp_path, lattice):
+    part = lattice((2, 1, 1), bent, "tetra10", curved=True)
+    found = read_mesh(degenerated(tmp_path / "part.cdb", part), "mm")
+    assert found.cell_type == "tetra10"
+    same(part, found, 11)
+
+
+def test_components_of_elements_and_what_is_no_solid(tmp_path):
+    found = read_mesh(examples.hexarchivefile, "m")
+    nodes = set(found.node_sets["ECOMP1"].tolist())
+    elements = [17, 18, *range(21, 41)]
+    chosen = found.cells[np.isin(found.elements, elements)]
+    assert nodes == set(chosen.ravel().tolist())
+
+
+def complaint(path: Path) -> str:
+    with pytest.raises(InputError) as told:
+        read_mesh(path, "mm")
+    text = str(told.value)
+    assert "\n" not in text
+    return text.replace(str(path), path.name)
+
+
+def test_what_cannot_be_used_is_told_in_one_line(tmp_path, lattice):
+    path = tmp_path / "part.cdb"
+    path.write_text("/PREP7\nFINISH\n")
+    told = "part.cdb: not an Ansys archive that can be read: no nodes and elements in blocks, as"
+    assert complaint(path).startswith(told)
+    path.write_bytes(bytes(1000))
+    assert complaint(path).startswith("part.cdb: not an Ansys archive that can be read: ")
+    points = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [0, 1, 1]], float)
+    sides = [(0, 1), (1, 2), (2, 0), (3, 4), (4, 5), (5, 3), (0, 3), (1, 4), (2, 5)]
+    points = np.vstack([points, [points[[a, b]].mean(axis=0) for a, b in sides]])
+    wedge = Part("w", points, np.arange(15)[None], "wedge15", {}, {}, 1)
+    assert "1 wedge15 elements: allowed are tetra, tetra10" in complaint(write(path, wedge))
+    part = lattice((1, 1, 1), bent, "hexahedron20", curved=True)
+    lines = write(path, part).read_text().splitlines()
+    block = next(i for i, line in enumerate(lines) if line.startswith("EBLOCK"))
+    last = lines[block + 3]
+    width = len(last) - len(last.rstrip()[: last.rstrip().rfind(" ")])
+    lines[block + 3] = last[:-width] + "0".rjust(width)
+    path.write_text("\n".join(lines) + "\n")
+    assert "lacks middle nodes: write it with all of them" in complaint(path)
+    tetra = degenerated(path, lattice((1, 1, 1), bent, "tetra10", curved=True)).read_text()
+    path.write_text(tetra.replace("ET,1,186", "ET,7,186"))
+    assert "part.cdb: element type 1 is not in the file" in complaint(path)
+    lines[block + 3] = last[:-width] + "9999".rjust(width)
+    path.write_text("\n".join(lines) + "\n")
+    assert "an element has node 9999, which is not in the file" in complaint(path)

@@ -1,0 +1,278 @@
+"""Measured curves from Universal Files, written by pyuff and by the format's description."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import pyuff
+
+from vanelock import load_study
+from vanelock.common.errors import InputError
+from vanelock.input.measured.curve import Measured, load_measured, read_measured
+from vanelock.input.schema.comparison import MeasuredCurve
+
+HERTZ = np.linspace(0, 400, 401)
+OMEGA = 2 * np.pi * HERTZ
+RECEPTANCE = 1 / (2.0 * ((2 * np.pi * 260) ** 2 - OMEGA**2 + 0.02j * OMEGA * 2 * np.pi * 260))
+"""Of a mass of 2 kg at 260 Hz, m/N."""
+DISPLACEMENT, STRAIN, VELOCITY, ACCELERATION, FORCE = 8, 3, 11, 12, 13
+
+
+def record(data: Any, x: Any = HERTZ, **changed: Any) -> dict[str, Any]:
+    """A function record, a frequency response unless told otherwise."""
+    given = {
+        "func_type": 4, "rsp_node": 12, "rsp_dir": 3, "ref_node": 7, "ref_dir": -1,
+        "data": np.asarray(data), "x": np.asarray(x), "id1": "rig", "rsp_ent_name": "vane",
+        "ref_ent_name": "vane", "abscissa_spacing": 1, "abscissa_spec_data_type": 18,
+        "ordinate_spec_data_type": DISPLACEMENT, "orddenom_spec_data_type": 0,
+        "abscissa_axis_units_lab": "Hz", "ordinate_axis_units_lab": "m",
+        "orddenom_axis_units_lab": "NONE", "z_axis_spec_data_type": 0,
+    }  # fmt: skip
+    return {"type": 58, "binary": 0, **given, **changed}
+
+
+SI = {
+    "type": 164, "units_code": 1, "units_description": "SI", "temp_mode": 1,
+    "length": 1.0, "force": 1.0, "temp": 1.0, "temp_offset": 273.15,
+}  # fmt: skip
+MILLIMETRES = {**SI, "length": 1e3}
+"""The factors lead from SI to the file's units: a metre has a thousand of these."""
+
+
+def write(path: Path, *sets: dict[str, Any]) -> Path:
+    """By the library, which writes function types 1 to 9: others are put in afterwards."""
+    file = pyuff.UFF(str(path))
+    for each in sets:
+        kind = each.get("func_type", 4)
+        written = {**each, "func_type": kind if kind < 10 else 4}
+        file.write_sets([written], "add")
+        if kind >= 10:
+            path.write_bytes(path.read_bytes().replace(b"    4         0", b"%5d         0" % kind))
+    return path
+
+
+def read(path: Path, **keys: Any) -> Measured:
+    return read_measured(MeasuredCurve(file=str(path), **keys), 2, 1, "measured[0]")
+
+
+def complaint(path: Path, **keys: Any) -> str:
+    with pytest.raises(InputError) as told:
+        read(path, **keys)
+    text = str(told.value)
+    assert "\n" not in text
+    assert str(path) in text or "measured[0]" in text
+    return text.replace(str(path), path.name)
+
+
+PER_FORCE = {"orddenom_spec_data_type": FORCE, "orddenom_axis_units_lab": "N"}
+
+
+@pytest.mark.parametrize(
+    ("factor", "changed", "units"),
+    [
+        (1, {}, None),
+        (1, {"ordinate_axis_units_lab": "NONE"}, SI),
+        (1e3, {"ordinate_axis_units_lab": "mm"}, None),
+        (1e3, {"ordinate_axis_units_lab": "mm"}, MILLIMETRES),
+        (1e3, {"ordinate_axis_units_lab": "NONE"}, MILLIMETRES),
+        (1j * OMEGA, {"ordinate_spec_data_type": VELOCITY, "ordinate_axis_units_lab": "m/s"}, SI),
+        (
+            -(OMEGA**2),
+            {"ordinate_spec_data_type": ACCELERATION, "ordinate_axis_units_lab": "m/s**2"},
+            None,
+        ),
+        (
+            -(OMEGA**2) / 9.80665,
+            {"ordinate_spec_data_type": ACCELERATION, "ordinate_axis_units_lab": "g"},
+            None,
+        ),
+        (-(OMEGA**2), {"ordinate_spec_data_type": 0, "ordinate_axis_units_lab": "(m/s^2)"}, None),
+        (1, {"binary": 1}, None),
+        (1, {"func_type": 12}, SI),
+    ],
+)
+def test_a_modulus_is_read_in_metres_whatever_was_measured(
+    tmp_path: Path, factor: Any, changed: dict[str, Any], units: dict[str, Any] | None
+) -> None:
+    force = 30.0
+    sets = [record(force * factor * RECEPTANCE, **changed)]
+    path = write(tmp_path / "rig.uff", *([units] if units else []), *sets)
+    found = read(path, range=[240, 280], sigma=0.1)
+    inside = (HERTZ >= 240) & (HERTZ <= 280)
+    np.testing.assert_allclose(found.frequency, HERTZ[inside])
+    np.testing.assert_allclose(found.amplitude, force * np.abs(RECEPTANCE[inside]), rtol=1e-9)
+    assert found.sigma is not None
+    scale = np.abs(np.broadcast_to(factor, HERTZ.shape))[inside]
+    np.testing.assert_allclose(found.sigma, 0.1 / scale, rtol=1e-9)
+    assert (found.name, found.quantity, found.engine_order) == ("rig", "displacement", 2)
+
+
+@pytest.mark.parametrize(
+    ("factor", "changed", "units"),
+    [
+        (1, {}, None),
+        (1, {"ordinate_axis_units_lab": "m/N", "orddenom_spec_data_type": 0}, None),
+        (1e6, {"orddenom_axis_units_lab": "MN"}, None),
+        (1e3, {"ordinate_axis_units_lab": "", "orddenom_axis_units_lab": ""}, MILLIMETRES),
+        (
+            1e3 / 0.22480894,
+            {"ordinate_axis_units_lab": "mm", "orddenom_axis_units_lab": ""},
+            {**MILLIMETRES, "force": 0.22480894},
+        ),
+    ],
+)
+def test_a_response_per_force_is_multiplied_by_the_force(
+    tmp_path: Path, factor: float, changed: dict[str, Any], units: dict[str, Any] | None
+) -> None:
+    sets = [record(factor * RECEPTANCE, **{**PER_FORCE, **changed})]
+    path = write(tmp_path / "rig.unv", *([units] if units else []), *sets)
+    found = read(path, force="30 N")
+    np.testing.assert_allclose(found.amplitude, 30 * np.abs(RECEPTANCE[1:]), rtol=1e-9)
+    assert "record 1: a response per force: give force, what it is multiplied by" in complaint(path)
+
+
+def test_speed_becomes_frequency_by_the_engine_order_and_strain_its_gauge(tmp_path: Path) -> None:
+    given = record(
+        [10.0, 20.0, 15.0],
+        [7500.0, 7800.0, 8100.0],
+        func_type=27,
+        abscissa_spec_data_type=19,
+        abscissa_axis_units_lab="rpm",
+        abscissa_spacing=0,
+        ordinate_spec_data_type=STRAIN,
+        ordinate_axis_units_lab="um/m",
+    )
+    found = read(write(tmp_path / "strain.uff", given))
+    assert found.frequency == pytest.approx([250, 260, 270])
+    assert found.amplitude == pytest.approx([10e-6, 20e-6, 15e-6])
+    assert (found.quantity, found.gauge) == ("strain", 0)
+
+
+def test_one_of_several_records_is_chosen_or_all_are_listed(tmp_path: Path) -> None:
+    path = write(
+        tmp_path / "rig.uff",
+        record(RECEPTANCE),
+        record(2 * RECEPTANCE, rsp_node=13, rsp_dir=-2, ref_dir=0),
+        record(np.ones(401), func_type=6, ordinate_spec_data_type=0, ordinate_axis_units_lab=""),
+    )
+    np.testing.assert_allclose(read(path, record=2).amplitude, 2 * np.abs(RECEPTANCE[1:]))
+    listed = (
+        "1 (frequency response 12+z/7-x in m, 401 points), "
+        "2 (frequency response 13-y in m, 401 points), 3 (coherence 12+z/7-x, 401 points)"
+    )
+    assert complaint(path) == f"rig.uff: several records: give record: {listed}"
+    assert complaint(path, record=4) == f"rig.uff: no record 4: {listed}"
+    assert complaint(path, record=3) == "rig.uff: record 3: a coherence, which has no amplitudes"
+
+
+def test_by_the_formats_description(tmp_path: Path) -> None:
+    """A file typed after the format's description: real, single precision, uneven spacing."""
+    lines = [
+        "    -1", "   164",
+        "         3US: Foot                         2",
+        "  3.28083989501312334e+00  2.24808943099710480e-01  1.80000000000000000e+00",
+        "  4.59670000000000000e+02", "    -1", "    -1", "    58",
+        *["NONE"] * 5,
+        "    4         0    0         0       NONE        12   3       NONE         0   0",
+        "         2         3         0  0.00000e+00  0.00000e+00  0.00000e+00",
+        "        18    0    0    0            Frequency                   Hz",
+        "         8    0    0    0         Displacement                 NONE",
+        "         0    0    0    0                 NONE                 NONE",
+        "         0    0    0    0                 NONE                 NONE",
+        "  2.50000e+02  1.00000e-03  2.60000e+02  3.00000e-03  2.70000e+02  2.00000e-03",
+        "    -1",
+    ]  # fmt: skip
+    path = tmp_path / "feet.unv"
+    path.write_text("\n".join(lines) + "\n")
+    found = read(path)
+    assert found.frequency.tolist() == [250, 260, 270]
+    assert found.amplitude == pytest.approx([0.3048e-3, 0.9144e-3, 0.6096e-3], rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("changed", "units", "told"),
+    [
+        (
+            {"ordinate_axis_units_lab": "mm"},
+            SI,
+            "record 1: in mm by its label, in 1 m by the file's",
+        ),
+        (
+            {"ordinate_axis_units_lab": "NONE"},
+            None,
+            'record 1: says no unit: give unit, such as "um"',
+        ),
+        ({"ordinate_axis_units_lab": "V"}, None, 'record 1: label "V": expected one like m'),
+        (
+            {"ordinate_spec_data_type": 0, "ordinate_axis_units_lab": "V"},
+            None,
+            "like m, m/s, m/s^2",
+        ),
+        ({"ordinate_spec_data_type": 15}, None, "of type 15: strain, displacement, velocity, acc"),
+        ({"orddenom_spec_data_type": 12}, None, "over a quantity of type 12: only force can be"),
+        ({**PER_FORCE, "orddenom_axis_units_lab": "V"}, None, 'over "V": expected a force'),
+        (
+            {"abscissa_spec_data_type": 17},
+            None,
+            "not over frequency or speed (abscissa of type 17)",
+        ),
+        ({"func_type": 1}, None, "a time response, which has no amplitudes"),
+        ({"func_type": 2}, None, "a auto spectrum, which has no amplitudes"),
+    ],
+)
+def test_what_is_no_amplitude_or_has_no_unit(
+    tmp_path: Path, changed: dict[str, Any], units: dict[str, Any] | None, told: str
+) -> None:
+    given = record(np.abs(RECEPTANCE) if changed.get("func_type") else RECEPTANCE, **changed)
+    path = write(tmp_path / "rig.uff", *([units] if units else []), given)
+    assert told in complaint(path)
+
+
+def test_the_study_decides_a_unit(tmp_path: Path) -> None:
+    path = write(tmp_path / "rig.uff", SI, record(RECEPTANCE, ordinate_axis_units_lab="mm"))
+    found = read(path, unit="um")
+    np.testing.assert_allclose(found.amplitude, 1e-6 * np.abs(RECEPTANCE[1:]))
+    found = read(path, unit="mm/N", force=2.0)
+    np.testing.assert_allclose(found.amplitude, 2e-3 * np.abs(RECEPTANCE[1:]))
+    assert 'unit "kg": expected one like m' in complaint(path, unit="kg")
+    assert "no response per force: leave out force" in complaint(path, unit="mm", force=2.0)
+
+
+def test_other_files_are_refused(tmp_path: Path) -> None:
+    path = tmp_path / "none.uff"
+    assert complaint(path) == "none.uff: no such file"
+    path.write_text("anything\n")
+    assert "not a Universal File that can be read: no function record, data set 58" in complaint(
+        path
+    )
+    path = write(tmp_path / "units.uff", SI)
+    assert "it holds 164" in complaint(path)
+    good = write(tmp_path / "good.uff", record(RECEPTANCE)).read_bytes()
+    short = tmp_path / "short.uff"
+    short.write_bytes(good[: len(good) // 2] + b"\n    -1\n")
+    assert "short.uff: " in complaint(short)
+    csv = tmp_path / "rig.csv"
+    csv.write_text("f (Hz),a (um)\n1,2\n3,4")
+    for key, value in (("record", 1), ("unit", "m"), ("force", 1.0)):
+        told = complaint(csv, **{key: value})
+        assert told.startswith(f"measured[0].{key} = ")
+        assert told.endswith("is for Universal Files (.uff, .unv, .uf)")
+
+
+def test_a_range_holds_for_every_file_and_must_leave_points(tmp_path: Path) -> None:
+    csv = tmp_path / "rig.csv"
+    csv.write_text("f (Hz),a (um)\n1,2\n3,4\n5,6\n")
+    assert read(csv, range=[2, 6]).frequency.tolist() == [3, 5]
+    assert complaint(csv, range=[4, 6]) == "rig.csv: 1 points from 4 to 6 Hz: at least 2 are needed"
+
+
+def test_a_study_finds_it_beside_itself(tmp_path: Path) -> None:
+    write(tmp_path / "rig.uff", record(RECEPTANCE))
+    study = tmp_path / "study.toml"
+    study.write_text('[[measured]]\nfile = "rig.uff"\nrange = ["250 Hz", "0.27 kHz"]\n')
+    (found,) = load_measured(load_study(study))
+    assert (found.frequency[0], found.frequency[-1]) == (250, 270)
+    study.write_text('[[measured]]\nfile = "rig.uff"\nrange = [270, 250]\n')
+    with pytest.raises(InputError, match=r"measured\[0\]\.range.*low < high"):
+        load_study(study)

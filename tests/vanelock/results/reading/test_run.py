@@ -1,0 +1,226 @@
+"""A run as one object: its table, responses and figure say what the run and its file hold."""
+
+import os
+import subprocess
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+
+import vanelock
+from tests.vanelock.scenes.conftest import chain
+from vanelock.common.errors import InputError
+from vanelock.common.tables import Table
+from vanelock.nonlinear import Options, frequency_response
+from vanelock.pipeline.progress import Event
+
+MU = "contacts.pad.mu"
+CASES = ("mu=0.05", "mu=0.2")
+
+
+def scene(folder: Path) -> Path:
+    """An arm of four nodes on springs, its third node pressed on a pad, its last one shaken."""
+    path = folder / "arm.toml"
+    path.write_text(
+        'name = "arm <b>"\n'
+        + chain(1, 4, (3e5, 2e5, 1e5), ground=1.0).write(folder, "arm")
+        + 'modes = 2\n[contacts.pad]\nbetween = ["arm", "ground"]\npairs = [3]\n'
+        'normal = [0, 0, 1]\nkn = 4e4\nkt = 7e4\nmu = 0.2\ninterference = "400 um"\n'
+        '[[loads]]\ncomponent = "arm"\nnodes = [4]\ndirection = [0, 1, 0]\namplitude = 1\n'
+        f'[sweep]\n"{MU}" = [0.05, 0.2]\n[outputs]\nloops = false\n'
+    )
+    return path
+
+
+@contextmanager
+def inside(folder: Path) -> Iterator[None]:
+    before = Path.cwd()
+    os.chdir(folder)
+    try:
+        yield
+    finally:
+        os.chdir(before)
+
+
+@pytest.fixture(scope="module")
+def ran(tmp_path_factory: pytest.TempPathFactory) -> vanelock.Run:
+    folder = tmp_path_factory.mktemp("arm")
+    scene(folder)
+    with inside(folder):
+        run = vanelock.run("arm.toml", quiet=True)
+    assert run.folder == Path("runs/arm")
+    return vanelock.load(folder / run.folder)
+
+
+def test_it_says_in_one_line_what_it_is(ran: vanelock.Run) -> None:
+    assert repr(ran) == f"Run('{ran.folder}': 2 cases)"
+    assert ran.cases == CASES
+    assert ran.complete
+    assert dict(ran.failed) == {}
+    assert ran.page == ran.folder / "report.html"
+    assert ran.monitor == "arm 4, y"
+    shown = ran._repr_html_()
+    assert shown is not None
+    assert "<td>mu=0.05</td>" in shown
+
+
+def test_the_table_is_the_terminals(ran: vanelock.Run, capsys: pytest.CaptureFixture[str]) -> None:
+    heard: list[Event] = []
+    given = vanelock.load_scene(ran.folder.parents[1] / "arm.toml")
+    summaries = vanelock.run_scene(given, ran.folder, heard.append)
+    (told,) = (each for each in heard if isinstance(each, Table) and each.key == "cases")
+    found = ran.table
+    assert found[MU].tolist() == [0.05, 0.2]
+    for head, values in told.by_head().items():
+        read = [None if each != each else each for each in found[head].tolist()]
+        assert (
+            read == pytest.approx(values, rel=1e-12)
+            if head not in ("case", "converged")
+            else (read == values)
+        ), head
+    assert set(found) - set(told.by_head()) == {MU, "damping (%)"}
+    assert found["peak (µm)"].tolist() == pytest.approx(
+        [1e6 * each.peak.amplitude for each in summaries if each.peak is not None]
+    )
+    assert capsys.readouterr() == ("", "")
+
+
+def test_a_response_is_that_of_the_file_and_of_the_system(ran: vanelock.Run) -> None:
+    found = ran.response("mu=0.2")
+    assert found.attrs == {"case": "mu=0.2", "monitor": "arm 4, y", MU: 0.2}
+    assert found.frequency.attrs["units"] == "Hz"
+    assert found.amplitude.attrs["units"] == "m"
+    assert found.amplitude.dims == ("frequency", "output", "direction")
+    assert found.direction.values.tolist() == ["x", "y", "z"]
+    with h5py.File(ran.folder / "results.h5") as file:
+        group = file["response/mu=0.2"]
+        order = np.argsort(group["frequency"][()])
+        np.testing.assert_array_equal(found.frequency, group["frequency"][()][order])
+        np.testing.assert_array_equal(found.displacement, group["output"][()][order])
+    top = found.amplitude.sel(output="arm 4", direction="y").argmax("frequency")
+    hertz = float(found.frequency[top])
+    again = frequency_response(ran.system("mu=0.2"), [hertz], Options(3))
+    at = found.amplitude.sel(frequency=hertz, output="arm 4").values
+    np.testing.assert_allclose(again.amplitude[0, 0], at, rtol=1e-6)
+    row = ran.table.set_index("case").loc["mu=0.2"]
+    assert (row["at (Hz)"], row["peak (µm)"]) == pytest.approx((hertz, 1e6 * at[1]))
+
+
+def test_limits_are_responses_and_the_first_case_is_the_default(ran: vanelock.Run) -> None:
+    assert ran.response().attrs["case"] == "mu=0.05"
+    free, stuck = ran.response("free"), ran.response("stuck")
+    assert free.attrs["case"] == "free"
+    heights = [float(each.amplitude.max()) for each in (free, stuck, ran.response())]
+    assert heights[2] < heights[0]
+    row = ran.table.iloc[0]
+    assert row["of linear free"] == pytest.approx(heights[2] / heights[0])
+    assert row["of linear stuck"] == pytest.approx(heights[2] / heights[1])
+
+
+def test_a_wrong_name_lists_what_there_is(ran: vanelock.Run) -> None:
+    have = r"no case 'mu=1' \(it has free, mu=0\.05, mu=0\.2, stuck\)$"
+    for ask in (ran.response, ran.system, ran.plot):
+        with pytest.raises(InputError, match=have) as told:
+            ask("mu=1")
+        assert "\n" not in str(told.value)
+    with pytest.raises(InputError, match="'free' is a linear limit"):
+        ran.plot("free")
+    with pytest.raises(InputError, match="'free' is a linear limit: name a case, which has a sys"):
+        ran.system("free")
+
+
+def test_the_figure_has_the_curves_of_the_programs_own(ran: vanelock.Run) -> None:
+    figure = ran.plot()
+    texts = [text.get_text() for text in figure.legends[0].get_texts()]
+    peaks = dict(zip(ran.cases, ran.table["peak (µm)"], strict=True))
+    plain = "\n".join(texts).replace("\N{NO-BREAK SPACE}", " ")
+    for mu, peak in (("μ = 0.05", peaks["mu=0.05"]), ("μ = 0.2", peaks["mu=0.2"])):
+        assert f"{mu}, H = 3\n{vanelock.render.style.number(peak)} µm at" in plain
+    assert "linear, free" in plain
+    assert "linear, stuck" in plain
+    assert figure.texts[0].get_text() == "arm <b>: forced response"
+    drawn = [line.get_ydata() for line in figure.axes[0].lines if len(line.get_ydata()) > 5]
+    highest = max(np.nanmax(np.asarray(each, float)) for each in drawn)
+    assert highest == pytest.approx(1e6 * float(ran.response("free").amplitude.max()), rel=1e-9)
+    alone = ran.plot("mu=0.2", logarithmic=True)
+    assert len(alone.legends[0].get_texts()) == 3
+    assert alone.axes[0].get_yscale() == "log"
+    shown: bytes = figure._repr_png_()
+    assert shown.startswith(b"\x89PNG")
+
+
+def test_what_is_no_run_is_refused(ran: vanelock.Run, tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="no such folder"):
+        vanelock.load(tmp_path / "none")
+    with pytest.raises(InputError, match=r"holds no results\.h5: not the folder of a run"):
+        vanelock.load(tmp_path)
+    assert vanelock.load(ran.folder / "results.h5").cases == CASES
+    study = tmp_path / "campaign.toml"
+    study.write_text("[campaign]\n")
+    with pytest.raises(InputError, match=r"has a \[campaign\]: vanelock\.run_campaign runs it"):
+        vanelock.run(study)
+    with pytest.raises(InputError, match="no such file"):
+        vanelock.run(tmp_path / "none.toml")
+
+
+def test_a_run_goes_on_says_so_and_goes_where_it_is_told(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = scene(tmp_path)
+    path.write_text(path.read_text().replace("loops = false", "loops = false\nreport = false"))
+    first = vanelock.run(path, tmp_path / "here")
+    told = capsys.readouterr()
+    assert "Responses of arm 4, y" in told.out
+    assert "response mu=0.2 ..." in told.err
+    again = vanelock.run(str(path), str(tmp_path / "here"))
+    assert "response mu=0.2: unchanged" in capsys.readouterr().err
+    assert again.table.equals(first.table)
+    with pytest.raises(InputError, match=r"no report\.html: the study has outputs\.report = false"):
+        first.page  # noqa: B018
+
+
+def test_a_run_that_was_stopped_shows_what_it_has(tmp_path: Path) -> None:
+    path, heard = scene(tmp_path), []
+
+    def stop(event: Event) -> None:
+        heard.append(event)
+        if getattr(event, "stage", "").startswith("response mu=0.2"):
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        vanelock.run_scene(vanelock.load_scene(path), tmp_path / "run", stop)
+    found = vanelock.load(tmp_path / "run")
+    assert not found.complete
+    assert repr(found).endswith(", not complete)")
+    with pytest.raises(InputError, match=r"no report\.html: not complete"):
+        found.page  # noqa: B018
+
+
+def test_a_case_that_failed_says_why(tmp_path: Path) -> None:
+    """Mode 9 of six is refused; a sweep over it has one case."""
+    path = scene(tmp_path)
+    text = path.read_text().replace("modes = 2", "modes = 0")
+    path.write_text(text.replace(f'"{MU}" = [0.05, 0.2]', '"response.mode" = [1, 9]'))
+    found = vanelock.run(path, tmp_path / "run", quiet=True)
+    assert found.cases == ("mode=1",)
+    assert list(found.failed) == ["mode=9"]
+    assert repr(found).endswith(": 1 case, 1 FAILED)")
+    with pytest.raises(InputError, match=r"case 'mode=9' could not be computed: .*response\.mode"):
+        found.response("mode=9")
+
+
+def test_importing_it_loads_neither_mesher_nor_renderer() -> None:
+    code = (
+        "import sys, vanelock\nvanelock.Run, vanelock.load\n"
+        "print(*sorted({name.partition('.')[0] for name in sys.modules}))"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code], stdout=subprocess.PIPE, text=True, check=True, cwd="/"
+    )
+    loaded = set(done.stdout.split())
+    assert "h5py" in loaded
+    assert loaded.isdisjoint({"gmsh", "vtk", "vtkmodules", "pyvista", "pandas", "xarray"})

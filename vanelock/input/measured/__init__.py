@@ -1,0 +1,1 @@
+"""Measured curves: what files say of them, in SI."""

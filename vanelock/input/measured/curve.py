@@ -1,0 +1,160 @@
+"""Measured responses: what files and the study say of them, in SI."""
+
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+
+from vanelock.common.errors import InputError, raised
+from vanelock.input.cases.values import Given, ring_of
+from vanelock.input.measured.csv_file import read_csv
+from vanelock.input.measured.points import Floats, Points
+from vanelock.input.measured.units import DISPLACEMENT
+from vanelock.input.measured.universal import ENDINGS, read_universal
+from vanelock.input.messages import show
+from vanelock.input.schema.comparison import MeasuredCurve
+from vanelock.input.schema.study import Study
+
+UNIVERSAL_KEYS = ("record", "unit", "force")
+"""Keys that only a Universal File has use for."""
+
+
+@dataclass(frozen=True)
+class Measured:
+    """A measured response.
+
+    Attributes
+    ----------
+    name : str
+        What legends call it.
+    frequency : (p,) float
+        Hz, ascending.
+    amplitude : (p,) float
+        Half the peak-to-peak: displacement, m, or strain.
+    quantity : str
+        "displacement", of the monitored one, or "strain".
+    sigma : (p,) float or None
+        Standard deviation of each amplitude, where it is known.
+    engine_order : int
+        EO > 0, so that the rotor's speed is 60 f / EO.
+    gauge : int or None
+        Place of the strain gauge among the study's, from 0.
+    direction : str
+        "up" or "down", as the frequency was swept.
+    load : float
+        The load over that of the study.
+    """
+
+    name: str
+    frequency: Floats
+    amplitude: Floats
+    quantity: str = DISPLACEMENT
+    sigma: Floats | None = None
+    engine_order: int = 1
+    gauge: int | None = None
+    direction: str = "up"
+    load: float = 1.0
+
+    @property
+    def label(self) -> str:
+        """Its name, with the load where that is another."""
+        return self.name if self.load == 1 else f"{self.name}, load × {self.load:g}"
+
+    @property
+    def speed(self) -> Floats:
+        """(p,) rotor speed, rpm."""
+        return 60 * self.frequency / self.engine_order
+
+
+def load_measured(given: Given) -> tuple[Measured, ...]:
+    """The measured curves of a study or a scene.
+
+    Raises
+    ------
+    InputError
+        One line with file, line and column for what cannot be read.
+    """
+    return tuple(_read(given, i) for i in range(len(given.measured)))
+
+
+def curve_mistakes(given: Given) -> list[str]:
+    """What is wrong with the files of measured curves, each by itself."""
+    return [
+        f"measured[{i}].file: {line}"
+        for i in range(len(given.measured))
+        for line in raised(partial(_read, given, i))
+    ]
+
+
+def _read(given: Given, i: int) -> Measured:
+    order, gauges = ring_of(given)[1], 0
+    if isinstance(given, Study):
+        order, gauges = (given.excitation.engine_orders or (order,))[0], len(given.outputs.gauges)
+    return read_measured(given.measured[i], abs(order) or 1, gauges, f"measured[{i}]")
+
+
+def read_measured(keys: MeasuredCurve, order: int, gauges: int, where: str) -> Measured:
+    """A measured curve.
+
+    Parameters
+    ----------
+    keys : MeasuredCurve
+        Its table of the study.
+    order : int
+        Engine order of the study, for a file that says none.
+    gauges : int
+        Number of strain gauges of the study.
+    where : str
+        What the table is called in errors.
+    """
+    path, own = Path(keys.file), keys.engine_order or order
+    points = _points(keys, path, own, where)
+    sigma = points.sigma
+    if sigma is None and keys.sigma is not None:
+        sigma = keys.sigma * points.factor
+    known = ~np.isnan(points.frequency) & ~np.isnan(points.amplitude)
+    if sigma is not None:
+        known &= ~np.isnan(sigma)
+    inside = ""
+    if keys.range is not None:
+        low, high = keys.range
+        known &= (points.frequency >= low) & (points.frequency <= high)
+        inside = f" from {low:g} to {high:g} Hz"
+    if known.sum() < 2:
+        raise InputError(f"{path}: {known.sum()} points{inside}: at least 2 are needed")
+    ascending = np.flatnonzero(known)[np.argsort(points.frequency[known], kind="stable")]
+    return Measured(
+        name=keys.name or path.stem,
+        frequency=points.frequency[ascending],
+        amplitude=points.amplitude[ascending],
+        quantity=points.quantity,
+        sigma=None if sigma is None else sigma[ascending],
+        engine_order=own,
+        gauge=_gauge(keys, points.quantity, gauges, where),
+        direction=keys.direction,
+        load=keys.load,
+    )
+
+
+def _points(keys: MeasuredCurve, path: Path, engine_order: int, where: str) -> Points:
+    """What the file says, by the reader of its format."""
+    if path.suffix.lower() in ENDINGS:
+        return read_universal(path, engine_order, keys.record, keys.unit, keys.force)
+    for name in UNIVERSAL_KEYS:
+        if (given := getattr(keys, name)) is not None:
+            allowed = ", ".join(ENDINGS)
+            raise InputError(f"{where}.{name} = {show(given)}: is for Universal Files ({allowed})")
+    return read_csv(path, engine_order)
+
+
+def _gauge(keys: MeasuredCurve, quantity: str, gauges: int, where: str) -> int | None:
+    """Place of the gauge that a strain belongs to."""
+    if quantity == DISPLACEMENT:
+        if keys.gauge is not None:
+            raise InputError(f"{where}.gauge = {keys.gauge}: {keys.file} holds no strain")
+        return None
+    if keys.gauge is None and gauges != 1:
+        have = f"of {gauges} gauges" if gauges else "outputs.gauges has none"
+        raise InputError(f"{where}: {keys.file} holds a strain: give gauge, its number ({have})")
+    return (keys.gauge or 1) - 1

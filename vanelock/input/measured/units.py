@@ -1,0 +1,36 @@
+"""Units of frequencies, speeds and amplitudes, as measuring programs write them."""
+
+from typing import Any
+
+import numpy as np
+
+from vanelock.common.errors import InputError
+from vanelock.common.quantities import si
+
+DISPLACEMENT, STRAIN = "displacement", "strain"
+TURN = 2 * np.pi
+UNITS = {
+    "frequency": {"Hz": 1.0, "kHz": 1e3, "1/s": 1.0, "rad/s": 1 / TURN},
+    "speed": {
+        "rpm": 1.0, "1/min": 1.0, "min-1": 1.0, "rev/min": 1.0, "krpm": 1e3,
+        "1/s": 60.0, "rev/s": 60.0, "Hz": 60.0, "rad/s": 60 / TURN,
+    },
+}  # fmt: skip
+"""In Hz and rpm. Not by a library of units, to which a revolution is 2π."""
+STRAINS = {"ustrain": 1e-6, "microstrain": 1e-6, "µε": 1e-6, "με": 1e-6, "1": 1.0, "-": 1.0}
+
+
+def amplitude_factor(unit: str, quantity: str, where: str) -> float:
+    """SI value of one unit of an amplitude."""
+    if quantity == STRAIN:
+        return STRAINS[unit] if unit in STRAINS else _converted(unit, "dimensionless", where)
+    return _converted(unit, "m", where)
+
+
+def _converted(unit: str, to: str, where: str) -> float:
+    try:
+        value: Any = si(f"1 {unit}", to)
+    except ValueError:
+        meant = "a length such as um" if to == "m" else "a strain such as um/m"
+        raise InputError(f'{where}: unit "{unit}": expected {meant}') from None
+    return float(value)

@@ -1,0 +1,170 @@
+"""Measured points from Universal Files: a function record, data set 58, in text or binary.
+
+By pyuff (an optional library). A complex response counts by its modulus; velocities and
+accelerations are taken to displacements of a harmonic motion, x = v / ω = a / ω²; a response per
+force is multiplied by the force that the study gives. The format: SDRC, Universal File Datasets
+Summary; units are in data set 164, where there is one.
+"""
+
+import warnings
+from collections.abc import Sequence
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from vanelock.common.errors import InputError, printable
+from vanelock.common.files.files import regular
+from vanelock.common.files.limited import by_library
+from vanelock.common.lazy import library
+from vanelock.input.measured.ordinates import Ordinate, ordinate
+from vanelock.input.measured.points import Floats, Points
+from vanelock.input.measured.units import DISPLACEMENT, STRAIN, TURN, UNITS
+
+ENDINGS = (".uff", ".unv", ".uf")
+LARGEST = 200_000_000
+"""Bytes of the largest file that is read."""
+MOST = 12
+"""Records that a message lists."""
+RECORD, UNITS_OF_FILE = 58, 164
+"""Data sets that are read."""
+FUNCTIONS = {
+    0: "function", 1: "time response", 2: "auto spectrum", 3: "cross spectrum",
+    4: "frequency response", 5: "transmissibility", 6: "coherence", 9: "power spectral density",
+    10: "energy spectral density", 12: "spectrum", 27: "order function",
+}  # fmt: skip
+AMPLITUDES = (0, 4, 12, 27)
+"""Of these, what amplitudes can be read off."""
+DIRECTIONS = ("", "x", "y", "z", "rx", "ry", "rz")
+FREQUENCY, SPEED = 18, 19
+"""What an abscissa is of."""
+
+
+def read_universal(
+    path: Path, engine_order: int, record: int | None, unit: str | None, force: float | None
+) -> Points:
+    """The points of a record.
+
+    Parameters
+    ----------
+    path : Path
+    engine_order : int
+        At which those over speed are.
+    record : int, optional
+        Its number among the function records, from 1; only one of several needs it.
+    unit : str, optional
+        Of its ordinate, where the file does not say it.
+    force : float, optional
+        N, of a response per force.
+
+    Raises
+    ------
+    InputError
+        One line: the library is absent, the file malformed, or not an amplitude over frequency.
+    """
+    size = regular(path, "a Universal File")
+    if size > LARGEST:
+        raise InputError(f"{path}: more than {LARGEST:,} bytes: at most that are read")
+    with warnings.catch_warnings():  # the library changes the filters as it is imported
+        pyuff = library("pyuff", "uff", str(path))
+    read = partial(_sets, pyuff, path)
+    records, units = by_library(read, str(path), size, "a Universal File")
+    number, found = _chosen(path, records, record)
+    where = f"{path}: record {number}"
+    kind = int(found.get("func_type", 0))
+    if kind not in AMPLITUDES:
+        raise InputError(f"{where}: a {FUNCTIONS.get(kind, 'function')}, which has no amplitudes")
+    count, said = len(np.atleast_1d(found["data"])), int(found.get("num_pts", -1))
+    if count != said:
+        raise InputError(f"{where}: {said} points by its header, {count} are there")
+    frequency = _frequency(found, engine_order, where)
+    found_unit = ordinate(found, units, unit, where)
+    factor = _factor(found_unit, frequency, force, where)
+    amplitude = factor * np.abs(np.asarray(found["data"]))
+    known = np.isfinite(amplitude) & (frequency > 0)
+    return Points(
+        np.where(known, frequency, np.nan),
+        np.where(known, amplitude, np.nan),
+        STRAIN if found_unit.kind == STRAIN else DISPLACEMENT,
+        factor,
+    )
+
+
+def _sets(pyuff: Any, path: Path) -> tuple[list[dict[str, Any]], dict[str, Any] | None]:
+    """Function records, and the units of the file."""
+    file = pyuff.UFF(str(path))
+    kinds = np.asarray(file.get_set_types()).astype(int)
+    if not (kinds == RECORD).any():
+        held = ", ".join(map(str, dict.fromkeys(kinds.tolist()))) or "no data set"
+        raise ValueError(f"no function record, data set {RECORD}: it holds {held}")
+    units = [file.read_sets(int(i)) for i in np.flatnonzero(kinds == UNITS_OF_FILE)]
+    records = [file.read_sets(int(i)) for i in np.flatnonzero(kinds == RECORD)]
+    return records, units[0] if units else None
+
+
+def _chosen(
+    path: Path, records: Sequence[dict[str, Any]], record: int | None
+) -> tuple[int, dict[str, Any]]:
+    """The record that is wanted, and its number."""
+    if record is None and len(records) == 1:
+        record = 1
+    if record is not None and record <= len(records):
+        return record, records[record - 1]
+    some = [f"{i} ({_described(each)})" for i, each in enumerate(records[:MOST], 1)]
+    if len(records) > MOST:
+        some.append(f"... {len(records)}")
+    wrong = "several records: give record" if record is None else f"no record {record}"
+    raise InputError(f"{path}: {wrong}: {', '.join(some)}")
+
+
+def _described(record: dict[str, Any]) -> str:
+    """A record in a few words: what it is, where, in which unit, and how many points."""
+    what = FUNCTIONS.get(int(record.get("func_type", 0)), "function")
+    places = [_dof(record, "rsp"), _dof(record, "ref")]
+    label = str(record.get("ordinate_axis_units_lab", "")).strip()
+    unit = f" in {label}" if label not in ("", "NONE") else ""
+    points = len(np.atleast_1d(record["data"]))
+    return printable(f"{what} {'/'.join(filter(None, places))}{unit}, {points} points"[:80])
+
+
+def _dof(record: dict[str, Any], which: str) -> str:
+    """Node and direction, such as "12+z"; "" where the record has none."""
+    node, direction = (int(record.get(f"{which}_{of}", 0) or 0) for of in ("node", "dir"))
+    sign = "-" if direction < 0 else "+"
+    name = DIRECTIONS[abs(direction)] if abs(direction) < len(DIRECTIONS) else "?"
+    return f"{node}{sign}{name}" if direction else ""
+
+
+def _frequency(record: dict[str, Any], engine_order: int, where: str) -> Floats:
+    """(p,) Hz."""
+    kind = int(record.get("abscissa_spec_data_type", 0))
+    label = str(record.get("abscissa_axis_units_lab", "")).strip()
+    of = "speed" if kind == SPEED or (kind == 0 and label.lower() == "rpm") else "frequency"
+    known = {name.lower(): value for name, value in UNITS[of].items()}
+    if kind not in (0, FREQUENCY, SPEED):
+        raise InputError(f"{where}: not over frequency or speed (abscissa of type {kind})")
+    if kind == 0 and label.lower() not in known and int(record.get("func_type", 0)) == 0:
+        raise InputError(f"{where}: does not say what it is over: needs frequency or speed")
+    factor = known.get(label.lower(), 1.0)
+    x = factor * _abscissa(record)
+    return x * engine_order / 60 if of == "speed" else x
+
+
+def _abscissa(record: dict[str, Any]) -> Floats:
+    """(p,) numbers; where they are evenly spaced the library may be one too far."""
+    if not int(record.get("abscissa_spacing", 0)):
+        return np.asarray(record["x"]).real.astype(float)
+    steps = np.arange(len(np.atleast_1d(record["data"])))
+    return np.asarray(float(record["abscissa_min"]) + float(record["abscissa_inc"]) * steps)
+
+
+def _factor(found: Ordinate, frequency: Floats, force: float | None, where: str) -> Floats:
+    """(p,) displacement or strain of one unit of the ordinate."""
+    if found.per_force and force is None:
+        raise InputError(f"{where}: a response per force: give force, what it is multiplied by")
+    if not found.per_force and force is not None:
+        raise InputError(f"{where}: no response per force: leave out force")
+    omega = TURN * np.where(frequency > 0, frequency, np.nan)
+    scale = found.factor * (1.0 if force is None else force)
+    return np.asarray(scale / omega**found.derivative)

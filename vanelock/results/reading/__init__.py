@@ -1,0 +1,1 @@
+"""A run's folder read back: what it holds, and the object that shows it."""

@@ -1,0 +1,268 @@
+"""A run as one object, read from its folder: its cases, their table, responses and curves."""
+
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass
+from html import escape
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from vanelock import render
+from vanelock.common.errors import InputError
+from vanelock.common.files.digests import verify
+from vanelock.common.tables import Cell
+from vanelock.quantities.selection import MANY
+from vanelock.results.case_table import case_table
+from vanelock.results.figures.curves import called, limit_curves, one_order
+from vanelock.results.files.redrawn import REPORT
+from vanelock.results.files.results_file import NAME, load_system, open_results, response_group
+from vanelock.results.reading.contents import CaseFound, Loaded, components, load_run
+from vanelock.results.reading.frames import dataset, frame
+from vanelock.rom import System
+
+if TYPE_CHECKING:
+    import pandas
+    import xarray
+    from matplotlib.figure import Figure
+
+
+@dataclass(frozen=True, repr=False)
+class Run:
+    """What a run found, read from its folder.
+
+    Attributes
+    ----------
+    folder : Path
+        The run's folder.
+    contents : Loaded
+        What is in its results file but for responses and matrices, SI.
+    """
+
+    folder: Path
+    contents: Loaded
+
+    def __repr__(self) -> str:
+        """One line: where, how many cases, and whether that is all."""
+        failed = f", {len(self.failed)} FAILED" if self.failed else ""
+        whole = "" if self.complete else ", not complete"
+        cases = f"{len(self.cases)} case{'' if len(self.cases) == 1 else 's'}"
+        return f"Run('{self.folder}': {cases}{failed}{whole})"
+
+    def _repr_html_(self) -> str | None:
+        """The same with the table, for a notebook; None where pandas is not there."""
+        try:
+            return f"<p>{escape(repr(self))}, {escape(self.monitor)}</p>{self.table.to_html()}"
+        except InputError:
+            return None
+
+    @property
+    def cases(self) -> tuple[str, ...]:
+        """Names of the cases that were computed, in the order of the sweep."""
+        return tuple(self.contents.cases)
+
+    @property
+    def failed(self) -> Mapping[str, str]:
+        """Cases that could not be computed, and why."""
+        return self.contents.failed
+
+    @property
+    def complete(self) -> bool:
+        """False where the run was stopped, or is under way."""
+        return self.contents.complete
+
+    @property
+    def monitor(self) -> str:
+        """The displacement that peaks and curves are of, such as "vane output 1, radial"."""
+        return self.contents.monitor
+
+    @property
+    def page(self) -> Path:
+        """The page for a colleague, report.html.
+
+        Raises
+        ------
+        InputError
+            If there is none.
+        """
+        path = self.folder / REPORT
+        if path.is_file():
+            return path
+        reason = "the study has outputs.report = false" if self.complete else "not complete"
+        raise InputError(f"{self.folder}: no {REPORT}: {reason}")
+
+    @property
+    def table(self) -> "pandas.DataFrame":
+        """A row for each case: its swept keys, SI, and the table of the terminal and the page.
+
+        Columns have the heads and units of these, such as "peak (µm)" and "at (Hz)". Damping and
+        stress are those of the cases that the page looks into.
+
+        Raises
+        ------
+        InputError
+            If pandas is not installed.
+        """
+        found = self.contents.cases.values()
+        keys = dict.fromkeys(key for each in found for key in each.values)
+        swept = {key: [each.values.get(key) for each in found] for key in keys}
+        return frame(case_table(list(map(_row, found)), self.monitor), swept)
+
+    def response(self, case: str | None = None) -> "xarray.Dataset":
+        """The response of a case at every output, whose points that did not converge are NaN.
+
+        Parameters
+        ----------
+        case : str, optional
+            Its name, as `cases` has it, or a linear limit, "free" or "stuck"; by default the first
+            case.
+
+        Returns
+        -------
+        xarray.Dataset
+            Over `frequency` (p,), Hz: `amplitude` (p, o, 3), half the peak-to-peak of each output
+            and direction, m; `displacement` (p, H + 1, o, 3) complex, its harmonics, m;
+            `converged` and `residual` (p,). Swept values are attributes.
+
+        Raises
+        ------
+        InputError
+            If there is no such case, which lists what there is, or xarray is not installed.
+        """
+        first = self._first()
+        with open_results(self.folder / NAME, whole=False) as file:
+            name = first if case is None else case
+            group, own = response_group(file, name), response_group(file, first)
+            verify(group)
+            about: dict[str, Any] = {"case": name, "monitor": self.monitor}
+            if name in self.contents.cases:
+                about |= self.contents.cases[name].values
+                own = group
+            names = own["system/output/name"].asstr()[()].tolist()
+            return dataset(group, names, components(own), about)
+
+    def system(self, case: str | None = None) -> System:
+        """The system that a case, by default the first one, was solved with.
+
+        Raises
+        ------
+        InputError
+            If there is no such case.
+        """
+        return load_system(self.folder / NAME, self._first() if case is None else case)
+
+    def plot(self, *cases: str, logarithmic: bool = False) -> "Figure":
+        """Response curves of the monitored displacement, with the linear limits.
+
+        Parameters
+        ----------
+        cases : str
+            Names of cases; by default all, of more than 24 the first, the last, and those of the
+            lowest and the largest peak.
+        logarithmic : bool
+            Logarithmic amplitudes.
+
+        Returns
+        -------
+        matplotlib.figure.Figure
+            In the style of the program's own; a notebook shows it, `savefig` writes it.
+
+        Raises
+        ------
+        InputError
+            If there is no such case.
+        """
+        found = self.contents.cases
+        for name in cases or (self._first(),):
+            if name not in found:
+                self._refuse(name)
+        drawn = [found[name] for name in cases or _shown(found)]
+        lists = self.contents.settings["response"].get("frequencies")
+        curves = [
+            render.Curve(
+                each.frequency,
+                each.amplitude,
+                group=called(each.name),
+                harmonics=int(each.numbers["harmonics"]),
+                joined=lists is None,
+            )
+            for each in drawn
+        ]
+        made: Figure = render.response_figure(
+            [*limit_curves(self.contents.linear), *curves],
+            f"{self.contents.settings['name']}: forced response",
+            self.monitor,
+            logarithmic,
+            one_order(each.engine_order for each in drawn),
+        )
+        return made
+
+    def _first(self) -> str:
+        """The first case."""
+        if not self.cases:
+            raise InputError(f"{self.folder}: no case is finished yet")
+        return self.cases[0]
+
+    def _refuse(self, name: str) -> None:
+        """Say that there is no such case, and which there are."""
+        with open_results(self.folder / NAME, whole=False) as file:
+            response_group(file, name)
+        raise InputError(f"{self.folder}: {name!r} is a linear limit, which every figure shows")
+
+
+def load(folder: str | os.PathLike[str]) -> Run:
+    """Read what a run left in its folder, be it complete or not.
+
+    Parameters
+    ----------
+    folder : path
+        The run's folder, such as "runs/my", or the results file in it.
+
+    Raises
+    ------
+    InputError
+        If it holds no results, or they are damaged, altered, or of another version.
+    """
+    path = Path(folder)
+    if path.name == NAME:
+        path = path.parent
+    return Run(path, load_run(path, path.name))
+
+
+def _row(found: CaseFound) -> dict[str, Cell]:
+    """The cells of a case that was read."""
+    of = found.numbers.get
+    return {
+        "case": found.name,
+        "harmonics": int(found.numbers["harmonics"]),
+        "mu": of("mu"),
+        "peak_um": of("peak_amplitude"),
+        "frequency_hz": of("peak_frequency"),
+        "lowest_um": of("lowest_peak_amplitude"),
+        "highest_um": of("highest_peak_amplitude"),
+        "wave": found.wave or None,
+        "growth": of("growth_in_a_period"),
+        "of_free": of("of_free"),
+        "of_stuck": of("of_stuck"),
+        "x": of("position"),
+        "damping": None if found.at_edge else of("damping_ratio"),
+        "work_uj": of("work"),
+        "slipping_percent": of("slipping"),
+        "opening_percent": of("opening"),
+        "stress": of("alternating_stress"),
+        "reserve": None if found.at_edge else of("goodman_reserve"),
+        "converged": f"{found.numbers['converged']:.0f}/{found.numbers['points']:.0f}",
+        "seconds": of("seconds"),
+    }
+
+
+def _shown(cases: Mapping[str, CaseFound]) -> list[str]:
+    """All cases if they are few; of many the first, the last, the lowest and the largest peak."""
+    if len(cases) <= MANY:
+        return list(cases)
+    peaks = {name: each.numbers.get("peak_amplitude", np.nan) for name, each in cases.items()}
+    known = sorted((name for name in peaks if np.isfinite(peaks[name])), key=lambda n: peaks[n])
+    names = list(cases)
+    chosen = {names[0], names[-1], *known[:1], *known[-1:]}
+    return [name for name in names if name in chosen]
