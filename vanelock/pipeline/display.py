@@ -194,7 +194,7 @@ def _done(event: Done) -> str:
 
 
 def _last(event: Finished) -> str:
-    return f"open {event.page}" if event.page else event.folder
+    return f"open {event.page}" if event.page else f"results are in {event.folder}"
 
 
 def _line(event: Event) -> str:

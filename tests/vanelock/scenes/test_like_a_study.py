@@ -40,7 +40,7 @@ def test_rows_of_a_scene_vary_together(tmp_path: Path, scene_file: Write) -> Non
     text = arm(tmp_path) + "modes = 2\n" + PAD
     rows = '[rows]\n"contacts.pad.kn" = [1e4, "2e4 N/m"]\n"contacts.pad.kt" = [3e4, 5e4]\n'
     found = cases(load_scene(scene_file(text + rows)))
-    assert [each.name for each in found] == ["kn=10000,kt=30000", "kn=20000,kt=50000"]
+    assert [each.name for each in found] == ["kn=10000N_m,kt=30000N_m", "kn=20000N_m,kt=50000N_m"]
     with pytest.raises(InputError, match=r'rows\."contacts\.pad\.kx": unknown key'):
         load_scene(scene_file(text + rows.replace("pad.kt", "pad.kx")))
 

@@ -143,8 +143,8 @@ def test_swept_values_are_checked_as_their_keys(tmp_path: Path, scene_file: Writ
         )
     )
     assert [each.name for each in found] == [
-        "loads[0].amplitude=1,mu=0.1",
-        "loads[0].amplitude=2,mu=0.1",
+        "loads[0].amplitude=1N,mu=0.1",
+        "loads[0].amplitude=2N,mu=0.1",
     ]
     for sweep, told in (
         ('"contacts.pad.mu" = [-1]', r'sweep."contacts.pad.mu"\[0\] = -1: .* must be >= 0'),

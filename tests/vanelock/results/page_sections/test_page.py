@@ -127,7 +127,7 @@ def test_page_holds_the_answers_and_every_section(folder):
     with h5py.File(folder / "results.h5") as file:
         peak = file["response/nominal"].attrs["peak_amplitude"]
     assert f"{1e6 * peak:.3g} µm" in page
-    assert "no data of a material" in page
+    assert "not material data" in page
 
 
 def test_page_is_written_again_only_when_it_shows_something_else(folder):

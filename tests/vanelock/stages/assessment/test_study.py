@@ -56,7 +56,7 @@ def test_a_study_tells_both_on_its_page(tmp_path: Path) -> None:
     page = (folder / "report.html").read_text("utf-8")
     for text in ("Periodic wave", found.wave.verdict, "Bounds and stability", "as assembled"):
         assert text in page, text
-    assert "largest peak that static friction allows" in page
+    assert "upper bound of the peak over static friction" in page
     lines = {
         each.what: each for each in compared(load_run(plain, "a"), load_run(folder, "b")).results
     }
