@@ -8,11 +8,13 @@ import pyvista
 from ansys.mapdl import reader
 from ansys.mapdl.reader import examples
 
-from tests.mesh.files.archives import degenerated
+from tests.mesh.files.archives import degenerated, with_surface
 from tests.mesh.files.test_read import bent, by_place
 from vanelock import fem
 from vanelock.common.errors import InputError
 from vanelock.mesh import Part, read_mesh
+from vanelock.mesh.cells import solid
+from vanelock.mesh.exterior import exterior
 
 VTK = {"tetra": 10, "tetra10": 24, "hexahedron": 12, "hexahedron20": 25, "wedge15": 26}
 
@@ -101,6 +103,19 @@ def test_components_of_elements_and_what_is_no_solid(tmp_path):
     elements = [17, 18, *range(21, 41)]
     chosen = found.cells[np.isin(found.elements, elements)]
     assert nodes == set(chosen.ravel().tolist())
+
+
+def test_a_component_of_surface_elements_is_a_set_of_faces(tmp_path, lattice):
+    part = lattice((2, 2, 1), bent, "hexahedron", curved=True)
+    sides = exterior(part.cells, solid("hexahedron"))
+    faces = sides[np.isin(sides, part.node_sets["x0"]).all(axis=1)]
+    assert len(faces) == 2
+    found = read_mesh(with_surface(tmp_path / "part.cdb", part, faces, "side"), "mm")
+    assert found.cell_type == "hexahedron"
+    assert len(found.cells) == 4
+    given = {frozenset(each) for each in (faces + 1).tolist()}
+    assert {frozenset(found.numbers[each].tolist()) for each in found.face_sets["SIDE"]} == given
+    assert set(found.node_sets["SIDE"].tolist()) == set(part.node_sets["x0"].tolist())
 
 
 def complaint(path: Path) -> str:
