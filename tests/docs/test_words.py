@@ -9,6 +9,8 @@ from typing import Any
 
 import pytest
 
+from vanelock.results.case_table import CASE_COLUMNS
+
 ROOT = Path(__file__).resolve().parents[2]
 WORDS: dict[str, Any] = runpy.run_path(str(ROOT / "tools" / "words.py"))
 GLOSSARY = (ROOT / "docs" / "glossary.md").read_text("utf-8")
@@ -48,9 +50,7 @@ def test_spelling() -> None:
 
 def test_the_glossary_has_the_words_of_the_tables() -> None:
     """Every head of the responses' table is a term, or says what it is by itself."""
-    source = (ROOT / "vanelock" / "results" / "listing.py").read_text("utf-8")
-    table = source.partition("def case_table")[2].partition("def _assessed")[0]
-    heads = re.findall(r'Column\(\s*"([^"]+)"', table)
+    heads = [column.head for column in CASE_COLUMNS]
     assert len(heads) > 15
     plain = {"case", "H", "μ", "slip", "open", "converged", "time"}
     terms = " ".join(re.findall(r"^\| (.*?) \|", GLOSSARY, re.MULTILINE)).lower()

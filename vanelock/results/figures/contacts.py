@@ -74,18 +74,19 @@ def contacts(run_data: RunData, each: Planned) -> Picture:
 def columns(
     around: Around, joint: tuple[str, ...], nodes: ArrayLike, positions: Floats
 ) -> Mapping[str, ArrayLike]:
-    """Contact by contact: its place, and its state and energy at each frequency."""
+    """A row for each contact at each frequency: its place, its state and its energy."""
     names = np.array([look[0] for look in render.LOOKS])
-    found: dict[str, ArrayLike] = {
-        "joint": joint,
-        "contact": numbers(joint),
-        "node of the vane (from 0)": nodes,
-        "x (mm)": 1e3 * positions[:, 0],
-        "y (mm)": 1e3 * positions[:, 1],
-        "z (mm)": 1e3 * positions[:, 2],
+    times = len(around.frequency)
+    x, y, z = np.tile(1e3 * positions, (times, 1)).T
+    return {
+        "joint": list(joint) * times,
+        "contact": numbers(joint) * times,
+        "node of the vane (from 0)": np.tile(nodes, times),
+        "x (mm)": x,
+        "y (mm)": y,
+        "z (mm)": z,
+        "at": np.repeat(around.headings, len(joint)),
+        "frequency (Hz)": np.repeat(around.frequency, len(joint)),
+        "state": names[around.state].ravel(),
+        "energy per cycle (µJ)": 1e6 * around.dissipation.ravel(),
     }
-    for i, frequency in enumerate(around.frequency):
-        at = f"{around.headings[i]}, {frequency:.3f} Hz"
-        found[f"state: {at}"] = names[around.state[i]]
-        found[f"energy (µJ): {at}"] = 1e6 * around.dissipation[i]
-    return found

@@ -24,7 +24,7 @@ def provenance(content: PageContent) -> Section:
             f"Written {written()} by `vanelock run`, from `results.h5` beside this page, which "
             "holds every mesh, reduced model and response with their units. The page shows the "
             "results of the file below and nothing else; it is written again when any of them "
-            "changes."
+            "changes. Terms are explained in the manual's docs/glossary.md."
         ),
         Table("Versions", heads("program", "version"), versions()),
         Table(
