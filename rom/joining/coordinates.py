@@ -65,12 +65,12 @@ class Contact:
 
     def __post_init__(self) -> None:
         """Refuse what cannot be."""
-        rubs, opens = self.tangential is not None, self.normal is not None
-        if not rubs and not opens:
+        slides, opens = self.tangential is not None, self.normal is not None
+        if not slides and not opens:
             self._refuse("needs tangential or normal, the coordinates that it acts on")
-        if self.second is not None and not rubs:
+        if self.second is not None and not slides:
             self._refuse("has a second tangential direction without the first, tangential")
-        pairs = ("tangential", rubs, "mu"), ("tangential", rubs, "kt"), ("normal", opens, "kn")
+        pairs = ("tangential", slides, "mu"), ("tangential", slides, "kt"), ("normal", opens, "kn")
         for place, there, number in pairs:
             if there != (getattr(self, number) is not None):
                 self._refuse(f"{place} needs {number}" if there else f"{number} needs {place}")

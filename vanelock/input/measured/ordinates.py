@@ -67,20 +67,20 @@ def ordinate(
     name = NAMES.get(kind)
     per_force = below in FORCES or text.endswith("/N")
     numerator = re.sub(r"^\((.*)\)$", r"\1", text.removesuffix("/N"))
-    told = _told(name, numerator, where, bool(given))
-    if told is None:
+    known = _labelled(name, numerator, where, bool(given))
+    if known is None:
         if units is None or name is None:
             raise InputError(f'{where}: says no unit: give unit, such as "um" or "m/s^2/N"')
-        told = name, _of_system(name, units)
+        known = name, _of_system(name, units)
     elif not given and units is not None:
-        other = _of_system(told[0], units)
-        if told[0] != STRAIN and abs(told[1] / other - 1) > ALIKE:
+        other = _of_system(known[0], units)
+        if known[0] != STRAIN and abs(known[1] / other - 1) > ALIKE:
             raise InputError(
                 f"{where}: in {printable(label)} by its label, in {other:g} "
-                f"{SI_UNITS[told[0]]} by the file's units (data set 164): give unit"
+                f"{SI_UNITS[known[0]]} by the file's units (data set 164): give unit"
             )
     force = _newtons(under, units, where) if below in FORCES and not given else 1.0
-    return Ordinate(told[0], told[1] / force, per_force)
+    return Ordinate(known[0], known[1] / force, per_force)
 
 
 def _label(record: Mapping[str, Any], of: str) -> str:
@@ -90,7 +90,7 @@ def _label(record: Mapping[str, Any], of: str) -> str:
     return "" if text.upper() in ("NONE", "UNKNOWN") else text
 
 
-def _told(name: str | None, unit: str, where: str, given: bool) -> tuple[str, float] | None:
+def _labelled(name: str | None, unit: str, where: str, given: bool) -> tuple[str, float] | None:
     """Kind and SI value of a unit that is written; None where there is none."""
     if not unit:
         return None

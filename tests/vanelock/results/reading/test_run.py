@@ -82,7 +82,7 @@ def test_the_table_is_the_terminals(ran: vanelock.Run, capsys: pytest.CaptureFix
             if head not in ("case", "converged")
             else (read == values)
         ), head
-    assert set(found) - set(told.by_head()) == {MU, "damping (%)"}
+    assert set(found) - set(told.by_head()) == {MU, "damping ratio (%)"}
     assert found["peak (µm)"].tolist() == pytest.approx(
         [1e6 * each.peak.amplitude for each in summaries if each.peak is not None]
     )
@@ -117,8 +117,8 @@ def test_limits_are_responses_and_the_first_case_is_the_default(ran: vanelock.Ru
     heights = [float(each.amplitude.max()) for each in (free, stuck, ran.response())]
     assert heights[2] < heights[0]
     row = ran.table.iloc[0]
-    assert row["of linear free"] == pytest.approx(heights[2] / heights[0])
-    assert row["of linear stuck"] == pytest.approx(heights[2] / heights[1])
+    assert row["relative to free"] == pytest.approx(heights[2] / heights[0])
+    assert row["relative to stuck"] == pytest.approx(heights[2] / heights[1])
 
 
 def test_a_wrong_name_lists_what_there_is(ran: vanelock.Run) -> None:
@@ -175,7 +175,7 @@ def test_a_run_goes_on_says_so_and_goes_where_it_is_told(
     first = vanelock.run(path, tmp_path / "here")
     told = capsys.readouterr()
     assert "Responses of arm 4, y" in told.out
-    assert "response mu=0.2 ..." in told.err
+    assert "response mu=0.2: " in told.err
     again = vanelock.run(str(path), str(tmp_path / "here"))
     assert "response mu=0.2: unchanged" in capsys.readouterr().err
     assert again.table.equals(first.table)
