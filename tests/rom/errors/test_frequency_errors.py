@@ -270,9 +270,9 @@ def test_errors_that_no_route_tells_are_refused(small_ring):
     for route in ("direct", "paper"):
         casing = rom.reduce(model, CASING, 4, nodal_diameters=[1], route=route, interface_modes=5)
         system = rom.join(vane, casing, (HOOK,), rom.Excitation(1, force=1.0))
-        with pytest.raises(InputError, match=f'rim: reduced by the route "{route}", which does'):
+        with pytest.raises(InputError, match=f'rim: reduced by the route "{route}", which gives'):
             rom.frequency_errors(system, vane, casing, 1, 3)
-        with pytest.raises(InputError, match=f'rim: reduced by the route "{route}", which does'):
+        with pytest.raises(InputError, match=f'rim: reduced by the route "{route}", which gives'):
             rom.response_errors(system, vane, casing, np.array([100.0]))
 
 
