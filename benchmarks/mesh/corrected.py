@@ -76,7 +76,7 @@ half the size of the other, as they are, extrapolated with the order {order:.2f}
 |---|---:|---:|---:|---:|---:|"""
 VANES = """\
 The ten first elastic modes of vanes that nothing holds, {} elements, against {}, corrected:
-mean and largest difference in %. Of the vane with sharp roots graded hexahedra of degree 3 tell
+mean and largest difference in %. Of the vane with sharp roots graded hexahedra of degree 3 give
 the limit ([verification](../verification/mesh_correction.md)): from it the finer mesh, corrected,
 differs by 0.1 % on average and 0.2 at most, as it is by 1.0. Extrapolation would be no better
 reference: unstructured meshes are not similar, and from 7 and 5 mm it ends 0.4 % below that limit.
