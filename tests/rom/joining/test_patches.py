@@ -113,7 +113,7 @@ def test_patches_that_the_mesh_cannot_tell_apart_are_refused(block):
     model = block.model
     same = sp.csc_array(model.part.patches["contact"].toarray()[[0, 1, 1]])
     model = replace(model, part=replace(model.part, patches={"contact": same}))
-    with pytest.raises(InputError, match="tetra10: the mesh is too coarse to tell"):
+    with pytest.raises(InputError, match="tetra10: the mesh is too coarse to resolve"):
         patch_transform(model, block.contact)
 
 
