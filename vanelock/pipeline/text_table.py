@@ -87,7 +87,7 @@ def _columns(table: Table) -> list[list[Shown]]:
 def _block(column: Column, values: list[Shown]) -> _Block:
     cells = [[_plain(text)] for text in digits(column, values)]
     unit = [f"[{_plain(column.unit)}]"] if column.unit else []
-    widest = max(HEAD, *(len(text) for lines in [unit, *cells] for text in lines))
+    widest = max([HEAD, *(len(text) for lines in [unit, *cells] for text in lines)])
     return _Block(
         wrapped(_plain(column.head), widest) + unit,
         cells,

@@ -103,3 +103,8 @@ def test_a_column_has_the_same_decimals() -> None:
     assert digits(plain, [132.8, 0.0123]) == ["132.8", "0.0123"]
     assert digits(plain, [9.99999, 1.5]) == ["10.0", "1.5"]
     assert digits(Column("error", form=".0e"), [6e-7, np.nan]) == ["6e-07", "nan"]
+
+
+def test_a_table_without_rows_is_its_heads() -> None:
+    table = Table("Inputs that differ", [Column("key"), Column("value")], [])
+    assert text_lines(table, 80)[:3] == ["", "Inputs that differ", " key  value"]
