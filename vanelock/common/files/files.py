@@ -111,7 +111,7 @@ def regular(path: str | os.PathLike[str], needed: str) -> int:
 
 
 def default_folder(file: Path) -> Path:
-    """Where what a study or a scene gives goes, unless given."""
+    """Where what a study or a scene gives goes, unless another place is given."""
     return Path("runs") / file.stem
 
 

@@ -29,7 +29,7 @@ HOUR = 3600.0
 
 @dataclass(frozen=True)
 class Wear:
-    """Indicators of c contacts at one point of a response, a period each unless given.
+    """Indicators of c contacts at one point of a response, of a period each unless stated.
 
     Attributes
     ----------

@@ -1,1 +1,1 @@
-"""Figures that decide whether a mesh can be trusted."""
+"""Figures that show whether a mesh can be trusted."""

@@ -1,4 +1,4 @@
-"""Figures of a mesh that decide whether it can be trusted: size, volume, shape of its elements."""
+"""Figures of a mesh that show whether it can be trusted: size, volume, shape of its elements."""
 
 from dataclasses import dataclass
 from typing import Final

@@ -46,9 +46,6 @@ def write_vtu(
     InputError
         If the shape or a field does not fit the part, or the file cannot be written.
     """
-    import meshio
-
-    target = Path(path)
     data: Data = {}
     if shape is not None:
         _fits(part, shape)
@@ -62,10 +59,7 @@ def write_vtu(
         place = np.zeros(len(part.points), np.int32)
         place[nodes] = np.arange(1, len(nodes) + 1)
         data[name] = place
-    mesh = meshio.Mesh(part.points, [(part.cell_type, part.cells)], point_data=data)
-    with placed(target) as temporary:
-        mesh.write(temporary, file_format="vtu")
-    return target
+    return _written(path, part.points, part.cell_type, part.cells, data)
 
 
 def write_ring(
@@ -95,8 +89,6 @@ def write_ring(
     InputError
         If the shape does not fit the part, or the file cannot be written.
     """
-    import meshio
-
     N, n = part.sectors, len(part.points)
     _fits(part, shape)
     points = np.concatenate([annulus.sector_points(part.points, j, N) for j in range(N)])
@@ -104,8 +96,17 @@ def write_ring(
     data = _moving(points, np.concatenate(ring), unit)
     data["sector"] = np.repeat(np.arange(N, dtype=np.int32), n)
     cells = np.concatenate([part.cells + j * n for j in range(N)])
+    return _written(path, points, part.cell_type, cells, data)
+
+
+def _written(
+    path: style.PathLike, points: Real, cell_type: str, cells: NDArray[np.int64], data: Data
+) -> Path:
+    """The file, whole or not at all."""
+    import meshio
+
     target = Path(path)
-    mesh = meshio.Mesh(points, [(part.cell_type, cells)], point_data=data)
+    mesh = meshio.Mesh(points, [(cell_type, cells)], point_data=data)
     with placed(target) as temporary:
         mesh.write(temporary, file_format="vtu")
     return target

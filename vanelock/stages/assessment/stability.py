@@ -1,4 +1,4 @@
-"""The steps that decide whether the ring stays with the waves of a case's response."""
+"""The steps that determine whether the ring stays with the waves of a case's response."""
 
 from typing import Any
 
