@@ -128,7 +128,7 @@ def joined_table(rows: list[Answers]) -> Iterator[str]:
     yield f"| limit of the last two as they are | | {cells(exact)} | | | |"
 
 
-def vane(dimensions: VaneDimensions, size: float) -> tuple[int, Floats, Floats]:
+def vane(dimensions: VaneDimensions, size: str | float) -> tuple[int, Floats, Floats]:
     """Degrees of freedom, and ten frequencies [Hz] as they are and corrected."""
     model = fem.assemble(mesh.vane_segment(dimensions, size=size), MATERIAL)
     found = fem.modes(model, RIGID + MODES)
