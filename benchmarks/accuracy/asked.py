@@ -1,5 +1,6 @@
 """A scene run to an accuracy, stage by stage as `vanelock run` does, pictures left out."""
 
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -7,43 +8,66 @@ import numpy as np
 from benchmarks.accuracy.models import Prepared
 from benchmarks.accuracy.runs import Outcome, outcome
 from benchmarks.accuracy.scenes import Scene
+from vanelock import Study
 from vanelock.input.cases.sweep import cases
 from vanelock.nonlinear import Response, peak_errors
 from vanelock.pipeline.cache import Cache
 from vanelock.pipeline.progress import silent
 from vanelock.pipeline.step import Stages
-from vanelock.stages.accuracy.choose_mesh import choose_mesh
-from vanelock.stages.plan import plan
+from vanelock.stages.accuracy.choose_mesh import MeshChoice, choose_mesh
+from vanelock.stages.accuracy.mesh_sizes import most_dofs
+from vanelock.stages.plan import Planned, plan
 from vanelock.stages.response.limits import frequencies
 from vanelock.stages.response.monitor import monitor
+
+
+@dataclass(frozen=True)
+class Solved:
+    """A study solved: its system and range, its response, and the mesh that an accuracy chose."""
+
+    given: Prepared
+    response: Response
+    planned: Planned
+    chosen_mesh: MeshChoice | None
+
+    @property
+    def stated(self) -> tuple[dict[str, float], float, float]:
+        """Estimated relative errors of the peak: of its amplitude by source, and in all of both."""
+        return stated(self.response)
+
+
+def solved(study: Study, stages: Stages, memory: float | None = None) -> Solved:
+    """Run a study's one case up to its response, with meshes that so many bytes hold."""
+    (case,) = cases(study)
+    most = most_dofs(memory)
+    chosen_mesh = None if study.accuracy is None else choose_mesh(case.study, stages, most)
+    (planned,) = plan([case], lambda *_: None, [chosen_mesh])
+    response = stages.get(planned.response)
+    planned = planned.solved(response)
+    limits = stages.get(planned.linear.limits)
+    system = stages.get(planned.system)
+    wanted = frequencies(planned.case.study, limits)
+    assert isinstance(wanted, tuple)
+    watched = monitor(None, system, stages.get(planned.linear.responses["free"]))
+    return Solved(Prepared(system, wanted, watched, limits), response, planned, chosen_mesh)
 
 
 def asked(scene: Scene, accuracy: float, folder: Path) -> Outcome:
     """Run a scene to an accuracy; scenes of a design share the parts that are reduced alike."""
     own = folder / f"design_{scene.design}"
     stages = Stages(Cache(own / "cache", print), silent)
-    (case,) = cases(scene.study(accuracy=accuracy))
-    chosen_mesh = choose_mesh(case.study, stages)
-    (planned,) = plan([case], lambda *_: None, [chosen_mesh])
-    response = stages.get(planned.response)
-    planned = planned.solved(response)
-    limits = stages.get(planned.linear.limits)
-    system = stages.get(planned.system)
-    wanted = frequencies(chosen_mesh.study, limits)
-    assert isinstance(wanted, tuple)
-    watched = monitor(None, system, stages.get(planned.linear.responses["free"]))
-    given = Prepared(system, wanted, watched, limits)
-    sources, amplitude, frequency = stated(response)
-    assert response.estimates is not None
+    done = solved(scene.study(accuracy=accuracy), stages)
+    sources, amplitude, frequency = done.stated
+    assert done.response.estimates is not None
     return outcome(
         scene,
         f"asked_{accuracy:g}",
-        given,
-        response,
-        response.estimates.harmonics,
+        done.given,
+        done.response,
+        done.response.estimates.harmonics,
         rom=spent(stages, "rom"),
         response=spent(stages, "response", "mesh errors"),
-        diameters=len(planned.diameters),
+        diameters=len(done.planned.diameters),
         amplitude_estimate=amplitude,
         frequency_estimate=frequency,
         sources=sources,

@@ -100,10 +100,12 @@ class Reference:
     scene : Scene
     given : Prepared
         Of a fine reduced model.
+    settled : float
+        Relative change of the amplitude, per step of the ladder, that ends it.
     """
 
-    def __init__(self, scene: Scene, given: Prepared) -> None:
-        self.scene, self.given = scene, given
+    def __init__(self, scene: Scene, given: Prepared, settled: float = SETTLED) -> None:
+        self.scene, self.given, self.settled = scene, given, settled
         study = scene.study()
         self.coupling, self.friction = study.response.coupling, study.response.friction
         self.samples = SAMPLES[0] if self.friction == "isotropic" else None
@@ -227,7 +229,7 @@ class Reference:
         """Harmonics one after another until the amplitude in `steps` has settled."""
         for harmonics in self.ladder:
             yield harmonics
-            if len(steps) > 2 and abs(steps[-1][1] / steps[-2][1] - 1) < SETTLED:
+            if len(steps) > 2 and abs(steps[-1][1] / steps[-2][1] - 1) < self.settled:
                 break
         if self.samples is not None:
             self.samples = SAMPLES[1]
@@ -293,10 +295,10 @@ def found_again(down: list[Top], up: list[Top]) -> list[Top]:
     ]
 
 
-def reference(scene: Scene, given: Prepared) -> dict[str, Any]:
+def reference(scene: Scene, given: Prepared, settled: float = SETTLED) -> dict[str, Any]:
     """The reference of a scene, as JSON holds it."""
     begin = time.process_time()
-    finder = Reference(scene, given)
+    finder = Reference(scene, given, settled)
     up = finder.tops(True)
     down = found_again(finder.tops(False, up), up) if finder.jumped else []
     if scene.number in BESIDE:

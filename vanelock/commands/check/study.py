@@ -113,6 +113,7 @@ def _planned(path: Path, outside: bool) -> Iterator[Row]:
     needed = estimated(found, own=own)
     if needed is not None:
         yield from ((what, f"about {value}") for what, value in needed.words().items())
+        yield from [("warning", needed.warning)] if needed.warning else []
     curves = load_measured(study)
     for curve in curves:
         yield "measured", f"{curve.label}: {len(curve.frequency):,} points of {curve.quantity}"

@@ -83,6 +83,8 @@ def run_study(
         running.record.provenance(given, text)
         if needed is not None:
             listener(Notice(f"about {', '.join(needed.words().values())}, if nothing is there yet"))
+            if needed.warning:
+                listener(Notice(needed.warning))
         with running.record.finished():
             with running.background():
                 summaries = running.all_cases()

@@ -11,7 +11,7 @@ two cost a few per cent of time.
 
 import math
 from collections.abc import Collection
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from vanelock.input.schema.study import Study
 from vanelock.mesh.geometry.dimensions import CasingDimensions, VaneDimensions
@@ -82,6 +82,23 @@ class Budget:
     accuracy: float
     shares: dict[str, float]
     pinned: dict[str, str]
+
+    @property
+    def later(self) -> list[str]:
+        """Sources that adapt while the response is solved, when mesh and modes are known."""
+        return [source for source in self.shares if source not in ("mesh", "modes")]
+
+    @property
+    def bearable(self) -> float:
+        """Error of the mesh that is not worth another one: its share, half of the later ones'."""
+        return self.shares["mesh"] + sum(self.shares[source] for source in self.later) / 2
+
+    def meshed(self, error: float) -> "Budget":
+        """The budget where the mesh is known to have an error; the later sources get the rest."""
+        together = sum(self.shares[source] for source in self.later)
+        factor = 1 + (self.shares["mesh"] - error) / together if self.later else 1.0
+        later = {source: factor * self.shares[source] for source in self.later}
+        return replace(self, shares={**self.shares, **later, "mesh": error})
 
 
 def budget(study: Study, spent: float = 0.0) -> Budget:

@@ -19,7 +19,7 @@ from vanelock.mesh.geometry.element_size import SIZES, SMALLEST, element_size
 from vanelock.pipeline.step import Stages
 from vanelock.stages.accuracy.budget import Budget, budget, pins
 from vanelock.stages.accuracy.mesh_errors import MeshErrors, mesh_errors_step
-from vanelock.stages.accuracy.mesh_sizes import DOFS, most_dofs, unknowns
+from vanelock.stages.accuracy.mesh_sizes import AMPLITUDE, DOFS, most_dofs, unknowns
 from vanelock.stages.parts.components import PARTS, model_step, reference_step
 from vanelock.stages.parts.meshes import mesh_step
 from vanelock.stages.parts.nodal_diameters import linear_steps
@@ -30,10 +30,6 @@ ORDER = 0.93
 from 30 to 7.6 mm. Two meshes give their own."""
 BETWEEN = (0.5, 1.1)
 """Orders that are believed of two meshes."""
-AMPLITUDE = {"none": 1.2, "modal": 1.7}
-"""Error of the peak's amplitude by the mesh, over that of its frequency, by `mesh.correction`: the
-largest measured (docs/benchmarks/speed-against-error.md, mesh.size;
-docs/theory/mesh_correction.md)."""
 AIM = 0.9
 """Of its share, the error that the next mesh is to have."""
 ROUNDS = 6
@@ -92,8 +88,8 @@ def choose_mesh(study: Study, stages: Stages, most: float | None = None) -> Mesh
     stages : Stages
         What computes the meshes that are tried.
     most : float, optional
-        Degrees of freedom of the largest meshes; what the memory of this machine holds, and 250,000
-        at most, unless given.
+        Degrees of freedom of the largest meshes; what the memory of this machine holds, and a
+        million at most, unless given.
 
     Raises
     ------
@@ -113,20 +109,27 @@ def choose_mesh(study: Study, stages: Stages, most: float | None = None) -> Mesh
         short = ""
     else:
         chosen, rounds, short, limits = _meshed(
-            chosen, shares.shares["mesh"], stages, most_dofs() if most is None else most
+            chosen, shares, stages, most_dofs() if most is None else most
         )
     if modes is None:  # what the study pins takes its own error off
         own = (limits.free_error[limits.free_mode], limits.stuck_error[limits.stuck_mode])
         shares = budget(study, max(float(each) for each in own))
+    if "mesh" in shares.shares and not short:
+        shares = shares.meshed(min(_amplitude(study, rounds[-1]), shares.bearable))
     stages.drop(model(chosen, "vane").key for model in (model_step, reference_step))
     return MeshChoice(chosen, study, shares, tuple(rounds), short)
 
 
+def _amplitude(study: Study, tried: Round) -> float:
+    """Estimated error of the peak's amplitude by a mesh."""
+    return AMPLITUDE[study.mesh.correction] * tried.error
+
+
 def _meshed(
-    study: Study, share: float, stages: Stages, most: float
+    study: Study, shares: Budget, stages: Stages, most: float
 ) -> tuple[Study, list[Round], str, Limits]:
-    """The coarsest mesh whose estimated error is within its share, from the coarse one on."""
-    size, finest = _coarsest(study), _finest(study, most)
+    """The coarsest mesh whose estimated error can be borne, from the coarse one on."""
+    share, size, finest = shares.shares["mesh"], _coarsest(study), _finest(study, most)
     rounds: list[Round] = []
     lengths: list[float] = []
     while True:
@@ -140,8 +143,8 @@ def _meshed(
             size = float(f"{max(length / 2**0.5, finest):.3g}")
             continue
         rounds.append(_round(chosen, errors, stages))
-        error = AMPLITUDE[study.mesh.correction] * rounds[-1].error
-        if error <= share:
+        error = _amplitude(study, rounds[-1])
+        if error <= shares.bearable:
             return chosen, rounds, "", limits
         lengths.append(length)
         order = _order(lengths, [each.error for each in rounds])

@@ -13,7 +13,12 @@ from vanelock.input.cases.sweep import Case
 from vanelock.input.schema.study import Study
 from vanelock.mesh.geometry.dimensions import CasingDimensions, VaneDimensions
 from vanelock.stages.accuracy.budget import budget, pins
-from vanelock.stages.accuracy.mesh_sizes import most_dofs, peak_memory, unknowns
+from vanelock.stages.accuracy.mesh_sizes import (
+    AMPLITUDE,
+    most_dofs,
+    peak_memory,
+    unknowns,
+)
 from vanelock.stages.parts.components import PARTS, diameters
 from vanelock.stages.sweep.time_left import TYPICAL, work
 
@@ -21,12 +26,16 @@ UNITS = ((86400, "days"), (3600, "h"), (60, "min"), (1, "s"))
 
 
 class CostEstimate(NamedTuple):
-    """What a run takes: degrees of freedom, bytes of memory, seconds on one core, bytes on disk."""
+    """What a run takes: degrees of freedom, bytes of memory, seconds on one core, bytes on disk.
+
+    And a warning where its accuracy asks for larger meshes than there may be, "" if not.
+    """
 
     dofs: float
     memory: float
     seconds: float
     disk: float
+    warning: str = ""
 
     def words(self) -> dict[str, str]:
         """Each in words."""
@@ -43,7 +52,7 @@ class CostEstimate(NamedTuple):
 LINEAR = 52.0
 """Seconds from meshes to reduced models at 168,000 degrees of freedom and four nodal diameters
 (docs/benchmarks/reduction_cost.md), growing with their power of 1.15."""
-DIAMETERS = 5.0
+DIAMETERS = 2.1
 """With an accuracy, over that: more nodal diameters one by one, and estimates of the mesh."""
 POINTS, REST = 1.5e-3, 2.0
 """Seconds of a response over its `work`, and of a preload with what is written of a case."""
@@ -53,14 +62,14 @@ STABLE, HARMONICS = 3.3, 0.5
 """Seconds of stability at a point, and with each (2H + 1)^1.5 (docs/benchmarks/stability.md)."""
 DIAMETER = 0.12
 """Of `LINEAR`, what each further nodal diameter of the casing takes."""
-PICTURES = 25.0
-"""Seconds of the pictures and animations of a case at 27,000 degrees of freedom, growing with their
-square root; no more than four cases have all of them."""
+PICTURES = 5.0
+"""Seconds of the pictures of a case at 27,000 degrees of freedom, growing with their square root;
+no more than four cases have all of them."""
 KEPT, OF_DOF, OF_CASE = 0.1e9, 3.5e3, 3.3e6
 """Bytes on disk: of pictures and page, of a degree of freedom, and of a case of three harmonics."""
-COARSE_ERROR, ORDER = 0.094, 0.425
-"""Error of a response by the coarse mesh (docs/benchmarks/mesh_study.md), and the power of its
-degrees of freedom with which it falls."""
+COARSE_ERROR, ORDER = {"none": 0.047, "modal": 0.012}, 0.65
+"""Estimated error of frequency by the example's coarse mesh, by `mesh.correction`, and the power of
+its degrees of freedom with which it falls (docs/benchmarks/memory.md)."""
 LOOKED_AT = 50
 """Cases that the estimate is made of, evenly taken."""
 
@@ -95,7 +104,8 @@ def estimated(
         seconds += PICTURES * min(len(cases), 4) * math.sqrt(largest / 27e3)
     harmonics = sum(study.response.harmonics for study in chosen) / len(chosen)
     disk = KEPT + meshes * OF_DOF * largest + len(cases) * OF_CASE * (2 * harmonics + 1) / 7
-    return CostEstimate(largest, peak_memory(largest), seconds, disk)
+    warning = next(filter(None, (_out_of_reach(study, given) for study in chosen)), "")
+    return CostEstimate(largest, peak_memory(largest), seconds, disk, warning)
 
 
 def _further(study: Study) -> int:
@@ -129,9 +139,31 @@ def _meshed(study: Study) -> str:
 
 def _dofs(study: Study, given: float | None, own: Mapping[str, int]) -> float:
     """Degrees of freedom of a case; those that an accuracy chooses by the errors of others."""
-    if study.accuracy is None or "mesh" in pins(study):
+    if not _chooses_mesh(study):
         return unknowns(study, study.mesh.size, own)
-    share = budget(study).shares.get("mesh", study.accuracy)
-    coarse = unknowns(study, "coarse")
-    finer = max(COARSE_ERROR / share, 1.0) ** (1 / ORDER)
-    return float(min(coarse * finer, most_dofs(given)))
+    return float(min(_wanted(study), most_dofs(given)))
+
+
+def _chooses_mesh(study: Study) -> bool:
+    return study.accuracy is not None and "mesh" not in pins(study)
+
+
+def _wanted(study: Study) -> float:
+    """Degrees of freedom at which the mesh's error is about its share of a case's accuracy."""
+    kind = study.mesh.correction
+    error = AMPLITUDE[kind] * COARSE_ERROR[kind]
+    finer = max(error / budget(study).shares["mesh"], 1.0) ** (1 / ORDER)
+    return unknowns(study, "coarse") * finer
+
+
+def _out_of_reach(study: Study, given: float | None) -> str:
+    """A warning where the meshes that an accuracy takes are larger than may be chosen."""
+    if not _chooses_mesh(study) or (wanted := _wanted(study)) <= (most := most_dofs(given)):
+        return ""
+    left = study.accuracy * (wanted / most) ** ORDER if study.accuracy else 0.0
+    return (
+        f"accuracy = {study.accuracy:g} asks for meshes of about {float(f'{wanted:.1g}'):,.0f} "
+        f"degrees of freedom and {memory.gigabytes(peak_memory(wanted))} of memory; the largest "
+        f"that are chosen here have {float(f'{most:.2g}'):,.0f} and leave an error of about "
+        f"{left:.2g}"
+    )

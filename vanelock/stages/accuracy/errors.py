@@ -8,7 +8,8 @@ import numpy as np
 from vanelock.common.tables import Cell, Column, Flag, Table
 from vanelock.nonlinear import Response, peak_errors
 from vanelock.stages.accuracy.budget import SOURCES, Budget
-from vanelock.stages.accuracy.choose_mesh import AMPLITUDE, Round
+from vanelock.stages.accuracy.choose_mesh import Round
+from vanelock.stages.accuracy.mesh_sizes import AMPLITUDE
 
 
 @dataclass(frozen=True)

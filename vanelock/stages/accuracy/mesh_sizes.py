@@ -1,8 +1,8 @@
 """How large meshes may be: what a run's process takes of memory, and what there is.
 
-    bytes = BASE + EACH * degrees of freedom
+    bytes = max(LEAST, BASE + EACH * degrees of freedom)
 
-measured over meshes of 27,000 to 245,000 degrees of freedom (docs/benchmarks/memory.md).
+measured over meshes of 37,000 to 442,000 degrees of freedom (docs/benchmarks/memory.md).
 """
 
 import math
@@ -15,11 +15,15 @@ from vanelock.mesh.geometry.dimensions import CasingDimensions, HookDimensions, 
 from vanelock.mesh.geometry.element_size import element_size
 from vanelock.mesh.refinement.dof_estimate import casing_dofs, vane_dofs
 
-DOFS = 250_000
+DOFS = 1_000_000
 """Largest meshes chosen, estimated degrees of freedom of both parts; a study may set a larger."""
-BASE, EACH = 1.0e9, 15e3
-"""Peak memory, bytes: of libraries and pictures, and of a degree of freedom's matrices, factors and
-vectors."""
+LEAST, BASE, EACH = 1.5e9, 0.35e9, 22.5e3
+"""Peak memory, bytes: of a run with pictures, of libraries, and of a degree of freedom's matrices,
+factors and vectors."""
+AMPLITUDE = {"none": 1.2, "modal": 1.7}
+"""Error of the peak's amplitude by the mesh, over that of its frequency, by `mesh.correction`: the
+largest measured (docs/benchmarks/speed-against-error.md, mesh.size;
+docs/theory/mesh_correction.md)."""
 SHARE = 0.7
 """Of all memory, what choices may take: the system and other programs have the rest."""
 COARSE = 30_000
@@ -49,7 +53,7 @@ def unknowns(study: Study, size: str | float, own: Mapping[str, int] | None = No
 
 def peak_memory(dofs: float) -> float:
     """Largest memory of a run's process, bytes."""
-    return BASE + EACH * dofs
+    return max(LEAST, BASE + EACH * dofs)
 
 
 def most_memory(given: float | None = None) -> float:

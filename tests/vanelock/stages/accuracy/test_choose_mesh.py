@@ -54,18 +54,31 @@ def estimating(monkeypatch, error_of, dofs=lambda size: 27_000 * (0.025 / size) 
 def test_the_first_mesh_within_its_share_is_taken(monkeypatch):
     asked = estimating(monkeypatch, lambda size: 0.02 * (size / 0.03) ** 1.0)
     found = chosen_mesh(FREE)
-    share = found.budget.shares["mesh"]
-    assert [choose_mesh.AMPLITUDE["modal"] * each.error <= share for each in found.rounds] == [
-        False
-    ] * (len(asked) - 1) + [True]
+    share, most = budget(parse_study(FREE)).shares["mesh"], budget(parse_study(FREE)).bearable
+    amplitudes = [mesh_sizes.AMPLITUDE["modal"] * each.error for each in found.rounds]
+    assert [each <= most for each in amplitudes] == [False] * (len(asked) - 1) + [True]
     assert asked[0].mesh.size == "coarse"
     assert len(asked) <= 3
-    assert (
-        choose_mesh.AMPLITUDE["modal"] * found.rounds[-1].error > 0.6 * share
-    )  # and not much finer than that
+    assert amplitudes[-1] > 0.6 * share  # and not much finer than that
+    # What the mesh leaves is shared anew.
+    assert found.budget.shares["mesh"] == amplitudes[-1]
+    assert sum(found.budget.shares.values()) == pytest.approx(0.05)
     assert found.short == ""
     assert found.study.mesh.size == asked[-1].mesh.size
     assert found.given == parse_study(FREE)
+
+
+def test_an_error_a_little_beyond_its_share_is_not_worth_another_mesh(monkeypatch):
+    shares = budget(parse_study(FREE))
+    assert shares.shares["mesh"] < shares.bearable < 0.05
+    beyond = (shares.shares["mesh"] + shares.bearable) / 2 / mesh_sizes.AMPLITUDE["modal"]
+    asked = estimating(monkeypatch, lambda size: beyond)
+    found = chosen_mesh(FREE)
+    assert len(asked) == 1
+    assert found.short == ""
+    assert found.budget.shares["mesh"] > shares.shares["mesh"]
+    for source in ("harmonics", "frequencies"):
+        assert 0.5 < found.budget.shares[source] / shares.shares[source] < 1
 
 
 def test_a_rough_accuracy_takes_the_coarse_mesh(monkeypatch):
@@ -77,6 +90,7 @@ def test_a_rough_accuracy_takes_the_coarse_mesh(monkeypatch):
 
 def test_the_largest_mesh_is_taken_where_the_share_is_out_of_reach(monkeypatch):
     estimating(monkeypatch, lambda size: 0.07 * (size / 0.025) ** 0.5)
+    monkeypatch.setattr(mesh_sizes, "DOFS", 250_000)
     found = chosen_mesh("accuracy = 0.001")
     size = found.study.mesh.size
     assert 0.004 < size < 0.008
@@ -84,7 +98,7 @@ def test_the_largest_mesh_is_taken_where_the_share_is_out_of_reach(monkeypatch):
     dofs = vane_dofs(vane, 16, size) + casing_dofs(casing, vane.hook, 16, size, 3)
     assert 0.9 * mesh_sizes.DOFS < dofs <= 1.001 * mesh_sizes.DOFS
     assert (
-        f"estimated error {choose_mesh.AMPLITUDE['modal'] * found.rounds[-1].error:.1e} at"
+        f"estimated error {mesh_sizes.AMPLITUDE['modal'] * found.rounds[-1].error:.1e} at"
         in found.short
     )
     assert "was its share" in found.short
