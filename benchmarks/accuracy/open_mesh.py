@@ -50,14 +50,14 @@ friction, whose reference would take days."""
 INTRODUCTION = """\
 Scenes of [accuracy](accuracy.md), one of each design, with all that a study leaves to the program:
 the mesh, its correction, the fillets at the aerofoils' roots and contacts on areas; the key
-`accuracy = 0.01` alone is added, and `--memory "8 GB"`. The truth is the same scene on meshes of
-6 mm, corrected as well, reduced to 1e-4, its peak located with as many harmonics as change it by less than 0.1 %. What that
-mesh is itself uncertain by is estimated: a quarter of what was taken off, 1.7 times as much of the
-amplitude. Of the default study, whose limit is known without any correction, a mesh of 8 mm with a
-casing of 6 mm is off by a third and a tenth of that estimate
-([what the correction leaves](mesh_correction.md)). Memory is the largest that a run's process held,
-processor time that of its steps from the meshes to the response, pictures left out; its ratio is
-to the same scene without an accuracy.
+`accuracy = 0.01` alone is added, and `--memory "8 GB"`. The truth is the same scene on meshes of 6
+mm, corrected as well, reduced to 1e-4, its peak located with as many harmonics as change it by less
+than 0.1 %. What that mesh is itself uncertain by is estimated: a quarter of what was taken off, 1.7
+times as much of the amplitude. Of the default study, whose limit is known without any correction, a
+mesh of 8 mm with a casing of 6 mm is off by a third and a tenth of that estimate ([what the
+correction leaves](mesh_correction.md)). Memory is the largest that a run's process held, processor
+time that of its steps from the meshes to the response, pictures left out; its ratio is to the same
+scene without an accuracy.
 """
 
 
