@@ -19,7 +19,7 @@ from vanelock.results.page_sections.curves import response_plot
 from vanelock.results.page_sections.fatigue import assumed, judged
 from vanelock.results.page_sections.wear import shares
 from vanelock.rom.joining.mesh_excess import DOUBT
-from vanelock.stages.accuracy.choose_mesh import AMPLITUDE
+from vanelock.stages.accuracy.mesh_sizes import AMPLITUDE
 from vanelock.stages.response.summary import Summary
 
 HCF = "HCF safety factor"

@@ -153,7 +153,7 @@ def _wanted(study: Study) -> float:
     kind = study.mesh.correction
     error = AMPLITUDE[kind] * COARSE_ERROR[kind]
     finer = max(error / budget(study).shares["mesh"], 1.0) ** (1 / ORDER)
-    return unknowns(study, "coarse") * finer
+    return float(unknowns(study, "coarse") * finer)
 
 
 def _out_of_reach(study: Study, given: float | None) -> str:
