@@ -21,6 +21,15 @@ ROOT = Path(__file__).resolve().parent.parent
 ENVIRONMENT = ROOT / ".venv"
 PYTHON = ENVIRONMENT / "bin" / "python"
 LOCK = "requirements.lock"
+BUILD_TOOLS = (
+    "pip",
+    "setuptools",
+    "setuptools-scm",
+    "vcs-versioning",
+    "packaging",
+    "Cython",
+    "numpy",
+)
 
 # Solves [[2, -1], [-1, 2]] x = [1, 0] with x = [2/3, 1/3].
 _CHECK_CHOLMOD = """
@@ -127,7 +136,7 @@ def _virtual_environment() -> None:
 def _dependencies() -> None:
     _say(f"installing the versions of {LOCK}")
     # The build tools first: with them in place nothing unpinned is fetched to build a wheel.
-    _pip_locked("test, docs", only=("pip", "setuptools", "Cython", "numpy"))
+    _pip_locked("test, docs", only=BUILD_TOOLS)
     _pip_locked("test, docs", "--no-build-isolation")
     _pip("--no-build-isolation", "--no-deps", "--editable", ".")
 

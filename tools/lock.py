@@ -24,7 +24,7 @@ def main() -> None:
     os.chdir(ROOT)
     own = str(ROOT / ".venv" / "bin" / "python")
     subprocess.run([own, "-m", "venv", "--clear", str(FOLDER)], check=True)
-    _pip("--upgrade", "pip", "setuptools", "Cython", "numpy")
+    _pip("--upgrade", "pip", "setuptools", "setuptools-scm", "Cython", "numpy")
     known: set[str] = set()
     parts = {}
     for purpose in PURPOSES:

@@ -8,7 +8,6 @@ only those before it. The program on top of it: what files may say (`input`), st
 
 from vanelock.common import lazy
 
-__version__ = "0.1.0"
 _modules = {
     "cases": "input.cases.sweep",
     "Case": "input.cases.sweep",
@@ -39,4 +38,4 @@ _modules = {
     "write_template": "input.templates.template",
 }
 __all__ = list(_modules)
-__getattr__, __dir__ = lazy.attributes(__name__, _modules)
+__getattr__, __dir__ = lazy.attributes(__name__, _modules | {"__version__": "common.version"})

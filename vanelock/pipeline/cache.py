@@ -13,19 +13,18 @@ from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from functools import lru_cache
 from importlib import import_module
-from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any, BinaryIO, Generic, TypeVar
 
 import h5py
 
-import vanelock
 from vanelock.common.errors import InputError
 from vanelock.common.files.digests import file_digest
 from vanelock.common.files.files import writing
 from vanelock.common.files.hdf5 import written
 from vanelock.common.process.signals import held
 from vanelock.common.product import Product
+from vanelock.common.version import __version__, installed, release
 from vanelock.pipeline.journal import JournalFile, NoJournal, journal
 
 P = TypeVar("P", bound=Product)
@@ -229,7 +228,7 @@ def _canonical(value: Any) -> Any:
 
 @lru_cache
 def code_of(*rooms: str) -> str:
-    """The program's version and a digest of the source files of some of its folders.
+    """The program's release and a digest of the source files of some of its folders.
 
     A digest, because a working copy changes between versions. The mesh generator's version
     counts too, since node numbers depend on it.
@@ -246,15 +245,7 @@ def code_of(*rooms: str) -> str:
                 digest.update(str(path.relative_to(folder)).encode() + b"\0" + path.read_bytes())
     if "mesh" in rooms:
         digest.update(f"{installed('gmsh')} {installed('meshio')}".encode())
-    return f"{vanelock.__version__}+{digest.hexdigest()[:12]}"
-
-
-def installed(distribution: str) -> str:
-    """Installed version of a distribution, "none" where it is not there."""
-    try:
-        return version(distribution)
-    except PackageNotFoundError:
-        return "none"
+    return f"{release(__version__)}+{digest.hexdigest()[:12]}"
 
 
 def _digest(image: bytes) -> str:

@@ -12,9 +12,9 @@ import h5py
 
 import vanelock
 from vanelock.common.product import Product
+from vanelock.common.version import installed
 from vanelock.input.cases.values import Given
 from vanelock.nonlinear import Response
-from vanelock.pipeline.cache import installed
 from vanelock.pipeline.executor.tasks import Failure
 from vanelock.pipeline.progress import Done
 from vanelock.pipeline.step import Stages, Step

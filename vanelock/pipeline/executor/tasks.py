@@ -23,6 +23,7 @@ import h5py
 import vanelock
 from vanelock.common.errors import InputError
 from vanelock.common.product import Product
+from vanelock.common.version import __version__, release
 from vanelock.nonlinear import Journal
 from vanelock.pipeline.cache import Entry, journal_of, read_entry, write_entry
 from vanelock.pipeline.journal import journal
@@ -224,11 +225,11 @@ def reason(error: BaseException) -> str:
 
 @lru_cache
 def identity() -> str:
-    """Version of the program and of Python, and a digest of all its source files."""
+    """Release of the program, version of Python, and a digest of all its source files."""
     digest = hashlib.sha256()
     folder = Path(vanelock.__path__[0])
     stages = [init.parent for init in folder.glob("*/__init__.py")]  # links, not looked through
     for path in sorted([*folder.glob("*.py"), *chain(*(s.rglob("*.py") for s in stages))]):
         digest.update(str(path.relative_to(folder)).encode() + b"\0" + path.read_bytes())
     python = ".".join(platform.python_version_tuple()[:2])
-    return f"{vanelock.__version__}+{digest.hexdigest()[:12]}, Python {python}"
+    return f"{release(__version__)}+{digest.hexdigest()[:12]}, Python {python}"

@@ -5,8 +5,8 @@ from datetime import UTC, datetime
 
 import vanelock
 from vanelock.common.tables import Cell, Table, heads
+from vanelock.common.version import installed
 from vanelock.input.cases.names import words
-from vanelock.pipeline.cache import installed
 from vanelock.report import Section, Text
 from vanelock.report.blocks import Block
 from vanelock.results.page_sections.content import PageContent

@@ -1,0 +1,118 @@
+"""One version, from the tag in git; what says it elsewhere agrees; a commit changes no key."""
+
+import re
+import runpy
+import shutil
+import subprocess
+import sys
+import tarfile
+import tomllib
+from importlib.metadata import version
+from io import BytesIO
+from pathlib import Path
+
+import pytest
+
+import vanelock
+from vanelock.common.version import release
+from vanelock.pipeline import cache
+from vanelock.pipeline.executor import tasks
+
+ROOT = Path(__file__).resolve().parent.parent
+SET_BY = ("pyproject.toml", ".gitattributes", ".git_archival.txt")
+
+
+def pyproject() -> dict:
+    return tomllib.loads((ROOT / "pyproject.toml").read_text())
+
+
+def version_of(tree: Path, path: str = "/usr/bin:/bin") -> str:
+    """What a build in this folder would be called."""
+    done = subprocess.run(
+        [sys.executable, "-W", "ignore", "-m", "setuptools_scm"],
+        cwd=tree,
+        env={"PATH": path},
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    return done.stdout.strip()
+
+
+def git(tree: Path, *arguments: str) -> bytes:
+    who = ("-c", "user.name=a", "-c", "user.email=a@example.org", "-c", "init.defaultBranch=main")
+    done = subprocess.run(["git", *who, *arguments], cwd=tree, capture_output=True, check=True)
+    return done.stdout
+
+
+@pytest.fixture
+def repository(tmp_path: Path) -> Path:
+    """One commit of what a version is found by."""
+    tree = tmp_path / "repository"
+    tree.mkdir()
+    for name in SET_BY:
+        shutil.copy(ROOT / name, tree)
+    git(tree, "init", "--quiet")
+    git(tree, "add", "--all")
+    git(tree, "commit", "--quiet", "--message", "first")
+    return tree
+
+
+def archive_of(tree: Path) -> Path:
+    place = tree.parent / "archive"
+    shutil.rmtree(place, ignore_errors=True)
+    with tarfile.open(fileobj=BytesIO(git(tree, "archive", "HEAD"))) as file:
+        file.extractall(place, filter="data")
+    return place
+
+
+def test_a_tag_gives_the_version_also_of_an_archive(repository: Path) -> None:
+    git(repository, "tag", "v7.8.0")
+    assert version_of(repository) == version_of(archive_of(repository)) == "7.8.0"
+    git(repository, "commit", "--quiet", "--allow-empty", "--message", "second")
+    assert version_of(repository) == version_of(archive_of(repository)) == "7.8.1.dev1"
+
+
+def test_without_a_tag_or_git_it_is_on_the_way_to_the_release(repository: Path) -> None:
+    fallback = pyproject()["tool"]["setuptools_scm"]["fallback_version"]
+    assert re.fullmatch(r"\d+\.\d+\.\d+\.dev0", fallback)
+    assert version_of(repository) == f"{release(fallback)}.dev1"
+    assert version_of(repository, path="/nowhere") == fallback
+    assert version_of(archive_of(repository)) == fallback
+
+
+def test_all_that_tell_the_version_agree() -> None:
+    done = subprocess.run(
+        [sys.executable, "-m", "vanelock", "--version"], capture_output=True, text=True, check=True
+    )
+    manual = runpy.run_path(str(ROOT / "docs" / "conf.py"))
+    assert done.stdout == f"vanelock {vanelock.__version__}\n"
+    assert vanelock.__version__ == manual["release"] == version("vanelock")
+
+
+def test_the_release_is_cited_and_fallen_back_on() -> None:
+    (cited,) = re.findall(
+        r"^version: (\S+)$", (ROOT / "CITATION.cff").read_text(), flags=re.MULTILINE
+    )
+    assert release(pyproject()["tool"]["setuptools_scm"]["fallback_version"]) == cited
+    now = version_of(ROOT)
+    if ".dev" not in now:  # at a tag, or in what was made of one
+        assert now == cited
+
+
+def test_a_commit_leaves_what_the_cache_holds_valid(monkeypatch: pytest.MonkeyPatch) -> None:
+    def keys(said: str) -> tuple[str, str, str]:
+        for module in (cache, tasks):
+            monkeypatch.setattr(module, "__version__", said)
+        cache.code_of.cache_clear()
+        tasks.identity.cache_clear()
+        return cache.code_of("fem"), cache.key_of("mesh", "mesh", {"size": 1}), tasks.identity()
+
+    try:
+        first = keys("0.1.0.dev12")
+        assert keys("0.1.0.dev13") == keys("0.1.0") == first
+        assert first[0].startswith("0.1.0+")
+        assert not set(keys("0.2.0")) & set(first)
+    finally:
+        cache.code_of.cache_clear()
+        tasks.identity.cache_clear()
