@@ -44,6 +44,7 @@ def test_packages_are_the_folders_on_disk() -> None:
     on_disk |= {".".join(init.parent.relative_to(ROOT).parts) for init in program}
     with open(ROOT / "pyproject.toml", "rb") as file:
         given = tomllib.load(file)["tool"]["setuptools"]["packages"]["find"]
+    assert given.pop("namespaces") is False
     assert set(find_packages(str(ROOT), **given)) == on_disk
 
 
@@ -84,6 +85,11 @@ def test_link_leads_to_the_stage(stage: str) -> None:
     assert link.is_symlink()
     assert link.readlink() == Path("..") / stage
     assert link.resolve() == ROOT / stage
+
+
+@pytest.mark.parametrize(("name", "folder"), [("manual", "docs"), ("examples", "examples")])
+def test_link_leads_to_what_is_installed_with_the_program(name: str, folder: str) -> None:
+    assert (ROOT / "vanelock" / name).readlink() == Path("..") / folder
 
 
 def test_imports_point_one_way() -> None:

@@ -10,11 +10,12 @@ import tomllib
 from importlib.metadata import version
 from io import BytesIO
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 import vanelock
-from vanelock.common.version import release
+from vanelock.common.process.version import release
 from vanelock.pipeline import cache
 from vanelock.pipeline.executor import tasks
 
@@ -22,7 +23,7 @@ ROOT = Path(__file__).resolve().parent.parent
 SET_BY = ("pyproject.toml", ".gitattributes", ".git_archival.txt")
 
 
-def pyproject() -> dict:
+def pyproject() -> dict[str, Any]:
     return tomllib.loads((ROOT / "pyproject.toml").read_text())
 
 

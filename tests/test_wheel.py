@@ -9,6 +9,8 @@ from pathlib import Path
 
 import pytest
 
+from vanelock.commands.manual import pages
+
 ROOT = Path(__file__).resolve().parent.parent
 STAGES = ["mesh", "fem", "rom", "nonlinear"]
 
@@ -25,7 +27,7 @@ def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
     copy.mkdir()
     for name in ["pyproject.toml", "README.md", "LICENSE"]:
         shutil.copy(ROOT / name, copy)
-    for name in ["vanelock", *STAGES]:
+    for name in ["vanelock", *STAGES, "docs", "examples"]:
         leave = shutil.ignore_patterns("__pycache__")
         shutil.copytree(ROOT / name, copy / name, symlinks=True, ignore=leave)
     target = tmp_path_factory.mktemp("wheel")
@@ -41,6 +43,12 @@ def test_wheel_holds_the_package_and_nothing_else(wheel: Path) -> None:
     data = {"vanelock/py.typed"}
     for folder in ("vanelock/input/templates", "vanelock/report/page"):
         data |= {f"{folder}/{p.name}" for p in (ROOT / folder).iterdir() if p.is_file()}
+    for name, page in pages().items():
+        assert page.is_file()
+        data.add(f"vanelock/manual/{name}.md")
+    data.add("vanelock/manual/index.md")
+    examples = [*(ROOT / "examples").glob("*.toml"), *(ROOT / "examples").glob("*/*")]
+    data |= {f"vanelock/{p.relative_to(ROOT)}" for p in examples if p.is_file()}
     data -= modules | {"vanelock/input/templates/__init__.py"}
     with zipfile.ZipFile(wheel) as archive:
         held = {name for name in archive.namelist() if ".dist-info/" not in name}
@@ -73,16 +81,22 @@ def test_installed_wheel_works_outside_the_tree(wheel: Path, tmp_path: Path) -> 
     assert all(Path(file).is_relative_to(site) for file in files)
 
 
-def test_installed_command_tells_its_version(wheel: Path, tmp_path: Path) -> None:
+def test_installed_command_has_its_version_manual_and_examples(wheel: Path, tmp_path: Path) -> None:
     site = tmp_path / "site"
     pip("install", "--no-deps", "--no-index", "--target", site, wheel)
     (built,) = re.findall(r"^vanelock-([^-]+)-", wheel.name)
-    run = subprocess.run(
-        [sys.executable, site / "bin" / "vanelock", "--version"],
-        stdout=subprocess.PIPE,
-        text=True,
-        cwd=tmp_path,
-        env={"PYTHONPATH": str(site), "PATH": "/usr/bin:/bin"},
-        check=True,
-    )
-    assert built in run.stdout
+
+    def said(*arguments: str) -> str:
+        return subprocess.run(
+            [sys.executable, site / "bin" / "vanelock", *arguments],
+            stdout=subprocess.PIPE,
+            text=True,
+            cwd=tmp_path,
+            env={"PYTHONPATH": str(site), "PATH": "/usr/bin:/bin"},
+            check=True,
+        ).stdout
+
+    assert said("--version") == f"vanelock {built}\n"
+    assert said("manual", "start/first_study").startswith("# A first study in ten minutes\n")
+    said("init", "--example", "lap_joint")
+    assert "two blocks with a lap joint" in said("check", "lap_joint/scene.toml")

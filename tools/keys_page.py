@@ -289,7 +289,9 @@ def _prose(text: str) -> str:
     """Safe in a Markdown table; pages of docs become links."""
     text = text.replace("|", "\\|").replace("<", "&lt;").replace("*", "\\*")
     return re.sub(
-        r"\bdocs/(\w+)\.md\b", lambda it: f"[{it[1].replace('_', ' ')}]({it[1]}.md)", text
+        r"`vanelock manual ((?:\w+/)?(\w+))`",
+        lambda it: f"[{it[2].replace('_', ' ')}]({it[1]}.md)",
+        text,
     )
 
 

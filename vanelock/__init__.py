@@ -38,4 +38,6 @@ _modules = {
     "write_template": "input.templates.template",
 }
 __all__ = list(_modules)
-__getattr__, __dir__ = lazy.attributes(__name__, _modules | {"__version__": "common.version"})
+__getattr__, __dir__ = lazy.attributes(
+    __name__, _modules | {"__version__": "common.process.version"}
+)

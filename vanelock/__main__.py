@@ -1,4 +1,4 @@
-"""Command line: `vanelock run | mesh | converge | compare | fit | check | init | completion`.
+"""Command line: `vanelock run | mesh | converge | compare | fit | check | init | manual | ...`.
 
 Errors are one plain line on standard error. Exit status: 0; 1 if some cases of a sweep failed; 2
 for input that cannot be used; 128 and a signal's number when stopped by one, so 130 by Ctrl-C; 141
@@ -9,7 +9,6 @@ import os
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
-from enum import StrEnum
 from pathlib import Path
 from typing import Annotated
 
@@ -18,7 +17,22 @@ from typer._completion_classes import completion_init
 from typer._completion_shared import get_completion_script
 
 import vanelock
-from vanelock.commands.guidance import FIRST_STUDY, add_guidance, setting_keys, study_files
+from vanelock.commands.examples import example_names, how_to_use, write_example
+from vanelock.commands.guidance import FIRST_STUDY, add_guidance, setting_keys
+from vanelock.commands.manual import page_names, show
+from vanelock.commands.options import (
+    AsJson,
+    Insecure,
+    Memory,
+    Output,
+    Outside,
+    Quiet,
+    Scheduler,
+    Shell,
+    StudyFile,
+    Workers,
+    given_path,
+)
 from vanelock.common.errors import InputError, cut_short, first_mistakes, printable
 from vanelock.common.files.files import default_folder
 from vanelock.common.process import signals, streams
@@ -39,21 +53,6 @@ def _version(asked: bool) -> None:
         raise typer.Exit
 
 
-class Shell(StrEnum):
-    """Shells with completion."""
-
-    bash = "bash"
-    zsh = "zsh"
-    fish = "fish"
-
-
-def _path(text: str) -> Path:
-    """A path that was given, not left out: an empty one would be the current folder."""
-    if not text.strip():
-        raise typer.BadParameter("must not be empty")
-    return Path(text)
-
-
 @app.callback(invoke_without_command=True, epilog=FIRST_STUDY)
 def _options(
     context: typer.Context,
@@ -64,85 +63,6 @@ def _options(
     """Friction-damped vibration of turbine vane segments."""
     if context.invoked_subcommand is None:
         print(context.get_help())
-
-
-StudyFile = Annotated[
-    Path,
-    typer.Argument(
-        help="Study file (TOML).", parser=_path, metavar="STUDY", autocompletion=study_files
-    ),
-]
-Output = Annotated[
-    Path | None,
-    typer.Option(
-        "--output",
-        "-o",
-        help="Folder; default runs/<name of the file>.",
-        parser=_path,
-        metavar="PATH",
-    ),
-]
-Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print errors only.")]
-Outside = Annotated[
-    bool,
-    typer.Option("--allow-outside", help="Let the study name files outside of its own folder."),
-]
-AsJson = Annotated[
-    bool, typer.Option("--json", help="Print one JSON object a line instead of text.")
-]
-
-
-Workers = Annotated[
-    int | None,
-    typer.Option(
-        "--workers",
-        "-w",
-        min=1,
-        max=1024,
-        help="Processes that compute a sweep's cases or a campaign's maps; default: as many as "
-        "there are cores to use; 1: none but this one.",
-        metavar="N",
-    ),
-]
-Scheduler = Annotated[
-    str | None,
-    typer.Option(
-        help="Address of a Dask scheduler whose workers compute the cases instead, such as "
-        "tcp://host:8786 (docs/sweeps.md).",
-        metavar="ADDRESS",
-    ),
-]
-Insecure = Annotated[
-    bool,
-    typer.Option(
-        "--insecure-scheduler",
-        help="Let the scheduler be on another machine without encryption (tcp://).",
-    ),
-]
-
-
-def _bytes(text: str) -> float:
-    """An amount of memory."""
-    from vanelock.common.quantities import si
-
-    try:
-        found = float(str(si(text, "byte")))
-    except ValueError:
-        found = 0.0
-    if not found > 0:
-        raise typer.BadParameter(f'{text!r}: expected an amount such as "8 GB"')
-    return found
-
-
-Memory = Annotated[
-    float | None,
-    typer.Option(
-        help="Memory that a study's processes, and the meshes chosen for its accuracy, may take, "
-        'such as "8 GB"; default, and at most: seven tenths of what there is.',
-        parser=_bytes,
-        metavar="AMOUNT",
-    ),
-]
 
 
 @app.command()
@@ -237,15 +157,17 @@ def converge(
 
 @app.command()
 def compare(
-    one: Annotated[Path, typer.Argument(help="Folder of a run.", parser=_path, metavar="A")],
-    other: Annotated[Path, typer.Argument(help="Folder of another.", parser=_path, metavar="B")],
+    one: Annotated[Path, typer.Argument(help="Folder of a run.", parser=given_path, metavar="A")],
+    other: Annotated[
+        Path, typer.Argument(help="Folder of another.", parser=given_path, metavar="B")
+    ],
     output: Annotated[
         Path | None,
         typer.Option(
             "--output",
             "-o",
             help="Folder for compare.html and compare.csv; default compare_<A>_<B>.",
-            parser=_path,
+            parser=given_path,
             metavar="PATH",
         ),
     ] = None,
@@ -284,7 +206,7 @@ def check(
     file: Annotated[
         Path,
         typer.Argument(
-            help="Study file, results.h5 or the folder of a run.", parser=_path, metavar="FILE"
+            help="Study file, results.h5 or the folder of a run.", parser=given_path, metavar="FILE"
         ),
     ],
     allow_outside: Outside = False,
@@ -312,17 +234,52 @@ def _going_on_later(folder: Path) -> Iterator[None]:
 @app.command()
 def init(
     path: Annotated[
-        Path, typer.Argument(help="File to write.", parser=_path, metavar="PATH")
-    ] = Path("study.toml"),
+        Path | None,
+        typer.Argument(
+            help="File to write, of some examples a folder; default study.toml, or the example's.",
+            parser=given_path,
+            metavar="PATH",
+        ),
+    ] = None,
     scene: Annotated[
         bool, typer.Option("--scene", help="A scene of your own matrices instead of a study.")
     ] = False,
+    example: Annotated[
+        str | None,
+        typer.Option(
+            help="One of the examples instead, with its data.",
+            autocompletion=example_names,
+            metavar="NAME",
+        ),
+    ] = None,
 ) -> None:
-    """Write a commented study file."""
+    """Write a commented study file, or an example."""
+    if example is not None:
+        if scene:
+            raise InputError("--scene and --example: expected one of them")
+        written = write_example(example, path)
+        print(f"{written} written; {how_to_use(written)}")
+        return
     from vanelock.input.templates.template import write_template
 
+    path = path or Path("study.toml")
     write_template(path, "scene" if scene else "study")
     print(f"{path} written; run it with: vanelock run {path}")
+
+
+@app.command()
+def manual(
+    page: Annotated[
+        str | None,
+        typer.Argument(
+            help="Page to print; default: the list of them.",
+            autocompletion=page_names,
+            metavar="PAGE",
+        ),
+    ] = None,
+) -> None:
+    """Print a page of the manual, or list them."""
+    show(page)
 
 
 @app.command()

@@ -26,8 +26,8 @@ A first study:
 Stopped? The same command goes on from where it was.
 
 \b
-`vanelock COMMAND --help` has examples. The manual is docs/ in the source, and `make docs` makes
-pages of it: docs/start/first_study.md, docs/keys.md, docs/not_converged.md, docs/trust.md.
+`vanelock COMMAND --help` has examples. `vanelock manual` lists the pages of the manual, and
+`vanelock manual PAGE` prints one: start/first_study, keys, not_converged, trust.
 """
 
 _MORE = {
@@ -36,15 +36,15 @@ _MORE = {
         """Meshes, reduced models, responses, pictures and a report come into one folder. What an
 earlier run has computed is used again as far as it does not depend on what changed
 since, also where that run was stopped.""",
-        ["vanelock run my.toml", "vanelock run examples/vane.toml --output runs/today --quiet"],
-        "docs/start/first_study.md, docs/keys.md, docs/accuracy.md",
+        ["vanelock run my.toml", "vanelock run my.toml --output runs/today --quiet"],
+        "start/first_study, keys, accuracy",
     ),
     "mesh": (
         "Mesh both parts and look at them.",
         """Nothing is solved: this is the place to find out whether dimensions fit each other, and
 whether the node sets of your own meshes are found and meet.""",
         ["vanelock mesh my.toml", "vanelock mesh my.toml --output look"],
-        "docs/geometry.md, docs/own_mesh.md",
+        "geometry, own_mesh",
     ),
     "converge": (
         "Measure error against cost of every setting.",
@@ -55,14 +55,14 @@ what it costs. Takes several times as long as the study.""",
             "vanelock converge my.toml",
             "vanelock converge my.toml --setting mesh.size --setting response.harmonics",
         ],
-        "docs/accuracy.md, docs/trust.md",
+        "accuracy, trust",
     ),
     "compare": (
         "Put two runs side by side.",
         """Cases are paired by name, else by the values they share, else by their order, which a
 note says. Neither run is changed.""",
         ["vanelock compare runs/a runs/b"],
-        "docs/outputs.md",
+        "outputs",
     ),
     "fit": (
         "Fit friction, stiffness, ... to measured curves.",
@@ -70,21 +70,33 @@ note says. Neither run is changed.""",
 keys to vary. Best values come with standard errors, and with a warning where the data
 do not determine them; fitted.toml is the study with the best values.""",
         ["vanelock fit my.toml"],
-        "docs/measured.md",
+        "measured",
     ),
     "check": (
         "Check a file without computing anything.",
         """Of a study or a scene: every mistake, a line each, and otherwise what would be
 computed. Of a results file or the folder of a run: whether it is whole, and what it holds.""",
         ["vanelock check my.toml", "vanelock check runs/my"],
-        "docs/keys.md, docs/scene_file.md",
+        "keys, scene_file",
     ),
     "init": (
-        "Write a commented study file.",
+        "Write a commented study file, or an example.",
         """Every key is in it with its default, so delete what you do not change. A file that is
-there already is left alone.""",
-        ["vanelock init my.toml", "vanelock init my_scene.toml --scene"],
-        "docs/keys.md, docs/scene_file.md",
+there already is left alone. An example comes with its data: vane, paper, coupling,
+engine_orders, the scenes ground_damper, lap_joint and shrouded_ring, and notebooks.""",
+        [
+            "vanelock init my.toml",
+            "vanelock init my_scene.toml --scene",
+            "vanelock init --example lap_joint",
+        ],
+        "keys, scene_file",
+    ),
+    "manual": (
+        "Print a page of the manual, or list them.",
+        """The pages are in Markdown, laid out where a terminal shows them. Pictures, and the
+reference of Python names, are in the manual that `make docs` makes of the source.""",
+        ["vanelock manual keys | less", "vanelock manual start/first_study"],
+        "start/first_study, glossary",
     ),
     "completion": (
         "Make the Tab key complete words.",
@@ -94,7 +106,7 @@ there already is left alone.""",
             'vanelock completion zsh > "${fpath[1]}/_vanelock"',
             "vanelock completion fish > ~/.config/fish/completions/vanelock.fish",
         ],
-        "docs/start/install.md",
+        "start/install",
     ),
 }
 
@@ -111,7 +123,11 @@ def add_guidance(commands: Iterable[CommandInfo]) -> None:
 
 def _text(about: str, examples: Sequence[str], statuses: str, pages: str) -> str:
     lines = "\n".join(f"  {each}" for each in examples)
-    return f"{about}\n\n\b\nExamples:\n{lines}\n\n{statuses}\n\nMore: {pages}"
+    return f"{about}\n\n\b\nExamples:\n{lines}\n\n{statuses}\n\nMore: {_pages(pages)}"
+
+
+def _pages(names: str) -> str:
+    return ", ".join(f"`vanelock manual {name}`" for name in names.split(", "))
 
 
 def study_files(incomplete: str) -> list[str]:

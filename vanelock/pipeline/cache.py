@@ -23,8 +23,8 @@ from vanelock.common.files.digests import file_digest
 from vanelock.common.files.files import writing
 from vanelock.common.files.hdf5 import written
 from vanelock.common.process.signals import held
+from vanelock.common.process.version import __version__, installed, release
 from vanelock.common.product import Product
-from vanelock.common.version import __version__, installed, release
 from vanelock.pipeline.journal import JournalFile, NoJournal, journal
 
 P = TypeVar("P", bound=Product)

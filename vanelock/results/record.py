@@ -11,8 +11,8 @@ from typing import Any
 import h5py
 
 import vanelock
+from vanelock.common.process.version import installed
 from vanelock.common.product import Product
-from vanelock.common.version import installed
 from vanelock.input.cases.values import Given
 from vanelock.nonlinear import Response
 from vanelock.pipeline.executor.tasks import Failure

@@ -46,8 +46,8 @@ class Cluster:
         if not insecure and not protected(address):
             raise InputError(
                 f"--scheduler {address}: on another machine and without encryption, where anybody "
-                "on the way can run programs here: use tls:// (docs/sweeps.md), or allow it with "
-                "--insecure-scheduler"
+                "on the way can run programs here: use tls:// (`vanelock manual sweeps`), or "
+                "allow it with --insecure-scheduler"
             )
         distributed = library("distributed", "cluster", f"--scheduler {address}", "Dask")
         self._address, self._listener = address, listener

@@ -22,8 +22,8 @@ import h5py
 
 import vanelock
 from vanelock.common.errors import InputError
+from vanelock.common.process.version import __version__, release
 from vanelock.common.product import Product
-from vanelock.common.version import __version__, release
 from vanelock.nonlinear import Journal
 from vanelock.pipeline.cache import Entry, journal_of, read_entry, write_entry
 from vanelock.pipeline.journal import journal

@@ -4,8 +4,8 @@ import platform
 from datetime import UTC, datetime
 
 import vanelock
+from vanelock.common.process.version import installed
 from vanelock.common.tables import Cell, Table, heads
-from vanelock.common.version import installed
 from vanelock.input.cases.names import words
 from vanelock.report import Section, Text
 from vanelock.report.blocks import Block
@@ -24,7 +24,7 @@ def provenance(content: PageContent) -> Section:
             f"Written {written()} by `vanelock run`, from `results.h5` beside this page, which "
             "holds every mesh, reduced model and response with their units. The page shows the "
             "results of the file below and nothing else; it is written again when any of them "
-            "changes. Terms are explained in the manual's docs/glossary.md."
+            "changes. Terms are explained by `vanelock manual glossary`."
         ),
         Table("Versions", heads("program", "version"), versions()),
         Table(

@@ -199,5 +199,5 @@ def error_table(case: str, found: Errors, monitor: str) -> Table:
 def _corrected(found: Errors) -> str:
     return (
         f"less what the mesh adds by estimate, the peak lies near {found.corrected:.1f} Hz "
-        "(docs/benchmarks/mesh_error.md)"
+        "(`vanelock manual benchmarks/mesh_error`)"
     )

@@ -1,0 +1,99 @@
+"""Examples as `vanelock init --example` writes them: whole, once, and fit to be run."""
+
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+from vanelock.__main__ import app, main
+from vanelock.commands.examples import examples, write_example
+
+ROOT = Path(__file__).resolve().parents[3]
+NAMES = (
+    "coupling, engine_orders, ground_damper, lap_joint, notebooks, paper, shrouded_ring, vane"
+).split(", ")
+
+
+def refused(*arguments: str, capsys: pytest.CaptureFixture[str]) -> str:
+    with pytest.raises(SystemExit) as ended:
+        main([*arguments])
+    said = capsys.readouterr()
+    assert (ended.value.code, said.out) == (2, "")
+    (line,) = said.err.splitlines()
+    return line
+
+
+def test_all_examples_have_names_and_help_tells_them() -> None:
+    assert [*examples()] == NAMES
+    text = CliRunner().invoke(app, ["init", "--help"]).output
+    about = " ".join(text.partition("An example comes")[2].partition("Examples:")[0].split())
+    assert [name for name in NAMES if name not in about] == []
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_an_example_is_written_as_it_is(
+    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    done = CliRunner().invoke(app, ["init", "--example", name])
+    assert done.exit_code == 0
+    source = ROOT / "examples" / examples()[name].name
+    (written,) = tmp_path.iterdir()
+    assert written.name == source.name
+    if source.is_file():
+        assert written.read_bytes() == source.read_bytes()
+        assert done.output == f"{name}.toml written; run it with: vanelock run {name}.toml\n"
+    else:
+        held = {path.name: path.read_bytes() for path in source.iterdir() if path.is_file()}
+        assert {path.name: path.read_bytes() for path in written.iterdir()} == held
+
+
+@pytest.mark.parametrize("name", [name for name in NAMES if name != "notebooks"])
+def test_an_example_that_was_written_passes_check(name: str, tmp_path: Path) -> None:
+    written = write_example(name, tmp_path / "mine")
+    study = written / "scene.toml" if written.is_dir() else written
+    done = CliRunner().invoke(app, ["check", str(study)])
+    assert done.exit_code == 0, done.output
+
+
+def test_what_is_there_is_left_alone(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "vane.toml").write_text("mine")
+    (tmp_path / "lap_joint").mkdir()
+    line = refused("init", "--example", "vane", capsys=capsys)
+    assert line == "vanelock: vane.toml: exists already; name another file"
+    line = refused("init", "--example", "lap_joint", capsys=capsys)
+    assert line == "vanelock: lap_joint: exists already; name another folder"
+    line = refused("init", "--example", "vane", "none/vane.toml", capsys=capsys)
+    assert line == "vanelock: none/vane.toml: cannot be written: none is not a folder"
+    assert (tmp_path / "vane.toml").read_text() == "mine"
+    assert [*(tmp_path / "lap_joint").iterdir()] == []
+    assert len([*tmp_path.iterdir()]) == 2
+
+
+def test_other_names_are_refused_with_those_that_there_are(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    line = refused("init", "--example", "lap", capsys=capsys)
+    assert line == f'vanelock: --example "lap": expected one of {", ".join(NAMES)}'
+    line = refused("init", "--scene", "--example", "vane", capsys=capsys)
+    assert line == "vanelock: --scene and --example: expected one of them"
+    assert [*tmp_path.iterdir()] == []
+
+
+def test_a_failure_leaves_nothing_half_written(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def full(source: object, target: object) -> None:
+        Path(str(target)).write_bytes(b"some")
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("vanelock.commands.examples.shutil.copyfile", full)
+    for name, written in (("lap_joint", "lap_joint"), ("vane", "vane.toml")):
+        line = refused("init", "--example", name, capsys=capsys)
+        assert line.startswith(f"vanelock: {written}: cannot be written: ")
+        assert [*tmp_path.iterdir()] == []

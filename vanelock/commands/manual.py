@@ -1,0 +1,114 @@
+"""The manual's pages, which are installed with the program: what there are, and one to read."""
+
+import posixpath
+import re
+import sys
+from collections.abc import Callable
+from functools import lru_cache
+from pathlib import Path
+
+import vanelock
+from vanelock.common.errors import InputError
+
+PAGES = Path(vanelock.__path__[0]) / "manual"
+PARTS = {
+    "start": "First steps",
+    "": "Guides",
+    "theory": "Theory",
+    "evidence": "Evidence",
+    "benchmarks": "Benchmarks",
+    "verification": "Verification",
+}
+"""Folders of pages in the order in which they are listed."""
+_LINK = re.compile(r"(!?)\[((?:`[^`]*`|[^]`])*)\]\(([^)\s]*)\)")
+_DIRECTIVE = re.compile(r"^```\{(\w+)\}.*?^```\n+", re.MULTILINE | re.DOTALL)
+
+
+@lru_cache
+def pages() -> dict[str, Path]:
+    """Files of the pages by name: "sweeps", "start/install"."""
+    found = [path for part in PARTS for path in sorted((PAGES / part).glob("*.md"))]
+    names = {path.relative_to(PAGES).with_suffix("").as_posix(): path for path in found}
+    names.pop("index", None)  # the list takes its place
+    return names
+
+
+def page_names(incomplete: str) -> list[str]:
+    """Pages that a word may become."""
+    return [name for name in pages() if name.startswith(incomplete)]
+
+
+def contents_list() -> str:
+    """All pages, a line each: name and title."""
+    lines = []
+    wide = max(map(len, pages()))
+    for part, heading in PARTS.items():
+        inside = [name for name in pages() if posixpath.dirname(name) == part]
+        titles = (pages()[name].read_text("utf-8").partition("\n")[0] for name in inside)
+        rows = [f"  {n:<{wide}}  {t.lstrip('# ')}" for n, t in zip(inside, titles, strict=True)]
+        lines += [f"{heading}:", *rows, ""]
+    return "\n".join([*lines, "One of them: vanelock manual PAGE"])
+
+
+def page_text(name: str) -> str:
+    """A page in Markdown, as it can be read without the others beside it.
+
+    Links to pages become their names, pictures what they show.
+
+    Raises
+    ------
+    InputError
+        If there is no such page; what there are is listed.
+    """
+    if name not in pages():
+        guides = ", ".join(each for each in pages() if posixpath.dirname(each) in ("", "start"))
+        others = ", ".join(f"{part}/..." for part in PARTS if part not in ("", "start"))
+        raise InputError(
+            f'manual: "{name}" is no page; expected one of {guides}, {others} '
+            "(`vanelock manual` lists all)"
+        )
+    text = _DIRECTIVE.sub("", pages()[name].read_text("utf-8"))
+    folder = posixpath.dirname(name)
+
+    def told(link: re.Match[str]) -> str:
+        picture, words, target = link.groups()
+        if picture:
+            return f"(picture: {words})"
+        if "://" in target:
+            return f"{words} ({target})"
+        place = posixpath.normpath(posixpath.join(folder, target.partition("#")[0]))
+        page = place.removesuffix(".md")
+        if not target.count(".md") or page not in pages():
+            return words
+        same = words.removesuffix(".md").replace(" ", "_") == posixpath.basename(page)
+        return f"`{page}`" if same else f"{words} (`{page}`)"
+
+    return _outside_code(text, lambda prose: _LINK.sub(told, prose))
+
+
+def _outside_code(text: str, change: Callable[[str], str]) -> str:
+    parts = text.split("```")
+    return "```".join(part if i % 2 else change(part) for i, part in enumerate(parts))
+
+
+def _formulas_as_code(prose: str) -> str:
+    """Formulas between backquotes, where Markdown takes no `_` or `*` of theirs for its own."""
+    shown = re.sub(r"^\$\$\n(.*?)\n\$\$$", r"~~~\n\1\n~~~", prose, flags=re.MULTILINE | re.DOTALL)
+    return re.sub(r"\$([^$`]+)\$", r"`\1`", shown)
+
+
+def show(name: str | None) -> None:
+    """Print a page, or without a name the list of all, laid out where a terminal shows it."""
+    if name is None:
+        print(contents_list())
+    elif sys.stdout.isatty():
+        from rich.console import Console
+        from rich.markdown import Markdown
+        from rich.theme import Theme
+
+        plain = Theme({"markdown.code": "bold", "markdown.code_block": "none"})
+        text = _outside_code(page_text(name), _formulas_as_code)
+        page = Markdown(text, code_theme="ansi_dark", hyperlinks=False)
+        Console(theme=plain).print(page)
+    else:
+        print(page_text(name), end="")
