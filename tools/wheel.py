@@ -2,12 +2,12 @@
 
 Run by `make wheel`, or with other interpreters: `python tools/wheel.py python3.12 python3.13`. Each
 environment gets the wheel and what it requires, nothing else, and works in a folder away from the
-source: a smoke study, then part of the tests. What it prints last is in docs/start/install.md.
+source: what it tells of itself, examples, a smoke study, then part of the tests. What it prints
+last is in docs/start/install.md.
 """
 
 import json
 import os
-import re
 import shutil
 import subprocess
 import sys
@@ -51,8 +51,7 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as folder:
         work = Path(folder)
         tool = _environment(work / "tools", sys.executable, "build", "twine")
-        tree = _copied(work / "tree")
-        wheel, sdist = build(tool, tree)
+        wheel, sdist = build(tool, work / "dist")
         run(tool, "-m", "twine", "check", "--strict", wheel, sdist)
         print(f"{wheel.name}: {_size(wheel)}; {sdist.name}: {_size(sdist)}; metadata passed")
         for extra, outcome in extras(tool, wheel).items():
@@ -60,27 +59,15 @@ def main() -> None:
         print("\n| Python | install | environment | smoke study | part of the tests |")
         print("|---|---:|---:|---:|---|", flush=True)
         for i, python in enumerate(pythons):
-            print(_tried(python, wheel, tree, work / f"env{i}"), flush=True)
+            print(_tried(python, wheel, work / f"env{i}"), flush=True)
 
 
-def _copied(tree: Path) -> Path:
-    """The source without what builds and runs leave in it."""
-    left = {".git", ".venv", "build", "dist", "runs", "__pycache__"}
-
-    def leave(_: str, names: list[str]) -> set[str]:
-        return {n for n in names if n in left or n.endswith((".egg-info", "_cache"))}
-
-    shutil.copytree(ROOT, tree, symlinks=True, ignore=leave)
-    return tree
-
-
-def build(tool: Path, copy: Path) -> tuple[Path, Path]:
-    """Both, from a copy of the tree; the wheel is made of the sdist, as pip would."""
-    run(tool, "-m", "build", "--outdir", DIST, copy)
-    version = re.search(r'__version__ = "(.*)"', (ROOT / "vanelock/__init__.py").read_text())
-    assert version
-    (wheel,) = DIST.glob(f"vanelock-{version[1]}-*.whl")
-    return wheel, DIST / f"vanelock-{version[1]}.tar.gz"
+def build(tool: Path, place: Path) -> tuple[Path, Path]:
+    """Both; the wheel is made of the sdist, as pip would make it."""
+    run(tool, "-m", "build", "--outdir", place, ROOT)
+    (wheel,), (sdist,) = place.glob("*.whl"), place.glob("*.tar.gz")
+    DIST.mkdir(exist_ok=True)
+    return DIST / shutil.copy(wheel, DIST), DIST / shutil.copy(sdist, DIST)
 
 
 def extras(tool: Path, wheel: Path) -> dict[str, str]:
@@ -100,7 +87,7 @@ def extras(tool: Path, wheel: Path) -> dict[str, str]:
     return found
 
 
-def _tried(python: str, wheel: Path, tree: Path, place: Path) -> str:
+def _tried(python: str, wheel: Path, place: Path) -> str:
     """One row of the table."""
     began = time.monotonic()
     own = _environment(place, python, str(wheel))
@@ -110,24 +97,37 @@ def _tried(python: str, wheel: Path, tree: Path, place: Path) -> str:
     away = place / "away"
     away.mkdir()
     (away / "smoke.toml").write_text(SMOKE)
-    began = time.monotonic()
     command = place / "bin" / "vanelock"
+    _asked(command, wheel, away)
+    began = time.monotonic()
     run(command, "run", "smoke.toml", "--quiet", cwd=away)
     smoke = time.monotonic() - began
     for name in ("results.h5", "report.html", "figures/response.png", "shapes/mode_free.png"):
         assert (away / "runs/smoke" / name).stat().st_size > 10_000, name
     version = run(own, "-c", "import platform; print(platform.python_version())")
     run(own, "-m", "pip", "install", "--quiet", "pytest", "hypothesis", "playwright")
-    passed = _tests(own, tree, away)
+    passed = _tests(own, away)
     return f"| {version} | {installed:.0f} s | {size:,.0f} MB | {smoke:.0f} s | {passed} |"
 
 
-def _tests(own: Path, tree: Path, away: Path) -> str:
+def _asked(command: Path, wheel: Path, away: Path) -> None:
+    """What an installation answers at once."""
+    version = wheel.name.split("-")[1]
+    assert run(command, "--version") == f"vanelock {version}"
+    assert "A first study:" in run(command, "--help")
+    assert "start/first_study" in run(command, "manual")
+    assert run(command, "manual", "keys").startswith("# Every key")
+    for name, study in {"vane": "vane.toml", "lap_joint": "lap_joint/scene.toml"}.items():
+        run(command, "init", "--example", name, cwd=away)
+        run(command, "check", study, cwd=away)
+
+
+def _tests(own: Path, away: Path) -> str:
     """Run tests from a copy beside nothing of the source but what they read."""
     for name in ("tests", "docs", "examples", "benchmarks"):
-        shutil.copytree(tree / name, away / name, ignore=shutil.ignore_patterns("__pycache__"))
-    shutil.copy(tree / "conftest.py", away)
-    chosen = [f"tests/{name}" for name in TESTS if (tree / "tests" / name).exists()]
+        shutil.copytree(ROOT / name, away / name, ignore=shutil.ignore_patterns("__pycache__"))
+    shutil.copy(ROOT / "conftest.py", away)
+    chosen = [f"tests/{name}" for name in TESTS if (ROOT / "tests" / name).exists()]
     origin = run(own, "-c", "import vanelock; print(vanelock.__file__)", cwd=away)
     assert Path(origin).is_relative_to(away.parent / "lib"), origin
     told = run(
