@@ -31,11 +31,17 @@ def files() -> Iterator[Path]:
             for name in folders
             if name not in GENERATED
             and not name.endswith(".egg-info")
-            and (not name.startswith(".") or name == ".ci")
+            and (not name.startswith(".") or name in {".ci", ".github"})
         ]
         for name in names:
             path = Path(folder) / name
-            if path.suffix in TEXT or name in {"Makefile", "run", "LICENSE", ".gitignore"}:
+            if path.suffix in TEXT or name in {
+                "Makefile",
+                "Dockerfile",
+                "run",
+                "LICENSE",
+                ".gitignore",
+            }:
                 yield path
 
 
@@ -57,8 +63,8 @@ def test_set_up_names_no_address() -> None:
     setting_up = [
         path
         for path in files()
-        if path.relative_to(ROOT).parts[0] in {"tools", ".ci"}
-        or path.name in {"Makefile", "pyproject.toml", "requirements.lock"}
+        if path.relative_to(ROOT).parts[0] in {"tools", ".ci", ".github", ".gitlab-ci.yml"}
+        or path.name in {"Makefile", "Dockerfile", "pyproject.toml", "requirements.lock"}
     ]
     assert len(setting_up) >= 7
     assert occurrences(ADDRESS, iter(setting_up)) == []
