@@ -107,7 +107,9 @@ def test_compiled_kernels_are_the_user_s_own():
     """They are loaded as code: beside the sources or in the user's cache, not in a run's folder."""
     from vanelock.nonlinear.fourier.kernels import _folder
 
-    folder = Path(_folder())
+    kept = _folder()
+    assert kept is not None
+    folder = Path(kept)
     assert folder.is_relative_to(ROOT) or folder.is_relative_to(Path.home())
 
 

@@ -23,7 +23,8 @@ def sources() -> list[Path]:
 
 
 @lru_cache(maxsize=1)
-def _folder() -> str:
+def _folder() -> str | None:
+    """Where compiled code is kept; none where nothing can be written: it is then compiled anew."""
     here = Path(__file__).resolve().parent
     digest = hashlib.sha256()
     for source in sources():
@@ -35,14 +36,21 @@ def _folder() -> str:
         base = here / "__pycache__"
     else:
         base = Path.home() / ".cache" / "vanelock"
-    return str(base / f"kernels-{digest.hexdigest()[:12]}")
+    folder = base / f"kernels-{digest.hexdigest()[:12]}"
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError:
+        return None
+    return str(folder) if os.access(folder, os.W_OK | os.X_OK) else None
 
 
 def kernel(function: Kernel) -> Kernel:
     """Compile a function when it is first called, or load what an earlier run compiled."""
-    settings = vars(numba.config)
+    settings, folder = vars(numba.config), _folder()
+    if folder is None:
+        return cast(Kernel, numba.njit(function))
     given = settings["CACHE_DIR"]
-    settings["CACHE_DIR"] = _folder()
+    settings["CACHE_DIR"] = folder
     try:
         compiled = numba.njit(cache=True)(function)
     finally:

@@ -1,5 +1,6 @@
 """The solver takes arrays; it must not pull in what makes meshes and pictures."""
 
+import os
 import subprocess
 import sys
 
@@ -23,3 +24,19 @@ def test_cached_kernels_are_kept_by_all_their_sources() -> None:
     names = {path.stem for path in kernels.sources()}
     assert {"trigonometric", "exact_law", "rest_position", "contact_step"} <= names
     assert "newton" not in names
+
+
+def test_where_nothing_can_be_kept_kernels_are_compiled_all_the_same() -> None:
+    program = (
+        "import numpy as np\n"
+        "from vanelock.nonlinear.fourier.trigonometric import value\n"
+        "print(type(value._cache).__name__, value(np.array([1.0, 3.0, 4.0]), 0.0))"
+    )
+    shown = subprocess.run(
+        [sys.executable, "-c", program],
+        env={**os.environ, "NUMBA_CACHE_DIR": "/dev/null/kept"},
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    assert shown.stdout.split() == ["NullCache", "4.0"]
