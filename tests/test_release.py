@@ -100,10 +100,14 @@ def test_all_that_tell_the_version_agree(tmp_path: Path) -> None:
     assert installed("numpy") == np.__version__
 
 
-def test_the_release_is_cited_and_fallen_back_on() -> None:
+def test_the_release_is_cited_described_and_fallen_back_on() -> None:
     (cited,) = re.findall(
         r"^version: (\S+)$", (ROOT / "CITATION.cff").read_text(), flags=re.MULTILINE
     )
+    described = re.findall(
+        r"^## \[(\d[^]]*)\]", (ROOT / "CHANGELOG.md").read_text(), flags=re.MULTILINE
+    )
+    assert described[0] == cited
     assert release(pyproject()["tool"]["setuptools_scm"]["fallback_version"]) == cited
     now = version_of(ROOT)
     if ".dev" not in now:  # at a tag, or in what was made of one
