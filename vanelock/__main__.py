@@ -36,7 +36,7 @@ from vanelock.commands.options import (
 from vanelock.common.errors import InputError, cut_short, first_mistakes, printable
 from vanelock.common.files.files import default_folder
 from vanelock.common.process import signals, streams
-from vanelock.common.process.memory import is_shortage, refusal, require_least
+from vanelock.common.process.memory import is_shortage, keep_freed, refusal, require_least
 
 app = typer.Typer(
     name="vanelock",
@@ -304,6 +304,7 @@ def main(arguments: list[str] | None = None) -> None:
     # programs run too the threads wait for one another (three times slower, measured).
     for library in ("OMP", "OPENBLAS", "MKL"):
         os.environ.setdefault(f"{library}_NUM_THREADS", "1")
+    keep_freed()
     with streams.guarded(), signals.raised():
         status = _status(arguments)
     sys.exit(status)

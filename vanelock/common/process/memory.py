@@ -1,8 +1,10 @@
 """How much memory a process may take, what is refused before it runs out, and what it keeps."""
 
+import ctypes
 import os
 import resource
 from collections.abc import Callable, Iterator, MutableMapping
+from contextlib import suppress
 from pathlib import Path
 from typing import NamedTuple, TypeVar
 
@@ -12,6 +14,9 @@ LEAST, LEAST_SPACE = 0.5e9, 1.5e9
 """Bytes that the libraries and the smallest run take, and of address space."""
 SPACE = "the address space that `ulimit -v` allows"
 MACHINE, GROUP = "this machine's memory", "this control group's memory"
+OF_ITS_OWN = 2**28
+"""Bytes from which on an array gets memory of its own, which it returns."""
+_TRIM_THRESHOLD, _MMAP_THRESHOLD = -1, -3
 _PROC, _GROUPS = Path("/proc"), Path("/sys/fs/cgroup")
 
 
@@ -58,6 +63,18 @@ def require(needed: float, what: str) -> None:
         if needed > each.left:
             has = f"{gigabytes(max(each.left, 0.0))} of {each.name} are left"
             raise MemoryError(f"{what} takes about {gigabytes(needed)}, {has}")
+
+
+def keep_freed() -> None:
+    """Have the C library keep what arrays leave for the next ones, all but the largest.
+
+    It returns what an array of 128 kB or more took to the system at once, which then clears each
+    page of the next one: a tenth of a run's time. Other C libraries than glibc stay as they are.
+    """
+    with suppress(AttributeError, OSError):
+        set_option = ctypes.CDLL(None).mallopt
+        set_option(_MMAP_THRESHOLD, OF_ITS_OWN)
+        set_option(_TRIM_THRESHOLD, 2**30)
 
 
 def require_least() -> None:

@@ -18,6 +18,7 @@ from multiprocessing.context import SpawnContext, SpawnProcess
 from pathlib import Path
 from typing import Any
 
+from vanelock.common.process.memory import keep_freed
 from vanelock.pipeline.executor.tasks import Answer, Failure, Task, Work, Worker, reason
 
 _PR_SET_PDEATHSIG = 1
@@ -159,6 +160,7 @@ def _begin(parent: int, journals: Path | None) -> None:
         ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
     if os.getppid() != parent:
         os._exit(1)
+    keep_freed()
     _worker = Worker(journals)
 
 
