@@ -9,13 +9,14 @@ import json
 import os
 import re
 from base64 import b64encode
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import fields
 from functools import cache
 from itertools import count
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Any, Final
+from typing import Any, Final, TypeAlias
 
 import jinja2
 from markupsafe import Markup
@@ -26,6 +27,8 @@ from vanelock.common.tables import Table
 from vanelock.report import pictures, plots, views, wording
 from vanelock.report.blocks import Block, OfCase, Page, Picture, Plot, Section, Text, View
 
+Packed: TypeAlias = tuple[str, tuple[int, int]]
+"""A picture as a data URI, and its width and height in pixels."""
 _HERE: Final = Path(__file__).resolve().parent / "page"
 _MARKS: Final = {"good": "✓", "warn": "!", "bad": "✗"}
 _WORDS: Final = {"good": "good", "warn": "caution", "bad": "not met"}
@@ -66,17 +69,21 @@ def _html(page: Page, folder: Path) -> str:
         "sentence": wording.sentence,
     }
     environment.filters.update(filters)
-    sections = list(_sections(page.sections, folder))
     blocks = [block for section in page.sections for block in section.blocks]
     inner = [each for block in blocks if isinstance(block, OfCase) for each in block.blocks]
     kinds = {type(block).__name__ for block in (*blocks, *inner)}
+    paths = [Path(block.path) for block in (*blocks, *inner) if isinstance(block, Picture)]
+    with ThreadPoolExecutor() as pool:  # packing lets other threads run
+        plotly = pool.submit(_plotly) if "Plot" in kinds else None
+        packed = dict(zip(paths, pool.map(pictures.embedded, paths), strict=True))
+    sections = list(_sections(page.sections, folder, packed))
     cases = list(dict.fromkeys(block.case for block in blocks if isinstance(block, OfCase)))
     return environment.get_template("page.html").render(
         title=page.title,
         subtitle=page.subtitle,
         sections=sections,
         cases=cases if len(cases) > 1 else [],
-        plotly=_plotly() if "Plot" in kinds else "",
+        plotly=plotly.result() if plotly else "",
         style=Markup(_own("page.css").replace("TITLE", _quoted(f"{page.title} · {page.subtitle}"))),
         scripts=[_script(text) for text in _scripts(kinds)],
         marks=_MARKS,
@@ -113,11 +120,13 @@ def _script(text: str) -> Markup:
     return Markup(text.replace("</script", r"<\/script").replace("<!--", r"<\!--"))
 
 
-def _sections(sections: Sequence[Section], folder: Path) -> Iterator[dict[str, Any]]:
+def _sections(
+    sections: Sequence[Section], folder: Path, packed: Mapping[Path, Packed]
+) -> Iterator[dict[str, Any]]:
     taken: set[str] = {"content"}
     names = (f"figure-{number}" for number in count(1))
     for section in sections:
-        blocks = [_shown(block, names, folder) for block in section.blocks]
+        blocks = [_shown(block, names, folder, packed) for block in section.blocks]
         name = base = wording.anchor(section.id or section.title)
         number = 1
         while name in taken:
@@ -127,13 +136,15 @@ def _sections(sections: Sequence[Section], folder: Path) -> Iterator[dict[str, A
         yield {"title": section.title, "id": name, "blocks": blocks, "folded": section.folded}
 
 
-def _shown(block: Block, names: Iterator[str], folder: Path) -> SimpleNamespace:
+def _shown(
+    block: Block, names: Iterator[str], folder: Path, packed: Mapping[Path, Packed]
+) -> SimpleNamespace:
     """What the template needs of a block."""
     shown: dict[str, Any] = {field.name: getattr(block, field.name) for field in fields(block)}
     shown |= {"kind": type(block).__name__, "id": next(names)}
     match block:
         case OfCase():
-            shown["blocks"] = [_shown(each, names, folder) for each in block.blocks]
+            shown["blocks"] = [_shown(each, names, folder, packed) for each in block.blocks]
         case Text():
             pass
         case Table():
@@ -141,7 +152,7 @@ def _shown(block: Block, names: Iterator[str], folder: Path) -> SimpleNamespace:
             shown |= {"rows": block.shown, "lines": block.lines}
         case Picture():
             shown["data"] = [wording.file_text(file, folder) for file in block.data]
-            shown["source"], shown["size"] = pictures.embedded(Path(block.path))
+            shown["source"], shown["size"] = packed[Path(block.path)]
         case Plot():
             shown["data"] = [wording.file_text(file, folder) for file in block.data]
             shown["legend"] = plots.legend(block)

@@ -1,5 +1,7 @@
 """The cache: keys, and entries that come back whole or not at all."""
 
+import os
+import time
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -14,7 +16,7 @@ from vanelock.input.cases.sweep import cases
 from vanelock.input.cases.values import with_values
 from vanelock.input.schema.structure import leaves
 from vanelock.pipeline.cache import Cache, key_of
-from vanelock.pipeline.progress import silent
+from vanelock.pipeline.progress import Done, Event, silent
 from vanelock.pipeline.step import Stages, step
 from vanelock.results.files.redrawn import OutputFiles
 from vanelock.stages.plan import plan
@@ -351,6 +353,29 @@ def test_animations_come_after_the_page_which_is_then_written_again(tmp_path):
     order.clear()
     run(2)  # that of other results has gone before the page is written
     assert order == ["a.png", ["a.png"], "a.gif", ["a.gif", "a.png"]]
+
+
+def test_files_that_show_the_same_are_drawn_by_one_process(tmp_path):
+    (tmp_path / "figures").mkdir()
+    files = [f"figures/{kind}{i}" for i in range(4) for kind in "ab"]
+    for again in (False, True):
+        told = list[Event]()
+        output_files = OutputFiles(tmp_path, told.append, 1)
+        with output_files.put_off():
+            for name in files:
+                output_files.draw(name, name[-1], lambda path: path.write_text(str(os.getpid())))
+            assert len([*tmp_path.glob("figures/*")]) == (len(files) if again else 0)
+        with output_files.shared():
+            limit = time.monotonic() + 60
+            while not (tmp_path / files[-1]).exists() and time.monotonic() < limit:
+                time.sleep(0.01)
+        output_files.tidy()
+        drawn = [each for each in output_files.done if not each.cached]
+        assert [each.stage for each in drawn] == ([] if again else files)
+        assert [each for each in told if isinstance(each, Done)] == drawn
+        texts = [(tmp_path / name).read_text() for name in files]
+        assert texts[::2] == texts[1::2]
+        assert str(os.getpid()) not in texts
 
 
 def test_pictures_of_other_results_are_removed(tmp_path):

@@ -5,12 +5,14 @@ import time
 from dataclasses import asdict
 from pathlib import Path
 
+from vanelock import render
 from vanelock.commands.run.cases import OngoingRun
 from vanelock.input.cases.sweep import cases
 from vanelock.input.cases.values import Given
 from vanelock.input.schema.study import Study
 from vanelock.pipeline.cache import Cache
 from vanelock.pipeline.executor.choose import chosen_executor
+from vanelock.pipeline.executor.forked import of_this_process
 from vanelock.pipeline.progress import Finished, Listener, Notice, silent
 from vanelock.pipeline.step import Stages
 from vanelock.results import listing
@@ -70,7 +72,7 @@ def run_study(
     InputError
         If it cannot be computed, or the folder not be used.
     """
-    path = Path(folder)
+    path, listener = Path(folder), of_this_process(listener)
     began = time.perf_counter()
     with claimed(path):
         stages = Stages(Cache(path / "cache", lambda message: listener(Notice(message))), listener)
@@ -85,12 +87,14 @@ def run_study(
             listener(Notice(f"about {', '.join(needed.words().values())}, if nothing is there yet"))
             if needed.warning:
                 listener(Notice(needed.warning))
+        if getattr(given.outputs, "shapes", False):
+            render.trial()  # whether this machine draws is then known when the first is drawn
         with running.record.finished():
             with running.background():
                 summaries = running.all_cases()
             scattered = running.scattered(summaries)
             running.answer(summaries)
-            output_files = OutputFiles(path, listener)
+            output_files = OutputFiles(path, listener, workers - 1)
             pictures = Pictures(
                 given, running.planned, stages, running.shown, output_files, scattered
             )

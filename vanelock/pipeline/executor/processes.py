@@ -105,7 +105,7 @@ class _Process(SpawnContext):
         self.knows |= entries.keys()
         self.task, sent = task, (task.work, task.makes, entries, frozenset(self.knows))
         try:
-            with _held_back():
+            with held_back():
                 self._future = self._pool.submit(_perform, *sent)
         except BrokenProcessPool as error:  # it died while it was idle
             self._future = Future()
@@ -127,7 +127,7 @@ class _Process(SpawnContext):
 
 
 @contextmanager
-def _held_back() -> Generator[None, None, None]:
+def held_back() -> Generator[None, None, None]:
     """Start processes and threads that get neither Ctrl-C nor the signal of a broken pipe.
 
     They inherit which signals are held back. Ctrl-C reaches every process of a terminal, and is for
@@ -139,6 +139,17 @@ def _held_back() -> Generator[None, None, None]:
         yield
     finally:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+def end_with(parent: int) -> None:
+    """End this process when its parent ends, at once, even within a call that lets no thread run.
+
+    Where the system is not Linux, only if it has ended already.
+    """
+    if sys.platform == "linux":
+        ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
+    if os.getppid() != parent:
+        os._exit(1)
 
 
 _worker: Worker
@@ -156,10 +167,7 @@ def _begin(parent: int, journals: Path | None) -> None:
             os._exit(1)
 
     threading.Thread(target=watch, daemon=True).start()
-    if sys.platform == "linux":  # at once, even within a call that lets no other thread run
-        ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
-    if os.getppid() != parent:
-        os._exit(1)
+    end_with(parent)
     keep_freed()
     _worker = Worker(journals)
 

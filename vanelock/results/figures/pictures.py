@@ -1,6 +1,7 @@
 """The pictures of a run, in the order in which they are drawn and shown."""
 
 from collections.abc import Iterable, Iterator, Sequence
+from concurrent.futures import wait
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
@@ -52,8 +53,22 @@ class Pictures:
         """Draw what is not there yet, and remove what earlier runs drew and this one does not."""
         run_data, outputs = self.run_data, self.given.outputs
         shapes = isinstance(outputs, Outputs) and outputs.shapes
+        with self.output_files.put_off():
+            made = self._drawn(shapes)
         if shapes:
-            render.trial()  # whether this machine draws is known when the first shape is recovered
+            wait([render.trial()])  # one for all copies, which could not wait for its thread
+        with self.output_files.shared():
+            if outputs.report:
+                for found in self.answers.values():
+                    made += _own(found.planned, [haigh(run_data, found)] if found.margins else [])
+        if outputs.report:
+            self.wear = {name: wear_table(run_data, found) for name, found in self.answers.items()}
+        self.output_files.tidy(keep=[REPORT] if outputs.report else [])
+        return made
+
+    def _drawn(self, shapes: bool) -> list[Picture]:
+        """All that need no answers."""
+        run_data, outputs = self.run_data, self.given.outputs
         made = [curves(run_data), *campbells(run_data), *preloads(run_data)]
         if self.scattered is not None:
             made.insert(1, scatters(run_data, self.scattered))
@@ -72,11 +87,6 @@ class Pictures:
                 made += _own(each, response(run_data, each, each.case.name in moving))
             for each in detailed:
                 made += _own(each, [stress(run_data, each), contacts(run_data, each)])
-        if outputs.report:
-            for found in self.answers.values():
-                made += _own(found.planned, [haigh(run_data, found)] if found.margins else [])
-            self.wear = {name: wear_table(run_data, found) for name, found in self.answers.items()}
-        self.output_files.tidy(keep=[REPORT] if outputs.report else [])
         return made
 
     @cached_property

@@ -14,12 +14,14 @@ from vanelock.input.cases.sweep import cases
 from vanelock.input.measured.curve import Measured
 from vanelock.input.measured.units import STRAIN
 from vanelock.nonlinear import static_response
+from vanelock.pipeline.progress import silent
 from vanelock.quantities.curves_and_fields import RunData, Shown
 from vanelock.report import Picture
 from vanelock.results.figures.curves import curves
 from vanelock.results.figures.curves import linear as linear_curves
 from vanelock.results.figures.pictures import Pictures
 from vanelock.results.figures.shapes import all_modes
+from vanelock.results.files.redrawn import OutputFiles
 from vanelock.results.listing import preload_table
 from vanelock.stages.response.limits import Limits
 from vanelock.stages.response.monitor import Monitor
@@ -169,7 +171,7 @@ def test_tables_print_four_digits_of_any_size(ring):
     assert cells == ["1.235e-07", "1.235e+300"]
 
 
-def test_the_first_and_the_last_case_of_a_sweep_move(monkeypatch):
+def test_the_first_and_the_last_case_of_a_sweep_move(tmp_path, monkeypatch):
     text = '[sweep]\n"joints.interlock.mu" = [0.1, 0.2, 0.3]\n[outputs]\nreport = false\n'
     heard = []
 
@@ -189,9 +191,9 @@ def test_the_first_and_the_last_case_of_a_sweep_move(monkeypatch):
     def moving(text, cases_shown):
         drawn, _ = run_data(text, [found()] * 3)
         drawn.shown.peak.update({name: None for name in cases_shown})
-        drawn.output_files.tidy = lambda keep: None
+        output_files = OutputFiles(tmp_path, silent)
         heard.clear()
-        Pictures(drawn.study, drawn.planned, drawn.stages, drawn.shown, drawn.output_files).draw()
+        Pictures(drawn.study, drawn.planned, drawn.stages, drawn.shown, output_files).draw()
         assert heard[: len(heard) // 2] == heard[len(heard) // 2 :]
         return dict(heard)
 

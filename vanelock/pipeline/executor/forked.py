@@ -1,0 +1,99 @@
+"""Work shared with copies of this process, which see all that it has in memory.
+
+What they do is what needs nothing but that memory and writes files of its own, such as pictures. A
+copy that fails or dies leaves its work to this process, whose error then counts.
+"""
+
+import os
+import sys
+from collections.abc import Callable, Generator, Sequence
+from contextlib import contextmanager
+from multiprocessing import get_context
+from multiprocessing.connection import Connection
+from typing import TypeVar
+
+from vanelock.pipeline.executor.processes import end_with, held_back
+from vanelock.pipeline.progress import Event, Listener
+
+R = TypeVar("R")
+EACH = 3
+"""Works for which a copy is worth what it takes to begin."""
+
+
+@contextmanager
+def shared(
+    works: Sequence[Callable[[], R]], copies: int, take: Callable[[int, R], object]
+) -> Generator[None, None, None]:
+    """Have copies of this process do works while the block does something else.
+
+    When the block has ended this process joins in, until all are done.
+
+    Parameters
+    ----------
+    works : sequence of callable
+        Each gives what can be pickled.
+    copies : int
+        How many copies at most; none where the system's libraries bear none.
+    take : callable
+        Called here with the place of each work and what it gave.
+    """
+    context = get_context("fork" if sys.platform == "linux" else None)
+    begun = context.Value("i", 0)
+
+    def next_one() -> int:
+        with begun.get_lock():
+            begun.value += 1
+            return int(begun.value) - 1
+
+    def work(results: Connection) -> None:
+        end_with(parent)
+        while (i := next_one()) < len(works):
+            try:
+                results.send((i, works[i]()))
+            except Exception:
+                return
+
+    parent, started, readers = os.getpid(), [], list[Connection]()
+    try:
+        for _ in range(min(copies, len(works) // EACH) if sys.platform == "linux" else 0):
+            reader, writer = context.Pipe(duplex=False)
+            with held_back():
+                started.append(context.Process(target=work, args=(writer,), daemon=True))
+                started[-1].start()
+            writer.close()
+            readers.append(reader)
+        yield
+        left = set(range(len(works)))
+
+        def collect(wait: bool) -> None:
+            for reader in tuple(readers):
+                try:
+                    while wait or reader.poll():
+                        i, result = reader.recv()
+                        take(i, result)
+                        left.discard(i)
+                except EOFError:
+                    readers.remove(reader)
+
+        while (i := next_one()) < len(works):
+            take(i, works[i]())
+            left.discard(i)
+            collect(wait=False)
+        collect(wait=True)
+        for i in sorted(left):
+            take(i, works[i]())
+    finally:
+        for each in started:
+            each.kill()
+            each.join()
+
+
+def of_this_process(listener: Listener) -> Listener:
+    """The listener, which copies of this process do not call: its display is not theirs."""
+    own = os.getpid()
+
+    def told(event: Event) -> None:
+        if os.getpid() == own:
+            listener(event)
+
+    return told
