@@ -15,7 +15,7 @@ _modules = {
     "Run": "results.reading.run",
     "Scene": "input.schema.scene",
     "Study": "input.schema.study",
-    "check_file": "commands.check.scene",
+    "check_file": "commands.check.file",
     "check_scene": "input.read_scene",
     "choose_listener": "pipeline.progress",
     "compare_runs": "commands.compare.compare",

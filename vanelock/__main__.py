@@ -214,7 +214,7 @@ def check(
     as_json: AsJson = False,
 ) -> None:
     """Check a file without computing: what a study would compute, what results hold."""
-    from vanelock.commands.check.scene import check_file
+    from vanelock.commands.check.file import check_file
     from vanelock.pipeline.progress import choose_listener
 
     with choose_listener(quiet, as_json) as listener:

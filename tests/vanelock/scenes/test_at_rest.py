@@ -9,7 +9,7 @@ import scipy.sparse as sp
 
 from tests.vanelock.scenes.conftest import Write, chain, joined
 from vanelock import load_scene, run_scene
-from vanelock.commands.check.scene import check_file
+from vanelock.commands.check.file import check_file
 from vanelock.common.errors import InputError
 from vanelock.fem import Material, assemble
 from vanelock.mesh import Part

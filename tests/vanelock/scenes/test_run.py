@@ -11,7 +11,7 @@ from tests.vanelock.scenes.conftest import Write, chain, joined
 from tests.vanelock.scenes.test_sector import rim
 from vanelock import cases, load_scene, nonlinear, run_scene
 from vanelock.__main__ import main
-from vanelock.commands.check.scene import check_file
+from vanelock.commands.check.file import check_file
 from vanelock.common.errors import InputError
 from vanelock.pipeline.progress import Done, Failed
 

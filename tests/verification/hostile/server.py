@@ -27,6 +27,7 @@ LOADED = (
     "meshio",
     "pyuff",
     "vanelock.__main__",
+    "vanelock.commands.check.file",
     "vanelock.commands.check.scene",
     "vanelock.mesh",
     "vanelock.mesh.files.read",

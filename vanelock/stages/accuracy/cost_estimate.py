@@ -19,7 +19,6 @@ from vanelock.stages.accuracy.mesh_sizes import (
     peak_memory,
     unknowns,
 )
-from vanelock.stages.parts.components import PARTS, diameters
 from vanelock.stages.sweep.time_left import TYPICAL, work
 
 UNITS = ((86400, "days"), (3600, "h"), (60, "min"), (1, "s"))
@@ -112,6 +111,8 @@ def _further(study: Study) -> int:
     """Nodal diameters that stability takes in addition."""
     if study.stability is None:
         return 0
+    from vanelock.stages.parts.components import diameters  # and all that reduces
+
     return study.ring.sectors // 2 + 1 - len(diameters([study]))
 
 
@@ -128,7 +129,7 @@ def _assessment(study: Study) -> float:
 
 def _own(study: Study) -> bool:
     dimensions = VaneDimensions, CasingDimensions
-    return not all(isinstance(getattr(study, part), dimensions) for part in PARTS)
+    return not all(isinstance(part, dimensions) for part in (study.vane, study.casing))
 
 
 def _meshed(study: Study) -> str:

@@ -2,12 +2,15 @@
 
 import time
 from collections.abc import Collection
+from typing import TYPE_CHECKING
 
 from vanelock.input.cases.values import Given
-from vanelock.nonlinear import Response
 from vanelock.pipeline.progress import PointDone
-from vanelock.pipeline.step import Step
-from vanelock.stages.plan import Planned
+
+if TYPE_CHECKING:
+    from vanelock.nonlinear import Response
+    from vanelock.pipeline.step import Step
+    from vanelock.stages.plan import Planned
 
 TYPICAL = 100
 """Points of a response over a range that chooses them itself."""
@@ -16,7 +19,7 @@ TYPICAL = 100
 class Clock:
     """Stopwatch over all cases of a run."""
 
-    def __init__(self, planned: Collection[Planned]) -> None:
+    def __init__(self, planned: "Collection[Planned]") -> None:
         self._adaptive = any(getattr(each.case.given, "accuracy", None) for each in planned)
         self._left = {
             step.key: work(each.case.given) for each in planned for step in each.responses
@@ -27,7 +30,7 @@ class Clock:
         self._began = time.perf_counter()
         self._name, self._own, self._peak = "", 0.0, 0.0
 
-    def begin(self, planned: Planned, response: Step[Response] | None = None) -> None:
+    def begin(self, planned: "Planned", response: "Step[Response] | None" = None) -> None:
         """A case begins, or another of its responses."""
         self._name, self._peak = planned.case.name, 0.0
         self._own = self._left.pop((response or planned.response).key, 0.0)

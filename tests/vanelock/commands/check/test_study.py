@@ -70,11 +70,14 @@ def test_failed_cases_are_counted(tmp_path, failed, told):
     assert rows(tmp_path)["failed"] == told
 
 
-def test_a_check_loads_neither_what_draws_nor_what_fits():
+def test_a_check_loads_neither_what_draws_nor_what_solves_nor_what_fits(tmp_path):
+    study = tmp_path / "study.toml"
+    study.write_text('name = "x"\n')
     program = (
-        "import sys, vanelock.commands.check.scene\n"
-        "print(sorted({'gmsh', 'matplotlib', 'pyvista', 'scipy.optimize', 'scipy.stats'}"
-        " & set(sys.modules)))"
+        "import sys, vanelock\n"
+        f"assert dict(vanelock.check_file({str(study)!r}).rows)['cases'] == '1'\n"
+        "print(sorted({'gmsh', 'matplotlib', 'pyvista', 'skfem', 'numba', 'sksparse',"
+        " 'scipy.optimize', 'scipy.stats'} & set(sys.modules)))"
     )
     shown = subprocess.run([sys.executable, "-c", program], capture_output=True, check=True)
     assert shown.stdout == b"[]\n"

@@ -7,8 +7,7 @@ import h5py
 import numpy as np
 import pytest
 
-from vanelock import load_component, load_system, open_results
-from vanelock.commands.check.study import check_file
+from vanelock import check_file, load_component, load_system, open_results
 from vanelock.common.errors import InputError
 from vanelock.nonlinear import Options, Response, frequency_response, static_response
 from vanelock.pipeline.cache import Cache

@@ -1,0 +1,122 @@
+"""Files that show results: drawn when they would change, and by which process."""
+
+import os
+import time
+
+import pytest
+
+from vanelock.common.errors import InputError
+from vanelock.pipeline.progress import Done, Event, silent
+from vanelock.results.files.redrawn import OutputFiles
+
+
+def test_pictures_are_drawn_again_only_when_they_would_change(tmp_path):
+    drawn = []
+
+    def write(text):
+        def function(path):
+            drawn.append(text)
+            path.parent.mkdir(exist_ok=True)
+            path.write_text(text)
+
+        return function
+
+    def draw(shows, text):
+        output_files = OutputFiles(tmp_path, silent)
+        path = output_files.draw("figures/a.png", shows, write(text))
+        output_files.tidy()
+        return path
+
+    for shows, text in (([1], "one"), ([1], "one again"), ([2], "two")):
+        path = draw(shows, text)
+    assert drawn == ["one", "two"]
+    path.write_text("spoilt")
+    draw([2], "repaired")
+    assert path.read_text() == "repaired"
+    (tmp_path / "cache" / "pictures.json").write_text('{"figures/a.png": 3')
+    draw([2], "list lost")
+    assert path.read_text() == "list lost"
+
+
+def test_what_is_drawn_last_of_all_is_known_to_the_next_run(tmp_path):
+    drawn = []
+    for _ in range(2):
+        output_files = OutputFiles(tmp_path, silent)
+        output_files.tidy(keep=["report.html"])
+        output_files.draw("report.html", [], lambda path: drawn.append(path.write_text("drawn")))
+    assert len(drawn) == 1
+
+
+def test_animations_come_after_the_page_which_is_then_written_again(tmp_path):
+    order = []
+
+    def write(path):
+        path.parent.mkdir(exist_ok=True)
+        path.write_text("drawn")
+        order.append(path.name)
+
+    def run(shows):
+        output_files = OutputFiles(tmp_path, silent)
+        output_files.animate("figures/a.gif", shows, write)
+        output_files.draw("figures/a.png", shows, write)
+        output_files.tidy()
+        there = lambda: [path.name for path in (tmp_path / "figures").iterdir()]  # noqa: E731
+        output_files.finish(lambda: order.append(sorted(there())))
+
+    run(1)
+    assert order == ["a.png", ["a.png"], "a.gif", ["a.gif", "a.png"]]
+    order.clear()
+    run(1)
+    assert order == [["a.gif", "a.png"]]
+    order.clear()
+    run(2)  # that of other results has gone before the page is written
+    assert order == ["a.png", ["a.png"], "a.gif", ["a.gif", "a.png"]]
+
+
+def test_files_that_show_the_same_are_drawn_by_one_process(tmp_path):
+    (tmp_path / "figures").mkdir()
+    files = [f"figures/{kind}{i}" for i in range(4) for kind in "ab"]
+    for again in (False, True):
+        told = list[Event]()
+        output_files = OutputFiles(tmp_path, told.append, 1)
+        with output_files.put_off():
+            for name in files:
+                output_files.draw(name, name[-1], lambda path: path.write_text(str(os.getpid())))
+            assert len([*tmp_path.glob("figures/*")]) == (len(files) if again else 0)
+        with output_files.shared():
+            limit = time.monotonic() + 60
+            while not (tmp_path / files[-1]).exists() and time.monotonic() < limit:
+                time.sleep(0.01)
+        output_files.tidy()
+        drawn = [each for each in output_files.done if not each.cached]
+        assert [each.stage for each in drawn] == ([] if again else files)
+        assert [each for each in told if isinstance(each, Done)] == drawn
+        texts = [(tmp_path / name).read_text() for name in files]
+        assert texts[::2] == texts[1::2]
+        assert str(os.getpid()) not in texts
+
+
+def test_pictures_of_other_results_are_removed(tmp_path):
+    def write(path):
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text("drawn")
+
+    (tmp_path / "figures").mkdir()
+    (tmp_path / "figures" / "mine.png").write_text("not ours")
+    for names in (("a", "b"), ("b", "c")):
+        output_files = OutputFiles(tmp_path, silent)
+        for name in names:
+            output_files.draw(f"figures/{name}.png", [], write)
+        output_files.draw(f"shapes/{names[0]}/step.vtu", [], write)
+        output_files.tidy()
+    assert [path.name for path in (tmp_path / "shapes").iterdir()] == ["b"]  # nor empty folders
+    assert {path.stem for path in (tmp_path / "figures").iterdir()} == {"b", "c", "mine"}
+
+
+def test_places_that_cannot_be_drawn_to_are_named(tmp_path):
+    (tmp_path / "figures").write_text("a file")
+    (tmp_path / "shapes" / "a.png").mkdir(parents=True)
+    for name in ("figures/a.png", "shapes/a.png"):
+        with pytest.raises(InputError) as caught:
+            OutputFiles(tmp_path, silent).draw(name, [], lambda path: path.write_text("drawn"))
+        assert str(caught.value).startswith(f"{tmp_path / name}: cannot be written: ")
