@@ -52,7 +52,7 @@ def run_study(
     text : str
         The file's text, kept in the results.
     workers : int
-        Processes that compute the cases of a sweep; 1: this one does.
+        Processes that compute the cases of a sweep, and draw; 1: this one does.
     scheduler : str, optional
         Address of a Dask scheduler whose workers do, such as "tcp://host:8786"; they read the
         files that a scene names at the same places.
