@@ -1,7 +1,8 @@
 """Work shared with copies of this process, which see all that it has in memory.
 
 What they do is what needs nothing but that memory and writes files of its own, such as pictures. A
-copy that fails or dies leaves its work to this process, whose error then counts.
+copy that fails or dies leaves its work to this process, whose error then counts; so does one that
+stands still, as a copy may for ever that was made while another thread held a lock.
 """
 
 import os
@@ -9,7 +10,7 @@ import sys
 from collections.abc import Callable, Generator, Sequence
 from contextlib import contextmanager
 from multiprocessing import get_context
-from multiprocessing.connection import Connection
+from multiprocessing.connection import Connection, wait
 from typing import TypeVar
 
 from vanelock.pipeline.executor.processes import end_with, held_back
@@ -18,6 +19,8 @@ from vanelock.pipeline.progress import Event, Listener
 R = TypeVar("R")
 EACH = 3
 """Works for which a copy is worth what it takes to begin."""
+PATIENCE = 60.0
+"""Seconds without a result after which copies are taken to stand still."""
 
 
 @contextmanager
@@ -65,21 +68,22 @@ def shared(
         yield
         left = set(range(len(works)))
 
-        def collect(wait: bool) -> None:
-            for reader in tuple(readers):
-                try:
-                    while wait or reader.poll():
+        def collect(patience: float) -> None:
+            while readers and (ready := wait(readers, patience)):
+                for reader in [each for each in readers if each in ready]:
+                    try:
                         i, result = reader.recv()
+                    except EOFError:
+                        readers.remove(reader)
+                    else:
                         take(i, result)
                         left.discard(i)
-                except EOFError:
-                    readers.remove(reader)
 
         while (i := next_one()) < len(works):
             take(i, works[i]())
             left.discard(i)
-            collect(wait=False)
-        collect(wait=True)
+            collect(0)
+        collect(PATIENCE)
         for i in sorted(left):
             take(i, works[i]())
     finally:

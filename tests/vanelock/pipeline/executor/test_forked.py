@@ -8,6 +8,7 @@ from typing import Any
 import pytest
 
 from vanelock.common.errors import InputError
+from vanelock.pipeline.executor import forked
 from vanelock.pipeline.executor.forked import of_this_process, shared
 from vanelock.pipeline.progress import Event, Notice
 
@@ -66,6 +67,20 @@ def test_the_work_of_a_copy_that_dies_or_fails_is_done_here(tmp_path, end):
         if os.getpid() != own:
             (tmp_path / "taken").touch()
             end()
+        return i, os.getpid()
+
+    found = done([lambda i=i: work(i) for i in range(4)], 1, lambda: until(tmp_path / "taken"))
+    assert found == {i: (i, own) for i in range(4)}
+
+
+def test_the_work_of_a_copy_that_stands_still_is_done_here(tmp_path, monkeypatch):
+    monkeypatch.setattr(forked, "PATIENCE", 0.5)
+    own = os.getpid()
+
+    def work(i):
+        if os.getpid() != own:
+            (tmp_path / "taken").touch()
+            time.sleep(3600)
         return i, os.getpid()
 
     found = done([lambda i=i: work(i) for i in range(4)], 1, lambda: until(tmp_path / "taken"))
