@@ -61,7 +61,7 @@ class PeakResponse(Product):
         Whether the balance is solved, and the extremum condition too or the peak is sharp.
     sharp : (p,) bool
         The slope of the curve jumps over zero there, where a contact changes its state.
-    rival : (p,) float
+    second_peak : (p,) float
         Amplitude of a second, lower peak of the same output, m; nan where none was met.
     readings : (p,) int
         Frequencies solved, intermediate values of the parameter included.
@@ -81,7 +81,7 @@ class PeakResponse(Product):
     distance: Floats
     converged: NDArray[np.bool_]
     sharp: NDArray[np.bool_]
-    rival: Floats = field(metadata={"unit": "m"})
+    second_peak: Floats = field(metadata={"unit": "m", "formerly": "rival"})
     readings: NDArray[np.int64]
     response: Response
     mu: Floats
@@ -118,7 +118,7 @@ def peak_response(
     A sweep of frequencies finds the peak at the first value; from there on the peak itself is
     followed, by its extremum condition dA/dω = 0, as long as it exists. Where it ends, and at the
     last value, another sweep looks for a higher one, which is then followed backwards; the higher
-    one is reported, the other one named as its rival. A rival that is higher in between alone goes
+    one is reported, the other one is its `second_peak`. One that is higher in between alone goes
     unnoticed. A value at which no peak lies in the range gives its largest amplitude, not
     converged.
 
@@ -179,8 +179,8 @@ def peak_response(
     at = lru_cache(4)(partial(varied.at, ready))
     ridge = PeakTrack(at, varied, ends, component, span)
     tracks, ridge = traced(ridge, given.tolist(), is_range, progress)
-    best, rivals = chosen(tracks)
-    return collected(ridge, best, rivals, system)
+    best, second = chosen(tracks)
+    return collected(ridge, best, second, system)
 
 
 def traced(
@@ -312,7 +312,7 @@ def counted(found: Sequence[Mark]) -> Mark:
 
 def chosen(tracks: Sequence[dict[float, Mark]]) -> tuple[list[Mark], list[float]]:
     """The highest mark at each value, and the amplitude of the next one or nan."""
-    best, rivals = [], []
+    best, second = [], []
     for value in dict.fromkeys(value for track in tracks for value in track):
         here = [track[value] for track in tracks if value in track]
         here.sort(key=lambda mark: -mark.peak.amplitude)
@@ -323,12 +323,12 @@ def chosen(tracks: Sequence[dict[float, Mark]]) -> tuple[list[Mark], list[float]
             if abs(mark.peak.solution.omega - here[0].peak.solution.omega)
             > 1e-3 * here[0].peak.width
         ]
-        rivals.append(max(others, default=np.nan))
-    return best, rivals
+        second.append(max(others, default=np.nan))
+    return best, second
 
 
 def collected(
-    ridge: PeakTrack, best: Sequence[Mark], rivals: Sequence[float], system: System
+    ridge: PeakTrack, best: Sequence[Mark], second: Sequence[float], system: System
 ) -> PeakResponse:
     """Put the marks into arrays."""
     assert ridge.component is not None
@@ -348,7 +348,7 @@ def collected(
         distance=distance,
         converged=response.converged & ((distance < CONDITION) | sharp),
         sharp=sharp,
-        rival=np.array(rivals),
+        second_peak=np.array(second),
         readings=np.array([mark.peak.readings for mark in best], np.int64),
         response=response,
         mu=mu,

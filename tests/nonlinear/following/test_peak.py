@@ -4,6 +4,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+import h5py
 import numpy as np
 import pytest
 from numpy.typing import NDArray
@@ -115,20 +116,20 @@ def test_backbones_from_the_other_side_and_at_steps_of_their_own() -> None:
     up = peak_response(jenkins(), "force", [0.05, 0.5, 5.0], (0.1, 0.3), Options(1))
     down = peak_response(jenkins(), "force", [5.0, 0.5, 0.05], (0.1, 0.3), Options(1))
     np.testing.assert_allclose(up.amplitude, down.amplitude[::-1], rtol=1e-9)
-    told: list[tuple[int, int, float, float]] = []
+    calls: list[tuple[int, int, float, float]] = []
     own = peak_response(
         jenkins(),
         "force",
         (1e-2, 10.0),
         (0.1, 0.3),
         Options(1),
-        progress=lambda *each: told.append(each),
+        progress=lambda *each: calls.append(each),
     )
     assert own.parameter[[0, -1]].tolist() == [1e-2, 10.0]
     assert 25 < len(own.parameter) < 200
     check_against_closed_form(own, [jenkins_peak(float(value), 1.0) for value in own.parameter])
-    assert [each[0] for each in told] == list(range(1, len(told) + 1))
-    assert told[-1][:3] == (len(told), len(told), 10.0)
+    assert [each[0] for each in calls] == list(range(1, len(calls) + 1))
+    assert calls[-1][:3] == (len(calls), len(calls), 10.0)
     # A straight line between two points, both logarithmic, is as good as the eye needs.
     middle = np.sqrt(own.parameter[1:] * own.parameter[:-1])
     drawn = np.sqrt(own.amplitude[1:] * own.amplitude[:-1])
@@ -188,7 +189,7 @@ def solution_at(omega: float) -> Solution:
 
 
 def drawn_peaks(values: list[float], is_range: bool, since: float) -> dict[float, float]:
-    """Amplitude by value; nan where the point is told not converged."""
+    """Amplitude by value; nan where the point is marked as not converged."""
     varied = Parameter("interference", np.ones(1, bool), False)
     ready = Options(1).prepare(jenkins(), (0.1, 0.3), 10)
     ridge = _Drawn(lambda value: ready, varied, (1.0, 30.0), (0, 1), 1.0, since=since)
@@ -198,7 +199,7 @@ def drawn_peaks(values: list[float], is_range: bool, since: float) -> dict[float
 
 
 @pytest.mark.parametrize("is_range", [False, True])
-def test_values_without_a_peak_are_told_and_those_beyond_have_theirs(is_range: bool) -> None:
+def test_values_without_a_peak_are_marked_and_those_beyond_have_theirs(is_range: bool) -> None:
     values = [0.0, 1.0] if is_range else np.linspace(0, 1, 21).tolist()
     found = drawn_peaks(values, is_range, since=0.6)
     place, amplitude = np.array(list(found.items())).T
@@ -306,6 +307,12 @@ def test_peaks_survive_a_file(tmp_path: Path) -> None:
     np.testing.assert_array_equal(again.mu, [[0.1], [1.0]])
     np.testing.assert_array_equal(again.at(1).mu, [1.0])
     np.testing.assert_array_equal(again.response.contact, found.response.contact)
+    with h5py.File(tmp_path / "peaks.h5", "a") as file:  # as written before the field was renamed
+        assert dict(file["second_peak"].attrs) == {"unit": "m"}
+        file.move("second_peak", "rival")
+        file["rival"][...] = [2e-3, np.nan]
+    old = PeakResponse.load(tmp_path / "peaks.h5")
+    np.testing.assert_array_equal(old.second_peak, [2e-3, np.nan])
 
 
 @pytest.mark.parametrize(

@@ -32,7 +32,7 @@ class Ridge(Product):
     amplitude, frequency : (p,) float
         Of the peak, m and Hz.
     converged : (p,) bool
-    rival : (p,) float
+    second_peak : (p,) float
         A second, lower peak, m; NaN where none was met.
     message : str
         Why there are no peaks, or "".
@@ -44,7 +44,7 @@ class Ridge(Product):
     amplitude: Floats = field(metadata={"unit": "m"})
     frequency: Floats = field(metadata={"unit": "Hz"})
     converged: NDArray[np.bool_]
-    rival: Floats = field(metadata={"unit": "m"})
+    second_peak: Floats = field(metadata={"unit": "m", "formerly": "rival"})
     message: str = ""
 
     @property
@@ -119,5 +119,5 @@ def ridge(
         amplitude=found.amplitude,
         frequency=found.frequency,
         converged=found.converged,
-        rival=found.rival,
+        second_peak=found.second_peak,
     )
