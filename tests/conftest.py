@@ -25,7 +25,7 @@ Place = Callable[[np.ndarray], np.ndarray]
 def parts_once() -> Iterator[None]:
     """Runs in this process compute meshes, parts and linear responses once for each key.
 
-    All else of a stage is as ever: what it needs, what it tells, and that it goes into the cache.
+    All else of a stage is as ever: what it needs, what it reports, and that it goes into the cache.
     """
     names = {f"{kind} {part}" for kind in ("mesh", "rom") for part in ("vane", "casing")}
     names |= {"linear limits", "linear response, free", "linear response, stuck"}
@@ -299,9 +299,9 @@ def _write_cdb(path, part, seed=6):
 
 @pytest.fixture(scope="session")
 def write_mesh() -> Callable[..., dict[str, str]]:
-    """Function that writes a part to a file, in mm and shuffled, and tells its sets' names.
+    """Function that writes a part to a file, in mm and shuffled, and returns its sets' names.
 
-    The file's ending tells the format; ".gmsh.msh" is written by gmsh itself.
+    The file's ending decides the format; ".gmsh.msh" is written by gmsh itself.
     """
     writers = {
         ".inp": _write_abaqus,

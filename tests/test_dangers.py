@@ -1,4 +1,4 @@
-"""No source runs what a file says: no pickle, no eval, no shell; and what is told stays plain."""
+"""No source runs what a file says: no pickle, no eval, no shell; and messages stay plain text."""
 
 import ast
 import csv
@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from vanelock.common.errors import MOST_TOLD, cut_short, first_mistakes, printable
+from vanelock.common.errors import MOST_MISTAKES, cut_short, first_mistakes, printable
 from vanelock.common.files.csv_table import write_columns
 from vanelock.common.tables import Column, Table
 from vanelock.pipeline.text_table import text_lines
@@ -121,9 +121,9 @@ def test_control_characters_do_not_reach_a_terminal():
 
 def test_long_messages_are_cut():
     assert len(cut_short("x" * 10**6)) == 1000
-    told = first_mistakes([str(i) for i in range(1000)])
-    assert told[-1] == f"and {1000 - MOST_TOLD} more mistakes"
-    assert len(told) == MOST_TOLD + 1
+    mistakes = first_mistakes([str(i) for i in range(1000)])
+    assert mistakes[-1] == f"and {1000 - MOST_MISTAKES} more mistakes"
+    assert len(mistakes) == MOST_MISTAKES + 1
 
 
 def test_spreadsheets_do_not_compute_what_a_name_says(tmp_path):

@@ -45,7 +45,7 @@ def bare(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
     return {**os.environ, "PYTHONPATH": os.pathsep.join(paths)}
 
 
-def told(bare: dict[str, str], folder: Path, *command: str) -> subprocess.CompletedProcess[str]:
+def run(bare: dict[str, str], folder: Path, *command: str) -> subprocess.CompletedProcess[str]:
     return subprocess.run(
         [sys.executable, *command], cwd=folder, env=bare, capture_output=True, text=True
     )
@@ -61,7 +61,7 @@ def test_every_optional_library_is_blocked_here() -> None:
 
 def test_a_cluster_without_dask(bare: dict[str, str], tmp_path: Path) -> None:
     (tmp_path / "a.toml").write_text('[mesh]\nsize = "coarse"\n')
-    done = told(
+    done = run(
         bare, tmp_path, "-m", "vanelock", "run", "a.toml", "--scheduler", "tcp://127.0.0.1:1"
     )
     assert (done.returncode, done.stdout) == (2, "")
@@ -78,7 +78,7 @@ def test_a_full_file_without_its_reader(bare: dict[str, str], tmp_path: Path) ->
         "try: load_matrices(Path('a.full'), None)\n"
         "except InputError as error: print(error)"
     )
-    done = told(bare, tmp_path, "-c", code)
+    done = run(bare, tmp_path, "-c", code)
     assert done.stderr == ""
     (line,) = done.stdout.splitlines()
     assert line.startswith("a.full: ")
@@ -111,7 +111,7 @@ def test_one_line_says_what_to_install(
         f"try: exec({NEEDING[name]!r})\n"
         "except InputError as error: print(error)"
     )
-    done = told(bare, tmp_path, "-c", code)
+    done = run(bare, tmp_path, "-c", code)
     assert done.stderr == ""
     (line,) = done.stdout.splitlines()
     assert line.endswith(f": needs {name}: pip install 'vanelock[{extra}]'")
@@ -125,6 +125,6 @@ def test_superlu_takes_the_place_of_other_solvers(bare: dict[str, str], tmp_path
         "solve = fem.factorise(sp.csc_array([[2.0, -1.0], [-1.0, 2.0]]))\n"
         "print(*np.round(solve.solve(np.array([1.0, 0.0])), 12))"
     )
-    done = told(bare, tmp_path, "-c", code)
+    done = run(bare, tmp_path, "-c", code)
     assert done.stderr == ""
     assert done.stdout.splitlines() == ["superlu", "0.666666666667 0.333333333333"]

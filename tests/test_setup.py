@@ -95,7 +95,7 @@ def test_user_with_sudo_installs_by_sudo(
     assert calls[-1].endswith(" install --yes --no-install-recommends libgl1")
 
 
-def test_user_without_sudo_is_told_the_line(
+def test_user_without_sudo_is_given_the_line(
     tools: ModuleType, log: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(os, "geteuid", lambda: 1000)
@@ -129,7 +129,7 @@ def test_browser_is_installed_for_the_tests(
     assert last.endswith(" install --yes --no-install-recommends chromium")
 
 
-def test_missing_browser_is_told_and_does_not_stop(
+def test_missing_browser_is_reported_and_does_not_stop(
     tools: ModuleType,
     log: Path,
     monkeypatch: pytest.MonkeyPatch,
@@ -138,9 +138,9 @@ def test_missing_browser_is_told_and_does_not_stop(
     monkeypatch.setattr(os, "geteuid", lambda: 1000)
     (log.parent / "bin" / "sudo").unlink()
     tools._browser()
-    told = capsys.readouterr().out
-    assert "tests of the report will fail" in told
-    assert "apt-get install --yes --no-install-recommends chromium\n" in told
+    printed = capsys.readouterr().out
+    assert "tests of the report will fail" in printed
+    assert "apt-get install --yes --no-install-recommends chromium\n" in printed
 
 
 def test_browser_that_is_there_is_left_alone(tools: ModuleType, log: Path) -> None:

@@ -113,8 +113,10 @@ def times(folder: Path) -> str:
             spent[word] = spent.get(word, 0.0) + float(group.attrs["seconds"])
     body = [(word, f"{s:.1f}") for word, s in sorted(spent.items(), key=lambda item: -item[1])]
     body.append(("**all**", f"{sum(spent.values()):.1f}"))
-    told = "What computing each kind of stage took on two cores; pictures and page come on top.\n\n"
-    return told + table(("stage", "s"), body)
+    above = (
+        "What computing each kind of stage took on two cores; pictures and page come on top.\n\n"
+    )
+    return above + table(("stage", "s"), body)
 
 
 def picture(name: str, words: str) -> str:

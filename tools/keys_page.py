@@ -63,7 +63,7 @@ UNITS = re.compile(r"^(?:deg|N/m\^3|N/m|N|Hz|rpm|degC)[,;] (?=\w)")
 
 
 @dataclass(frozen=True)
-class Told:
+class TemplateKey:
     """What the template says of a key: its value as written there, whether it is set, comment."""
 
     value: str
@@ -71,9 +71,9 @@ class Told:
     comment: str
 
 
-def template() -> tuple[dict[str, Told], dict[str, str]]:
+def template() -> tuple[dict[str, TemplateKey], dict[str, str]]:
     """Keys of the template by their dotted names, and the paragraph above each table."""
-    keys: dict[str, Told] = {}
+    keys: dict[str, TemplateKey] = {}
     above: dict[str, str] = {}
     table, last = "", ""
     pending: list[str] = []
@@ -84,18 +84,22 @@ def template() -> tuple[dict[str, Told], dict[str, str]]:
             pending, last = [], ""
         elif head:
             table, last = head[2], ""
-            told = " ".join([*pending, head[3] or ""]).strip()
-            above[table] = above.get(table) or told
+            intro = " ".join([*pending, head[3] or ""]).strip()
+            above[table] = above.get(table) or intro
             pending = []
         elif pair:
             value, comment = _split(pair[3])
             last = f"{table}.{pair[2]}".lstrip(".")
-            keys.setdefault(last, Told(value, not pair[1], " ".join([*pending, comment]).strip()))
+            keys.setdefault(
+                last, TemplateKey(value, not pair[1], " ".join([*pending, comment]).strip())
+            )
             pending = []
         elif line.startswith(" ") and last:
             more = line.strip().lstrip("#").strip()
             before = keys[last]
-            keys[last] = Told(before.value, before.active, f"{before.comment} {more}".strip())
+            keys[last] = TemplateKey(
+                before.value, before.active, f"{before.comment} {more}".strip()
+            )
         else:
             pending.append(line.lstrip("#").strip())
     return keys, above
@@ -109,11 +113,11 @@ def _split(text: str) -> tuple[str, str]:
 
 def page() -> str:
     """The whole page."""
-    told, above = template()
+    keys, above = template()
     parts = [HEAD]
     for name, models in _tables(Study, ""):
         intro = above.get(name.replace("[]", ""), "") if not name.endswith("gauges[]") else ""
-        bodies = [_table(list(_rows(name, model, told))) for model in models]
+        bodies = [_table(list(_rows(name, model, keys))) for model in models]
         if not any(bodies) and not intro:
             continue
         title = "Top of the file" if not name else f"`[{name.replace('[]', '')}]`"
@@ -168,18 +172,18 @@ def _table(rows: list[tuple[str, str, str, str]]) -> str:
 
 
 def _rows(
-    table: str, model: type[BaseModel], told: dict[str, Told]
+    table: str, model: type[BaseModel], keys: dict[str, TemplateKey]
 ) -> Iterator[tuple[str, str, str, str]]:
     for name, field in model.model_fields.items():
         many = any(get_origin(each) is tuple for each in _parts(field.annotation))
         if (list(_models(field.annotation)) and not many) or (not table and name in SWEPT):
             continue
         key = f"{table}.{name}".lstrip(".")
-        said = told.get(key.replace("[]", ""), Told("", False, ""))
+        said = keys.get(key.replace("[]", ""), TemplateKey("", False, ""))
         yield f"`{name}`", _default(field, said), allowed(key, field), _what(field, said)
 
 
-def _default(field: FieldInfo, said: Told) -> str:
+def _default(field: FieldInfo, said: TemplateKey) -> str:
     if said.active:
         return f"`{said.value}`"
     if field.is_required():
@@ -268,7 +272,7 @@ def _unit(description: str | None) -> str:
     return found[1] if found else ""
 
 
-def _what(field: FieldInfo, said: Told) -> str:
+def _what(field: FieldInfo, said: TemplateKey) -> str:
     text = re.sub(r" \[[^\]]*\]$", "", field.description or "")
     comment = UNITS.sub("", said.comment)
     if not _words(comment) <= _words(text):

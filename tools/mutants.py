@@ -164,10 +164,10 @@ def measured(tree: Path) -> dict[str, float]:
     """Seconds of the quick tests of each file that passes as the program is."""
     place = KEPT / "times.json"
     if not place.exists():
-        told = tree / "times.xml"
-        pytest(tree, ["tests"], None, *QUICK, f"--junitxml={told}", "-o", "junit_family=xunit1")
+        times = tree / "times.xml"
+        pytest(tree, ["tests"], None, *QUICK, f"--junitxml={times}", "-o", "junit_family=xunit1")
         found: dict[str, float] = defaultdict(float)
-        for case in ElementTree.parse(told).iter("testcase"):
+        for case in ElementTree.parse(times).iter("testcase"):
             found[case.attrib["file"]] += -1e9 if len(case) else float(case.attrib["time"])
         place.write_text(json.dumps({test: each for test, each in found.items() if each >= 0}))
     known: dict[str, float] = json.loads(place.read_text())

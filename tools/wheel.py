@@ -74,9 +74,9 @@ def extras(tool: Path, wheel: Path) -> dict[str, str]:
     """Whether pip finds versions that fit together for every extra."""
     with zipfile.ZipFile(wheel) as archive:
         (name,) = (n for n in archive.namelist() if n.endswith(".dist-info/METADATA"))
-        told = Parser().parsestr(archive.read(name).decode())
+        metadata = Parser().parsestr(archive.read(name).decode())
     found = {}
-    for extra in told.get_all("Provides-Extra") or []:
+    for extra in metadata.get_all("Provides-Extra") or []:
         command = (tool, "-m", "pip", "install", "--quiet", "--dry-run", "--report", "-")
         done = subprocess.run((*command, f"{wheel}[{extra}]"), capture_output=True, text=True)
         if done.returncode:
@@ -130,12 +130,12 @@ def _tests(own: Path, away: Path) -> str:
     chosen = [f"tests/{name}" for name in TESTS if (ROOT / "tests" / name).exists()]
     origin = run(own, "-c", "import vanelock; print(vanelock.__file__)", cwd=away)
     assert Path(origin).is_relative_to(away.parent / "lib"), origin
-    told = run(
+    printed = run(
         *(own, "-m", "pytest", "-q", "--import-mode=importlib", "-p", "no:cacheprovider"),
         *("-m", "not slow", *chosen),
         cwd=away,
     )
-    return told.splitlines()[-1].partition(" in ")[0]
+    return printed.splitlines()[-1].partition(" in ")[0]
 
 
 def _environment(place: Path, python: str, *packages: str) -> Path:

@@ -1,18 +1,23 @@
-"""Find house words in what users read: the manual, and the strings and docstrings of the program.
+"""Find house words: in what users read, in all strings and docstrings, and in the names of code.
 
 The field has terms for these (docs/glossary.md). Run by `make lint`; prints a line for each word
 found, and ends with status 1 if there is one.
 """
 
 import ast
+import json
 import re
 import sys
+import tokenize
 from collections.abc import Iterator
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
-PACKAGES = ("vanelock", "mesh", "fem", "rom", "nonlinear")
-PAGES = ("README.md", "CONTRIBUTING.md", "docs/**/*.md", "examples/**/*.toml", "vanelock/**/*.toml")
+CODE = ("vanelock", "mesh", "fem", "rom", "nonlinear", "benchmarks", "tools", "docs", "tests")
+PAGES = (
+    *("README.md", "CONTRIBUTING.md", "docs/**/*.md", "vanelock/**/*.toml"),
+    *("examples/**/*.toml", "examples/**/*.ipynb"),
+)
 GENERATED = ("docs/verification", "docs/project", "docs/reference")
 """Pages of recorded figures, the changelog, and what `make docs` makes of docstrings."""
 
@@ -26,12 +31,16 @@ INSTEAD = {
     r"other rule": "the name of the criterion",
     r"governing (?:place|stress)": "critical location, critical stress",
     r"knobs?": "setting, parameter",
-    r"rivals?": "competing peak",
+    r"rivals?": "second peak",
     r"accessory": "output node",
     r"people tell": "are given in",
     r"/ CAD - 1": "volume error",
 }
 """Words that nobody else in the field uses so, and what to say."""
+NAMES = {"told", "rub", "rubs", "rubbing", "rival", "rivals", "knob", "knobs", "ledger", "crew"} | {
+    *("gallery", "easel", "exhibit", "inventory", "rescue", "accessory"),
+}
+"""Words that no name in code has as a part, between underscores."""
 ALLOWED = {
     "docs/glossary.md": "accessory",  # a former name, explained
     "docs/fatigue_and_wear.md": "rubbing",  # the title of a paper
@@ -39,9 +48,13 @@ ALLOWED = {
     "vanelock/input/schema/own_mesh.py": "accessory",  # messages for old files
     "vanelock/input/schema/study.py": "accessory",
     "mesh/matching/own_part.py": "accessory",
-    "nonlinear/following/peak_response.py": "rival",  # a public name, documented
+    "tests/mesh/matching/test_own_part.py": "accessory",
+    "tests/vanelock/input/test_read_study.py": "accessory",
+    "nonlinear/following/peak_response.py": "rival",  # what old files call a field
     "vanelock/published/maps/optimum.py": "rival",
 }
+SPARED = ("tools/words.py", "tests/docs/test_words.py")
+"""Files whose subject the words are."""
 
 
 def house_words(text: str) -> list[tuple[int, str, str]]:
@@ -54,14 +67,26 @@ def house_words(text: str) -> list[tuple[int, str, str]]:
 
 
 def texts(path: Path) -> Iterator[tuple[int, str]]:
-    """First line and text of all that a file lets users read."""
+    """First line and text of all that a file lets users read; of a notebook, its cells."""
     content = path.read_text("utf-8")
-    if path.suffix != ".py":
+    if path.suffix == ".ipynb":
+        for cell in json.loads(content)["cells"]:
+            yield 1, "".join(cell["source"])
+    elif path.suffix != ".py":
         yield 1, content
-        return
-    for node in ast.walk(ast.parse(content)):
-        if isinstance(node, ast.Constant) and isinstance(node.value, str) and " " in node.value:
-            yield node.lineno, node.value
+    else:
+        for node in ast.walk(ast.parse(content)):
+            if isinstance(node, ast.Constant) and isinstance(node.value, str) and " " in node.value:
+                yield node.lineno, node.value
+
+
+def house_names(path: Path) -> Iterator[tuple[int, str]]:
+    """Line and name of each name in a source that has a house word as a part."""
+    with tokenize.open(path) as file:
+        for token in tokenize.generate_tokens(file.readline):
+            parts = token.string.casefold().replace("told_apart", "").split("_")
+            if token.type == tokenize.NAME and NAMES.intersection(parts):
+                yield token.start[0], token.string
 
 
 def files() -> Iterator[Path]:
@@ -70,10 +95,20 @@ def files() -> Iterator[Path]:
         for path in sorted(ROOT.glob(pattern)):
             if not path.relative_to(ROOT).as_posix().startswith(GENERATED):
                 yield path
-    for package in PACKAGES:
-        for path in sorted((ROOT / package).rglob("*.py")):
+    for folder in CODE:
+        for path in sorted((ROOT / folder).rglob("*.py")):
             if not any(parent.is_symlink() for parent in path.parents):
                 yield path
+
+
+def found_in(path: Path) -> Iterator[tuple[int, str, str]]:
+    """Line, word, and what to say instead."""
+    for start, text in texts(path):
+        for line, word, instead in house_words(text):
+            yield start + line, word, instead
+    if path.suffix == ".py":
+        for line, name in house_names(path):
+            yield line, name, "a name of the field's words"
 
 
 def main() -> int:
@@ -81,11 +116,10 @@ def main() -> int:
     count = 0
     for path in files():
         name = path.relative_to(ROOT).as_posix()
-        for start, text in texts(path):
-            for line, word, instead in house_words(text):
-                if word.casefold() != ALLOWED.get(name):
-                    count += 1
-                    print(f"{name}:{start + line}: {word}: {instead}")
+        for line, word, instead in found_in(path) if name not in SPARED else ():
+            if word.casefold() != ALLOWED.get(name):
+                count += 1
+                print(f"{name}:{line}: {word}: {instead}")
     return count
 
 

@@ -84,21 +84,21 @@ def ratios(outcomes: list[Outcome], kind: str) -> tuple[Floats, Floats, int]:
         if kind == "frequency":
             pairs += [(abs(o.error[case]), o.estimate[case]) for case in o.estimate]
         else:
-            pairs += [(o.response[case][::EVERY], o.told[case]) for case in o.told]
-    true, told = (np.concatenate(values) for values in zip(*pairs, strict=True))
-    shown = (true > ABOVE) & np.isfinite(told)
-    return true[shown], told[shown], int(np.sum(np.isinf(told)))
+            pairs += [(o.response[case][::EVERY], o.estimated[case]) for case in o.estimated]
+    true, estimated = (np.concatenate(values) for values in zip(*pairs, strict=True))
+    shown = (true > ABOVE) & np.isfinite(estimated)
+    return true[shown], estimated[shown], int(np.sum(np.isinf(estimated)))
 
 
 def spread(outcome: Outcome, kind: str = "frequency") -> str:
     """Least and greatest estimate over truth."""
     if not outcome.estimate:
         return ""
-    true, told, infinite = ratios([outcome], kind)
+    true, estimated, infinite = ratios([outcome], kind)
     if len(true) == 0:
         return "infinite" if infinite else "round-off"
     more = f", {infinite} infinite" if infinite else ""
-    return f"{(told / true).min():.2f} to {(told / true).max():.2f}{more}"
+    return f"{(estimated / true).min():.2f} to {(estimated / true).max():.2f}{more}"
 
 
 def overview(found: list[tuple[Setting, Outcome]], unit: float) -> list[str]:
@@ -157,8 +157,10 @@ def estimates(outcomes: list[Outcome]) -> list[str]:
     """Table of estimates over true errors."""
     lines = []
     for kind in ("frequency", "response"):
-        true, told, infinite = ratios([o for o in outcomes if o.told or kind == "frequency"], kind)
-        r = told / true
+        true, estimated, infinite = ratios(
+            [o for o in outcomes if o.estimated or kind == "frequency"], kind
+        )
+        r = estimated / true
         lines.append(
             f"| {kind} | {len(r)} | {r.min():.2f} | {r.max():.2f} | {np.sum(r < 0.5)} | "
             f"{np.sum(r > 10)} | {infinite} |"
@@ -208,9 +210,9 @@ def report(size: str | float, modes: list[int], folder: Path | None) -> list[str
     lines += ["f2 / worst of ten / response: fixed modes of both parts down, face modes across."]
     lines += grids(bench, modes)
     if folder:
-        true, told, _ = ratios(cyclic + more, "frequency")
-        of_response = ratios([o for o in cyclic if o.told], "response")[:2]
-        errors(found, unit, (true, told), of_response, folder / "reduction_error.png")
+        true, estimated, _ = ratios(cyclic + more, "frequency")
+        of_response = ratios([o for o in cyclic if o.estimated], "response")[:2]
+        errors(found, unit, (true, estimated), of_response, folder / "reduction_error.png")
         responses(bench, found, folder / "reduction_response.png")
     return lines
 

@@ -170,8 +170,8 @@ def responses(bench: Bench, found: Found, path: Path) -> None:
         for name, colour in chosen:
             o = outcomes[name]
             below.semilogy(hertz, gaps(o.response[case]), color=colour, label=name)
-            told = np.maximum(o.told[case], FLOOR / 100)
-            below.semilogy(bench.frequencies[::EVERY], told, "o", color=colour, markersize=4)
+            estimated = np.maximum(o.estimated[case], FLOOR / 100)
+            below.semilogy(bench.frequencies[::EVERY], estimated, "o", color=colour, markersize=4)
         below.plot([], [], "o", color=style.GREY, markersize=4, label="its estimate")
         below.set(
             ylabel="relative error of the response",

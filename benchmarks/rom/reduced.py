@@ -54,7 +54,7 @@ class Outcome:
         CPU time of the reductions, s.
     error, estimate : dict of str to (10,) float
         Of the first frequencies, by case; the estimate where the route has one.
-    response, given : dict of str to (p,) float
+    response, estimated : dict of str to (p,) float
         Error of the largest output at each frequency, and its estimate at every sixth.
     """
 
@@ -64,7 +64,7 @@ class Outcome:
     error: dict[str, Floats] = field(default_factory=dict)
     estimate: dict[str, Floats] = field(default_factory=dict)
     response: dict[str, Floats] = field(default_factory=dict)
-    told: dict[str, Floats] = field(default_factory=dict)
+    estimated: dict[str, Floats] = field(default_factory=dict)
 
     def second(self) -> float:
         """Error of the second frequency, the worse case."""
@@ -169,7 +169,7 @@ class Bench:
         if casing.route == "cyclic":
             few = self.frequencies[::EVERY]
             _, error = rom.response_errors(system, vane, casing, few, chosen)
-            made.told[case] = abs(error).max(axis=(1, 2)) / scale[::EVERY]
+            made.estimated[case] = abs(error).max(axis=(1, 2)) / scale[::EVERY]
         made.response[case] = abs(found - exact).max(axis=(1, 2)) / scale
 
     def doubt_of_response(self) -> float:

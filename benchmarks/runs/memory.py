@@ -116,20 +116,20 @@ def main() -> None:
         return
     lines: list[str] = ["Made by `python -m benchmarks.runs.memory --accuracy 0.01 --write`.\n"]
 
-    def tell(text: str) -> None:
+    def write(text: str) -> None:
         print(text, flush=True)
         lines.append(text)
 
-    tell(f"## Factors\n\n{FACTORS}")
+    write(f"## Factors\n\n{FACTORS}")
     for size in SIZES:
         for part in ("vane", "casing"):
-            tell(factor(part, size))
+            write(factor(part, size))
     studies = dict(STUDIES)
     if given.accuracy:
         studies[f"accuracy = {given.accuracy:g}"] = f"accuracy = {given.accuracy:g}\n"
-    tell(f"\n## Runs\n\n{RUNS}")
+    write(f"\n## Runs\n\n{RUNS}")
     for name, text in studies.items():
-        tell(run(name, text))
+        write(run(name, text))
     page("memory", "Memory of a run", lines, given.write)
 
 

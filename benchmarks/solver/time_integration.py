@@ -105,8 +105,8 @@ def rows(case: Case, harmonics: tuple[int, ...], steps: tuple[int, ...], fine: i
     for count in steps:
 
         def integrate(count: int = count) -> TimeResponse:
-            settled = 1e-2 * 2e-3 * (128 / count) ** 2
-            return time_response(system, hertz, 1000, count, KEPT, tolerance=settled)
+            tolerance = 1e-2 * 2e-3 * (128 / count) ** 2
+            return time_response(system, hertz, 1000, count, KEPT, tolerance=tolerance)
 
         found, spent = timed(integrate)
         errors.append(deviation(found.contact[:, 0], exact))

@@ -84,11 +84,11 @@ def solved(
                 verdict(changed, output, modes).save(wave)
             points.append(Plane.load(peaks))
             waves[mu, load] = Stability.load(wave)
-            print(f"mu {mu:g}, load {load:g}: {told(waves[mu, load])}", flush=True)
+            print(f"mu {mu:g}, load {load:g}: {worded(waves[mu, load])}", flush=True)
     return plane.joined(points, MU, LOAD), waves
 
 
-def told(stability: Stability) -> str:
+def worded(stability: Stability) -> str:
     """Verdict and growth a period."""
     growth = float(np.abs(stability.multiplier[0, 0]))
     return f"{WORDS[int(stability.verdict[0])]}, {growth:.3f}"

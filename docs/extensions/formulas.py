@@ -11,7 +11,7 @@ import ziamath
 from docutils import nodes
 from sphinx.util import logging
 
-told = logging.getLogger(__name__)
+log = logging.getLogger(__name__)
 SIZE = 18
 """Size at which formulas are drawn, px; pages show them in their own."""
 
@@ -35,7 +35,7 @@ def _drawing(node: nodes.Element, text: str, scale: float) -> str:
         found = ziamath.Latex(text, size=SIZE, color="currentColor", inline=scale < 1.15)
         svg = found.svg()
     except Exception as error:  # whatever the library makes of a mistake in a formula
-        told.warning("formula cannot be drawn: %s", error, location=node)
+        log.warning("formula cannot be drawn: %s", error, location=node)
         return ""
     # its box begins above the line by -top and has the line at 0
     box = svg[svg.index("viewBox") :]

@@ -98,8 +98,8 @@ def _table(module: Any, names: list[str]) -> str:
         value = getattr(module, name)
         documented = _kind(value) != "data"
         first = (inspect.getdoc(value) or "").partition("\n")[0] if documented else "constant"
-        told = first.replace("|", "\\|").replace("<", "&lt;")
-        lines.append(f"| [`{name}`](#{module.__name__}.{name}) | {told} |")
+        cell = first.replace("|", "\\|").replace("<", "&lt;")
+        lines.append(f"| [`{name}`](#{module.__name__}.{name}) | {cell} |")
     return "\n".join(lines)
 
 
@@ -112,8 +112,8 @@ def commands() -> str:
         *sorted(each.name or each.callback.__name__ for each in cli.registered_commands),
     ]:
         words = [name, "--help"] if name else ["--help"]
-        told = runner.invoke(cli, words, prog_name="vanelock", terminal_width=96).output
-        lines += [f"## {f'vanelock {name}'.strip()}", "", "```text", told.strip(), "```", ""]
+        printed = runner.invoke(cli, words, prog_name="vanelock", terminal_width=96).output
+        lines += [f"## {f'vanelock {name}'.strip()}", "", "```text", printed.strip(), "```", ""]
     return "\n".join(lines)
 
 
@@ -140,7 +140,7 @@ def _literal_bars(app: Any, what: str, name: str, value: Any, options: Any, line
 
 
 def _short(app: Any, what: str, name: str, value: Any, options: Any, text: str, gives: str) -> Any:
-    """Arrays by their name alone; the docstrings tell shapes and kinds of numbers."""
+    """Arrays by their name alone; the docstrings have shapes and kinds of numbers."""
     array = re.compile(r"ndarray\[tuple\[(?:Any|int), \.\.\.\], dtype\[\w+\]\]")
     return tuple(part and array.sub("ndarray", part) for part in (text, gives))
 

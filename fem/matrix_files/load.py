@@ -181,11 +181,11 @@ def _aligned(
         keys = _keys(part.labels)
         source, other = part.entries.source, longest.entries.source
         if lacking := next((key for key in keys if key not in place), None):
-            raise InputError(f"{source}: {_told(lacking)} is not in {other}")
+            raise InputError(f"{source}: {_named(lacking)} is not in {other}")
         places = np.array([place[key] for key in keys], np.int64)
         if len(places) < n and not part.entries.leaves_out:
             absent = sorted(set(place) - set(keys))[0]
-            raise InputError(f"{source}: {_told(absent)} of {other} is missing")
+            raise InputError(f"{source}: {_named(absent)} of {other} is missing")
         coo = part.matrix.tocoo()
         aligned[what] = sp.coo_array(
             (coo.data, (places[coo.row], places[coo.col])), shape=(n, n)
@@ -213,7 +213,7 @@ def _keys(labels: Labels) -> list[tuple[int, int]]:
     return list(zip(numbers.tolist(), direction.tolist(), strict=True))
 
 
-def _told(key: tuple[int, int]) -> str:
+def _named(key: tuple[int, int]) -> str:
     node, direction = key
     if direction == GENERALISED:
         return f"generalised coordinate {node}"

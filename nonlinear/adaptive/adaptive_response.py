@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 from vanelock.common.errors import InputError
 from vanelock.nonlinear.adaptive.error_estimates import SOURCES, Estimate, Estimator
 from vanelock.nonlinear.adaptive.harmonic_levels import HarmonicLevels, LevelsState
-from vanelock.nonlinear.adaptive.neighbours import places_of_jumps, settled
+from vanelock.nonlinear.adaptive.neighbours import places_of_jumps, with_measured_maxima
 from vanelock.nonlinear.adaptive.points import Point, Pointwise, Shares
 from vanelock.nonlinear.adaptive.sampling import Exploring
 from vanelock.nonlinear.forced_response.frequencies import (
@@ -171,7 +171,7 @@ def _swept(
         pairs = zip(found, down, strict=True)
         found = [max(pair, key=lambda point: point.amplitude) for pair in pairs]
         jumps, taken = places_of_jumps(pointwise, found), "both"
-    found = settled(pointwise, found)
+    found = with_measured_maxima(pointwise, found)
     return [found[i] for i in np.argsort(order)], order[jumps], taken
 
 

@@ -15,7 +15,7 @@ Floats = NDArray[np.float64]
 CLOSER = 4.0
 NEAR = 0.2
 """Of its share, how much higher than every point the curve may be."""
-RIVAL = 0.9
+SIMILAR = 0.9
 """Of the largest value, above which every maximum is located."""
 HIGH = 0.7
 """Of the largest value, above which a curve is high."""
@@ -107,6 +107,6 @@ class Interpolant:
         uncertain &= np.diff(self.x) > closest
         places, values = self.tops()
         ends = np.maximum(self.y[:-1], self.y[1:])
-        maxima = (values - ends > NEAR * share * values) & (values > RIVAL * highest)
+        maxima = (values - ends > NEAR * share * values) & (values > SIMILAR * highest)
         middles = 0.5 * (self.x[:-1] + self.x[1:])
         return np.asarray(np.where(maxima, places, middles)[maxima | uncertain])

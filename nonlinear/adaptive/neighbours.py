@@ -6,7 +6,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from vanelock.nonlinear.adaptive.interpolant import RIVAL
+from vanelock.nonlinear.adaptive.interpolant import SIMILAR
 from vanelock.nonlinear.adaptive.points import TINY, Point, Pointwise
 
 OTHER = 0.04
@@ -42,12 +42,12 @@ def places_of_jumps(pointwise: Pointwise, points: Sequence[Point]) -> NDArray[np
     return np.array(found, np.int64).reshape(-1, 2)
 
 
-def settled(pointwise: Pointwise, points: Sequence[Point]) -> list[Point]:
+def with_measured_maxima(pointwise: Pointwise, points: Sequence[Point]) -> list[Point]:
     """Points with the errors of the highest maxima measured rather than estimated."""
     found = list(points)
     sizes = np.array([-np.inf, *(point.amplitude for point in points), -np.inf])
     inner = sizes[1:-1]
-    maxima = (inner >= sizes[:-2]) & (inner >= sizes[2:]) & (inner >= RIVAL * inner.max())
+    maxima = (inner >= sizes[:-2]) & (inner >= sizes[2:]) & (inner >= SIMILAR * inner.max())
     for i in np.flatnonzero(maxima):
-        found[i] = pointwise.settled(found[i])
+        found[i] = pointwise.with_measured_error(found[i])
     return found

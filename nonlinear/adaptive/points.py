@@ -23,7 +23,7 @@ T = TypeVar("T")
 
 MOST = 31
 """Harmonics beyond which none is tried."""
-RUBBING = 3
+SLIPPING = 3
 """Fewest harmonics where a contact slides or opens: from one, a step towards more says little."""
 SAMPLED = 8192
 """Samples beyond which no more are tried."""
@@ -105,7 +105,7 @@ class Point:
         return np.nan if self.estimate is None else self.estimate.slope
 
 
-def _told(points: Sequence[Point]) -> Iterator[Any]:
+def _distinguishing(points: Sequence[Point]) -> Iterator[Any]:
     """What distinguishes points from others."""
     for point in points:
         yield from (point.omega, point.harmonics, point.samples, point.wanted, point.solution.w)
@@ -167,7 +167,7 @@ class Pointwise:
             H = neighbours[-1].wanted
             return self.levels.solver(H).easily(omega, self._lifted(neighbours, H))
 
-        return self._written("easily", (omega, *_told(neighbours)), solved)
+        return self._written("easily", (omega, *_distinguishing(neighbours)), solved)
 
     def point(
         self,
@@ -189,7 +189,7 @@ class Pointwise:
         least : int
             Fewest harmonics, if more than those of all points.
         """
-        asked = (omega, least, found is None, *_told(neighbours))
+        asked = (omega, least, found is None, *_distinguishing(neighbours))
         return self._written("point", asked, lambda: self._point(omega, neighbours, found, least))
 
     def _point(
@@ -223,7 +223,7 @@ class Pointwise:
         spent = time.process_time() - begin
         return replace(point, solution=replace(point.solution, seconds=spent))
 
-    def settled(self, point: Point) -> Point:
+    def with_measured_error(self, point: Point) -> Point:
         """A point whose error by neglected harmonics is measured: by solving with more of them.
 
         It gets as many harmonics as keep that error within its share. Where more of them are not
@@ -231,7 +231,7 @@ class Pointwise:
         """
         while point.estimate is not None and not point.measured:
             measured = self._written(
-                "measured", tuple(_told([point])), partial(self._measured, point)
+                "measured", tuple(_distinguishing([point])), partial(self._measured, point)
             )
             if measured is not None:
                 change = point.estimate.change.copy()
@@ -282,7 +282,7 @@ class Pointwise:
     def _needs_harmonics(self, found: Solution, estimate: Estimate, H: int) -> bool:
         if not self.chooses_harmonics or H >= MOST:
             return False
-        if H < RUBBING and np.any(found.deviation.state != STUCK):
+        if H < SLIPPING and np.any(found.deviation.state != STUCK):
             return True
         return self._truncation(estimate, found.omega) > self.shares.harmonics
 
@@ -291,8 +291,8 @@ class Pointwise:
         few = self._truncation(estimate, found.omega) < FEWER * self.shares.harmonics
         if not self.chooses_harmonics or not few:
             return H
-        rubs = np.any(found.deviation.state != STUCK)
-        return min(H, max(H - BEYOND, self.least, RUBBING if rubs else 1))
+        slips = np.any(found.deviation.state != STUCK)
+        return min(H, max(H - BEYOND, self.least, SLIPPING if slips else 1))
 
     def _truncation(self, estimate: Estimate, omega: float) -> float:
         """Error by neglected harmonics, what a small shift in frequency changes forgiven."""

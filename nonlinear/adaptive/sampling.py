@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 
 from vanelock.nonlinear.adaptive.error_estimates import BEYOND
 from vanelock.nonlinear.adaptive.interpolant import HIGH, Interpolant
-from vanelock.nonlinear.adaptive.neighbours import OTHER, bend, may_jump, settled
+from vanelock.nonlinear.adaptive.neighbours import OTHER, bend, may_jump, with_measured_maxima
 from vanelock.nonlinear.adaptive.points import Point, Pointwise
 
 Floats = NDArray[np.float64]
@@ -112,7 +112,7 @@ class Exploring:
                 points = self._with(points, float(omega))
             if not len(wanted):
                 before = points
-                points = settled(self.pointwise, points)
+                points = with_measured_maxima(self.pointwise, points)
                 if [p.harmonics for p in points] == [p.harmonics for p in before]:
                     count = len(self.left)
                     points = self._upper(points)

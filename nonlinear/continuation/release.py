@@ -80,8 +80,8 @@ class Release:
         moved[:, 0, 0] = self.pressed
         lifting = response_to(deviation, rows, moved)
         moved[:, 0, 0] = self.held
-        rubbing = response_to(deviation, rows, moved)
-        return np.where(rows // w.shape[2] % 3 == 0, lifting, rubbing)
+        sliding = response_to(deviation, rows, moved)
+        return np.where(rows // w.shape[2] % 3 == 0, lifting, sliding)
 
 
 def release(balance: Balance, law: Law) -> Release:

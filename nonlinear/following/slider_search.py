@@ -54,7 +54,7 @@ class PlacedPeak:
     found_by: str
     stationary: bool = False
 
-    def settled(self) -> "PlacedPeak":
+    def with_sliders_placed(self) -> "PlacedPeak":
         """The same, sliders that slid once and stick for good where they stick."""
         solution = self.peak.solution
         sticks = (solution.deviation.state == STUCK)[:, None]
@@ -159,7 +159,7 @@ class Search:
         places = [begin]
         for _ in range(STEPS):
             top = max(places, key=lambda each: sign * each.peak.amplitude)
-            here = top.settled()
+            here = top.with_sliders_placed()
             family = self.at(here.slider).solver.family
             assert self.component is not None
             resonance = Resonance(family, self.component, self.ready.options.tolerance)

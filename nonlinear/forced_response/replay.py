@@ -120,15 +120,15 @@ class _Book:
     def write(self, answer: Any) -> bytes:
         """A record of an answer."""
         arrays: list[bytes] = []
-        head = json.dumps(self._told(answer, arrays, {}), separators=(",", ":")).encode()
+        head = json.dumps(self._encoded(answer, arrays, {}), separators=(",", ":")).encode()
         return b"".join([len(head).to_bytes(4, "little"), head, *arrays])
 
     def read(self, record: memoryview) -> Any:
         """The answer of a record."""
         end = 4 + int.from_bytes(record[:4], "little")
-        return self._heard(json.loads(bytes(record[4:end])), _Arrays(record, end))
+        return self._decoded(json.loads(bytes(record[4:end])), _Arrays(record, end))
 
-    def _told(self, value: Any, arrays: list[bytes], fresh: dict[int, int]) -> Any:
+    def _encoded(self, value: Any, arrays: list[bytes], fresh: dict[int, int]) -> Any:
         """What JSON holds of a value; `fresh` numbers the shared objects of this record."""
         if isinstance(value, np.ndarray | np.generic):
             return _laid_down(value, arrays)
@@ -136,10 +136,10 @@ class _Book:
             return value
         if isinstance(value, tuple | list):
             name = "tuple" if isinstance(value, tuple) else "list"
-            return [name, *(self._told(each, arrays, fresh) for each in value)]
+            return [name, *(self._encoded(each, arrays, fresh) for each in value)]
         if isinstance(value, dict):
             pairs = [each for pair in value.items() for each in pair]
-            return ["dict", *(self._told(each, arrays, fresh) for each in pairs)]
+            return ["dict", *(self._encoded(each, arrays, fresh) for each in pairs)]
         kind = type(value)
         if self._known.get(kind.__name__) is not kind:
             raise TypeError(f"cannot write down a {kind.__name__}")
@@ -149,10 +149,10 @@ class _Book:
             if (number := next(held, number)) is not None:
                 return ["again", number]
             fresh[id(value)] = self._count + len(fresh)
-        parts = [self._told(getattr(value, each.name), arrays, fresh) for each in fields(kind)]
+        parts = [self._encoded(getattr(value, each.name), arrays, fresh) for each in fields(kind)]
         return ["object", kind.__name__, *parts]
 
-    def _heard(self, written: Any, arrays: "_Arrays") -> Any:
+    def _decoded(self, written: Any, arrays: "_Arrays") -> Any:
         """The value of what JSON held."""
         if not isinstance(written, list):
             return written
@@ -164,7 +164,7 @@ class _Book:
             return self._held[items[0]]
         if kind == "object":
             return self._made(self._known[items[0]], items[1:], arrays)
-        values = [self._heard(each, arrays) for each in items]
+        values = [self._decoded(each, arrays) for each in items]
         if kind == "dict":
             return dict(zip(values[::2], values[1::2], strict=True))
         return tuple(values) if kind == "tuple" else values
@@ -173,7 +173,7 @@ class _Book:
         """An object from its parts; one that is shared is held for later ones."""
         number = self._count
         self._count += kind in self._shared
-        made = kind(*(self._heard(each, arrays) for each in parts))
+        made = kind(*(self._decoded(each, arrays) for each in parts))
         if kind in self._shared:
             self._held[number] = made
             while len(self._held) > SHARED:

@@ -33,7 +33,7 @@ MOST = 500
 """Modes below an eigenvalue, beyond which someone has mistyped it."""
 FAR = 1e5
 """Times the lowest frequency that these many modes of one part never reach: a mistaken unit."""
-SETTLED = 0.03
+TRUSTED = 0.03
 """Residual of the first mode that is not wanted, at which it is trusted to be the next one."""
 _EQUAL = 1e-4  # relative distance of eigenvalues that may be copies of one
 _LARGEST = 400  # blocks
@@ -169,8 +169,8 @@ def lowest_modes(
         # A Ritz value lies below its eigenvalue by less than its residual; the largest converge
         # first, so once the next one has roughly done so, no larger one is left.
         highest = (theta + residual)[wanted:].max(initial=0.0)
-        settled = bool(np.all(residual[wanted : wanted + 1] < SETTLED * theta[wanted : wanted + 1]))
-        none_left = count is not None or (settled and highest < least)
+        trusted = bool(np.all(residual[wanted : wanted + 1] < TRUSTED * theta[wanted : wanted + 1]))
+        none_left = count is not None or (trusted and highest < least)
         converged = none_left and bool(np.all(residual[:wanted] < tolerance * theta[:wanted]))
         copied = converged and space.steps >= due and not space.whole
         if copied and _copies(theta[:wanted]) >= space.width:

@@ -41,8 +41,8 @@ def test_the_page_is_up_to_date(tool: ModuleType) -> None:
     assert written == tool.page(), "run python tools/keys_page.py"
 
 
-def test_every_key_is_told_in_full(tool: ModuleType) -> None:
-    told = rows(tool.page())
+def test_every_key_is_described_in_full(tool: ModuleType) -> None:
+    described = rows(tool.page())
     every = known_keys()
     leaves = {
         key.replace(".<name>", "")
@@ -50,9 +50,9 @@ def test_every_key_is_told_in_full(tool: ModuleType) -> None:
         if not any(other.startswith(f"{key}.") for other in every)
     }
     # lists of tables have a row of their own beside their keys' rows
-    assert {key for key in leaves if key not in told} == {"sweep", "rows"}
-    assert {key: cells for key, cells in told.items() if not all(cells)} == {}
-    assert {key for key, cells in told.items() if cells[2] in {"any", "number any"}} == set()
+    assert {key for key in leaves if key not in described} == {"sweep", "rows"}
+    assert {key: cells for key, cells in described.items() if not all(cells)} == {}
+    assert {key for key, cells in described.items() if cells[2] in {"any", "number any"}} == set()
 
 
 @pytest.mark.parametrize(
@@ -75,7 +75,7 @@ def test_rows_say_default_limits_and_meaning(
 
 
 def test_every_key_of_the_template_is_one_of_the_schema_s(tool: ModuleType) -> None:
-    told, _ = tool.template()
-    in_use = {key for key, each in told.items() if each.active}
+    given, _ = tool.template()
+    in_use = {key for key, each in given.items() if each.active}
     assert len(in_use) > 60
     assert in_use <= set(known_keys(Study))

@@ -16,7 +16,7 @@ from vanelock.results.files.writer import Results
 
 ROOT = Path(__file__).resolve().parents[2]
 PAGE = (ROOT / "docs" / "not_converged.md").read_text("utf-8")
-TOLD = re.compile(
+REPORTED = re.compile(
     r"did not converge|DID NOT CONVERGE|NOT CONVERGED|NOT DETERMINED|no converged|not converged \("
     r"|needs a converged|point[^.]* converged|no solution|something is not held|rigid[- ]body"
     r"|end of the frequency range|WARNING"
@@ -29,7 +29,7 @@ ELSEWHERE = {
 
 
 def messages() -> set[str]:
-    """The fixed parts of every text in the code that tells of convergence, docstrings apart."""
+    """The fixed parts of every text in the code about convergence, docstrings apart."""
     found = set()
     stages = [init.parent for init in (ROOT / "vanelock").glob("*/__init__.py")]
     for source in [path for stage in stages for path in stage.rglob("*.py")]:
@@ -43,7 +43,7 @@ def messages() -> set[str]:
                 parts = [] if id(node) in plain else [node.value]
             else:
                 continue
-            found |= {str(part) for part in parts if TOLD.search(str(part))}
+            found |= {str(part) for part in parts if REPORTED.search(str(part))}
     return {each for each in found - ELSEWHERE if "a cell is unknown" not in each}
 
 
@@ -53,12 +53,14 @@ def test_every_message_is_on_the_page() -> None:
     assert len(found) > 15
     page = " ".join(PAGE.replace("`", "").split())
     missing = {text for text in found if core(text) not in page}
-    assert missing == set(), "tell in docs/not_converged.md what it means and what to try"
+    assert missing == set(), "say in docs/not_converged.md what it means and what to try"
 
 
 def core(text: str) -> str:
-    """The part between punctuation that tells of convergence."""
-    parts = [part.strip() for part in re.split(r"[,;:()]|\.(?=\s|$)", text) if TOLD.search(part)]
+    """The part between punctuation that is about convergence."""
+    parts = [
+        part.strip() for part in re.split(r"[,;:()]|\.(?=\s|$)", text) if REPORTED.search(part)
+    ]
     return parts[0] if parts else text.strip(" ;:,.()")
 
 

@@ -38,7 +38,7 @@ def test_what_elements_hold_exactly_has_no_error(lattice, cell_type):
 
 @pytest.mark.parametrize("cell_type", ["tetra10", "hexahedron20", "hexahedron27"])
 def test_quadratic_displacements_have_no_error(lattice, cell_type):
-    """But for what the few elements about a corner do not tell of a quadratic strain."""
+    """But for what few elements around a corner miss of a quadratic strain."""
     model = assemble(lattice((3, 2, 2), lambda p: p * [0.4, 0.3, 0.2], cell_type), STEEL)
     x, y, z = model.part.points.T
     u = np.column_stack([x**2 - y * z, x * y + z**2, 2 * z * x - y**2])

@@ -103,7 +103,7 @@ def test_meshes_are_the_same_in_every_process_and_nothing_is_printed() -> None:
 
 
 def test_meshing_changes_no_signal_s_handling() -> None:
-    """As the system tells it: caught, ignored and blocked; C code's handlers are among them."""
+    """As the system reports them: caught, ignored and blocked; C code's handlers are among them."""
 
     def handled() -> list[str]:
         lines = Path("/proc/self/status").read_text().splitlines()

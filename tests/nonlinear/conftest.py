@@ -96,10 +96,10 @@ def first_frequency(system: System) -> float:
     return float(np.sqrt(la.eigvalsh(matrices.K, matrices.M)[0]) / (2 * np.pi))
 
 
-def rubbing_system(
+def sliding_system(
     *, sectors: int = 8, amplitude: float = 1.0, preload: float = 1.0, mu: float = 0.3
 ) -> System:
-    """Two coordinates a sector and a contact to the next: its lowest resonance, near 0.18 Hz, rubs.
+    """Two coordinates a sector and a contact to the next, which slips at the lowest, near 0.18 Hz.
 
     Its harmonics fall quickly.
     """
@@ -149,6 +149,6 @@ def first_frequency_fixture() -> Callable[[System], float]:
     return first_frequency
 
 
-@pytest.fixture(name="rubbing_system")
-def rubbing_system_fixture() -> Callable[..., System]:
-    return rubbing_system
+@pytest.fixture(name="sliding_system")
+def sliding_system_fixture() -> Callable[..., System]:
+    return sliding_system

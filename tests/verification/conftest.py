@@ -1,6 +1,6 @@
 """At full count, what the verifications found becomes a table in docs/verification.
 
-A test tells its figures by `record_property(name, text)`.
+A test gives its figures by `record_property(name, text)`.
 """
 
 import dataclasses

@@ -20,7 +20,7 @@ def raised(check: Callable[[], object]) -> list[str]:
     return []
 
 
-MOST_TOLD = 20
+MOST_MISTAKES = 20
 """Mistakes of one file that are reported, a line each; of the rest their number."""
 
 
@@ -40,9 +40,9 @@ def cut_short(line: str) -> str:
 
 def first_mistakes(lines: list[str]) -> list[str]:
     """The first of many lines about mistakes, and how many more there are."""
-    if len(lines) <= MOST_TOLD + 1:  # the last may be such a number itself
+    if len(lines) <= MOST_MISTAKES + 1:  # the last may be such a number itself
         return lines
-    return [*lines[:MOST_TOLD], f"and {len(lines) - MOST_TOLD:,} more mistakes"]
+    return [*lines[:MOST_MISTAKES], f"and {len(lines) - MOST_MISTAKES:,} more mistakes"]
 
 
 class FolderError(InputError):

@@ -45,7 +45,7 @@ def least_band(
     asked : dict of str to float
         Highest frequencies by key, Hz.
     softest : float
-        Lowest modulus over that at which parts are reduced: warm, they answer less far.
+        Lowest modulus over that at which parts are reduced; hot parts need modes further up.
     least : float
         What it reaches whatever is asked for, Hz.
     """
@@ -59,8 +59,10 @@ def softest(study: Any) -> float:
     """The lowest modulus that a part of a `Study` may come to over its own, at most 1."""
     if study.accuracy is not None:  # reduced at the modulus of the response
         return 1.0
-    warm = [getattr(study.material, p) for p in PARTS if getattr(study.temperature, p) is not None]
-    return min([1.0, *(float(E / metal.E) for metal in warm for _, E in metal.E_at)])
+    heated = [
+        getattr(study.material, p) for p in PARTS if getattr(study.temperature, p) is not None
+    ]
+    return min([1.0, *(float(E / metal.E) for metal in heated for _, E in metal.E_at)])
 
 
 def too_narrow(key: str, band: float | None, asked: Mapping[str, float]) -> Iterator[str]:

@@ -10,7 +10,7 @@ from pydantic.fields import FieldInfo
 from pydantic_core import ErrorDetails
 
 from vanelock.common.checked import Disagreement
-from vanelock.common.errors import MOST_TOLD, cut_short, printable
+from vanelock.common.errors import MOST_MISTAKES, cut_short, printable
 from vanelock.common.quantities import bounds, meant, typical
 from vanelock.input.schema.own_mesh import DIMENSIONS, OWN
 from vanelock.input.schema.study import Study
@@ -54,13 +54,13 @@ def described(
     order = Order(data)
     every = sorted(every, key=lambda details: order.of(details["loc"]))
     for i, details in enumerate(every):
-        if len(lines) >= MOST_TOLD:  # to find a similar key takes long
+        if len(lines) >= MOST_MISTAKES:  # to find a similar key takes long
             return list(lines), len(every) - i
-        lines |= dict.fromkeys(map(cut_short, _told(details, data, schema)))
+        lines |= dict.fromkeys(map(cut_short, _mistakes(details, data, schema)))
     return list(lines), 0
 
 
-def _told(details: ErrorDetails, data: dict[str, Any], schema: type[BaseModel]) -> list[str]:
+def _mistakes(details: ErrorDetails, data: dict[str, Any], schema: type[BaseModel]) -> list[str]:
     """One mistake, or each contradiction in a table."""
     location = details["loc"]
     error = details.get("ctx", {}).get("error")

@@ -31,8 +31,8 @@ from vanelock.stages.sweep.graph import steps_of, works
 def plan_of(study: Study, stages: Stages) -> Plan:
     """The campaign's cases; the load at which all contacts stick is found on the way."""
     draft = planned_sheets(study, 1.0)
-    (warm,) = with_temperature_speeds([draft.cases[case_of(draft)]], stages)
-    study = with_values(study, {"temperature": warm.study.temperature.model_dump()})
+    (heated,) = with_temperature_speeds([draft.cases[case_of(draft)]], stages)
+    study = with_values(study, {"temperature": heated.study.temperature.model_dump()})
     draft = planned_sheets(study, 1.0)
     reference = plan(ordered(draft), silent_progress)[0]
     stuck = stages.get(reference.linear.responses["stuck"])

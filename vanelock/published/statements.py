@@ -72,10 +72,10 @@ def waves_of(e: Evidence, cases: Sequence[str]) -> str:
     found = [e.summaries[name].wave for name in cases]
     verdicts = [wave.verdict for wave in found if wave is not None]
     counts = {word: verdicts.count(word) for word in ("stable", "unstable", "undecided")}
-    told = {word: count for word, count in counts.items() if count}
-    if len(told) == 1:
-        return next(iter(told))
-    return ", ".join(f"{count} {word}" for word, count in told.items())
+    present = {word: count for word, count in counts.items() if count}
+    if len(present) == 1:
+        return next(iter(present))
+    return ", ".join(f"{count} {word}" for word, count in present.items())
 
 
 def campbell(e: Evidence) -> Statement:

@@ -1,6 +1,6 @@
 """All steps of a study or a scene, case by case, known before anything is computed.
 
-But for what an accuracy settles first, the mesh above all.
+But for what an accuracy chooses first, the mesh above all.
 """
 
 from collections.abc import Iterable, Sequence

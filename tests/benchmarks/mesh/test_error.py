@@ -17,7 +17,7 @@ def test_bubbles_vanish_at_nodes_and_have_these_slopes():
         np.testing.assert_allclose(rise / (2 * step), slopes[..., i], atol=1e-9)
 
 
-def test_both_tell_part_of_the_error_of_a_wave_along_a_box(lattice):
+def test_both_estimate_part_of_the_error_of_a_wave_along_a_box(lattice):
     part = lattice((4, 4, 4), lambda p: p * [1.3, 1.0, 1.0])
     model = assemble(part, Material(E=3.0, nu=0.0, rho=1.0))
     rows = model.dofs[:, 0]

@@ -99,14 +99,14 @@ TEXTS = {
 
 @pytest.mark.parametrize("case", TEXTS)
 def test_broken_text(case: str, tmp_path: Path) -> None:
-    name, text, told = TEXTS[case]
+    name, text, expected = TEXTS[case]
     (tmp_path / name).write_text(text)
     (tmp_path / "dofs.csv").write_text(LABELS)
     with pytest.raises(InputError) as refused:
         load_matrices(tmp_path / name, dofs=tmp_path / "dofs.csv")
     message = str(refused.value)
     assert name in message
-    assert told in message
+    assert expected in message
     assert len(message.splitlines()) == 1
 
 
@@ -180,10 +180,10 @@ FILES = {
 
 @pytest.mark.parametrize("case", FILES)
 def test_broken_file(case: str, tmp_path: Path) -> None:
-    name, write, told = FILES[case]
+    name, write, expected = FILES[case]
     write(tmp_path / name)
     (tmp_path / "dofs.csv").write_text(LABELS)
-    with pytest.raises(InputError, match=told) as refused:
+    with pytest.raises(InputError, match=expected) as refused:
         load_matrices(tmp_path / name, dofs=tmp_path / "dofs.csv")
     assert name in str(refused.value)
 
@@ -217,7 +217,7 @@ def test_link_to_another_file_is_refused_by_name(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("labels", "told"),
+    ("labels", "expected"),
     [
         ("node,direction\n1,x\n1,x\n1,z\n", "labels two rows"),
         ("node,direction\n1,x\n1,y\n", "2 lines"),
@@ -229,10 +229,10 @@ def test_link_to_another_file_is_refused_by_name(tmp_path: Path) -> None:
         ("node,direction\n1.5,x\n1,y\n1,z\n", "whole numbers"),
     ],
 )
-def test_labels(labels: str, told: str, tmp_path: Path) -> None:
+def test_labels(labels: str, expected: str, tmp_path: Path) -> None:
     (tmp_path / "k.mtx").write_text(GOOD)
     (tmp_path / "dofs.csv").write_text(labels)
-    with pytest.raises(InputError, match=told) as refused:
+    with pytest.raises(InputError, match=expected) as refused:
         load_matrices(tmp_path / "k.mtx", dofs=tmp_path / "dofs.csv")
     assert "dofs.csv" in str(refused.value) or "k.mtx" in str(refused.value)
 
@@ -272,32 +272,32 @@ def test_units(unit: str, model: Model, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("text", "told"),
+    ("text", "expected"),
     [
         ("1 2 x", "x"), ("1 2 1", "twice"), ("0", "0"), ("-4", "-4"), ("# none\n", "no nodes"),
         ("1.5", "1.5"), ("99999999999999999999", "node's number"),
     ],
 )  # fmt: skip
-def test_nodes(text: str, told: str, tmp_path: Path) -> None:
+def test_nodes(text: str, expected: str, tmp_path: Path) -> None:
     (tmp_path / "nodes.txt").write_text(text)
     with pytest.raises(InputError, match=r"nodes\.txt") as refused:
         load_nodes(tmp_path / "nodes.txt")
-    assert told in str(refused.value)
+    assert expected in str(refused.value)
 
 
 @pytest.mark.parametrize(
-    ("text", "told"),
+    ("text", "expected"),
     [
         ("a,b\n1\n", "line 2"), ("a,a\n1,2\n", "twice"), ("1,2\n3,4\n", "column names"),
         ("a,b\n1,nan\n2,3\n", "nan"), ("a,b\n", "no rows"), ("a,b\n1,\n", "line 2"),
         ("a\n1\ninf\n", "inf"), ("a\n1\n1e999\n", "1e999"),
     ],
 )  # fmt: skip
-def test_pairs(text: str, told: str, tmp_path: Path) -> None:
+def test_pairs(text: str, expected: str, tmp_path: Path) -> None:
     (tmp_path / "pairs.csv").write_text(text)
     with pytest.raises(InputError, match=r"pairs\.csv") as refused:
         load_pairs(tmp_path / "pairs.csv")
-    assert told in str(refused.value)
+    assert expected in str(refused.value)
 
 
 def test_names_of_columns_are_compared_in_proportion_to_their_number(

@@ -87,7 +87,7 @@ def test_mean_over_a_length_is_the_change_of_that_length(lattice):
 
 
 @pytest.mark.parametrize("length", [0.15, 0.3])
-def test_mean_of_a_strain_that_curves_tells_the_length(lattice, length):
+def test_mean_of_a_strain_that_curves_depends_on_the_length(lattice, length):
     """Strain 3 x² has the mean 3 (x² + L²/12) over a length L."""
     part = lattice((32, 1, 1), lambda p: p * [0.8, 0.1, 0.1], "hexahedron27")
     u = np.zeros_like(part.points)

@@ -108,7 +108,7 @@ def test_contact_patches_end_where_the_fillets_begin() -> None:
 
 
 @pytest.mark.parametrize(
-    ("vane", "casing", "told"),
+    ("vane", "casing", "expected"),
     [
         (
             {},
@@ -159,11 +159,11 @@ def test_contact_patches_end_where_the_fillets_begin() -> None:
     ],
 )
 def test_fillets_that_do_not_fit_are_refused(
-    vane: dict[str, Any], casing: dict[str, Any], told: str
+    vane: dict[str, Any], casing: dict[str, Any], expected: str
 ) -> None:
     with pytest.raises(InputError) as caught:
         check_fit(VaneDimensions(**vane), CasingDimensions(**casing), 16)
-    assert str(caught.value).startswith(told)
+    assert str(caught.value).startswith(expected)
     assert "\n" not in str(caught.value)
 
 
@@ -182,14 +182,14 @@ def test_fillets_too_small_for_any_mesh_or_for_this_one_are_refused() -> None:
         assert model(fillet=0.0005).fillet == 0.0005
         with pytest.raises(ValueError, match=r"fillet = 0\.0001 m: must be 0 or at least 0\.0005"):
             model(fillet=0.0001)
-    told = (
+    expected = (
         r"^casing\.fillet = 0\.001 m: too small for elements of 25 mm: allowed are 0, 0\.00125 m "
         r"and more, or mesh\.size up to 0\.02 m$"
     )
     small = CasingDimensions(fillet=0.001)
-    with pytest.raises(InputError, match=told):
+    with pytest.raises(InputError, match=expected):
         casing_sector(small, size=0.025)
-    with pytest.raises(InputError, match=told):
+    with pytest.raises(InputError, match=expected):
         check_size(0.025, VaneDimensions(), small, 16)
     with pytest.raises(InputError, match=r"^vane\.fillet = 0\.001 m: too small"):
         vane_segment(VaneDimensions(fillet=0.001), size=0.041)

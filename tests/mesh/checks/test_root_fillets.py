@@ -54,11 +54,11 @@ def test_what_does_not_fit_is_refused_by_name(changes: dict[str, Any], where: st
     vane = VaneDimensions.model_validate(changes)
     with pytest.raises(InputError) as caught:
         check_vane(vane, 16)
-    told = str(caught.value)
-    assert told.startswith(f"vane.root_fillet = {vane.root_fillet:g} m: {where}")
-    assert "\n" not in told
-    if "at most" in told:
-        largest = float(told.split("at most ")[1].split()[0])
+    message = str(caught.value)
+    assert message.startswith(f"vane.root_fillet = {vane.root_fillet:g} m: {where}")
+    assert "\n" not in message
+    if "at most" in message:
+        largest = float(message.split("at most ")[1].split()[0])
         check_vane(vane.model_copy(update={"root_fillet": largest}), 16)
 
 
@@ -72,8 +72,8 @@ def test_radii_too_small_for_any_mesh_or_for_this_one_are_refused() -> None:
     with pytest.raises(ValueError, match=r"root_fillet = 0\.0002 m: must be 0 or at least 0\.0005"):
         VaneDimensions(root_fillet=0.0002)
     small = VaneDimensions(root_fillet=0.001)
-    told = r"^vane\.root_fillet = 0\.001 m: too small for elements of 25 mm"
-    with pytest.raises(InputError, match=told):
+    expected = r"^vane\.root_fillet = 0\.001 m: too small for elements of 25 mm"
+    with pytest.raises(InputError, match=expected):
         vane_segment(small, size=0.025)
-    with pytest.raises(InputError, match=told):
+    with pytest.raises(InputError, match=expected):
         check_size(0.025, small, None, 16)

@@ -119,18 +119,18 @@ def test_a_component_of_surface_elements_is_a_set_of_faces(tmp_path, lattice):
 
 
 def complaint(path: Path) -> str:
-    with pytest.raises(InputError) as told:
+    with pytest.raises(InputError) as caught:
         read_mesh(path, "mm")
-    text = str(told.value)
+    text = str(caught.value)
     assert "\n" not in text
     return text.replace(str(path), path.name)
 
 
-def test_what_cannot_be_used_is_told_in_one_line(tmp_path, lattice):
+def test_what_cannot_be_used_is_refused_in_one_line(tmp_path, lattice):
     path = tmp_path / "part.cdb"
     path.write_text("/PREP7\nFINISH\n")
-    told = "part.cdb: not an Ansys archive that can be read: no nodes and elements in blocks, as"
-    assert complaint(path).startswith(told)
+    begin = "part.cdb: not an Ansys archive that can be read: no nodes and elements in blocks, as"
+    assert complaint(path).startswith(begin)
     path.write_bytes(bytes(1000))
     assert complaint(path).startswith("part.cdb: not an Ansys archive that can be read: ")
     points = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [0, 1, 1]], float)

@@ -11,9 +11,9 @@ from vanelock.mesh import read_mesh
 
 
 def complaint(path, **options):
-    with pytest.raises(InputError) as told:
+    with pytest.raises(InputError) as caught:
         read_mesh(path, **options)
-    text = str(told.value)
+    text = str(caught.value)
     assert "\n" not in text
     assert str(path) in text
     return text.replace(str(path), path.name)
@@ -78,14 +78,14 @@ BROKEN = {
 
 @pytest.mark.parametrize("name", BROKEN)
 def test_broken_decks(tmp_path, name):
-    text, told = BROKEN[name]
+    text, expected = BROKEN[name]
     path = tmp_path / "part.inp"
     path.write_text(text)
-    assert told in complaint(path)
+    assert expected in complaint(path)
 
 
 @pytest.mark.parametrize(
-    ("text", "told"),
+    ("text", "expected"),
     [
         ("GRID,1,5,0.,0.,0.\n", "line 1: node 1 is given in coordinate system 5"),
         ("GRDSET,,5\n", "write the nodes in the basic coordinate system"),
@@ -100,10 +100,10 @@ def test_broken_decks(tmp_path, name):
         ("SOL 103\nCEND\n", "no solid elements (none)"),
     ],
 )
-def test_broken_bulk_data(tmp_path, text, told):
+def test_broken_bulk_data(tmp_path, text, expected):
     path = tmp_path / "part.bdf"
     path.write_text(text)
-    assert told in complaint(path)
+    assert expected in complaint(path)
 
 
 def test_mixed_elements_are_refused_with_their_counts(tmp_path, lattice):
@@ -145,7 +145,7 @@ def test_damaged_files_end_in_one_line(tmp_path, ring, write_mesh, ending):
     write_mesh(whole, ring(counts=(1, 1, 1)))
     data = whole.read_bytes()
     random = np.random.default_rng(0)
-    told = []
+    messages = []
     for trial in range(60):
         cut = bytearray(data[: random.integers(1, len(data))] if trial % 2 else data)
         for _ in range(3 if trial % 3 else 0):
@@ -155,11 +155,11 @@ def test_damaged_files_end_in_one_line(tmp_path, ring, write_mesh, ending):
         try:
             found = read_mesh(path, "mm")
         except InputError as error:
-            told.append(str(error))
+            messages.append(str(error))
         else:
             assert np.isfinite(found.points).all()
-    assert all("\n" not in text and str(path) in text for text in told)
-    assert len(told) >= 25
+    assert all("\n" not in text and str(path) in text for text in messages)
+    assert len(messages) >= 25
 
 
 def test_a_small_file_that_stands_for_a_huge_mesh(tmp_path):
@@ -174,7 +174,7 @@ def test_a_small_file_that_stands_for_a_huge_mesh(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("name", "content", "told"),
+    ("name", "content", "expected"),
     [
         ("part.xyz", b"1 2 3", "allowed are .inp, .bdf, .nas, .dat, .fem, .cdb, .msh, .vtu, .vtk"),
         ("part.tec", b"VARIABLES = X\n" * 9, "part.tec: no mesh format that is read; allowed are"),
@@ -186,8 +186,8 @@ def test_a_small_file_that_stands_for_a_huge_mesh(tmp_path):
         ("part.stl", b"solid\nendsolid\n", "allowed are"),
     ],
 )
-def test_what_meshio_refuses(tmp_path, capfd, name, content, told):
+def test_what_meshio_refuses(tmp_path, capfd, name, content, expected):
     path = tmp_path / name
     path.write_bytes(content)
-    assert told in complaint(path)
+    assert expected in complaint(path)
     assert capfd.readouterr() == ("", "")

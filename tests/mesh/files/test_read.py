@@ -23,9 +23,9 @@ CUBE = np.array(
 
 
 def complaint(path, **options):
-    with pytest.raises(InputError) as told:
+    with pytest.raises(InputError) as caught:
         read_mesh(path, **options)
-    text = str(told.value)
+    text = str(caught.value)
     assert "\n" not in text
     assert str(path) in text
     return text.replace(str(path), path.name)
@@ -102,7 +102,7 @@ def test_meshio_and_gmsh_number_tetra10_alike(tmp_path, ring):
 
 
 def test_middle_nodes_in_another_order_are_put_right(tmp_path, ring):
-    """Abaqus's order in a VTK file: the coordinates tell which node belongs to which side."""
+    """Abaqus's order in a VTK file: the coordinates decide which node belongs to which side."""
     part = ring("hexahedron27")
     wrong = part.cells[:, [*range(8), *np.roll(np.arange(8, 27), 5)]]
     path = tmp_path / "part.vtu"

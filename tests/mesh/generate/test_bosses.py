@@ -92,7 +92,7 @@ def test_bosses_and_fillets_go_together_with_exact_faces() -> None:
 
 
 @pytest.mark.parametrize(
-    ("changes", "told"),
+    ("changes", "expected"),
     [
         (
             {"boss_position": 0.020},
@@ -121,11 +121,11 @@ def test_bosses_and_fillets_go_together_with_exact_faces() -> None:
         ),
     ],
 )
-def test_bosses_that_do_not_fit_are_refused(changes: dict[str, Any], told: str) -> None:
+def test_bosses_that_do_not_fit_are_refused(changes: dict[str, Any], expected: str) -> None:
     casing = CasingDimensions(**{"bosses": 2, **changes})
     with pytest.raises(InputError) as caught:
         check_fit(VaneDimensions(), casing, 16)
-    assert str(caught.value).startswith(told)
+    assert str(caught.value).startswith(expected)
     assert "\n" not in str(caught.value)
     # Without bosses their dimensions mean nothing.
     check_fit(VaneDimensions(), casing.model_copy(update={"bosses": 0}), 16)
@@ -143,8 +143,8 @@ def test_bosses_too_small_for_the_elements_are_refused() -> None:
     )
     with pytest.raises(InputError, match=r"^casing\.boss_height = 0\.001 m: too small for elemen"):
         casing_sector(flat, size=0.025)
-    told = r"^casing\.boss_diameter = 0\.004 m: too small .* at least 0\.005 m, .* up to 0\.02 m$"
-    with pytest.raises(InputError, match=told):
+    line = r"^casing\.boss_diameter = 0\.004 m: too small .* at least 0\.005 m, .* up to 0\.02 m$"
+    with pytest.raises(InputError, match=line):
         check_size(0.025, VaneDimensions(), narrow, 16)
     check_size(0.02, VaneDimensions(), narrow, 16)
     check_size(0.02, VaneDimensions(), flat, 16)

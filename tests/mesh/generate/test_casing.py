@@ -79,7 +79,7 @@ def test_the_same_number_is_the_same_mesh() -> None:
 
 
 @pytest.mark.parametrize(
-    ("size", "wanted", "told"),
+    ("size", "wanted", "text"),
     [
         (0.025, 326, r"elements of 25 mm .* has about 1\d\d nodes: allowed are \d+ to 1\d\d; 3"),
         (0.010, 2000, r"elements of 10 mm .* has about 3\d\d nodes: .*; 2000 suits mesh.size = 2."),
@@ -88,9 +88,9 @@ def test_the_same_number_is_the_same_mesh() -> None:
     ],
 )
 def test_numbers_out_of_reach_are_refused_with_the_sizes_that_suit(
-    size: str | float, wanted: int, told: str
+    size: str | float, wanted: int, text: str
 ) -> None:
-    with pytest.raises(InputError, match=rf"^mesh\.face_nodes = {wanted}: with {told}") as caught:
+    with pytest.raises(InputError, match=rf"^mesh\.face_nodes = {wanted}: with {text}") as caught:
         casing_sector(size=size, face_nodes=wanted)
     assert "\n" not in str(caught.value)
 

@@ -64,10 +64,10 @@ def test_elements_are_so_unless_there_are_bosses() -> None:
 
 
 @pytest.mark.parametrize(("size", "stretch"), [(0.012, 2), (0.006, 4), (0.005, 8)])
-def test_unknowns_are_told_beforehand(size, stretch) -> None:
+def test_unknowns_are_estimated_beforehand(size, stretch) -> None:
     made = casing_sector(size=size, stretch=stretch)
-    told = casing_dofs(CasingDimensions(), HookDimensions(), 16, size, stretch)
-    assert told == pytest.approx(3 * len(made.points), rel=0.25)
+    estimate = casing_dofs(CasingDimensions(), HookDimensions(), 16, size, stretch)
+    assert estimate == pytest.approx(3 * len(made.points), rel=0.25)
 
 
 def test_what_is_refused() -> None:

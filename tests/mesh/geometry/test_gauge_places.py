@@ -36,18 +36,18 @@ def test_sides_lie_the_thickness_apart_and_normals_point_away():
 
 
 def test_directions_are_tangents_and_turn_from_span_to_chord():
-    spots = [on_aerofoil(VANE, 16, 1, 0.3, c, "suction", "chord") for c in (0.2, 0.2 + 1e-6)]
+    places = [on_aerofoil(VANE, 16, 1, 0.3, c, "suction", "chord") for c in (0.2, 0.2 + 1e-6)]
     span = on_aerofoil(VANE, 16, 1, 0.3, 0.2, "suction", "span").direction
-    step = spots[1].position - spots[0].position
+    step = places[1].position - places[0].position
     step -= (step @ span) * span  # the shroud that the span counts from is round
-    assert spots[0].direction == pytest.approx(step / np.linalg.norm(step), abs=1e-4)
-    assert spots[0].direction @ spots[0].normal == pytest.approx(0, abs=1e-12)
+    assert places[0].direction == pytest.approx(step / np.linalg.norm(step), abs=1e-4)
+    assert places[0].direction @ places[0].normal == pytest.approx(0, abs=1e-12)
     half = on_aerofoil(VANE, 16, 1, 0.3, 0.2, "suction", 30.0).direction
     assert half == pytest.approx(
-        np.cos(np.pi / 6) * span + np.sin(np.pi / 6) * spots[0].direction, abs=1e-12
+        np.cos(np.pi / 6) * span + np.sin(np.pi / 6) * places[0].direction, abs=1e-12
     )
     # From front to rear: the trailing edge lies at the larger z.
-    assert spots[0].direction[2] > 0
+    assert places[0].direction[2] > 0
 
 
 @pytest.mark.parametrize(

@@ -35,9 +35,9 @@ def read(tmp_path, write_mesh):
 
 
 def refusal(build):
-    with pytest.raises(InputError) as told:
+    with pytest.raises(InputError) as caught:
         build()
-    (line,) = str(told.value).splitlines()
+    (line,) = str(caught.value).splitlines()
     return line
 
 
@@ -52,8 +52,8 @@ def test_all_nodes_of_a_face_are_needed(lattice, read, tmp_path):
         assert f", left and right: {lost} nodes of either face are missing, such as node" in line
         assert line.endswith("2π/12: all nodes of the cut faces are needed")
         found = read_mesh(tmp_path / "sector.inp", "mm")
-        told = line.split("such as node ")[1].split(", which meets node ")
-        numbers = [int(told[0]), int(told[1].split()[0])]
+        pair = line.split("such as node ")[1].split(", which meets node ")
+        numbers = [int(pair[0]), int(pair[1].split()[0])]
         own, mate = (found.points[found.numbers == number][0] for number in numbers)
         assert np.linalg.norm(turn(12) @ own - mate) < 1e-7
         assert np.arctan2(own[1], own[0]) == pytest.approx(-np.pi / 12, abs=1e-7)

@@ -11,13 +11,13 @@ from vanelock.mesh.matching.own_part import own_part
 
 
 def complaints(build):
-    with pytest.raises(InputError) as told:
+    with pytest.raises(InputError) as caught:
         build()
-    return str(told.value).splitlines()
+    return str(caught.value).splitlines()
 
 
 @pytest.mark.parametrize(
-    ("sets", "told"),
+    ("sets", "expected"),
     [
         ({"output": "absent"}, "no set absent for vane.output; it has "),
         ({"key": [1, 2]}, "belongs to no solid element"),
@@ -30,14 +30,14 @@ def complaints(build):
         ),
     ],
 )
-def test_sets_are_checked(tmp_path, ring, write_mesh, sets, told):
+def test_sets_are_checked(tmp_path, ring, write_mesh, sets, expected):
     part = ring("vane")
     path = tmp_path / "vane.inp"
     write_mesh(path, part)
     path.write_text(path.read_text() + "*NSET, NSET=hollow\n")
     (line,) = complaints(lambda: own_part(read_mesh(path, "mm"), "vane", sets))
     assert line.startswith(str(path))
-    assert told in line
+    assert expected in line
 
 
 @pytest.mark.parametrize("name", ["force", "output"])

@@ -17,9 +17,9 @@ RADIUS = 1.0
 
 
 def complaints(build):
-    with pytest.raises(InputError) as told:
+    with pytest.raises(InputError) as caught:
         build()
-    return str(told.value).splitlines()
+    return str(caught.value).splitlines()
 
 
 def matched(found, sectors=SECTORS, **options):
@@ -159,7 +159,7 @@ def test_parts_far_apart_ask_for_the_unit(given):
     assert all(line.endswith(": is the unit right?") for line in lines)
 
 
-def test_missing_node_is_told_with_its_place(given):
+def test_missing_node_is_reported_with_its_place(given):
     def change(part):
         if part.name == "vane":
             return part
@@ -188,7 +188,7 @@ def test_cyclic_faces_are_matched_in_this_ring_only(given):
     assert f" {1e3 * 2 * (RADIUS + 0.1) * np.sin(gap / 2):.4g} mm, node" in lines[1]
 
 
-def test_moved_face_node_is_told(given):
+def test_moved_face_node_is_reported(given):
     change = shifted(("casing", "right"), [3], [2e-5])
     (line,) = complaints(lambda: matched(given(change=change)))
     assert ", right: 1 of 27 nodes is further than 0.01 mm from the nearest node of" in line

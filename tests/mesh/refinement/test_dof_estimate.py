@@ -1,4 +1,4 @@
-"""Sizes of meshes told beforehand, against meshes that were made."""
+"""Estimated sizes of meshes against meshes that were made."""
 
 from typing import Any
 
@@ -33,8 +33,8 @@ def test_estimates_are_near_the_meshes(design: str, size: float) -> None:
         vane_segment(vane, sectors, size),
         casing_sector(casing, vane.hook, sectors, size, stretch=1),
     )
-    told = vane_dofs(vane, sectors, size), casing_dofs(casing, vane.hook, sectors, size)
-    for part, dofs in zip(made, told, strict=True):
+    estimated = vane_dofs(vane, sectors, size), casing_dofs(casing, vane.hook, sectors, size)
+    for part, dofs in zip(made, estimated, strict=True):
         assert dofs == pytest.approx(3 * len(part.points), rel=0.25)
     volume = sum(area * thickness for area, thickness in casing_plates(casing, vane.hook, sectors))
     assert volume == pytest.approx(quality(made[1]).volume, rel=0.04)
@@ -52,19 +52,19 @@ def test_estimates_are_near_large_meshes(
     vane_size: float, vane: int, size: float, casing: int
 ) -> None:
     assert vane_dofs(VaneDimensions(), 16, vane_size) == pytest.approx(vane, rel=0.1)
-    told = casing_dofs(CasingDimensions(), HookDimensions(), 16, size)
-    assert told == pytest.approx(casing, rel=0.2)
+    estimated = casing_dofs(CasingDimensions(), HookDimensions(), 16, size)
+    assert estimated == pytest.approx(casing, rel=0.2)
 
 
 def test_too_large_meshes_are_refused_with_the_smallest_size() -> None:
     vane, casing = VaneDimensions(), CasingDimensions()
     with pytest.raises(InputError) as caught:
         check_size(0.002, vane, casing, 16)
-    told = str(caught.value)
-    assert told.startswith(
+    message = str(caught.value)
+    assert message.startswith(
         "mesh.size = 0.002 m: about 5,300,000 degrees of freedom: at most 1,000,"
     )
-    assert told.endswith("sizes from 4 mm here")
+    assert message.endswith("sizes from 4 mm here")
     check_size(0.0040, vane, casing, 16)
     with pytest.raises(InputError):
         check_size(0.0039, vane, casing, 16)

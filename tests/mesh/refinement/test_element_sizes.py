@@ -13,35 +13,35 @@ FOUND = {"vane": 0.034, "casing": 0.0125}  # second mode of the joined structure
 
 @pytest.mark.parametrize("wanted", [0.04, 0.02, 0.012])
 def test_expected_error_is_the_wanted_one_at_the_least_cost(wanted) -> None:
-    told = sizes_for(wanted, FOUND, NOW, VANE, CASING)
-    assert 0.97 * wanted < told.error <= wanted
-    vane, casing = told.sizes.vane, told.sizes.casing
-    dofs = vane_dofs(VANE, 16, vane) + casing_dofs(CASING, HOOK, 16, casing, told.sizes.stretch)
-    assert told.dofs == pytest.approx(dofs)
+    chosen = sizes_for(wanted, FOUND, NOW, VANE, CASING)
+    assert 0.97 * wanted < chosen.error <= wanted
+    vane, casing = chosen.sizes.vane, chosen.sizes.casing
+    dofs = vane_dofs(VANE, 16, vane) + casing_dofs(CASING, HOOK, 16, casing, chosen.sizes.stretch)
+    assert chosen.dofs == pytest.approx(dofs)
     assert dofs <= MOST
     cheaper = sizes_for(1.1 * wanted, FOUND, NOW, VANE, CASING)
-    assert cheaper.dofs < told.dofs
+    assert cheaper.dofs < chosen.dofs
 
 
 def test_what_is_wanted_is_there_already() -> None:
     bosses = CasingDimensions(bosses=2)
-    told = sizes_for(0.0465, FOUND, NOW, VANE, bosses)
-    assert told.sizes.stretch == 1
+    chosen = sizes_for(0.0465, FOUND, NOW, VANE, bosses)
+    assert chosen.sizes.stretch == 1
     now = vane_dofs(VANE, 16, NOW.vane) + casing_dofs(bosses, HOOK, 16, NOW.casing)
-    assert told.dofs <= 1.01 * now
+    assert chosen.dofs <= 1.01 * now
 
 
 def test_a_mesh_that_is_given_keeps_its_size_and_error() -> None:
-    told = sizes_for(0.02, FOUND, NOW, VANE, None)
-    assert (told.sizes.casing, told.sizes.stretch) == (0.0125, 1)
-    assert told.dofs == pytest.approx(vane_dofs(VANE, 16, told.sizes.vane))
+    chosen = sizes_for(0.02, FOUND, NOW, VANE, None)
+    assert (chosen.sizes.casing, chosen.sizes.stretch) == (0.0125, 1)
+    assert chosen.dofs == pytest.approx(vane_dofs(VANE, 16, chosen.sizes.vane))
     assert sizes_for(0.02, FOUND, NOW, None, CASING).error > FOUND["vane"]
 
 
-def test_what_no_size_reaches_is_told() -> None:
-    told = sizes_for(1e-3, FOUND, NOW, VANE, CASING)
-    assert told.error > 1e-3
-    assert 0.9 * MOST < told.dofs <= MOST
+def test_what_no_size_reaches_is_reported() -> None:
+    chosen = sizes_for(1e-3, FOUND, NOW, VANE, CASING)
+    assert chosen.error > 1e-3
+    assert 0.9 * MOST < chosen.dofs <= MOST
 
 
 @pytest.mark.parametrize(("wanted", "vane"), [(0.0, 0.1), (float("nan"), 0.1), (0.1, -0.1)])

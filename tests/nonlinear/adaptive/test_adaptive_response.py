@@ -45,19 +45,19 @@ class Asked:
 @pytest.mark.parametrize("accuracy", [3e-2, 1e-2, 1e-3])
 @pytest.mark.parametrize("case", [{}, {"preload": 0.3}, {"amplitude": 3.0}])
 def test_peak_and_curve_are_as_exact_as_asked(
-    rubbing_system: Make, case: dict[str, float], accuracy: float
+    sliding_system: Make, case: dict[str, float], accuracy: float
 ) -> None:
-    system = rubbing_system(**case)
+    system = sliding_system(**case)
     systems = Asked(system)
     shares = Shares(0.6 * accuracy, 0.3 * accuracy)
     found = adaptive_response(systems, (0.14, 0.22), shares, monitor=(0, 0))
-    told = found.estimates
-    assert told is not None
+    estimates = found.estimates
+    assert estimates is not None
     assert found.converged.all()
     assert systems.harmonics == sorted(set(systems.harmonics))  # growing, and none twice
     ahead = 2 if accuracy > 0.02 else 6  # how far resonances are looked for
-    assert systems.harmonics[-1] == told.tried <= found.harmonics + ahead
-    assert told.harmonics.max() == found.harmonics
+    assert systems.harmonics[-1] == estimates.tried <= found.harmonics + ahead
+    assert estimates.harmonics.max() == found.harmonics
     peak = peak_errors(found)
     near = peak.frequency * np.linspace(0.99, 1.01, 81)
     best = frequency_response(system, near, Options(19), find_jumps=False).amplitude[:, 0, 0]
@@ -67,12 +67,12 @@ def test_peak_and_curve_are_as_exact_as_asked(
     # Between its points the curve is as good.
     grid = np.linspace(0.141, 0.219, 57)
     dense = frequency_response(system, grid, Options(19), find_jumps=False).amplitude[:, 0, 0]
-    curve = Interpolant(found.frequency, told.amplitude, told.slope)
+    curve = Interpolant(found.frequency, estimates.amplitude, estimates.slope)
     assert np.abs(curve.at(grid) - dense).max() < 2 * accuracy * best.max()
 
 
-def test_more_accuracy_costs_more_points_and_harmonics(rubbing_system: Make) -> None:
-    system, spent = rubbing_system(), []
+def test_more_accuracy_costs_more_points_and_harmonics(sliding_system: Make) -> None:
+    system, spent = sliding_system(), []
     for accuracy in (3e-2, 1e-3, 1e-4):
         shares = Shares(accuracy, accuracy)
         found = adaptive_response(lambda _: system, (0.14, 0.22), shares, monitor=(0, 0))
@@ -85,17 +85,17 @@ def test_more_accuracy_costs_more_points_and_harmonics(rubbing_system: Make) -> 
     assert np.all(found.output[fewer, found.harmonics] == 0)
 
 
-def test_without_slip_one_harmonic_is_enough(rubbing_system: Make) -> None:
-    systems = Asked(rubbing_system(mu=100.0))
+def test_without_slip_one_harmonic_is_enough(sliding_system: Make) -> None:
+    systems = Asked(sliding_system(mu=100.0))
     found = adaptive_response(systems, (0.14, 0.22), Shares(1e-3, 1e-3), monitor=(0, 0))
     assert systems.harmonics == [1]
     assert found.harmonics == 1
     assert np.all(found.error < 1e-12)
 
 
-def test_a_resonance_of_a_harmonic_far_ahead_is_found(rubbing_system: Make) -> None:
-    # At its own diameter harmonic 9 meets a mode; nothing at the diameters before it tells of that.
-    plain = rubbing_system(sectors=24)
+def test_a_resonance_of_a_harmonic_far_ahead_is_found(sliding_system: Make) -> None:
+    # At its own diameter harmonic 9 meets a mode; nothing at the diameters before it shows that.
+    plain = sliding_system(sectors=24)
     mode = 9 * 2 * np.pi * 0.16856
     own, B = plain.diameters[9], plain.contact_rows(9).reshape(-1, 2)
     stuck = own.K + (B.conj().T * plain.contacts.stiffness.reshape(-1)) @ B
@@ -114,9 +114,9 @@ def test_a_resonance_of_a_harmonic_far_ahead_is_found(rubbing_system: Make) -> N
 
 
 def test_a_crowded_curve_gets_its_last_points_where_it_is_high(
-    rubbing_system: Make, monkeypatch: pytest.MonkeyPatch
+    sliding_system: Make, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    system, shares = rubbing_system(), Shares(1e-4, 1e-6)
+    system, shares = sliding_system(), Shares(1e-4, 1e-6)
     many = adaptive_response(lambda _: system, (0.1, 0.3), shares, monitor=(0, 0))
     monkeypatch.setattr(sampling, "CROWD", 48)
     few = adaptive_response(lambda _: system, (0.1, 0.3), shares, monitor=(0, 0))
@@ -124,8 +124,8 @@ def test_a_crowded_curve_gets_its_last_points_where_it_is_high(
     assert peak_errors(few).amplitude == pytest.approx(peak_errors(many).amplitude, rel=1e-5)
 
 
-def test_points_are_solved_in_any_order(rubbing_system: Make) -> None:
-    system, shares = rubbing_system(), Shares(1e-2, 1e-2)
+def test_points_are_solved_in_any_order(sliding_system: Make) -> None:
+    system, shares = sliding_system(), Shares(1e-2, 1e-2)
     hertz = np.linspace(0.17, 0.19, 7)
     order = np.array([3, 0, 6, 1, 5, 2, 4])
     up, mixed = (
@@ -136,8 +136,8 @@ def test_points_are_solved_in_any_order(rubbing_system: Make) -> None:
     np.testing.assert_allclose(mixed.amplitude, up.amplitude[order])
 
 
-def test_a_force_at_a_higher_harmonic_begins_there_or_is_refused(rubbing_system: Make) -> None:
-    system = rubbing_system()
+def test_a_force_at_a_higher_harmonic_begins_there_or_is_refused(sliding_system: Make) -> None:
+    system = sliding_system()
     size = len(system.at(system.nodal_diameter(3)).K)
     system = replace(system, force={**system.force, 3: Force(np.full(size, 0.01 + 0j))})
     shares, hertz = Shares(1e-2, 1e-2), [0.1]
@@ -151,9 +151,9 @@ def test_a_force_at_a_higher_harmonic_begins_there_or_is_refused(rubbing_system:
     assert np.all(found.x[3] != 0)
 
 
-def test_diameters_that_are_not_there_are_stood_in_for(rubbing_system: Make) -> None:
+def test_diameters_that_are_not_there_are_stood_in_for(sliding_system: Make) -> None:
     # Sizes of the matrices may differ between diameters: here one has an idle coordinate more.
-    system = rubbing_system()
+    system = sliding_system()
 
     def larger(d: Diameter) -> Diameter:
         def grown(a: np.ndarray) -> np.ndarray:
@@ -233,10 +233,10 @@ def test_listed_frequencies_take_the_larger_of_two_solutions() -> None:
     assert np.all(jumped[:, 0] < jumped[:, 1])
 
 
-def test_listed_frequencies_without_a_jump_are_swept_once(rubbing_system: Make) -> None:
+def test_listed_frequencies_without_a_jump_are_swept_once(sliding_system: Make) -> None:
     seen: list[float] = []
     found = adaptive_response(
-        lambda _: rubbing_system(preload=0.3),
+        lambda _: sliding_system(preload=0.3),
         np.linspace(0.17, 0.19, 5),
         Shares(1e-2, 1e-2),
         monitor=(0, 0),
@@ -247,8 +247,8 @@ def test_listed_frequencies_without_a_jump_are_swept_once(rubbing_system: Make) 
 
 
 @pytest.mark.parametrize("coupling", ["uncoupled", "constant-load"])
-def test_pinned_harmonics_give_the_plain_response(rubbing_system: Make, coupling: str) -> None:
-    system, hertz = rubbing_system(preload=0.3), np.linspace(0.17, 0.19, 4)
+def test_pinned_harmonics_give_the_plain_response(sliding_system: Make, coupling: str) -> None:
+    system, hertz = sliding_system(preload=0.3), np.linspace(0.17, 0.19, 4)
     plain = frequency_response(system, hertz, Options(3, coupling=coupling), find_jumps=False)
     found = adaptive_response(
         lambda _: system, hertz, Shares(1e-9, 1e-9), Options(3, coupling=coupling)
@@ -257,8 +257,8 @@ def test_pinned_harmonics_give_the_plain_response(rubbing_system: Make, coupling
     np.testing.assert_allclose(found.contact[:, 0], plain.contact[:, 0], rtol=1e-8)
 
 
-def test_harmonics_at_one_diameter_are_chosen_and_judged_there(rubbing_system: Make) -> None:
-    system, hertz = rubbing_system(), np.linspace(0.16, 0.2, 9)
+def test_harmonics_at_one_diameter_are_chosen_and_judged_there(sliding_system: Make) -> None:
+    system, hertz = sliding_system(), np.linspace(0.16, 0.2, 9)
     options = Options(harmonic_diameters="sector")
     two = replace(system, diameters={k: system.diameters[k] for k in (0, 1)})
     found = adaptive_response(lambda _: two, hertz, Shares(1e-3, 1e-3), options, (0, 0))
@@ -278,8 +278,8 @@ def test_harmonics_at_one_diameter_are_chosen_and_judged_there(rubbing_system: M
     np.testing.assert_allclose(pinned.contact, plain.contact, rtol=0, atol=1e-10)
 
 
-def test_isotropic_friction_gets_the_samples_it_needs(rubbing_system: Make) -> None:
-    system, counts = rubbing_system(preload=0.3), []
+def test_isotropic_friction_gets_the_samples_it_needs(sliding_system: Make) -> None:
+    system, counts = sliding_system(preload=0.3), []
     for share in (1e-1, 1e-5):
         found = adaptive_response(
             lambda _: system, [0.175], Shares(share, share), Options(3, friction="isotropic")
@@ -288,8 +288,8 @@ def test_isotropic_friction_gets_the_samples_it_needs(rubbing_system: Make) -> N
     assert counts[0] < counts[1]
 
 
-def test_what_cannot_be_is_refused(rubbing_system: Make) -> None:
-    system = rubbing_system()
+def test_what_cannot_be_is_refused(sliding_system: Make) -> None:
+    system = sliding_system()
     given = lambda _: system  # noqa: E731
     shares = Shares(0.1, 0.1)
     with pytest.raises(InputError, match=r"shares.harmonics: given 0.0: allowed are numbers"):

@@ -32,7 +32,7 @@ def _amplitude(response: Response) -> Floats:
     return np.asarray(response.amplitude[:, 0, 0])
 
 
-def _told(response: Response, source: str) -> Floats:
+def _estimated(response: Response, source: str) -> Floats:
     assert response.estimates is not None
     assert response.converged.all()
     np.testing.assert_allclose(response.estimates.amplitude, _amplitude(response), rtol=1e-9)
@@ -40,18 +40,18 @@ def _told(response: Response, source: str) -> Floats:
 
 
 @pytest.mark.parametrize("preload", [1.0, 0.3])
-def test_neglected_harmonics(rubbing_system: Make, preload: float) -> None:
-    system = rubbing_system(preload=preload)
+def test_neglected_harmonics(sliding_system: Make, preload: float) -> None:
+    system = sliding_system(preload=preload)
     best = _amplitude(frequency_response(system, HERTZ, Options(19), find_jumps=False))
     greatest = []
     for H in (1, 3, 5):
         found = adaptive_response(lambda _: system, HERTZ, LOOSE, Options(H), monitor=(0, 0))
-        told, made = _told(found, "harmonics"), best - _amplitude(found)
+        estimated, made = _estimated(found, "harmonics"), best - _amplitude(found)
         greatest.append(np.abs(made).max())
-        np.testing.assert_allclose(told, made, atol=0.5 * np.abs(made).max())
+        np.testing.assert_allclose(estimated, made, atol=0.5 * np.abs(made).max())
         # The highest point's is measured, and what is beyond allowed for.
         top = int(np.argmax(_amplitude(found)))
-        assert 0.6 < told[top] / made[top] < 2.0
+        assert 0.6 < estimated[top] / made[top] < 2.0
     assert greatest[0] > 5 * greatest[2]
 
 
@@ -66,23 +66,23 @@ def _softened(system: System, share: float) -> tuple[System, Callable[[int], Neg
     )
 
 
-def test_neglected_compliance(rubbing_system: Make) -> None:
-    system = rubbing_system()
+def test_neglected_compliance(sliding_system: Make) -> None:
+    system = sliding_system()
     softer, neglected = _softened(system, 1e-4)
     found = adaptive_response(
         lambda _: system, HERTZ, LOOSE, Options(9), monitor=(0, 0), neglected=neglected
     )
-    told = _told(found, "modes")
+    estimated = _estimated(found, "modes")
     made = _amplitude(frequency_response(softer, HERTZ, Options(9), find_jumps=False)) - _amplitude(
         found
     )
     assert np.abs(made / _amplitude(found)).max() > 1e-4
-    np.testing.assert_allclose(told, made, atol=0.05 * np.abs(made).max())
+    np.testing.assert_allclose(estimated, made, atol=0.05 * np.abs(made).max())
 
 
-def test_mesh_that_is_too_stiff(rubbing_system: Make) -> None:
+def test_mesh_that_is_too_stiff(sliding_system: Make) -> None:
     # Without slip or interference every natural frequency falls by a share if masses grow by two.
-    system = rubbing_system(mu=100.0)
+    system = sliding_system(mu=100.0)
     share = 1e-5
     asked = []
 
@@ -97,15 +97,15 @@ def test_mesh_that_is_too_stiff(rubbing_system: Make) -> None:
     best = _amplitude(
         frequency_response(replace(system, diameters=heavier), HERTZ, Options(1), find_jumps=False)
     )
-    told, made = _told(found, "mesh"), best - _amplitude(found)
+    estimated, made = _estimated(found, "mesh"), best - _amplitude(found)
     near = np.abs(made) > 0.5 * np.abs(made).max()  # where inertia and stiffness are alike
-    np.testing.assert_allclose(told[near], made[near], rtol=0.2)
+    np.testing.assert_allclose(estimated[near], made[near], rtol=0.2)
     assert set(asked) == {(1, 2)}
 
 
 @pytest.mark.parametrize("friction", ["orthogonal", "isotropic"])
-def test_samples(rubbing_system: Make, friction: str) -> None:
-    system = rubbing_system(preload=0.3)
+def test_samples(sliding_system: Make, friction: str) -> None:
+    system = sliding_system(preload=0.3)
     found = adaptive_response(
         lambda _: system, HERTZ, LOOSE, Options(3, samples=64, friction=friction), monitor=(0, 0)
     )
@@ -115,13 +115,13 @@ def test_samples(rubbing_system: Make, friction: str) -> None:
             system, HERTZ, Options(3, samples=finest, friction=friction), find_jumps=False
         )
     )
-    told, made = _told(found, "samples"), best - _amplitude(found)
+    estimated, made = _estimated(found, "samples"), best - _amplitude(found)
     assert np.abs(made / best).max() > 1e-6
-    assert 0.4 < np.abs(told).max() / np.abs(made).max() < 2.5
+    assert 0.4 < np.abs(estimated).max() / np.abs(made).max() < 2.5
 
 
-def test_estimates_survive_their_file(rubbing_system: Make, tmp_path: Path) -> None:
-    system = rubbing_system()
+def test_estimates_survive_their_file(sliding_system: Make, tmp_path: Path) -> None:
+    system = sliding_system()
     found = adaptive_response(lambda _: system, HERTZ[:5], LOOSE, monitor=(0, 0))
     found.save(tmp_path / "r.h5")
     again = Response.load(tmp_path / "r.h5")
@@ -130,19 +130,19 @@ def test_estimates_survive_their_file(rubbing_system: Make, tmp_path: Path) -> N
     np.testing.assert_array_equal(again.at([1]).error, found.error[[1]])
 
 
-def test_errors_of_a_peak(rubbing_system: Make) -> None:
-    system = rubbing_system()
+def test_errors_of_a_peak(sliding_system: Make) -> None:
+    system = sliding_system()
     exact = adaptive_response(lambda _: system, (0.165, 0.195), Shares(1e-5, 1e-5), monitor=(0, 0))
     coarse = adaptive_response(
         lambda _: system, (0.165, 0.195), Shares(0.03, 0.03), Options(1), monitor=(0, 0)
     )
-    best, told = peak_errors(exact), peak_errors(coarse)
+    best, estimated = peak_errors(exact), peak_errors(coarse)
     assert best.total < 1e-4
-    made = abs(told.amplitude / best.amplitude - 1)
-    assert 0.3 < told.total / made < 10
-    assert abs(told.frequency / best.frequency - 1) < 3 * told.total_frequency
-    assert told.sources == (*SOURCES, "frequencies")
-    assert np.isnan(told.amplitude_error["mesh"])
+    made = abs(estimated.amplitude / best.amplitude - 1)
+    assert 0.3 < estimated.total / made < 10
+    assert abs(estimated.frequency / best.frequency - 1) < 3 * estimated.total_frequency
+    assert estimated.sources == (*SOURCES, "frequencies")
+    assert np.isnan(estimated.amplitude_error["mesh"])
     assert coarse.estimates is not None
     ends = coarse.at([0, 1, 2])
     assert np.isnan(peak_errors(ends).amplitude_error["frequencies"])
@@ -152,9 +152,9 @@ def test_errors_of_a_peak(rubbing_system: Make) -> None:
         peak_errors(plain)
 
 
-def test_the_error_of_a_peak_takes_nothing_from_beyond_a_jump(rubbing_system: Make) -> None:
+def test_the_error_of_a_peak_takes_nothing_from_beyond_a_jump(sliding_system: Make) -> None:
     """A straight branch of slope 2 /Hz that ends at 4.5 of a curve in hertz, and a parabola."""
-    system = rubbing_system()
+    system = sliding_system()
     solved = adaptive_response(lambda _: system, np.linspace(0.17, 0.19, 9), Shares(0.1, 0.1))
     assert solved.estimates is not None
     f = np.arange(9.0)

@@ -23,14 +23,14 @@ def test_a_cubic_is_its_own_curve() -> None:
 
 
 @pytest.mark.parametrize("points", [9, 15, 25])
-def test_told_error_is_no_less_than_the_true_one_and_not_far_more(points: int) -> None:
+def test_estimated_error_is_no_less_than_the_true_one_and_not_far_more(points: int) -> None:
     x = np.sinh(np.linspace(-2, 2, points))
     curve = Interpolant(x, *_resonance(x))
-    told = curve.uncertainty()
+    estimated = curve.uncertainty()
     fine = x[:-1, None] + np.diff(x)[:, None] * np.linspace(0, 1, 40)
     true = np.abs(curve.at(fine.ravel()).reshape(fine.shape) - _resonance(fine)[0]).max(axis=1)
-    assert told.max() > true.max()
-    assert told.max() < 80 * true.max()
+    assert estimated.max() > true.max()
+    assert estimated.max() < 80 * true.max()
 
 
 def test_points_are_wanted_until_peak_and_curve_are_known() -> None:

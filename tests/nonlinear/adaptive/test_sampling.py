@@ -66,7 +66,7 @@ class Solver:
         """One that takes the same number everywhere."""
         return Solver(*self.branches)
 
-    def settled(self, point: Any) -> Any:
+    def with_measured_error(self, point: Any) -> Any:
         """The same."""
         return point
 

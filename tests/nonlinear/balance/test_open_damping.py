@@ -1,4 +1,4 @@
-"""Damping of the structure whose joints are open, told beside springs that stick."""
+"""Damping of the structure whose joints are open, given beside springs that stick."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -33,7 +33,7 @@ ZETA = 0.02
 def ring(random_system: Make, seed: int = 3, **more) -> System:
     """Four contacts that open and two that "free" leaves closed."""
     system = random_system(seed, damping_ratio=ZETA, **more)
-    joint = ("rub", "rub", "seat", "rub", "seat", "rub")
+    joint = ("pad", "pad", "seat", "pad", "seat", "pad")
     contacts = replace(system.contacts, joint=joint, always_closed=("seat",))
     return replace(system, contacts=contacts, damping_joints="open")
 
@@ -42,9 +42,9 @@ def matrices(system: System, k: int) -> tuple[np.ndarray, ...]:
     """K with the seat closed, the springs beside, M and C by definition."""
     given, n = system.at(k), len(system.at(k).K)
     B = system.contact_rows(k)
-    rub = np.array(system.contacts.joint) == "rub"
+    pad = np.array(system.contacts.joint) == "pad"
     springs = []
-    for chosen in (~rub, rub):
+    for chosen in (~pad, pad):
         b = B[chosen].reshape(-1, n)
         springs.append((b.conj().T * system.contacts.stiffness[chosen].reshape(-1)) @ b)
     free = given.K + springs[0]
@@ -53,7 +53,7 @@ def matrices(system: System, k: int) -> tuple[np.ndarray, ...]:
     return free, springs[1], given.M, (MV * (2 * ZETA * np.sqrt(omega2))) @ MV.conj().T
 
 
-def told(system: System, k: int, s: float) -> np.ndarray:
+def receptance(system: System, k: int, s: float) -> np.ndarray:
     """D̃⁻¹ by the modes."""
     modes = stuck_modes(system, k)
     return np.asarray(modes.shapes @ modes.solve(s, modes.shapes.conj().T))
@@ -64,7 +64,7 @@ def test_every_mode_of_the_free_ring_has_the_ratio(random_system: Make) -> None:
     for k in system.diameters:
         free, springs, M, _ = matrices(system, k)
         for s in (0.3, 1.7, 8.0):
-            full = la.inv(told(system, k, s)) - springs
+            full = la.inv(receptance(system, k, s)) - springs
             damping = (full - full.conj().T) / (2j * s)
             omega2, V = la.eigh(free, M)
             ratio = V.conj().T @ damping @ V / (2 * np.sqrt(omega2))
@@ -79,7 +79,7 @@ def test_dynamic_stiffness_is_that_in_full_coordinates(random_system: Make) -> N
         for s in (0.0, 0.4, resonance, 5.0):
             expected = la.inv(free + springs - s**2 * M + 1j * s * C)
             atol = 1e-11 * np.abs(expected).max()
-            np.testing.assert_allclose(told(system, k, s), expected, atol=atol)
+            np.testing.assert_allclose(receptance(system, k, s), expected, atol=atol)
 
 
 def test_stuck_ratio_of_two_masses_is_the_closed_form() -> None:
@@ -121,7 +121,7 @@ def test_open_gaps_answer_mode_by_mode(random_system: Make, first_frequency: Low
 
 def test_without_contacts_that_open_both_are_the_same(random_system: Make) -> None:
     system = ring(random_system)
-    held = replace(system.contacts, always_closed=("seat", "rub"))
+    held = replace(system.contacts, always_closed=("seat", "pad"))
     both = [replace(system, contacts=held, damping_joints=each) for each in ("open", "stuck")]
     a, b = (frequency_response(each, [0.1, 0.14], Options(3)) for each in both)
     np.testing.assert_array_equal(a.contact, b.contact)
@@ -142,8 +142,8 @@ def test_rigid_motions_of_the_free_structure_are_not_damped() -> None:
     modes = stuck_modes(system, 0)
     assert modes.damping.tolist() == [0.0]
     assert modes.poles().tolist() == [0.0]
-    np.testing.assert_allclose(told(system, 0, 1.0), [[1 / 3]], rtol=1e-12)
-    np.testing.assert_allclose(told(system, 0, 0.0), [[1 / 4]], rtol=1e-12)
+    np.testing.assert_allclose(receptance(system, 0, 1.0), [[1 / 3]], rtol=1e-12)
+    np.testing.assert_allclose(receptance(system, 0, 0.0), [[1 / 4]], rtol=1e-12)
 
 
 def test_massless_motion_that_only_opening_contacts_hold_is_refused() -> None:
@@ -175,7 +175,7 @@ def test_tables_are_exact(random_system: Make, first_frequency: Lowest) -> None:
             np.testing.assert_allclose(found.columns.all(h), all_, atol=1e-12 * np.abs(all_).max())
 
 
-def test_modes_that_count_statically_cost_what_is_told(
+def test_modes_that_count_statically_cost_what_is_estimated(
     random_system: Make, first_frequency: Lowest
 ) -> None:
     system = ring(random_system, seed=7, size=60, preload=10.0)
@@ -190,9 +190,9 @@ def test_modes_that_count_statically_cost_what_is_told(
 
 @pytest.mark.parametrize(("order", "hertz"), [(0, 0.163), (1, 0.18)])
 def test_audit_and_time_agree_with_the_balance(
-    rubbing_system: Make, order: int, hertz: float
+    sliding_system: Make, order: int, hertz: float
 ) -> None:
-    system = replace(rubbing_system(amplitude=5), engine_order=order, damping_joints="open")
+    system = replace(sliding_system(amplitude=5), engine_order=order, damping_joints="open")
     response = frequency_response(system, [hertz], Options(15))
     assert response.dissipation.sum() > 0
     audit = audit_response(system, response)
@@ -217,8 +217,8 @@ def test_time_integration_errs_by_the_square_of_the_step_where_all_sticks(
     # Started from another's vibration the ring comes to rest in its own.
     other = replace(system, force={1: Force(2 * system.force[1].vector)})
     begun = frequency_response(other, [0.3], Options(2))
-    settled = time_response(system, 0.3, 400, 200, 2, start=(begun, 0))
-    np.testing.assert_allclose(settled.x[1], stuck.x[1][0], atol=1e-6)
+    found = time_response(system, 0.3, 400, 200, 2, start=(begun, 0))
+    np.testing.assert_allclose(found.x[1], stuck.x[1][0], atol=1e-6)
 
 
 def test_exponents_of_a_stuck_ring_are_its_eigenvalues(random_system: Make) -> None:

@@ -1,4 +1,4 @@
-"""Modes that count by their static part alone: the error told against the error made."""
+"""Modes that count by their static part alone: the estimated error against the true one."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -13,7 +13,9 @@ Make = Callable[..., System]
 Lowest = Callable[[System], float]
 
 
-def test_truncation_told_is_the_error_made(random_system: Make, first_frequency: Lowest) -> None:
+def test_estimated_truncation_is_the_error_made(
+    random_system: Make, first_frequency: Lowest
+) -> None:
     system = random_system(7, size=60, preload=10.0, damping_ratio=0.01)
     hertz = first_frequency(system) * np.append(np.linspace(0.3, 0.8, 8), np.linspace(1.2, 2, 8))
     full = frequency_response(system, hertz, Options(3))

@@ -208,7 +208,7 @@ def test_jacobian_is_the_derivative(harmonics: int, constant_load: bool) -> None
         measured = (law(u + step * direction).w - law(u - step * direction).w) / (2 * step)
         exact = np.einsum("cdkej,cej->cdk", found.jacobian, direction)
         error = np.abs(measured - exact).max(axis=(1, 2)) / np.abs(exact).max(initial=1.0)
-        # A difference across an event that appears or vanishes within the step tells nothing.
+        # A difference across an event that appears or vanishes within the step means nothing.
         assert np.sort(error)[-6] < 1e-7
         assert np.median(error) < 1e-9
 

@@ -96,7 +96,7 @@ def test_solution_balances_in_full_coordinates_with_marched_forces(
 
 
 def planar(swing: complex, mu: float, v0: float, shake: float) -> System:
-    """A mass on unequal springs in a plane that rubs on the ground; another one shakes the load."""
+    """A mass on unequal springs slides on the ground in a plane; another one shakes the load."""
     K = np.diag([1.0, 1.3, 2.0])
     return System(
         sectors=1,
@@ -122,7 +122,7 @@ def planar(swing: complex, mu: float, v0: float, shake: float) -> System:
         (0.5j, 0.8, 2.0, SLIP_OPEN),
     ],
 )
-def test_mass_that_rubs_in_a_plane(swing: complex, v0: float, shake: float, state: int) -> None:
+def test_mass_that_slides_in_a_plane(swing: complex, v0: float, shake: float, state: int) -> None:
     system = planar(swing, 0.6, v0, shake)
     d, omega, steps, periods = system.at(0), 1.05, 4000, 30
     assert d.C is not None

@@ -1,4 +1,4 @@
-"""What `stability` refuses, tells and keeps."""
+"""What `stability` refuses, reports and keeps."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -105,7 +105,7 @@ def test_damping_that_couples_modes_is_refused():
         stability(system, response)
 
 
-def test_what_is_told_is_kept(wave, tmp_path: Path):
+def test_what_is_reported_is_kept(wave, tmp_path: Path):
     found = stability(impact(), wave, modes={0: stuck_modes(impact(), 0)})
     # The multiplier of the closed form is -1.3503: a period twice as long.
     assert found.verdict.tolist() == [UNSTABLE]
@@ -162,10 +162,10 @@ def test_neutral_motions_are_undecided():
     np.testing.assert_allclose(np.abs(found.multiplier[0, 0]), 1)
 
 
-def test_progress_is_told(wave):
-    told = []
-    stability(impact(), wave, progress=lambda *steps: told.append(steps))
-    assert told == [(1, 1)]
+def test_progress_is_reported(wave):
+    steps_done = []
+    stability(impact(), wave, progress=lambda *steps: steps_done.append(steps))
+    assert steps_done == [(1, 1)]
 
 
 def test_the_branch_between_folds_is_unstable_and_the_others_are_not():
@@ -176,7 +176,7 @@ def test_the_branch_between_folds_is_unstable_and_the_others_are_not():
     middle = (first + second) // 2
     chosen = [first // 2, middle, (second + path.points) // 2]
     assert found.unstable[chosen].tolist() == [False, True, False]
-    told = stability(system, path, chosen)
-    assert told.verdict.tolist() == [STABLE, UNSTABLE, STABLE]
-    assert abs(told.exponent[1, 0].imag) < 1e-9 * TURN * path.frequency[middle]
-    assert told.growing.tolist() == [0, 1, 0]
+    tested = stability(system, path, chosen)
+    assert tested.verdict.tolist() == [STABLE, UNSTABLE, STABLE]
+    assert abs(tested.exponent[1, 0].imag) < 1e-9 * TURN * path.frequency[middle]
+    assert tested.growing.tolist() == [0, 1, 0]

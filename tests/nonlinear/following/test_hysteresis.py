@@ -159,7 +159,7 @@ def test_a_fold_beyond_the_range_is_not_of_the_path(short: float) -> None:
     assert short == 1e-2 or last > high  # between the tip and the fold
 
 
-def test_points_that_miss_the_tolerance_are_told(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_points_that_miss_the_tolerance_are_reported(monkeypatch: pytest.MonkeyPatch) -> None:
     def missed(*given: Any, **options: Any) -> Solution:
         return replace(solve(*given, **options), converged=False)
 

@@ -93,9 +93,9 @@ def test_along_a_parameter_points_are_those_of_systems_changed_by_hand(
 @pytest.mark.parametrize("name", NAMES)
 @pytest.mark.parametrize(("coupling", "friction"), METHODS)
 def test_peaks_are_the_largest_of_a_fine_sweep(
-    rubbing_system: Make, name: str, coupling: str, friction: str
+    sliding_system: Make, name: str, coupling: str, friction: str
 ) -> None:
-    system = rubbing_system(preload=0.6)
+    system = sliding_system(preload=0.6)
     # A sampled law leaves kinks in the curve, the smaller the more samples there are.
     samples, exact = (1024, 2e-5) if friction == "isotropic" else (None, 1e-9)
     options = Options(3, coupling, friction, samples=samples)
@@ -113,7 +113,7 @@ def test_peaks_are_the_largest_of_a_fine_sweep(
         assert differ(found.at(i), swept.at([20])) < 1e-8
 
 
-def test_modes_left_out_are_told_wherever_a_state_was_solved(
+def test_modes_left_out_are_estimated_wherever_a_state_was_solved(
     random_system: Make, first_frequency: Lowest
 ) -> None:
     system = random_system(1, preload=3.0)
@@ -133,8 +133,8 @@ def test_modes_left_out_are_told_wherever_a_state_was_solved(
     np.testing.assert_allclose(both.branch.truncation, swept.truncation, rtol=1e-2)
 
 
-def test_peaks_of_sweeps_downwards_are_the_same_where_nothing_folds(rubbing_system: Make) -> None:
-    system = rubbing_system()
+def test_peaks_of_sweeps_downwards_are_the_same_where_nothing_folds(sliding_system: Make) -> None:
+    system = sliding_system()
     up, down = (
         peak_response(system, "force", [1.0], (0.15, 0.22), Options(1, direction=direction))
         for direction in ("up", "down")

@@ -206,7 +206,7 @@ def test_sweeps_pass_frequencies_as_the_options_say(monkeypatch: pytest.MonkeyPa
     assert all(begin > end for begin, end in passed)
 
 
-def test_a_state_at_rest_that_is_not_solved_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_state_at_rest_that_is_not_solved_is_reported(monkeypatch: pytest.MonkeyPatch) -> None:
     solved = RestStates.solved
 
     def missed(states: RestStates, slider: np.ndarray) -> Any:
@@ -220,7 +220,7 @@ def test_a_state_at_rest_that_is_not_solved_is_told(monkeypatch: pytest.MonkeyPa
 
 
 @pytest.mark.parametrize(("sharp", "distance"), [(True, 0.0), (False, np.inf)])
-def test_an_end_is_stationary_where_its_gradient_tells_all_changes_alone(
+def test_an_end_is_stationary_where_its_gradient_alone_gives_all_changes(
     monkeypatch: pytest.MonkeyPatch, sharp: bool, distance: float
 ) -> None:
     exact = Search.exact

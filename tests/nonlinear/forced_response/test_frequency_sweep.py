@@ -149,9 +149,9 @@ def test_load_raised_step_by_step_meets_the_direct_solution(
 def test_range_follows_the_curve(random_system: Make, first_frequency: Lowest) -> None:
     system = random_system(5, preload=10.0, damping_ratio=0.003)
     low, high = np.array([0.6, 2.2]) * first_frequency(system)
-    told: list[tuple[int, int, float, float]] = []
+    calls: list[tuple[int, int, float, float]] = []
     found = frequency_response(
-        system, (float(low), float(high)), Options(1), progress=lambda *each: told.append(each)
+        system, (float(low), float(high)), Options(1), progress=lambda *each: calls.append(each)
     )
     assert found.converged.all()
     assert found.frequency[0] == low
@@ -163,9 +163,9 @@ def test_range_follows_the_curve(random_system: Make, first_frequency: Lowest) -
     drawn = np.interp(fine.frequency, found.frequency, coarse)
     assert np.abs(drawn - exact).max() < 0.03 * exact.max()
     assert coarse.max() > 0.999 * exact.max()
-    assert [each[0] for each in told] == list(range(1, len(told) + 1))
-    assert told[-1][1] == told[-1][0]
-    assert max(each[3] for each in told) <= found.amplitude.max()
+    assert [each[0] for each in calls] == list(range(1, len(calls) + 1))
+    assert calls[-1][1] == calls[-1][0]
+    assert max(each[3] for each in calls) <= found.amplitude.max()
 
 
 def test_listed_frequencies_come_back_as_given(
@@ -173,14 +173,14 @@ def test_listed_frequencies_come_back_as_given(
 ) -> None:
     system = random_system(1)
     hertz = first_frequency(system) * np.array([1.4, 0.6, 1.0])
-    told: list[tuple[int, int, float, float]] = []
+    calls: list[tuple[int, int, float, float]] = []
     response = frequency_response(
-        system, hertz, Options(1), progress=lambda *each: told.append(each)
+        system, hertz, Options(1), progress=lambda *each: calls.append(each)
     )
     np.testing.assert_allclose(response.frequency, hertz, rtol=1e-15)
     single = frequency_response(system, hertz[:1], Options(1))
     np.testing.assert_allclose(response.x[1][0], single.x[1][0], atol=1e-8)
-    assert [each[:2] for each in told] == [(1, 3), (2, 3), (3, 3)]
+    assert [each[:2] for each in calls] == [(1, 3), (2, 3), (3, 3)]
 
 
 def test_loop_encloses_the_work_and_has_the_forces_of_the_balance(
@@ -294,13 +294,13 @@ def test_a_structure_without_contacts_is_linear() -> None:
 
 
 @pytest.mark.parametrize(
-    ("stiffness", "mass", "told"),
+    ("stiffness", "mass", "expected"),
     [
         (-1.0, 1.0, "some motion meets a negative stiffness"),
         (0.0, 0.0, "motion without mass is held"),
     ],
 )
-def test_what_no_contact_can_hold_is_refused(stiffness: float, mass: float, told: str) -> None:
+def test_what_no_contact_can_hold_is_refused(stiffness: float, mass: float, expected: str) -> None:
     loose = System(
         sectors=1,
         engine_order=0,
@@ -313,5 +313,5 @@ def test_what_no_contact_can_hold_is_refused(stiffness: float, mass: float, told
         },
         contacts=Contacts(np.ones(1), np.ones((1, 2)), np.zeros(1), np.ones(1)),
     )
-    with pytest.raises(InputError, match=told):
+    with pytest.raises(InputError, match=expected):
         frequency_response(loose, [1.0], Options(1))

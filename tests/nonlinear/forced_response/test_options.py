@@ -70,9 +70,9 @@ def test_what_cannot_be_honoured_is_refused_with_the_reason() -> None:
 def test_by_default_there_are_three_harmonics_and_the_way_is_up(random_system: Make) -> None:
     system = random_system(0)
     found = frequency_response(system, [0.3, 0.4])
-    told = frequency_response(system, [0.3, 0.4], Options(harmonics=3, direction="up"))
+    same = frequency_response(system, [0.3, 0.4], Options(harmonics=3, direction="up"))
     assert (found.harmonics, found.direction) == (3, "up")
-    np.testing.assert_array_equal(found.contact, told.contact)
+    np.testing.assert_array_equal(found.contact, same.contact)
 
 
 def test_at_rest_harmonics_and_couplings_make_no_difference(random_system: Make) -> None:

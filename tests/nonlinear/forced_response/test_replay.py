@@ -96,19 +96,19 @@ class Case:
     make: Callable[[Make, Make], Compute]
 
 
-def _range(random_system: Make, rubbing_system: Make) -> Compute:
-    system = rubbing_system(amplitude=2.0)
+def _range(random_system: Make, sliding_system: Make) -> Compute:
+    system = sliding_system(amplitude=2.0)
     return lambda journal: frequency_response(system, (0.15, 0.21), Options(3), journal=journal)
 
 
-def _many_contacts(random_system: Make, rubbing_system: Make) -> Compute:
+def _many_contacts(random_system: Make, sliding_system: Make) -> Compute:
     # More unknowns than are factored: GMRES, whose preconditioner goes from point to point.
     system = random_system(5, size=40, contacts=20, mu=0.1, damping_ratio=0.05, harmonics=3)
     hertz = np.linspace(0.02, 0.05, 8)
     return lambda journal: frequency_response(system, hertz, Options(3), journal=journal)
 
 
-def _uncoupled(random_system: Make, rubbing_system: Make) -> Compute:
+def _uncoupled(random_system: Make, sliding_system: Make) -> Compute:
     system = random_system(2, amplitude=3.0)
     hertz = np.linspace(0.05, 0.4, 12)
     return lambda journal: frequency_response(
@@ -116,31 +116,31 @@ def _uncoupled(random_system: Make, rubbing_system: Make) -> Compute:
     )
 
 
-def _adaptive(random_system: Make, rubbing_system: Make) -> Compute:
-    system = rubbing_system(amplitude=3.0)
+def _adaptive(random_system: Make, sliding_system: Make) -> Compute:
+    system = sliding_system(amplitude=3.0)
     shares = Shares(6e-3, 3e-3)
     return lambda journal: adaptive_response(
         growing(system), (0.14, 0.22), shares, monitor=(0, 0), journal=journal
     )
 
 
-def _isotropic(random_system: Make, rubbing_system: Make) -> Compute:
-    system = evened(rubbing_system(preload=0.5))
+def _isotropic(random_system: Make, sliding_system: Make) -> Compute:
+    system = evened(sliding_system(preload=0.5))
     shares = Shares(2e-2, 2e-2, 2e-2)
     return lambda journal: adaptive_response(
         growing(system), (0.15, 0.2), shares, Options(friction="isotropic"), journal=journal
     )
 
 
-def _ridge(random_system: Make, rubbing_system: Make) -> Compute:
-    system, values = rubbing_system(), np.geomspace(0.1, 2.0, 6)
+def _ridge(random_system: Make, sliding_system: Make) -> Compute:
+    system, values = sliding_system(), np.geomspace(0.1, 2.0, 6)
     return lambda journal: peak_response(
         system, "mu", values, (0.14, 0.22), Options(1), journal=journal
     )
 
 
-def _ridge_uncoupled(random_system: Make, rubbing_system: Make) -> Compute:
-    system, values = rubbing_system(), np.geomspace(0.1, 2.0, 3)
+def _ridge_uncoupled(random_system: Make, sliding_system: Make) -> Compute:
+    system, values = sliding_system(), np.geomspace(0.1, 2.0, 3)
     options = Options(1, "uncoupled", "isotropic")
     return lambda journal: peak_response(
         system, "mu", values, (0.14, 0.22), options, journal=journal
@@ -160,9 +160,9 @@ CASES = [
 
 @pytest.mark.parametrize("case", CASES, ids=lambda case: case.name)
 def test_wherever_it_is_cut_off_it_ends_at_the_same_bits(
-    case: Case, random_system: Make, rubbing_system: Make
+    case: Case, random_system: Make, sliding_system: Make
 ) -> None:
-    compute = case.make(random_system, rubbing_system)
+    compute = case.make(random_system, sliding_system)
     whole = Paper()
     expected = bits(compute(whole))
     count = len(whole.records)
@@ -180,16 +180,16 @@ def test_wherever_it_is_cut_off_it_ends_at_the_same_bits(
 
 
 @pytest.mark.parametrize("case", CASES[:4], ids=lambda case: case.name)
-def test_writing_down_changes_no_bit(case: Case, random_system: Make, rubbing_system: Make) -> None:
-    compute = case.make(random_system, rubbing_system)
+def test_writing_down_changes_no_bit(case: Case, random_system: Make, sliding_system: Make) -> None:
+    compute = case.make(random_system, sliding_system)
     assert bits(compute(Paper())) == bits(compute(None))
 
 
 @pytest.mark.parametrize("case", [CASES[0], CASES[3], CASES[4]], ids=lambda case: case.name)
 def test_no_number_depends_on_the_time_that_something_took(
-    case: Case, random_system: Make, rubbing_system: Make, monkeypatch: pytest.MonkeyPatch
+    case: Case, random_system: Make, sliding_system: Make, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    compute = case.make(random_system, rubbing_system)
+    compute = case.make(random_system, sliding_system)
     expected = bits(compute(None))
     rng = np.random.default_rng(0)
     for clock in ("process_time", "perf_counter", "monotonic", "time"):
@@ -197,8 +197,8 @@ def test_no_number_depends_on_the_time_that_something_took(
     assert bits(compute(None)) == expected
 
 
-def test_points_of_another_computation_are_not_taken(rubbing_system: Make) -> None:
-    one = rubbing_system()
+def test_points_of_another_computation_are_not_taken(sliding_system: Make) -> None:
+    one = sliding_system()
     hertz = np.linspace(0.15, 0.21, 10)
     paper = Paper()
     frequency_response(one, hertz, Options(3), journal=paper)
@@ -216,7 +216,7 @@ def test_arrays_come_back_in_their_order_and_objects_as_one() -> None:
         matrix: NDArray[np.float64]
 
     @dataclass(frozen=True)
-    class Told:
+    class Answer:
         shared: Shared
         numbers: dict[Any, Any]
 
@@ -235,18 +235,18 @@ def test_arrays_come_back_in_their_order_and_objects_as_one() -> None:
             1 + np.zeros((3, 2, 2), complex),
         ),
     }
-    ask = Replay(paper, (Shared,), (Told,))
-    given = ask("what", (1.0, "x"), lambda: Told(held, numbers))
-    given = ask("what", (1.0, "x"), lambda: Told(given.shared, {}))
-    replay = Replay(Paper(paper.records), (Shared,), (Told,))
+    ask = Replay(paper, (Shared,), (Answer,))
+    given = ask("what", (1.0, "x"), lambda: Answer(held, numbers))
+    given = ask("what", (1.0, "x"), lambda: Answer(given.shared, {}))
+    replay = Replay(Paper(paper.records), (Shared,), (Answer,))
 
-    def never() -> Told:
+    def never() -> Answer:
         raise AssertionError("computed again")
 
     first, second = (replay("what", (1.0, "x"), never) for _ in range(2))
     assert first.shared is second.shared
     assert first.shared.matrix.flags.f_contiguous
-    assert bits(first) == bits(Told(held, numbers))
+    assert bits(first) == bits(Answer(held, numbers))
     assert type(first.numbers[3, None]) is np.float64
     assert bits(given) == bits(second)
     assert len(paper.records[1]) < 200  # written once

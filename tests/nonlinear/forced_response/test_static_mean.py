@@ -161,8 +161,8 @@ def test_solution_balances_in_full_coordinates_with_marched_forces(
             assert np.abs(gap).max() < 2e-3 * load  # the marching's own error
 
 
-def rubbing(force: complex, shake: complex, v0: float) -> System:
-    """A mass that rubs on the ground while another one shakes the normal load of its contact."""
+def sliding(force: complex, shake: complex, v0: float) -> System:
+    """A mass that slides on the ground while another one shakes the normal load of its contact."""
     return System(
         sectors=1,
         engine_order=0,
@@ -182,7 +182,7 @@ def rubbing(force: complex, shake: complex, v0: float) -> System:
 def test_constant_load_is_the_closed_form_of_the_oscillator_with_a_jenkins_element() -> None:
     # However the normal load is shaken, even to tension: friction is bounded by μ times that at
     # rest. Harmonic balance with H = 1 is |k - mω² + iωc + κ(A)| A = f with Jenkins' κ(A).
-    system = rubbing(0.7, 3.0, 2.0)
+    system = sliding(0.7, 3.0, 2.0)
     static = static_response(system)
     limit = 0.3 * static.force[0, 0, 0, 0].real
     np.testing.assert_allclose(limit / 0.3, 0.9 * 2.0 / (1 + 0.9 / 2.0))
@@ -222,7 +222,7 @@ def test_constant_load_is_the_closed_form_of_the_oscillator_with_a_jenkins_eleme
 def test_time_integration_with_the_mean_held(coupling: str) -> None:
     # A contact that slips in every period forgets where it is on the average, so holding the mean
     # tangential displacement changes no other harmonic; the normal one is linear until it opens.
-    system = rubbing(0.7, 0.9, 2.0)
+    system = sliding(0.7, 0.9, 2.0)
     omega, steps, periods = 1.1, 4000, 40
     static = static_response(system).contact[0, 0, 0, 0].real
     M, K, C = np.array([1.0, 0.5]), np.array([1.0, 2.0]), np.array([0.06, 0.2])
@@ -260,7 +260,7 @@ def test_time_integration_with_the_mean_held(coupling: str) -> None:
 
 
 def test_contact_open_at_rest_stays_open_under_constant_load() -> None:
-    system = rubbing(0.7, 3.0, -0.2)
+    system = sliding(0.7, 3.0, -0.2)
     hertz = np.array([0.1, 0.15])
     held = frequency_response(system, hertz, Options(2, coupling="constant-load"))
     loose = frequency_response(system, hertz, Options(2, coupling="uncoupled"))
@@ -316,27 +316,27 @@ def test_ranges_directions_samples_and_loops_work_with_every_coupling(
     np.testing.assert_allclose(area, found.dissipation[point, contact], rtol=2e-3)
 
 
-def test_an_unconverged_state_at_rest_is_told_of_every_point(random_system: Make) -> None:
+def test_an_unconverged_state_at_rest_marks_every_point(random_system: Make) -> None:
     system = random_system(1, preload=10.0, amplitude=0.01)
     prepared = structure(system, 1)
     law = contact_law(system.contacts, 1)
     moving = solve(fixed(prepared.balance(1.0), law), np.zeros((6, 3, 3)), 0.0)
     assert moving.converged
     rest = replace(moving, converged=False, residual=0.5)
-    told = with_static_mean(moving, rest)
-    assert not told.converged
-    assert told.residual == 0.5
+    joined = with_static_mean(moving, rest)
+    assert not joined.converged
+    assert joined.residual == 0.5
 
 
 def test_static_load_that_grows_with_the_frequency_needs_the_coupled_balance() -> None:
-    system = rubbing(0.7, 0.0, 1.0)
+    system = sliding(0.7, 0.0, 1.0)
     load = {**system.force, 0: Force(np.ones(2, complex), 2)}
     with pytest.raises(InputError, match="force/0 grows with the frequency"):
         frequency_response(replace(system, force=load), [0.1], Options(1, coupling="uncoupled"))
 
 
 def test_an_audit_is_refused_where_it_would_judge_by_another_law() -> None:
-    system = rubbing(0.7, 0.0, 1.0)
+    system = sliding(0.7, 0.0, 1.0)
     for coupling, friction in (("uncoupled", "orthogonal"), ("coupled", "isotropic")):
         response = frequency_response(
             system, [0.1], Options(1, coupling=coupling, friction=friction)

@@ -53,7 +53,7 @@ def integrate(
 
 
 def single(mu: float, force: float, ratio: float = 0.03) -> System:
-    """A mass on a spring of 1 N/m, rubbing on the ground under a load of 1 N."""
+    """A mass on a spring of 1 N/m, sliding on the ground under a load of 1 N."""
     return System(
         sectors=1,
         engine_order=0,
@@ -71,7 +71,7 @@ def single(mu: float, force: float, ratio: float = 0.03) -> System:
 
 
 @pytest.mark.parametrize(("mu", "ratio"), [(0.3, 1.0), (0.6, 0.9), (0.3, 0.45)])
-def test_oscillator_that_rubs_on_the_ground(mu: float, ratio: float) -> None:
+def test_oscillator_that_slides_on_the_ground(mu: float, ratio: float) -> None:
     omega, force, steps = 1.15 * ratio, 0.7, 4000
     system = single(mu, force)
     M, K, C = [1.0], np.eye(1), np.array([[0.06]])

@@ -97,7 +97,7 @@ def test_orientation_is_the_sign_of_the_dense_determinant(
     np.testing.assert_array_equal(found, expected)
 
 
-def test_gmres_stops_at_the_tolerance_and_tells_eigenvalues() -> None:
+def test_gmres_stops_at_the_tolerance_and_gives_eigenvalues() -> None:
     rng = np.random.default_rng(0)
     turn = np.linalg.qr(rng.normal(size=(80, 80)))[0]
     values = np.concatenate([[-0.3, 0.02], rng.uniform(0.8, 1.2, 78)])

@@ -35,7 +35,7 @@ def test_modes_step_exactly_or_settle() -> None:
 
 
 def single(mu: float, force: float, v0: float) -> System:
-    """A mass on a spring of 1 N/m that rubs on the ground, and one that bounces."""
+    """A mass on a spring of 1 N/m that slides on the ground, and one that bounces."""
     return System(
         sectors=1,
         engine_order=0,

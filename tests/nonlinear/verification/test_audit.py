@@ -43,8 +43,8 @@ def test_blocks_of_a_period_march_as_one_step_after_the_other(
     assert stepwise[:, :, 0].min() > 0
     found = march_contacts(made, q, 4096)
     np.testing.assert_allclose(found.force, coefficients(stepwise, 3), atol=1e-13)
-    rubbing = found.work > 0
-    assert 5 <= rubbing.sum() <= 15
+    slipping = found.work > 0
+    assert 5 <= slipping.sum() <= 15
 
 
 def test_error_of_marching_falls_with_the_square_of_the_samples() -> None:

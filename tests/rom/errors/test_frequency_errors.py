@@ -108,12 +108,12 @@ def test_frequency_errors_against_the_sector(small_ring, k, modes, stuck):
     assert np.all(found > -1e-9)
     np.testing.assert_allclose(errors.total, errors.vane + errors.casing)
     complete = min(vane.at(k).complete, casing.at(k).complete)
-    told = np.isfinite(errors.total) & (errors.frequency < 0.7 * complete) & (found > 1e-10)
-    ratio = errors.total[told] / found[told]
+    compared = np.isfinite(errors.total) & (errors.frequency < 0.7 * complete) & (found > 1e-10)
+    ratio = errors.total[compared] / found[compared]
     assert np.all(ratio > 0.95)
     assert np.all(ratio < 2)
     if modes >= 16:
-        assert told.sum() >= 5
+        assert compared.sum() >= 5
     # Beyond the modes that a part keeps in full nothing is promised.
     assert np.all(np.isinf(errors.total[errors.frequency > complete]))
 
@@ -254,17 +254,17 @@ def test_response_errors_against_the_sector(small_ring, exact, modes, stuck):
     missing = np.array(whole) - output
     size = np.abs(whole).max(axis=2)
     true = np.abs(missing).max(axis=2) / size
-    told = np.abs(error).max(axis=2) / size
+    estimated = np.abs(error).max(axis=2) / size
     seen = true > 1e-7
     assert seen.any()
-    assert np.all(told[seen] > 0.75 * true[seen])
-    assert np.all(told[seen] < 1.5 * true[seen])
+    assert np.all(estimated[seen] > 0.75 * true[seen])
+    assert np.all(estimated[seen] < 1.5 * true[seen])
     # The estimate has a direction and a phase: with it the output is closer to the truth.
     left = np.abs(missing - error).max(axis=2) / size
     assert np.all(left[seen] < 0.7 * true[seen])
 
 
-def test_errors_that_no_route_tells_are_refused(small_ring):
+def test_errors_that_no_route_estimates_are_refused(small_ring):
     model = small_ring[1]
     vane = rom.reduce(small_ring[0], VANE, 4)
     for route in ("direct", "paper"):

@@ -47,10 +47,10 @@ def test_motions_that_differ_by_little_stay_apart(ring_sector):
     rng = np.random.default_rng(0)
     moved = rng.standard_normal((shared.faces, len(shared.problem.rows)))
     other = rng.standard_normal(moved.shape)
-    other[:, 1::2] = other[:, ::2] + 1e-11 * other[:, 1::2]  # hard to tell from one another
+    other[:, 1::2] = other[:, ::2] + 1e-11 * other[:, 1::2]  # hard to distinguish
     for changed in (moved, other):
         found = shared.answers.at(changed)
         U = shared.answers._motions
         np.testing.assert_allclose(U.T @ U, np.eye(U.shape[1]), atol=1e-13)
-        told = U @ found.coefficients[len(shared.problem.rows) :]
-        np.testing.assert_allclose(told, changed, atol=1e-10)
+        restored = U @ found.coefficients[len(shared.problem.rows) :]
+        np.testing.assert_allclose(restored, changed, atol=1e-10)

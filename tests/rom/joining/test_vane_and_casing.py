@@ -117,17 +117,17 @@ def test_all_nodal_diameters_are_insisted_on_if_asked(scene):
 
 def test_a_file_that_holds_a_system_in_its_group_says_so(scene, tmp_path):
     path = tmp_path / "results.h5"
-    told = f"{path}: expected the format 'vanelock-system' in its attributes"
+    expected = f"{path}: expected the format 'vanelock-system' in its attributes"
     with h5py.File(path, "w") as file:
         file["mine"] = 1
     with pytest.raises(InputError) as caught:
         rom.System.load(path)
-    assert str(caught.value) == told
+    assert str(caught.value) == expected
     with h5py.File(path, "a") as file:
         scene.system.save(file.create_group("system"))
     with pytest.raises(InputError) as caught:
         rom.System.load(path)
-    assert str(caught.value) == f"{told}; a results file holds it in its group /system"
+    assert str(caught.value) == f"{expected}; a results file holds it in its group /system"
     with h5py.File(path) as file:
         assert rom.System.load(file["system"]).sectors == 16
 

@@ -75,10 +75,10 @@ def test_help_is_plain_where_nothing_is_asked(tmp_path):
 
 def test_empty_paths_are_refused(tmp_path):
     (tmp_path / "a.toml").write_text("")
-    told = "vanelock: Invalid value for {}: must not be empty"
-    assert refused("run", "a.toml", "-o", "", cwd=tmp_path) == told.format("'--output' / '-o'")
-    assert refused("run", "", cwd=tmp_path) == told.format("'STUDY'")
-    assert refused("init", "", cwd=tmp_path) == told.format("'PATH'")
+    refusal = "vanelock: Invalid value for {}: must not be empty"
+    assert refused("run", "a.toml", "-o", "", cwd=tmp_path) == refusal.format("'--output' / '-o'")
+    assert refused("run", "", cwd=tmp_path) == refusal.format("'STUDY'")
+    assert refused("init", "", cwd=tmp_path) == refusal.format("'PATH'")
     assert [path.name for path in tmp_path.iterdir()] == ["a.toml"]
 
 

@@ -20,7 +20,7 @@ COMMANDS = sorted(
 )
 
 
-def told(*words: str) -> str:
+def printed(*words: str) -> str:
     done = CliRunner().invoke(app, [*words, "--help"], prog_name="vanelock", terminal_width=200)
     assert done.exit_code == 0
     return done.output
@@ -28,7 +28,7 @@ def told(*words: str) -> str:
 
 @pytest.mark.parametrize("name", COMMANDS)
 def test_a_command_has_purpose_example_statuses_and_pages(name: str) -> None:
-    text = told(name)
+    text = printed(name)
     missing = "add the command to vanelock/commands/guidance.py"
     purpose = text.partition("Arguments:")[0].partition("Usage:")[2]
     assert len(purpose.split()) > 8, missing
@@ -43,7 +43,7 @@ def test_a_command_has_purpose_example_statuses_and_pages(name: str) -> None:
 
 
 def test_the_help_of_all_shows_the_way_of_a_first_study() -> None:
-    text = told()
+    text = printed()
     steps = re.findall(r"^    vanelock (\w+) ", text, re.MULTILINE)
     assert steps == ["init", "check", "mesh", "run", "converge", "compare"]
     assert set(steps) <= set(COMMANDS)

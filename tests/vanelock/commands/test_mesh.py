@@ -160,21 +160,21 @@ def test_what_cannot_be_used_is_one_line(tmp_path, text, arguments, line):
     (tmp_path / "half" / "mesh").write_text("a file")
     done = call("a.toml", *arguments, cwd=tmp_path)
     assert (done.returncode, done.stdout) == (2, "")
-    (told,) = done.stderr.splitlines()
-    assert told.startswith(f"vanelock: {line}")
+    (message,) = done.stderr.splitlines()
+    assert message.startswith(f"vanelock: {line}")
 
 
 @pytest.mark.slow
 def test_a_sweep_of_dimensions_is_not_meshed_silently(tmp_path, monkeypatch):
     monkeypatch.setattr("vanelock.commands.mesh._pictures", lambda *_: [])
     text = STUDY + '[sweep]\n"vane.chord" = [0.046, 0.047]\n'
-    told: list[Any] = []
-    found = mesh_study(parse_study(text), tmp_path, told.append)
-    assert {event.stage for event in told if isinstance(event, Done)} == {
+    events: list[Any] = []
+    found = mesh_study(parse_study(text), tmp_path, events.append)
+    assert {event.stage for event in events if isinstance(event, Done)} == {
         "mesh vane",
         "mesh casing",
     }
-    (notice,) = (event.text for event in told if isinstance(event, Notice))
+    (notice,) = (event.text for event in events if isinstance(event, Notice))
     assert notice == "the sweep changes the geometry; these meshes have the unswept values"
     assert found["vane"].dofs == 3 * found["vane"].nodes
 
@@ -194,7 +194,7 @@ def test_figures_of_boxes(lattice, cell_type):
     assert found.sicn[0] == pytest.approx(mesh.quality(part).smallest_sicn if tetra else 1)
 
 
-def test_a_bent_hexahedron_is_told_by_its_smallest_corner(lattice):
+def test_a_bent_hexahedron_is_found_by_its_smallest_corner(lattice):
     def stretched(p):
         return p * np.column_stack([1 + 0 * p[:, 0], 1 - 0.5 * p[:, 0], 1 + 0 * p[:, 0]])
 

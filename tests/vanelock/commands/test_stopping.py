@@ -36,20 +36,20 @@ report = false
 GOES_ON = (
     "vanelock: stopped; finished work is kept in runs/a, and the same command goes on from there\n"
 )
-# The command, which sends itself a signal as soon as it tells that a stage begins, or is done.
+# The command, which sends itself a signal as soon as it prints that a stage begins, or is done.
 STOPPED = """
 import os, sys
 from vanelock import __main__ as command
 from vanelock.pipeline import progress
 
-tell, (event, stage, number, *arguments) = progress.json_lines, sys.argv[1:]
+json_lines, (event, stage, number, *arguments) = progress.json_lines, sys.argv[1:]
 
-def told(said):
-    tell(said)
+def printed(said):
+    json_lines(said)
     if type(said).__name__ == event and said.stage == stage:
         os.kill(os.getpid(), int(number))
 
-progress.json_lines = told
+progress.json_lines = printed
 command.main(arguments)
 """
 

@@ -37,7 +37,7 @@ def test_rows_in_si_are_shown_in_the_units_of_their_columns() -> None:
     assert area.by_head() == {"area (mm^2)": [1e6]}
 
 
-def test_whole_numbers_are_told_in_full_and_others_to_four_digits() -> None:
+def test_whole_numbers_are_printed_in_full_and_others_to_four_digits() -> None:
     plain, exact = Column("n"), Column("f", form=".6g")
     assert [plain.text(each) for each in (1234567, 12.34567, None, "text", True)] == [
         "1,234,567", "12.35", "-", "text", "yes",
@@ -56,8 +56,8 @@ def test_columns_are_left_out_by_name_or_because_they_are_empty() -> None:
     assert [each.head for each in table().without_empty("H", "x").columns] == ["case", "peak", "H"]
 
 
-def test_what_columns_tell_stands_below_with_the_notes() -> None:
+def test_what_columns_say_stands_below_with_the_notes() -> None:
     columns = (*heads("case"), Column("x", note="x: from 0"), Column("y", note="y: to 1"))
-    told = Table("Cases", columns, [], ("a note",))
-    assert told.lines == ["x: from 0; y: to 1.", "a note"]
-    assert told.without("x").lines == ["y: to 1.", "a note"]
+    table = Table("Cases", columns, [], ("a note",))
+    assert table.lines == ["x: from 0; y: to 1.", "a note"]
+    assert table.without("x").lines == ["y: to 1.", "a note"]

@@ -36,7 +36,7 @@ def test_a_study_far_above_the_tenth_mode_answers_like_the_unreduced_sector(
     )
     stages = Stages(Cache(tmp_path, print), lambda event: None)
     (case,) = cases(study)
-    planned = fixed(case, [0, 1], lambda *told: None)
+    planned = fixed(case, [0, 1], lambda *notice: None)
     system = stages.get(planned.linear.system)
     assert system.band is not None
     assert system.band > 4000
@@ -67,8 +67,8 @@ def test_what_a_study_asks_for() -> None:
     least = least_band(asked)
     assert least is not None
     assert 1.05 * 20000 / 60 * 7 <= least <= 1.05 * 2 ** (1 / 3) * 20000 / 60 * 7
-    warm = '[material.vane]\nE_at = [[20, "200 GPa"], [600, "50 GPa"]]\nE = "200 GPa"\n'
-    assert softest(parse_study(warm + "[temperature]\nvane = 480\n")) == pytest.approx(0.25)
+    heated = '[material.vane]\nE_at = [[20, "200 GPa"], [600, "50 GPa"]]\nE = "200 GPa"\n'
+    assert softest(parse_study(heated + "[temperature]\nvane = 480\n")) == pytest.approx(0.25)
     assert least_band({}) is None
 
 

@@ -16,7 +16,7 @@ from vanelock.results.files.run_folder import claimed
 MEGABYTES = 900
 
 
-def told(path: Path) -> str:
+def refusal(path: Path) -> str:
     """The one line that `vanelock check` says under a limit of memory and processor time."""
 
     def limit() -> None:
@@ -71,7 +71,7 @@ def told(path: Path) -> str:
 def test_large_studies(tmp_path, text, expected):
     path = tmp_path / "study.toml"
     path.write_text(text)
-    assert expected in told(path)
+    assert expected in refusal(path)
 
 
 def test_the_limits_leave_room():

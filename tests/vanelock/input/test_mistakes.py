@@ -1,4 +1,4 @@
-"""Every mistake of a study is told, in the order of the file, and none that nobody made."""
+"""Every mistake of a study is reported, in the order of the file, and none that nobody made."""
 
 import pytest
 
@@ -91,7 +91,7 @@ def test_what_hangs_on_a_wrong_value_is_not_judged(tmp_path):
         assert "must" in line or "at least" in line
 
 
-def test_dimensions_that_do_not_fit_are_all_told(tmp_path):
+def test_dimensions_that_do_not_fit_are_all_reported(tmp_path):
     text = "[casing]\nrail_inner_radius = 0.572\ngroove_mouth = 0.084\n[damping]\nratio = 2"
     assert [line.partition(" = ")[0] for line in mistakes(tmp_path, text)] == [
         "vane.outer_shroud_outer_radius",

@@ -1,4 +1,4 @@
-"""Numbers that are allowed but look like those of another unit are told, with what may be meant."""
+"""Numbers that are allowed but look like those of another unit are reported, with a guess."""
 
 from pathlib import Path
 
@@ -9,7 +9,7 @@ from vanelock.input.plausible import unusual
 
 
 @pytest.mark.parametrize(
-    ("text", "told"),
+    ("text", "expected"),
     [
         (
             "[material.vane]\nrho = 8.2e-9",
@@ -38,13 +38,13 @@ from vanelock.input.plausible import unusual
         ),
     ],
 )
-def test_a_number_of_another_unit_is_told(tmp_path: Path, text: str, told: str) -> None:
+def test_a_number_of_another_unit_is_reported(tmp_path: Path, text: str, expected: str) -> None:
     path = tmp_path / "my.toml"
     path.write_text(text)
-    assert unusual(load_study(path)) == (told,)
-    assert ("warning", told) in check_file(path).rows
+    assert unusual(load_study(path)) == (expected,)
+    assert ("warning", expected) in check_file(path).rows
 
 
-def test_usual_numbers_are_not_told(tmp_path: Path) -> None:
+def test_usual_numbers_are_not_reported(tmp_path: Path) -> None:
     (tmp_path / "my.toml").write_text(template_text())
     assert unusual(load_study(tmp_path / "my.toml")) == unusual(Study()) == ()

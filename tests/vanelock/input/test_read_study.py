@@ -312,15 +312,15 @@ def test_one_line_for_one_mistake(text, line):
 
 
 def test_dimensions_that_contradict_one_another():
-    told = complaint("[vane]\nleg_front = 0.09")
-    assert told.startswith("vane.toml: vane.leg_rear = 0.0885")
-    assert "leg_front = 0.09" in told
-    assert len(told.splitlines()) == 1
+    message = complaint("[vane]\nleg_front = 0.09")
+    assert message.startswith("vane.toml: vane.leg_rear = 0.0885")
+    assert "leg_front = 0.09" in message
+    assert len(message.splitlines()) == 1
 
 
-def test_an_accuracy_is_refused_where_it_could_not_be_told():
-    told = "vane.toml: accuracy = 0.5: relative error of the largest response must be < 0.3"
-    assert complaint("accuracy = 0.5") == told
+def test_an_accuracy_is_refused_where_it_could_not_be_estimated():
+    expected = "vane.toml: accuracy = 0.5: relative error of the largest response must be < 0.3"
+    assert complaint("accuracy = 0.5") == expected
     assert "must be >= 0.0001" in complaint("accuracy = 1e-5")
     direct = complaint('accuracy = 0.01\n[rom]\nroute = "direct"')
     assert direct == (
@@ -345,17 +345,17 @@ def test_monitor_names_a_node_and_a_component():
     wanted = "casing output 2, axial"
     assert parse_study(f'[outputs]\nmonitor = "{wanted}"').outputs.monitor == wanted
     for absent in ("blade", "vane output 9, radial", "casing output 0"):
-        told = complaint(f'[outputs]\nmonitor = "{absent}"')
-        assert told.startswith(f'vane.toml: outputs.monitor = "{absent}": expected an output node')
-        assert "output 1 to 3" in told
+        text = complaint(f'[outputs]\nmonitor = "{absent}"')
+        assert text.startswith(f'vane.toml: outputs.monitor = "{absent}": expected an output node')
+        assert "output 1 to 3" in text
 
 
 def test_former_names_are_refused_with_the_present_one():
     assert complaint('[outputs]\nmonitor = "vane accessory 2, radial"').endswith(
         'accessory nodes are called output nodes now: "vane output 2, radial"'
     )
-    told = complaint('[vane]\nmesh = "a.inp"\n[vane.sets]\naccessory = "x"')
-    assert told.endswith("vane.sets: accessory: the set of output nodes is called output now")
+    message = complaint('[vane]\nmesh = "a.inp"\n[vane.sets]\naccessory = "x"')
+    assert message.endswith("vane.sets: accessory: the set of output nodes is called output now")
 
 
 def test_parts_that_do_not_fit_are_refused_on_reading(tmp_path):

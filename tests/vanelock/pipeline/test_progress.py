@@ -110,9 +110,9 @@ def test_stage_times_add_up():
 
 
 def test_json_is_one_valid_object_a_line(capsys):
-    told = {"cases": [{"x": np.nan, "y": float("inf"), "z": (1, 2.5)}]}
+    summary = {"cases": [{"x": np.nan, "y": float("inf"), "z": (1, 2.5)}]}
     json_lines(Done("mesh", 1.5, False))
-    json_lines(Finished("runs/a", 2.0, told))
+    json_lines(Finished("runs/a", 2.0, summary))
     lines = capsys.readouterr().out.splitlines()
     assert json.loads(lines[0]) == {
         "event": "done",
@@ -146,7 +146,7 @@ def test_time_left_follows_the_work(monkeypatch):
     assert round(clock.point(5, 10, 1e-6).left, 9) == 5
 
 
-def test_no_time_left_is_told_where_nobody_knows_it(monkeypatch, capsys):
+def test_no_time_left_is_shown_where_nobody_knows_it(monkeypatch, capsys):
     text = "accuracy = 0.05\n[response]\nrange = [1, 2]"
     planned = plan(cases(parse_study(text)), lambda *_: None)
     clock = Clock(planned)

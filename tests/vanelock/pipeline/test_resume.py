@@ -46,7 +46,7 @@ def disk_of(size: int) -> Iterator[None]:
         resource.setrlimit(resource.RLIMIT_FSIZE, before)
 
 
-def told(caught: pytest.ExceptionInfo[InputError], path: Path) -> str:
+def reason(caught: pytest.ExceptionInfo[InputError], path: Path) -> str:
     """The reason in an error of one line about a path."""
     line = str(caught.value)
     assert "\n" not in line
@@ -138,7 +138,7 @@ def test_a_journal_on_a_full_disk_ends_with_a_whole_record(written: Path) -> Non
         opened.add(b"x" * 400)
         with pytest.raises(InputError) as caught:
             opened.add(b"y" * 400)
-    assert told(caught, written) == "File too large"
+    assert reason(caught, written) == "File too large"
     assert read(written) == ([*RECORDS, b"x" * 400], [])
 
 
@@ -207,7 +207,7 @@ def test_a_full_disk_leaves_the_cache_as_it_was(tmp_path: Path) -> None:
     before = sorted(cache.folder.rglob("*"))
     with disk_of(100_000), pytest.raises(InputError) as caught:
         cache.store("large", "key", large, 1.0)
-    assert told(caught, cache.folder) == "File too large"
+    assert reason(caught, cache.folder) == "File too large"
     assert sorted(cache.folder.rglob("*")) == before
     assert cache.load("small", "key", Numbers) is not None
     cache.store("large", "key", large, 1.0)
@@ -219,10 +219,10 @@ def test_a_full_disk_leaves_the_results_as_they_were(tmp_path: Path) -> None:
         file["one"] = np.arange(10.0)
     results.flush()
     before = results.path.read_bytes()
-    for places, told_of in (((), results.path), (("two",), tmp_path / "results")):
+    for places, named in (((), results.path), (("two",), tmp_path / "results")):
         with disk_of(100_000), pytest.raises(InputError) as caught, results.edit(*places) as file:
             file["two"] = np.arange(1e5)
-        assert told(caught, told_of) == "File too large"
+        assert reason(caught, named) == "File too large"
         assert results.path.read_bytes() == before
         assert [path.name for path in tmp_path.rglob("*.*")] == ["results.h5"]
 
@@ -258,7 +258,7 @@ def test_a_complete_file_of_the_same_study_stays_until_the_next_one_is(tmp_path:
     assert seen() == ("b", False, False)
 
 
-def test_results_removed_under_a_run_are_told(tmp_path: Path) -> None:
+def test_results_removed_under_a_run_are_reported(tmp_path: Path) -> None:
     results = Results(tmp_path / "results.h5")
     with results.edit() as file:
         file["one"] = 1
@@ -267,7 +267,7 @@ def test_results_removed_under_a_run_are_told(tmp_path: Path) -> None:
     results.path.unlink()
     with pytest.raises(InputError) as caught, results.edit() as file:
         file["two"] = 2
-    assert told(caught, results.path) == "No such file or directory"
+    assert reason(caught, results.path) == "No such file or directory"
 
 
 def test_a_folder_is_held_by_one_run(tmp_path: Path) -> None:
@@ -303,7 +303,7 @@ def test_writers_leave_no_part_of_a_file(tmp_path: Path, name: str) -> None:
     path = tmp_path / "made.txt"
     with disk_of(2000), pytest.raises(InputError) as caught:
         WRITERS[name](path)
-    assert told(caught, path) == "File too large"
+    assert reason(caught, path) == "File too large"
     assert list(tmp_path.iterdir()) == []
 
 
@@ -326,7 +326,7 @@ def command(*arguments: str | Path, **options: Any) -> subprocess.CompletedProce
     )
 
 
-def test_a_folder_that_may_not_be_written_is_told_in_a_line(tmp_path: Path) -> None:
+def test_a_folder_that_may_not_be_written_is_refused_in_a_line(tmp_path: Path) -> None:
     study = tmp_path / "study.toml"
     study.write_text("")
     folder = tmp_path / "run"
@@ -340,7 +340,7 @@ def test_a_folder_that_may_not_be_written_is_told_in_a_line(tmp_path: Path) -> N
     assert [path.name for path in folder.iterdir()] == [".lock"]
 
 
-def test_results_open_in_another_program_are_told_in_a_line(tmp_path: Path) -> None:
+def test_results_open_in_another_program_are_refused_in_a_line(tmp_path: Path) -> None:
     study, folder = tmp_path / "study.toml", tmp_path / "run"
     study.write_text("")
     results = Results(folder / "results.h5")

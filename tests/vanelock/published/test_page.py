@@ -11,7 +11,7 @@ def case(peak, converged=9):
     return SimpleNamespace(peak=peak, converged=converged, points=9, worst=3e-4)
 
 
-def test_peaks_that_are_none_are_told():
+def test_peaks_that_are_none_are_reported():
     inside, end = Peak(3, 250.0, 1e-5, False), Peak(8, 300.0, 1e-5, True)
     summaries = {
         "reference": case(inside),

@@ -65,10 +65,10 @@ def wide(sector):
     return map_of(sector, (0.1, 0.2, 0.3, 0.4, 0.5), METHODS[:1])
 
 
-def solved(peak_map, folder, told=lambda *told: None):
+def solved(peak_map, folder, progress=lambda *progress: None):
     """The plane, and how many of its points were computed."""
     stages = Stages(Cache(folder, print), silent)
-    found = stages.get(peak_map.plane(told))
+    found = stages.get(peak_map.plane(progress))
     return found, sum(not stages.done[point.key].cached for point in peak_map.steps())
 
 
@@ -121,11 +121,11 @@ def test_several_processes_find_the_same(wide, tmp_path):
 
     more = stages, cache, silent, lambda: 0.0, lambda: None
     with in_background(executor, divide, *more):
-        two = stages.get(wide.plane(lambda *told: heard.append(told)))
+        two = stages.get(wide.plane(lambda *each: heard.append(each)))
     assert made
     assert not any(stages.done[point.key].seconds == 0 for point in wide.steps())
     same(one, two)
-    assert [told[:2] for told in heard] == [(i + 1, 10) for i in range(10)]
+    assert [each[:2] for each in heard] == [(i + 1, 10) for i in range(10)]
     assert not Maps({"": wide}, {}, ()).jobs(cache)
 
 

@@ -78,7 +78,7 @@ def test_harmonics_of_the_scene_have_their_own_diameters():
 
 
 @pytest.mark.parametrize(
-    ("more", "told"),
+    ("more", "expected"),
     [
         ('[sweep]\n"joints.interlock.mu" = [0.1]', "campaign: cannot be combined with sweep"),
         ("[excitation]\nengine_orders = [1, 2]", "combined with excitation.engine_orders"),
@@ -86,13 +86,13 @@ def test_harmonics_of_the_scene_have_their_own_diameters():
         ("[response]\nsamples = 512", "combined with response.samples"),
     ],
 )
-def test_what_a_campaign_cannot_have_is_refused(more, told):
-    with pytest.raises(InputError, match=told):
+def test_what_a_campaign_cannot_have_is_refused(more, expected):
+    with pytest.raises(InputError, match=expected):
         parse_study(f"[campaign]\n{more}")
 
 
 @pytest.mark.parametrize(
-    ("table", "told"),
+    ("table", "expected"),
     [
         ("mu = [0.3, 0.1]", "campaign.mu = [0.3, 0.1]: must ascend"),
         ("reference_mu = 0.2", "campaign.reference_mu = 0.2: must be one of mu"),
@@ -101,11 +101,11 @@ def test_what_a_campaign_cannot_have_is_refused(more, told):
         ("slants = [80]", "slants[0] = 80: slant of the interlock faces must be <= 60 deg"),
     ],
 )
-def test_wrong_lists_are_one_clear_line(table, told):
+def test_wrong_lists_are_one_clear_line(table, expected):
     with pytest.raises(InputError) as error:
         parse_study(f"[campaign]\n{table}")
     (line,) = str(error.value).splitlines()[:1]
-    assert told in line
+    assert expected in line
 
 
 def test_names_in_words(plan):

@@ -80,7 +80,7 @@ def test_what_agrees_is_said_to(evidence):
     assert [state(found).agrees for state in FIGURES] == ["yes"] * len(FIGURES)
 
 
-def test_what_becomes_of_the_waves_of_a_statement_is_told(evidence):
+def test_what_becomes_of_the_waves_of_a_statement_is_reported(evidence):
     cases = module.friction(evidence.made()).cases
     assert len(cases) == 4
     assert module.waves_of(evidence.made(), cases) == ""

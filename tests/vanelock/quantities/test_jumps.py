@@ -18,7 +18,7 @@ UP = Sweep("up", Peak(3, 250.0, 5e-6, False), (JUMP,))
 DOWN = Sweep("down", Peak(7, 248.0, 6e-6, False), ())
 
 
-def test_a_jump_is_told_with_its_place_and_heights() -> None:
+def test_a_jump_is_reported_with_its_place_and_heights() -> None:
     first, second = notes([UP])
     assert first == "sweeping up JUMPS from 5 to 2 um between 250 and 250.2 Hz"
     assert second.endswith('may reach higher: response.direction = "both"')
@@ -27,19 +27,19 @@ def test_a_jump_is_told_with_its_place_and_heights() -> None:
     assert not list(notes([DOWN]))
 
 
-def test_of_two_sweeps_the_lower_is_told_beside_the_peak() -> None:
-    told = list(notes([DOWN, UP]))
-    assert told[-1] == ("the peak is that of the sweep down; sweeping up reaches 5 um at 250 Hz")
+def test_of_two_sweeps_the_lower_is_given_beside_the_peak() -> None:
+    lines = list(notes([DOWN, UP]))
+    assert lines[-1] == ("the peak is that of the sweep down; sweeping up reaches 5 um at 250 Hz")
     alike = Sweep("up", DOWN.peak, ())
     assert list(notes([DOWN, alike])) == []
 
 
 def test_of_many_jumps_the_largest_are_named() -> None:
     jumps = tuple(Jump((200.0 + i, 200.5 + i), (1e-6 * i, 0.0)) for i in range(1, 8))
-    (told, _) = notes([Sweep("down", None, jumps)])
-    assert told.count("between") == 4
-    assert "between 207 and 207.5 Hz" in told
-    assert told.endswith("; and 3 smaller jumps")
+    (line, _) = notes([Sweep("down", None, jumps)])
+    assert line.count("between") == 4
+    assert "between 207 and 207.5 Hz" in line
+    assert line.endswith("; and 3 smaller jumps")
 
 
 @pytest.mark.parametrize("also", ["accuracy = 0.01\n", "[campaign]\n"])

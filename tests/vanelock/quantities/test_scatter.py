@@ -80,7 +80,7 @@ def test_percentiles_are_those_of_the_closed_form(oscillators):
 
 
 def test_amplitudes_follow_their_distribution(oscillators):
-    """The peak is F / (2ζk sqrt(1-ζ²)), whose percentiles a million draws of F and k tell."""
+    """The peak is F / (2ζk sqrt(1-ζ²)), with percentiles by a million draws of F and k."""
     _, found = oscillators
     random = np.random.default_rng(5)
     force, k = FORCE.rvs(1_000_000, random), STIFFNESS.rvs(1_000_000, random)
@@ -118,34 +118,34 @@ def test_limits_hold_as_often_as_they_say():
     assert 0.91 <= inside / 300 <= 0.99
 
 
-def test_few_samples_tell_no_limits_and_fewer_nothing():
+def test_few_samples_give_no_limits_and_fewer_nothing():
     every = cases(parse_study(STUDY.format(count=12)))
     found: list[Any] = [
         SimpleNamespace(case=case.name, peak=Peak(0, 250.0 + i, 1e-5 * (i + 1), False))
         for i, case in enumerate(every)
     ]
-    told = scattered(every, found[:11])
-    assert told is not None
-    assert np.isnan(told.amplitude[11])
-    table = percentile_table(told, "o")
+    percentiles = scattered(every, found[:11])
+    assert percentiles is not None
+    assert np.isnan(percentiles.amplitude[11])
+    table = percentile_table(percentiles, "o")
     assert table.shown[0][2] is None  # nothing lies below the 5th percentile for sure
     assert table.shown[2][1] == pytest.approx(60)
     assert "left out: 1 sample without a peak" in table.notes
-    assert [row[0] for row in sensitivity_table(told).rows] == list(every[0].values)
+    assert [row[0] for row in sensitivity_table(percentiles).rows] == list(every[0].values)
     assert scattered(every, found[:9]) is None
 
 
-def test_frequencies_on_a_coarse_grid_are_told_as_such():
-    """Peaks at 250 to 250.9 Hz: 0.1 Hz apart they are told, 1 Hz apart they are not."""
+def test_frequencies_on_a_coarse_grid_have_a_note():
+    """Peaks at 250 to 250.9 Hz: 0.1 Hz apart they need no note, 1 Hz apart they do."""
     every = cases(parse_study(STUDY.format(count=10)))
     found: list[Any] = [
         SimpleNamespace(case=case.name, peak=Peak(0, 250 + 0.1 * i, 1e-5, False))
         for i, case in enumerate(every)
     ]
     for apart, notes in ((0.1, 0), (1.0, 1)):
-        told = scattered(every, found, [apart] * 10)
-        assert told is not None
-        coarse = [note for note in percentile_table(told, "o").notes if "located" in note]
+        percentiles = scattered(every, found, [apart] * 10)
+        assert percentiles is not None
+        coarse = [note for note in percentile_table(percentiles, "o").notes if "located" in note]
         assert len(coarse) == notes
     assert coarse[0].startswith("frequencies are resolved to 1 Hz alone")
     assert spacing(np.array([10.0, 11, 13, 13.5]), 1) == 2
@@ -159,8 +159,8 @@ def test_tables_on_the_page_have_units_and_stand_right(tmp_path):
         SimpleNamespace(case=case.name, peak=Peak(0, 250 + i, 1e-5 * (i + 1), False))
         for i, case in enumerate(every)
     ]
-    told: Any = SimpleNamespace(scattered=scattered(every, found), monitor="o")
-    section = scatter(told)
+    content: Any = SimpleNamespace(scattered=scattered(every, found), monitor="o")
+    section = scatter(content)
     text = write_page(tmp_path / "page.html", Page("", "", [section])).read_text("utf-8")
     assert "[um]" not in text
     heads = re.findall(r'<th([^>]*)>(?:peak|frequency)\s*<span class="unit">(µm|Hz)</span>', text)
@@ -174,7 +174,7 @@ def tables(text):
     return {block.title.split()[0]: block for block in blocks if isinstance(block, Table)}
 
 
-def test_the_page_tells_what_scatters_and_not_as_fixed():
+def test_the_page_lists_what_scatters_and_not_as_fixed():
     shown = tables(STUDY.format(count=100) + 'vane.thickness = { low = "4 mm", high = 0.005 }')
     assert shown["Scattering:"].rows == [
         ("excitation.force", "radial force per node", "lognormal, mean 30 N, deviation 9 N"),
@@ -191,7 +191,7 @@ def test_the_page_tells_what_scatters_and_not_as_fixed():
     assert "Set" not in shown  # the number of samples is the default
 
 
-def test_the_page_tells_what_varies_together_and_not_as_fixed():
+def test_the_page_lists_what_varies_together_and_not_as_fixed():
     shown = tables('[rows]\n"joints.interlock.mu" = [0.1, 0.2]\n"excitation.force" = [10, 20]')
     assert [row[2] for row in shown["Varied"].rows] == ["0.1, 0.2", "10, 20 N"]
     fixed = {row[0] for row in shown["Main"].rows}

@@ -43,10 +43,10 @@ def run_data(text, own_limits=False, folder=None):
         shown.curve[case.name] = (F, height / (1 + abs(F - 270)), np.ones(7, bool))
         for which in ("free", "stuck"):
             shown.linear[name, which] = (F, 1e-5 * (1 + i * own_limits) * np.ones(7))
-    told: list[Any] = []
-    output_files: Any = SimpleNamespace(folder=folder, listener=told.append)
+    events: list[Any] = []
+    output_files: Any = SimpleNamespace(folder=folder, listener=events.append)
     stages: Any = None
-    return RunData(study, planned, stages, shown, output_files), told
+    return RunData(study, planned, stages, shown, output_files), events
 
 
 def test_samples_that_are_looked_into_are_those_with_pictures():
@@ -85,17 +85,17 @@ def test_of_equal_largest_peaks_the_page_has_one_that_is_looked_into(text):
         ("shapes = false\nloops = false", []),
     ],
 )
-def test_pictures_of_a_few_are_told_where_there_are_any(wanted, said):
-    many, told = run_data(f"{SAMPLES.format(30)}\n[outputs]\n{wanted}")
+def test_pictures_of_a_few_are_announced_where_there_are_any(wanted, said):
+    many, events = run_data(f"{SAMPLES.format(30)}\n[outputs]\n{wanted}")
     Pictures(many.study, many.planned, many.stages, many.shown, many.output_files)._detailed()
     expected = "pictures of {} for the lowest, the middle and the largest peak of 30"
-    assert [event.text for event in told] == [expected.format(each) for each in said]
+    assert [event.text for event in events] == [expected.format(each) for each in said]
 
 
 def plot(made, folder):
-    told: Any = SimpleNamespace(run_data=made, monitor="vane output 1, radial")
+    content: Any = SimpleNamespace(run_data=made, monitor="vane output 1, radial")
     made.output_files.folder = folder
-    return response_plot(told)
+    return response_plot(content)
 
 
 def test_linear_curves_have_the_line_styles_of_the_picture(tmp_path):

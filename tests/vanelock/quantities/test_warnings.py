@@ -34,7 +34,7 @@ HEIGHT = 1e-5
 
 
 def oscillator(v0=1e-5, force=1.0, mu=0.3):
-    """A mass on a spring at 50 Hz that two contacts 3 mm apart press on, rubbing along y."""
+    """A mass on a spring at 50 Hz that two contacts 3 mm apart press on, sliding along y."""
     own = np.zeros((2, 3, 2))
     own[:, 0, 0] = own[:, 1, 1] = 1
     K = np.diag([1e5, (2 * np.pi * 50) ** 2])
@@ -55,7 +55,7 @@ def peak(response):
     return peak_of(response, response.amplitude[:, 0, 1])
 
 
-def test_motion_that_is_not_small_is_told():
+def test_motion_that_is_not_small_is_reported():
     """30 N on 1 kg at resonance slides by metres; a thousandth of it by less than the spacing."""
     places = np.array([[0, 0, 0], [3e-3, 0, 0]])
     hertz = np.linspace(45, 60, 16)
@@ -72,8 +72,8 @@ def test_motion_that_is_not_small_is_told():
     assert warnings.large(small, peak(small), np.nan, "unknown", None) == []
 
 
-def test_hooks_that_are_open_at_rest_are_told(ring):
-    """A gap opens the hook; what is pressed is not told of."""
+def test_hooks_that_are_open_at_rest_are_reported(ring):
+    """A gap opens the hook; a pressed hook gives no warning."""
     open_hook = replace(ring, contacts=replace(ring.contacts, v0=np.array([-1e-5, 3e-5])))
     static = static_response(open_hook)
     joints = ring.contacts.joint
@@ -86,41 +86,41 @@ def test_a_correction_is_doubted_where_what_is_held_moves():
     joints = ["hook"] * 4 + ["interlock"]
     at = Peak(1, 50.0, 1.0, False)
 
-    def told(states):
+    def warned(states):
         response: Any = SimpleNamespace(state=np.array([[STUCK] * 5, states]))
         return warnings.corrected(response, at, joints, ("hook",))
 
-    (line,) = told([STUCK, SLIP, OPEN, STUCK, SLIP])
+    (line,) = warned([STUCK, SLIP, OPEN, STUCK, SLIP])
     assert line.startswith("2 of 4 contacts of hook slip or open at the peak: mesh.correction")
-    assert told([STUCK, STUCK, STUCK, STUCK, SLIP]) == []
+    assert warned([STUCK, STUCK, STUCK, STUCK, SLIP]) == []
 
 
-def test_loads_that_static_friction_leaves_open_are_told_of_joints_that_slip():
+def test_loads_that_static_friction_leaves_open_are_reported_of_joints_that_slip():
     """A pad that slips beside a clamp that sticks, and one that sticks as well."""
     at = Peak(0, 50.0, 1.0, False)
     loads = np.array([[0.0, 12.2, 229.0], [16e3, 16e3, 16e3]])
     bounds = StaticBounds(("pad", "clamp"), loads, np.zeros((2, 3, 2, 2)), np.ones((2, 3), bool))
     joints = ["pad", "clamp"]
 
-    def told(states, loads=loads):
+    def warned(states, loads=loads):
         response: Any = SimpleNamespace(state=np.array([states]), mu=np.array([0.3, 0.3]))
         found = replace(bounds, rest_load=loads)
         return warnings.static_friction(found, joints, response, at)
 
-    (line,) = told([SLIP, STUCK])
+    (line,) = warned([SLIP, STUCK])
     assert "it can hold pad at rest at 0 N to 229 N a sector (12.2 N if assembled" in line
-    assert told([STUCK, STUCK]) == told([SLIP, SLIP]) == told([SLIP, OPEN]) == []
-    assert told([STUCK, SLIP]) == []  # the clamp's load is what it is
-    (line,) = told([SLIP, STUCK], np.array([[0.0, 12.2, np.inf], [1.0, 1.0, 1.0]]))
+    assert warned([STUCK, STUCK]) == warned([SLIP, SLIP]) == warned([SLIP, OPEN]) == []
+    assert warned([STUCK, SLIP]) == []  # the clamp's load is what it is
+    (line,) = warned([SLIP, STUCK], np.array([[0.0, 12.2, np.inf], [1.0, 1.0, 1.0]]))
     assert "at 0 N to any load (12.2 N" in line
-    assert told([SLIP, STUCK], np.array([[0.0, 12.2, np.nan], [1.0, 1.0, 1.0]])) == []
+    assert warned([SLIP, STUCK], np.array([[0.0, 12.2, np.nan], [1.0, 1.0, 1.0]])) == []
     bounds = replace(bounds, converged=np.array([[True, True, False], [True, True, True]]))
-    (line,) = told([SLIP, STUCK])  # without the numbers
+    (line,) = warned([SLIP, STUCK])  # without the numbers
     assert line.endswith("at which loads it can hold pad at rest was not found")
-    assert told([STUCK, STUCK]) == []
+    assert warned([STUCK, STUCK]) == []
 
 
-def test_bounds_of_another_peak_than_the_curve_s_are_told():
+def test_bounds_of_another_peak_than_the_curve_s_are_reported():
     """From one per cent on, since a curve's points may miss its top."""
     found: Any = SimpleNamespace(converged=np.ones(3, bool))
     bounded = BoundedPeak(found, residual=np.zeros(3))
@@ -132,7 +132,7 @@ def test_bounds_of_another_peak_than_the_curve_s_are_told():
     assert line.endswith("theirs is 2 um at 250 Hz, the curve's 2.5 um at 249 Hz")
 
 
-def test_a_state_at_rest_that_is_not_solved_is_told(ring):
+def test_a_state_at_rest_that_is_not_solved_is_reported(ring):
     off = replace(ring, contacts=replace(ring.contacts, v0=np.array([1e-5, -1e-5])))
     rest = static_response(off)
     assert warnings.at_rest(rest, False) == []
@@ -143,7 +143,7 @@ def test_a_state_at_rest_that_is_not_solved_is_told(ring):
     assert line.startswith("the state at rest DID NOT CONVERGE (residual 3.0e-02)")
 
 
-def test_modes_of_interest_that_differ_are_told(ring):
+def test_modes_of_interest_that_differ_are_reported(ring):
     """The two masses' modes free and stuck: MAC as in test_limits, and a worse one."""
     found = limits(ring, 1)
     assert (warnings.alike(found.mac) == []) == (found.mac >= 0.8)
@@ -156,20 +156,20 @@ def test_modes_of_interest_that_differ_are_told(ring):
     ("frequency", "size", "fits"),
     [(265.0, 0.43, True), (265.0, 430.0, False), (0.008, 0.43, False), (2.6e8, 0.43, False)],
 )
-def test_frequencies_that_no_solid_has_are_told(frequency, size, fits):
+def test_frequencies_that_no_solid_has_are_reported(frequency, size, fits):
     """A vane in m; the same in mm; E in GPa instead of Pa; rho in t/mm^3 instead of kg/m^3."""
     nodes = np.array([[0, 0, 0], [0.1 * size, size, 0.1 * size]])
     assert (warnings.implausible(frequency, nodes) == []) == fits
     assert warnings.implausible(frequency, np.empty((0, 3))) == []
 
 
-def test_harmonics_beyond_the_band_are_told_where_they_count():
+def test_harmonics_beyond_the_band_are_reported_where_they_count():
     """Contacts that open hard at 20 Hz, a third of what harmonics 2 and 3 would be at."""
     found = frequency_response(oscillator(v0=2e-5, force=50.0), np.linspace(45, 60, 16), Options(3))
     at = peak(found)
     share = np.linalg.norm(found.contact[at.point, 2:]) / np.linalg.norm(found.contact[at.point, 1])
-    told = warnings.beyond_band(found, at, 70.0)
-    assert (told != []) == (share > warnings.HARMONICS)
+    warned = warnings.beyond_band(found, at, 70.0)
+    assert (warned != []) == (share > warnings.HARMONICS)
     assert warnings.beyond_band(found, at, 1000.0) == []
     assert warnings.beyond_band(found, at, None) == []
 
@@ -227,11 +227,11 @@ def test_the_friction_that_damps_best_is_withheld_where_a_peak_may_lie_beyond():
         )
         for mu, top in height.items()
     ]
-    told: Any = SimpleNamespace(known=known)
-    (card,) = best_friction(told)
+    content: Any = SimpleNamespace(known=known)
+    (card,) = best_friction(content)
     assert card.value == "μ = 0.2"
     known[2] = replace(known[2], peak=replace(known[2].peak, at_edge=True))
-    (card,) = best_friction(told)
+    (card,) = best_friction(content)
     assert (card.value, card.flag) == ("withheld", "warn")
     assert "a peak may lie beyond: widen response.range" in card.note
 
@@ -256,9 +256,9 @@ def test_warnings_stand_in_the_table_on_the_page_and_in_the_results(tmp_path):
     assert same in page
     assert page.count(">withheld<") == 2  # safety factor and optimum friction
     with h5py.File(tmp_path / "results.h5") as file:
-        (told, friction), (other,) = (
+        (at_edge, friction), (other,) = (
             list(file[f"response/{case}"].attrs["warnings"]) for case in ("mu=0.3", "mu=0.4")
         )
-    assert told == other == edge
+    assert at_edge == other == edge
     assert friction.startswith("static friction of contacts that stick is not determined: it can")
     assert friction in page

@@ -52,7 +52,7 @@ def test_bands_are_unrolled_in_their_order(contacts):
         np.testing.assert_allclose(arc[[0, 7, 14]], [-reach * radius, 0, reach * radius], atol=1e-6)
 
 
-def test_markers_tell_state_and_energy(contacts, tmp_path, monkeypatch):
+def test_markers_show_state_and_energy(contacts, tmp_path, monkeypatch):
     figures: list[Figure] = []
     write = style.write
 

@@ -58,7 +58,7 @@ def test_a_peak_at_the_end_of_the_range_is_said_to_be_there(figures):
     assert labels(figures[0]) == ["response\n26.0 µm at 260.0 Hz, end of range"]
 
 
-def test_the_legend_tells_case_and_peak(figures):
+def test_the_legend_has_case_and_peak(figures):
     made = [
         Curve(F, resonance(245.0, 130e-6), kind="free"),
         Curve(F, resonance(255.0, 230e-6), kind="stuck"),
@@ -80,7 +80,7 @@ def test_the_legend_tells_case_and_peak(figures):
     assert speed.get_xlim() == pytest.approx((240 * 30, 260 * 30))
 
 
-def test_colours_tell_friction_and_line_styles_harmonics(figures):
+def test_colours_show_friction_and_line_styles_harmonics(figures):
     made = [
         Curve(F, resonance(250.0 + mu, 1e-5 * h), f"μ = {mu}", h)
         for mu in (0.1, 0.3)
@@ -123,7 +123,7 @@ def test_a_wild_lost_point_does_not_squeeze_the_curves(figures):
     assert crosses(axes)[0][1] == [F[5]]
 
 
-def test_a_curve_without_any_converged_point_is_still_told(figures):
+def test_a_curve_without_any_converged_point_is_still_in_the_legend(figures):
     lost = Curve(F, np.full(41, np.nan), "μ = 0.3")
     response_curves("x.png", [lost, Curve(F, resonance(250.0, 1e-5), "μ = 0.1")])
     assert labels(figures[0])[0] == "μ = 0.3\nno converged point"

@@ -1,4 +1,4 @@
-"""A machine that cannot draw is told so, instead of ending in a crash."""
+"""Where nothing can be drawn a message says so, instead of a crash."""
 
 import os
 import sys

@@ -95,7 +95,7 @@ def test_curves_are_the_given_ones(page, sample):
     assert strokes == [blue, blue, vermilion, vermilion]  # one group, one colour
 
 
-def test_point_under_the_pointer_is_told(page):
+def test_point_under_the_pointer_is_described(page):
     area = page.locator(".plot .area").first
     area.scroll_into_view_if_needed()
     spot = area.evaluate(
@@ -105,10 +105,10 @@ def test_point_under_the_pointer_is_told(page):
     page.mouse.move(*spot)
     label = area.locator(".hoverlayer .hovertext")
     label.wait_for()
-    told = label.first.text_content()
-    assert "frequency: 250 Hz" in told
-    assert "amplitude: 40 µm" in told
-    assert "μ = 0.15 & more" in told or "measured" in told
+    shown = label.first.text_content()
+    assert "frequency: 250 Hz" in shown
+    assert "amplitude: 40 µm" in shown
+    assert "μ = 0.15 & more" in shown or "measured" in shown
     page.mouse.move(5, 5)
 
 
@@ -229,7 +229,7 @@ def test_choices_of_the_view(page):
     undeformed = drawn_after(page)
     assert not np.array_equal(undeformed, whole)
     slide(page, "phase", 10)
-    assert np.array_equal(drawn_after(page), undeformed)  # colours tell the amplitude of a cycle
+    assert np.array_equal(drawn_after(page), undeformed)  # colours show the amplitude of a cycle
     control(page, "colouring").select_option("instant")
     assert not np.array_equal(drawn_after(page), undeformed)
     control(page, "colouring").select_option("part")

@@ -65,7 +65,7 @@ def test_label_is_a_quantity_and_its_unit():
     assert wording.quantity("points") == ("points", "")
 
 
-def test_files_are_told_from_the_report(tmp_path):
+def test_files_are_described_from_the_report(tmp_path):
     assert wording.file_text(tmp_path / "figures" / "a.csv", tmp_path) == "figures/a.csv"
     assert wording.file_text(Path("runs/vane/figures/a.csv"), Path("runs/vane")) == "figures/a.csv"
     assert wording.file_text("figures/a.csv", tmp_path) == "figures/a.csv"

@@ -53,7 +53,7 @@ def test_why_a_wave_is_undecided(growth: tuple[float, float], reason: str) -> No
     assert card.note == reason
 
 
-def test_where_no_motion_is_told_no_number_is() -> None:
+def test_where_no_motion_is_given_no_number_is() -> None:
     """All die out to the window's edge or less, or it is not known which do."""
     for verdict in (STABLE, UNDECIDED):
         one = stability([verdict], [(-62.8, -62.8)])
@@ -64,7 +64,7 @@ def test_where_no_motion_is_told_no_number_is() -> None:
     assert "not all departures" in card.note
 
 
-def test_the_point_told_is_unstable_where_one_is() -> None:
+def test_the_point_reported_is_unstable_where_one_is() -> None:
     """Neither one whose second wave was not found nor one of which the truncations differ."""
     verdict = [STABLE, UNDECIDED, UNSTABLE, UNSTABLE, UNDECIDED]
     growth = [(-9.0, -9.0), (-1.0, NAN), (5.0, 6.0), (7.0, 8.0), (50.0, -1.0)]
@@ -98,5 +98,7 @@ def test_a_table_that_leaves_cases_out_says_so(count: int) -> None:
     ends: Table = bounds_table({f"mu={i}": bounded() for i in range(count)})
     assert (len(waves.rows), len(ends.rows)) == (MOST, 3 * MOST)
     for table in (waves, ends):
-        told = [line for line in table.lines if "results.h5" in line]
-        assert told == ([f"the first {MOST} of {count} cases; results.h5 has all"] * (count > MOST))
+        lines = [line for line in table.lines if "results.h5" in line]
+        assert lines == (
+            [f"the first {MOST} of {count} cases; results.h5 has all"] * (count > MOST)
+        )

@@ -239,13 +239,13 @@ def test_wear_is_friction_s_work_over_friction_s_force(page, ran, results):
         case, answers, _ = results[name]
         mu, hertz = float(name.split("=")[1]), case["peak_frequency"]
         contacts = written(ran[0] / "figures" / f"wear_{name.replace('=', '')}.csv")
-        rubbing = [
+        slipping = [
             row
             for row in contacts
             if "interlock" in row["contact"] and row["energy (µJ/cycle)"] > 0
         ]
-        assert rubbing
-        for row in rubbing:
+        assert slipping
+        for row in slipping:
             energy, slip = row["energy (µJ/cycle)"], row["slip (µm/cycle)"]
             assert energy / (2**0.5 * mu * row["largest load (N)"]) <= 1.01 * slip
             assert row["slip (m/h)"] == pytest.approx(1e-6 * slip * hertz * 3600, rel=1e-3)
@@ -256,9 +256,9 @@ def test_wear_is_friction_s_work_over_friction_s_force(page, ran, results):
         top = max(row["slip (µm/cycle)"] for row in contacts if row["slip (µm/cycle)"] != "")
         assert top == pytest.approx(1e6 * answers["largest_slip"], rel=1e-4)
         (line,) = [row for row in rows if row[0] == words and row[1] == "interlock"]
-        assert line[5] == pytest.approx(max(row["slip (µm/cycle)"] for row in rubbing), rel=1e-3)
-        assert line[6] == pytest.approx(max(row["slip (m/h)"] for row in rubbing), rel=1e-3)
-        assert line[3] == pytest.approx(sum(row["energy (µJ/cycle)"] for row in rubbing), rel=1e-3)
+        assert line[5] == pytest.approx(max(row["slip (µm/cycle)"] for row in slipping), rel=1e-3)
+        assert line[6] == pytest.approx(max(row["slip (m/h)"] for row in slipping), rel=1e-3)
+        assert line[3] == pytest.approx(sum(row["energy (µJ/cycle)"] for row in slipping), rel=1e-3)
 
 
 def test_rotor_speeds_are_frequencies_over_the_engine_order(ran, results):

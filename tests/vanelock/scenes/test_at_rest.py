@@ -74,7 +74,7 @@ def test_a_run_is_refused_before_anything_is_reduced(block, tmp_path: Path) -> N
     assert not any("component" in stage for stage in stages)
 
 
-def test_what_nothing_presses_is_told(tmp_path: Path, scene_file: Write) -> None:
+def test_what_nothing_presses_is_reported(tmp_path: Path, scene_file: Write) -> None:
     """An interference alone pushes a free part away and leaves it."""
     text = chain(1, 3, (3e5, 2e5, 1e5)).write(tmp_path, "one") + (
         '[contacts.pad]\nbetween = ["one", "ground"]\npairs = [3]\nnormal = [0, 0, 1]\nkn = 1e4\n'
@@ -82,12 +82,12 @@ def test_what_nothing_presses_is_told(tmp_path: Path, scene_file: Write) -> None
         '[[loads]]\ncomponent = "one"\nnodes = [1]\ndirection = [0, 0, 1]\namplitude = 1\n'
     )
     rows = check_file(scene_file(text)).rows
-    assert ("warning", TOLD) in rows
+    assert ("warning", LOOSE) in rows
     pressed = text + text[text.index("[[loads]]") :] + "harmonic = 0\n"
     assert "warning" not in {row[0] for row in check_file(scene_file(pressed)).rows}
 
 
-TOLD = "components.one: held by contacts alone, which nothing presses: at rest it may lie anywhere"
+LOOSE = "components.one: held by contacts alone, which nothing presses: at rest it may lie anywhere"
 
 
 def test_ties_carry_what_holds_a_part(tmp_path: Path, scene_file: Write) -> None:

@@ -60,7 +60,7 @@ def run(folder: Path, direction: str) -> tuple[Path, list[str], str]:
     return folder / "run", list(table.notes), (folder / "run" / "report.html").read_text()
 
 
-def test_both_directions_and_their_jumps_are_told_everywhere(tmp_path: Path) -> None:
+def test_both_directions_and_their_jumps_are_reported_everywhere(tmp_path: Path) -> None:
     (upper, _), (lower, _) = closed_folds()
     folder, notes, page = run(tmp_path / "both", "both")
     with h5py.File(folder / "results.h5") as file:

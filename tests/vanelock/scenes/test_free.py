@@ -114,12 +114,12 @@ def test_rows_without_stiffness_are_named(tmp_path: Path, scene_file: Write) -> 
 
 
 @pytest.mark.parametrize("second", ["[0, 0, -1]", "[0, 0, 1]"])
-def test_loads_at_rest_that_do_not_balance_are_told(
+def test_loads_at_rest_that_do_not_balance_are_reported(
     beam, tmp_path: Path, scene_file: Write, second: str
 ) -> None:
     _, text = beam
     text += load(1, 1, "[0, 0, 1]") + load(2, 0, "[0, 0, 1]") + load(2, 0, second)
     text += "[outputs]\nloops = false\nreport = false\n[response]\npoints = 3\n"
     (summary,) = run_scene(load_scene(scene_file(text)), tmp_path / "run")
-    told = [line for line in summary.warnings if "do not balance each other" in line]
-    assert len(told) == (second == "[0, 0, 1]")
+    warned = [line for line in summary.warnings if "do not balance each other" in line]
+    assert len(warned) == (second == "[0, 0, 1]")

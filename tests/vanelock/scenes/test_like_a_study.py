@@ -58,7 +58,7 @@ def test_a_measured_curve_is_drawn_beside_a_scene(tmp_path: Path, scene_file: Wr
         load_scene(scene_file(text + measured.replace("test.csv", "../test.csv")))
 
 
-def test_energy_and_wear_of_the_contacts_are_told(tmp_path: Path, scene_file: Write) -> None:
+def test_energy_and_wear_of_the_contacts_are_reported(tmp_path: Path, scene_file: Write) -> None:
     """Friction's work is what the loop encloses, and the balance closes: input = friction + C."""
     slipping = PAD.replace("mu = 0.2", "mu = 0.05")
     text = arm(tmp_path) + "modes = 2\n" + slipping + "[outputs]\nanimations = false\n"

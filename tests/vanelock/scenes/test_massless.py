@@ -55,16 +55,18 @@ def test_massless_rows_follow_the_others(
 
 
 @pytest.mark.parametrize(
-    ("keys", "told"),
+    ("keys", "expected"),
     [
         ('kind = "superelement"\n', "components.one: the mass matrix is not positive"),
         ("modes = 4\n", "components.one"),
     ],
 )
-def test_negative_mass_is_refused(tmp_path: Path, scene_file: Write, keys: str, told: str) -> None:
+def test_negative_mass_is_refused(
+    tmp_path: Path, scene_file: Write, keys: str, expected: str
+) -> None:
     one = chain(1, 6, SPRINGS, ground=1.0)
     one.M[3:9, 3:9] = np.kron([[0.1, 0.2], [0.2, 0.1]], np.eye(3))
-    with pytest.raises(InputError, match=told):
+    with pytest.raises(InputError, match=expected):
         joined(scene_of(one, tmp_path, keys, scene_file))
 
 

@@ -1,4 +1,4 @@
-"""What a scene's author gets wrong: refused, or told, before a number is believed."""
+"""What a scene's author gets wrong: refused, or warned of, before a number is believed."""
 
 from pathlib import Path
 
@@ -27,7 +27,7 @@ def two(folder: Path, ground: float = 1.0) -> str:
     return one.write(folder, "one") + other.write(folder, "two")
 
 
-def told(path: Path) -> tuple[list[str], list[str]]:
+def notices_and_notes(path: Path) -> tuple[list[str], list[str]]:
     """Notices of a run, and notes of its tables."""
     heard: list[Event] = []
     run_scene(load_scene(path), path.parent / "run", heard.append)
@@ -132,7 +132,7 @@ def test_a_load_along_a_direction_without_a_row_is_refused(
         joined(scene_file(planar(tmp_path) + LOAD))
 
 
-def test_a_normal_along_a_direction_without_a_row_is_told(
+def test_a_normal_along_a_direction_without_a_row_is_reported(
     tmp_path: Path, scene_file: Write
 ) -> None:
     text = planar(tmp_path) + LOAD.replace("[0, 1, 1]", "[1, 0, 0]")
@@ -140,12 +140,12 @@ def test_a_normal_along_a_direction_without_a_row_is_told(
         '[contacts.pad]\nbetween = ["one", "ground"]\npairs = [3]\nnormal = [0, 1, 0]\nkn = 1e5\n'
         'kt = 1e5\nmu = 0.3\ninterference = "20 um"\n'
     )
-    notices, _ = told(scene_file(text + QUIET))
+    notices, _ = notices_and_notes(scene_file(text + QUIET))
     assert "pad: nothing moves along the normal of 1 of its contacts" in notices[0]
 
 
-def test_a_part_that_nothing_joins_is_told(tmp_path: Path, scene_file: Write) -> None:
-    notices, _ = told(scene_file(two(tmp_path) + LOAD + QUIET))
+def test_a_part_that_nothing_joins_is_reported(tmp_path: Path, scene_file: Write) -> None:
+    notices, _ = notices_and_notes(scene_file(two(tmp_path) + LOAD + QUIET))
     assert "components.two: no contact or tie joins it to another component" in notices
 
 
@@ -157,12 +157,12 @@ def test_a_loose_part_has_no_answer(tmp_path: Path, scene_file: Write) -> None:
         '[[loads]]\ncomponent = "two"\nnodes = [13]\ndirection = [1, 0, 0]\namplitude = 5\n'
         "harmonic = 0\n"
     )
-    notices, notes = told(scene_file(text + QUIET))
+    notices, notes = notices_and_notes(scene_file(text + QUIET))
     assert any("two: held by contacts alone, which nothing presses" in note for note in notices)
     assert any("NOT DETERMINED" in note for note in notes)
     assert any("the state at rest DID NOT CONVERGE" in note for note in notes)
     with pytest.raises(InputError, match=r"components\.two: held by contacts alone, whose forces"):
-        told(scene_file(text + pushed + QUIET))
+        notices_and_notes(scene_file(text + pushed + QUIET))
 
 
 def test_a_tied_rotation_that_the_part_does_not_resist(tmp_path: Path, scene_file: Write) -> None:
@@ -222,13 +222,13 @@ def test_modes_slower_than_any_structure_are_refused(tmp_path: Path, scene_file:
         run_scene(load_scene(scene_file(text)), tmp_path / "run")
 
 
-def test_a_number_of_another_unit_is_told(tmp_path: Path, scene_file: Write) -> None:
+def test_a_number_of_another_unit_is_reported(tmp_path: Path, scene_file: Write) -> None:
     text = chain(1, 3, (3e5, 2e5, 1e5), ground=1.0).write(tmp_path, "one")
     text += (
         '[contacts.pad]\nbetween = ["one", "ground"]\npairs = [3]\nnormal = [1, 0, 0]\nkn = 1e-4\n'
         'kt = 1e5\nmu = 0.3\n[[loads]]\ncomponent = "one"\nnodes = [2]\ndirection = [0, 1, 1]\n'
         "amplitude = 1\n"
     )
-    told = [text for what, text in check_file(scene_file(text)).rows if what == "warning"]
-    assert len(told) == 1
-    assert str(told[0]).startswith("contacts.pad.kn = 0.0001 N/m: normal stiffness of a pair is")
+    warned = [text for what, text in check_file(scene_file(text)).rows if what == "warning"]
+    assert len(warned) == 1
+    assert str(warned[0]).startswith("contacts.pad.kn = 0.0001 N/m: normal stiffness of a pair is")

@@ -80,20 +80,20 @@ def test_a_system_from_a_file_is_the_scene_that_made_it(tmp_path: Path, scene_fi
     assert changed[0].peak != whole[0].peak
 
 
-def test_a_system_from_a_file_that_lacks_something_is_told_before_a_response(
+def test_a_system_from_a_file_that_lacks_something_is_refused_before_a_response(
     tmp_path: Path, scene_file: Write
 ) -> None:
     one = rim(tmp_path, "cylindrical") + "[response]\nharmonics = 1\n"
     joined(scene_file(one)).save(tmp_path / "joined.h5")
     ready = '[system]\nfile = "joined.h5"\n'
-    for more, told in (
+    for more, expected in (
         ("[stability]\n", r"no matrices for nodal diameters .*: \[stability\] needs 0 to 3"),
         ("[contacts.bad]\nmu = 0.2\n", r"contacts\.bad: .*joined\.h5 has no such contacts"),
     ):
         path = scene_file(ready + more)
-        with pytest.raises(InputError, match=told):
+        with pytest.raises(InputError, match=expected):
             check_file(path)
-        with pytest.raises(InputError, match=told):
+        with pytest.raises(InputError, match=expected):
             run_scene(load_scene(path), tmp_path / "run")
         assert not list((tmp_path / "run").rglob("*esponse*"))
 
@@ -146,7 +146,7 @@ def test_swept_values_are_checked_as_their_keys(tmp_path: Path, scene_file: Writ
         "loads[0].amplitude=1N,mu=0.1",
         "loads[0].amplitude=2N,mu=0.1",
     ]
-    for sweep, told in (
+    for sweep, expected in (
         ('"contacts.pad.mu" = [-1]', r'sweep."contacts.pad.mu"\[0\] = -1: .* must be >= 0'),
         ('"contacts.bad.mu" = [1]', "no contacts.bad; there are pad"),
         ('"loads[3].amplitude" = [1]', "nothing of that name"),
@@ -154,12 +154,12 @@ def test_swept_values_are_checked_as_their_keys(tmp_path: Path, scene_file: Writ
         ('"contacts.pad.mu" = []', "needs at least one value"),
         ('"contacts.pad.mu" = [1, 1]', "the same as entry 0"),
     ):
-        with pytest.raises(InputError, match=told):
+        with pytest.raises(InputError, match=expected):
             cases(load_scene(scene_file(f"{text}[sweep]\n{sweep}")))
 
 
 @pytest.mark.parametrize(
-    ("change", "told"),
+    ("change", "expected"),
     [
         (("kn = 4e4", "kn = 0"), "contacts.pad.kn = 0: normal stiffness of a pair must be > 0 N/m"),
         (("mu = 0.2", "muu = 0.2"), "contacts.pad.muu = 0.2: unknown key; nearest known key: .*mu"),
@@ -184,11 +184,11 @@ def test_swept_values_are_checked_as_their_keys(tmp_path: Path, scene_file: Writ
     ],
 )
 def test_mistakes_are_one_clear_line(
-    tmp_path: Path, scene_file: Write, change: tuple[str, str], told: str
+    tmp_path: Path, scene_file: Write, change: tuple[str, str], expected: str
 ) -> None:
     text = arm(tmp_path) + "modes = 2\n" + PAD
     assert change[0] in text
-    with pytest.raises(InputError, match=told) as error:
+    with pytest.raises(InputError, match=expected) as error:
         joined(scene_file(text.replace(*change)))
     assert len(str(error.value).splitlines()) == 1
 
@@ -210,7 +210,7 @@ def test_two_processes_leave_the_same_bits(tmp_path: Path, scene_file: Write) ->
     assert any("response/mu=0.2" in name for name in held[0])
 
 
-def test_a_case_that_cannot_be_computed_is_told_and_the_rest_goes_on(
+def test_a_case_that_cannot_be_computed_is_reported_and_the_rest_goes_on(
     tmp_path: Path, scene_file: Write
 ) -> None:
     """Mode 9 of six is refused; a sweep over it has one case."""

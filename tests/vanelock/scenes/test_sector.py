@@ -58,7 +58,7 @@ def test_sector_has_the_frequencies_of_the_ring(
 
 
 @pytest.mark.parametrize(
-    ("keys", "told"),
+    ("keys", "expected"),
     [
         ("low = [1]\nmodes = 3\n", "low: cyclic faces come in pairs: give low and high"),
         ("low = [1]\nhigh = [4, 5]\nmodes = 3\n", "high: 2 nodes, and 1 in low"),
@@ -70,13 +70,13 @@ def test_sector_has_the_frequencies_of_the_ring(
     ],
 )
 def test_faces_that_do_not_fit_are_refused(
-    tmp_path: Path, scene_file: Write, keys: str, told: str
+    tmp_path: Path, scene_file: Write, keys: str, expected: str
 ) -> None:
-    with pytest.raises(InputError, match=told):
+    with pytest.raises(InputError, match=expected):
         joined(scene_file(rim(tmp_path, "cartesian", keys)))
 
 
-def test_a_joined_ring_has_its_sectors_and_engine_order_where_speeds_are_told(
+def test_a_joined_ring_has_its_sectors_and_engine_order_where_speeds_are_given(
     tmp_path: Path, scene_file: Write
 ) -> None:
     """Those of its file, which a scene of a joined system does not repeat."""
@@ -93,5 +93,5 @@ def test_a_joined_ring_has_its_sectors_and_engine_order_where_speeds_are_told(
     page = (tmp_path / "run" / "report.html").read_text("utf-8")
     assert found.peak is not None
     assert f"{30 * found.peak.frequency:,.0f} rpm at engine order 2" in page.replace("\xa0", " ")
-    for told in ("Power of one sector at the peak", "Joints of one sector", "Mistuning"):
-        assert told in page, told
+    for heading in ("Power of one sector at the peak", "Joints of one sector", "Mistuning"):
+        assert heading in page, heading

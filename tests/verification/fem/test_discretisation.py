@@ -37,7 +37,7 @@ def effectivity(model, component, free, exact, shift):
     return form / squared[elastic] / true, true
 
 
-def told(record_property, n, found, true):
+def record(record_property, n, found, true):
     """Put the figures of a mesh in the page."""
     ratios = ", ".join(f"{e:.2f}" for e in found)
     record_property(f"{n} rows", f"{ratios} of {true.min() / 2:.2g} to {true.max() / 2:.2g}")
@@ -53,7 +53,7 @@ def test_waves_in_a_free_box(lattice, record_property, cell_type):
         model = assemble(lattice((n, n, n), lambda p: p * sides, cell_type), material)
         free = np.arange(len(model.part.points))
         found, true = effectivity(model, 0, free, exact, shift=-1.0)
-        told(record_property, n, found, true)
+        record(record_property, n, found, true)
         assert found.min() > 0.75
         assert found.max() < MOST[cell_type]
 
@@ -67,7 +67,7 @@ def test_waves_along_a_bar(lattice, record_property, cell_type):
         model = assemble(replace(part, points=part.points * [1, 1 / n, 1 / n]), material)
         free = np.arange(len(model.part.points))
         found, true = effectivity(model, 0, free, exact, shift=-1.0)
-        told(record_property, n, found, true)
+        record(record_property, n, found, true)
         assert found.min() > 0.75
         assert found.max() < MOST[cell_type]
 
@@ -91,6 +91,6 @@ def test_drum_with_a_re_entrant_edge(lattice, record_property, cell_type):
     for n in (4, 8):
         part, free = membrane(lattice, n, cell_type)
         found, true = effectivity(assemble(part, material), 2, free, DRUM, shift=0.0)
-        told(record_property, n, found, true)
+        record(record_property, n, found, true)
         assert found.min() > 0.75
         assert found.max() < MOST[cell_type]

@@ -1,6 +1,6 @@
 """Mutations of files: bytes, lines, numbers and words, and what each format has of its own.
 
-Every mutation is a function of a random generator alone, so that a seed and a number tell it.
+Every mutation is a function of a random generator alone, so that a seed and a number determine it.
 """
 
 import re

@@ -136,15 +136,15 @@ def _serve(scratch: Path) -> None:
         if child == 0:
             _child(arguments, folder, (files[0], files[1]))
         state, used = _waited(child, began)
-        told: dict[str, Any] = {
+        answer: dict[str, Any] = {
             "status": os.waitstatus_to_exitcode(state),
             "seconds": used.ru_utime + used.ru_stime,
             "memory": used.ru_maxrss * 1024,
         }
         for name, path, file in zip(("out", "err"), paths, files, strict=True):
             os.close(file)
-            told[name] = path.read_bytes()[:100_000].decode("utf-8", "replace")
-        print(json.dumps(told), flush=True)
+            answer[name] = path.read_bytes()[:100_000].decode("utf-8", "replace")
+        print(json.dumps(answer), flush=True)
 
 
 def _waited(child: int, began: float) -> tuple[int, resource.struct_rusage]:

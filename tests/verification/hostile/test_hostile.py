@@ -66,7 +66,7 @@ class Tally:
                 name = "".join(c if c.isalnum() else "_" for c in what)
                 shutil.copytree(folder, Path(KEPT) / name, symlinks=True, dirs_exist_ok=True)
 
-    def tell(self, record: Callable[[str, object], None]) -> None:
+    def report(self, record: Callable[[str, object], None]) -> None:
         """Record the figures, and fail where any of the mutations did."""
         status = Counter(each.status for each in self.outcomes)
         record("mutations", str(len(self.outcomes)))
@@ -153,7 +153,7 @@ def test_studies(server, tmp_path, record_property):
         (tmp_path / "rig.csv").write_bytes(csv)
         (tmp_path / "rig.uff").write_bytes(uff)
         checked(server, tally, f"study {i}", tmp_path, "study.toml")
-    tally.tell(record_property)
+    tally.report(record_property)
 
 
 @pytest.fixture
@@ -206,7 +206,7 @@ def test_meshes(server, tmp_path, meshes, record_property):
         files[name].write_bytes(mutations.mutated(random, whole, mutations.MESH))
         checked(server, tally, f"mesh {i}", folder, "study.toml")
         files[name].write_bytes(whole)
-    tally.tell(record_property)
+    tally.report(record_property)
 
 
 def scenes(folder: Path, monkeypatch: pytest.MonkeyPatch) -> list[Path]:
@@ -268,7 +268,7 @@ def test_matrices(server, tmp_path, monkeypatch, record_property):
             shutil.rmtree(folder / "out", ignore_errors=True)
         path.write_bytes(whole)
     record_property("formats", str(len(usable)))
-    tally.tell(record_property)
+    tally.report(record_property)
 
 
 def half_written(folder: Path, outcome: Outcome) -> list[str]:
@@ -326,4 +326,4 @@ def test_results(server, ran, record_property):
             wrong.append("a script in the page")
         tally.add(f"results {i}", found, work, *wrong)
         shutil.rmtree(out, ignore_errors=True)
-    tally.tell(record_property)
+    tally.report(record_property)

@@ -20,7 +20,7 @@ from vanelock import open_results
 
 ROOT = Path(__file__).resolve().parents[3]
 TIMES = {"seconds", "cost", "cpu", "cached", "date", "stages", "digest", "whole"}
-"""What tells how a run went: times, the date, stages that it computed or looked up, digests, and
+"""What varies from run to run: times, the date, stages that it computed or looked up, digests, and
 the name of a cache entry, which has one."""
 PATIENCE = 600.0
 """Seconds after which a run that neither ends nor comes to the moment of its kill is given up."""
@@ -60,11 +60,11 @@ class Outcome:
     status : int
         Of the process; -9 where it was killed.
     within : str or None
-        The stage that was in hand.
+        The stage that was being computed.
     hit : bool
         Whether the kill came at the moment that was meant.
     done : list of (str, bool)
-        Stages that it told the end of, and whether they came from the cache.
+        Stages whose end it reported, and whether they came from the cache.
     errors : str
         What it said on standard error.
     left : bool
@@ -269,7 +269,7 @@ def readable(folder: Path) -> bool:
 
 
 def seconds(folder: Path) -> dict[str, float]:
-    """What each stage took, as the results tell it, and each picture."""
+    """Time of each stage and picture, as the results have it."""
     found = {}
     with h5py.File(folder / "results.h5") as file:
         for name, group in file["provenance/stages"].items():

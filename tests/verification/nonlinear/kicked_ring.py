@@ -26,7 +26,7 @@ from vanelock.nonlinear.transient.time_response import _departure
 KICK = 1e-6
 """Of the modes' velocities, relative to those that the wave gives them."""
 LEAST = 1e-5
-"""Of singular values of the looks, relative to the largest, that still tell a direction."""
+"""Of singular values of the looks, relative to the largest, that still count as a direction."""
 
 
 @dataclass(frozen=True)
@@ -36,7 +36,7 @@ class Parting:
     Attributes
     ----------
     departure : (P,) float
-        As `time_response` tells it, of the motion that is further from the wave.
+        As `time_response` gives it, of the motion that is further from the wave.
     difference : (P, N, d) float
         Of the contacts' displacements, in N looks a period.
     unsolved : int

@@ -161,7 +161,7 @@ MEASURED = {1: 1.0706, 0: 0.752, 4: 0.940}
 
 @pytest.mark.parametrize("seed", MEASURED)
 @pytest.mark.parametrize("harmonics", [3, 9])
-def test_few_harmonics_tell_what_rings_do(seed, harmonics, record_property):
+def test_few_harmonics_predict_what_rings_do(seed, harmonics, record_property):
     _, force, frequency = worst_of(seed)["lift"]
     system = loaded(spring_ring(seed), force)
     response = frequency_response(system, [frequency], Options(harmonics))
@@ -324,19 +324,19 @@ def interlocked(system, mu, interference, load):
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("mu", "interference", "load"), PEAKS if FULL else PEAKS[::8])
-def test_vane_in_time_stays_or_leaves_as_told(vane, mu, interference, load, record_property):
+def test_vane_in_time_stays_or_leaves_as_predicted(vane, mu, interference, load, record_property):
     system = interlocked(vane, mu, interference, load)
     response = frequency_response(system, (250.0, 285.0), Options(3), find_jumps=False)
     peak = int(response.amplitude[:, 0].max(axis=1).argmax())
     frequency, sectors = float(response.frequency[peak]), system.sectors
-    told = stability(system, response, [peak])
-    verdict, n = told.verdict[0], int(told.diameter[0, 0])
-    both = ", ".join(f"{size:.4f}" for size in np.exp(told.growth[0] / frequency))
+    tested = stability(system, response, [peak])
+    verdict, n = tested.verdict[0], int(tested.diameter[0, 0])
+    both = ", ".join(f"{size:.4f}" for size in np.exp(tested.growth[0] / frequency))
     record_property("peak", f"{frequency:.2f} Hz")
-    record_property("told", ("stable", "unstable", "undecided")[verdict])
+    record_property("verdict", ("stable", "unstable", "undecided")[verdict])
     record_property("at H = 3 and 5", f"{both} a period, nodal diameter {n}")
     wave = refined(system, response, peak, WAVE)
-    again = refined(system, response, peak, int(told.harmonics[1]))  # of which it is told
+    again = refined(system, response, peak, int(tested.harmonics[1]))  # those of the verdict
     apart = np.abs(wave.contact[0, 1] - again.contact[0, 1]).max()
     assert apart < 0.05 * np.abs(wave.contact[0, 1]).max()
     steps, periods = (256, 60) if FULL else (128, 30)
@@ -351,15 +351,15 @@ def test_vane_in_time_stays_or_leaves_as_told(vane, mu, interference, load, reco
         assert found.departure.max() < 1e-3
         assert grown < 1
     if verdict == UNSTABLE:
-        # Of the motion told, by its nodal diameter and frequency: others may grow beside it.
-        size = float(np.abs(told.multiplier[0, 0]))
-        expected = np.exp((told.exponent[0, 0] / frequency - 2j * np.pi * n) / sectors)
+        # Of the growing motion, by its nodal diameter and frequency: others may grow beside it.
+        size = float(np.abs(tested.multiplier[0, 0]))
+        expected = np.exp((tested.exponent[0, 0] / frequency - 2j * np.pi * n) / sectors)
         values = found.eigenvalues(half)
         nearest = values[np.abs(values - expected).argmin()]
         measured = float(np.abs(nearest) ** sectors)
         turned = float(np.angle(nearest / expected)) * sectors / (2 * np.pi)
         record_property("measured", f"{measured:.4f} a period, {measured / size - 1:+.1%}")
-        record_property("frequency", f"{turned:+.4f} of the excitation's from that told")
+        record_property("frequency", f"{turned:+.4f} of the excitation's from the estimate")
         assert found.departure[-1] > FAR or size < 1.15
         assert abs(turned) < 0.02
         assert abs(measured - size) < 0.03 * size

@@ -81,7 +81,7 @@ def test_friction_holds_the_peak_down_between_the_linear_limits(
     curve = response.amplitude[:, 0].max(axis=1)
     peak = int(np.argmax(curve))
     work = response.dissipation[peak]
-    slipping = work > 1e-6 * work.max()  # rubs, whether or not it lifts off as well
+    slipping = work > 1e-6 * work.max()  # whether or not it lifts off as well
     record_property("peak / free", f"{curve[peak] / limits['free']:.3f}")
     record_property("peak / stuck", f"{curve[peak] / limits['stuck']:.3f}")
     record_property("x", f"{(frequencies[peak] - free) / (stuck - free):.3f}")

@@ -192,10 +192,10 @@ def test_response_and_its_estimated_error(vane_and_casing, accuracy, interlock, 
         exact.append((rows @ x).reshape(-1, 3))
     missing = np.array(exact) - output
     size = np.abs(exact).max(axis=2)
-    true, told = (np.abs(a).max(axis=2) / size for a in (missing, error))
+    true, estimated = (np.abs(a).max(axis=2) / size for a in (missing, error))
     record_property("worst error", f"{true.max():.1e}")
     seen = true > 1e-8
-    ratio = told[seen] / true[seen]
+    ratio = estimated[seen] / true[seen]
     record_property("estimate / error", f"{ratio.min():.2f} to {ratio.max():.2f}")
     assert np.all(ratio > 0.3)
     assert np.all(ratio < 3)

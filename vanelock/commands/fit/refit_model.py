@@ -34,7 +34,7 @@ class Rejoined:
     Parameters
     ----------
     study : Study
-        The case, its temperatures settled.
+        The case, its temperatures known.
     vane, casing : Component
         Its reduced parts.
     monitor : Monitor

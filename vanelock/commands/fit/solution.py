@@ -120,7 +120,7 @@ class FitSolution:
         """Whether linear theory carries the standard errors."""
         return not self.missed and not self.flat
 
-    def rivals(self) -> tuple[Start, ...]:
+    def as_good(self) -> tuple[Start, ...]:
         """Attempts that ended elsewhere and meet the data as well, within two standard errors."""
         best = self._inner(self.value)
         found = []

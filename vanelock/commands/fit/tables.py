@@ -82,7 +82,7 @@ def doubts(found: FitSolution) -> list[str]:
         )
     if found.lost:
         said.append(f"{found.lost} measured points have no converged response and were left out")
-    said += _rivals(found, keys)
+    said += _as_good(found, keys)
     return said
 
 
@@ -122,10 +122,10 @@ def _moved(keys: list[str], direction: Direction) -> str:
     )
 
 
-def _rivals(found: FitSolution, keys: list[str]) -> list[str]:
+def _as_good(found: FitSolution, keys: list[str]) -> list[str]:
     """Other fits that are as good."""
     said = []
-    for start in found.rivals():
+    for start in found.as_good():
         values = ", ".join(f"{k} {v:.4g}" for k, v in zip(keys, start.found, strict=True))
         said.append(f"ANOTHER FIT IS AS GOOD: {values} (misfit {start.after:.3g})")
     return list(dict.fromkeys(said))

@@ -113,8 +113,8 @@ def by_library(read: Callable[[], T], where: str, size: int, what: str) -> T:
             raise
         except (Exception, SystemExit) as error:
             reason = "" if isinstance(error, SystemExit) else str(error)
-            told = [line for line in (reason or printed.getvalue()).splitlines() if line.strip()]
-            said = printable((told or [type(error).__name__])[0]).strip()[:160]
+            lines = [line for line in (reason or printed.getvalue()).splitlines() if line.strip()]
+            said = printable((lines or [type(error).__name__])[0]).strip()[:160]
             raise InputError(f"{where}: not {what} that can be read: {said}") from None
 
     try:

@@ -346,7 +346,7 @@ class Study(KeyTable):
                     f"aerofoils 1 to {self.vane.aerofoils}"
                 )
 
-    def _leaves_out_what_can_be_told(self) -> Iterator[str]:
+    def _needs_error_estimates(self) -> Iterator[str]:
         """An accuracy needs an estimate of every error."""
         text = "" if self.accuracy is None else f"accuracy = {self.accuracy:g}"
         if text and self.rom.route != "cyclic":
@@ -384,7 +384,7 @@ class Study(KeyTable):
         _is_sampled_enough,
         _has_the_output,
         _has_the_aerofoils,
-        _leaves_out_what_can_be_told,
+        _needs_error_estimates,
         _has_points_to_choose,
         can_be_assessed,
         *TEMPERATURE_CHECKS,

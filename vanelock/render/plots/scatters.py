@@ -90,8 +90,8 @@ def scatter_picture(
 
 def _most(keys: Sequence[tuple[str, Floats]], responses: Sequence[ScatterPanel]) -> list[int]:
     """The most influential keys, in their order."""
-    tells = np.max([np.abs(np.nan_to_num(each.correlation)) for each in responses], axis=0)
-    return sorted(np.argsort(-tells, kind="stable")[:_SHOWN].tolist())
+    strength = np.max([np.abs(np.nan_to_num(each.correlation)) for each in responses], axis=0)
+    return sorted(np.argsort(-strength, kind="stable")[:_SHOWN].tolist())
 
 
 def _distribution(axes: Axes, each: ScatterPanel, percent: Sequence[float]) -> None:

@@ -129,11 +129,11 @@ def caption(diagram: Campbell, name: str) -> str:
     """What the picture shows, for someone who did not make the run."""
     lines = diagram.lines
     full = "full with the interlock stuck, dashed with it free" if lines.interlock else "full"
-    warm = not np.isnan(lines.temperatures).all()
+    heated = not np.isnan(lines.temperatures).all()
     bent = (
         " They bend with rotor speed as Young's modulus falls with each part's temperature; "
         "thermal expansion and stresses are left out."
-        if warm
+        if heated
         else " They are level: no temperatures are given, and rotation does not stiffen a stator."
     )
     held = f" with the interlock {diagram.linear}" if lines.interlock else ""

@@ -97,7 +97,7 @@ def curves(run_data: RunData) -> Picture:
         "moves the resonance from the free towards the stuck frequency."
         f"{' Black dots are measured.' if run_data.shown.measured else ''}"
     )
-    caption += told_apart(made)
+    caption += key_to_lines(made)
     if shade is not None:
         caption += (
             f" Shaded: where {shade.label} lie at each frequency, and their median; lines of their "
@@ -112,7 +112,7 @@ def one_order(orders: Iterable[int]) -> int | None:
     return found.pop() if len(found) == 1 else None
 
 
-def told_apart(curves: Sequence[render.Curve]) -> str:
+def key_to_lines(curves: Sequence[render.Curve]) -> str:
     """What shades and line styles say of bounds and stability, if anything."""
     text = ""
     if any(curve.envelope is not None for curve in curves):

@@ -12,7 +12,7 @@ from vanelock.quantities.contacts.wear import exact
 from vanelock.quantities.selection import band
 from vanelock.render.plots.curve import Curve, converged
 from vanelock.report import Plot, Section, Trace, curve_plot
-from vanelock.results.figures.curves import all_curves, told_apart
+from vanelock.results.figures.curves import all_curves, key_to_lines
 from vanelock.results.figures.loops import Loop
 from vanelock.results.page_sections.content import PageContent
 
@@ -47,7 +47,7 @@ def response_plot(content: PageContent) -> Plot:
         made,
         "Forced response",
         f"Half the peak-to-peak of {content.monitor}. {lines} Click a name in the legend to hide "
-        f"its curve, twice to see it alone.{told_apart(made)}",
+        f"its curve, twice to see it alone.{key_to_lines(made)}",
         band=band(run_data),
         data=[data] if data.exists() else [],
     )

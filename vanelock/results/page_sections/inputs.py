@@ -86,11 +86,11 @@ def _of_study(study: Study, cases: Sequence[Study]) -> Section:
         "at the end of the page."
     )
     blocks.append(Table("Main inputs", VALUE, _rows(main), (note,)))
-    warm = [text for text in dict.fromkeys(described(case) for case in cases) if text]
-    if warm:
+    heated = [text for text in dict.fromkeys(described(case) for case in cases) if text]
+    if heated:
         blocks.append(
             Text(
-                f"{_sentence('; '.join(warm))}. Temperature acts through Young's modulus alone: "
+                f"{_sentence('; '.join(heated))}. Temperature acts through Young's modulus alone: "
                 "thermal expansion, the stresses that it causes and softer contacts are left out."
             )
         )

@@ -75,7 +75,7 @@ def campbell(planned: Planned, stages: Stages, monitor: Monitor) -> Campbell:
     Parameters
     ----------
     planned : Planned
-        The case, its temperatures settled; its study's `[campbell]`, or that table's defaults.
+        The case, its temperatures known; its study's `[campbell]`, or that table's defaults.
     stages : Stages
         What computes or finds each product.
     monitor : Monitor

@@ -1,7 +1,7 @@
 """Linear response along the line of an engine order: what the circles of a Campbell diagram show.
 
 At speed n the load turns with the frequency |EO| n / 60 and acts with the study's amplitude at each
-force node. Around each crossing the parts are as warm as at that crossing, halfway to the next.
+force node. The parts have the temperatures of the nearest crossing.
 """
 
 from collections.abc import Mapping, Sequence

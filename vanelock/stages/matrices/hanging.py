@@ -201,10 +201,10 @@ def _pressing(rows: Floats, mu: Floats, load: Floats) -> NDArray[np.bool_] | Non
     from scipy.optimize import linprog  # loaded by those alone who ask
 
     c, unit = len(mu), np.abs(load).max(initial=0.0) or 1.0
-    one, rub = sp.eye_array(c), sp.diags_array(-mu)
+    one, friction = sp.eye_array(c), sp.diags_array(-mu)
     across = [(sign * one, None)[::way] for way in (1, -1) for sign in (1.0, -1.0)]
     bound = sp.block_array(
-        [[-one, None, None, one], *([rub, *each, sp.csr_array((c, c))] for each in across)]
+        [[-one, None, None, one], *([friction, *each, sp.csr_array((c, c))] for each in across)]
     )
     balance = np.hstack([rows[0::3].T, rows[1::3].T, rows[2::3].T, np.zeros((rows.shape[1], c))])
     limits = [(0, None)] * c + [(None, None)] * (2 * c) + [(0, 1)] * c

@@ -39,7 +39,7 @@ def adaptive_step(
     name : str
         The case's.
     study : Study
-        Of the case, its mesh and reduction settled.
+        Of the case, its mesh and reduction chosen.
     budget : Budget
         Shares of harmonics, frequencies and samples.
     linear : LinearSteps
@@ -82,7 +82,7 @@ def adaptive_step(
             return rom.neglected_forms(get(linear.vane), casing, nodal_diameter)
 
         modal = linear.vane, linear.casing  # parts by number of modes may have none
-        tells = all(
+        estimable = all(
             next(iter(get(part).diameters.values())).neglected is not None for part in modal
         )
         return nonlinear.adaptive_response(
@@ -91,7 +91,7 @@ def adaptive_step(
             nonlinear.Shares(**shares),
             nonlinear.Options(**fixed),
             monitor=(watched.node, watched.component),
-            neglected=neglected if tells else None,
+            neglected=neglected if estimable else None,
             mesh_error=errors.at,
             progress=progress,
             journal=journal,

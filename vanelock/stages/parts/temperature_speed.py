@@ -1,8 +1,8 @@
 """At which rotor speed the response of a case has its temperatures, where they depend on it.
 
 Unless `temperature.speed` says so: where the engine order of the study meets the mode of interest
-with the interlock free, found on the modes themselves with each part as warm as it is there. It is
-settled before the response is planned, from the same reduced parts that serve the response.
+with the interlock free, found on the modes with each part at its temperature there. It is
+determined before the response is planned, from the same reduced parts that serve the response.
 """
 
 from collections.abc import Callable, Sequence
@@ -36,7 +36,7 @@ HIGHEST = 1e6
 
 
 def with_temperature_speeds(cases: Sequence[Case], stages: Stages) -> list[Case]:
-    """The cases, each with the speed of its temperatures settled.
+    """The cases, each with the speed of its temperatures determined.
 
     Raises
     ------

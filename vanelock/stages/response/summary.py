@@ -13,7 +13,7 @@ from vanelock.stages.response.limits import Limits
 from vanelock.stages.response.monitor import Monitor
 
 OPENING = (OPEN, SLIP_OPEN)
-RUBS = 1e-6
+LEAST_WORK = 1e-6
 """Friction work of a contact that slips, relative to the largest: one that opens without sliding
 is not counted as slipping."""
 ALIKE = 1e-6
@@ -244,7 +244,7 @@ def summarise(
     if peak is not None:
         state = response.state[peak.point]
         work = response.dissipation[peak.point]
-        slips = work > RUBS * work.max(initial=np.finfo(float).tiny)
+        slips = work > LEAST_WORK * work.max(initial=np.finfo(float).tiny)
         slipping, closed_slipping = share(slips[opens]), share(slips[~opens])
         opening = share(np.isin(state[opens], OPENING))
         friction = friction_share(work, opens)

@@ -34,7 +34,7 @@ class CaseWork:
     Attributes
     ----------
     case : Case
-        As given, not as settled; files that a scene names are read where it is computed.
+        As given, before an accuracy chooses; files of a scene are read where it is computed.
     diameters : tuple of int
         Nodal diameters at which the cases have their parts reduced, without an accuracy.
     chosen_mesh : MeshChoice or None

@@ -82,11 +82,11 @@ def test_a_node_stands_in_every_row_of_a_mitre() -> None:
         assert len(line) >= rows - 1
 
 
-def test_faces_that_are_missing_are_told() -> None:
-    told = r"^vane\.root_fillet = 0\.003 m: \d+ faces between the shrouds instead of 96"
+def test_faces_that_are_missing_are_reported() -> None:
+    expected = r"^vane\.root_fillet = 0\.003 m: \d+ faces between the shrouds instead of 96"
     vane = VaneDimensions(root_fillet=0.003)
     with session("vane") as gmsh:
         vane_solid(gmsh, VaneDimensions(), 16)
         gmsh.model.occ.synchronize()
-        with pytest.raises(InputError, match=told):
+        with pytest.raises(InputError, match=expected):
             divide_filleted(gmsh, vane, 16, 0.025)

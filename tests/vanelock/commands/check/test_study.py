@@ -33,8 +33,8 @@ def test_elements_are_those_that_a_run_has(tmp_path, text, elements):
 
 def test_an_accuracy_says_what_it_chooses(tmp_path):
     (tmp_path / "my.toml").write_text("accuracy = 0.02\n[response]\nharmonics = 3")
-    told = rows(tmp_path / "my.toml")["accuracy"]
-    assert told == "an error of 2 %: the run chooses mesh, modes, frequencies"
+    shown = rows(tmp_path / "my.toml")["accuracy"]
+    assert shown == "an error of 2 %: the run chooses mesh, modes, frequencies"
 
 
 def test_measured_files_do_not_hide_behind_other_mistakes(tmp_path):
@@ -54,10 +54,10 @@ def test_measured_files_do_not_hide_behind_other_mistakes(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("failed", "told"),
+    ("failed", "expected"),
     [(0, "0"), (2, "2: mu=0, mu=1"), (7, "7: mu=0, mu=1, mu=2, mu=3, mu=4, ...")],
 )
-def test_failed_cases_are_counted(tmp_path, failed, told):
+def test_failed_cases_are_counted(tmp_path, failed, expected):
     results = Results(tmp_path / "results.h5")
     with results.edit() as file:
         about = file.create_group("provenance")
@@ -67,7 +67,7 @@ def test_failed_cases_are_counted(tmp_path, failed, told):
         for i in range(failed):
             file.create_group(f"failed/mu={i}")
     results.flush()
-    assert rows(tmp_path)["failed"] == told
+    assert rows(tmp_path)["failed"] == expected
 
 
 def test_a_check_loads_neither_what_draws_nor_what_solves_nor_what_fits(tmp_path):

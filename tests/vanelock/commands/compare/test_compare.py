@@ -133,7 +133,7 @@ def test_results_that_lack_something_are_refused_in_one_line(tmp_path):
         compare_runs(tmp_path / "a", tmp_path / "b")
 
 
-def test_settings_are_told_in_peoples_units():
+def test_settings_are_given_in_peoples_units():
     values = {
         "vane.thickness": (0.0045, "4.5 mm"),
         "vane.fillet": (0.0, "0 mm"),

@@ -78,7 +78,7 @@ def test_listed_frequencies_leave_nothing_to_raise_there():
     assert "response.points" not in {setting.key for setting in settings_of(study)}
 
 
-def test_an_unknown_setting_is_told_with_those_there_are():
+def test_an_unknown_setting_is_refused_with_those_there_are():
     with pytest.raises(
         InputError, match=r'--setting "mesh": this study has mesh.size, rom.accuracy'
     ):
@@ -161,7 +161,7 @@ def test_measuring_again_computes_nothing_and_finds_the_same(measured):
     assert [o.cpu for o in again] == pytest.approx([o.cpu for o in before])
 
 
-def test_lost_points_are_told(measured):
+def test_lost_points_are_reported(measured):
     _, found, _ = measured
     bad = replace(found[0], lost=2)
     assert "response.harmonics = 1: 2 points DID NOT CONVERGE" in table([bad], "x").notes

@@ -68,15 +68,15 @@ def test_friction_is_found_and_written(rig):
     again = load_study(folder / "run" / "fitted.toml", outside=True)
     assert again.joints.interlock.mu == pytest.approx(found.value[0], rel=1e-5)
     assert (folder / "run" / again.measured[0].file).resolve() == (folder / "rig.csv").resolve()
-    told = json.loads((folder / "run" / "fit.json").read_text())
-    assert told["parameters"][0]["value"] == pytest.approx(found.value[0])
+    written = json.loads((folder / "run" / "fit.json").read_text())
+    assert written["parameters"][0]["value"] == pytest.approx(found.value[0])
     assert (folder / "run" / "figures" / "fit.png").stat().st_size > 10_000
     header = (folder / "run" / "figures" / "fit.csv").read_text("utf-8").splitlines()[2]
     assert header.startswith("frequency (Hz): rig,measured (µm): rig")
 
 
 @pytest.mark.slow
-def test_stuck_contacts_tell_nothing_of_friction(rig):
+def test_stuck_contacts_determine_nothing_of_friction(rig):
     """Under a thousandth of the load nothing slips, so that no friction fits worse."""
     folder, model = rig
     small = {"excitation.force": 0.03}
@@ -136,7 +136,7 @@ def test_rejoined_parts_are_those_of_the_study_with_the_values(rig, tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("text", "told"),
+    ("text", "expected"),
     [
         ('parameters = ["joints.mu"]', 'fit.parameters = \\["joints.mu"\\]: "joints.mu" cannot be'),
         (f'parameters = ["{MU}", "{MU}"]', "fitted keys must differ"),
@@ -146,13 +146,13 @@ def test_rejoined_parts_are_those_of_the_study_with_the_values(rig, tmp_path):
         ("starts = 0", "fit.starts = 0: number of starts must be >= 1"),
     ],
 )
-def test_what_cannot_be_fitted(text, told):
-    with pytest.raises(InputError, match=told):
+def test_what_cannot_be_fitted(text, expected):
+    with pytest.raises(InputError, match=expected):
         parse_study(f'[measured]\nfile = "a.csv"\n[fit]\n{text}')
 
 
 @pytest.mark.parametrize(
-    ("text", "told"),
+    ("text", "expected"),
     [
         ("[fit]", "fit: needs \\[\\[measured\\]\\]"),
         (
@@ -166,8 +166,8 @@ def test_what_cannot_be_fitted(text, told):
         ),
     ],
 )
-def test_what_the_study_has_not(text, told):
-    with pytest.raises(InputError, match=told):
+def test_what_the_study_has_not(text, expected):
+    with pytest.raises(InputError, match=expected):
         parse_study(text)
 
 

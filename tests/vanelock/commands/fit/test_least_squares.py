@@ -66,7 +66,7 @@ def test_a_model_that_misses_its_data_has_larger_errors():
 
 
 def test_a_product_alone_is_determined():
-    """The curve depends on height and load as their product: which one, no data can tell."""
+    """The curve depends on height and load as their product: no data determine which one."""
     sigma = np.full(41, 0.02)
 
     def product(theta):
@@ -146,7 +146,7 @@ def test_losing_the_worst_points_does_not_pay():
 
 
 def test_further_starts_find_what_the_first_does_not():
-    """Far from the resonance nothing pulls towards it; equal misfits elsewhere are told."""
+    """Far from the resonance nothing pulls towards it; equal misfits elsewhere are reported."""
     data = predict(TRUTH)
     start = [FitParameter("height", 2.0, 1.0, 4.0), FitParameter("place", 3.0, 0.5, 3.1)]
 
@@ -184,9 +184,9 @@ def test_table_and_record():
     assert [start, value] == pytest.approx([1.0, 2.0], rel=1e-3)
     assert float(low or 0) < 2.0 < float(high or 0)
     assert notes(found)[0].startswith("root mean square misfit: ")
-    told = json_of(found)
-    assert told["parameters"][0]["value"] == pytest.approx(2.0, rel=1e-3)
-    assert told["misfit_unit"] == "standard deviations"
+    written = json_of(found)
+    assert written["parameters"][0]["value"] == pytest.approx(2.0, rel=1e-3)
+    assert written["misfit_unit"] == "standard deviations"
 
 
 def test_too_few_points():

@@ -116,7 +116,7 @@ def test_a_jump_beside_a_point_carries_no_standard_error():
     assert not found.carried
 
 
-def test_every_response_is_told():
+def test_every_response_is_listed():
     heard = []
     data = 1 + 0.1 * X
     fit(

@@ -12,9 +12,9 @@ from vanelock.common.files.files import beside, contents, placed
 
 
 def refused(folder, given, **options):
-    with pytest.raises(InputError) as told:
+    with pytest.raises(InputError) as caught:
         beside(folder, given, "vane.mesh", **options)
-    text = str(told.value)
+    text = str(caught.value)
     assert text.startswith('vane.mesh = "')
     assert text.isprintable()
     return text
@@ -43,7 +43,7 @@ def test_what_stays_in_the_folder(folder, given):
 
 
 @pytest.mark.parametrize(
-    ("given", "told"),
+    ("given", "expected"),
     [
         ("../secret.inp", "is outside the study file's folder"),
         ("meshes/../../secret.inp", "is outside"),
@@ -55,9 +55,9 @@ def test_what_stays_in_the_folder(folder, given):
         ("~/../../x\x1b[31m", "is outside"),
     ],
 )
-def test_what_leaves_the_folder_needs_leave(folder, given, told):
+def test_what_leaves_the_folder_needs_leave(folder, given, expected):
     text = refused(folder, given)
-    assert told in text
+    assert expected in text
     assert "--allow-outside" in text
     assert beside(folder, given, "vane.mesh", outside=True) == folder / given
 
@@ -78,23 +78,23 @@ def test_what_is_no_path(folder, given):
 def test_every_path_of_a_study(folder, text, key):
     path = folder / "study.toml"
     path.write_text(text)
-    with pytest.raises(InputError) as told:
+    with pytest.raises(InputError) as caught:
         load_study(path)
-    assert str(told.value).startswith(f"{path}: {key} = ")
-    assert "--allow-outside" in str(told.value)
+    assert str(caught.value).startswith(f"{path}: {key} = ")
+    assert "--allow-outside" in str(caught.value)
     load_study(path, outside=True)
 
 
 def test_only_regular_files_are_read(folder):
     os.mkfifo(folder / "pipe")
-    for name, told in (
+    for name, expected in (
         ("pipe", "is no regular file, a mesh is needed"),
         ("meshes", "is a folder, a mesh is needed"),
         ("none", "no such file"),
         ("loop", "cannot be read: Too many levels"),
         ("a\0b", "no path"),
     ):
-        with pytest.raises(InputError, match=told):
+        with pytest.raises(InputError, match=expected):
             contents(folder / name, "a mesh")
     assert contents(folder / "inner.inp", "a mesh", 4) == b"mine"
     with pytest.raises(InputError, match="more than 3 bytes"):

@@ -28,7 +28,7 @@ def huge() -> str:
 
 
 @pytest.mark.parametrize(
-    ("work", "told"),
+    ("work", "expected"),
     [
         (endless, "reading it does not end"),
         (crashing, "it makes the library that reads it fail"),
@@ -37,9 +37,9 @@ def huge() -> str:
     ],
 )
 def test_a_child_that_falls_says_why(
-    work: Callable[[], str], told: str, capfd: pytest.CaptureFixture[str]
+    work: Callable[[], str], expected: str, capfd: pytest.CaptureFixture[str]
 ) -> None:
-    with pytest.raises(Fallen, match=told):
+    with pytest.raises(Fallen, match=expected):
         limited(work, seconds=1, memory=200_000_000)
     assert capfd.readouterr() == ("", "")
 
@@ -62,7 +62,7 @@ def refusing() -> str:
 
 
 @pytest.mark.parametrize(
-    ("read", "told"),
+    ("read", "expected"),
     [
         (saying, "a.bin: not a mesh that can be read: line 3: not a number"),
         (printing, "a.bin: not a mesh that can be read: no such section"),
@@ -71,12 +71,12 @@ def refusing() -> str:
         (refusing, "a.bin: element 4 has no nodes"),
     ],
 )
-def test_a_library_that_fails_is_told_in_one_line(
-    read: Callable[[], str], told: str, capfd: pytest.CaptureFixture[str]
+def test_a_library_that_fails_is_reported_in_one_line(
+    read: Callable[[], str], expected: str, capfd: pytest.CaptureFixture[str]
 ) -> None:
     with pytest.raises(InputError) as caught:
         by_library(read, "a.bin", 1000, "a mesh")
-    assert str(caught.value) == told
+    assert str(caught.value) == expected
     assert capfd.readouterr() == ("", "")
 
 

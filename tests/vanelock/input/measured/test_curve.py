@@ -63,7 +63,7 @@ def test_what_the_study_says_of_a_file(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("text", "told"),
+    ("text", "expected"),
     [
         ("", "data.csv: empty: a header and numbers are needed"),
         ("frequency (Hz)\n1\n2", "line 1: needs a column amplitude with its unit"),
@@ -81,10 +81,10 @@ def test_what_the_study_says_of_a_file(tmp_path):
         ("f (Hz),a (um)\n1,2\n", "data.csv: 1 points: at least 2 are needed"),
     ],
 )
-def test_what_cannot_be_read(tmp_path, text, told):
+def test_what_cannot_be_read(tmp_path, text, expected):
     with pytest.raises(InputError) as caught:
         read(tmp_path, text)
-    assert told in str(caught.value)
+    assert expected in str(caught.value)
     assert str(tmp_path / "data.csv") in str(caught.value)
     assert "\n" not in str(caught.value)
 

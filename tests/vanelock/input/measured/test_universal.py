@@ -20,7 +20,7 @@ DISPLACEMENT, STRAIN, VELOCITY, ACCELERATION, FORCE = 8, 3, 11, 12, 13
 
 
 def record(data: Any, x: Any = HERTZ, **changed: Any) -> dict[str, Any]:
-    """A function record, a frequency response unless told otherwise."""
+    """A function record, a frequency response by default."""
     given = {
         "func_type": 4, "rsp_node": 12, "rsp_dir": 3, "ref_node": 7, "ref_dir": -1,
         "data": np.asarray(data), "x": np.asarray(x), "id1": "rig", "rsp_ent_name": "vane",
@@ -57,9 +57,9 @@ def read(path: Path, **keys: Any) -> Measured:
 
 
 def complaint(path: Path, **keys: Any) -> str:
-    with pytest.raises(InputError) as told:
+    with pytest.raises(InputError) as caught:
         read(path, **keys)
-    text = str(told.value)
+    text = str(caught.value)
     assert "\n" not in text
     assert str(path) in text or "measured[0]" in text
     return text.replace(str(path), path.name)
@@ -191,7 +191,7 @@ def test_by_the_formats_description(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("changed", "units", "told"),
+    ("changed", "units", "expected"),
     [
         (
             {"ordinate_axis_units_lab": "mm"},
@@ -222,11 +222,11 @@ def test_by_the_formats_description(tmp_path: Path) -> None:
     ],
 )
 def test_what_is_no_amplitude_or_has_no_unit(
-    tmp_path: Path, changed: dict[str, Any], units: dict[str, Any] | None, told: str
+    tmp_path: Path, changed: dict[str, Any], units: dict[str, Any] | None, expected: str
 ) -> None:
     given = record(np.abs(RECEPTANCE) if changed.get("func_type") else RECEPTANCE, **changed)
     path = write(tmp_path / "rig.uff", *([units] if units else []), given)
-    assert told in complaint(path)
+    assert expected in complaint(path)
 
 
 def test_the_study_decides_a_unit(tmp_path: Path) -> None:
@@ -255,9 +255,9 @@ def test_other_files_are_refused(tmp_path: Path) -> None:
     csv = tmp_path / "rig.csv"
     csv.write_text("f (Hz),a (um)\n1,2\n3,4")
     for key, value in (("record", 1), ("unit", "m"), ("force", 1.0)):
-        told = complaint(csv, **{key: value})
-        assert told.startswith(f"measured[0].{key} = ")
-        assert told.endswith("is for Universal Files (.uff, .unv, .uf)")
+        message = complaint(csv, **{key: value})
+        assert message.startswith(f"measured[0].{key} = ")
+        assert message.endswith("is for Universal Files (.uff, .unv, .uf)")
 
 
 def test_a_range_holds_for_every_file_and_must_leave_points(tmp_path: Path) -> None:

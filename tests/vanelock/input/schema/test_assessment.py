@@ -46,7 +46,7 @@ def test_other_responses_have_neither(table: str, key: str, message: str) -> Non
         ('accuracy = 0.05\n[stability]\npoints = "all"', 'stability.points = "all"'),
     ],
 )
-def test_mistakes_are_told(text: str, message: str) -> None:
+def test_mistakes_are_reported(text: str, message: str) -> None:
     with pytest.raises(InputError) as error:
         parse_study(text)
     assert message in str(error.value)

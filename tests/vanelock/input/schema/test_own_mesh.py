@@ -25,13 +25,13 @@ CASING = '[casing]\nmesh = "casing.bdf"\nunit = "mm"\n'
 
 
 def complaint(text):
-    with pytest.raises(InputError) as told:
+    with pytest.raises(InputError) as caught:
         parse_study(text)
-    return str(told.value)
+    return str(caught.value)
 
 
 @pytest.mark.parametrize(
-    ("text", "told"),
+    ("text", "expected"),
     [
         (VANE + "chord = 0.05", "vane.chord = 0.05: a mesh is given, so dimensions cannot be"),
         (CASING + "length = 1", "casing.length = 1: a mesh is given, so dimensions cannot be"),
@@ -89,10 +89,10 @@ def complaint(text):
         ),
     ],
 )
-def test_refusals_are_one_line(text, told):
+def test_refusals_are_one_line(text, expected):
     line = complaint(text)
     assert "\n" not in line
-    assert line.removeprefix("study: ").startswith(told)
+    assert line.removeprefix("study: ").startswith(expected)
 
 
 def test_what_goes_with_a_mesh():
@@ -116,13 +116,13 @@ def test_paths_start_at_the_study(tmp_path):
     folder.mkdir()
     path = folder / "study.toml"
     path.write_text('[vane]\nmesh = "meshes/vane.inp"\n')
-    with pytest.raises(InputError) as told:
+    with pytest.raises(InputError) as caught:
         load_study(path)
     wanted = folder / "meshes" / "vane.inp"
     text = str(wanted)
     shown = text if len(text) + 2 <= 60 else text[:56] + "..."
-    assert str(told.value).startswith(f'{path}: vane.mesh = "{shown[:40]}')
-    assert str(told.value).endswith("no such file")
+    assert str(caught.value).startswith(f'{path}: vane.mesh = "{shown[:40]}')
+    assert str(caught.value).endswith("no such file")
     wanted.parent.mkdir()
     wanted.write_text("*NODE\n")
     assert load_study(path).vane.mesh == text
@@ -133,16 +133,16 @@ def test_sweeps(tmp_path, monkeypatch):
     (tmp_path / "vane.inp").write_text("*NODE\n")
     dimensions = VANE + '[sweep]\n"casing.outer_radius" = [0.604, 0.605]\n'
     assert len(cases(parse_study(dimensions))) == 2
-    with pytest.raises(InputError) as told:
+    with pytest.raises(InputError) as caught:
         cases(parse_study(VANE + '[sweep]\n"vane.chord" = [0.04, 0.05]\n'))
-    assert "a mesh is given, so dimensions cannot be" in str(told.value).splitlines()[0]
+    assert "a mesh is given, so dimensions cannot be" in str(caught.value).splitlines()[0]
     with pytest.raises(InputError, match="only keys that hold a number or a choice"):
         cases(parse_study(VANE + '[sweep]\n"vane.mesh" = ["a", "b"]\n'))
 
 
 @pytest.fixture
 def folder(tmp_path, coarse, write_mesh):
-    """The program's own meshes as files; tables tell their sets, output nodes by number."""
+    """The program's own meshes as files; tables name their sets, output nodes by number."""
     for part, ending in zip(coarse, (".inp", ".bdf"), strict=True):
         path = tmp_path / f"{part.name}{ending}"
         called = write_mesh(path, part)
@@ -209,7 +209,7 @@ def test_mesh_is_read_once(folder):
     steps = [mesh_step(study, part) for part in PARTS]
     found = []
     for _ in range(2):
-        stages = Stages(Cache(folder / "cache", lambda told: None), lambda told: None)
+        stages = Stages(Cache(folder / "cache", lambda event: None), lambda event: None)
         found.append([stages.get(step) for step in steps])
         names = [done.stage for done in stages.done.values() if not done.cached]
         assert ("read vane" in names) == (len(found) == 1)
@@ -267,14 +267,14 @@ def test_same_response_from_files(folder):
 
 @pytest.mark.slow
 def test_areas_are_asked_for_before_the_reductions(folder):
-    """Rows of nodes have no area: told at once, with the key and the set."""
+    """Rows of nodes have no area: refused at once, with the key and the set."""
     text = SMALL + "[joints.interlock]\nkn_area = 1e11\nkt_area = 1e11\n"
     study = written(folder, text)
     stages: list[Event] = []
     for action in (run_study, mesh_study):
-        with pytest.raises(InputError) as told:
+        with pytest.raises(InputError) as caught:
             action(study, folder / action.__name__, stages.append)
-        assert str(told.value) == (
+        assert str(caught.value) == (
             "joints.interlock.kn_area = 1e+11: the vane's set interlock_left does not consist of "
             "whole faces: give stiffnesses per node pair"
         )

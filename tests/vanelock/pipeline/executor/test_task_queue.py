@@ -58,7 +58,7 @@ class Toy:
             if self.folder:
                 again.touch()
             if self.how == "raises" or (self.how == "raises once" and first):
-                raise RuntimeError("as it is told")
+                raise RuntimeError("as it should")
             if self.how == "no memory":
                 raise MemoryError
             if self.how == "refuses":
@@ -145,9 +145,9 @@ def test_what_fails_once_is_made_the_second_time(toy, queue_of, tmp_path):
     toys = [toy.Toy(1, "raises once", folder), toy.Toy(2, "dies once", folder), toy.Toy(3)]
     queue, said = queue_of(*toys)
     assert [value(queue, each) for each in toys] == [41, 42, 43]
-    told = sorted(event.text for event in said if isinstance(event, Notice))
-    assert told == [
-        "1: RuntimeError: as it is told; trying again",
+    notices = sorted(event.text for event in said if isinstance(event, Notice))
+    assert notices == [
+        "1: RuntimeError: as it should; trying again",
         "2: its process was killed by signal 9 (SIGKILL); trying again",
     ]
 
@@ -155,13 +155,15 @@ def test_what_fails_once_is_made_the_second_time(toy, queue_of, tmp_path):
 @pytest.mark.parametrize(
     ("how", "reason", "attempts"),
     [
-        ("raises", "RuntimeError: as it is told", 2),
+        ("raises", "RuntimeError: as it should", 2),
         ("no memory", "out of memory", 2),
         ("dies", "its process was killed by signal 9 (SIGKILL)", 2),
         ("refuses", "toy.number = 3: must not be 3", 1),
     ],
 )
-def test_what_fails_always_is_told_and_the_others_are_made(toy, queue_of, how, reason, attempts):
+def test_what_fails_always_is_reported_and_the_others_are_made(
+    toy, queue_of, how, reason, attempts
+):
     toys = [toy.Toy(1), toy.Toy(3, how), *(toy.Toy(i) for i in range(5, 9))]
     queue, said = queue_of(*toys)
     assert [value(queue, each) for each in toys if each.how == "well"] == [41, 45, 46, 47, 48]
@@ -188,7 +190,7 @@ def test_a_task_waits_for_what_another_makes_or_fails_with_it(toy, queue_of):
         Task("after", second, (second.own.key,), (bad.own.key,)),
     ]
     both = TaskQueue(tasks, queue.cache, queue.executor, lambda event: None)
-    with pytest.raises(TaskFailed, match="as it is told"):
+    with pytest.raises(TaskFailed, match="as it should"):
         both.bring(second.own.key)
 
 
@@ -203,7 +205,7 @@ def test_what_comes_of_another_queue_s_task_is_left_alone(toy, tmp_path):
         def submit(self, task, image):
             assert task in (other, own)
             future: Future[Answer] = Future()
-            bad = Failure("own", "as it is told", again=False)
+            bad = Failure("own", "as it should", again=False)
             future.set_result(bad if task is own else [])
             return future
 
@@ -221,7 +223,7 @@ def test_what_comes_of_another_queue_s_task_is_left_alone(toy, tmp_path):
         for task in (other, own)
     )
     assert first.bring(wanted)
-    with pytest.raises(TaskFailed, match="as it is told"):
+    with pytest.raises(TaskFailed, match="as it should"):
         queue.bring(wanted)
 
 
@@ -287,7 +289,7 @@ def test_products_come_back_bit_by_bit(toy, queue_of):
 
 
 @pytest.mark.parametrize(("failed", "status"), [(True, 1), (False, 0)])
-def test_the_exit_status_tells_of_failed_cases(tmp_path, monkeypatch, capsys, failed, status):
+def test_the_exit_status_shows_failed_cases(tmp_path, monkeypatch, capsys, failed, status):
     from vanelock import __main__ as command
     from vanelock.commands.run import study
 

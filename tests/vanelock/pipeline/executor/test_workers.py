@@ -50,7 +50,7 @@ def contents(path):
     with h5py.File(path) as file:
         assert file.attrs["complete"]
         for name, item in everything(file):
-            if name.startswith("/provenance"):  # which tells what was computed when
+            if name.startswith("/provenance"):  # which holds what was computed when
                 continue
             if isinstance(item, h5py.Dataset) and not name.endswith("/seconds"):
                 data = item[()]
@@ -224,7 +224,7 @@ def certificates(tmp_path):
     return found
 
 
-def test_an_encrypted_cluster_is_told_by_dasks_configuration(tmp_path, certificates):
+def test_an_encrypted_cluster_is_set_up_by_dasks_configuration(tmp_path, certificates):
     import dask.config
     import distributed  # noqa: F401  # brings its part of the configuration
 

@@ -73,7 +73,7 @@ def test_friction_and_viscous_work_are_those_of_the_motion():
     assert found.friction == pytest.approx(4 * MU * LOAD * (U - MU * LOAD / KT), rel=1e-3)
 
 
-def test_a_lost_point_beside_the_peak_tells_no_bandwidth():
+def test_a_lost_point_beside_the_peak_leaves_no_bandwidth():
     f = np.linspace(90, 110, 401)
     a = 1 / np.hypot(1 - (f / 100) ** 2, 2 * 0.01 * f / 100)
     assert bandwidth_ratio(f, a) == pytest.approx(0.01, rel=2e-3)
@@ -84,7 +84,7 @@ def test_a_lost_point_beside_the_peak_tells_no_bandwidth():
     assert bandwidth_ratio(f, outside) == bandwidth_ratio(f, a)
 
 
-def test_curve_that_does_not_fall_to_half_power_tells_no_bandwidth():
+def test_curve_that_does_not_fall_to_half_power_has_no_bandwidth():
     f, a = np.linspace(1, 2, 50), np.linspace(1, 1.2, 50)
     assert half_power(f, a) is None
     assert np.isnan(bandwidth_ratio(f, a))

@@ -1,4 +1,4 @@
-"""The data beside the pictures of a run: the numbers of its results, and captions that tell it."""
+"""The data beside the pictures of a run: the numbers of its results, and captions."""
 
 import csv
 from dataclasses import replace
@@ -85,10 +85,10 @@ def test_data_beside_the_pictures_are_the_results(tmp_path):
         numbers(table["displacement, along the slant (µm)"]), 1e6 * u[:, 2], rtol=1e-14
     )
     np.testing.assert_array_equal(numbers(table["friction force, along the slant (N)"]), f[:, 2])
-    told = heard[-1]
-    assert isinstance(told, Finished)
+    finished = heard[-1]
+    assert isinstance(finished, Finished)
     names = {str(tmp_path / "figures" / name) for name in ("response.csv", "preload.csv")}
-    assert names <= set(told.summary["pictures"])
+    assert names <= set(finished.summary["pictures"])
     written = {path: path.stat().st_mtime_ns for path in (tmp_path / "figures").iterdir()}
     run_study(parse_study(STUDY), tmp_path)
     assert {path: path.stat().st_mtime_ns for path in written} == written

@@ -30,7 +30,7 @@ F = np.linspace(240.0, 300.0, 7)
 
 
 def run_data(text, limits=(), linear=None):
-    """Data of a run of cases with the given limits; its output files keep what they are told."""
+    """Data of a run of cases with the given limits; its output files keep the events."""
     study = parse_study(text)
     shown = Shown(Monitor("vane output 1, radial", 0, 0), linear or {})
     planned: list[Any] = [
@@ -41,13 +41,13 @@ def run_data(text, limits=(), linear=None):
         )
         for case, found in zip(cases(study), limits, strict=False)
     ]
-    told: list[Any] = []
+    events: list[Any] = []
     stages: Any = SimpleNamespace(get=lambda found: replace(found) if found else found)
     for found in limits:
         object.__setattr__(found, "key", "key")
     drawn = {"draw": lambda *_: None, "animate": lambda *_: None}
-    output_files: Any = SimpleNamespace(listener=told.append, **drawn)
-    return RunData(study, planned, stages, shown, output_files), told
+    output_files: Any = SimpleNamespace(listener=events.append, **drawn)
+    return RunData(study, planned, stages, shown, output_files), events
 
 
 def found(k=1, free=250.0):
@@ -98,10 +98,10 @@ def test_one_limit_needs_no_name_and_many_are_not_all_drawn(monkeypatch):
     assert [name for name, _, _ in modes(monkeypatch, drawn)] == ["mode_free", "mode_stuck"]
     values = [round(5 + 0.1 * i, 1) for i in range(9)]
     text = f'[sweep]\n"joints.hook.kn" = {values}'
-    drawn, told = run_data(text, [found(free=250.0 + i) for i in range(9)])
+    drawn, events = run_data(text, [found(free=250.0 + i) for i in range(9)])
     names = [name for name, _, _ in modes(monkeypatch, drawn)]
     assert names == [f"mode_{w}_kn{v}N_m" for v in ("5", "5.8") for w in ("free", "stuck")]
-    assert "the first and the last of 9 linear limits" in told[0].text
+    assert "the first and the last of 9 linear limits" in events[0].text
 
 
 def test_equal_linear_limits_are_one_curve_and_others_are_named():

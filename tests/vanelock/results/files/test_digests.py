@@ -93,14 +93,14 @@ DOORS = (checked, compared, by_name, in_python)
 
 
 def refused(door, path, *words, file=""):
-    told = ""
+    message = ""
     try:
         door(path)
     except InputError as error:  # kept no longer, with all that it holds open
-        told = str(error)
-    assert told.startswith(f"{path.parent if file else path}{file}"), told
-    assert len(told.splitlines()) == 1
-    assert any(word in told for word in words), told
+        message = str(error)
+    assert message.startswith(f"{path.parent if file else path}{file}"), message
+    assert len(message.splitlines()) == 1
+    assert any(word in message for word in words), message
 
 
 def datasets(path):
@@ -275,17 +275,17 @@ def test_a_file_system_without_links_gets_copies(tmp_path, ring, monkeypatch):
     np.testing.assert_array_equal(again.contact, found.contact)
 
 
-def test_a_reduced_part_whose_whole_is_gone_is_told_in_one_line(tmp_path):
+def test_a_reduced_part_whose_whole_is_gone_is_refused_in_one_line(tmp_path):
     path, name = tmp_path / "results.h5", "rom-vane-0123456789abcdef0123.h5"
     with Results(path).edit() as file:
         file.create_group("rom/vane").attrs["whole"] = f"cache/01/{name}"
         file.create_group("rom/casing").attrs["whole"] = "../cache/x.h5"
     with open_results(path, whole=False):
         pass
-    for part, told in {
+    for part, expected in {
         "vane": f"{name}: cannot be read: No such file or directory",
         "casing": "outside the study file's folder",
         "ring": r"no part 'ring' \(it has casing, vane\)",
     }.items():
-        with pytest.raises(InputError, match=told):
+        with pytest.raises(InputError, match=expected):
             load_component(path, part)

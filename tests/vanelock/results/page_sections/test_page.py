@@ -166,8 +166,8 @@ def test_two_runs_are_compared(folder, tmp_path, monkeypatch):
     assert any(isinstance(e, Notice) and "not complete" in e.text for e in heard)
     where = tmp_path / f"compare_{folder.name}_other"
     rows = table(where / "compare.csv")
-    told = next(row for row in rows if row["what"] == "peak")
-    assert float(told["relative difference"]) == pytest.approx(0.5)
+    peak_row = next(row for row in rows if row["what"] == "peak")
+    assert float(peak_row["relative difference"]) == pytest.approx(0.5)
     curve = found.pairs[0].other.amplitude / found.pairs[0].one.amplitude
     assert curve == pytest.approx(1.5)
     assert "joints.interlock.mu" in (where / "compare.html").read_text("utf-8")

@@ -72,17 +72,17 @@ def test_the_table_is_the_terminals(ran: vanelock.Run, capsys: pytest.CaptureFix
     heard: list[Event] = []
     given = vanelock.load_scene(ran.folder.parents[1] / "arm.toml")
     summaries = vanelock.run_scene(given, ran.folder, heard.append)
-    (told,) = (each for each in heard if isinstance(each, Table) and each.key == "cases")
+    (printed,) = (each for each in heard if isinstance(each, Table) and each.key == "cases")
     found = ran.table
     assert found[MU].tolist() == [0.05, 0.2]
-    for head, values in told.by_head().items():
+    for head, values in printed.by_head().items():
         read = [None if each != each else each for each in found[head].tolist()]
         assert (
             read == pytest.approx(values, rel=1e-12)
             if head not in ("case", "converged")
             else (read == values)
         ), head
-    assert set(found) - set(told.by_head()) == {MU, "damping ratio (%)"}
+    assert set(found) - set(printed.by_head()) == {MU, "damping ratio (%)"}
     assert found["peak (µm)"].tolist() == pytest.approx(
         [1e6 * each.peak.amplitude for each in summaries if each.peak is not None]
     )
@@ -124,9 +124,9 @@ def test_limits_are_responses_and_the_first_case_is_the_default(ran: vanelock.Ru
 def test_a_wrong_name_lists_what_there_is(ran: vanelock.Run) -> None:
     have = r"no case 'mu=1' \(it has free, mu=0\.05, mu=0\.2, stuck\)$"
     for ask in (ran.response, ran.system, ran.plot):
-        with pytest.raises(InputError, match=have) as told:
+        with pytest.raises(InputError, match=have) as caught:
             ask("mu=1")
-        assert "\n" not in str(told.value)
+        assert "\n" not in str(caught.value)
     with pytest.raises(InputError, match="'free' is a linear limit"):
         ran.plot("free")
     with pytest.raises(InputError, match="'free' is a linear limit: name a case, which has a sys"):
@@ -167,15 +167,15 @@ def test_what_is_no_run_is_refused(ran: vanelock.Run, tmp_path: Path) -> None:
         vanelock.run(tmp_path / "none.toml")
 
 
-def test_a_run_goes_on_says_so_and_goes_where_it_is_told(
+def test_a_run_goes_on_says_so_and_goes_where_it_is_sent(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     path = scene(tmp_path)
     path.write_text(path.read_text().replace("loops = false", "loops = false\nreport = false"))
     first = vanelock.run(path, tmp_path / "here")
-    told = capsys.readouterr()
-    assert "Responses of arm 4, y" in told.out
-    assert "response mu=0.2: " in told.err
+    printed = capsys.readouterr()
+    assert "Responses of arm 4, y" in printed.out
+    assert "response mu=0.2: " in printed.err
     again = vanelock.run(str(path), str(tmp_path / "here"))
     assert "response mu=0.2: unchanged" in capsys.readouterr().err
     assert again.table.equals(first.table)

@@ -78,7 +78,7 @@ def test_the_peak_is_as_accurate_as_asked(asked, over_resolved):
     assert abs(found.peak.frequency / over_resolved.peak.frequency - 1) < ACCURACY
 
 
-def test_the_errors_are_told_by_source(asked):
+def test_the_errors_are_listed_by_source(asked):
     folder, cases, heard = asked
     shown = tables(heard, "errors")
     assert len(shown) == len(cases) == 2
@@ -99,8 +99,8 @@ def test_the_errors_are_told_by_source(asked):
         assert group.attrs["accuracy"] == ACCURACY
         assert list(group["source"].asstr()) == ["mesh", "modes", "harmonics", "frequencies"]
         written = dict(zip(group["source"].asstr(), group["amplitude"][()], strict=True))
-        told = {row[0]: row[1] for row in shown[0].rows}
-        assert written["harmonics"] == told["harmonics"]
+        printed = {row[0]: row[1] for row in shown[0].rows}
+        assert written["harmonics"] == printed["harmonics"]
         assert group["left_out"].shape[1] == 3
         response = Response.load(file["response/mu=0.15"])
     assert response.estimates is not None
@@ -168,7 +168,7 @@ def test_converging_holds_the_settings_at_what_was_chosen(asked):
     assert json.loads((folder / "converge.json").read_text())
 
 
-def test_a_mesh_that_is_given_and_off_by_more_is_told():
+def test_a_mesh_that_is_given_and_off_by_more_is_reported():
     nan = float("nan")
     known = Errors(0.01, (Source("mesh", 0.03, 0.02, nan, 0.5, "coarse"),), (), nan)
     given = Budget(0.01, {}, {"mesh": "mesh.size"})
@@ -179,7 +179,7 @@ def test_a_mesh_that_is_given_and_off_by_more_is_told():
     assert "holds for this mesh alone" in errors_of(known, given, [Round("", 1, 0.02)], "")[0]
 
 
-def test_what_exceeds_the_accuracy_or_is_not_told_is_said():
+def test_what_exceeds_the_accuracy_or_is_not_estimated_is_reported():
     nan = float("nan")
     sources = (
         Source("mesh", 0.5, 0.2, nan, 0.1, "coarse"),

@@ -38,8 +38,8 @@ def estimating(monkeypatch, error_of, dofs=lambda size: 27_000 * (0.025 / size) 
         if isinstance(error, Exception):
             raise error
         found = MeshErrors(np.array([250.0]), np.array([[error, 0]]), np.array([0.0, 0.0]), 0)
-        told = np.array([3e-4])
-        limits = SimpleNamespace(free_error=told, stuck_error=told, free_mode=0, stuck_mode=0)
+        share = np.array([3e-4])
+        limits = SimpleNamespace(free_error=share, stuck_error=share, free_mode=0, stuck_mode=0)
         return found, limits
 
     def counted(study, errors, stages):
@@ -127,8 +127,8 @@ def test_errors_that_do_not_fall_end_the_search(monkeypatch):
 
 
 def test_patches_that_a_mesh_cannot_hold_ask_for_a_finer_one(monkeypatch):
-    told = InputError("vane: the mesh is too coarse to resolve the contact patches")
-    asked = estimating(monkeypatch, lambda size: told if size > 0.022 else 0.01)
+    refusal = InputError("vane: the mesh is too coarse to resolve the contact patches")
+    asked = estimating(monkeypatch, lambda size: refusal if size > 0.022 else 0.01)
     found = chosen_mesh(FREE)
     assert [study.mesh.size for study in asked] == ["coarse", 0.0212]
     assert len(found.rounds) == 1
@@ -151,11 +151,11 @@ def test_the_casings_elements_are_drawn_out_where_they_may_be(monkeypatch):
     assert chosen_mesh(f'{FREE}\n[mesh]\nsize = "coarse"').study.stretch == 3
 
 
-def test_contacts_act_on_areas_unless_told_otherwise(monkeypatch):
+def test_contacts_act_on_areas_by_default(monkeypatch):
     estimating(monkeypatch, lambda size: 0.01)
     assert chosen_mesh(FREE).study.patches == {"hook": "area", "interlock": "area"}
-    told = parse_study(f'{FREE}\n[joints.hook]\npatch = "node"')
-    chosen = choose_mesh.choose_mesh(told, NOWHERE).study
+    study = parse_study(f'{FREE}\n[joints.hook]\npatch = "node"')
+    chosen = choose_mesh.choose_mesh(study, NOWHERE).study
     assert chosen.patches == {"hook": "node", "interlock": "area"}
 
 

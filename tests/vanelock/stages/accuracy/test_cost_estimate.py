@@ -62,8 +62,8 @@ def test_words_round_to_what_is_known():
         "time": "90 s on one core",
         "disk": "0.33 GB on disk",
     }
-    for seconds, told in ((3.2, "3 s"), (130, "2 min"), (8000, "2 h"), (3e6, "30 days")):
-        assert cost_estimate.CostEstimate(1, 1, seconds, 1).words()["time"] == f"{told} on one core"
+    for seconds, text in ((3.2, "3 s"), (130, "2 min"), (8000, "2 h"), (3e6, "30 days")):
+        assert cost_estimate.CostEstimate(1, 1, seconds, 1).words()["time"] == f"{text} on one core"
 
 
 def test_check_says_what_a_run_takes(tmp_path):

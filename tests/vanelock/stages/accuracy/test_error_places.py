@@ -15,7 +15,7 @@ def parts(lattice):
     return [bar, replace(bar, points=bar.points + np.array([0.0, 0.0, 100.0]))]
 
 
-def test_the_worst_place_is_told_with_what_lies_around_it(parts):
+def test_the_worst_place_is_described_with_what_lies_around_it(parts):
     count = len(parts[0].cells)
     middles = parts[0].points[parts[0].cells].mean(axis=1)
     energies = [np.full(count, 1.0), np.full(count, 0.5)]

@@ -52,8 +52,8 @@ def pad_scene(folder: Path, more: str = "") -> Path:
 
 
 def test_bounds_of_a_run_are_those_of_the_loads_a_clamp_can_hold(tmp_path: Path) -> None:
-    folder, told = tmp_path / "run", list[Any]()
-    (found,) = run_scene(load_scene(pad_scene(tmp_path)), folder, told.append)
+    folder, events = tmp_path / "run", list[Any]()
+    (found,) = run_scene(load_scene(pad_scene(tmp_path)), folder, events.append)
     with h5py.File(folder / "results.h5") as file:
         group = file["response/nominal"]
         bounded = BoundedPeak.load(group["bounds"])
@@ -76,7 +76,7 @@ def test_bounds_of_a_run_are_those_of_the_loads_a_clamp_can_hold(tmp_path: Path)
     assert found.wave.verdict == "stable"
     assert found.wave.growth == pytest.approx(abs(stability.multiplier[0, 0]), rel=1e-12)
     assert found.wave.growth < 1
-    tables = {each.key: each for each in told if hasattr(each, "columns")}
+    tables = {each.key: each for each in events if hasattr(each, "columns")}
     assert [row[0] for row in tables["bounds"].rows] == [
         "lower bound",
         "as assembled",
@@ -87,7 +87,7 @@ def test_bounds_of_a_run_are_those_of_the_loads_a_clamp_can_hold(tmp_path: Path)
         (1e6 * found.lowest.amplitude, 1e6 * found.highest.amplitude)
     )
     assert row["wave"] == "stable"
-    assert any(isinstance(each, PointDone) and each.total is None for each in told)
+    assert any(isinstance(each, PointDone) and each.total is None for each in events)
     assert not any("static friction" in line for line in found.warnings)
 
 
@@ -128,10 +128,10 @@ def test_a_run_goes_on_where_it_was_stopped(
     with pytest.raises(Stopped):
         run_scene(scene, tmp_path / "run", stop)
     assert list((tmp_path / "run" / "cache").glob("bounds-*.journal"))
-    told = list[Any]()
-    assert run_scene(scene, tmp_path / "run", told.append)[0].highest == whole[0].highest
+    events = list[Any]()
+    assert run_scene(scene, tmp_path / "run", events.append)[0].highest == whole[0].highest
     assert not list((tmp_path / "run" / "cache").glob("bounds-*.journal"))
-    done = [each for each in told if isinstance(each, Done)]
+    done = [each for each in events if isinstance(each, Done)]
     assert [each.cached for each in done if each.stage.startswith("response")] == [True]
 
 
@@ -167,7 +167,7 @@ def test_bounds_are_of_the_sweep_that_the_run_shows(
         assert found.sweeps[0].peak.amplitude > 1.1 * found.sweeps[1].peak.amplitude
 
 
-def test_static_friction_is_told_of_the_first_case_that_is_there(
+def test_static_friction_is_reported_of_the_first_case_that_is_there(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """By modes of harmonic 0 alone, to the bit what all harmonics' give."""
@@ -188,8 +188,10 @@ def test_static_friction_is_told_of_the_first_case_that_is_there(
     held_pad(1.0).save(tmp_path / "pad.h5")
     path = written(tmp_path, text + '[contacts.pad]\n[sweep]\n"contacts.pad.mu" = [0.4, 0.5, 0.6]')
     found = run_scene(load_scene(path), tmp_path / "run")
-    told = [any("static friction of contacts" in line for line in each.warnings) for each in found]
-    assert told == [True, False]
+    warned = [
+        any("static friction of contacts" in line for line in each.warnings) for each in found
+    ]
+    assert warned == [True, False]
     assert [each.stage for each in reachable(taken)].count("stuck modes") == 1
     system = held_pad(1.0)
     one, three = (

@@ -27,7 +27,7 @@ loops = false
 
 
 @pytest.mark.slow
-def test_a_study_tells_both_on_its_page(tmp_path: Path) -> None:
+def test_a_study_has_both_on_its_page(tmp_path: Path) -> None:
     plain, folder = tmp_path / "plain", tmp_path / "run"
     (before,) = run_study(parse_study(STUDY), plain)
     study = parse_study(f"{STUDY}[bounds]\nshare = 0\n[stability]\n")

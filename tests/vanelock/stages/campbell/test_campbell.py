@@ -71,17 +71,17 @@ def test_a_diagram_leaves_the_response_as_it_is(ran):
     assert [stage for stage in computed if stage.startswith(others)] == []
 
 
-def test_the_response_is_as_warm_as_at_the_crossing_of_interest(ran):
+def test_the_response_has_the_temperatures_of_the_crossing_of_interest(ran):
     """Frequency and speed of the free crossing are those of the response's own linear limit."""
     _, (first, _), found = ran
     lines, limits = found["diagram"].lines, found["limits"]
     (free,) = np.flatnonzero(lines.interest & ~lines.is_stuck)
     assert lines.frequency[free] == pytest.approx(limits.free_frequency, rel=1e-8)
     assert lines.speed[free] == pytest.approx(60 * limits.free_frequency, rel=1e-8)
-    (told,) = [e.text for e in first if isinstance(e, Notice) and "temperatures" in e.text]
+    (notice,) = [e.text for e in first if isinstance(e, Notice) and "temperatures" in e.text]
     degrees = 20 + 600 * lines.speed[free] / 25000
     E = 200 - 45 * (degrees - 20) / 600
-    assert f"at {lines.speed[free]:,.0f} rpm: vane {degrees:.4g} degC, E = {E:.5g} GPa" in told
+    assert f"at {lines.speed[free]:,.0f} rpm: vane {degrees:.4g} degC, E = {E:.5g} GPa" in notice
 
 
 def test_lines_fall_with_the_modulus(ran):

@@ -49,7 +49,7 @@ def model(folder):
     return rejoined(parse_study(CORRECTED), Stages(Cache(folder / "cache", print), silent))
 
 
-def test_limits_are_lower_by_what_the_mesh_adds_and_tell_it(found):
+def test_limits_are_lower_by_what_the_mesh_adds_and_hold_it(found):
     limits = found["limits"]
     assert 0.035 < limits.free_lowered < 0.05  # the coarse mesh's error, docs/geometry.md
     assert 0.025 < limits.stuck_lowered < limits.free_lowered
@@ -99,10 +99,10 @@ def test_what_the_vanes_mesh_adds_is_known_at_other_nodal_diameters(apart):
     _, shapes = rom.linear_modes(system, 2, MODES)
     q, K = rom.split(vane, casing, shapes)[0], vane.at(0).K
     energy = np.einsum("ij,ij->j", q.conj(), K @ q).real
-    told = alone.at(q)
+    recovered = alone.at(q)
     direct = fem.excess_stiffness(whole.model, whole.displacement(q, 2))
     scale = np.sqrt(np.outer(energy, energy))
-    assert np.abs((told - direct) / scale).max() < 1e-3  # of some 0.05 ... 0.3
+    assert np.abs((recovered - direct) / scale).max() < 1e-3  # of some 0.05 ... 0.3
 
 
 def test_elements_whose_estimate_is_too_large_stay_as_they_are(apart):

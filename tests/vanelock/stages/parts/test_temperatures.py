@@ -27,8 +27,8 @@ def test_moduli_lie_on_the_lines_between_those_given():
     assert modulus(study, "vane", 7500) == pytest.approx(170e9)  # 470 degC
     assert modulus(study, "casing") == 170e9
     assert reference(study, "vane") == 190e9
-    told = "temperatures of the response at 2,500 rpm: vane 170 degC, E = 192.5 GPa; "
-    assert described(study) == told + "casing E = 170 GPa"
+    of_vane = "temperatures of the response at 2,500 rpm: vane 170 degC, E = 192.5 GPa; "
+    assert described(study) == of_vane + "casing E = 170 GPa"
 
 
 def test_one_temperature_needs_no_speed():
@@ -62,7 +62,7 @@ def test_speeds_at_which_a_line_bends():
 
 
 @pytest.mark.parametrize(
-    ("text", "told"),
+    ("text", "expected"),
     [
         ("[temperature]\nvane = 300", "temperature.vane: needs material.vane.E_at"),
         ("[temperature]\nspeed = 300", "temperature.speed = 300: needs temperature.vane or"),
@@ -81,10 +81,10 @@ def test_speeds_at_which_a_line_bends():
         ("[material.casing]\nE_at = [[20, 2e9], [20, 3e9]]", "20 and 20: the first number of each"),
     ],
 )
-def test_what_cannot_be(text, told):
+def test_what_cannot_be(text, expected):
     line = complaint(text)
     assert line.startswith("hot.toml: ")
-    assert told in line
+    assert expected in line
     assert "\n" not in line
 
 

@@ -178,7 +178,7 @@ def test_the_table_of_limits_names_the_wave(ring):
     assert title == "Linear limits: modes of nodal diameter 1, backward wave"
 
 
-def test_the_table_tells_the_largest_error_down_to_the_mode_of_interest():
+def test_the_table_has_the_largest_error_down_to_the_mode_of_interest():
     frequencies, errors = np.arange(100.0, 110.0), np.linspace(1e-5, 1e-4, 10)
     for free, stuck in ((1, 2), (8, 9)):
         found = Limits(1, 16, True, frequencies, frequencies, free, stuck, 1.0, errors, 2 * errors)
