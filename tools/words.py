@@ -15,7 +15,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parent.parent
 CODE = ("vanelock", "mesh", "fem", "rom", "nonlinear", "benchmarks", "tools", "docs", "tests")
 PAGES = (
-    *("README.md", "CONTRIBUTING.md", "docs/**/*.md", "vanelock/**/*.toml"),
+    *("README.md", "CONTRIBUTING.md", "CHANGELOG.md", "docs/**/*.md", "vanelock/**/*.toml"),
     *("examples/**/*.toml", "examples/**/*.ipynb"),
 )
 GENERATED = ("docs/verification", "docs/project", "docs/reference")
@@ -42,6 +42,7 @@ NAMES = {"told", "rub", "rubs", "rubbing", "rival", "rivals", "knob", "knobs", "
 }
 """Words that no name in code has as a part, between underscores."""
 ALLOWED = {
+    "CHANGELOG.md": "rival",  # a former name
     "docs/glossary.md": "accessory",  # a former name, explained
     "docs/fatigue_and_wear.md": "rubbing",  # the title of a paper
     "vanelock/quantities/contacts/wear.py": "rubbing",
@@ -50,11 +51,21 @@ ALLOWED = {
     "mesh/matching/own_part.py": "accessory",
     "tests/mesh/matching/test_own_part.py": "accessory",
     "tests/vanelock/input/test_read_study.py": "accessory",
+    "benchmarks/mesh/blocks.py": "tell",  # which are the same
     "nonlinear/following/peak_response.py": "rival",  # what old files call a field
     "vanelock/published/maps/optimum.py": "rival",
 }
 SPARED = ("tools/words.py", "tests/docs/test_words.py")
 """Files whose subject the words are."""
+
+
+NOT_YET = (
+    "benchmarks/accuracy/",
+    "benchmarks/mesh/",
+    "mesh/contact/",
+    "vanelock/pipeline/executor/",
+)
+"""Folders whose names are not looked at yet."""
 
 
 def house_words(text: str) -> list[tuple[int, str, str]]:
@@ -106,7 +117,8 @@ def found_in(path: Path) -> Iterator[tuple[int, str, str]]:
     for start, text in texts(path):
         for line, word, instead in house_words(text):
             yield start + line, word, instead
-    if path.suffix == ".py":
+    place = path.relative_to(ROOT).as_posix()
+    if path.suffix == ".py" and not place.startswith(NOT_YET):
         for line, name in house_names(path):
             yield line, name, "a name of the field's words"
 

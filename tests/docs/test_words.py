@@ -20,6 +20,7 @@ def test_users_read_no_house_words(capsys: pytest.CaptureFixture[str]) -> None:
     assert (WORDS["main"](), capsys.readouterr().out) == (0, "")
     read = {path.relative_to(ROOT).as_posix() for path in WORDS["files"]()}
     assert {"README.md", "docs/glossary.md", "vanelock/results/listing.py", "mesh/part.py"} <= read
+    assert {"examples/notebooks/two_masses.ipynb", "tests/conftest.py", "CHANGELOG.md"} <= read
 
 
 @pytest.mark.parametrize(
@@ -38,6 +39,18 @@ def test_house_words_are_found(text: str, found: list[str]) -> None:
 
 def test_lines_are_counted() -> None:
     assert WORDS["house_words"]("a\nb told") == [(1, "told", "given, estimated, reported")]
+
+
+def test_house_words_are_found_in_names_and_notebooks(tmp_path: Path) -> None:
+    source, notebook = tmp_path / "a.py", tmp_path / "a.ipynb"
+    source.write_text(
+        "def is_told(x):\n    rival = f'{x} told_apart'\n    return told_apart(Told)\n"
+    )
+    found = list(WORDS["house_names"](source))
+    assert found == [(1, "is_told"), (2, "rival"), (3, "Told")]
+    notebook.write_text('{"cells": [{"source": ["one\\n", "contacts that rub"]}, {"source": []}]}')
+    texts = [text for _, text in WORDS["texts"](notebook)]
+    assert texts == ["one\ncontacts that rub", ""]
 
 
 def test_spelling() -> None:

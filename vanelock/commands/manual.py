@@ -70,7 +70,7 @@ def page_text(name: str) -> str:
     text = _DIRECTIVE.sub("", pages()[name].read_text("utf-8"))
     folder = posixpath.dirname(name)
 
-    def told(link: re.Match[str]) -> str:
+    def without_link(link: re.Match[str]) -> str:
         picture, words, target = link.groups()
         if picture:
             return f"(picture: {words})"
@@ -83,7 +83,7 @@ def page_text(name: str) -> str:
         same = words.removesuffix(".md").replace(" ", "_") == posixpath.basename(page)
         return f"`{page}`" if same else f"{words} (`{page}`)"
 
-    return _outside_code(text, lambda prose: _LINK.sub(told, prose))
+    return _outside_code(text, lambda prose: _LINK.sub(without_link, prose))
 
 
 def _outside_code(text: str, change: Callable[[str], str]) -> str:

@@ -12,6 +12,7 @@ from pydantic_core import ErrorDetails
 from vanelock.common.checked import Disagreement
 from vanelock.common.errors import MOST_MISTAKES, cut_short, printable
 from vanelock.common.quantities import bounds, meant, typical
+from vanelock.common.tables import counted
 from vanelock.input.schema.own_mesh import DIMENSIONS, OWN
 from vanelock.input.schema.study import Study
 
@@ -43,7 +44,7 @@ def explain(
 ) -> list[str]:
     """One line for each mistake that pydantic found in the study `data`, or in another schema's."""
     lines, more = described(mistakes(error), data, schema)
-    return [*lines, f"and {more:,} more mistakes"] if more else lines
+    return [*lines, f"and {counted(more, 'more mistake')}"] if more else lines
 
 
 def described(

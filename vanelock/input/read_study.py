@@ -9,6 +9,7 @@ from typing import Any, TypeVar
 from vanelock.common.checked import UNCHECKED, Checked, NotKnown, examined
 from vanelock.common.errors import InputError, raised
 from vanelock.common.files.files import beside, contents
+from vanelock.common.tables import counted
 from vanelock.common.toml import LARGEST, toml_tables
 from vanelock.input.cases.sweep import cases, list_mistakes, misfits
 from vanelock.input.cases.values import Given
@@ -122,7 +123,7 @@ def checked(
             return table
     lines = sorted(dict.fromkeys(lines), key=Order(data).of_line)
     if more:
-        lines.append(f"and {more:,} more mistakes")
+        lines.append(f"and {counted(more, 'more mistake')}")
     raise InputError("\n".join(f"{where}: {line}" for line in lines))
 
 

@@ -8,6 +8,7 @@ import numpy as np
 
 from vanelock.commands.check.stored import Row, stored
 from vanelock.common.errors import InputError
+from vanelock.common.tables import counted
 from vanelock.input.cases.sweep import cases
 from vanelock.input.plausible import unusual
 from vanelock.input.read_scene import ND
@@ -42,7 +43,7 @@ def planned_scene(scene: Scene) -> Iterator[Row]:
             if (value := getattr(keys, side)) is not None:
                 nodes(value, f"components.{name}.{side}")
         entries = ", ".join(f"{each.K.nnz:,}" for each in read)
-        size = f"{read[0].size:,} rows, {entries} entries, {len(kept)} nodes kept"
+        size = f"{read[0].size:,} rows, {entries} entries, {counted(len(kept), 'node')} kept"
         yield f"component {name}", size
     yield "contacts", f"{sum(len(each.mu) for each in given.contacts):,}"
     yield "ties, loads", f"{len(given.ties)}, {len(given.loads)}"

@@ -44,10 +44,11 @@ def planned_study(path: Path, outside: bool) -> Iterator[Row]:
         yield from [("warning", needed.warning)] if needed.warning else []
     curves = load_measured(study)
     for curve in curves:
-        yield "measured", f"{curve.label}: {len(curve.frequency):,} points of {curve.quantity}"
+        points = counted(len(curve.frequency), "point")
+        yield "measured", f"{curve.label}: {points} of {curve.quantity}"
     if study.fit is not None:
         names = ", ".join(each.key for each in fitted_parameters(study))
-        yield "fit", f"{names} from {study.fit.starts} starts"
+        yield "fit", f"{names} from {counted(study.fit.starts, 'start')}"
     yield "outputs", ", ".join(_outputs(study))
 
 

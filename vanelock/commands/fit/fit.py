@@ -19,6 +19,7 @@ from vanelock.commands.fit.solution import FitSolution, Start
 from vanelock.commands.fit.tables import fit_table, json_of, shown
 from vanelock.common.errors import InputError
 from vanelock.common.files.csv_table import write_columns
+from vanelock.common.tables import counted
 from vanelock.common.toml import toml_tables
 from vanelock.input.cases.sweep import cases
 from vanelock.input.cases.values import with_values
@@ -136,7 +137,7 @@ def _fitted(
     listener: Listener,
 ) -> FitSolution:
     keys = [each.key for each in parameters]
-    listener(Begun(f"fit of {len(keys)} parameters to {len(curves)} curves"))
+    listener(Begun(f"fit of {counted(len(keys), 'parameter')} to {counted(len(curves), 'curve')}"))
 
     def predict(values: Floats) -> Floats:
         chosen = dict(zip(keys, values.tolist(), strict=True))
@@ -149,7 +150,8 @@ def _fitted(
         listener(
             Notice(
                 f"start {number} of {starts} ({where}): misfit {start.before:.3g} to "
-                f"{start.after:.3g}, {start.steps} steps, {start.evaluations} responses"
+                f"{start.after:.3g}, {counted(start.steps, 'step')}, "
+                f"{counted(start.evaluations, 'response')}"
             )
         )
 

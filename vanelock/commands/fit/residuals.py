@@ -22,6 +22,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import binom, chi2, t
 
+from vanelock.common.tables import counted
+
 Floats = NDArray[np.float64]
 
 LEVEL = 0.05
@@ -109,7 +111,7 @@ def _signs(left: Floats, near: NDArray[np.bool_], names: Sequence[str]) -> _Foun
     first = ends[np.argmax(np.diff(ends))]
     last = first + np.diff(ends).max() - 1
     text = (
-        f"residuals change sign {changes} times between {near.sum()} neighbours, "
+        f"residuals change sign {counted(changes, 'time')} between {near.sum()} neighbours, "
         f"and keep it from {names[first]} to {names[last]}"
     )
     return "signs", float(changes), float(binom.cdf(changes, near.sum(), 0.5)), text

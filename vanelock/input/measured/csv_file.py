@@ -17,6 +17,7 @@ import numpy as np
 
 from vanelock.common.errors import InputError
 from vanelock.common.files.files import contents
+from vanelock.common.tables import counted
 from vanelock.input.measured.points import Floats, Points
 from vanelock.input.measured.units import DISPLACEMENT, STRAIN, STRAINS, UNITS, amplitude_factor
 from vanelock.input.messages import show
@@ -86,7 +87,8 @@ class _Columns:
         for i, row in self._rows:
             if len(row) > len(self._heads) and any(row[len(self._heads) :]):
                 raise InputError(
-                    f"{path}: line {i}: {len(row)} cells under {len(self._heads)} columns"
+                    f"{path}: line {i}: {counted(len(row), 'cell')} under "
+                    f"{counted(len(self._heads), 'column')}"
                 )
 
     def _split(self, line: str) -> list[str]:

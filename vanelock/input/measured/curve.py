@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from vanelock.common.errors import InputError, raised
+from vanelock.common.tables import counted
 from vanelock.input.cases.values import Given, ring_of
 from vanelock.input.measured.csv_file import read_csv
 from vanelock.input.measured.points import Floats, Points
@@ -122,7 +123,7 @@ def read_measured(keys: MeasuredCurve, order: int, gauges: int, where: str) -> M
         known &= (points.frequency >= low) & (points.frequency <= high)
         inside = f" from {low:g} to {high:g} Hz"
     if known.sum() < 2:
-        raise InputError(f"{path}: {known.sum()} points{inside}: at least 2 are needed")
+        raise InputError(f"{path}: {counted(known.sum(), 'point')}{inside}: at least 2 are needed")
     ascending = np.flatnonzero(known)[np.argsort(points.frequency[known], kind="stable")]
     return Measured(
         name=keys.name or path.stem,

@@ -18,6 +18,7 @@ from vanelock.common.errors import InputError, printable
 from vanelock.common.files.files import regular
 from vanelock.common.files.limited import by_library
 from vanelock.common.lazy import library
+from vanelock.common.tables import counted
 from vanelock.input.measured.ordinates import Ordinate, ordinate
 from vanelock.input.measured.points import Floats, Points
 from vanelock.input.measured.units import DISPLACEMENT, STRAIN, TURN, UNITS
@@ -77,7 +78,7 @@ def read_universal(
         raise InputError(f"{where}: a {FUNCTIONS.get(kind, 'function')}, which has no amplitudes")
     count, said = len(np.atleast_1d(found["data"])), int(found.get("num_pts", -1))
     if count != said:
-        raise InputError(f"{where}: {said} points by its header, {count} are there")
+        raise InputError(f"{where}: {counted(said, 'point')} by its header, {count} are there")
     frequency = _frequency(found, engine_order, where)
     found_unit = ordinate(found, units, unit, where)
     factor = _factor(found_unit, frequency, force, where)
@@ -125,7 +126,9 @@ def _described(record: dict[str, Any]) -> str:
     label = str(record.get("ordinate_axis_units_lab", "")).strip()
     unit = f" in {label}" if label not in ("", "NONE") else ""
     points = len(np.atleast_1d(record["data"]))
-    return printable(f"{what} {'/'.join(filter(None, places))}{unit}, {points} points"[:80])
+    return printable(
+        f"{what} {'/'.join(filter(None, places))}{unit}, {counted(points, 'point')}"[:80]
+    )
 
 
 def _dof(record: dict[str, Any], which: str) -> str:

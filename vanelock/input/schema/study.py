@@ -25,6 +25,7 @@ from vanelock.common.quantities import (
     Unbalance,
     si,
 )
+from vanelock.common.tables import counted
 from vanelock.input.band import BAND_CHECKS
 from vanelock.input.schema.assessment import BoundsKeys, StabilityKeys, can_be_assessed
 from vanelock.input.schema.comparison import (
@@ -321,9 +322,10 @@ class Study(KeyTable):
     def _is_sampled_enough(self) -> Iterator[str]:
         least = least_samples(self.response.harmonics, self.response.friction)
         if self.response.samples is not None and self.response.samples < least:
+            harmonics = counted(self.response.harmonics, "harmonic")
             yield (
                 f"response.samples = {self.response.samples}: number of samples must be >= {least} "
-                f"for {self.response.harmonics} harmonics and {self.response.friction} friction"
+                f"for {harmonics} and {self.response.friction} friction"
             )
 
     def _has_the_output(self) -> Iterator[str]:
