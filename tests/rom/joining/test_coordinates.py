@@ -154,6 +154,28 @@ def test_a_block_on_the_ground_moves_as_another_program_says(push: float) -> Non
     np.testing.assert_allclose(found.amplitude[:, :, 0], np.transpose(expected), rtol=1e-6)
 
 
+DAMPED = [
+    (23.79822127042419, 0.00909763675),
+    (24.988372173658227, 0.0819594281),
+    (25.998763131383555, 0.023214061),
+]
+"""rad/s and amplitude of harmonic 1 of the sprung mass, m, of the two masses of pyHarm's (1.2.2)
+tutorial on friction, with its Jenkins element at 16,384 instants of the period."""
+
+
+def test_two_masses_with_a_friction_damper_move_as_another_program_says() -> None:
+    system = System.from_matrices(
+        M=np.diag([1.0, 0.02]),
+        C=np.diag([0.05, 0.0]),
+        K=[[680.0, -40.0], [-40.0, 40.0]],
+        contacts=[Contact(tangential=1, kt=400.0, mu=0.5, preload=1.0)],
+        force={0: 1.0},
+    )
+    omega, expected = np.transpose(DAMPED)
+    found = frequency_response(system, omega / (2 * np.pi), Options(5))
+    np.testing.assert_allclose(np.abs(found.output[:, 1, 0, 0]), expected, rtol=2e-6)
+
+
 def test_a_stop_lifts_off_as_time_integration_says() -> None:
     """A mass with a stop at a gap; the gap stays open below the amplitude that closes it."""
 
