@@ -21,7 +21,7 @@ from vanelock.rom.routes.whole import whole
 
 Route = Literal["cyclic", "direct", "paper"]
 MODES = 10
-"""Fixed-interface and face modes of the routes "paper" and "direct" unless given."""
+"""Default number of fixed-interface and of face modes of the routes "paper" and "direct"."""
 
 
 def reduce(
@@ -58,10 +58,10 @@ def reduce(
         a master, then cyclic symmetry, then Tran's reduction of the faces, as published. "direct":
         the same subspace as "paper" without forming the faces' columns.
     interface : {"published", "followed"}, optional
-        Basis of the face in the routes "paper" and "direct", see `rom.routes.tran`; "published"
-        unless given.
+        Basis of the face in the routes "paper" and "direct", see `rom.routes.tran`; by
+        default "published".
     interface_modes : int, optional
-        Face modes kept there, at most the face's dofs; ten unless given.
+        Face modes kept there, at most the face's dofs; by default ten.
     cutoff : float, optional
         Instead of `modes`: all fixed-interface modes up to this frequency, Hz.
     accuracy : float, optional
@@ -69,8 +69,8 @@ def reduce(
         is joined to, to be within this relative error; see `fixed_interface.vectors`. 1e-4 where
         nothing else is given and the route allows it.
     band : float, optional
-        Frequency up to which the accuracy holds, Hz; up to the part's tenth elastic mode with its
-        masters free unless given.
+        Frequency up to which the accuracy holds, Hz; by default that of the part's tenth elastic
+        mode with its masters free.
     least : float, optional
         Frequency that the band reaches at least where it is not given, Hz.
     averaged : sequence of str

@@ -48,7 +48,7 @@ def modes(
     nodal_diameter : int, optional
         Makes the part one sector of a ring (see `cyclic_transform`).
     sectors : int, optional
-        Number of sectors N; that of the part unless given.
+        Number of sectors N; by default that of the part.
 
     Raises
     ------

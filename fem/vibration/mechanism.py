@@ -29,7 +29,7 @@ def free_motion(model: Model, error: SingularError, rows: Any = None) -> str:
         What `factorise` raised.
     rows : (k,) int or (n, k) sparse, optional
         The model's dofs that the matrix's rows stand for, the others being held, or the
-        transformation to the model's dofs (`cyclic_transform`); all dofs in order unless given.
+        transformation to the model's dofs (`cyclic_transform`); by default all dofs in order.
 
     Examples
     --------

@@ -156,7 +156,7 @@ def _swept(
 ) -> tuple[list[Point], NDArray[np.int64], str]:
     """Exactly these frequencies, in the order given; their jumps; and how they were swept.
 
-    Unless given they are swept upwards and, where that jumps or loses a point, back
+    Without a direction they are swept upwards and, where that jumps or loses a point, back
     downwards; of two solutions at a frequency, the larger counts.
     """
     order = np.argsort(omegas, kind="stable")

@@ -55,7 +55,7 @@ class Shares:
     frequencies : float
         By interpolating between points, relative to the largest amplitude.
     samples : float, optional
-        By sampling the contact law, where it is sampled; as for harmonics unless given.
+        By sampling the contact law, where it is sampled; by default as for harmonics.
     """
 
     harmonics: float

@@ -52,7 +52,7 @@ class OnPoint(Protocol):
     """Is called with each point and how many there may be in all."""
 
     def __call__(self, point: Point, expected: int) -> None:
-        """Tell."""
+        """Report how far the points are."""
 
 
 @dataclass

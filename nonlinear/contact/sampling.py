@@ -13,7 +13,7 @@ def least_samples(harmonics: int, friction: str) -> int:
 
 
 def default_samples(harmonics: int) -> int:
-    """Samples of a period for isotropic friction, unless given."""
+    """Default number of samples of a period for isotropic friction."""
     return max(ISOTROPIC_SAMPLES, 16 * harmonics)
 
 

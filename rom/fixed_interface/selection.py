@@ -16,7 +16,7 @@ from vanelock.rom.fixed_interface.modes import Fixed, fixed_modes, krylov_space
 from vanelock.rom.fixed_interface.vectors import accurate
 
 ELASTIC = 10
-"""The band reaches to the tenth elastic mode of the part, its masters free, unless it is given."""
+"""By default the band reaches to the tenth elastic mode of the part, its masters free."""
 ROUGH = 0.03  # residual of the modes that set the band
 DEFAULT = 1e-4
 """Accuracy unless modes, a cut-off or another accuracy is given."""

@@ -103,7 +103,7 @@ def reduce_rows(
     rows : (m,) int
         Rows that are kept as coordinates, at most n - 1.
     wanted : Selection, optional
-        How many vectors; by accuracy 1e-4 unless given.
+        How many vectors; by default those that an accuracy of 1e-4 takes.
     C : (n, n) sparse, optional
         Damping.
 

@@ -22,7 +22,7 @@ from vanelock.nonlinear.contact.sampling import default_samples, least_samples
 from vanelock.stages.accuracy.mesh_sizes import unknowns
 
 DOFS = 150_000
-"""Most degrees of freedom of the meshes of both parts, estimated, unless given."""
+"""Default limit of the estimated degrees of freedom of the meshes of both parts."""
 STEP = 2**0.5
 """From one element size to the next."""
 COARSEST = 0.025

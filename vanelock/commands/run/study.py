@@ -59,8 +59,8 @@ def run_study(
     insecure : bool
         Whether the scheduler may be on another machine without encryption.
     memory : float, optional
-        Bytes that what is chosen may take: meshes for an accuracy, and the number of processes;
-        seven tenths of this machine's, control group's or shell's memory unless given, and at most.
+        Bytes that what is chosen may take: meshes for an accuracy, and the number of processes. By
+        default, and at most, seven tenths of this machine's, control group's or shell's memory.
 
     Returns
     -------

@@ -304,14 +304,14 @@ class Study(KeyTable):
 
     @property
     def stretch(self) -> int:
-        """Of the casing's elements; unless given 3, and 1 where no other is allowed."""
+        """Of the casing's elements; by default 3, and 1 where no other is allowed."""
         if isinstance(self.casing, CasingDimensions):
             return checked_stretch(self.mesh.stretch, self.casing)
         return self.mesh.stretch or 1
 
     @property
     def patches(self) -> dict[str, str]:
-        """What the contacts of each joint act on; unless given areas, and nodes of own meshes."""
+        """What the contacts of each joint act on; by default areas, and nodes of own meshes."""
         vane, casing = isinstance(self.vane, OwnVane), isinstance(self.casing, OwnCasing)
         hook, interlock = self.joints.hook.patch, self.joints.interlock.patch
         return {
