@@ -41,9 +41,9 @@ def test_copies_work_while_this_process_does_something_else(tmp_path):
     assert set(done(works, 0).values()) == {os.getpid()}
 
 
-def test_they_see_what_is_in_memory_and_leave_it_as_it_is_and_tell_nothing(tmp_path):
-    known, told = [1, 2, 3], list[Event]()
-    listener = of_this_process(told.append)
+def test_they_see_what_is_in_memory_and_leave_it_as_it_is_and_report_nothing(tmp_path):
+    known, events = [1, 2, 3], list[Event]()
+    listener = of_this_process(events.append)
 
     def work():
         known.append(4)
@@ -54,9 +54,9 @@ def test_they_see_what_is_in_memory_and_leave_it_as_it_is_and_tell_nothing(tmp_p
     found = done([work] * 3, 1, lambda: until(tmp_path / "6"))
     assert found == {0: 4, 1: 5, 2: 6}
     assert known == [1, 2, 3]
-    assert told == []
+    assert events == []
     listener(Notice("here"))
-    assert told == [Notice("here")]
+    assert events == [Notice("here")]
 
 
 @pytest.mark.parametrize("end", [lambda: os.kill(os.getpid(), signal.SIGKILL), lambda: 1 / 0])
@@ -87,7 +87,7 @@ def test_the_work_of_a_copy_that_stands_still_is_done_here(tmp_path, monkeypatch
     assert found == {i: (i, own) for i in range(4)}
 
 
-def test_the_error_of_a_work_is_told_and_no_copy_stays():
+def test_the_error_of_a_work_is_reported_and_no_copy_stays():
     def refused():
         raise InputError("no place")
 

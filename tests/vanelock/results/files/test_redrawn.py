@@ -77,8 +77,8 @@ def test_files_that_show_the_same_are_drawn_by_one_process(tmp_path):
     (tmp_path / "figures").mkdir()
     files = [f"figures/{kind}{i}" for i in range(4) for kind in "ab"]
     for again in (False, True):
-        told = list[Event]()
-        output_files = OutputFiles(tmp_path, told.append, 1)
+        events = list[Event]()
+        output_files = OutputFiles(tmp_path, events.append, 1)
         with output_files.put_off():
             for name in files:
                 output_files.draw(name, name[-1], lambda path: path.write_text(str(os.getpid())))
@@ -90,7 +90,7 @@ def test_files_that_show_the_same_are_drawn_by_one_process(tmp_path):
         output_files.tidy()
         drawn = [each for each in output_files.done if not each.cached]
         assert [each.stage for each in drawn] == ([] if again else files)
-        assert [each for each in told if isinstance(each, Done)] == drawn
+        assert [each for each in events if isinstance(each, Done)] == drawn
         texts = [(tmp_path / name).read_text() for name in files]
         assert texts[::2] == texts[1::2]
         assert str(os.getpid()) not in texts
