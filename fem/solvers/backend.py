@@ -1,4 +1,4 @@
-"""What every solver behind `factorise` takes and hands back."""
+"""What every solver behind `factorise` takes and returns."""
 
 from collections.abc import Callable
 from dataclasses import dataclass

@@ -155,7 +155,7 @@ def _principal(tensor: NDArray[np.complex128]) -> Array:
 
     That is the largest eigenvalue λ of Re(σ e^{iθ}) over all phases θ. Every maximum over sampled
     phases is followed by Newton's method, with λ' and λ'' from perturbation of the eigenvalue, or
-    where that would lead to a minimum by the best phase for the eigenvector at hand.
+    where that would lead to a minimum by the best phase for the current eigenvector.
     """
     phases = np.exp(2j * np.pi * np.arange(16) / 16)
     samples = np.stack([np.linalg.eigvalsh((tensor * phase).real)[:, -1] for phase in phases])

@@ -40,7 +40,7 @@ Complex = NDArray[np.complex128]
 
 SOURCES = ("harmonics", "modes", "mesh", "samples")
 BEYOND = 2
-"""Harmonics beyond H with which a solution is judged."""
+"""Harmonics beyond H with which the error of a solution is estimated."""
 EXACT = 1e-3
 """Relative accuracy of the linear solutions behind an estimate."""
 FAINT = 1e-3
@@ -49,7 +49,7 @@ FAINT = 1e-3
 
 @dataclass(frozen=True)
 class Estimate:
-    """What a solution is worth at the monitored output.
+    """Amplitude of a solution at the monitored output, and its errors by source.
 
     Attributes
     ----------
@@ -71,7 +71,7 @@ class Estimate:
 
 @dataclass(frozen=True)
 class Estimator:
-    """Judges solutions.
+    """Estimates the errors of solutions.
 
     Attributes
     ----------
@@ -91,7 +91,7 @@ class Estimator:
     mesh_error: Callable[[int, Floats], Floats] | None = None
 
     def estimate(self, found: Solution, harmonics: int) -> Estimate:
-        """Judge a converged solution with H harmonics."""
+        """Errors of a converged solution with H harmonics."""
         state = _Wide(self.levels, found, harmonics + BEYOND)
         wide = state.structure
         amplitudes = wide.amplitudes(found.omega, state.w)

@@ -145,8 +145,8 @@ def stability(
     replay, rows = replaying(journal), []
     for done, point in enumerate(chosen, 1):
         of = float(response.frequency[point]), response.contact[point], finer, count
-        judged = partial(_judged, system, every, response, point, finer, count)
-        rows.append(replay("stability", of, judged))
+        compute = partial(_point_stability, system, every, response, point, finer, count)
+        rows.append(replay("stability", of, compute))
         if progress is not None:
             progress(done, len(chosen))
     exponent, diameter, growing, verdict, growth, seen = map(np.array, zip(*rows, strict=True))
@@ -205,7 +205,7 @@ def _modes(system: System, known: Mapping[int, StuckModes]) -> dict[int, StuckMo
     return every
 
 
-def _judged(
+def _point_stability(
     system: System,
     modes: dict[int, StuckModes],
     response: Response,

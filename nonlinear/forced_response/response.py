@@ -1,4 +1,4 @@
-"""Forced response: what the solver hands on."""
+"""Forced response: what the solver returns."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, fields, replace
@@ -39,7 +39,7 @@ class ErrorEstimates(Product):
     monitored : (2,) int
         Place of the output node, and direction.
     tried : int
-        Harmonics whose nodal diameters were asked for: those kept, and those to judge them by.
+        Harmonics whose nodal diameters were asked for: those kept, and those for error estimates.
     """
 
     sources: tuple[str, ...]

@@ -94,7 +94,7 @@ class KrylovSpace:
         return self._block.shape[1] == 0 or self._Q.shape[1] == self.shape[1]
 
     def grow(self) -> None:
-        """Add the block in hand, and make the next one."""
+        """Add the current block, and make the next one."""
         if self.steps and self.whole:
             return
         block, of_block = self._block, self._of_block

@@ -16,7 +16,7 @@ from vanelock.rom.fixed_interface.modes import Fixed, fixed_modes, krylov_space
 from vanelock.rom.system import Matrix
 
 _NEW = 1e-6
-"""Least part of a further mode's strain energy that the vectors at hand do not hold."""
+"""Least part of a further mode's strain energy that the vectors so far do not hold."""
 
 
 @dataclass(frozen=True)

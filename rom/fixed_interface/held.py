@@ -23,7 +23,7 @@ Solve = Callable[[Matrix], Matrix]
 
 COLUMNS = 64
 """Constraint modes computed at a time: a column of fewer costs more, and of more as much, since the
-system hands out their memory anew."""
+system allocates their memory anew."""
 
 
 class HeldStiffness(Protocol):

@@ -250,7 +250,7 @@ class BoundaryAnswers:
         )
 
     def _apart(self, x: Floats, unit: bool = True) -> Floats:
-        """What of motions is orthogonal to those at hand; of unit ones, an orthonormal basis.
+        """What of motions is orthogonal to those known; of unit ones, an orthonormal basis.
 
         What was left of a motion by rounding alone, scaled to unit length, is not orthogonal to
         the others before it is made so once more, and U would not be orthonormal.

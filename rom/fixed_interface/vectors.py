@@ -98,7 +98,7 @@ def _missing(
     """What the vectors leave of loads at the highest frequency where that is too much.
 
     The second matrix combines the loads to those that still cause too large an error. All static
-    answers to what is left are at hand, but for round-off, which is enough to choose by.
+    answers to what is left are known, but for round-off, which is enough to choose by.
     """
     W, Phi = chosen.vectors, chosen.modes.vectors
     D = chosen.stiffness - highest**2 * chosen.mass

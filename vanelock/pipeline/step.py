@@ -202,7 +202,7 @@ class Stages:
         return get
 
     def _show(self, step: Step[Any]) -> None:
-        """Have the display show the step that is in hand."""
+        """Have the display show the step that is being computed."""
         if not step.quick and self._shown != step.name:
             self.listener(Begun(step.name))
             self._shown = step.name

@@ -56,7 +56,7 @@ class Statement:
     waves: str = ""
 
 
-def judge(*holds: bool) -> Agrees:
+def agrees(*holds: bool) -> Agrees:
     """Whether all, some or none hold."""
     return "yes" if all(holds) else "partly" if any(holds) else "no"
 
@@ -89,7 +89,7 @@ def campbell(e: Evidence) -> Statement:
         f"mode {e.limits.free_mode + 1} of nodal diameter {folded(k, N)} is excited by EO {order}",
         f"crosses EO {order} at {rpm[0]:.0f} rpm free and {rpm[1]:.0f} rpm stuck; "
         f"response with friction peaks at {at:.0f} rpm",
-        judge(folded(k, N) == folded(order, N), min(rpm) <= 1.001 * at <= 1.001**2 * max(rpm)),
+        agrees(folded(k, N) == folded(order, N), min(rpm) <= 1.001 * at <= 1.001**2 * max(rpm)),
         cases=("reference",),
     )
 
@@ -104,7 +104,7 @@ def hysteresis(e: Evidence) -> Statement:
         "three shapes of loops: in phase, with partial lift-off, out of phase",
         f"{', '.join(texts)} a cycle; open {100 * e.conditions[1].opened:.0f} % of the period with "
         f"lift-off; energies within {worst:.0e} of the element marched step by step",
-        judge(opens == [False, True, False], worst < 1e-4),
+        agrees(opens == [False, True, False], worst < 1e-4),
     )
 
 
@@ -115,7 +115,7 @@ def hooks_alone(e: Evidence) -> Statement:
         "10",
         "hooks alone: nonlinear response coincides with the linear free one, no slip",
         f"differs by {d.vibration:.0e} of the peak; {d.slipping} hook contacts slip",
-        judge(d.vibration < ROUND_OFF, d.slipping == 0),
+        agrees(d.vibration < ROUND_OFF, d.slipping == 0),
     )
 
 
@@ -126,7 +126,7 @@ def stiffer(e: Evidence) -> Statement:
         "all joints stuck: resonance higher than with the interlock free",
         f"{e.limits.free_frequency:.2f} to {e.limits.stuck_frequency:.2f} Hz, "
         f"{100 * e.limits.rise:+.1f} %",
-        judge(e.limits.rise > 0),
+        agrees(e.limits.rise > 0),
     )
 
 
@@ -141,7 +141,7 @@ def coincident(e: Evidence) -> Statement:
         "all stuck, small load: coupled and uncoupled responses coincide",
         f"at {e.small:g} of the load: harmonics h >= 1 differ by {worst:.0e}, mean contact forces "
         f"by {means}; {slipping} contacts slip",
-        judge(worst < ROUND_OFF, slipping == 0),
+        agrees(worst < ROUND_OFF, slipping == 0),
         "contacts that slid when assembled rest at the bound of friction, and vibration relaxes "
         "their mean force: harmonic 0 alone differs"
         if relaxed
@@ -178,7 +178,7 @@ def harmonics(e: Evidence) -> Statement:
         "slight increase of the peak from one to three harmonics, none from three to five",
         f"{first:+.1%} from H = {orders[0]} to {orders[1]}, {last:+.2%} from {orders[-2]} to "
         f"{orders[-1]}; within {SLIGHT:.0%} and {NONE:.0%} on {share(plane, holds):.0%} of the map",
-        judge(0 <= first < SLIGHT, abs(last) < NONE),
+        agrees(0 <= first < SLIGHT, abs(last) < NONE),
         ""
         if holds[known(plane)].all()
         else "where contacts lift off for part of the period, near the optimum friction, "
@@ -197,7 +197,7 @@ def costs_harmonics(e: Evidence) -> Statement:
         "calculation time increases fast with the number of harmonics",
         f"{'; '.join(texts)} times that of one harmonic, {1e3 * spent[0]:.0f} ms a response of "
         f"{plane.points[..., 0].mean():.0f} frequencies",
-        judge(spent[-1] > len(spent) * spent[0]),
+        agrees(spent[-1] > len(spent) * spent[0]),
     )
 
 
@@ -208,7 +208,7 @@ def costs_coupling(e: Evidence) -> Statement:
         "text",
         "the coupled method takes more calculation time",
         f"{coupled / other:.2f} times the uncoupled one's at H = 1",
-        judge(coupled > 1.1 * other),
+        agrees(coupled > 1.1 * other),
         ""
         if coupled > 1.1 * other
         else "coupling adds one real unknown to the two of each contact direction, and what does "
@@ -227,7 +227,7 @@ def hooks_share(e: Evidence) -> Statement:
         f"hooks take at most {worst:.1%} of the friction work at the peaks"
         if worst > 0
         else "no hook contact slips at any of the peaks",
-        judge(worst < SMALL),
+        agrees(worst < SMALL),
         cases=tuple(names),
     )
 
@@ -241,7 +241,7 @@ def below_stuck(e: Evidence) -> Statement:
         "12, 14",
         "responses with friction are lower than the fully stuck one",
         f"{min(ratios):.3g} to {max(ratios):.3g} of it",
-        judge(*(ratio < 1 for ratio in ratios)),
+        agrees(*(ratio < 1 for ratio in ratios)),
         cases=tuple(coupled),
     )
 
@@ -279,7 +279,7 @@ def conservative(e: Evidence) -> Statement:
         "the coupled method is the more conservative one",
         f"its peak is the higher one on {safe[0]:.0%} of the map (uncoupled) and {safe[1]:.0%} "
         "(constant-load)",
-        judge(*(x > 0.999 for x in safe)) if min(safe) > 0.999 else judge(safe[0] > 0.5, False),
+        agrees(*(x > 0.999 for x in safe)) if min(safe) > 0.999 else agrees(safe[0] > 0.5, False),
         ""
         if min(safe) > 0.999
         else "beyond the friction and interference that damp best the "
@@ -333,7 +333,7 @@ def _falling(e: Evidence, figure: str, name: str, cases: Sequence[str]) -> State
         figure,
         f"the peak falls as the {words} grows",
         f"{', '.join(f'{x:.3f}' for x in ratio)} of the linear free peak",
-        judge(*holds),
+        agrees(*holds),
         why,
         tuple(cases),
     )
@@ -376,7 +376,7 @@ def _against(e: Evidence, figure: str, sheet: str, coupling: str) -> Statement:
         f"{coupling} peaks lie at higher frequency and lower amplitude than coupled ones",
         f"shifted by {', '.join(f'{x:+.2f}' for x in shift)} Hz, amplitudes times "
         f"{', '.join(f'{x:.2f}' for x in ratio)}",
-        judge(*(x > 0 for x in shift), *(x < 1 for x in ratio)),
+        agrees(*(x > 0 for x in shift), *(x < 1 for x in ratio)),
         why,
         tuple(coupled),
     )

@@ -127,7 +127,7 @@ def test_a_stopped_run_leaves_no_unfinished_file(begun, tmp_path):
     }
     cache, kept = Path("runs", "a", "cache"), shutil.ignore_patterns("response*", "pictures.json")
     for number, (event, stage) in moments.items():
-        if stage != "mesh vane":  # which was stopped before: the rest of the parts is at hand
+        if stage != "mesh vane":  # which was stopped before: the rest of the parts is there
             shutil.copytree(begun[0] / cache, tmp_path / cache, ignore=kept, dirs_exist_ok=True)
         assert stopped(tmp_path, stage, number, event) == (128 + number, GOES_ON)
         assert not unfinished(tmp_path)

@@ -76,7 +76,7 @@ def test_no_mistake_hides_another(tmp_path):
     ]
 
 
-def test_what_hangs_on_a_wrong_value_is_not_judged(tmp_path):
+def test_what_depends_on_a_wrong_value_is_not_checked(tmp_path):
     """Not with the default in its place, which would be a mistake that nobody made."""
     for text in (
         "[response]\nharmonics = 200\nsamples = 20",

@@ -12,7 +12,7 @@ from vanelock.published.evidence import (
 )
 from vanelock.published.maps.map_figures import holds, orders, plane_columns
 from vanelock.published.maps.plane import Method
-from vanelock.published.statements import judge
+from vanelock.published.statements import agrees
 
 
 def test_statements_hold_where_the_numbers_say_so(plane):
@@ -66,6 +66,6 @@ def test_columns_have_a_row_for_each_cell_and_method(plane):
 
 
 def test_judging():
-    assert judge(True, True) == "yes"
-    assert judge(True, False) == "partly"
-    assert judge(False) == "no"
+    assert agrees(True, True) == "yes"
+    assert agrees(True, False) == "partly"
+    assert agrees(False) == "no"

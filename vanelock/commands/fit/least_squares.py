@@ -118,7 +118,7 @@ def fit(
     if not found:
         raise InputError("fit: the model has no solution at any start: change the start or bounds")
     best = min(found, key=lambda each: each[0].after)[1]
-    return _judged(problem, best, sigma is not None, curves, tuple(start for start, _ in found))
+    return _assessed(problem, best, sigma is not None, curves, tuple(start for start, _ in found))
 
 
 def enough(points: int, parameters: int) -> None:
@@ -215,7 +215,7 @@ class _Problem:
         return [own, *tried[order[: count - 1]]]
 
 
-def _judged(
+def _assessed(
     problem: _Problem,
     x: Floats,
     known: bool,

@@ -48,14 +48,14 @@ def fatigue(content: PageContent) -> Section:
 
 
 def flag(reserve: float) -> Flag:
-    """How a reserve is judged."""
+    """Colour of a safety factor."""
     if reserve < SAFE:
         return "bad"
     return "warn" if reserve < ENOUGH else "good"
 
 
-def judged(found: CaseAnswers, reserve: float, part: str = "vane") -> Flag:
-    """How a reserve of a case is judged; assumed strengths make none good."""
+def case_flag(found: CaseAnswers, reserve: float, part: str = "vane") -> Flag:
+    """Colour of a safety factor of a case; assumed strengths make none good."""
     verdict = flag(reserve)
     return "" if verdict == "good" and assumed(found, part) else verdict
 
@@ -139,7 +139,7 @@ def _case(found: CaseAnswers) -> list[Single]:
         blocks.append(_worst(found.high, "upper bound of the peak over static friction"))
     every = [(part, m) for part in PARTS for m in found.stress.features[part]]
     rows = [_row(found, m, part, m.where) for part, m in every]
-    flags = [judged(found, m.reserve, part) for part, m in every]
+    flags = [case_flag(found, m.reserve, part) for part, m in every]
     title = f"Worst location of each feature{case}, clear of sharp corners and point forces"
     blocks.append(Table(title, COLUMNS, rows, flags=flags))
     return blocks
@@ -153,7 +153,7 @@ def _worst(found: CaseAnswers, peak: str) -> Table:
         for what, m in _merged(found.stress.worst[part]):
             prefix = "" if m.node is None else f"{part}, "
             rows.append(_row(found, m, part, f"{prefix}{what}: {m.where}"))
-            flags.append("" if m.doubt else judged(found, m.reserve, part))
+            flags.append("" if m.doubt else case_flag(found, m.reserve, part))
     title = f"Worst locations at the {peak}, {found.peak.frequency:.2f} Hz{of_case(found.name)}"
     return Table(title, COLUMNS, rows, flags=flags)
 
@@ -173,7 +173,7 @@ def _others(content: PageContent) -> Table:
     for found in content.answers.values():
         m = found.stress.governing
         rows.append(_row(found, m, "vane", f"{words(found.name)}: {m.where}"))
-        flags.append(judged(found, m.reserve))
+        flags.append(case_flag(found, m.reserve))
     return Table("The vane's critical location in each case", COLUMNS, rows, flags=flags)
 
 

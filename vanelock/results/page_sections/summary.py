@@ -16,7 +16,7 @@ from vanelock.report.blocks import Block
 from vanelock.results.case_table import case_row, case_table
 from vanelock.results.page_sections.content import PageContent
 from vanelock.results.page_sections.curves import response_plot
-from vanelock.results.page_sections.fatigue import assumed, judged
+from vanelock.results.page_sections.fatigue import assumed, case_flag
 from vanelock.results.page_sections.wear import shares
 from vanelock.rom.joining.mesh_excess import DOUBT
 from vanelock.stages.accuracy.mesh_sizes import AMPLITUDE
@@ -173,7 +173,7 @@ def _of_case(main: CaseAnswers) -> list[Answer]:
         ),
         _withheld(HCF)
         if main.peak.at_edge
-        else Answer(HCF, f"n = {m.reserve:.3g}", _reserve(main), judged(main, least)),
+        else Answer(HCF, f"n = {m.reserve:.3g}", _reserve(main), case_flag(main, least)),
     ]
 
 
