@@ -119,7 +119,7 @@ def factorise(
     A : (n, n) sparse
         Real symmetric or complex Hermitian; both halves must be stored.
     backend : str, optional
-        One of `backends()`; the fastest of them unless given.
+        One of `backends()`; by default the fastest of them.
     like : Factor, optional
         Of an earlier matrix with the same pattern, whose ordering and symbolic analysis are used
         again: of the same sector at another nodal diameter, say. Between real and complex, or

@@ -73,8 +73,8 @@ def gauge(
         The outward normal, roughly: faces that lean from it by more than 60 degrees, such as a
         thin wall's other side, are left out.
     tolerance : float, optional
-        Largest distance between position and surface, m; a quarter of the face's longest side
-        unless given.
+        Largest distance between position and surface, m; by default a quarter of the face's
+        longest side.
     surface : Skin, optional
         `skin(part)`, to place many gauges on one part.
 

@@ -32,7 +32,7 @@ def cyclic_transform(model: Model, nodal_diameter: int, sectors: int | None = No
     nodal_diameter : int
         k, taken modulo N.
     sectors : int, optional
-        N, at least 2; that of the part unless given.
+        N, at least 2; by default that of the part.
 
     Returns
     -------

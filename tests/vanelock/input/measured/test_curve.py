@@ -78,7 +78,7 @@ def test_what_the_study_says_of_a_file(tmp_path):
         ("f (Hz),a (um),s\n1,2,0\n3,4,1", 'line 2, column s: "0": expected a number > 0'),
         ("f (Hz),a (um)\n1,2,3\n3,4", "line 2: 3 cells under 2 columns"),
         ("f (Hz),freq (Hz),a (um)\n1,2,3", "line 1: columns 1 and 2 both hold the frequency"),
-        ("f (Hz),a (um)\n1,2\n", "data.csv: 1 points: at least 2 are needed"),
+        ("f (Hz),a (um)\n1,2\n", "data.csv: 1 point: at least 2 are needed"),
     ],
 )
 def test_what_cannot_be_read(tmp_path, text, expected):

@@ -264,7 +264,7 @@ def test_a_range_holds_for_every_file_and_must_leave_points(tmp_path: Path) -> N
     csv = tmp_path / "rig.csv"
     csv.write_text("f (Hz),a (um)\n1,2\n3,4\n5,6\n")
     assert read(csv, range=[2, 6]).frequency.tolist() == [3, 5]
-    assert complaint(csv, range=[4, 6]) == "rig.csv: 1 points from 4 to 6 Hz: at least 2 are needed"
+    assert complaint(csv, range=[4, 6]) == "rig.csv: 1 point from 4 to 6 Hz: at least 2 are needed"
 
 
 def test_a_study_finds_it_beside_itself(tmp_path: Path) -> None:

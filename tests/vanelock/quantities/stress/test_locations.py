@@ -82,7 +82,7 @@ def test_output_nodes_are_named_as_they_were_placed(study, vane, found):
     placed = output_points(study.vane, 16)
     for node, point, share in zip(nodes, placed, (25, 50, 75), strict=True):
         assert vane.points[node] == pytest.approx(point)
-        place = found.place(int(node))
+        place = found.words(int(node))
         assert place == f"aerofoil 2, {share} % of the span, suction side, 50 % of the chord"
 
 
@@ -106,7 +106,7 @@ def test_root_is_described_with_its_end_and_its_doubt(vane, found):
     aerofoil = np.char.startswith(found.feature, "aerofoil")
     root = np.flatnonzero(found.corner & aerofoil & (np.abs(radius - 0.567) < 1e-6))
     assert len(root) > 40
-    place = [found.place(int(node)) for node in root]
+    place = [found.words(int(node)) for node in root]
     assert all("root at the outer shroud" in each for each in place)
     assert all("sharp" in found.doubt(int(node)) for node in root)
     assert not found.clear[root].any()
