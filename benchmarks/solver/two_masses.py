@@ -36,8 +36,10 @@ def two_masses() -> System:
 def peer(python: str, instants: int, folder: Path) -> tuple[np.ndarray, np.ndarray, float]:
     """Frequencies, rad/s, harmonics of the large mass, (p, 6) complex, and CPU time, s."""
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
-    command = [python, str(PEER), str(instants), str(folder / "curve.npz")]
-    subprocess.run(command, check=True, capture_output=True, env={**os.environ, **ONE_THREAD})
+    command = [python, str(PEER), str(instants), "curve.npz"]
+    environment = {**os.environ, **ONE_THREAD}
+    # in a folder of its own: it leaves a file where it runs
+    subprocess.run(command, check=True, capture_output=True, env=environment, cwd=folder)
     after = resource.getrusage(resource.RUSAGE_CHILDREN)
     seconds = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
     found = np.load(folder / "curve.npz")
