@@ -16,18 +16,19 @@ SWEEPS = ("run",)
 
 FIRST_STUDY = """\b
 A first study:
-  vanelock init my.toml           a commented study file, to cut down to what you change
-  vanelock check my.toml          mistakes in it, a line each, or what it would compute
+  vanelock init my.toml           every key; cut down to what you change
+  vanelock check my.toml          mistakes, or what it would compute
   vanelock mesh my.toml           look at the meshes: runs/my/mesh
-  vanelock run my.toml            everything: runs/my/report.html, results.h5, figures
+  vanelock run my.toml            everything, into runs/my: report.html
   vanelock converge my.toml       how far it is off, measured
   vanelock compare runs/a runs/b  two runs side by side
 
 Stopped? The same command goes on from where it was.
 
 \b
-`vanelock COMMAND --help` has examples. `vanelock manual` lists the pages of the manual, and
-`vanelock manual PAGE` prints one: start/first_study, keys, not_converged, trust.
+`vanelock COMMAND --help` has examples. `vanelock manual` lists the
+pages of the manual, and `vanelock manual PAGE` prints one:
+start/first_study, keys, not_converged, trust.
 """
 
 _MORE = {

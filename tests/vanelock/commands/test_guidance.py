@@ -26,6 +26,12 @@ def printed(*words: str) -> str:
     return done.output
 
 
+@pytest.mark.parametrize("words", [[], *([name] for name in COMMANDS)])
+def test_help_fits_a_terminal_of_80_columns(words: list[str]) -> None:
+    done = CliRunner().invoke(app, [*words, "--help"], prog_name="vanelock", terminal_width=80)
+    assert [line for line in done.output.splitlines() if len(line) > 80] == []
+
+
 @pytest.mark.parametrize("name", COMMANDS)
 def test_a_command_has_purpose_example_statuses_and_pages(name: str) -> None:
     text = printed(name)

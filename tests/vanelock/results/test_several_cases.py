@@ -166,7 +166,7 @@ def test_the_answers_are_those_of_the_largest_peak(page, results):
     value, note = card(page, "Largest peak")
     assert float(value.split()[0]) == pytest.approx(1e6 * case["peak_amplitude"], rel=5e-3)
     assert note.startswith(CASES[name])
-    value, note = card(page, "At")
+    value, note = card(page, "Frequency")
     assert float(value.split()[0]) == pytest.approx(case["peak_frequency"], abs=0.006)
     rpm = float(note.partition(" rpm")[0].split()[-1].replace(",", ""))
     assert rpm == pytest.approx(60 * case["peak_frequency"] / 2, abs=0.6)

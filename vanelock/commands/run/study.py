@@ -22,6 +22,7 @@ from vanelock.results.files.redrawn import REPORT, OutputFiles
 from vanelock.results.files.run_folder import claimed
 from vanelock.results.page import write_report
 from vanelock.stages.accuracy.cost_estimate import estimated
+from vanelock.stages.accuracy.error_places import of_own_meshes
 from vanelock.stages.accuracy.mesh_sizes import processes
 from vanelock.stages.response.summary import Summary
 
@@ -93,6 +94,8 @@ def run_study(
             with running.background():
                 summaries = running.all_cases()
             scattered = running.scattered(summaries)
+            for step in filter(None, map(of_own_meshes, running.planned[:1])):
+                listener(stages.get(step).table)
             running.answer(summaries)
             output_files = OutputFiles(path, listener, workers - 1)
             pictures = Pictures(

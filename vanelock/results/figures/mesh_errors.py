@@ -3,19 +3,18 @@
 from pathlib import Path
 
 from vanelock import render
-from vanelock.input.schema.own_mesh import OwnCasing, OwnVane
 from vanelock.quantities.curves_and_fields import RunData
 from vanelock.report import Picture
-from vanelock.stages.accuracy.error_places import error_places_step
+from vanelock.stages.accuracy.error_places import of_own_meshes
 from vanelock.stages.plan import Planned
 
 
 def mesh_errors(run_data: RunData, each: Planned) -> list[Picture]:
     """The picture of a case, where a part of it is an own mesh."""
-    study = each.case.study
-    if not isinstance(study.vane, OwnVane) and not isinstance(study.casing, OwnCasing):
+    step = of_own_meshes(each)
+    if step is None:
         return []
-    step = error_places_step(each)
+    study = each.case.study
     limits = run_data.stages.get(each.linear.limits)
     title = f"Where the meshes err in the mode of interest, {limits.stuck_frequency:.2f} Hz"
     subtitle = f"{study.name}. What elements add to its stiffness, by their own estimate."
@@ -28,7 +27,6 @@ def mesh_errors(run_data: RunData, each: Planned) -> list[Picture]:
 
     path = run_data.output_files.draw("figures/mesh_error.png", shows, picture)
     table = run_data.stages.get(step).table
-    run_data.output_files.listener(table)
     data = run_data.table("figures/mesh_error.csv", shows, table.by_head, table.lines)
     caption = (
         "What each element adds to the stiffness of the mode of interest, by its own estimate: "

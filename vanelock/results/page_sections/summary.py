@@ -58,7 +58,7 @@ def answers_of(content: PageContent) -> list[Answer]:
             "warn" if most.peak.at_edge or between else "",
         ),
         *_wave(most),
-        Answer("At", f"{most.peak.frequency:.2f} Hz", _speed(content, most)),
+        Answer("Frequency", f"{most.peak.frequency:.2f} Hz", _speed(content, most)),
     ]
     main = content.main
     if main is not None:

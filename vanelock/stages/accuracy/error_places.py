@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from vanelock import fem, rom
 from vanelock.common.product import Product
 from vanelock.common.tables import Cell, Column, Table, heads
+from vanelock.input.schema.own_mesh import OwnCasing, OwnVane
 from vanelock.mesh import Part
 from vanelock.pipeline.step import Step, step
 from vanelock.rom import Component, System
@@ -75,6 +76,14 @@ class ErrorPlaces(Product):
             "Smaller elements there lower the error most: half the edges, about half of its share"
         )
         return Table("Where the meshes err", columns, rows, (note,), "mesh_error")
+
+
+def of_own_meshes(planned: Planned) -> Step[ErrorPlaces] | None:
+    """The step of a case of which a part is a user's own mesh."""
+    study = planned.case.given
+    parts = [getattr(study, name, None) for name in PARTS]
+    own = any(isinstance(part, OwnVane | OwnCasing) for part in parts)
+    return error_places_step(planned) if own else None
 
 
 def error_places_step(planned: Planned) -> Step[ErrorPlaces]:
