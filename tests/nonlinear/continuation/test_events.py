@@ -1,5 +1,6 @@
 """Where a quantity passes zero along a path, and where the path jumps instead."""
 
+import math
 from typing import Any
 
 import numpy as np
@@ -33,7 +34,7 @@ def test_a_quantity_that_jumps_is_located_unless_the_path_jumps(
 
     def quantity(solution: Any, tangent: Any = None) -> float:
         left = middle - solution.parameter
-        return float(np.sign(left) if kink else left)
+        return math.copysign(1.0, left) if kink else float(left)
 
     monkeypatch.setattr(events, "solve", moved)
     ends = (quantity(before.solution), quantity(after.solution))
