@@ -30,11 +30,6 @@ class Solved:
     planned: Planned
     chosen_mesh: MeshChoice | None
 
-    @property
-    def stated(self) -> tuple[dict[str, float], float, float]:
-        """Estimated relative errors of the peak: of its amplitude by source, and in all of both."""
-        return stated(self.response)
-
 
 def solved(study: Study, stages: Stages, memory: float | None = None) -> Solved:
     """Run a study's one case up to its response, with meshes that so many bytes hold."""
@@ -44,12 +39,16 @@ def solved(study: Study, stages: Stages, memory: float | None = None) -> Solved:
     (planned,) = plan([case], lambda *_: None, [chosen_mesh])
     response = stages.get(planned.response)
     planned = planned.solved(response)
-    limits = stages.get(planned.linear.limits)
-    system = stages.get(planned.system)
+    return Solved(framed(planned, stages), response, planned, chosen_mesh)
+
+
+def framed(planned: Planned, stages: Stages) -> Prepared:
+    """The system of a case with its range and its monitored output."""
+    limits, system = stages.get(planned.linear.limits), stages.get(planned.system)
     wanted = frequencies(planned.case.study, limits)
     assert isinstance(wanted, tuple)
     watched = monitor(None, system, stages.get(planned.linear.responses["free"]))
-    return Solved(Prepared(system, wanted, watched, limits), response, planned, chosen_mesh)
+    return Prepared(system, wanted, watched, limits)
 
 
 def asked(scene: Scene, accuracy: float, folder: Path) -> Outcome:
@@ -57,7 +56,7 @@ def asked(scene: Scene, accuracy: float, folder: Path) -> Outcome:
     own = folder / f"design_{scene.design}"
     stages = Stages(Cache(own / "cache", print), silent)
     done = solved(scene.study(accuracy=accuracy), stages)
-    sources, amplitude, frequency = done.stated
+    sources, amplitude, frequency = stated(done.response)
     assert done.response.estimates is not None
     return outcome(
         scene,

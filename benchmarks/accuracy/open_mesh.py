@@ -15,13 +15,13 @@ import tempfile
 from dataclasses import asdict, replace
 from functools import partial
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 
 from benchmarks.isolated import memory  # isort: skip  # it sets the threads
-from benchmarks.accuracy.asked import solved
-from benchmarks.accuracy.models import Prepared
+from benchmarks.accuracy.asked import framed, solved, stated
 from benchmarks.accuracy.references import LADDER, reference
 from benchmarks.accuracy.runs import outcome
 from benchmarks.accuracy.scenes import Scene, draw
@@ -34,8 +34,6 @@ from vanelock.pipeline.step import Stages
 from vanelock.stages.accuracy.mesh_errors import mesh_errors_step
 from vanelock.stages.accuracy.mesh_sizes import AMPLITUDE
 from vanelock.stages.plan import plan
-from vanelock.stages.response.limits import frequencies
-from vanelock.stages.response.monitor import monitor
 
 Known = dict[str, Any]
 ACCURACY, MEMORY = 0.01, 8e9
@@ -83,11 +81,7 @@ def truth(scene: Scene, folder: Path) -> Known:
     stages = Stages(Cache(folder / f"design_{scene.design}" / "cache", print), silent)
     (case,) = cases(study)
     (planned,) = plan([case], lambda *_: None)
-    limits, system = stages.get(planned.linear.limits), stages.get(planned.system)
-    wanted = frequencies(study, limits)
-    assert isinstance(wanted, tuple)
-    watched = monitor(None, system, stages.get(planned.linear.responses["free"]))
-    found = reference(scene, Prepared(system, wanted, watched, limits), SETTLED)
+    found = reference(scene, framed(planned, stages), SETTLED)
     own = stages.get(mesh_errors_step(study, planned.linear.limits)).interest
     return {**found, "mesh_error": AMPLITUDE[study.mesh.correction] * own}
 
@@ -104,7 +98,7 @@ def run(scene: Scene, folder: Path, accuracy: float | None) -> Known:
     )
     told: Known = {}
     if done.chosen_mesh is not None:
-        mesh, (_, amplitude, frequency) = done.chosen_mesh.rounds[-1], done.stated
+        mesh, (_, amplitude, frequency) = done.chosen_mesh.rounds[-1], stated(done.response)
         raised = AMPLITUDE[study.mesh.correction] * mesh.error
         told = {
             "size": mesh.size,
@@ -152,10 +146,10 @@ def table(numbers: list[int], folder: Path, compute: bool) -> list[str]:
             missing.append(f"{number} ({draw(number).kind or 'nothing special'})")
             continue
         known, asked, other = (run for run in runs if run is not None)
-        off, ratio = errors(_Peak(asked), known), asked["seconds"] / other["seconds"]
-        stated = asked["amplitude_error"], asked["frequency_error"]
-        figures.append((max(off), max(stated), asked["dofs"], asked["memory"], ratio))
-        percents = (known["mesh_error"], *off, *stated)
+        off, ratio = errors(SimpleNamespace(**asked), known), asked["seconds"] / other["seconds"]
+        own = asked["amplitude_error"], asked["frequency_error"]
+        figures.append((max(off), max(own), asked["dofs"], asked["memory"], ratio))
+        percents = (known["mesh_error"], *off, *own)
         rows.append(
             f"| {number} | {draw(number).kind} "
             f"| {1e6 * known['amplitude']:.2f} | {known['frequency']:.2f} | "
@@ -183,13 +177,6 @@ def table(numbers: list[int], folder: Path, compute: bool) -> list[str]:
         "|---:|---|" + "---:|" * 13,
         *rows,
     ]
-
-
-class _Peak:
-    """The peak of a run as `errors` asks for it."""
-
-    def __init__(self, values: Known) -> None:
-        self.amplitude, self.frequency = values["amplitude"], values["frequency"]
 
 
 def main() -> None:

@@ -88,14 +88,15 @@ def run_study(
             listener(Notice(f"about {', '.join(needed.words().values())}, if nothing is there yet"))
             if needed.warning:
                 listener(Notice(needed.warning))
-        if getattr(given.outputs, "shapes", False):
+        shapes = getattr(given.outputs, "shapes", False)
+        if shapes:
             render.trial()  # whether this machine draws is then known when the first is drawn
         with running.record.finished():
             with running.background():
                 summaries = running.all_cases()
             scattered = running.scattered(summaries)
-            for step in filter(None, map(of_own_meshes, running.planned[:1])):
-                listener(stages.get(step).table)
+            if shapes and (places := of_own_meshes(running.planned[0])):
+                listener(stages.get(places).table)
             running.answer(summaries)
             output_files = OutputFiles(path, listener, workers - 1)
             pictures = Pictures(

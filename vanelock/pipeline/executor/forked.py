@@ -11,6 +11,7 @@ from collections.abc import Callable, Generator, Sequence
 from contextlib import contextmanager
 from multiprocessing import get_context
 from multiprocessing.connection import Connection, wait
+from multiprocessing.process import BaseProcess
 from typing import TypeVar
 
 from vanelock.pipeline.executor.processes import end_with, held_back
@@ -84,12 +85,17 @@ def shared(
             left.discard(i)
             collect(0)
         collect(PATIENCE)
+        _end(started)  # one that stood still must not go on with a file that is made here now
         for i in sorted(left):
             take(i, works[i]())
     finally:
-        for each in started:
-            each.kill()
-            each.join()
+        _end(started)
+
+
+def _end(started: Sequence[BaseProcess]) -> None:
+    for each in started:
+        each.kill()
+        each.join()
 
 
 def of_this_process(listener: Listener) -> Listener:

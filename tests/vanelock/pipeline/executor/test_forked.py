@@ -74,18 +74,20 @@ def test_the_work_of_a_copy_that_dies_or_fails_is_done_here(tmp_path, end):
     assert found == {i: (i, own) for i in range(4)}
 
 
-def test_the_work_of_a_copy_that_stands_still_is_done_here(tmp_path, monkeypatch):
+def test_the_work_of_a_copy_that_stands_still_is_done_here_when_it_is_gone(tmp_path, monkeypatch):
     monkeypatch.setattr(forked, "PATIENCE", 0.5)
-    own = os.getpid()
+    own, before, copies = os.getpid(), set(active_children()), dict[int, int]()
 
     def work(i):
         if os.getpid() != own:
             (tmp_path / "taken").touch()
             time.sleep(3600)
+        copies[i] = len(set(active_children()) - before)
         return i, os.getpid()
 
     found = done([lambda i=i: work(i) for i in range(4)], 1, lambda: until(tmp_path / "taken"))
     assert found == {i: (i, own) for i in range(4)}
+    assert copies == {0: 0, 1: 1, 2: 1, 3: 1}  # the first is what the copy had begun
 
 
 def test_the_error_of_a_work_is_reported_and_no_copy_stays():
