@@ -69,7 +69,7 @@ def graded(part: str, corner: float, size: float) -> Part:
     make = {"vane": partial(mesh.vane_segment, SHARP), "casing": mesh.casing_sector}[part]
     usual = module.generate
 
-    def generate(gmsh: Any, largest: float, _local: Any = None) -> Any:
+    def generate(gmsh: Any, largest: float, *_others: Any) -> Any:
         field = gmsh.model.mesh.field
         distance, local = field.add("Distance"), field.add("MathEval")
         field.setNumbers(distance, "CurvesList", _reentrant(gmsh, part))

@@ -8,8 +8,9 @@ from vanelock.mesh.geometry.dimensions import (
     VaneDimensions,
 )
 
-ASPECT = 12.0
-"""Elements along a fillet are at most so many times longer than its pieces are wide."""
+ASPECT, DRAWN_OUT = 10.0, 24.0
+"""Elements along a fillet are at most so many times longer than its pieces are wide: as they are
+meshed, and once they are drawn out around the ring."""
 
 SIZE = 20.0
 """Elements may be so many radii of a fillet long: beyond, those beside it become slivers."""

@@ -57,12 +57,6 @@ def quality(part: Part) -> Quality:
     if part.cell_type not in ("tetra", "tetra10"):
         raise InputError(f"{part.name}: quality needs tetrahedra, not {part.cell_type}")
     points, cells = part.points, part.cells
-    A = jacobians(points, cells[:, :4], _CORNERS[:1])[:, 0] @ np.linalg.inv(_REGULAR)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        # 3 / (|A| |A^-1|), with A^-1 = adj(A)/det(A) so that a flat element counts as zero.
-        cofactor = np.stack([np.cross(A[..., (k + 1) % 3], A[..., (k + 2) % 3]) for k in range(3)])
-        norms = np.linalg.norm(A, axis=(-2, -1)) * np.sqrt((cofactor**2).sum(axis=(0, -1)))
-        sicn = 3 * np.linalg.det(A) / norms
     corners = np.linalg.det(jacobians(points, cells, _CORNERS)).sum()
     faces = np.linalg.det(jacobians(points, cells, _FACES)).sum()
     return Quality(
@@ -70,8 +64,22 @@ def quality(part: Part) -> Quality:
         elements=len(part.cells),
         volume=float(corners / 240 + 9 * faces / 240),
         smallest_jacobian=float(jacobian_bounds(points, cells).min()),
-        smallest_sicn=float(np.nan_to_num(sicn, nan=0.0).min()),
+        smallest_sicn=float(condition(points, cells).min()),
     )
+
+
+def condition(points: NDArray[np.float64], cells: NDArray[np.int64]) -> NDArray[np.float64]:
+    """Signed inverse condition numbers (SICN) (e,) of the tetrahedra that elements' corners span.
+
+    3 / (|A| |A^-1|), where A makes the element of a regular one: 1 for that, 0 for a flat one.
+    """
+    A = jacobians(points, cells[:, :4], _CORNERS[:1])[:, 0] @ np.linalg.inv(_REGULAR)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        # A^-1 = adj(A)/det(A), so that a flat element counts as zero.
+        cofactor = np.stack([np.cross(A[..., (k + 1) % 3], A[..., (k + 2) % 3]) for k in range(3)])
+        norms = np.linalg.norm(A, axis=(-2, -1)) * np.sqrt((cofactor**2).sum(axis=(0, -1)))
+        sicn = 3 * np.linalg.det(A) / norms
+    return np.asarray(np.nan_to_num(sicn, nan=0.0))
 
 
 def jacobian_bounds(points: NDArray[np.float64], cells: NDArray[np.int64]) -> NDArray[np.float64]:

@@ -94,14 +94,14 @@ def casing_sector(
         left_tag, right_tag = occ_solids.end_faces(gmsh, np.pi / narrow)
         for tag in band_tags:
             gmsh.model.mesh.setTransfiniteCurve(tag, bands.shape[1] // 2 + 1)
-        occ_solids.grade_fillets(gmsh, dimensions.fillet, length)
+        occ_solids.grade_fillets(gmsh, dimensions.fillet, length, stretch)
         divide_bosses(gmsh, dimensions, length)
         affine = np.eye(4)
         affine[:3, :3] = turn(narrow)
         gmsh.model.mesh.setPeriodic(2, [right_tag], [left_tag], affine.ravel().tolist())
         if face_nodes is not None:
             divide_face(gmsh, left_tag, length, face_nodes)
-        mesh = generate(gmsh, length)
+        mesh = generate(gmsh, length, None, stretch, face_nodes is not None)
         on = [nodes_on(gmsh, mesh, 1, tag) for tag in band_tags]
         at = np.concatenate([nodes_on(gmsh, mesh, 0, tag) for tag in point_tags])
         left, right = (nodes_on(gmsh, mesh, 2, tag) for tag in (left_tag, right_tag))

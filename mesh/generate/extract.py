@@ -1,6 +1,5 @@
 """From gmsh's mesh to arrays: nodes, elements, and the nodes on curves, faces and points."""
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -12,6 +11,7 @@ from vanelock.common.errors import InputError
 from vanelock.mesh.checks.tetrahedra import jacobian_bounds
 from vanelock.mesh.generate.mesher import tetrahedra
 from vanelock.mesh.generate.occ_solids import TOLERANCE
+from vanelock.mesh.geometry.element_size import Local
 
 TETRA10 = 11  # gmsh's number of the element type
 # gmsh and meshio (VTK) number the last two edges of the tetrahedron in opposite order.
@@ -40,9 +40,15 @@ class MeshArrays:
         return np.searchsorted(self.tags, np.asarray(tags, dtype=np.int64))
 
 
-def generate(gmsh: Any, size: float, local: Callable[[float], float] | None = None) -> MeshArrays:
-    """Mesh the current model with curved quadratic tetrahedra, sizes as `tetrahedra` has them."""
-    tetrahedra(gmsh, size, local)
+def generate(
+    gmsh: Any,
+    size: float,
+    local: Local | None = None,
+    stretch: float = 1.0,
+    same_faces: bool = False,
+) -> MeshArrays:
+    """Mesh the current model with curved quadratic tetrahedra; arguments as of `tetrahedra`."""
+    tetrahedra(gmsh, size, local, stretch, same_faces)
     gmsh.model.mesh.setOrder(2)
     _, nodes = gmsh.model.mesh.getElementsByType(TETRA10)
     used, cells = np.unique(np.asarray(nodes, dtype=np.int64), return_inverse=True)

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vanelock.common.errors import InputError
-from vanelock.mesh.checks.fillets import ASPECT
+from vanelock.mesh.checks.fillets import ASPECT, DRAWN_OUT
 from vanelock.mesh.geometry.outline import PIECE, Corner, edges
 
 Entity = tuple[int, int]  # dimension, tag
@@ -104,7 +104,7 @@ def end_faces(gmsh: Any, half_angle: float) -> tuple[int, int]:
     return found["left"], found["right"]
 
 
-def grade_fillets(gmsh: Any, fillet: float, size: float) -> None:
+def grade_fillets(gmsh: Any, fillet: float, size: float, stretch: float = 1.0) -> None:
     """Limit the elements along fillets to a multiple of their width, evenly around the ring.
 
     Parameters
@@ -113,8 +113,10 @@ def grade_fillets(gmsh: Any, fillet: float, size: float) -> None:
         Radius of the arcs, m; each piece is a face of its own.
     size : float
         Element size elsewhere, m.
+    stretch : float
+        How many times the mesh will be drawn out around the ring.
     """
-    longest = min(size, ASPECT * PIECE * fillet)
+    longest = min(size, min(ASPECT, DRAWN_OUT / stretch) * PIECE * fillet)
     for _, face in gmsh.model.getEntities(2):
         if gmsh.model.getType(2, face) != "Torus":
             continue

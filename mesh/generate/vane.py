@@ -92,7 +92,7 @@ def vane_segment(
             sides = divide_filleted(gmsh, dimensions, sectors, length)
         else:
             sides = divide_aerofoils(gmsh, dimensions, length)
-        mesh = generate(gmsh, length, of_vane(dimensions, length))
+        mesh = generate(gmsh, length, of_vane(dimensions, sectors, length))
         mesh = half_way(gmsh, mesh, dimensions, sectors)
         mesh = mesh if volume is None else replace(mesh, volume=volume)
         on = [nodes_on(gmsh, mesh, 1, tag) for tag in band_tags + row_tags]

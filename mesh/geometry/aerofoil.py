@@ -211,6 +211,16 @@ def spanwise(vane: VaneDimensions, side: int, station: float) -> Array:
     return np.array(found)
 
 
+def noses(vane: VaneDimensions, sectors: int) -> Array:
+    """Where the rounded edges of all aerofoils meet the shrouds: (4a, 3) m."""
+    found = []
+    for radius in (vane.inner_shroud_outer_radius, vane.outer_shroud_inner_radius):
+        at = edges(vane, radius).nose
+        points = np.column_stack([[radius, radius], at[:, 0], vane.hook.mid_plane + at[:, 1]])
+        found += [points @ rotation(angle).T for angle in angles(vane, sectors)]
+    return np.concatenate(found)
+
+
 def output_points(vane: VaneDimensions, sectors: int) -> Array:
     """Output nodes on the convex side at mid-chord of the middle aerofoil: (3, 3) m.
 

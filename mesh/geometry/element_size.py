@@ -1,13 +1,18 @@
-"""Element sizes by name, and those of a vane's regions.
+"""Element sizes by name, and those of regions.
 
-A vane's stiffness is lost most of all where its hooks' legs and feet meet the outer shroud: in the
-mode of interest an element there saves several times what one elsewhere does
-(docs/benchmarks/mesh_error.md), and is smaller.
+A vane is too stiff most of all where its hooks' legs and feet meet the outer shroud: in the mode of
+interest an element there saves several times what one elsewhere does
+(docs/benchmarks/mesh_error.md), and is smaller. Where an aerofoil's thin edge meets a shroud
+without a fillet, elements grow with the distance from it.
 """
 
+import math
 from collections.abc import Callable
 
+import numpy as np
+
 from vanelock.common.errors import InputError
+from vanelock.mesh.geometry import aerofoil
 from vanelock.mesh.geometry.dimensions import VaneDimensions
 
 SIZES = {  # m
@@ -19,6 +24,15 @@ SIZES = {  # m
 SMALLEST, LARGEST = 0.001, 0.05
 HOOKS, SHROUD = 0.5, 0.75
 """Largest elements of a vane's legs and feet, and of its outer shroud, over those elsewhere."""
+SLENDER = 16
+"""Longest elements along an aerofoil's rounded edges, in thicknesses of the edge: two elements lie
+around it, and the condition number (SICN) of such slender ones is 0.85 over this."""
+FIRST, GROWTH = 3, 0.5
+"""Longest elements where such an edge meets a shroud, in its thicknesses, and what is added to that
+over the distance from there. Longer ones are needles in the shroud."""
+
+Local = Callable[[float, float, float], float]
+"""Largest element edge at a place x, y, z, all in m."""
 
 
 def element_size(size: str | float, part: str) -> float:
@@ -46,20 +60,33 @@ def element_size(size: str | float, part: str) -> float:
     return float(size)
 
 
-def of_vane(vane: VaneDimensions, size: float) -> Callable[[float], float]:
-    """Largest element edge of a vane at a radius, both in m.
+def thin(vane: VaneDimensions, size: float) -> bool:
+    """Whether aerofoils without fillets have edges that are too thin for elements of a size, m."""
+    return not vane.root_fillet and SLENDER * vane.edge_thickness < size
+
+
+def of_vane(vane: VaneDimensions, sectors: int, size: float) -> Local:
+    """Largest element edges of a vane.
 
     Parameters
     ----------
     vane : VaneDimensions
+    sectors : int
     size : float
         Of the vane, m.
     """
     edge = 1e-6 * vane.outer_shroud_inner_radius
+    least = FIRST * vane.edge_thickness
+    ends = aerofoil.noses(vane, sectors) if thin(vane, size) else None
 
-    def at(radius: float) -> float:
-        if radius < vane.outer_shroud_inner_radius - edge:
-            return size
-        return (SHROUD if radius < vane.outer_shroud_outer_radius - edge else HOOKS) * size
+    def at(x: float, y: float, z: float) -> float:
+        radius = math.hypot(x, y)
+        share = 1.0
+        if radius > vane.outer_shroud_inner_radius - edge:
+            share = SHROUD if radius < vane.outer_shroud_outer_radius - edge else HOOKS
+        if ends is None:
+            return share * size
+        away = float(np.sqrt(((ends - (x, y, z)) ** 2).sum(axis=1).min()))
+        return min(share * size, least + GROWTH * away)
 
     return at

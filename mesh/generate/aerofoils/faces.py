@@ -6,8 +6,9 @@ such a face from one shroud to the other, or lets the triangles of the two sides
 a chessboard, in as many columns along the chord and rows along the span on both sides, they keep
 their distance, and the places of the output nodes are corners of the board.
 
-Rows are short at the shrouds, where stresses grow, and long between. With u from 0 to 1 along the
-rows and s along the span,
+Rows are short at the shrouds, where stresses grow, and long between, unless the thickness of the
+rounded edges asks for short ones everywhere. With u from 0 to 1 along the rows and s along the
+span,
 
     s = 1/2 + tanh(κ (2u - 1)) / (2 tanh κ),
 
@@ -22,18 +23,18 @@ from vanelock.common.errors import InputError
 from vanelock.mesh.generate.occ_solids import TOLERANCE
 from vanelock.mesh.geometry import aerofoil
 from vanelock.mesh.geometry.dimensions import VaneDimensions
-
-SLENDER = 30
-"""Longest elements along an aerofoil's edges, in thicknesses of the edge."""
+from vanelock.mesh.geometry.element_size import SLENDER, thin
 
 ROUND = 2
 """Columns around a rounded edge. A single element's side there bows by half its length, which
 makes thin aerofoils stiffer in torsion than even straight sides do."""
 
+_MESH_ADAPT = 1  # gmsh's number of the algorithm that grades a face to edges of 1 % of its size
+
 WIDE = 0.5
 """Elements across an aerofoil's chord, in element sizes: its bending is found from few."""
 NEAR = 5 / 3
-"""Rows in each outer quarter of the span, over those in each inner one."""
+"""Rows in each outer quarter of the span, over those in each inner one, by the elements' size."""
 
 
 class Divisions(NamedTuple):
@@ -88,7 +89,8 @@ def divide_aerofoils(gmsh: Any, vane: VaneDimensions, size: float) -> list[int]:
             f"{4 * vane.aerofoils}: the aerofoils leave their shrouds"
         )
     rows, _, columns = found = divisions(vane, size)
-    sides = []
+    sides: list[int] = []
+    shrouds: set[int] = set()
     for face in faces:
         for _, curve in gmsh.model.getBoundary([(2, face)], oriented=False):
             first, last = (ends[corner] for _, corner in gmsh.model.getBoundary([(1, curve)]))
@@ -97,23 +99,30 @@ def divide_aerofoils(gmsh: Any, vane: VaneDimensions, size: float) -> list[int]:
                 continue
             along = gmsh.model.occ.getMass(1, curve) > 0.5 * vane.chord  # or round an edge
             gmsh.model.mesh.setTransfiniteCurve(curve, (columns if along else ROUND) + 1)
+            shrouds.update(gmsh.model.getAdjacencies(1, curve)[0].tolist())
             if along and face not in sides:
                 sides.append(face)
         gmsh.model.mesh.setTransfiniteSurface(face, "AlternateRight")
+    if thin(vane, size):
+        for shroud in shrouds.difference(faces):
+            gmsh.model.mesh.setAlgorithm(2, shroud, _MESH_ADAPT)
     return sides
 
 
 def divisions(vane: VaneDimensions, size: float) -> Divisions:
     """How an aerofoil's sides are divided; columns are an even number.
 
-    An element of evenly divided rows would be no longer than `SLENDER` edges are thick, and the
-    camber line's arc stands no further off an element's side than a quarter of the aerofoil's
-    thickness.
+    Elements are no longer than `SLENDER` edges are thick, a tenth more where rows differ in height,
+    and the camber line's arc stands no further off an element's side than a quarter of the
+    aerofoil's thickness.
     """
     span = vane.outer_shroud_inner_radius - vane.inner_shroud_outer_radius
     span /= np.cos(np.radians(vane.lean))
-    inner = int(np.ceil(span / min(size, SLENDER * vane.edge_thickness) / 4))
-    outer = int(np.ceil(NEAR * inner))
+    by_size, by_edge = (
+        int(np.ceil(span / 4 / longest)) for longest in (size, SLENDER * vane.edge_thickness)
+    )
+    inner = max(by_size, by_edge)
+    outer = max(int(np.ceil(NEAR * by_size)), by_edge)
     bent = np.sqrt(4 * vane.camber * vane.chord / vane.thickness)
     columns = max(vane.chord / (WIDE * size), bent, 1.0)
     return Divisions(2 * (inner + outer), outer, 2 * int(np.ceil(columns / 2)))

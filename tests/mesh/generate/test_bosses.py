@@ -56,7 +56,7 @@ def test_bosses_stand_evenly_over_the_whole_ring() -> None:
 
 def test_bosses_are_meshed_and_leave_the_sets_alone() -> None:
     plain, part = (
-        casing_sector(CasingDimensions(bosses=count, boss_height=0.012), size=0.025, stretch=1)
+        casing_sector(CasingDimensions(bosses=count, boss_height=0.012), size=0.0245, stretch=1)
         for count in (0, 2)
     )
     figures = quality(part)

@@ -2,25 +2,30 @@
 
 import pytest
 
-from vanelock.mesh import VaneDimensions, vane_segment
+from vanelock.mesh import CasingDimensions, VaneDimensions, casing_sector, quality, vane_segment
 from vanelock.mesh.generate import mesher
+
+ALL = [(finer, split) for split in (False, True) for finer in (1.0, 0.98, 0.96, 0.93, 0.9, 0.86)]
 
 
 @pytest.mark.parametrize(
-    ("qualities", "sizes"),
+    ("qualities", "expected"),
     [
-        ([0.2], [1.0]),  # the size asked for, where it serves
-        ([0.01, 0.2], [1.0, 0.95]),
-        ([-1.0, 0.0, 0.021], [1.0, 0.95, 0.9]),  # none at all, then an element without height
-        ([0.01, 0.019, 0.0, 0.01], [1.0, 0.95, 0.9, 0.85, 0.95]),  # the best again
-        ([0.01, 0.01, 0.01, 0.015], [1.0, 0.95, 0.9, 0.85]),  # it is there already
+        ([0.2], [(1.0, False)]),  # the size asked for, where it serves
+        ([0.01, 0.2], [(1.0, False), (0.98, False)]),
+        # None at all, then an element without height.
+        ([-1.0, 0.0, 0.051], [(1.0, False), (0.98, False), (0.96, False)]),
+        ([0.01] * 6 + [0.051], [*ALL[:6], (1.0, True)]),  # elements are split only then
+        ([0.01, 0.031, *[0.0] * 4], [*ALL[:6], (0.98, False)]),  # or not, and the best made again
+        ([0.01, 0.029, *[0.0] * 10], [*ALL, (0.98, False)]),
+        ([0.01] * 11 + [0.015], ALL),  # it is there already
     ],
 )
-def test_sizes_are_tried_until_one_serves(monkeypatch, qualities, sizes):
+def test_sizes_are_tried_until_one_serves(monkeypatch, qualities, expected):
     tried = []
 
-    def attempt(gmsh, size, local, finer):
-        tried.append(size * finer)
+    def attempt(gmsh, size, local, stretch, same_faces, finer, split):
+        tried.append((size * finer, split))
         quality = qualities[(len(tried) - 1) % len(qualities)]
         if quality < 0:
             raise Exception("no mesh")  # as gmsh does
@@ -28,11 +33,11 @@ def test_sizes_are_tried_until_one_serves(monkeypatch, qualities, sizes):
 
     monkeypatch.setattr(mesher, "_attempt", attempt)
     mesher.tetrahedra(None, 1.0)
-    assert tried == sizes
+    assert tried == expected
 
 
 def test_what_cannot_be_meshed_at_any_size_says_why(monkeypatch):
-    def attempt(gmsh, size, local, finer):
+    def attempt(gmsh, size, local, stretch, same_faces, finer, split):
         raise Exception(f"no mesh at {finer * size}")
 
     monkeypatch.setattr(mesher, "_attempt", attempt)
@@ -45,10 +50,24 @@ def test_a_vane_is_meshed_once(monkeypatch):
     sizes = []
     attempt = mesher._attempt
 
-    def counted(gmsh, size, local, finer):
+    def counted(gmsh, size, local, stretch, same_faces, finer, split):
         sizes.append(finer * size)
-        return attempt(gmsh, size, local, finer)
+        return attempt(gmsh, size, local, stretch, same_faces, finer, split)
 
     monkeypatch.setattr(mesher, "_attempt", counted)
     vane_segment(VaneDimensions(aerofoils=1), size=0.025)
     assert sizes == [0.025]
+
+
+def test_a_mesh_is_judged_as_it_is_drawn_out(monkeypatch):
+    found = []
+    attempt = mesher._attempt
+
+    def kept(*given):
+        found.append(attempt(*given))
+        return found[-1]
+
+    monkeypatch.setattr(mesher, "_attempt", kept)
+    part = casing_sector(CasingDimensions(fillet=0.0015), size=0.02)
+    assert found[-1] == pytest.approx(quality(part).smallest_sicn, rel=1e-3)
+    assert found[-1] > mesher.BAD

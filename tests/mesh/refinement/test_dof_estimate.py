@@ -21,6 +21,7 @@ DESIGNS: dict[str, tuple[int, dict[str, Any], dict[str, Any]]] = {
     "short": (24, {"aerofoils": 2, "chord": 0.03, "interlock_slant": 20}, {}),
     "three aerofoils": (18, {"aerofoils": 3, "chord": 0.054}, {}),
     "filleted roots": (16, {"root_fillet": 0.003}, {}),
+    "thin edges": (16, {"thickness": 0.002, "edge_thickness": 0.0006}, {}),
 }
 
 

@@ -125,11 +125,11 @@ def test_elements_are_sound(meshed, part, record_property):
     sicn = sorted(each["sicn"][index] for each in meshed)
     jacobian = min(each["jacobian"][index] for each in meshed)
     record_property("smallest SICN", f"{sicn[0]:.4f}")
-    record_property("below 0.01", f"{sum(value < 0.01 for value in sicn)} of {len(sicn)}")
+    record_property("below 0.05", f"{sum(value < 0.05 for value in sicn)} of {len(sicn)}")
     record_property("median", f"{sicn[len(sicn) // 2]:.3f}")
     record_property("smallest Jacobian of a straight element's", f"{jacobian:.3f}")
     assert jacobian > 0
-    assert sicn[0] > 1e-3  # edges of 0.15 mm among elements of 21 mm have the worst
+    assert sicn[0] > 0.03
 
 
 @pytest.mark.parametrize(("part", "most"), [("vane", 5e-3), ("casing", 5e-4)])

@@ -11,7 +11,9 @@ from vanelock.commands.compare.comparison import compared
 from vanelock.pipeline.cache import Cache
 from vanelock.pipeline.step import Stages
 from vanelock.results.reading.contents import load_run
-from vanelock.stages.parts.systems import joined_step
+from vanelock.stages.parts.components import rom_step
+from vanelock.stages.parts.diameters import shared_step
+from vanelock.stages.parts.systems import system_step
 
 STUDY = """
 [mesh]
@@ -38,7 +40,11 @@ def test_a_study_has_both_on_its_page(tmp_path: Path) -> None:
     assert found.lowest.amplitude == found.highest.amplitude
     assert found.highest.amplitude == pytest.approx(found.peak.amplitude, rel=5e-3)
     stages = Stages(Cache(folder / "cache", print), lambda event: None)
-    system = stages.get(joined_step(study, range(5)))
+    vane, casing = (
+        rom_step(study, "vane", ()),
+        rom_step(study, "casing", range(5), shared_step(study)),
+    )
+    system = stages.get(system_step(study, vane, casing, (casing,)))
     with h5py.File(folder / "results.h5") as file:
         group = file["response/nominal"]
         response = nonlinear.Response.load(group)
