@@ -36,6 +36,8 @@ _modules = {
     "peak_bounds": "following.peak_bounds",
     "StaticBounds": "following.static_bounds",
     "static_bounds": "following.static_bounds",
+    "PeakGradient": "following.peak_gradient",
+    "peak_gradient": "following.peak_gradient",
     "PeakErrors": "adaptive.peak_errors",
     "peak_errors": "adaptive.peak_errors",
     "peak_response": "following.peak_response",

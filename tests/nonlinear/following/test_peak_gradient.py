@@ -76,12 +76,13 @@ def test_stiffness_moves_a_peak_as_differences_say(seed: int, harmonics: int) ->
 def test_the_state_at_rest_counts_where_it_is_solved_first(
     coupling: str, diameter: int | None
 ) -> None:
-    system, near = slipping(1)
+    system, near = slipping(2)
     options = Options(3, coupling=coupling)
-    changes = drawn(system, 1)
+    changes = drawn(system, 2)
     if diameter is not None:  # of nodal diameter 0 alone, which moves the rest
         changes = {k: (k == diameter) * change for k, change in changes.items()}
     known = peak_response(system, "force", [1.0], near, options)
+    assert not known.sharp[0]
     output = known.output, known.direction
     found = peak_gradient(system, near, options, output)
     expected = difference(system, changes, near, options, output)
