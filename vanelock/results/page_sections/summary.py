@@ -19,7 +19,9 @@ from vanelock.results.page_sections.curves import response_plot
 from vanelock.results.page_sections.fatigue import assumed, case_flag
 from vanelock.results.page_sections.wear import shares
 from vanelock.rom.joining.mesh_excess import DOUBT
-from vanelock.stages.accuracy.mesh_sizes import AMPLITUDE
+from vanelock.stages.accuracy.amplitude_errors import amplitude_error
+from vanelock.stages.accuracy.evidence import amplitude_errors_of
+from vanelock.stages.plan import Planned
 from vanelock.stages.response.summary import Summary
 
 HCF = "HCF safety factor"
@@ -115,7 +117,9 @@ def _of_linear(most: Summary) -> str:
 def _error(content: PageContent, most: Summary) -> str:
     """What the peak's estimated error is, where one is, or what the mesh leaves in doubt."""
     if most.case not in content.worth:
-        doubt = AMPLITUDE["modal"] * _doubt(content, most)
+        doubt = _doubt(content, most)
+        if doubt and (own := amplitude_errors_of(_planned(content, most))) is not None:
+            doubt = amplitude_error(content.run_data.stages.get(own), doubt, "modal")
         return f"; ±{100 * doubt:.2g} % by the mesh" if doubt else ""
     errors = content.worth[most.case][0]
     text = f"; estimated error {100 * errors.total[0]:.2g} %, asked for {100 * errors.accuracy:g} %"
@@ -127,15 +131,18 @@ def _error(content: PageContent, most: Summary) -> str:
 
 def _doubt(content: PageContent, most: Summary) -> float:
     """Of the frequencies of interest, what the meshes leave in doubt; 0 where it is not known."""
-    (planned,) = [e for e in content.run_data.planned if e.case.name == most.case]
-    limits = content.run_data.stages.get(planned.linear.limits)
+    limits = content.run_data.stages.get(_planned(content, most).linear.limits)
     return DOUBT * float(np.nan_to_num([limits.free_lowered, limits.stuck_lowered]).max())
 
 
+def _planned(content: PageContent, most: Summary) -> Planned:
+    (planned,) = [e for e in content.run_data.planned if e.case.name == most.case]
+    return planned
+
+
 def _speed(content: PageContent, most: Summary) -> str:
-    (given,) = [e.case.given for e in content.run_data.planned if e.case.name == most.case]
     assert most.peak is not None
-    (sectors, order), texts = ring_of(given), []
+    (sectors, order), texts = ring_of(_planned(content, most).case.given), []
     if most.case not in content.worth and (doubt := _doubt(content, most)):
         texts.append(f"±{100 * doubt:.2g} % by the mesh")
     if sectors > 1 and order:

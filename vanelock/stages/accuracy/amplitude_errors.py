@@ -2,9 +2,10 @@
 
 What a mesh adds to the stiffness (`vanelock.rom.joining.mesh_excess`) lowers or raises the friction
 peak by the peak's own gradient. It acts in two ways that have little to do with one another: at
-rest it changes how interference loads the joints, in vibration what the joints are worth. Of the
-vane and of the casing, in either, a quarter of what is taken off remains in doubt, all of it where
-nothing is; the errors of these four add up, since nothing says that they cancel.
+rest it changes how interference loads the joints, in vibration how the structure yields to them. Of
+either, by the vane and by the casing, a quarter remains in doubt where it is taken off; the four
+add up, since nothing says that they cancel. Where it is not taken off, their sum with its signs is
+an error besides.
 
 One harmonic is enough to know a gradient to some tens of per cent.
 """
@@ -23,33 +24,41 @@ from vanelock.mesh import Part
 from vanelock.pipeline.step import Step, step
 from vanelock.rom import Component, MeshExcess, System
 from vanelock.rom.joining.mesh_excess import DOUBT
-from vanelock.stages.accuracy.mesh_sizes import AMPLITUDE
 from vanelock.stages.parts.components import PARTS
 from vanelock.stages.parts.diameters import diameter_of
 from vanelock.stages.parts.meshes import mesh_step
 from vanelock.stages.parts.systems import ESTIMATED, excess_steps
 from vanelock.stages.response.limits import Limits, frequencies
+from vanelock.stages.response.responses import frequency_keys
 
 Floats = NDArray[np.float64]
+
+AMPLITUDE = {"none": 1.5, "modal": 3.0}
+"""Error of the peak's amplitude over that of its frequency, by `mesh.correction`, in the example:
+of peaks that are not known (docs/theory/mesh_correction.md)."""
 
 
 @dataclass(frozen=True)
 class AmplitudeErrors(Product):
-    """What the meshes leave in doubt of a peak's amplitude, relative to it.
+    """What the meshes add to a peak's amplitude, relative to it, to first order.
 
     Attributes
     ----------
     parts : (2, 2) float
         By the vane's and the casing's mesh, at rest and in vibration. NaN where no peak with a
         gradient was found, or a part's elements have no estimate.
+    corrected : bool
+        Whether it is taken off.
     """
 
     parts: Floats
+    corrected: bool
 
     @property
     def total(self) -> float:
-        """All of them together."""
-        return float(np.abs(self.parts).sum())
+        """Estimated relative error of the amplitude."""
+        left = 0.0 if self.corrected else abs(float(self.parts.sum()))
+        return left + DOUBT * float(np.abs(self.parts).sum())
 
 
 def amplitude_errors_step(
@@ -72,46 +81,44 @@ def amplitude_errors_step(
         parts = [each for each in others if isinstance(each, Part)]
         found = [each for each in others if isinstance(each, MeshExcess)]
         if any(part.cell_type != ESTIMATED for part in parts):
-            return AmplitudeErrors(np.full((2, 2), np.nan))
+            return AmplitudeErrors(np.full((2, 2), np.nan), corrects)
         wanted = np.asarray(frequencies(study, limits))
         near = float(wanted.min()), float(wanted.max())
         diameters = {k: each for excess in found for k, each in excess.diameters.items()}
-        return amplitude_errors(
-            system, near, nonlinear.Options(1, response.coupling, response.friction),
-            {0: diameters[0].stiffness}, {k: diameters[k].stiffness} if k else {},
-            DOUBT if corrects else 1.0,
-        )  # fmt: skip
+        once = nonlinear.Options(1, response.coupling, response.friction)
+        rest = {0: diameters[0].stiffness}
+        vibration = {k: diameters[k].stiffness} if k else {}
+        added = added_to_peak(system, near, once, rest, vibration)
+        return AmplitudeErrors(added, corrects)
 
     needs = (system, limits, *meshes, *excess)
-    inputs = {"corrects": corrects, "options": options}
+    inputs = {**frequency_keys(study), "corrects": corrects, "options": options}
     return step("mesh errors, peak", "nonlinear", inputs, AmplitudeErrors, needs, compute)
 
 
-def amplitude_errors(
+def added_to_peak(
     system: System,
     near: tuple[float, float],
     options: nonlinear.Options,
     rest: Mapping[int, NDArray[np.generic]],
     vibration: Mapping[int, NDArray[np.generic]],
-    share: float,
-) -> AmplitudeErrors:
-    """Estimates from (2, n, n) of what both parts' meshes add, N/m, by nodal diameter."""
-    parts = np.zeros((2, 2))
+) -> Floats:
+    """What (2, n, n) of both parts' meshes, N/m by nodal diameter, add to a peak, (2, 2)."""
+    added = np.full((2, 2), np.nan)
     try:
-        peak = nonlinear.peak_gradient(system, near, options)
+        found = nonlinear.peak_gradient(system, near, options)
     except InputError:
-        return AmplitudeErrors(np.full((2, 2), np.nan))
-    if peak.peak.sharp:
-        return AmplitudeErrors(np.full((2, 2), np.nan))
-    for column, excess in enumerate((rest, vibration)):
+        return added
+    if not found.peak.sharp:  # a sharp one moves by what its contacts do
         for part in range(len(PARTS)):
-            changes = {k: each[part] for k, each in excess.items()}
-            parts[part, column] = share * peak.by_stiffness(changes) / peak.amplitude
-    return AmplitudeErrors(parts)
+            for column, excess in enumerate((rest, vibration)):
+                changes = {k: each[part] for k, each in excess.items()}
+                added[part, column] = found.by_stiffness(changes) / found.amplitude
+    return added
 
 
 def amplitude_error(found: AmplitudeErrors, frequency: float, correction: str) -> float:
-    """Relative error of a peak's amplitude by the meshes, from that of its frequency if need be."""
+    """Relative error of a peak's amplitude by the meshes, by that of its frequency if need be."""
     if np.isnan(found.total):
         return AMPLITUDE[correction] * frequency
     return found.total

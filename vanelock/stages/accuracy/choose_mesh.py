@@ -17,12 +17,15 @@ from vanelock.input.schema.own_mesh import OwnVane, refuse_without_areas
 from vanelock.input.schema.study import Study
 from vanelock.mesh.geometry.element_size import SIZES, SMALLEST, element_size
 from vanelock.pipeline.step import Stages
+from vanelock.stages.accuracy.amplitude_errors import amplitude_error, amplitude_errors_step
 from vanelock.stages.accuracy.budget import Budget, budget, pins
-from vanelock.stages.accuracy.mesh_errors import MeshErrors, mesh_errors_step
-from vanelock.stages.accuracy.mesh_sizes import AMPLITUDE, DOFS, most_dofs, unknowns
+from vanelock.stages.accuracy.mesh_errors import mesh_errors_step
+from vanelock.stages.accuracy.mesh_sizes import DOFS, most_dofs, unknowns
 from vanelock.stages.parts.components import PARTS, model_step, reference_step
+from vanelock.stages.parts.diameters import casing_step, diameter_of
 from vanelock.stages.parts.meshes import mesh_step
 from vanelock.stages.parts.nodal_diameters import linear_steps
+from vanelock.stages.parts.systems import united_step
 from vanelock.stages.response.limits import Limits
 
 ORDER = 0.93
@@ -33,8 +36,9 @@ BETWEEN = (0.5, 1.1)
 AIM = 0.9
 """Of its share, the error that the next mesh is to have."""
 ROUNDS = 6
-CLOSE = 0.9
-"""Least change of size worth another mesh."""
+LEAP, CLOSE = 0.4, 0.9
+"""Smallest and largest size of the next mesh over the last one's: orders do not hold further on,
+and a closer one is not worth it."""
 COARSE = "the mesh is too coarse"
 """What a reduction says of patches that its mesh cannot tell apart."""
 ROUGHEST = 1e-2
@@ -43,14 +47,20 @@ ROUGHEST = 1e-2
 
 @dataclass(frozen=True)
 class Round:
-    """A mesh that was tried: its size in words, dofs of both parts, and estimated error.
+    """A mesh that was tried: its size in words, dofs of both parts, and estimated errors.
 
-    The error is that of the frequency of the mode of interest.
+    Of the frequency of the mode of interest, and of the amplitude of the peak.
     """
 
     size: str
     dofs: int
     error: float
+    amplitude: float
+
+    @property
+    def largest(self) -> float:
+        """The larger of both errors."""
+        return max(self.error, self.amplitude)
 
 
 @dataclass(frozen=True)
@@ -104,9 +114,8 @@ def choose_mesh(study: Study, stages: Stages, most: float | None = None) -> Mesh
     if modes is not None:
         chosen = with_values(chosen, {"rom.accuracy": min(modes, ROUGHEST)})
     if "mesh" in shares.pinned:
-        errors, limits = _estimates(chosen, stages)
-        rounds = [_round(chosen, errors, stages)]
-        short = ""
+        tried, limits = _tried(chosen, stages)
+        rounds, short = [tried], ""
     else:
         chosen, rounds, short, limits = _meshed(
             chosen, shares, stages, most_dofs() if most is None else most
@@ -115,14 +124,9 @@ def choose_mesh(study: Study, stages: Stages, most: float | None = None) -> Mesh
         own = (limits.free_error[limits.free_mode], limits.stuck_error[limits.stuck_mode])
         shares = budget(study, max(float(each) for each in own))
     if "mesh" in shares.shares and not short:
-        shares = shares.meshed(min(_amplitude(study, rounds[-1]), shares.bearable))
+        shares = shares.meshed(min(rounds[-1].largest, shares.bearable))
     stages.drop(model(chosen, "vane").key for model in (model_step, reference_step))
     return MeshChoice(chosen, study, shares, tuple(rounds), short)
-
-
-def _amplitude(study: Study, tried: Round) -> float:
-    """Estimated error of the peak's amplitude by a mesh."""
-    return AMPLITUDE[study.mesh.correction] * tried.error
 
 
 def _meshed(
@@ -136,22 +140,22 @@ def _meshed(
         chosen = with_values(study, {"mesh.size": size})
         length = element_size(size, "vane")
         try:
-            errors, limits = _estimates(chosen, stages)
+            tried, limits = _tried(chosen, stages)
         except InputError as refused:
             if COARSE not in str(refused) or length <= finest:
                 raise
             size = float(f"{max(length / 2**0.5, finest):.3g}")
             continue
-        rounds.append(_round(chosen, errors, stages))
-        error = _amplitude(study, rounds[-1])
-        if error <= shares.bearable:
+        rounds.append(tried)
+        if tried.largest <= shares.bearable:
             return chosen, rounds, "", limits
         lengths.append(length)
-        order = _order(lengths, [each.error for each in rounds])
-        smaller = length * min((AIM * share / error) ** (1 / order), CLOSE)
+        order = _order(lengths, [each.largest for each in rounds])
+        factor = (AIM * share / tried.largest) ** (1 / order)
+        smaller = length * min(max(factor, LEAP), CLOSE)
         size = float(f"{max(smaller, finest):.3g}")
         if size >= length or len(rounds) == ROUNDS:
-            return chosen, rounds, _short(rounds[-1], error, share, most), limits
+            return chosen, rounds, _short(tried, share, most), limits
         stages.keep(())  # the factors of this mesh
 
 
@@ -163,11 +167,11 @@ def _order(lengths: list[float], errors: list[float]) -> float:
     return min(max(seen, BETWEEN[0]), BETWEEN[1])
 
 
-def _short(last: Round, error: float, share: float, most: float) -> str:
+def _short(last: Round, share: float, most: float) -> str:
     chosen = "are chosen" if most >= DOFS else "fit the memory"
     return (
-        f"mesh: estimated error {error:.1e} at {last.size} ({last.dofs:,} degrees of freedom; "
-        f"none larger than {most:,.0f} {chosen}), {share:.1e} was its share"
+        f"mesh: estimated error {last.largest:.1e} at {last.size} ({last.dofs:,} degrees of "
+        f"freedom; none larger than {most:,.0f} {chosen}), {share:.1e} was its share"
     )
 
 
@@ -194,15 +198,18 @@ def _finest(study: Study, most: float) -> float:
     return size
 
 
-def _estimates(study: Study, stages: Stages) -> tuple[MeshErrors, Limits]:
+def _tried(study: Study, stages: Stages) -> tuple[Round, Limits]:
+    """A study's mesh with its estimated errors, and the modes by it."""
     steps = linear_steps(study)
-    return stages.get(mesh_errors_step(study, steps.limits)), stages.get(steps.limits)
-
-
-def _round(study: Study, errors: MeshErrors, stages: Stages) -> Round:
+    casings = {k: casing_step(study, k) for k in sorted({0, diameter_of(study, 1)})}
+    own = amplitude_errors_step(
+        study, united_step(study, 1), steps.limits, steps.vane, tuple(casings.values())
+    )
+    errors, limits = stages.get(mesh_errors_step(study, steps.limits)), stages.get(steps.limits)
     size = study.mesh.size
     shown = size if isinstance(size, str) else f"{1e3 * size:.3g} mm"
     if "mesh" in pins(study) and pins(study)["mesh"].endswith(".mesh"):
         shown = "as given"
     dofs = sum(3 * len(stages.get(mesh_step(study, part)).points) for part in PARTS)
-    return Round(shown, dofs, errors.interest)
+    amplitude = amplitude_error(stages.get(own), errors.interest, study.mesh.correction)
+    return Round(shown, dofs, errors.interest, amplitude), limits

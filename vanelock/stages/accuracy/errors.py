@@ -9,7 +9,6 @@ from vanelock.common.tables import Cell, Column, Flag, Table
 from vanelock.nonlinear import Response, peak_errors
 from vanelock.stages.accuracy.budget import SOURCES, Budget
 from vanelock.stages.accuracy.choose_mesh import Round
-from vanelock.stages.accuracy.mesh_sizes import AMPLITUDE
 
 
 @dataclass(frozen=True)
@@ -95,7 +94,6 @@ def errors(
     short: str,
     settings: dict[str, str],
     costs: dict[str, float],
-    mesh: float,
     correction: str,
 ) -> Errors:
     """Errors of a case, and warnings.
@@ -108,13 +106,12 @@ def errors(
         As settled.
     settings, costs : dict by source
         Words, and processor times in s.
-    mesh : float
-        Estimated error of the mode of interest by the mesh.
     correction : str
         How what the meshes add is taken off, `mesh.correction`.
     """
     found = peak_errors(response)
     total, nan = sum(costs.values()) or 1.0, float("nan")
+    mesh = rounds[-1]
     sources = []
     for name in SOURCES:
         amplitude = found.amplitude_error.get(name, nan)
@@ -124,13 +121,13 @@ def errors(
         if name == "frequencies" and _listed(budget):
             continue  # exactly these are asked for
         if name == "mesh":  # by the mode itself, which a mesh may move beyond first order
-            amplitude, frequency = AMPLITUDE[correction] * mesh, mesh
+            amplitude, frequency = mesh.amplitude, mesh.error
         cost = costs.get(name, float("nan"))
         share = budget.shares.get(name, float("nan"))
         sources.append(
             Source(name, amplitude, frequency, share, cost / total, settings.get(name, ""))
         )
-    less = found.frequency * (1 - mesh) if correction == "none" else nan
+    less = found.frequency * (1 - mesh.error) if correction == "none" else nan
     known = Errors(budget.accuracy, tuple(sources), (), less)
     return replace(known, warnings=tuple(_warnings(known, budget, rounds, short)))
 
@@ -152,10 +149,11 @@ def _warnings(known: Errors, budget: Budget, rounds: Sequence[Round], short: str
         )
     if short:
         lines.append(f"WARNING: {short}")
-    if "mesh" in budget.pinned and rounds and rounds[-1].error > budget.accuracy:
+    if "mesh" in budget.pinned and rounds and rounds[-1].largest > budget.accuracy:
         lines.append(
             f"WARNING: the accuracy holds for this mesh alone ({budget.pinned['mesh']} is given): "
-            f"frequencies are off by about {rounds[-1].error:.1e} because of it"
+            f"frequencies are off by about {rounds[-1].error:.1e}, the peak by about "
+            f"{rounds[-1].amplitude:.1e} because of it"
         )
     for kind, unknown in zip(("amplitude", "frequency"), known.unknown, strict=True):
         if unknown:

@@ -1,17 +1,30 @@
-"""Gathers, for a case with an accuracy, what `errors` needs: words, costs and evidence."""
+"""Gathers what the errors of a case need: with an accuracy words, costs and evidence."""
 
 import numpy as np
 
 from vanelock import rom
+from vanelock.input.schema.study import Study
 from vanelock.nonlinear import Response
-from vanelock.pipeline.step import Stages
+from vanelock.pipeline.step import Stages, Step
 from vanelock.rom import Component
+from vanelock.stages.accuracy.amplitude_errors import AmplitudeErrors, amplitude_errors_step
 from vanelock.stages.accuracy.errors import Errors, errors
 from vanelock.stages.accuracy.left_out import LeftOut, left_out
 from vanelock.stages.parts.components import PARTS, prepared_step
 from vanelock.stages.plan import Planned
 from vanelock.stages.response.limits import Limits
 from vanelock.stages.response.monitor import Monitor
+
+
+def amplitude_errors_of(planned: Planned) -> Step[AmplitudeErrors] | None:
+    """What the meshes leave in doubt of the peak of a study's case without an accuracy."""
+    study = planned.case.given
+    if not isinstance(study, Study) or planned.chosen_mesh is not None:
+        return None
+    casings = planned.base
+    return amplitude_errors_step(
+        study, planned.system, planned.linear.limits, planned.rom["vane"], casings, casings
+    )
 
 
 def judged(
@@ -32,8 +45,7 @@ def judged(
     """
     chosen_mesh = planned.chosen_mesh
     assert chosen_mesh is not None
-    assert planned.mesh_errors is not None
-    mesh, limits = stages.get(planned.mesh_errors), stages.get(planned.linear.limits)
+    limits = stages.get(planned.linear.limits)
     found = errors(
         response,
         chosen_mesh.budget,
@@ -41,7 +53,6 @@ def judged(
         chosen_mesh.short,
         _settings(planned, response, stages),
         _costs(planned, stages),
-        mesh.interest,
         planned.case.study.mesh.correction,
     )
     N = planned.case.study.ring.sectors

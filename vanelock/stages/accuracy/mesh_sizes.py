@@ -2,7 +2,8 @@
 
     bytes = max(LEAST, BASE + EACH * degrees of freedom)
 
-measured over meshes of 37,000 to 442,000 degrees of freedom (docs/benchmarks/memory.md).
+the largest of what was measured over meshes of 37,000 to 442,000 degrees of freedom
+(docs/benchmarks/memory.md).
 """
 
 import math
@@ -17,13 +18,9 @@ from vanelock.mesh.refinement.dof_estimate import casing_dofs, vane_dofs
 
 DOFS = 1_000_000
 """Largest meshes chosen, estimated degrees of freedom of both parts; a study may set a larger."""
-LEAST, BASE, EACH = 1.5e9, 0.35e9, 22.5e3
+LEAST, BASE, EACH = 1.5e9, 0.35e9, 24.5e3
 """Peak memory, bytes: of a run with pictures, of libraries, and of a degree of freedom's matrices,
 factors and vectors."""
-AMPLITUDE = {"none": 1.2, "modal": 1.7}
-"""Error of the peak's amplitude by the mesh, over that of its frequency, by `mesh.correction`: the
-largest measured (docs/benchmarks/speed-against-error.md, mesh.size;
-docs/theory/mesh_correction.md)."""
 SHARE = 0.7
 """Of all memory, what choices may take: the system and other programs have the rest."""
 COARSE = 30_000

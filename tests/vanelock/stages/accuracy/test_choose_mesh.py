@@ -18,6 +18,8 @@ from vanelock.stages.accuracy.budget import budget
 from vanelock.stages.accuracy.mesh_errors import MeshErrors
 
 FREE = "accuracy = 0.05"
+RATIO = 1.7
+"""Error of the peak's amplitude over that of its frequency."""
 NOTHING: Any = None
 NOWHERE = Stages(NOTHING, silent)
 """Stages that nothing is asked of."""
@@ -31,23 +33,18 @@ def estimating(monkeypatch, error_of, dofs=lambda size: 27_000 * (0.025 / size) 
     """Let errors follow from element sizes alone; returns the studies that were asked about."""
     asked = []
 
-    def estimates(study, stages):
+    def tried(study, stages):
         asked.append(study)
         size = element_size(study.mesh.size, "vane")
         error = error_of(size)
         if isinstance(error, Exception):
             raise error
-        found = MeshErrors(np.array([250.0]), np.array([[error, 0]]), np.array([0.0, 0.0]), 0)
         share = np.array([3e-4])
         limits = SimpleNamespace(free_error=share, stuck_error=share, free_mode=0, stuck_mode=0)
+        found = choose_mesh.Round(f"{size:g}", int(dofs(size)), error, RATIO * error)
         return found, limits
 
-    def counted(study, errors, stages):
-        size = element_size(study.mesh.size, "vane")
-        return choose_mesh.Round(f"{size:g}", int(dofs(size)), errors.interest)
-
-    monkeypatch.setattr(choose_mesh, "_estimates", estimates)
-    monkeypatch.setattr(choose_mesh, "_round", counted)
+    monkeypatch.setattr(choose_mesh, "_tried", tried)
     return asked
 
 
@@ -55,7 +52,7 @@ def test_the_first_mesh_within_its_share_is_taken(monkeypatch):
     asked = estimating(monkeypatch, lambda size: 0.02 * (size / 0.03) ** 1.0)
     found = chosen_mesh(FREE)
     share, most = budget(parse_study(FREE)).shares["mesh"], budget(parse_study(FREE)).bearable
-    amplitudes = [mesh_sizes.AMPLITUDE["modal"] * each.error for each in found.rounds]
+    amplitudes = [each.amplitude for each in found.rounds]
     assert [each <= most for each in amplitudes] == [False] * (len(asked) - 1) + [True]
     assert asked[0].mesh.size == "coarse"
     assert len(asked) <= 3
@@ -71,7 +68,7 @@ def test_the_first_mesh_within_its_share_is_taken(monkeypatch):
 def test_an_error_a_little_beyond_its_share_is_not_worth_another_mesh(monkeypatch):
     shares = budget(parse_study(FREE))
     assert shares.shares["mesh"] < shares.bearable < 0.05
-    beyond = (shares.shares["mesh"] + shares.bearable) / 2 / mesh_sizes.AMPLITUDE["modal"]
+    beyond = (shares.shares["mesh"] + shares.bearable) / 2 / RATIO
     asked = estimating(monkeypatch, lambda size: beyond)
     found = chosen_mesh(FREE)
     assert len(asked) == 1
@@ -97,10 +94,7 @@ def test_the_largest_mesh_is_taken_where_the_share_is_out_of_reach(monkeypatch):
     vane, casing = found.study.vane, found.study.casing
     dofs = vane_dofs(vane, 16, size) + casing_dofs(casing, vane.hook, 16, size, 3)
     assert 0.9 * mesh_sizes.DOFS < dofs <= 1.001 * mesh_sizes.DOFS
-    assert (
-        f"estimated error {mesh_sizes.AMPLITUDE['modal'] * found.rounds[-1].error:.1e} at"
-        in found.short
-    )
+    assert f"estimated error {found.rounds[-1].amplitude:.1e} at" in found.short
     assert "was its share" in found.short
 
 

@@ -26,7 +26,7 @@ def test_a_coarse_run_is_known_to_a_factor_of_two():
 
 def test_what_an_accuracy_takes_is_within_what_is_chosen_at_most():
     fine, rough = estimated("accuracy = 0.01"), estimated("accuracy = 0.2")
-    assert fine.dofs == pytest.approx(128_214, rel=0.25)  # measured, and 4.24 GB of 173,280
+    assert fine.dofs == pytest.approx(290_295, rel=0.25)  # measured, and 4.24 GB of 173,280
     assert rough.dofs < 0.3 * fine.dofs
     assert mesh_sizes.peak_memory(173_280) == pytest.approx(4.24e9, rel=0.1)
     assert mesh_sizes.peak_memory(441_675) == pytest.approx(10.28e9, rel=0.1)
@@ -36,8 +36,8 @@ def test_what_an_accuracy_takes_is_within_what_is_chosen_at_most():
 def test_an_accuracy_out_of_reach_is_said_before_anything_is_computed():
     assert estimated("accuracy = 0.01", 8e9).warning == ""
     found = estimated("accuracy = 0.001", 8e9)
-    assert found.warning.startswith("accuracy = 0.001 asks for meshes of about 4,000,000 degrees")
-    assert "the largest that are chosen here have 340,000 and leave an error of about 0.005" in (
+    assert found.warning.startswith("accuracy = 0.001 asks for meshes of about 7,000,000 degrees")
+    assert "the largest that are chosen here have 310,000 and leave an error of about 0.007" in (
         found.warning
     )
     pinned = '\n[mesh]\nsize = "coarse"'

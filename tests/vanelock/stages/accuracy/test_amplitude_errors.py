@@ -1,0 +1,72 @@
+"""What meshes add to a peak: against peaks of stiffer structures, and what is made of it."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from vanelock import nonlinear, parse_study
+from vanelock.input.cases.sweep import cases
+from vanelock.pipeline.cache import Cache
+from vanelock.pipeline.progress import silent
+from vanelock.pipeline.step import Stages
+from vanelock.stages.accuracy.amplitude_errors import AmplitudeErrors, amplitude_error
+from vanelock.stages.accuracy.evidence import amplitude_errors_of
+from vanelock.stages.parts.systems import excess_steps
+from vanelock.stages.plan import plan
+from vanelock.stages.response.limits import frequencies
+
+PARTS = np.array([[0.01, -0.03], [0.02, -0.04]])
+SMALL = 0.01
+"""Share of what the meshes add by which a structure is made stiffer."""
+
+
+def planned_for(text):
+    (case,) = cases(parse_study(text))
+    (planned,) = plan([case], lambda *_: None)
+    return planned
+
+
+def errors_of(planned, stages):
+    own = amplitude_errors_of(planned)
+    assert own is not None
+    return stages.get(own)
+
+
+@pytest.mark.slow
+def test_each_part_moves_the_peak_as_a_stiffer_structure_says(tmp_path):
+    stages = Stages(Cache(tmp_path, print), silent)
+    planned = planned_for('mesh.size = "coarse"\nresponse.harmonics = 1')
+    found = errors_of(planned, stages)
+    system, casing = stages.get(planned.system), planned.rom["casing"]
+    study = planned.case.study
+    excess = stages.get(excess_steps(study, planned.rom["vane"], [casing], (casing,))[0])
+    near = frequencies(study, stages.get(planned.linear.limits))
+    options = nonlinear.Options(1)
+    known = nonlinear.peak_response(system, "force", [1.0], near, options)
+    for part in range(2):
+        for column, k in enumerate((0, system.nodal_diameter(1))):
+            one, added = system.diameters[k], excess.diameters[k].stiffness[part]
+            K = one.K + SMALL * (added if np.iscomplexobj(one.K) else added.real)
+            stiffer = replace(system, diameters={**system.diameters, k: replace(one, K=K)})
+            moved = nonlinear.peak_response(stiffer, "force", [1.0], near, options)
+            change = (moved.amplitude[0] / known.amplitude[0] - 1) / SMALL
+            assert found.parts[part, column] == pytest.approx(change, rel=0.02)
+    assert found.corrected
+    assert 0.02 < found.total < 0.06
+    beside = planned_for(
+        'mesh.size = "coarse"\nresponse.harmonics = 1\nresponse.range = [280, 300]'
+    )
+    assert np.isnan(errors_of(beside, stages).total)  # no peak lies there
+
+
+def test_a_quarter_is_in_doubt_and_all_of_it_where_it_is_not_taken_off():
+    corrected, as_it_is = (AmplitudeErrors(PARTS, each) for each in (True, False))
+    assert corrected.total == pytest.approx(0.1 / 4)
+    assert as_it_is.total == pytest.approx(0.04 + 0.1 / 4)
+    assert amplitude_error(corrected, 0.5, "modal") == corrected.total
+
+
+def test_the_usual_ratio_to_the_error_of_frequency_stands_for_a_peak_that_is_not_known():
+    unknown = AmplitudeErrors(np.full((2, 2), np.nan), True)
+    assert amplitude_error(unknown, 0.01, "modal") == pytest.approx(0.03)
