@@ -201,10 +201,8 @@ def _finest(study: Study, most: float) -> float:
 def _tried(study: Study, stages: Stages) -> tuple[Round, Limits]:
     """A study's mesh with its estimated errors, and the modes by it."""
     steps = linear_steps(study)
-    casings = {k: casing_step(study, k) for k in sorted({0, diameter_of(study, 1)})}
-    own = amplitude_errors_step(
-        study, united_step(study, 1), steps.limits, steps.vane, tuple(casings.values())
-    )
+    casings = [casing_step(study, k) for k in sorted({0, diameter_of(study, 1)})]
+    own = amplitude_errors_step(study, united_step(study, 1), steps.limits, steps.vane, casings)
     errors, limits = stages.get(mesh_errors_step(study, steps.limits)), stages.get(steps.limits)
     size = study.mesh.size
     shown = size if isinstance(size, str) else f"{1e3 * size:.3g} mm"
