@@ -94,7 +94,9 @@ def test_the_errors_are_listed_by_source(asked):
         # Five per cent too stiff, of which a quarter of what is taken off remains in doubt.
         assert 0.01 < rows["mesh"][2] < ACCURACY
         assert rows["mesh"][2] < rows["mesh"][1] < 4 * rows["mesh"][2]
-        assert not [note for note in table.notes if note.startswith("WARNING")]
+        beyond = max(rows["mesh"][1:3]) > ACCURACY  # of the peak, where friction is low
+        warned = [note for note in table.notes if note.startswith("WARNING")]
+        assert ["holds for this mesh alone" in note for note in warned] == [True] * beyond
     with open_results(folder / "results.h5") as file:
         group = file["response/mu=0.15/error"]
         assert group.attrs["accuracy"] == ACCURACY
