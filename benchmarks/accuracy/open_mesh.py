@@ -92,7 +92,7 @@ def own_errors(planned: Planned, stages: Stages) -> Known:
     limits, own = stages.get(planned.linear.limits), amplitude_errors_of(planned)
     assert own is not None
     frequency = DOUBT * max(limits.free_lowered, limits.stuck_lowered)
-    amplitude = amplitude_error(stages.get(own), frequency, "modal")
+    amplitude = amplitude_error(stages.get(own), frequency)
     return {"amplitude_error": amplitude, "frequency_error": frequency}
 
 

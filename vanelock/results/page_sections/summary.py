@@ -119,7 +119,7 @@ def _error(content: PageContent, most: Summary) -> str:
     if most.case not in content.worth:
         doubt = _doubt(content, most)
         if doubt and (own := amplitude_errors_of(_planned(content, most))) is not None:
-            doubt = amplitude_error(content.run_data.stages.get(own), doubt, "modal")
+            doubt = amplitude_error(content.run_data.stages.get(own), doubt)
         return f"; ±{100 * doubt:.2g} % by the mesh" if doubt else ""
     errors = content.worth[most.case][0]
     text = f"; estimated error {100 * errors.total[0]:.2g} %, asked for {100 * errors.accuracy:g} %"

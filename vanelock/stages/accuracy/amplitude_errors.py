@@ -117,8 +117,8 @@ def added_to_peak(
     return added
 
 
-def amplitude_error(found: AmplitudeErrors, frequency: float, correction: str) -> float:
+def amplitude_error(found: AmplitudeErrors, frequency: float) -> float:
     """Relative error of a peak's amplitude by the meshes, by that of its frequency if need be."""
     if np.isnan(found.total):
-        return AMPLITUDE[correction] * frequency
+        return AMPLITUDE["modal" if found.corrected else "none"] * frequency
     return found.total

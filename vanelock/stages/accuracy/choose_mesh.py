@@ -209,5 +209,5 @@ def _tried(study: Study, stages: Stages) -> tuple[Round, Limits]:
     if "mesh" in pins(study) and pins(study)["mesh"].endswith(".mesh"):
         shown = "as given"
     dofs = sum(3 * len(stages.get(mesh_step(study, part)).points) for part in PARTS)
-    amplitude = amplitude_error(stages.get(own), errors.interest, study.mesh.correction)
+    amplitude = amplitude_error(stages.get(own), errors.interest)
     return Round(shown, dofs, errors.interest, amplitude), limits

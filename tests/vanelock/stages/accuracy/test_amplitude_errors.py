@@ -64,9 +64,9 @@ def test_a_quarter_is_in_doubt_and_all_of_it_where_it_is_not_taken_off():
     corrected, as_it_is = (AmplitudeErrors(PARTS, each) for each in (True, False))
     assert corrected.total == pytest.approx(0.1 / 4)
     assert as_it_is.total == pytest.approx(0.04 + 0.1 / 4)
-    assert amplitude_error(corrected, 0.5, "modal") == corrected.total
+    assert amplitude_error(corrected, 0.5) == corrected.total
 
 
 def test_the_usual_ratio_to_the_error_of_frequency_stands_for_a_peak_that_is_not_known():
     unknown = AmplitudeErrors(np.full((2, 2), np.nan), True)
-    assert amplitude_error(unknown, 0.01, "modal") == pytest.approx(0.03)
+    assert amplitude_error(unknown, 0.01) == pytest.approx(0.03)
