@@ -4,13 +4,14 @@ import time
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
+from functools import partial
 from importlib import import_module
 from unittest.mock import patch
 
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.mesh.families import COUNT, straightened
+from benchmarks.mesh.families import COUNT, SHARP, straightened
 from benchmarks.mesh.reference import extrapolated, graded
 from benchmarks.segment import CASES, MATERIAL
 from vanelock import fem, mesh, rom
@@ -23,7 +24,10 @@ Floats = NDArray[np.float64]
 
 CORNERS = (0.004, 0.002)  # of the reference meshes, m, and four times that elsewhere
 AVERAGED = ("hook_front", "hook_rear", "interlock_left", "interlock_right")
-MAKE: dict[str, Callable[..., Part]] = {"vane": mesh.vane_segment, "casing": mesh.casing_sector}
+MAKE: dict[str, Callable[..., Part]] = {
+    "vane": partial(mesh.vane_segment, SHARP),  # as the reference is
+    "casing": mesh.casing_sector,
+}
 
 
 @dataclass(frozen=True)

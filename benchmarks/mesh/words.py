@@ -79,7 +79,7 @@ def conclusion(
     lines.append(
         "- Straight sides come out closer at these sizes because two errors cancel: chords cut off "
         "parts of the aerofoils' rounded edges, which softens what the elements stiffen. The first "
-        f"frequency goes from {chords[0]:+.1%} through {min(chords):+.1%} to {chords[-1]:+.1%} as "
+        f"frequency is off by {', '.join(f'{c:+.1%}' for c in chords)} as "
         "they are refined, so that a change from mesh to mesh is no measure of the error; with "
         "curved sides frequencies fall towards the limit, and bands and walls are in place."
     )

@@ -7,10 +7,12 @@ slip, upwards and downwards. Without a file,
 
     python -m benchmarks.solver.cost [--quick] [--write]
 
-varies harmonics, contacts, size of the model and samples of random cyclic systems (`cyclic.py`).
+varies harmonics, contacts, size of the model, samples and friction of random cyclic systems
+(`cyclic.py`).
 """
 
 import argparse
+from dataclasses import replace
 from typing import NamedTuple
 
 import h5py
@@ -107,6 +109,8 @@ class Drawn(NamedTuple):
     contacts: int = 30
     harmonics: int = 3
     samples: int | None = None
+    friction: str = "orthogonal"
+    even: bool = False  # as stiff in both tangential directions
 
 
 # Name, coefficient of friction, severity (see `cyclic.ring`).
@@ -120,9 +124,10 @@ VARIED = {
     "contacts": (5, 20, 66, 200),
     "size": (50, 100, 250, 500, 1000),
     "samples": (64, 128, 256, 1024, None),
+    "friction": ("orthogonal", "isotropic"),
 }
 VARIED_QUICK = {"harmonics": (1,), "samples": (64, None)}
-BASES = {"contacts": Drawn(size=500, harmonics=1)}
+BASES = {"contacts": Drawn(size=500, harmonics=1), "friction": Drawn(even=True)}
 RICH = 15  # harmonics of the reference
 
 
@@ -137,13 +142,17 @@ def truncation(curve: Curve, rich: Curve) -> float:
 def measure(drawn: Drawn, mu: float, severity: float, points: int) -> Curve:
     """One curve around the resonance of a random system."""
     system = ring(drawn.size, drawn.contacts, max(drawn.harmonics, 3), mu, severity)
+    if drawn.even:
+        kt = system.contacts.kt[:, [0, 0]]
+        system = replace(system, contacts=replace(system.contacts, kt=kt))
     top = natural(system)
     unit = Unit(dynamic_stiffness(system, top))
     hertz = np.linspace(0.8 * top, 1.05 * top, points)
-    return sweep(system, hertz, Options(drawn.harmonics, samples=drawn.samples), unit)
+    asked = Options(drawn.harmonics, friction=drawn.friction, samples=drawn.samples)
+    return sweep(system, hertz, asked, unit)
 
 
-def varied(name: str, values: tuple[int | None, ...], base: Drawn, points: int) -> list[str]:
+def varied(name: str, values: tuple[int | str | None, ...], base: Drawn, points: int) -> list[str]:
     """One table: one number varied, three regimes."""
     error = {"harmonics": f"H = {RICH}", "samples": "located events"}.get(name)
     last = f" error against {error} |" if error else ""
@@ -212,7 +221,7 @@ def main() -> None:
     options = parser.parse_args()
     with threadpool_limits(limits=1):
         if options.system is None:
-            title = "Cost of a point against harmonics, contacts, size and samples"
+            title = "Cost of a point against harmonics, contacts, size, samples and friction"
             page("solver_cost", title, scaling(options.quick), options.write)
             return
         lines = vane(

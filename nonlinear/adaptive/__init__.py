@@ -1,1 +1,1 @@
-"""A response to an accuracy: harmonics, samples and frequencies chosen by estimated errors."""
+"""A response to an accuracy: harmonics and frequencies chosen by estimated errors."""

@@ -66,10 +66,9 @@ def adaptive_response(
     shares : Shares
         What the errors may be.
     options : Options
-        Harmonics that are given are those of every point, instead of being chosen; so are samples,
-        which are chosen where friction is isotropic. Frequencies are passed both ways, and the
-        largest solution counts, unless a direction is given. All modes count in full: what
-        `static_beyond` leaves out is not among the errors that are estimated.
+        Harmonics that are given are those of every point, instead of being chosen. Frequencies are
+        passed both ways, and the largest solution counts, unless a direction is given. All modes
+        count in full: what `static_beyond` leaves out is not among the errors that are estimated.
     monitor : (int, int), optional
         Output node and direction, by their places in the system; by default those of the largest
         linear response with all contacts stuck.
@@ -95,18 +94,16 @@ def adaptive_response(
             f"static_beyond: given {options.static_beyond}: adaptive_response does not estimate "
             "what that leaves out: leave it out"
         )
-    harmonics, isotropic = options.harmonics, options.friction == "isotropic"
-    for name in ("harmonics", "frequencies", "samples"):
+    harmonics = options.harmonics
+    for name in ("harmonics", "frequencies"):
         share = getattr(shares, name)
-        if share is not None and not 0 < share < 1:
+        if not 0 < share < 1:
             raise InputError(f"shares.{name}: given {share}: allowed are numbers between 0 and 1")
     is_range = isinstance(frequencies, tuple)
     hertz = (checked_range if is_range else checked_frequencies)(frequencies)
     omegas = TURN * hertz
     limits = float(omegas.min()), float(omegas.max())
-    levels = HarmonicLevels(
-        systems, limits, options, options.samples or (FEWEST if isotropic else None)
-    )
+    levels = HarmonicLevels(systems, limits, options)
     first = levels.structure(harmonics or 1)
     if harmonics is None:
         first = levels.structure(max([1, *excited(first.system)]))
@@ -123,7 +120,6 @@ def adaptive_response(
         shares,
         first.harmonics,
         chooses_harmonics=harmonics is None,
-        chooses_samples=isotropic and options.samples is None,
         replay=replaying(journal, Point, Estimate, LevelsState),
     )
     reporter = _Reporter(progress)

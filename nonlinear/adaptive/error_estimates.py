@@ -12,7 +12,7 @@ and the amplitude A of the monitored output is taken once more with w + dw. Sour
                 with H + 2 harmonics, and dw is Newton's step towards one,
     modes       the missing compliance of the reduced parts (`rom.neglected_forms`),
     mesh        natural frequencies that are too high by an estimated share,
-    samples     the law evaluated on twice as many samples, or with located events.
+    samples     the law evaluated with located events.
 
 Pushing the coefficients above H through their receptances alone, without what the motion there does
 to the contacts in turn, is not enough: a harmonic that meets a resonance of its nodal diameter
@@ -180,15 +180,11 @@ class Estimator:
 
     def _samples(self, state: "_Wide", q: Complex) -> Complex | None:
         """The monitored output q without the error of samples."""
-        if self.levels.samples is None:
+        if self.levels.options.samples is None:
             return q
-        finer = self.levels.law(state.structure.harmonics, finer=True)
-        step = state.answer_to_deviation(finer(state.u).w - state.deviation.w)
-        if step is None:
-            return None
-        # Isotropic friction: twice the samples halve the error.
-        share = 2.0 if self.levels.options.friction == "isotropic" else 1.0
-        return self._of_deviation(state, state.w + share * step)
+        located = self.levels.law(state.structure.harmonics, located=True)
+        step = state.answer_to_deviation(located(state.u).w - state.deviation.w)
+        return None if step is None else self._of_deviation(state, state.w + step)
 
 
 Force = Callable[[Structure, int, float, Complex], Complex]

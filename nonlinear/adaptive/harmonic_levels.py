@@ -33,19 +33,16 @@ class LevelsState:
 
     Attributes
     ----------
-    samples : int or None
-        Of a period.
     reached : int
         The largest H that a system was asked for.
-    asked : dict of (int, int or None) to int
-        Balances that each solver asked for, by its harmonics and samples.
+    asked : dict of int to int
+        Balances that each solver asked for, by its harmonics.
     bases : dict of int to Basis
         Preconditioners by number of harmonics.
     """
 
-    samples: int | None
     reached: int
-    asked: dict[tuple[int, int | None], int]
+    asked: dict[int, int]
     bases: dict[int, Basis]
 
 
@@ -61,38 +58,35 @@ class HarmonicLevels:
         Range of frequencies, rad/s.
     options : Options
         Their harmonics do not count here.
-    samples : int or None
-        Of a period, at present; None where events are located.
     """
 
     systems: Callable[[int], System]
     limits: tuple[float, float]
     options: Options
-    samples: int | None
     _reached: int = -1
     _system: System | None = None
     _modes: dict[int, StuckModes] = field(default_factory=dict)
     _guessed: dict[tuple[int, int], StuckModes] = field(default_factory=dict)
-    _solvers: dict[tuple[int, int | None], PointSolver] = field(default_factory=dict)
+    _solvers: dict[int, PointSolver] = field(default_factory=dict)
     _structures: dict[int, Structure] = field(default_factory=dict)
     _extended: dict[int, Structure] = field(default_factory=dict)
-    _laws: dict[tuple[int, int | None, bool], Law] = field(default_factory=dict)
+    _laws: dict[tuple[int, bool, bool], Law] = field(default_factory=dict)
     _rest: Solution | None = None
-    _sources: dict[tuple[int, int | None], Deferred] = field(default_factory=dict)
-    _asked: dict[tuple[int, int | None], int] = field(default_factory=dict)
+    _sources: dict[int, Deferred] = field(default_factory=dict)
+    _asked: dict[int, int] = field(default_factory=dict)
     _bases: dict[int, Basis] = field(default_factory=dict)
 
     @property
     def state(self) -> LevelsState:
         """What it has come to."""
         asked = {key: source.asked for key, source in self._sources.items()}
-        return LevelsState(self.samples, self._reached, self._asked | asked, dict(self._bases))
+        return LevelsState(self._reached, self._asked | asked, dict(self._bases))
 
     def resume(self, to: LevelsState) -> None:
         """Go on from what it had come to."""
         if to.reached > self._reached:
             self.structure(to.reached)
-        self.samples, self._bases, self._asked = to.samples, dict(to.bases), dict(to.asked)
+        self._bases, self._asked = dict(to.bases), dict(to.asked)
         for key, source in self._sources.items():
             source.asked = to.asked.get(key, 0)
 
@@ -128,12 +122,10 @@ class HarmonicLevels:
             self._extended[harmonics] = made
         return self._extended[harmonics]
 
-    def law(self, harmonics: int, finer: bool = False) -> Law:
-        """The contact law for H harmonics; `finer`: without samples or, failing that, on twice."""
-        samples = self.samples_of(harmonics)
-        if finer and samples is not None:
-            samples = 2 * samples if self.options.friction == "isotropic" else None
-        key = harmonics, samples, self.options.coupling == "constant-load"
+    def law(self, harmonics: int, located: bool = False) -> Law:
+        """The contact law for H harmonics; `located`: on no samples, though some are given."""
+        samples = None if located else self.samples_of(harmonics)
+        key = harmonics, samples is None, self.options.coupling == "constant-load"
         if key not in self._laws:
             assert self._system is not None
             options = replace(self.options, harmonics=harmonics, samples=samples)
@@ -142,9 +134,9 @@ class HarmonicLevels:
 
     def samples_of(self, harmonics: int) -> int | None:
         """Samples of a period for H harmonics, None where events are located."""
-        if self.samples is None:
+        if self.options.samples is None:
             return None
-        return max(self.samples, least_samples(harmonics, self.options.friction))
+        return max(self.options.samples, least_samples(harmonics, self.options.friction))
 
     @property
     def reached(self) -> int:
@@ -166,13 +158,12 @@ class HarmonicLevels:
 
     def solver(self, harmonics: int) -> PointSolver:
         """What solves with H harmonics."""
-        key = harmonics, self.samples_of(harmonics)
-        if key not in self._solvers:
+        if harmonics not in self._solvers:
             source = Deferred(self.structure(harmonics), self.limits)
-            source.asked, self._sources[key] = self._asked.get(key, 0), source
+            source.asked, self._sources[harmonics] = self._asked.get(harmonics, 0), source
             family = Frequencies(source, self.law(harmonics), self.mean())
-            self._solvers[key] = PointSolver(family, self.law, self.options.tolerance)
-        return self._solvers[key]
+            self._solvers[harmonics] = PointSolver(family, self.law, self.options.tolerance)
+        return self._solvers[harmonics]
 
     def guessing(self, harmonics: int) -> Frequencies:
         """Problems with H harmonics, neighbours standing in for diameters that are not there."""

@@ -1,4 +1,4 @@
-"""Points of a response, each with as many harmonics and samples as its own error asks for."""
+"""Points of a response, each with as many harmonics as its own error asks for."""
 
 import time
 from collections.abc import Callable, Iterator, Sequence
@@ -25,8 +25,6 @@ MOST = 31
 """Harmonics beyond which none is tried."""
 SLIPPING = 3
 """Fewest harmonics where a contact slides or opens: from one, a step towards more says little."""
-SAMPLED = 8192
-"""Samples beyond which no more are tried."""
 FEWER = 1 / 30
 """Of its share, the error below which a neighbour is tried with fewer harmonics."""
 LOW = 0.3
@@ -54,13 +52,10 @@ class Shares:
         By neglected harmonics.
     frequencies : float
         By interpolating between points, relative to the largest amplitude.
-    samples : float, optional
-        By sampling the contact law, where it is sampled; by default as for harmonics.
     """
 
     harmonics: float
     frequencies: float
-    samples: float | None = None
 
 
 @dataclass(frozen=True)
@@ -72,8 +67,6 @@ class Point:
     solution : Solution
     harmonics : int
         H.
-    samples : int or None
-        Of a period.
     estimate : Estimate or None
         None where the solution did not converge.
     wanted : int
@@ -84,7 +77,6 @@ class Point:
 
     solution: Solution
     harmonics: int
-    samples: int | None
     estimate: Estimate | None
     wanted: int
     measured: bool = False
@@ -108,7 +100,7 @@ class Point:
 def _distinguishing(points: Sequence[Point]) -> Iterator[Any]:
     """What distinguishes points from others."""
     for point in points:
-        yield from (point.omega, point.harmonics, point.samples, point.wanted, point.solution.w)
+        yield from (point.omega, point.harmonics, point.wanted, point.solution.w)
 
 
 @dataclass
@@ -121,7 +113,7 @@ class Pointwise:
     shares : Shares
     least : int
         Fewest harmonics.
-    chooses_harmonics, chooses_samples : bool
+    chooses_harmonics : bool
         Whether they adapt, or stay as they are.
     replay : Replay, optional
         What writes solved points down.
@@ -131,7 +123,6 @@ class Pointwise:
     shares: Shares
     least: int
     chooses_harmonics: bool
-    chooses_samples: bool
     replay: Replay = field(default_factory=Replay)
     _largest: float = 0.0
 
@@ -153,8 +144,7 @@ class Pointwise:
         def solved() -> tuple[T, float, LevelsState]:
             return solve(), self._largest, self.levels.state
 
-        before = (self.levels.samples or 0, self._largest)
-        found, self._largest, state = self.replay(question, (*asked, *before), solved)
+        found, self._largest, state = self.replay(question, (*asked, self._largest), solved)
         self.levels.resume(state)
         return found
 
@@ -176,7 +166,7 @@ class Pointwise:
         found: Solution | None = None,
         least: int = 0,
     ) -> Point:
-        """Solve at a frequency, with as many harmonics and samples as it takes.
+        """Solve at a frequency, with as many harmonics as it takes.
 
         Parameters
         ----------
@@ -204,21 +194,16 @@ class Pointwise:
                 found = self._raised(fewer, H)
             if found is None:
                 found = self.levels.solver(H).point(omega, self._lifted(beside, H))
-            samples = self.levels.samples_of(H)
-            point = Point(found, H, samples, None, H)
+            point = Point(found, H, None, H)
             if not found.converged:
                 break
             self.levels.keep(H, found.kept)
             estimate = self.estimator.estimate(found, H)
             self._largest = max(self._largest, estimate.amplitude)
             point = replace(point, estimate=estimate, wanted=self._wanted(found, estimate, H))
-            if self._needs_samples(estimate, samples):
-                assert samples is not None
-                self.levels.samples = 2 * samples
-            elif self._needs_harmonics(found, estimate, H):
-                H = min(H + BEYOND, MOST)
-            else:
+            if not self._needs_harmonics(found, estimate, H):
                 break
+            H = min(H + BEYOND, MOST)
             fewer, found = point, None
         spent = time.process_time() - begin
         return replace(point, solution=replace(point.solution, seconds=spent))
@@ -274,11 +259,6 @@ class Pointwise:
         found = self._lifted([a, b], H)
         return len(found) == 2 and joined(self.levels.solver(H), *found)
 
-    def _needs_samples(self, estimate: Estimate, samples: int | None) -> bool:
-        share = self.shares.samples or self.shares.harmonics
-        fewer = (samples or SAMPLED) < SAMPLED
-        return self.chooses_samples and fewer and self._off(estimate, "samples") > share
-
     def _needs_harmonics(self, found: Solution, estimate: Estimate, H: int) -> bool:
         if not self.chooses_harmonics or H >= MOST:
             return False
@@ -313,7 +293,7 @@ class Pointwise:
 
     def _raised(self, point: Point, H: int) -> Solution | None:
         """The solution of a point with H harmonics; None where it is not found from that."""
-        if (point.harmonics, point.samples) == (H, self.levels.samples_of(H)):
+        if point.harmonics == H:
             return point.solution
         found = self._again(point, self.levels.solver(H).family, self.levels.options.tolerance)
         return found if found.converged else None

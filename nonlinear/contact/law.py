@@ -23,11 +23,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vanelock.common.errors import InputError
-from vanelock.nonlinear.contact.exact_law import located_law
-from vanelock.nonlinear.contact.isotropic_law import isotropic_law
+from vanelock.nonlinear.contact.isotropic.located_law import isotropic_located_law
+from vanelock.nonlinear.contact.isotropic.sampled_law import isotropic_sampled_law
 from vanelock.nonlinear.contact.normal import ALWAYS, CLOSED
-from vanelock.nonlinear.contact.sampled_law import sampled_law
-from vanelock.nonlinear.contact.sampling import FRICTIONS, default_samples
+from vanelock.nonlinear.contact.orthogonal.located_law import located_law
+from vanelock.nonlinear.contact.orthogonal.sampled_law import sampled_law
+from vanelock.nonlinear.contact.sampling import FRICTIONS
 from vanelock.nonlinear.fourier.trigonometric import TURN, Floats, basis, grid
 from vanelock.rom.system import Contacts
 
@@ -73,7 +74,7 @@ class Law:
             seen[:, 0, 1:] = 0.0
         kernel = located_law if self.located else sampled_law
         if self.isotropic:
-            kernel = isotropic_law
+            kernel = isotropic_located_law if self.located else isotropic_sampled_law
         kernel(seen, self.alpha, self.stiffness, self.table, w, jacobian, opening, slips, energy)
         if self.constant_load:
             jacobian[:, :, :, 0, 1:] = 0.0  # the mean alone bounds friction
@@ -123,7 +124,7 @@ def contact_law(
         H; 0 for a static state.
     samples : int, optional
         Sample the period at this many instants instead of locating events: the coefficients are
-        then off by 1e-5 to 1e-2, most where contacts open. Isotropic friction is always sampled.
+        then off by 1e-5 to 1e-2, most where contacts open.
     friction : {"orthogonal", "isotropic"}
         |t1| <= μ n and |t2| <= μ n, each by itself; or |t| <= μ n in the tangential plane.
     constant_load : bool
@@ -139,7 +140,6 @@ def contact_law(
     isotropic = friction == "isotropic"
     if isotropic:
         _check_isotropic(contacts)
-        samples = default_samples(harmonics) if samples is None else samples
     if samples is None:
         table = grid(harmonics)
     else:

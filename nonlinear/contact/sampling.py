@@ -4,31 +4,22 @@ from vanelock.common.errors import InputError
 
 FRICTIONS = ("orthogonal", "isotropic")
 
-ISOTROPIC_SAMPLES = 256
-
 
 def least_samples(harmonics: int, friction: str) -> int:
     """Fewest samples of a period that H harmonics need."""
     return max(32, 16 * harmonics) if friction == "isotropic" else 4 * harmonics + 4
 
 
-def default_samples(harmonics: int) -> int:
-    """Default number of samples of a period for isotropic friction."""
-    return max(ISOTROPIC_SAMPLES, 16 * harmonics)
-
-
 def checked_samples(
     samples: int | None, harmonics: int, friction: str = "orthogonal"
 ) -> int | None:
-    """The samples to evaluate the law on, given or by default; None where events are located.
+    """The samples to evaluate the law on; None where events are located.
 
     Raises
     ------
     InputError
         If they are too few.
     """
-    if friction == "isotropic" and samples is None:
-        return default_samples(harmonics)
     least = least_samples(harmonics, friction)
     if samples is not None and samples < least:
         raise InputError(f"samples: given {samples}: needs at least {least}")

@@ -23,7 +23,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from vanelock.nonlinear.contact.slider import (
+from vanelock.nonlinear.contact.orthogonal.slider import (
     BEGIN,
     END,
     FACTOR,

@@ -4,9 +4,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vanelock.common.errors import InputError
-from vanelock.nonlinear.contact.isotropic_law import place_history
+from vanelock.nonlinear.contact.isotropic.sampled_law import place_history
 from vanelock.nonlinear.contact.law import contact_law
-from vanelock.nonlinear.contact.slider import (
+from vanelock.nonlinear.contact.orthogonal.slider import (
     BEGIN,
     FREE,
     HELD,
@@ -44,7 +44,7 @@ def contact_loop(
     displacement : (samples, 3) float
         v, u1, u2, interference included, m.
     force : (samples, 3) float
-        n, t1, t2, N: exact at every instant, but for isotropic friction's error of sampling.
+        n, t1, t2, N: exact at every instant; isotropic friction follows 2048 steps or more.
 
     Raises
     ------
@@ -96,7 +96,7 @@ def _check(response: Response, point: int, contact: int, u: Floats) -> None:
         )
     stiffness = response.stiffness[[contact]]
     made = Contacts(stiffness[:, 0], stiffness[:, 1:], response.mu[[contact]], np.zeros(1))
-    samples = response.samples if response.friction == "isotropic" else None
+    samples = (response.samples or None) if response.friction == "isotropic" else None
     constant_load = response.coupling == "constant-load"
     law = contact_law(made, response.harmonics, samples, response.friction, constant_load)
     w = law(u[None]).w[0]

@@ -52,7 +52,7 @@ class Options:
         `adaptive_response` both ways, and the largest solution counts.
     samples : int, optional
         Evaluate the contact law on this many samples of the period instead of locating its
-        events; isotropic friction always does, by default on 256 or more.
+        events.
     static_beyond : float, optional
         Let modes whose natural frequency is more than this multiple of a harmonic's count by their
         static part alone; the response's `truncation` says what that left out. All modes count in

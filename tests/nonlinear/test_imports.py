@@ -22,7 +22,7 @@ def test_the_solver_loads_neither_meshing_nor_elements_nor_rendering() -> None:
 
 def test_cached_kernels_are_kept_by_all_their_sources() -> None:
     names = {path.stem for path in kernels.sources()}
-    assert {"trigonometric", "exact_law", "rest_position", "contact_step"} <= names
+    assert {"trigonometric", "located_law", "rest_position", "contact_step"} <= names
     assert "newton" not in names
 
 

@@ -1,4 +1,4 @@
-"""Responses to an accuracy: harmonics, samples and frequencies chosen by their errors."""
+"""Responses to an accuracy: harmonics and frequencies chosen by their errors."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -276,16 +276,6 @@ def test_harmonics_at_one_diameter_are_chosen_and_judged_there(sliding_system: M
         lambda _: two, hertz, Shares(1e-9, 1e-9), replace(options, harmonics=3)
     )
     np.testing.assert_allclose(pinned.contact, plain.contact, rtol=0, atol=1e-10)
-
-
-def test_isotropic_friction_gets_the_samples_it_needs(sliding_system: Make) -> None:
-    system, counts = sliding_system(preload=0.3), []
-    for share in (1e-1, 1e-5):
-        found = adaptive_response(
-            lambda _: system, [0.175], Shares(share, share), Options(3, friction="isotropic")
-        )
-        counts.append(found.samples)
-    assert counts[0] < counts[1]
 
 
 def test_what_cannot_be_is_refused(sliding_system: Make) -> None:

@@ -8,7 +8,7 @@ import pytest
 from numpy.typing import NDArray
 
 from vanelock.common.errors import InputError
-from vanelock.nonlinear.contact.disc_slider import HELD, pursue
+from vanelock.nonlinear.contact.isotropic.disc_slider import HELD, pursue
 from vanelock.nonlinear.contact.law import OPEN, SLIP, SLIP_OPEN, STUCK, Law, contact_law
 from vanelock.nonlinear.fourier.trigonometric import to_complex
 from vanelock.rom.system import Contacts
@@ -17,7 +17,7 @@ Floats = NDArray[np.float64]
 
 
 def plane_law(
-    made: Contacts, harmonics: int, samples: int = 256, constant_load: bool = False
+    made: Contacts, harmonics: int, samples: int | None = None, constant_load: bool = False
 ) -> Law:
     return contact_law(made, harmonics, samples, "isotropic", constant_load)
 
@@ -103,15 +103,17 @@ def test_circular_path_drags_its_slider_on_a_circle() -> None:
     limit = mu * n0
     r = limit / kt
     errors = []
-    for samples in (128, 256, 512):
+    for samples in (128, 256, 512, None):
         found = plane_law(made, 1, samples)(u)
         assert found.state[0] == SLIP
         work = 2 * np.pi * limit * np.sqrt(U**2 - r**2)
-        np.testing.assert_allclose(found.dissipation[0], work, rtol=200 / samples**2)
+        rtol = 200 / samples**2 if samples else 1e-9
+        np.testing.assert_allclose(found.dissipation[0], work, rtol=rtol)
         w = to_complex(found.w[0, 1:])[1]
         # w = (U - r e^{-iγ}) of the rotating vector, cos γ = r/U
         expected = U - r * np.exp(1j * np.arccos(r / U)) * np.array([1, 1])
         errors.append(np.abs(np.abs(w) - np.abs(expected)).max() / U)
+    assert errors[3] < 1e-9
     assert errors[2] < 2e-5
     assert errors[0] / errors[1] == pytest.approx(4, rel=0.05)
     assert errors[1] / errors[2] == pytest.approx(4, rel=0.05)
@@ -122,17 +124,17 @@ def test_straight_path_is_the_closed_form_loop_whatever_its_direction(angle: flo
     kn, kt, mu, n0, U = 2e6, 3e6, 0.3, 50.0, 2e-5
     made, u = one_contact(kn, kt, mu, 1, n0)
     u[0, 1, 1], u[0, 2, 1] = U * np.cos(angle), U * np.sin(angle)
-    found = plane_law(made, 1, 1024)(u)
+    found = plane_law(made, 1)(u)
     limit = mu * n0
     area = 4 * limit * (U - limit / kt)
-    np.testing.assert_allclose(found.dissipation[0], area, rtol=2e-5)
+    np.testing.assert_allclose(found.dissipation[0], area, rtol=1e-9)
     force = kt * to_complex(u - found.w)[1, 0, 1:]
     along = force @ [np.cos(angle), np.sin(angle)]
     psi = np.arccos(1 - 2 * limit / (kt * U))
     np.testing.assert_allclose(
-        along.real, kt * U / np.pi * (psi - 0.5 * np.sin(2 * psi)), rtol=2e-5
+        along.real, kt * U / np.pi * (psi - 0.5 * np.sin(2 * psi)), rtol=1e-9
     )
-    np.testing.assert_allclose(along.imag, area / (np.pi * U), rtol=2e-5)
+    np.testing.assert_allclose(along.imag, area / (np.pi * U), rtol=1e-9)
     np.testing.assert_allclose(force @ [-np.sin(angle), np.cos(angle)], 0, atol=1e-9 * limit)
 
 
@@ -162,6 +164,43 @@ def test_coefficients_are_of_second_order_in_the_samples(
         assert 2.5 < coarse / finer < 6
 
 
+@pytest.mark.parametrize("harmonics", [1, 3, 7])
+def test_located_events_are_the_limit_of_samples(harmonics: int) -> None:
+    # The sampled law's error falls with the square of the samples: two of them extrapolated.
+    made, u = draw(harmonics, 120, seed=60 + harmonics)
+    found = plane_law(made, harmonics)(u)
+    fine, finest = (plane_law(made, harmonics, n)(u) for n in (4096, 16384))
+    np.testing.assert_array_equal(found.state, finest.state)
+    limit = finest.w + (finest.w - fine.w) / 15
+    error = np.abs(found.w - limit).max(axis=(1, 2)) / np.abs(u).max(axis=(1, 2))
+    moving = np.isin(found.state, (SLIP, SLIP_OPEN))
+    assert np.median(error[moving]) < 2e-8
+    assert np.quantile(error[moving], 0.9) < 3e-7
+    assert error[moving].max() < 1e-5
+    # Where discs of neighbouring samples cross is ill-conditioned, how far from zero is not.
+    far, nearly = (np.hypot(*each.w[~moving, 1:, 0].T) for each in (found, finest))
+    np.testing.assert_allclose(far, nearly, rtol=1e-6, atol=1e-9)
+    np.testing.assert_allclose(found.dissipation, finest.dissipation, rtol=1e-4, atol=1e-5)
+
+
+@pytest.mark.parametrize("harmonics", [1, 5])
+def test_located_law_is_continuous_where_events_pass_the_ends_of_steps(harmonics: int) -> None:
+    # A shift in time turns the coefficients and moves all events alike.
+    made, u = draw(harmonics, 40, seed=70 + harmonics)
+    law, h = plane_law(made, harmonics), np.arange(harmonics + 1)
+    moved = []
+    for shift in np.linspace(0.0, 0.5, 41):
+        turned = np.zeros_like(u)
+        q = to_complex(u) * np.exp(1j * h * shift)[:, None, None]
+        turned[..., 0], turned[..., 1::2] = q[0].real, np.moveaxis(q[1:].real, 0, -1)
+        turned[..., 2::2] = np.moveaxis(q[1:].imag, 0, -1)
+        w = to_complex(law(turned).w) * np.exp(-1j * h * shift)[:, None, None]
+        moved.append(w)
+    apart = np.abs(np.array(moved) - moved[0]).max(axis=(0, 1, 3)) / np.abs(u).max(axis=(1, 2))
+    assert np.median(apart) < 1e-8
+    assert apart.max() < 2e-5
+
+
 def test_contact_that_slid_at_assembly_rests_at_the_nearest_common_point() -> None:
     # The discs' centres run on a line at a distance from zero; where they have common points the
     # slider rests at the one nearest to zero, found here by trying many.
@@ -173,9 +212,9 @@ def test_contact_that_slid_at_assembly_rests_at_the_nearest_common_point() -> No
         u[0, 1:, 0] = rng.uniform(-2, 2, 2)
         u[0, 1:, 1:] = 0.6 * rng.normal(size=(2, 2))
         u[0, 0, 1:] = 0.2 * rng.normal(size=2)
-        found = plane_law(made, 1, 64)(u)
-        angle = 2 * np.pi * np.arange(64) / 64
-        v, x, y = u[0] @ np.array([np.ones(64), np.cos(angle), -np.sin(angle)])
+        found = plane_law(made, 1)(u)
+        angle = 2 * np.pi * np.arange(512) / 512
+        v, x, y = u[0] @ np.array([np.ones(512), np.cos(angle), -np.sin(angle)])
         outside = np.hypot(grid[:, :1] - x, grid[:, 1:] - y) - v
         common = grid[outside.max(axis=1) <= 0.0]
         assert (found.state[0] == STUCK) == (len(common) > 0)
@@ -190,11 +229,14 @@ def test_contact_that_slid_at_assembly_rests_at_the_nearest_common_point() -> No
     assert held >= 10
 
 
+@pytest.mark.parametrize("samples", [None, 96])
 @pytest.mark.parametrize("constant_load", [False, True])
 @pytest.mark.parametrize("harmonics", [0, 1, 3, 5])
-def test_jacobian_is_the_derivative(harmonics: int, constant_load: bool) -> None:
+def test_jacobian_is_the_derivative(
+    harmonics: int, constant_load: bool, samples: int | None
+) -> None:
     made, u = draw(harmonics, 200, seed=20 + harmonics)
-    law = plane_law(made, harmonics, 96, constant_load)
+    law = plane_law(made, harmonics, samples, constant_load)
     if constant_load:  # the mean of v is held; near zero its sign would decide
         u[:, 0, 0] += np.sign(u[:, 0, 0]) * 0.01
     found = law(u)
@@ -209,8 +251,9 @@ def test_jacobian_is_the_derivative(harmonics: int, constant_load: bool) -> None
         exact = np.einsum("cdkej,cej->cdk", found.jacobian, direction)
         error = np.abs(measured - exact).max(axis=(1, 2)) / np.abs(exact).max(initial=1.0)
         # A difference across an event that appears or vanishes within the step means nothing.
-        assert np.sort(error)[-6] < 1e-7
-        assert np.median(error) < 1e-9
+        # That of located events is not the derivative of their collocation, but as accurate.
+        assert np.sort(error)[-6] < (1e-7 if samples else 2e-5)
+        assert np.median(error) < (1e-9 if samples else 1e-8)
 
 
 def test_law_does_not_know_the_axes_of_the_plane() -> None:

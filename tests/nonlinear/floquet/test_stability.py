@@ -55,7 +55,7 @@ def wave():
     [
         (Options(5, coupling="uncoupled"), "uncoupled, friction orthogonal, located events"),
         (Options(5, coupling="constant-load"), "constant-load, friction orthogonal"),
-        (Options(5, friction="isotropic"), "coupled, friction isotropic, 256 samples"),
+        (Options(5, friction="isotropic"), "coupled, friction isotropic, located events"),
         (Options(5, samples=64), "coupled, friction orthogonal, 64 samples"),
     ],
 )

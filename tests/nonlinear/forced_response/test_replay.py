@@ -126,7 +126,7 @@ def _adaptive(random_system: Make, sliding_system: Make) -> Compute:
 
 def _isotropic(random_system: Make, sliding_system: Make) -> Compute:
     system = evened(sliding_system(preload=0.5))
-    shares = Shares(2e-2, 2e-2, 2e-2)
+    shares = Shares(2e-2, 2e-2)
     return lambda journal: adaptive_response(
         growing(system), (0.15, 0.2), shares, Options(friction="isotropic"), journal=journal
     )

@@ -93,8 +93,6 @@ def _accuracy(study: Study) -> str:
     if study.accuracy is None:
         return "as given"
     chosen = [source for source in SOURCES if source not in pins(study)]
-    if study.response.friction == "orthogonal" and "samples" in chosen:
-        chosen.remove("samples")  # its events are located
     text = f"an error of {100 * study.accuracy:g} %"
     return f"{text}: the run chooses {', '.join(chosen)}" if chosen else f"{text} is estimated"
 

@@ -108,8 +108,6 @@ def pinned(case: Case, stages: Stages) -> Study:
     (planned,) = plan([case], _unheard, [chosen_mesh])
     response = stages.get(planned.response)
     chosen = {"accuracy": None, "response.harmonics": response.harmonics}
-    if response.friction == "isotropic":
-        chosen["response.samples"] = response.samples
     return with_values(chosen_mesh.study, chosen)
 
 

@@ -18,7 +18,7 @@ from vanelock.input.schema.structure import ACCURACY, MODES
 from vanelock.input.schema.study import Study
 from vanelock.mesh.geometry.dimensions import CasingDimensions, VaneDimensions
 from vanelock.mesh.geometry.element_size import LARGEST, SMALLEST, element_size
-from vanelock.nonlinear.contact.sampling import default_samples, least_samples
+from vanelock.nonlinear.contact.sampling import least_samples
 from vanelock.stages.accuracy.mesh_sizes import unknowns
 
 DOFS = 150_000
@@ -162,20 +162,15 @@ def _reductions(study: Study) -> Iterator[NumericalSetting]:
 
 
 def _samples(study: Study) -> NumericalSetting:
-    """Samples of a period; located events are the finest where there are such."""
+    """Samples of a period; located events are the finest."""
     least = least_samples(study.response.harmonics, _friction(study))
-    located = study.response.friction == "orthogonal"
-    counts = {2**i for i in range(5, 11 if located else 13) if 2**i >= least}
+    counts = {2**i for i in range(5, 11) if 2**i >= least}
     if study.response.samples is not None:
         counts.add(study.response.samples)
     values: list[tuple[str, dict[str, Any]]] = [
         (str(n), {"response.samples": n}) for n in sorted(counts)
     ]
-    if located:
-        values.append(("located", {"response.samples": None}))
-    elif study.response.samples is None:  # isotropic friction always samples
-        own = str(default_samples(study.response.harmonics))
-        values = [(shown, {} if shown == own else change) for shown, change in values]
+    values.append(("located", {"response.samples": None}))
     return _setting(study, "response.samples", values)
 
 

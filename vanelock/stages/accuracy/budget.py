@@ -16,7 +16,7 @@ from dataclasses import dataclass, replace
 from vanelock.input.schema.study import Study
 from vanelock.mesh.geometry.dimensions import CasingDimensions, VaneDimensions
 
-SOURCES = ("mesh", "modes", "harmonics", "frequencies", "samples")
+SOURCES = ("mesh", "modes", "harmonics", "frequencies")
 """What an error of the largest response can come from."""
 
 
@@ -48,8 +48,6 @@ COSTS = {
     # A cubic between points with their slopes: the error falls with the fourth power of their
     # distance; 25 points within 1e-2 take about 0.05 of a run.
     "frequencies": Cost(scale=0.2, power=0.25),
-    # Isotropic friction: halving the error takes twice as many samples, a third of a point's cost.
-    "samples": Cost(scale=0.01, power=1.0),
 }
 """Evidence beside each; for the example's scene, which others resemble in ratio."""
 
@@ -115,8 +113,6 @@ def budget(study: Study, spent: float = 0.0) -> Budget:
     assert study.accuracy is not None
     pinned = pins(study)
     open_to = [source for source in SOURCES if source not in pinned]
-    if study.response.friction == "orthogonal" and "samples" in open_to:
-        open_to.remove("samples")  # its events are located
     left = max(study.accuracy - spent, LEAST * study.accuracy)
     return Budget(study.accuracy, split(left, open_to), pinned)
 

@@ -18,7 +18,7 @@ class Source:
     Attributes
     ----------
     name : str
-        Of `budget.SOURCES`.
+        Of `budget.SOURCES`, or "samples".
     amplitude, frequency : float
         Estimated relative error of the peak's; NaN where there is none.
     share : float
@@ -113,7 +113,7 @@ def errors(
     total, nan = sum(costs.values()) or 1.0, float("nan")
     mesh = rounds[-1]
     sources = []
-    for name in SOURCES:
+    for name in (*SOURCES, "samples"):
         amplitude = found.amplitude_error.get(name, nan)
         frequency = found.frequency_error.get(name, nan)
         if name == "samples" and not response.samples:

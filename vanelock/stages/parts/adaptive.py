@@ -41,7 +41,7 @@ def adaptive_step(
     study : Study
         Of the case, its mesh and reduction chosen.
     budget : Budget
-        Shares of harmonics, frequencies and samples.
+        Shares of harmonics and frequencies.
     linear : LinearSteps
         Its linear steps.
     free : Step
@@ -55,7 +55,7 @@ def adaptive_step(
     casings = {k: casing_step(study, k) for k in range(N // 2 + 1)}
     base = united_step(study, 1)
     given = budget.accuracy
-    shares = {key: budget.shares.get(key, given) for key in ("harmonics", "frequencies", "samples")}
+    shares = {key: budget.shares.get(key, given) for key in ("harmonics", "frequencies")}
     fixed: dict[str, Any] = {
         "harmonics": study.response.harmonics if "harmonics" in budget.pinned else None,
         "coupling": study.response.coupling,

@@ -37,20 +37,18 @@ def test_shares_sum_up_to_the_accuracy_at_least_cost(sources, accuracy):
 def test_what_costs_most_gets_most():
     shares = budget(parse_study("accuracy = 0.01")).shares
     assert max(shares, key=lambda name: shares[name]) == "mesh"
-    assert "samples" not in shares  # located
 
 
 def test_what_the_study_sets_is_pinned():
     study = parse_study(
-        'accuracy = 0.01\n[mesh]\nsize = "coarse"\n[rom]\ncasing_modes = 8\n'
-        '[response]\npoints = 30\nfriction = "isotropic"'
+        'accuracy = 0.01\n[mesh]\nsize = "coarse"\n[rom]\ncasing_modes = 8\n[response]\npoints = 30'
     )
     assert pins(study) == {
         "mesh": "mesh.size",
         "modes": "rom.casing_modes",
         "frequencies": "response.points",
     }
-    assert set(budget(study).shares) == {"harmonics", "samples"}
+    assert set(budget(study).shares) == {"harmonics"}
     assert pins(parse_study("")) == {}
     # A default that is written out is set, too.
     assert pins(parse_study("[response]\nharmonics = 3")) == {"harmonics": "response.harmonics"}

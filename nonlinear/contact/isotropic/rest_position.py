@@ -15,7 +15,7 @@ NONE = -1
 
 
 @kernel
-def _outside(w: Floats, centre: Floats, radius: Floats, i: int) -> float:
+def outside(w: Floats, centre: Floats, radius: Floats, i: int) -> float:
     """How far w is outside the i-th disc."""
     distance = math.hypot(w[0] - centre[i, 0], w[1] - centre[i, 1])
     return float(distance - radius[i])
@@ -71,7 +71,7 @@ def rest_point(centre: Floats, radius: Floats, w: Floats) -> tuple[bool, int, in
     for _ in range(200):
         worst, entering = slack, NONE
         for i in range(radius.size):
-            excess = _outside(w, centre, radius, i)
+            excess = outside(w, centre, radius, i)
             if excess > worst:
                 worst, entering = excess, i
         if entering == NONE:
@@ -82,7 +82,7 @@ def rest_point(centre: Floats, radius: Floats, w: Floats) -> tuple[bool, int, in
         _nearest(centre, radius, entering, w)
         inside = True
         for i in old:
-            inside = inside and (i == NONE or _outside(w, centre, radius, i) <= slack)
+            inside = inside and (i == NONE or outside(w, centre, radius, i) <= slack)
         if inside:
             best, trial_x, trial_y = 0.0, w[0], w[1]
         else:
@@ -93,7 +93,7 @@ def rest_point(centre: Floats, radius: Floats, w: Floats) -> tuple[bool, int, in
                 for side in (-1.0, 1.0):
                     if not _corner(centre, radius, entering, old[n], side, w):
                         continue
-                    if other != NONE and _outside(w, centre, radius, other) > slack:
+                    if other != NONE and outside(w, centre, radius, other) > slack:
                         continue
                     distance = math.hypot(w[0], w[1])
                     if distance < best:

@@ -14,7 +14,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from vanelock.nonlinear.contact.disc_slider import (
+from vanelock.nonlinear.contact.isotropic.disc_slider import (
     FREE,
     FROM,
     HELD,
@@ -26,8 +26,8 @@ from vanelock.nonlinear.contact.disc_slider import (
     TO,
     pursue,
 )
+from vanelock.nonlinear.contact.isotropic.rest_position import NONE, rest_point, rest_rates
 from vanelock.nonlinear.contact.normal import ALWAYS, CLOSED, add_normal, place
-from vanelock.nonlinear.contact.rest_position import NONE, rest_point, rest_rates
 from vanelock.nonlinear.fourier.kernels import kernel
 from vanelock.nonlinear.fourier.trigonometric import Floats, roots, spread
 
@@ -55,7 +55,7 @@ def _lap(centre: Floats, radius: Floats, begin: Floats, end: Floats, turn: Float
 
 
 @kernel
-def _periodic_start(centre: Floats, radius: Floats, begin: Floats) -> None:
+def periodic_start(centre: Floats, radius: Floats, begin: Floats) -> None:
     """Where at the first sample the slider of a closed contact that slips is in its periodic path.
 
     One lap never moves two sliders apart, so a plain lap is safe where Newton's step is not better.
@@ -132,7 +132,7 @@ def slider_path(
         carried[0, 1] = carried[1, 2] = table[start]
     else:
         start = 0
-        _periodic_start(centre, radius, now)
+        periodic_start(centre, radius, now)
     turn, turns = np.eye(2), np.empty((size, 2, 2))
     slips, work = False, 0.0
     for n in range(size):
@@ -225,7 +225,7 @@ def _add_friction(
 
 
 @kernel
-def isotropic_law(
+def isotropic_sampled_law(
     u: Floats,
     alpha: Floats,
     stiffness: Floats,

@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vanelock.nonlinear.contact.normal import CLOSED, add_normal, place, scale
-from vanelock.nonlinear.contact.slider import (
+from vanelock.nonlinear.contact.orthogonal.slider import (
     BEGIN,
     END,
     FACTOR,

@@ -1,0 +1,1 @@
+"""Friction bounded in the tangential plane."""

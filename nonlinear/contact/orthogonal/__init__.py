@@ -1,0 +1,1 @@
+"""Friction bounded in each tangential direction by itself."""
