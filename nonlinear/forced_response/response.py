@@ -18,6 +18,8 @@ Array = NDArray[np.complex128]
 Floats = NDArray[np.float64]
 STATES = f"{STUCK} stuck, {SLIP} slips, {OPEN} open, {SLIP_OPEN} slips and opens"
 """What the numbers in a response's `state` stand for."""
+ROUNDING = 1e-12
+"""Of a contact's displacements: motion of a slider that is none."""
 
 
 @dataclass(frozen=True)
@@ -166,6 +168,22 @@ class Response(Product):
         if self.estimates is None:
             return np.full(self.points, np.nan)
         return np.where(self.converged, self.estimates.total, np.inf)
+
+    @property
+    def undetermined(self) -> NDArray[np.bool_]:
+        """(p, c, 2) whether the static friction of a tangential direction is left open.
+
+        It is where a contact with friction never opens and never slides in that direction: what it
+        carries at rest is then whatever its assembly left, here none or the least. Directions
+        slide together where friction is isotropic.
+        """
+        slides = np.repeat(np.isin(self.state, (SLIP, SLIP_OPEN, OPEN))[:, :, None], 2, axis=2)
+        if self.friction == "orthogonal":
+            w = (self.contact - self.force / self.stiffness)[:, 1:, :, 1:]
+            largest = np.abs(self.contact).max(axis=(1, 3))[:, :, None]
+            still = np.abs(w).max(axis=1, initial=0.0) <= ROUNDING * largest
+            slides &= ~(still & (self.state == SLIP)[:, :, None])
+        return np.asarray(~slides & (self.mu > 0)[:, None])
 
     @property
     def harmonics(self) -> int:

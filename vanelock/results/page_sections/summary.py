@@ -8,7 +8,6 @@ from vanelock.common.tables import Table
 from vanelock.input.cases.names import fixed, words
 from vanelock.input.cases.values import ring_of
 from vanelock.input.schema.study import Study
-from vanelock.nonlinear import STUCK
 from vanelock.quantities.answers import CaseAnswers
 from vanelock.quantities.warnings import by_text, without_effect
 from vanelock.report import Answer, Answers, Section, Text
@@ -77,7 +76,7 @@ def _between(content: PageContent, most: Summary) -> str:
     low, high = 1e6 * most.lowest.amplitude, 1e6 * most.highest.amplitude
     if high <= (1 + SAME) * low:
         return ""
-    sticks = (main.top.state[0] == STUCK) & (main.top.mu > 0)
+    sticks = main.top.undetermined[0].any(axis=1)
     joints = " and ".join(dict.fromkeys(np.array(main.places.joint)[sticks].tolist()))
     return (
         f"**between {low:.3g} and {high:.3g} µm**, as static friction in {joints} is not "
