@@ -31,6 +31,7 @@ _modules = {
     "harmonic_modes": "balance.stuck_modes",
     "hysteresis": "following.hysteresis",
     "linear_response": "forced_response.linear_response",
+    "neglected_harmonics": "adaptive.neglected_harmonics",
     "parameter_response": "following.parameter_response",
     "PeakBounds": "following.peak_bounds",
     "peak_bounds": "following.peak_bounds",

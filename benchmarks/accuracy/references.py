@@ -45,8 +45,8 @@ JUMP = 0.25
 NEAR = 0.03
 """Of the frequency to either side: the range of the tables around a peak."""
 SAMPLES = (512, 1024)
-"""Of the period under isotropic friction, whose events are not located; the latter in one last step
-with as many harmonics again."""
+"""Of the period under isotropic friction, so that references do not hang on the events that runs
+locate; the latter in one last step with as many harmonics again."""
 BESIDE = {21: 309.0}
 """Hz, by scene: where a run by accuracy found a branch that neither sweep meets."""
 DISTURBED, STARTS, STEPS, LEAP = 9, 40, 400, 0.03

@@ -55,13 +55,14 @@ def _not_estimated(content: PageContent) -> str:
     missing = []
     if isinstance(given, Scene):
         missing.append(
-            "**Matrices, harmonics and frequency points**: chosen by the scene, their errors not "
-            "estimated."
+            "**Matrices and frequency points**: chosen by the scene, their errors not estimated; "
+            "that of the harmonics to first order alone."
         )
     elif not content.worth:
         missing.append(
-            "**Mesh, harmonics and frequency points**: chosen by the study, their errors not "
-            "estimated; `accuracy = 0.01` asks for estimates, `vanelock converge` measures them."
+            "**Modes and frequency points**: chosen by the study, their errors not estimated; "
+            "those of mesh and harmonics to first order alone, for the largest peak. "
+            "`accuracy = 0.01` asks for estimates of all, `vanelock converge` measures them."
         )
         if given.mesh.correction != "none":
             missing.append(

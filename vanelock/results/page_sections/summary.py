@@ -20,6 +20,7 @@ from vanelock.results.page_sections.wear import shares
 from vanelock.rom.joining.mesh_excess import DOUBT
 from vanelock.stages.accuracy.amplitude_errors import amplitude_error
 from vanelock.stages.accuracy.evidence import amplitude_errors_of
+from vanelock.stages.accuracy.neglected import neglected_harmonics_step
 from vanelock.stages.plan import Planned
 from vanelock.stages.response.summary import Summary
 
@@ -114,12 +115,16 @@ def _of_linear(most: Summary) -> str:
 
 
 def _error(content: PageContent, most: Summary) -> str:
-    """What the peak's estimated error is, where one is, or what the mesh leaves in doubt."""
+    """What the peak's estimated error is, or what mesh and harmonics leave in doubt."""
     if most.case not in content.worth:
-        doubt = _doubt(content, most)
-        if doubt and (own := amplitude_errors_of(_planned(content, most))) is not None:
-            doubt = amplitude_error(content.run_data.stages.get(own), doubt)
-        return f"; ±{100 * doubt:.2g} % by the mesh" if doubt else ""
+        doubt, planned = _doubt(content, most), _planned(content, most)
+        get = content.run_data.stages.get
+        if doubt and (own := amplitude_errors_of(planned)) is not None:
+            doubt = amplitude_error(get(own), doubt)
+        missed = get(neglected_harmonics_step(planned)).amplitude
+        shown = {"the mesh": doubt, "neglected harmonics": np.nan_to_num(missed)}
+        texts = [f"{100 * size:.2g} % by {name}" for name, size in shown.items() if size]
+        return f"; ±{' and '.join(texts)}" if texts else ""
     errors = content.worth[most.case][0]
     text = f"; estimated error {100 * errors.total[0]:.2g} %, asked for {100 * errors.accuracy:g} %"
     apart = [each for each in errors.sources if each not in errors.counted]
