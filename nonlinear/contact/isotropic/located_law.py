@@ -20,16 +20,13 @@ from vanelock.nonlinear.contact.isotropic.rest_position import (
     rest_point,
     rest_rates,
 )
-from vanelock.nonlinear.contact.isotropic.sampled_law import periodic_start
-from vanelock.nonlinear.contact.normal import ALWAYS, CLOSED, add_normal, place
+from vanelock.nonlinear.contact.isotropic.sampled_law import periodic_start, without_path
 from vanelock.nonlinear.fourier.kernels import kernel
 from vanelock.nonlinear.fourier.trigonometric import (
     TURN,
     Floats,
     basis_at,
     derivative,
-    roots,
-    spread,
 )
 
 LAPS = 50
@@ -255,21 +252,10 @@ def isotropic_located_law(
     m = u.shape[2]
     contact, along = np.empty(2 * m + 2), np.empty((m, m))
     for c in range(u.shape[0]):
-        v, a = u[c, 0], alpha[c, 0]
-        count = roots(v, table, contact)
-        along[:] = 0.0
-        opening[c] = add_normal(v, contact, count, w[c, 0], along)
-        if opening[c] != CLOSED:
-            place(along, c, 0, 0, jacobian)
-        if opening[c] == ALWAYS or a == 0.0:
-            for d in range(1, 3):
-                w[c, d] = u[c, d]
-                for k in range(m):
-                    jacobian[c, d, k, d, k] = 1.0
-            slips[c] = a == 0.0 and m > 1
+        done, count = without_path(c, u, alpha, table, contact, along, w, jacobian, opening, slips)
+        if done:
             continue
-        furthest = math.hypot(abs(u[c, 1, 0]) + spread(u[c, 1]), abs(u[c, 2, 0]) + spread(u[c, 2]))
-        if opening[c] == CLOSED and furthest <= a * (v[0] - spread(v)):
-            continue  # sticks where it was assembled
-        slips[c], energy[c] = _add_friction(u[c], a, contact, count, table, w[c], jacobian[c])
+        slips[c], energy[c] = _add_friction(
+            u[c], alpha[c, 0], contact, count, table, w[c], jacobian[c]
+        )
         energy[c] *= stiffness[c, 1]

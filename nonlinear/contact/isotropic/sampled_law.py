@@ -225,6 +225,42 @@ def _add_friction(
 
 
 @kernel
+def without_path(
+    c: int,
+    u: Floats,
+    alpha: Floats,
+    table: Floats,
+    contact: Floats,
+    along: Floats,
+    w: Floats,
+    jacobian: Floats,
+    opening: NDArray[np.int64],
+    slips: NDArray[np.bool_],
+) -> tuple[bool, int]:
+    """The normal direction of a contact, and the plane of one that is free or never moved.
+
+    Returns
+    -------
+    Whether nothing is left to be followed; how many roots of v are in `contact`.
+    """
+    v, a, m = u[c, 0], alpha[c, 0], u.shape[2]
+    count = roots(v, table, contact)
+    along[:] = 0.0
+    opening[c] = add_normal(v, contact, count, w[c, 0], along)
+    if opening[c] != CLOSED:
+        place(along, c, 0, 0, jacobian)
+    if opening[c] == ALWAYS or a == 0.0:
+        for d in range(1, 3):
+            w[c, d] = u[c, d]
+            for k in range(m):
+                jacobian[c, d, k, d, k] = 1.0
+        slips[c] = a == 0.0 and m > 1
+        return True, count
+    furthest = math.hypot(abs(u[c, 1, 0]) + spread(u[c, 1]), abs(u[c, 2, 0]) + spread(u[c, 2]))
+    return opening[c] == CLOSED and furthest <= a * (v[0] - spread(v)), count
+
+
+@kernel
 def isotropic_sampled_law(
     u: Floats,
     alpha: Floats,
@@ -240,21 +276,8 @@ def isotropic_sampled_law(
     m = u.shape[2]
     contact, along = np.empty(2 * m + 2), np.empty((m, m))
     for c in range(u.shape[0]):
-        v, a = u[c, 0], alpha[c, 0]
-        count = roots(v, table, contact)
-        along[:] = 0.0
-        opening[c] = add_normal(v, contact, count, w[c, 0], along)
-        if opening[c] != CLOSED:
-            place(along, c, 0, 0, jacobian)
-        if opening[c] == ALWAYS or a == 0.0:
-            for d in range(1, 3):
-                w[c, d] = u[c, d]
-                for k in range(m):
-                    jacobian[c, d, k, d, k] = 1.0
-            slips[c] = a == 0.0 and m > 1
+        done, _ = without_path(c, u, alpha, table, contact, along, w, jacobian, opening, slips)
+        if done:
             continue
-        furthest = math.hypot(abs(u[c, 1, 0]) + spread(u[c, 1]), abs(u[c, 2, 0]) + spread(u[c, 2]))
-        if opening[c] == CLOSED and furthest <= a * (v[0] - spread(v)):
-            continue  # sticks where it was assembled
-        slips[c], energy[c] = _add_friction(u[c], a, table, w[c], jacobian[c])
+        slips[c], energy[c] = _add_friction(u[c], alpha[c, 0], table, w[c], jacobian[c])
         energy[c] *= stiffness[c, 1]
