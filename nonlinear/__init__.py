@@ -4,10 +4,10 @@ from vanelock.common import lazy
 
 _modules = {
     "Audit": "verification.audit",
-    "Contact": ".rom.joining.coordinates",
-    "Contacts": ".rom.system",
-    "Diameter": ".rom.system",
-    "Force": ".rom.system",
+    "Contact": ".rom.system.coordinates",
+    "Contacts": ".rom.system.system",
+    "Diameter": ".rom.system.system",
+    "Force": ".rom.system.system",
     "Hysteresis": "following.hysteresis",
     "Journal": "forced_response.replay",
     "OPEN": "contact.law",
@@ -18,7 +18,7 @@ _modules = {
     "SLIP": "contact.law",
     "SLIP_OPEN": "contact.law",
     "STUCK": "contact.law",
-    "System": ".rom.system",
+    "System": ".rom.system.system",
     "TimeResponse": "transient.time_response",
     "ErrorEstimates": "forced_response.response",
     "SOURCES": "adaptive.error_estimates",

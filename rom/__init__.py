@@ -4,7 +4,7 @@ from vanelock.common import lazy
 
 _modules = {
     "Component": "component",
-    "Contact": "joining.coordinates",
+    "Contact": "system.coordinates",
     "Excitation": "joining.vane_and_casing",
     "Joint": "joining.pairs",
     "Recovery": "full_fields.recover",
@@ -28,9 +28,9 @@ _modules = {
     "stiffened": "modulus",
     "united": "joining.uniting",
     "unreduced": "errors.unreduced_sector",
-    "Contacts": "system",
-    "Diameter": "system",
-    "Force": "system",
+    "Contacts": "system.system",
+    "Diameter": "system.system",
+    "Force": "system.system",
     "Faces": "routes.rows",
     "ReducedRows": "routes.rows",
     "Selection": "fixed_interface.selection",
@@ -42,7 +42,7 @@ _modules = {
     "frequency_errors": "errors.frequency_errors",
     "neglected_forms": "errors.frequency_errors",
     "response_errors": "errors.frequency_errors",
-    "System": "system",
+    "System": "system.system",
 }
 __all__ = list(_modules)
 __getattr__, __dir__ = lazy.attributes(__name__, _modules)

@@ -10,7 +10,7 @@ from vanelock.common.cyclic import cylindrical
 from vanelock.common.errors import InputError
 from vanelock.common.product import Product
 from vanelock.rom.masters import Masters
-from vanelock.rom.system import Matrix, common_band
+from vanelock.rom.system.system import Matrix, common_band
 
 
 @dataclass(frozen=True)

@@ -110,7 +110,7 @@ def test_nonlinear_loads_no_mesher_and_no_renderer() -> None:
     code = (
         "import sys, vanelock.nonlinear as stage\n"
         "for name in dir(stage): getattr(stage, name)\n"
-        "assert stage.System.__module__ == 'vanelock.rom.system'\n"
+        "assert stage.System.__module__ == 'vanelock.rom.system.system'\n"
         "print(*sorted({name.partition('.')[0] for name in sys.modules}))"
     )
     run = subprocess.run(

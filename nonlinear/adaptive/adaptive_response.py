@@ -31,7 +31,7 @@ from vanelock.nonlinear.forced_response.static_mean import with_static_mean
 from vanelock.nonlinear.fourier.threads import one_thread
 from vanelock.nonlinear.fourier.trigonometric import TURN, resized
 from vanelock.rom.errors.neglected import Neglected
-from vanelock.rom.system import System
+from vanelock.rom.system.system import System
 
 Floats = NDArray[np.float64]
 Progress: TypeAlias = Callable[[int, int, float, float], None]

@@ -24,7 +24,7 @@ from vanelock.nonlinear.forced_response.static_mean import at_rest
 from vanelock.nonlinear.newton.linearised import Kept, to_be_made
 from vanelock.nonlinear.newton.newton import Solution
 from vanelock.nonlinear.newton.preconditioner import Basis
-from vanelock.rom.system import System
+from vanelock.rom.system.system import System
 
 
 @dataclass(frozen=True)

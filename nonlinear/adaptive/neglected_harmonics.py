@@ -12,7 +12,7 @@ from vanelock.nonlinear.forced_response.response import Response, chosen_points
 from vanelock.nonlinear.fourier.threads import one_thread
 from vanelock.nonlinear.fourier.trigonometric import TURN, to_real
 from vanelock.nonlinear.newton.newton import solve
-from vanelock.rom.system import System
+from vanelock.rom.system.system import System
 
 
 @one_thread

@@ -21,8 +21,8 @@ from vanelock.common.errors import InputError
 from vanelock.nonlinear.balance.receptance_columns import Columns, no_columns
 from vanelock.nonlinear.balance.stuck_modes import StuckModes, stuck_modes
 from vanelock.nonlinear.fourier.trigonometric import to_complex, to_real
-from vanelock.rom.joining.consistency import check
-from vanelock.rom.system import System
+from vanelock.rom.system.consistency import check
+from vanelock.rom.system.system import System
 
 Array: TypeAlias = NDArray[Any]
 Floats = NDArray[np.float64]

@@ -35,7 +35,7 @@ from vanelock.common.errors import InputError
 from vanelock.common.product import Product
 from vanelock.nonlinear.fourier.threads import one_thread
 from vanelock.rom.joining.linear_modes import free_motions
-from vanelock.rom.system import System
+from vanelock.rom.system.system import System
 
 Array: TypeAlias = NDArray[Any]
 Floats = NDArray[np.float64]

@@ -30,7 +30,7 @@ from vanelock.nonlinear.contact.orthogonal.located_law import located_law
 from vanelock.nonlinear.contact.orthogonal.sampled_law import sampled_law
 from vanelock.nonlinear.contact.sampling import FRICTIONS
 from vanelock.nonlinear.fourier.trigonometric import TURN, Floats, basis, grid
-from vanelock.rom.system import Contacts
+from vanelock.rom.system.system import Contacts
 
 STUCK, SLIP, OPEN, SLIP_OPEN = 0, 1, 2, 3
 

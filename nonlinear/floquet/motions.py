@@ -12,7 +12,7 @@ from vanelock.nonlinear.floquet.characteristic import Series
 from vanelock.nonlinear.floquet.exponents import Zeros, zeros
 from vanelock.nonlinear.floquet.law_transfer import law_transfer
 from vanelock.nonlinear.floquet.perturbed_structure import PerturbedStructure, Rectangle
-from vanelock.rom.system import System
+from vanelock.rom.system.system import System
 
 Floats = NDArray[np.float64]
 Complex = NDArray[np.complex128]

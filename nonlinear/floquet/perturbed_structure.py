@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vanelock.nonlinear.balance.stuck_modes import StuckModes
-from vanelock.rom.system import System
+from vanelock.rom.system.system import System
 
 Array = NDArray[Any]
 Complex = NDArray[np.complex128]

@@ -30,8 +30,8 @@ from vanelock.nonlinear.forced_response.response import Response, chosen_points
 from vanelock.nonlinear.fourier.threads import one_thread
 from vanelock.nonlinear.fourier.trigonometric import TURN, resized, to_real
 from vanelock.nonlinear.newton.newton import scales, solve
-from vanelock.rom.joining.consistency import check, check_ring
-from vanelock.rom.system import System
+from vanelock.rom.system.consistency import check, check_ring
+from vanelock.rom.system.system import System
 
 Floats = NDArray[np.float64]
 Progress: TypeAlias = Callable[[int, int], None]

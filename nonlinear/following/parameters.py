@@ -24,7 +24,7 @@ from vanelock.nonlinear.forced_response.options import PreparedSystem, check_opt
 from vanelock.nonlinear.forced_response.static_mean import static_part
 from vanelock.nonlinear.newton.law_jacobian import response_to
 from vanelock.nonlinear.newton.newton import Family, Solution
-from vanelock.rom.system import System
+from vanelock.rom.system.system import System
 
 Floats = NDArray[np.float64]
 Rows = NDArray[np.int64]

@@ -37,7 +37,7 @@ from vanelock.nonlinear.fourier.threads import one_thread
 from vanelock.nonlinear.fourier.trigonometric import TURN, to_complex
 from vanelock.nonlinear.newton.linearised import newton_matrix
 from vanelock.nonlinear.newton.newton import Solution, active_rows
-from vanelock.rom.system import System
+from vanelock.rom.system.system import System
 
 Array = NDArray[Any]
 Floats = NDArray[np.float64]

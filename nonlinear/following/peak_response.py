@@ -26,7 +26,7 @@ from vanelock.nonlinear.forced_response.replay import Journal, replaying
 from vanelock.nonlinear.forced_response.response import Response
 from vanelock.nonlinear.fourier.threads import one_thread
 from vanelock.nonlinear.fourier.trigonometric import TURN
-from vanelock.rom.system import System
+from vanelock.rom.system.system import System
 
 Floats = NDArray[np.float64]
 Progress: TypeAlias = Callable[[int, int, float, float], None]

@@ -31,7 +31,7 @@ from vanelock.nonlinear.forced_response.frequency_response import static_respons
 from vanelock.nonlinear.forced_response.linear_response import closed_contacts
 from vanelock.nonlinear.forced_response.options import Options
 from vanelock.nonlinear.forced_response.response import Response
-from vanelock.rom.system import System
+from vanelock.rom.system.system import System
 
 if TYPE_CHECKING:
     from scipy.optimize import OptimizeResult

@@ -12,7 +12,7 @@ from vanelock.nonlinear.balance.stuck_modes import StuckModes
 from vanelock.nonlinear.following.rest_states import Joints, RestStates, rest_states
 from vanelock.nonlinear.forced_response.options import Options
 from vanelock.nonlinear.fourier.threads import one_thread
-from vanelock.rom.system import System
+from vanelock.rom.system.system import System
 
 Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]

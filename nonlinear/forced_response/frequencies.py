@@ -5,7 +5,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from vanelock.common.arrays import as_array
 from vanelock.common.errors import InputError
-from vanelock.rom.system import System, wider_band
+from vanelock.rom.system.system import System, wider_band
 
 ROUND_OFF = 1e-9
 """By which a frequency may exceed a band."""

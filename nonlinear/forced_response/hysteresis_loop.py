@@ -19,7 +19,7 @@ from vanelock.nonlinear.contact.orthogonal.slider import (
 )
 from vanelock.nonlinear.forced_response.response import Response
 from vanelock.nonlinear.fourier.trigonometric import TURN, basis, grid, roots, to_real
-from vanelock.rom.system import Contacts
+from vanelock.rom.system.system import Contacts
 
 Floats = NDArray[np.float64]
 

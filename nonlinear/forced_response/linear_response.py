@@ -18,7 +18,7 @@ from vanelock.nonlinear.forced_response.response import Response
 from vanelock.nonlinear.fourier.threads import one_thread
 from vanelock.nonlinear.fourier.trigonometric import TURN, to_complex, to_real
 from vanelock.nonlinear.newton.newton import Solution, scales
-from vanelock.rom.system import Contacts, System
+from vanelock.rom.system.system import Contacts, System
 
 Closed: TypeAlias = str | Sequence[str] | NDArray[np.bool_]
 

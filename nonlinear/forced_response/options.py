@@ -23,7 +23,7 @@ from vanelock.nonlinear.forced_response.response import Response, assemble_respo
 from vanelock.nonlinear.forced_response.static_mean import COUPLINGS, at_rest, with_static_mean
 from vanelock.nonlinear.fourier.trigonometric import TURN
 from vanelock.nonlinear.newton.newton import TOLERANCE, Solution
-from vanelock.rom.system import Contacts, System
+from vanelock.rom.system.system import Contacts, System
 
 HARMONICS = 3
 """Default of H, where it is not chosen point by point."""

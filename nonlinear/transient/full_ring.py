@@ -22,8 +22,8 @@ from numpy.typing import NDArray
 
 from vanelock.common.errors import InputError
 from vanelock.nonlinear.balance.stuck_modes import StuckModes, stuck_modes
-from vanelock.rom.joining.consistency import ROUND_OFF, check, check_ring
-from vanelock.rom.system import Diameter, System
+from vanelock.rom.system.consistency import ROUND_OFF, check, check_ring
+from vanelock.rom.system.system import Diameter, System
 
 Array = NDArray[Any]
 Floats = NDArray[np.float64]

@@ -17,7 +17,7 @@ from vanelock.nonlinear.fourier.threads import one_thread
 from vanelock.nonlinear.fourier.trigonometric import TURN
 from vanelock.nonlinear.transient.full_ring import FullRing, ring
 from vanelock.nonlinear.transient.integration import Integrator, Period, integrator
-from vanelock.rom.system import System
+from vanelock.rom.system.system import System
 
 Array = NDArray[np.complex128]
 Floats = NDArray[np.float64]

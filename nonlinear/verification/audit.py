@@ -24,7 +24,7 @@ from vanelock.common.product import Product
 from vanelock.nonlinear.forced_response.response import Response, chosen_points
 from vanelock.nonlinear.verification.marched_contact import Marched, march_contacts
 from vanelock.rom.joining.linear_modes import free_motions, linear_stiffness
-from vanelock.rom.system import Diameter, System
+from vanelock.rom.system.system import Diameter, System
 
 Array = NDArray[Any]
 Floats = NDArray[np.float64]

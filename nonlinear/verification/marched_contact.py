@@ -17,7 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from vanelock.rom.system import Contacts
+from vanelock.rom.system.system import Contacts
 
 Floats = NDArray[np.float64]
 Array = NDArray[np.complex128]

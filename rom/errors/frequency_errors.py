@@ -29,7 +29,7 @@ from vanelock.rom.errors.neglected import Neglected
 from vanelock.rom.fixed_interface.held import hermitian
 from vanelock.rom.joining.linear_modes import linear_damping, linear_modes, linear_stiffness
 from vanelock.rom.joining.vane_and_casing import joined_dofs
-from vanelock.rom.system import Matrix, System
+from vanelock.rom.system.system import Matrix, System
 
 BEYOND = 5
 """Modes beyond those asked for that may act on them."""

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from vanelock.rom.system import Matrix
+from vanelock.rom.system.system import Matrix
 
 NEAR = 0.1
 """Least distance 1 - θ/Ω² from a left-out mode that estimates count with."""

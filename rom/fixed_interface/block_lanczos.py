@@ -20,7 +20,7 @@ import scipy.linalg as sl
 from numpy.typing import NDArray
 
 from vanelock.common.errors import InputError
-from vanelock.rom.system import Matrix
+from vanelock.rom.system.system import Matrix
 
 Apply = Callable[[Matrix], Matrix]
 

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from vanelock.common.errors import InputError
 from vanelock.rom.fixed_interface.held import HeldPart, hermitian
 from vanelock.rom.fixed_interface.modes import Fixed, fixed_modes, krylov_space
-from vanelock.rom.system import Matrix
+from vanelock.rom.system.system import Matrix
 
 _NEW = 1e-6
 """Least part of a further mode's strain energy that the vectors so far do not hold."""

@@ -17,7 +17,7 @@ import scipy.sparse as sp
 
 from vanelock.fem import Interior
 from vanelock.rom.fixed_interface.inertia import Inertia, Mass, SweptInertia
-from vanelock.rom.system import Matrix
+from vanelock.rom.system.system import Matrix
 
 Solve = Callable[[Matrix], Matrix]
 

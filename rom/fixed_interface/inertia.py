@@ -25,7 +25,7 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from vanelock.fem import Interior
-from vanelock.rom.system import Matrix
+from vanelock.rom.system.system import Matrix
 
 Floats = NDArray[np.float64]
 COLUMNS = 128

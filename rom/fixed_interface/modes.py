@@ -14,7 +14,7 @@ from vanelock.rom.fixed_interface.block_lanczos import (
 )
 from vanelock.rom.fixed_interface.held import Solve
 from vanelock.rom.fixed_interface.inertia import Mass
-from vanelock.rom.system import Matrix
+from vanelock.rom.system.system import Matrix
 
 
 @dataclass(frozen=True)

@@ -34,7 +34,7 @@ from vanelock.rom.fixed_interface.block_lanczos import KrylovSpace
 from vanelock.rom.fixed_interface.candidates import Candidates, inertia_loads
 from vanelock.rom.fixed_interface.held import HeldPart, hermitian
 from vanelock.rom.fixed_interface.modes import fixed_modes
-from vanelock.rom.system import Matrix
+from vanelock.rom.system.system import Matrix
 
 MARGIN = 2.0
 """Modes up to this multiple of the highest frequency are kept exactly."""

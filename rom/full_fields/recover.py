@@ -16,7 +16,7 @@ from vanelock.rom.fixed_interface.held import Solve
 from vanelock.rom.full_fields import fields
 from vanelock.rom.routes.condensed import Condensed, condensed
 from vanelock.rom.routes.problem import Problem, problem
-from vanelock.rom.system import Matrix
+from vanelock.rom.system.system import Matrix
 
 KEPT = 2
 """Nodal diameters whose factors of the faces are kept: that of rest and another."""

@@ -7,7 +7,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from vanelock.rom.system import Contacts
+from vanelock.rom.system.system import Contacts
 
 Integers = NDArray[np.int64]
 Floats = NDArray[np.float64]

@@ -12,7 +12,7 @@ from vanelock.common.cyclic import COMPONENTS, turn
 from vanelock.common.errors import InputError
 from vanelock.rom.joining.elements import Joinable, Load, Output, Tie, Touching, properties
 from vanelock.rom.joining.merging import Merged, merged
-from vanelock.rom.system import Diameter, Force, Matrix, System, common_band
+from vanelock.rom.system.system import Diameter, Force, Matrix, System, common_band
 
 Integers = NDArray[np.int64]
 Floats = NDArray[np.float64]

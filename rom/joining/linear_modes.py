@@ -6,7 +6,7 @@ from numpy.typing import NDArray
 
 from vanelock.common.errors import InputError
 from vanelock.rom.fixed_interface.massless import NONE, lowest
-from vanelock.rom.system import Matrix, System
+from vanelock.rom.system.system import Matrix, System
 
 FREE = 1e-11
 """Scaled stiffness of a motion below which nothing holds it: of bodies a hundred to a thousand

@@ -30,7 +30,7 @@ from numpy.typing import NDArray
 
 from vanelock.common.product import Product
 from vanelock.rom.fixed_interface.held import hermitian
-from vanelock.rom.system import Matrix, System
+from vanelock.rom.system.system import Matrix, System
 
 MODES = 16
 """Modes along which the excess is taken off."""

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from vanelock.common.errors import InputError
-from vanelock.rom.system import System, common_band
+from vanelock.rom.system.system import System, common_band
 
 
 def united(systems: Sequence[System]) -> System:

@@ -19,7 +19,7 @@ from vanelock.rom.joining.joined import Joined
 from vanelock.rom.joining.merging import merged
 from vanelock.rom.joining.pairs import Joint, contact_pairs, key_tie
 from vanelock.rom.masters import Masters
-from vanelock.rom.system import System
+from vanelock.rom.system.system import System
 
 
 @dataclass(frozen=True)

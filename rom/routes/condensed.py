@@ -26,7 +26,7 @@ from vanelock.rom.fixed_interface.held import hermitian
 from vanelock.rom.fixed_interface.inertia import BoundaryAnswers
 from vanelock.rom.routes.cyclic import cyclic_constraint
 from vanelock.rom.routes.problem import Problem, Rows, condense
-from vanelock.rom.system import Matrix
+from vanelock.rom.system.system import Matrix
 
 FREE = 1e-11
 """Stiffness that the other dofs leave of one, relative to it, below which it moves freely."""

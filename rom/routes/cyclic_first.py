@@ -16,7 +16,7 @@ from vanelock.rom.fixed_interface.inertia import SectorInertia
 from vanelock.rom.fixed_interface.selection import Selection
 from vanelock.rom.routes.condensed import Condensed
 from vanelock.rom.routes.projection import projected
-from vanelock.rom.system import common_band
+from vanelock.rom.system.system import common_band
 
 
 def cyclic_first(shared: Condensed, wanted: Selection, diameters: Iterable[int]) -> Component:

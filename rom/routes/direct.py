@@ -20,7 +20,7 @@ from vanelock.rom.fixed_interface.selection import Selection
 from vanelock.rom.routes.condensed import Condensed, definite_factor
 from vanelock.rom.routes.cyclic import cyclic_constraint
 from vanelock.rom.routes.tran import Interface
-from vanelock.rom.system import Matrix
+from vanelock.rom.system.system import Matrix
 
 FACE = 1e-11  # residual of a face mode: the subspace is the paper's to round-off
 DENSE = 4  # beyond a fourth of the face's dofs, its modes come from dense matrices

@@ -17,7 +17,7 @@ from vanelock.fem import (
 )
 from vanelock.rom.joining.patches import with_means
 from vanelock.rom.masters import Masters
-from vanelock.rom.system import Matrix
+from vanelock.rom.system.system import Matrix
 
 Rows = NDArray[np.int64]
 

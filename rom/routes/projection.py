@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from vanelock.rom.component import Reduced
 from vanelock.rom.fixed_interface.candidates import Candidates
 from vanelock.rom.fixed_interface.held import HeldPart, hermitian
-from vanelock.rom.system import Matrix
+from vanelock.rom.system.system import Matrix
 
 
 @dataclass(frozen=True)

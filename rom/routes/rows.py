@@ -22,7 +22,7 @@ from vanelock.rom.component import Reduced
 from vanelock.rom.fixed_interface.held import HeldMatrices, HeldPart, held_part, hermitian
 from vanelock.rom.fixed_interface.selection import DEFAULT, Selection
 from vanelock.rom.routes.projection import Projected, projected
-from vanelock.rom.system import Matrix
+from vanelock.rom.system.system import Matrix
 
 Rows = NDArray[np.int64]
 

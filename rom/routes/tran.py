@@ -18,7 +18,7 @@ import scipy.linalg as sl
 
 from vanelock.common.errors import InputError
 from vanelock.rom.fixed_interface.held import hermitian
-from vanelock.rom.system import Matrix
+from vanelock.rom.system.system import Matrix
 
 Interface = Literal["published", "followed"]
 

@@ -7,7 +7,7 @@ import pytest
 import scipy.linalg as la
 from numpy.typing import NDArray
 
-from vanelock.rom.system import Contacts, Diameter, Force, System
+from vanelock.rom.system.system import Contacts, Diameter, Force, System
 
 Floats = NDArray[np.float64]
 Array = NDArray[np.complex128]

@@ -12,7 +12,7 @@ from typing import Any
 from vanelock.common.checked import Check
 from vanelock.common.errors import InputError
 from vanelock.input.schema.temperature import PARTS
-from vanelock.rom.system import MARGIN, wider_band
+from vanelock.rom.system.system import MARGIN, wider_band
 
 STEPS = 3
 """Bands are chosen in so many steps an octave, so that a little wider range needs no new models."""

@@ -19,7 +19,7 @@ from vanelock.nonlinear import (
 )
 from vanelock.nonlinear.adaptive import sampling
 from vanelock.nonlinear.adaptive.interpolant import Interpolant
-from vanelock.rom.system import Contacts, Diameter, Force
+from vanelock.rom.system.system import Contacts, Diameter, Force
 
 Make = Callable[..., System]
 

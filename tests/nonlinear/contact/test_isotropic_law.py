@@ -11,7 +11,7 @@ from vanelock.common.errors import InputError
 from vanelock.nonlinear.contact.isotropic.disc_slider import HELD, pursue
 from vanelock.nonlinear.contact.law import OPEN, SLIP, SLIP_OPEN, STUCK, Law, contact_law
 from vanelock.nonlinear.fourier.trigonometric import to_complex
-from vanelock.rom.system import Contacts
+from vanelock.rom.system.system import Contacts
 
 Floats = NDArray[np.float64]
 

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from vanelock.nonlinear.contact.law import OPEN, SLIP, SLIP_OPEN, STUCK, contact_law
 from vanelock.nonlinear.fourier.trigonometric import to_complex
-from vanelock.rom.system import Contacts
+from vanelock.rom.system.system import Contacts
 
 Floats = NDArray[np.float64]
 

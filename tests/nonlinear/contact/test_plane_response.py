@@ -21,7 +21,7 @@ from vanelock.nonlinear import (
 from vanelock.nonlinear.balance.balance import structure
 from vanelock.nonlinear.contact.law import contact_law
 from vanelock.nonlinear.continuation.release import release
-from vanelock.rom.system import Contacts, Diameter, Force
+from vanelock.rom.system.system import Contacts, Diameter, Force
 
 Floats = NDArray[np.float64]
 Array = NDArray[np.complex128]

@@ -12,7 +12,7 @@ from vanelock.nonlinear.continuation.arc_length import follow
 from vanelock.nonlinear.continuation.families import fixed
 from vanelock.nonlinear.continuation.hardening import Hardening
 from vanelock.nonlinear.newton.newton import solve
-from vanelock.rom.system import Contacts
+from vanelock.rom.system.system import Contacts
 
 Make = Callable[..., System]
 Lowest = Callable[[System], float]

@@ -5,7 +5,7 @@ import pytest
 
 from vanelock.nonlinear.contact.law import contact_law
 from vanelock.nonlinear.floquet.law_transfer import law_transfer
-from vanelock.rom.system import Contacts
+from vanelock.rom.system.system import Contacts
 
 H, P = 3, 4
 

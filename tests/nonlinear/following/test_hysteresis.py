@@ -22,7 +22,7 @@ from vanelock.nonlinear import (
 )
 from vanelock.nonlinear.fourier.trigonometric import TURN
 from vanelock.nonlinear.newton.newton import Solution, solve
-from vanelock.rom.system import Contacts, Diameter, Force
+from vanelock.rom.system.system import Contacts, Diameter, Force
 
 Floats = NDArray[np.float64]
 

@@ -19,7 +19,7 @@ from vanelock.nonlinear import (
     peak_response,
 )
 from vanelock.nonlinear.following.parameters import NAMES
-from vanelock.rom.system import Force
+from vanelock.rom.system.system import Force
 
 Make = Callable[..., System]
 Lowest = Callable[[System], float]

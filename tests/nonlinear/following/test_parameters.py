@@ -22,7 +22,7 @@ from vanelock.nonlinear import (
 from vanelock.nonlinear.following.parameters import NAMES, checked_parameter
 from vanelock.nonlinear.forced_response.static_mean import COUPLINGS
 from vanelock.nonlinear.fourier.trigonometric import TURN
-from vanelock.rom.system import Force
+from vanelock.rom.system.system import Force
 
 Make = Callable[..., System]
 Lowest = Callable[[System], float]

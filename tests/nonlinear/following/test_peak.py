@@ -29,7 +29,7 @@ from vanelock.nonlinear.following.peak_response import chosen, traced
 from vanelock.nonlinear.following.peak_tracking import Mark, PeakTrack
 from vanelock.nonlinear.fourier.trigonometric import TURN
 from vanelock.nonlinear.newton.newton import Solution, solve
-from vanelock.rom.system import Contacts, Diameter, Force
+from vanelock.rom.system.system import Contacts, Diameter, Force
 
 Floats = NDArray[np.float64]
 Make = Callable[..., System]

@@ -25,7 +25,7 @@ from vanelock.nonlinear.following.peak_gradient import slider_gradient
 from vanelock.nonlinear.following.rest_states import RestStates
 from vanelock.nonlinear.following.slider_search import PlacedPeak, Search
 from vanelock.nonlinear.forced_response.frequency_sweep import PointSolver
-from vanelock.rom.system import Contacts, Diameter, Force, System
+from vanelock.rom.system.system import Contacts, Diameter, Force, System
 
 NEAR = (0.1, 0.3)
 MU = 0.5

@@ -8,7 +8,7 @@ import pytest
 from tests.verification.nonlinear.spring_rings import loaded, spring_ring, worst_of
 from vanelock.common.errors import InputError
 from vanelock.nonlinear import Options, peak_gradient, peak_response
-from vanelock.rom.system import System
+from vanelock.rom.system.system import System
 
 STEP = 1e-5
 

@@ -10,7 +10,7 @@ import pytest
 
 from vanelock.common.errors import InputError
 from vanelock.nonlinear import Options, StaticBounds, audit_response, static_bounds, static_response
-from vanelock.rom.system import Contacts, Diameter, System
+from vanelock.rom.system.system import Contacts, Diameter, System
 
 Make = Callable[..., System]
 

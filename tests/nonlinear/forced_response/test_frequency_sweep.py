@@ -26,7 +26,7 @@ from vanelock.nonlinear.continuation.arc_length import follow
 from vanelock.nonlinear.continuation.families import Frequencies, Loads
 from vanelock.nonlinear.forced_response.response import half_peak_to_peak
 from vanelock.nonlinear.newton.newton import solve
-from vanelock.rom.system import Contacts, Diameter, Force
+from vanelock.rom.system.system import Contacts, Diameter, Force
 
 Floats = NDArray[np.float64]
 Array = NDArray[np.complex128]

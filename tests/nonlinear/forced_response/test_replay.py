@@ -20,7 +20,7 @@ from vanelock.nonlinear import (
 )
 from vanelock.nonlinear.balance.balance import structure
 from vanelock.nonlinear.forced_response.replay import Journal, Replay
-from vanelock.rom.system import Contacts
+from vanelock.rom.system.system import Contacts
 
 Make = Callable[..., System]
 Compute = Callable[[Journal | None], Any]

@@ -14,8 +14,8 @@ from vanelock.nonlinear import (
     static_response,
     time_response,
 )
-from vanelock.rom.joining.consistency import check
-from vanelock.rom.system import Contacts, Diameter, Force, System
+from vanelock.rom.system.consistency import check
+from vanelock.rom.system.system import Contacts, Diameter, Force, System
 
 Make = Callable[..., System]
 

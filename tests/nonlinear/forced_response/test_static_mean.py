@@ -27,7 +27,7 @@ from vanelock.nonlinear.contact.law import contact_law
 from vanelock.nonlinear.continuation.families import fixed
 from vanelock.nonlinear.forced_response.static_mean import with_static_mean
 from vanelock.nonlinear.newton.newton import solve
-from vanelock.rom.system import Contacts, Diameter, Force
+from vanelock.rom.system.system import Contacts, Diameter, Force
 
 Floats = NDArray[np.float64]
 Array = NDArray[np.complex128]

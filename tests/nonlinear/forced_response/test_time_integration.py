@@ -7,7 +7,7 @@ import pytest
 from numpy.typing import NDArray
 
 from vanelock.nonlinear import SLIP, SLIP_OPEN, Options, System, frequency_response
-from vanelock.rom.system import Contacts, Diameter, Force
+from vanelock.rom.system.system import Contacts, Diameter, Force
 
 Floats = NDArray[np.float64]
 Array = NDArray[np.complex128]

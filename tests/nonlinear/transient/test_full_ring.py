@@ -16,7 +16,7 @@ from vanelock.nonlinear import (
     static_response,
     stuck_modes,
 )
-from vanelock.rom.system import Contacts, Diameter, Force
+from vanelock.rom.system.system import Contacts, Diameter, Force
 
 Floats = NDArray[np.float64]
 N, MASSES = 5, 3

@@ -8,7 +8,7 @@ import numpy as np
 import scipy.linalg as la
 
 from vanelock.nonlinear import SLIP, SLIP_OPEN, Options, System, frequency_response, linear_response
-from vanelock.rom.system import Contacts, Diameter, Force
+from vanelock.rom.system.system import Contacts, Diameter, Force
 
 MASSES, CONTACTS = 3, 2
 RINGS = ((5, 1), (6, -1), (7, 2), (8, 3), (8, -2))  # sectors, engine order

@@ -23,7 +23,7 @@ from vanelock.nonlinear import (
     frequency_response,
     linear_response,
 )
-from vanelock.rom.system import Contacts, Diameter, Force
+from vanelock.rom.system.system import Contacts, Diameter, Force
 
 FULL = os.environ.get("VANELOCK_VERIFY") == "full"
 COUNT = {"stick": 56, "micro-slip": 86, "gross slip": 60, "opening": 60}

@@ -34,7 +34,7 @@ from vanelock.nonlinear.floquet.law_transfer import law_transfer
 from vanelock.nonlinear.floquet.motions import WINDOW
 from vanelock.nonlinear.floquet.perturbed_structure import PerturbedStructure
 from vanelock.nonlinear.fourier.trigonometric import to_real
-from vanelock.rom.system import Contacts, Diameter, Force
+from vanelock.rom.system.system import Contacts, Diameter, Force
 
 FULL = os.environ.get("VANELOCK_VERIFY") == "full"
 

@@ -19,7 +19,7 @@ from vanelock.input.measured.units import DISPLACEMENT
 from vanelock.input.schema.study import Study
 from vanelock.nonlinear import Response, System
 from vanelock.rom import Component, MeshExcess
-from vanelock.rom.system import common_band
+from vanelock.rom.system.system import common_band
 from vanelock.stages.parts.gauges import Gauges
 from vanelock.stages.parts.systems import joining
 from vanelock.stages.response.monitor import Monitor

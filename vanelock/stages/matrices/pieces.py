@@ -23,7 +23,7 @@ from vanelock.rom import (
     refuse_negative_mass,
 )
 from vanelock.rom.fixed_interface.selection import DEFAULT
-from vanelock.rom.system import common_band
+from vanelock.rom.system.system import common_band
 from vanelock.stages.matrices.piece import DiameterBlock, Piece
 
 Integers = NDArray[np.int64]

@@ -17,8 +17,8 @@ from vanelock.input.schema.scene import DAMPING, FILES, OPEN, ComponentKeys, Sce
 from vanelock.pipeline.cache import code_of, content_digest
 from vanelock.pipeline.step import Step, step
 from vanelock.rom import System
-from vanelock.rom.joining.consistency import check_ring
 from vanelock.rom.joining.joined import Joined
+from vanelock.rom.system.consistency import check_ring
 from vanelock.stages.matrices import pieces
 from vanelock.stages.matrices.gather import Gathered, gathered, nodes
 from vanelock.stages.matrices.hanging import RigidMotions, refuse_unbalanced, rigid_motions

@@ -18,7 +18,7 @@ from vanelock.input.schema.study import Study
 from vanelock.pipeline.step import SHARED, Step, step
 from vanelock.rom import Component, Joint, MeshExcess, SpaceExcess, System
 from vanelock.rom.joining.mesh_excess import MODES
-from vanelock.rom.system import Matrix
+from vanelock.rom.system.system import Matrix
 from vanelock.stages.parts.components import model_step, rom_step
 from vanelock.stages.parts.diameters import casing_step, diameter_of
 from vanelock.stages.parts.recoveries import recovery_step

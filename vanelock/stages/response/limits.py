@@ -27,7 +27,7 @@ from vanelock.rom import (
     linear_stiffness,
     mac,
 )
-from vanelock.rom.system import Matrix
+from vanelock.rom.system.system import Matrix
 
 SHOWN = 6
 """Frequencies in the table."""

@@ -9,8 +9,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from vanelock.common.arrays import as_array, as_whole
 from vanelock.common.errors import InputError
-from vanelock.rom.joining.consistency import ROUND_OFF
-from vanelock.rom.system import Contacts, Diameter, Force, System
+from vanelock.rom.system.consistency import ROUND_OFF
+from vanelock.rom.system.system import Contacts, Diameter, Force, System
 
 Floats = NDArray[np.float64]
 Place: TypeAlias = int | tuple[int | None, int | None] | NDArray[Any]

@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 
 from vanelock.common.errors import InputError
 from vanelock.common.product import packed
-from vanelock.rom.joining.consistency import check
-from vanelock.rom.system import Contacts, Diameter, Force, System
+from vanelock.rom.system.consistency import check
+from vanelock.rom.system.system import Contacts, Diameter, Force, System
 
 S = TypeVar("S", bound=System)
 

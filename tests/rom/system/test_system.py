@@ -21,7 +21,7 @@ from vanelock.nonlinear import (
     linear_response,
     static_response,
 )
-from vanelock.rom.joining.consistency import check
+from vanelock.rom.system.consistency import check
 
 ROWS = [[[1], [0], [0]]]
 ALONE = {"K": [[4, 1j], [-1j, 3]], "M": np.eye(2), "own": [[[1, 0], [0, 1], [0, 0]]]}

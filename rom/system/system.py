@@ -24,7 +24,7 @@ from vanelock.common.errors import InputError
 from vanelock.common.product import Product, Summarised
 
 if TYPE_CHECKING:
-    from vanelock.rom.joining.coordinates import Contact, Place
+    from vanelock.rom.system.coordinates import Contact, Place
 
 Matrix: TypeAlias = NDArray[Any]
 """Real where the physics is, at the nodal diameters 0 and N/2, and complex elsewhere."""
@@ -280,7 +280,7 @@ class System(Product):
             One line: a shape, an unsymmetric matrix, a mass that is not positive, a coordinate that
             does not exist, or a contact that lacks what it needs.
         """
-        from vanelock.rom.joining.coordinates import assembled
+        from vanelock.rom.system.coordinates import assembled
 
         return assembled(M, K, contacts, C, damping_ratio, force, static_force, outputs)
 
@@ -321,13 +321,13 @@ class System(Product):
         return rows
 
     def _write(self, group: h5py.Group) -> None:
-        from vanelock.rom.system_file import write_system
+        from vanelock.rom.system.file import write_system
 
         write_system(self, group)
 
     @classmethod
     def _read(cls, group: h5py.Group) -> Self:
-        from vanelock.rom.system_file import read_system
+        from vanelock.rom.system.file import read_system
 
         return read_system(cls, group)
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from vanelock.common.cyclic import folded
 from vanelock.common.errors import InputError
-from vanelock.rom.system import DAMPING_JOINTS, Contacts, Diameter, Matrix, System
+from vanelock.rom.system.system import DAMPING_JOINTS, Contacts, Diameter, Matrix, System
 
 ROUND_OFF = 1e-9
 """Largest deviation of a matrix from symmetry, and of M from being positive, relative to it."""

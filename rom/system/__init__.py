@@ -1,0 +1,1 @@
+"""What the harmonic balance of one sector is of: reduced matrices, contacts, forces."""
