@@ -6,6 +6,8 @@ _modules = {
     "Audit": "verification.audit",
     "Contact": ".rom.system.coordinates",
     "Contacts": ".rom.system.system",
+    "Element": ".rom.system.element",
+    "ELEMENT": "contact.law",
     "Diameter": ".rom.system.system",
     "Force": ".rom.system.system",
     "Hysteresis": "following.hysteresis",

@@ -5,6 +5,7 @@ from vanelock.common import lazy
 _modules = {
     "Component": "component",
     "Contact": "system.coordinates",
+    "Element": "system.element",
     "Excitation": "joining.vane_and_casing",
     "Joint": "joining.pairs",
     "Recovery": "full_fields.recover",

@@ -183,7 +183,7 @@ class Estimator:
         if self.levels.options.samples is None:
             return q
         located = self.levels.law(state.structure.harmonics, located=True)
-        step = state.answer_to_deviation(located(state.u).w - state.deviation.w)
+        step = state.answer_to_deviation(located(state.u, state.omega).w - state.deviation.w)
         return None if step is None else self._of_deviation(state, state.w + step)
 
 
@@ -199,7 +199,7 @@ class _Wide:
         self.w = resized(found.w, harmonics)
         self.balance: Balance = family.at(found.omega)
         self.u = self.balance.displacement(self.w)
-        self.deviation: Deviation = family.friction(self.u)
+        self.deviation: Deviation = family.friction(self.u, found.omega)
         self.gap = self.deviation.w - self.w
         self.rows = active_rows(self.w, self.deviation)
         self._linear: Linearised | None = None

@@ -15,24 +15,32 @@ is large, where together they pull with more than μ n
 Under constant load the normal spring neither loses contact nor moves the bound of friction: a
 contact that is closed at rest has w_n = 0 and slides at μ kn v^(0); one that is open at rest stays
 open, w = u.
+
+An element with a law of its own, f(u, u̇), is brought into the same form by a linear spring in its
+place, w = u - f/k.
 """
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vanelock.common.errors import InputError
+from vanelock.nonlinear.contact.elements.periodic_force import periodic_force
 from vanelock.nonlinear.contact.isotropic.located_law import isotropic_located_law
 from vanelock.nonlinear.contact.isotropic.sampled_law import isotropic_sampled_law
 from vanelock.nonlinear.contact.normal import ALWAYS, CLOSED
 from vanelock.nonlinear.contact.orthogonal.located_law import located_law
 from vanelock.nonlinear.contact.orthogonal.sampled_law import sampled_law
 from vanelock.nonlinear.contact.sampling import FRICTIONS
-from vanelock.nonlinear.fourier.trigonometric import TURN, Floats, basis, grid
+from vanelock.nonlinear.fourier.trigonometric import TURN, Floats, basis, grid, to_complex
+from vanelock.rom.system.element import Element
 from vanelock.rom.system.system import Contacts
 
-STUCK, SLIP, OPEN, SLIP_OPEN = 0, 1, 2, 3
+STUCK, SLIP, OPEN, SLIP_OPEN, ELEMENT = 0, 1, 2, 3, 4
+COUNTS = 1e-3
+"""Of the force of an element's spring in its place: what its own is resolved to at least."""
 
 
 @dataclass(frozen=True)
@@ -53,6 +61,8 @@ class Law:
         Whether friction is bounded in the tangential plane, or in each direction by itself.
     constant_load : bool
         Whether friction is bounded by the mean normal force, the normal spring linear.
+    elements : dict of int to Element
+        Those that follow laws of their own, by number.
     """
 
     alpha: Floats
@@ -61,9 +71,13 @@ class Law:
     located: bool
     isotropic: bool = False
     constant_load: bool = False
+    elements: Mapping[int, Element] = field(default_factory=dict)
 
-    def __call__(self, u: Floats) -> "Deviation":
-        """Evaluate at the relative displacements (c, 3, 2H + 1), m, of (v, u1, u2)."""
+    def __call__(self, u: Floats, omega: float = 0.0) -> "Deviation":
+        """Evaluate at the relative displacements (c, 3, 2H + 1), m, of (v, u1, u2).
+
+        The circular frequency, rad/s, is what elements take velocities from.
+        """
         c, _, m = u.shape
         w = np.zeros((c, 3, m))
         jacobian = np.zeros((c, 3, m, 3, m))
@@ -72,6 +86,8 @@ class Law:
         if self.constant_load:
             seen = seen.copy()
             seen[:, 0, 1:] = 0.0
+        if self.elements:  # what the kernels see of them is at rest
+            seen = np.where(self._is_element[:, None, None], 0.0, seen)
         kernel = located_law if self.located else sampled_law
         if self.isotropic:
             kernel = isotropic_located_law if self.located else isotropic_sampled_law
@@ -83,7 +99,36 @@ class Law:
             jacobian[free, 0, :, 0] = np.eye(m)
         closed = np.where(slips, SLIP, STUCK)
         state = np.where(opening == CLOSED, closed, np.where(opening == ALWAYS, OPEN, SLIP_OPEN))
-        return Deviation(w, jacobian, state, energy)
+        deviation = Deviation(w, jacobian, state, energy)
+        return self._with_elements(deviation, u, omega) if self.elements else deviation
+
+    @property
+    def _is_element(self) -> NDArray[np.bool_]:
+        """(c,) which are elements."""
+        found = np.zeros(len(self.alpha), bool)
+        found[list(self.elements)] = True
+        return found
+
+    def _with_elements(self, deviation: "Deviation", u: Floats, omega: float) -> "Deviation":
+        """The deviation of contacts and elements."""
+        w, jacobian, by_omega = deviation.w, deviation.jacobian, np.zeros_like(u)
+        samples = None if self.located else len(self.table)
+        for i, element in self.elements.items():
+            d = len(element.places)
+            k = self.stiffness[i, :d]
+            counts = COUNTS * float((k * np.abs(u[i, :d]).max(axis=1)).max())
+            found = periodic_force(element, u[i, :d], omega, samples, counts)
+            w[i], jacobian[i] = 0.0, 0.0
+            w[i, :d] = u[i, :d] - found.force / k[:, None]
+            jacobian[i, :d, :, :d] = -found.jacobian / k[:, None, None, None]
+            for j in range(d):
+                jacobian[i, j, :, j] += np.eye(u.shape[2])
+            by_omega[i, :d] = -found.by_omega / k[:, None]
+            q, f = to_complex(u[i, :d]), to_complex(found.force)
+            h = np.arange(len(q))[:, None]
+            deviation.dissipation[i] = np.pi * (h * f * q.conj()).imag.sum()
+        state = np.where(self._is_element, ELEMENT, deviation.state)
+        return replace(deviation, state=state, by_omega=by_omega)
 
 
 @dataclass(frozen=True)
@@ -97,15 +142,19 @@ class Deviation:
     jacobian : (c, 3, 2H + 1, 3, 2H + 1) float
         dw/du of each contact.
     state : (c,) int
-        STUCK, SLIP, OPEN or SLIP_OPEN.
+        STUCK, SLIP, OPEN or SLIP_OPEN; ELEMENT for what follows a law of its own.
     dissipation : (c,) float
-        Friction work ∫ μ n |dw| in a period, of both directions or of the path in the plane, J.
+        Friction work ∫ μ n |dw| in a period, of both directions or of the path in the plane, J; of
+        an element, its work.
+    by_omega : (c, 3, 2H + 1) float, optional
+        dw/dω, u held, where elements know velocities, m s.
     """
 
     w: Floats
     jacobian: Floats
     state: NDArray[np.int64]
     dissipation: Floats
+    by_omega: Floats | None = None
 
 
 def contact_law(
@@ -144,12 +193,15 @@ def contact_law(
         table = grid(harmonics)
     else:
         table = basis(harmonics, TURN * np.arange(samples) / samples)
-    return Law(contacts.alpha, contacts.stiffness, table, samples is None, isotropic, constant_load)
+    located = samples is None
+    alpha, stiffness, elements = contacts.alpha, contacts.stiffness, contacts.elements
+    return Law(alpha, stiffness, table, located, isotropic, constant_load, elements)
 
 
 def _check_isotropic(contacts: Contacts) -> None:
     """Refuse contacts whose two tangential springs differ."""
     uneven = np.abs(contacts.kt[:, 0] - contacts.kt[:, 1]) > 1e-9 * contacts.kt.max(axis=1)
+    uneven &= contacts.springs
     if np.any(uneven):
         i = int(np.argmax(uneven))
         shown = ", ".join(f"{k:g}" for k in contacts.kt[i])

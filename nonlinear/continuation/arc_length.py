@@ -287,8 +287,10 @@ def _advance(
         along, rate = _arrow(tangent, course)
         little = push * course.shortest
         w, parameter = here.w + little * along, here.parameter + little * rate
-        u = family.at(parameter).displacement(w)
-        beyond = replace(here, w=w, parameter=parameter, u=u, deviation=family.law(parameter)(u))
+        balance = family.at(parameter)
+        u = balance.displacement(w)
+        deviation = family.law(parameter)(u, balance.omega)
+        beyond = replace(here, w=w, parameter=parameter, u=u, deviation=deviation)
         turned = tangent_at(family, beyond)
         if turned is None:
             continue

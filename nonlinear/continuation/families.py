@@ -51,7 +51,8 @@ class Frequencies:
 
     def rate(self, parameter: float, w: Floats, deviation: Deviation, rows: Rows) -> Floats:
         """dW/dω at fixed w, on the given components of w."""
-        return response_to(deviation, rows, self.structure.slope(parameter, w))
+        rate = response_to(deviation, rows, self.structure.slope(parameter, w))
+        return rate if deviation.by_omega is None else rate + deviation.by_omega.reshape(-1)[rows]
 
 
 @dataclass(frozen=True)
@@ -126,6 +127,7 @@ class Frictions:
         u[:, 1:] = 0.0
         if self.scaled is not None:
             u[~self.scaled] = 0.0
+        u[list(self.friction.elements)] = 0.0
         m = w.shape[2]
         rates = response_to(deviation, rows, u) / parameter
         return np.where(rows // m % 3 == 0, 0.0, rates)

@@ -34,9 +34,9 @@ class SoftLaw(Law):
 
     share: float
 
-    def __call__(self, u: Floats) -> Deviation:
+    def __call__(self, u: Floats, omega: float = 0.0) -> Deviation:
         """Evaluate at the relative displacements (c, 3, 2H + 1), m, of (v, u1, u2)."""
-        found = super().__call__(u)
+        found = super().__call__(u, omega)
         width = 3 * u.shape[2]
         jacobian = self.share * found.jacobian.reshape(len(u), width, width)
         jacobian += (1 - self.share) * np.eye(width)

@@ -35,14 +35,14 @@ class HeldLaw(Law):
     pressed: Floats
     held: Floats
 
-    def __call__(self, u: Floats) -> Deviation:
+    def __call__(self, u: Floats, omega: float = 0.0) -> Deviation:
         """Evaluate at the relative displacements (c, 3, 2H + 1), m, of (v, u1, u2)."""
         shifted = u.copy()
         shifted[:, 0, 0] = u[:, 0, 0] + self.held
-        found = super().__call__(shifted)
+        found = super().__call__(shifted, omega)
         shifted[:, 0, 0] = u[:, 0, 0] + self.pressed
         smooth = replace(self, alpha=np.zeros_like(self.alpha))
-        normal = super(HeldLaw, smooth).__call__(shifted)
+        normal = super(HeldLaw, smooth).__call__(shifted, omega)
         found.w[:, 0] = normal.w[:, 0]
         found.jacobian[:, 0] = normal.jacobian[:, 0]
         return found
@@ -99,4 +99,5 @@ def release(balance: Balance, law: Law) -> Release:
     pressed = SURPLUS * size[:, 0] + least
     alpha = np.where(law.alpha > 0, law.alpha, np.inf)
     held = pressed + SURPLUS * ((size[:, 1:] + least) / alpha).max(axis=1)
+    pressed[list(law.elements)] = held[list(law.elements)] = 0.0
     return Release(balance, law, pressed, held)

@@ -164,6 +164,7 @@ def stability(
 
 def _check(system: System, response: Response, finer: int, count: int) -> None:
     """Refuse what stability cannot be found for."""
+    system.contacts.refuse_elements("stability")
     if (response.coupling, response.friction, response.samples) != ("coupled", "orthogonal", 0):
         law = f"{response.samples} samples" if response.samples else "located events"
         raise InputError(

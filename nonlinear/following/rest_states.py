@@ -219,6 +219,7 @@ def rest_states(
     """States at rest of a system whose static friction is undetermined; see `static_bounds`."""
     if not 0 <= share <= 1:
         raise InputError(f"share: given {share}: needs 0 to 1")
+    system.contacts.refuse_elements("a bound over static friction")
     if options.friction != "orthogonal":
         raise InputError("friction: given 'isotropic': bounds are of orthogonal friction")
     contacts = replace(system.contacts, slider=np.zeros_like(system.contacts.kt))

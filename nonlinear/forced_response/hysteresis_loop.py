@@ -5,7 +5,7 @@ from numpy.typing import NDArray
 
 from vanelock.common.errors import InputError
 from vanelock.nonlinear.contact.isotropic.sampled_law import place_history
-from vanelock.nonlinear.contact.law import contact_law
+from vanelock.nonlinear.contact.law import ELEMENT, contact_law
 from vanelock.nonlinear.contact.orthogonal.slider import (
     BEGIN,
     FREE,
@@ -93,6 +93,10 @@ def _check(response: Response, point: int, contact: int, u: Floats) -> None:
         raise InputError(
             f"point: given {point}: not converged (residual {response.residual[point]:.1e}); "
             "a loop needs a converged one"
+        )
+    if response.state[point, contact] == ELEMENT:
+        raise InputError(
+            f"contact: given {contact}: an element, whose law a response does not hold"
         )
     stiffness = response.stiffness[[contact]]
     made = Contacts(stiffness[:, 0], stiffness[:, 1:], response.mu[[contact]], np.zeros(1))

@@ -42,7 +42,7 @@ def linear_response(
     frequencies : (p,) array_like
         Hz.
     closed : (c,) bool, or joint names, or "all", or "none"
-        Contacts that act as springs, in tension too, with their interference.
+        Contacts that act as springs, in tension too, with their interference; elements never do.
     harmonics : int
         H.
     modes : dict of int to StuckModes, optional
@@ -67,7 +67,7 @@ def linear_response(
 
 
 def closed_contacts(contacts: Contacts, closed: Closed) -> NDArray[np.bool_]:
-    """(c,) mask of the contacts that `closed` names.
+    """(c,) mask of the contacts that `closed` names, elements never among them.
 
     Raises
     ------
@@ -75,20 +75,21 @@ def closed_contacts(contacts: Contacts, closed: Closed) -> NDArray[np.bool_]:
         If a joint is unknown or the mask has the wrong length.
     """
     if isinstance(closed, str) and closed in ("all", "none"):
-        return np.full(contacts.count, closed == "all")
+        return contacts.springs & (closed == "all")
     names = [closed] if isinstance(closed, str) else closed
     if isinstance(names, Iterable) and all(isinstance(name, str) for name in names):
         for name in names:
             if name not in contacts.joint:
                 known = ", ".join(sorted(set(contacts.joint))) or "none named"
                 raise InputError(f"closed: given {name!r}: joints are {known}, or 'all', 'none'")
-        return np.array([joint in names for joint in contacts.joint], bool)
+        mask = np.array([joint in names for joint in contacts.joint], bool)
+        return np.asarray(mask & contacts.springs)
     mask = np.asarray(closed)
     if mask.dtype != bool or mask.shape != (contacts.count,):
         raise InputError(
             f"closed: given {mask.dtype} of shape {mask.shape}: needs bool, ({contacts.count},)"
         )
-    return mask
+    return np.asarray(mask & contacts.springs)
 
 
 def _solve(balance: Balance, closed: NDArray[np.bool_]) -> Solution:

@@ -10,13 +10,15 @@ from numpy.typing import NDArray
 from vanelock.common.errors import InputError
 from vanelock.common.product import Product
 from vanelock.nonlinear.balance.balance import Structure
-from vanelock.nonlinear.contact.law import OPEN, SLIP, SLIP_OPEN, STUCK, Deviation
+from vanelock.nonlinear.contact.law import ELEMENT, OPEN, SLIP, SLIP_OPEN, STUCK, Deviation
 from vanelock.nonlinear.fourier.trigonometric import TURN, basis, to_complex, to_real
 from vanelock.nonlinear.newton.newton import Solution
 
 Array = NDArray[np.complex128]
 Floats = NDArray[np.float64]
-STATES = f"{STUCK} stuck, {SLIP} slips, {OPEN} open, {SLIP_OPEN} slips and opens"
+STATES = (
+    f"{STUCK} stuck, {SLIP} slips, {OPEN} open, {SLIP_OPEN} slips and opens, {ELEMENT} an element"
+)
 """What the numbers in a response's `state` stand for."""
 ROUNDING = 1e-12
 """Of a contact's displacements: motion of a slider that is none."""
@@ -97,9 +99,9 @@ class Response(Product):
     force : (p, H + 1, c, 3) complex
         Contact forces (n, t1, t2), N.
     state : (p, c) int
-        STUCK, SLIP, OPEN or SLIP_OPEN.
+        STUCK, SLIP, OPEN or SLIP_OPEN; ELEMENT for what follows a law of its own.
     dissipation : (p, c) float
-        Friction work of each contact in a period, J.
+        Friction work of each contact, work of each element, in a period, J.
     output : (p, H + 1, o, 3) complex
         Displacement of the output nodes, m.
     amplitude : (p, o, 3) float

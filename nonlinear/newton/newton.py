@@ -165,7 +165,7 @@ def _evaluate(
     if balance is None:
         balance = family.at(parameter)
     u = balance.displacement(w)
-    deviation = family.law(parameter)(u)
+    deviation = family.law(parameter)(u, balance.omega)
     gap = (w - deviation.w).reshape(-1)
     if plane is not None:
         gap = np.append(gap, plane.distance(w, parameter))

@@ -132,6 +132,7 @@ def ring(system: System) -> FullRing:
         If nodal diameters are missing, or the stuck modes do not leave a given damping diagonal.
     """
     check(system)
+    system.contacts.refuse_elements("time integration of the ring")
     N = system.sectors
     alike = system.engine_order % N == 0
     diameters = (0,) if alike else tuple(range(N // 2 + 1))

@@ -109,6 +109,7 @@ def audit_response(
         If a point does not exist, the response is not one of this system, or `samples` does not
         suffice or is no power of two.
     """
+    system.contacts.refuse_elements("an audit")
     if samples & (samples - 1) or samples < 64 * (response.harmonics + 1):
         needed = 64 * (response.harmonics + 1)
         raise InputError(f"samples: given {samples}: a power of two, at least {needed}")

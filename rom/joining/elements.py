@@ -7,6 +7,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from vanelock.rom.system.element import Element
 from vanelock.rom.system.system import Contacts
 
 Integers = NDArray[np.int64]
@@ -62,6 +63,8 @@ class Touching:
         N/m.
     next_sector : bool
         Whether the mate belongs to the next sector of the ring.
+    element : Element, optional
+        The law that each of them follows along the normal, where they are no contacts.
     """
 
     name: str
@@ -75,6 +78,12 @@ class Touching:
     mu: Floats
     interference: Floats
     next_sector: bool = False
+    element: Element | None = None
+
+    @property
+    def where(self) -> str:
+        """What messages call them."""
+        return f"{'contacts' if self.element is None else 'elements'}.{self.name}"
 
 
 @dataclass(frozen=True)
@@ -130,6 +139,7 @@ class Output:
 def properties(contacts: Sequence[Touching], always_closed: tuple[str, ...] = ()) -> Contacts:
     """Stiffness, friction and interference of contacts, all in one."""
     none = np.empty(0)
+    laws = [each.element for each in contacts for _ in each.own_nodes]
     return Contacts(
         kn=np.concatenate([none, *(each.kn for each in contacts)]),
         kt=np.concatenate([np.empty((0, 2)), *(each.kt for each in contacts)]),
@@ -137,4 +147,5 @@ def properties(contacts: Sequence[Touching], always_closed: tuple[str, ...] = ()
         v0=np.concatenate([none, *(each.interference for each in contacts)]),
         joint=tuple(each.name for each in contacts for _ in each.own_nodes),
         always_closed=always_closed,
+        elements={i: law for i, law in enumerate(laws) if law is not None},
     )

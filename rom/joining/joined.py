@@ -1,7 +1,7 @@
 """Join parts to a `System`: ties merge coordinates; contacts, loads and outputs are rows."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -12,7 +12,8 @@ from vanelock.common.cyclic import COMPONENTS, turn
 from vanelock.common.errors import InputError
 from vanelock.rom.joining.elements import Joinable, Load, Output, Tie, Touching, properties
 from vanelock.rom.joining.merging import Merged, merged
-from vanelock.rom.system.system import Diameter, Force, Matrix, System, common_band
+from vanelock.rom.system.element import spring_along
+from vanelock.rom.system.system import Contacts, Diameter, Force, Matrix, System, common_band
 
 Integers = NDArray[np.int64]
 Floats = NDArray[np.float64]
@@ -79,19 +80,20 @@ class Joined:
         self._refuse_still(own, following)
         output = self._output_rows()
         names = tuple(name for each in self.outputs for name in each.names)
+        diameters = {
+            k: Diameter(
+                own=own,
+                next=following if np.any(following) else None,
+                output=output if len(names) else None,
+                **self._matrices(k),
+            )
+            for k in nodal_diameters
+        }
         return System(
             sectors=self.sectors,
             engine_order=self.engine_order,
-            diameters={
-                k: Diameter(
-                    own=own,
-                    next=following if np.any(following) else None,
-                    output=output if len(names) else None,
-                    **self._matrices(k),
-                )
-                for k in nodal_diameters
-            },
-            contacts=properties(self.contacts, self.always_closed),
+            diameters=diameters,
+            contacts=_around(properties(self.contacts, self.always_closed), diameters),
             force=self._forces(),
             output_names=names,
             damping_ratio=self.damping_ratio,
@@ -130,7 +132,7 @@ class Joined:
                 a, b = each.own_nodes[still][0], each.mate_nodes[still][0]
                 text = f"nodes {a} and {b} are one" if each.mate else f"node {a} is held"
                 raise InputError(
-                    f"contacts.{each.name}: {text}: nothing moves there (a pair of itself, or of "
+                    f"{each.where}: {text}: nothing moves there (a pair of itself, or of "
                     "nodes that a tie merges?)"
                 )
 
@@ -164,6 +166,16 @@ class Joined:
         return np.concatenate(rows)
 
 
+def _around(contacts: Contacts, diameters: Mapping[int, Diameter]) -> Contacts:
+    """Contacts whose elements are solved around springs of the structure's own size."""
+    if not contacts.elements:
+        return contacts
+    kn, kt, first = contacts.kn.copy(), contacts.kt.copy(), next(iter(diameters.values()))
+    for i in contacts.elements:
+        kn[i] = kt[i] = spring_along(first.own[i, 0], first.K, first.M)
+    return replace(contacts, kn=kn, kt=kt)
+
+
 Places = Callable[[str, Integers, str], Integers]
 """(k, 3) joined coordinates of the nodes of a part; the last argument is who asks."""
 
@@ -192,7 +204,7 @@ def relative_rows(
     none = sp.csr_array((0, joined.size))
     own, following = [none], [none]
     for each in contacts:
-        where = f"contacts.{each.name}"
+        where = each.where
         here = joined.rows(each.frames, places(each.own, each.own_nodes, where))
         there = sp.csr_array(here.shape)
         if each.mate:

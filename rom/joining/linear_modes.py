@@ -30,7 +30,7 @@ def linear_modes(
     count : int
         Number of modes.
     closed : (c,) bool, optional
-        Contacts that act as linear springs; the others are open. Default: all.
+        Contacts that act as linear springs; the others, and elements, are open. Default: all.
 
     Returns
     -------
@@ -61,6 +61,7 @@ def linear_stiffness(
     """(n, n) stiffness at a nodal diameter, contacts as for `linear_modes`."""
     K = system.at(nodal_diameter).K
     chosen = np.ones(system.contacts.count, bool) if closed is None else np.asarray(closed, bool)
+    chosen = chosen & system.contacts.springs
     B = system.contact_rows(nodal_diameter)[chosen].reshape(-1, len(K))
     stiffness = system.contacts.stiffness[chosen].ravel()
     return np.asarray(K + (B.conj().T * stiffness) @ B)

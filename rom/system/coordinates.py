@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, TypeAlias
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -10,11 +10,10 @@ from numpy.typing import ArrayLike, NDArray
 from vanelock.common.arrays import as_array, as_whole
 from vanelock.common.errors import InputError
 from vanelock.rom.system.consistency import ROUND_OFF
+from vanelock.rom.system.element import Element, Place, spring_along
 from vanelock.rom.system.system import Contacts, Diameter, Force, System
 
 Floats = NDArray[np.float64]
-Place: TypeAlias = int | tuple[int | None, int | None] | NDArray[Any]
-"""A displacement: see `Contact`."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -113,6 +112,7 @@ def assembled(
     M: ArrayLike,
     K: ArrayLike,
     contacts: Sequence[Contact],
+    elements: Sequence[Element],
     C: ArrayLike | None,
     damping_ratio: float | None,
     force: Mapping[int, complex] | ArrayLike | None,
@@ -125,13 +125,25 @@ def assembled(
     mass = _matrix("M", M, n)
     if np.linalg.eigvalsh(mass)[0] <= 0:
         raise InputError("M: not positive: every coordinate needs a mass, and every motion")
-    own = np.zeros((len(contacts), 3, n))
+    count = len(contacts)
+    own = np.zeros((count + len(elements), 3, n))
     for i, each in enumerate(contacts):
         if not isinstance(each, Contact):
             raise InputError(f"contacts[{i}]: given a {type(each).__name__}: needs a Contact")
         for row, name in zip(own[i], ("normal", "tangential", "second"), strict=True):
             if (place := getattr(each, name)) is not None:
                 row[:] = _row(place, n, f"contacts[{i}].{name}")
+    around = np.zeros((len(elements), 3))
+    for i, element in enumerate(elements):
+        if not isinstance(element, Element):
+            raise InputError(f"elements[{i}]: given a {type(element).__name__}: needs an Element")
+        for j, place in enumerate(element.places):
+            own[count + i, j] = row = _row(place, n, f"elements[{i}].places[{j}]")
+            around[i, j] = element.stiffness or spring_along(row, stiffness, mass)
+        around[i, len(element.places) :] = around[i, 0]  # along which nothing moves
+    springs = np.array([each.stiffness for each in contacts], float).reshape(-1, 3)
+    springs = np.concatenate([springs, around])
+    still = np.zeros(len(elements))
     given = {f"x{i}": i for i in range(n)} if outputs is None else outputs
     output = np.zeros((len(given), 3, n))
     for row, (name, place) in zip(output[:, 0], given.items(), strict=True):
@@ -150,11 +162,12 @@ def assembled(
             )
         },
         contacts=Contacts(
-            kn=np.array([each.stiffness[0] for each in contacts], float),
-            kt=np.array([each.stiffness[1:] for each in contacts], float).reshape(-1, 2),
-            mu=np.array([each.mu or 0.0 for each in contacts], float),
-            v0=np.array([each.interference for each in contacts], float),
-            joint=tuple(each.name for each in contacts),
+            kn=springs[:, 0],
+            kt=springs[:, 1:],
+            mu=np.append([each.mu or 0.0 for each in contacts], still),
+            v0=np.append([each.interference for each in contacts], still),
+            joint=(*(each.name for each in contacts), *(each.name for each in elements)),
+            elements={count + i: each for i, each in enumerate(elements)},
         ),
         force={h: Force(_vector(f, n, name)) for h, (f, name) in forces.items() if f is not None},
         output_names=tuple(given),

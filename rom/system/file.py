@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from vanelock.common.errors import InputError
 from vanelock.common.product import packed
 from vanelock.rom.system.consistency import check
+from vanelock.rom.system.element import Element
 from vanelock.rom.system.system import Contacts, Diameter, Force, System
 
 S = TypeVar("S", bound=System)
@@ -40,6 +41,14 @@ def write_system(system: System, group: h5py.Group) -> None:
     text = h5py.string_dtype()
     if system.contacts.joint:
         contact.create_dataset("joint", data=list(system.contacts.joint), dtype=text)
+    for i, element in system.contacts.elements.items():
+        if not isinstance(element.force, str):
+            raise InputError(
+                f"Element {element.name!r}: follows a function, which no file can hold: name a law"
+            )
+        law = contact.create_dataset(f"element/{i}", data=element.parameters)
+        law.attrs["law"], law.attrs["name"] = element.force, element.name
+        law.attrs["places"] = len(element.places)
     if system.contacts.always_closed:
         closed = list(system.contacts.always_closed)
         contact.create_dataset("always_closed", data=closed, dtype=text)
@@ -102,6 +111,15 @@ def read_system(kind: type[S], group: h5py.Group) -> S:
         joint=names("joint"),
         always_closed=names("always_closed"),
         slider=contact["slider"][()] if "slider" in contact else np.zeros((0, 2)),
+        elements={
+            int(i): Element(
+                force=str(law.attrs["law"]),
+                places=range(int(law.attrs["places"])),
+                parameters=law[()],
+                name=str(law.attrs["name"]),
+            )
+            for i, law in contact.get("element", {}).items()
+        },
     )
     force = {
         int(h): Force(dataset[()], int(dataset.attrs.get("omega_power", 0)))

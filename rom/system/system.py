@@ -24,7 +24,8 @@ from vanelock.common.errors import InputError
 from vanelock.common.product import Product, Summarised
 
 if TYPE_CHECKING:
-    from vanelock.rom.system.coordinates import Contact, Place
+    from vanelock.rom.system.coordinates import Contact
+    from vanelock.rom.system.element import Element, Place
 
 Matrix: TypeAlias = NDArray[Any]
 """Real where the physics is, at the nodal diameters 0 and N/2, and complex elsewhere."""
@@ -67,6 +68,9 @@ class Contacts(Summarised):
         Where the friction slider of each contact was when it was assembled, m; zeros if not given.
         Static friction is so determined: a contact that never slips holds kt·(displacement -
         slider).
+    elements : dict of int to Element
+        Those of them, by number, that follow laws of their own; their stiffness is that of the
+        springs they are solved around.
     """
 
     kn: NDArray[np.float64]
@@ -76,6 +80,7 @@ class Contacts(Summarised):
     joint: tuple[str, ...] = ()
     always_closed: tuple[str, ...] = ()
     slider: NDArray[np.float64] = field(default_factory=lambda: np.zeros((0, 2)))
+    elements: "Mapping[int, Element]" = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         hold_arrays(self, {"kn": 1, "kt": 2, "mu": 1, "v0": 1, "slider": 2})
@@ -115,8 +120,28 @@ class Contacts(Summarised):
 
     @property
     def opens(self) -> NDArray[np.bool_]:
-        """(c,) contacts that the linear limit "free" opens."""
-        return np.array([joint not in self.always_closed for joint in self.joints], bool)
+        """(c,) contacts that the linear limit "free" opens, elements among them."""
+        opened = [joint not in self.always_closed for joint in self.joints]
+        return np.asarray(np.array(opened, bool) | ~self.springs)
+
+    @property
+    def springs(self) -> NDArray[np.bool_]:
+        """(c,) which are linear springs where they stick: all but elements."""
+        springs = np.ones(self.count, bool)
+        springs[list(self.elements)] = False
+        return springs
+
+    def refuse_elements(self, what: str) -> None:
+        """Say that something is of contacts alone.
+
+        Raises
+        ------
+        InputError
+            If there are elements.
+        """
+        if self.elements:
+            name = next(iter(self.elements.values())).name
+            raise InputError(f"elements: {name!r}: {what} is of contacts alone")
 
 
 @dataclass(frozen=True)
@@ -246,6 +271,7 @@ class System(Product):
         K: ArrayLike,
         contacts: "Sequence[Contact]" = (),
         *,
+        elements: "Sequence[Element]" = (),
         C: ArrayLike | None = None,
         damping_ratio: float | None = None,
         force: Mapping[int, complex] | ArrayLike | None = None,
@@ -261,6 +287,8 @@ class System(Product):
             mass; coordinates are counted from 0.
         contacts : sequence of Contact
             What slips, sticks or opens.
+        elements : sequence of Element
+            What follows a law of its own: springs that are not linear, dampers, stops, sliders.
         C : (n, n) array_like or sparse, optional
             Symmetric viscous damping, N s/m.
         damping_ratio : float, optional
@@ -282,12 +310,13 @@ class System(Product):
         """
         from vanelock.rom.system.coordinates import assembled
 
-        return assembled(M, K, contacts, C, damping_ratio, force, static_force, outputs)
+        return assembled(M, K, contacts, elements, C, damping_ratio, force, static_force, outputs)
 
     @property
     def opens_in_damping(self) -> NDArray[np.bool_]:
         """(c,) contacts that are open in the modes that the damping ratio is of."""
-        return self.contacts.opens & (self.damping_joints == "open" and bool(self.damping_ratio))
+        opens = self.contacts.opens if self.damping_joints == "open" else ~self.contacts.springs
+        return opens & bool(self.damping_ratio)
 
     def nodal_diameter(self, harmonic: int) -> int:
         """ND of a harmonic, (h·EO) mod N."""

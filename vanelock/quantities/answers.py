@@ -205,6 +205,8 @@ def _audited(planned: Planned, top: Response, point: int, stages: Stages) -> Aud
     """An independent check of the peak, where one is possible."""
     if (top.coupling, top.friction, top.samples) != ("coupled", "orthogonal", 0):
         return None
+    if np.any(top.state == nonlinear.ELEMENT):
+        return None
 
     def compute() -> Audit:
         return nonlinear.audit_response(stages.get(planned.system), top, [0], AUDITED)

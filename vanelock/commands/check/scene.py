@@ -45,7 +45,10 @@ def planned_scene(scene: Scene) -> Iterator[Row]:
         entries = ", ".join(f"{each.K.nnz:,}" for each in read)
         size = f"{read[0].size:,} rows, {entries} entries, {counted(len(kept), 'node')} kept"
         yield f"component {name}", size
-    yield "contacts", f"{sum(len(each.mu) for each in given.contacts):,}"
+    for what, law in ("contacts", False), ("elements", True):
+        count = sum(len(each.mu) for each in given.contacts if bool(each.element) == law)
+        if count or not law:
+            yield what, f"{count:,}"
     yield "ties, loads", f"{len(given.ties)}, {len(given.loads)}"
     yield from (("warning", text) for text in given.apart())
 

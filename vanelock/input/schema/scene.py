@@ -27,6 +27,7 @@ OPEN = "open"
 FILES = {
     "components": ("stiffness", "mass", "damping", "dofs", "nodes", "fixed", "low", "high"),
     "contacts": ("pairs",),
+    "elements": ("pairs",),
     "ties": ("pairs",),
 }
 """Keys of named tables that may hold a file's name."""
@@ -173,6 +174,23 @@ class ContactKeys(KeyTable):
     )
 
 
+class ElementKeys(KeyTable):
+    """Nonlinear elements along a direction, between two components or of one to ground."""
+
+    between: Annotated[tuple[str, ...], BeforeValidator(sequence)] = Field(
+        min_length=2, max_length=2, description="components"
+    )
+    pairs: Pairs = Field(description="node pairs")
+    next_sector: bool = Field(default=False, description="whether the mate is the next sector's")
+    direction: Vector = Field(description="direction")
+    law: Literal["cubic_spring", "stop", "quadratic_damper", "tanh_friction", "jenkins"] = Field(
+        description="law"
+    )
+    parameters: Annotated[tuple[float, ...], BeforeValidator(sequence)] = Field(
+        min_length=1, max_length=1000, description="parameters of the law, in SI units"
+    )
+
+
 class TieKeys(KeyTable):
     """Nodes of two components that move as one."""
 
@@ -239,6 +257,7 @@ class Scene(KeyTable):
     system: SystemKeys | None = Field(default=None, description="joined system")
     ties: dict[Name, TieKeys] = Field(default_factory=dict, description="ties")
     contacts: dict[Name, ContactKeys] = Field(default_factory=dict, description="contacts")
+    elements: dict[Name, ElementKeys] = Field(default_factory=dict, description="elements")
     loads: Annotated[tuple[LoadKeys, ...], BeforeValidator(sequence)] = Field(
         default=(), description="loads"
     )
@@ -290,7 +309,7 @@ class Scene(KeyTable):
     def _leaves_to_the_system_what_it_holds(self) -> Iterator[str]:
         if self.system is None:
             return
-        tables = ("ring", "components", "ties", "loads", "excitation")
+        tables = ("ring", "components", "ties", "elements", "loads", "excitation")
         held = [name for name in tables if name in self.model_fields_set]
         held += ["outputs.nodes"] if self.outputs.nodes else []
         own = {"kn", "kt", "mu", "interference"}

@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 from vanelock.common.errors import InputError
 from vanelock.common.quantities import bounds
 from vanelock.fem.matrix_files import load_nodes, load_pairs
-from vanelock.input.schema.scene import GROUND, ContactKeys, LoadKeys, Scene, TieKeys
+from vanelock.input.schema.scene import GROUND, ContactKeys, ElementKeys, LoadKeys, Scene, TieKeys
+from vanelock.rom import Element
 from vanelock.rom.joining.elements import Load, Output, Tie, Touching
 
 Integers = NDArray[np.int64]
@@ -52,7 +53,7 @@ class Gathered:
     Attributes
     ----------
     contacts, ties, loads : tuples of Touching, Tie, Load
-        What acts on the components.
+        What acts on the components; nonlinear elements follow the contacts.
     outputs : tuple of Output
         Output nodes; the loaded ones where none are named.
     kept : dict of str to pair of (k,) int
@@ -85,7 +86,10 @@ def gathered(scene: Scene) -> Gathered:
     """
     if scene.system is not None:
         return Gathered((), (), (), (), {})
-    contacts = tuple(_touching(name, keys, scene) for name, keys in scene.contacts.items())
+    contacts = (
+        *(_touching(name, keys, scene) for name, keys in scene.contacts.items()),
+        *(_elements(name, keys, scene) for name, keys in scene.elements.items()),
+    )
     ties = tuple(_tie(name, keys) for name, keys in scene.ties.items())
     loads = tuple(_load(i, load) for i, load in enumerate(scene.loads))
     outputs = tuple(_outputs(scene, loads))
@@ -129,7 +133,7 @@ def _kept(
             turned[name].update(wanted.tolist())
 
     for contact in contacts:
-        where = f"contacts.{contact.name}.between"
+        where = f"{contact.where}.between"
         keep(contact.own, contact.own_nodes, where)
         if contact.mate:
             keep(contact.mate, contact.mate_nodes, where)
@@ -147,8 +151,8 @@ def _kept(
     }
 
 
-def _touching(name: str, keys: ContactKeys, scene: Scene) -> Touching:
-    where = f"contacts.{name}"
+def _between(where: str, keys: ContactKeys | ElementKeys, scene: Scene) -> tuple[str, str]:
+    """The components that keys name."""
     own, mate = keys.between or ("", "")
     if own == GROUND:
         raise InputError(f'{where}.between: "{GROUND}" goes second')
@@ -156,6 +160,47 @@ def _touching(name: str, keys: ContactKeys, scene: Scene) -> Touching:
         raise InputError(f"{where}.next_sector: needs ring.sectors of at least 2")
     if keys.next_sector and mate == GROUND:
         raise InputError(f"{where}.next_sector: {GROUND} has no sectors")
+    return own, mate
+
+
+def _elements(name: str, keys: ElementKeys, scene: Scene) -> Touching:
+    """Nonlinear elements, which act along their first direction alone."""
+    where = f"elements.{name}"
+    if name in scene.contacts:
+        raise InputError(f"{where}: contacts have that name already")
+    own, mate = _between(where, keys, scene)
+    mine, theirs, table = _pairs(keys.pairs, mate == GROUND, f"{where}.pairs")
+    if more := [column for column in table if column not in ("node", "mate")]:
+        raise InputError(f"{keys.pairs}: column {more[0]!r}: an element has node and mate only")
+    along = np.array(keys.direction, float)
+    if not (length := float(np.linalg.norm(along))) > 0:
+        raise InputError(f"{where}.direction: must not be zero")
+    frames = np.zeros((len(mine), 3, 3))
+    frames[:, 0] = along / length
+    try:
+        element = Element(force=keys.law, places=[0], parameters=keys.parameters, name=name)
+    except InputError as error:
+        raise InputError(f"{where}: {str(error).partition(': ')[2]}") from None
+    still, any_size = np.zeros(len(mine)), np.ones(len(mine))
+    return Touching(
+        name=name,
+        own=own,
+        mate="" if mate == GROUND else mate,
+        own_nodes=mine,
+        mate_nodes=theirs,
+        frames=frames,
+        kn=any_size,
+        kt=np.column_stack([any_size] * 2),
+        mu=still,
+        interference=still,
+        next_sector=keys.next_sector,
+        element=element,
+    )
+
+
+def _touching(name: str, keys: ContactKeys, scene: Scene) -> Touching:
+    where = f"contacts.{name}"
+    own, mate = _between(where, keys, scene)
     mine, theirs, table = _pairs(keys.pairs, mate == GROUND, f"{where}.pairs")
     count = len(mine)
     for column, stands in COLUMNS.items():

@@ -159,7 +159,7 @@ def refuse_unbalanced(given: Gathered, bodies: Mapping[str, RigidMotions]) -> li
         (own, has), (mate, mated) = at(tie.own, tie.own_nodes, 6), at(tie.mate, tie.mate_nodes, 6)
         apart.append((own - mate)[has & mated])
     R = sl.null_space(np.vstack(apart), rcond=RANK)
-    if not R.size or not given.contacts:
+    if not R.size or not given.contacts or any(each.element for each in given.contacts):
         return []
     rows = []
     for each in given.contacts:

@@ -16,7 +16,7 @@ from vanelock.input.read_scene import ND
 from vanelock.input.schema.scene import DAMPING, FILES, OPEN, ComponentKeys, Scene
 from vanelock.pipeline.cache import code_of, content_digest
 from vanelock.pipeline.step import Step, step
-from vanelock.rom import System
+from vanelock.rom import Element, System
 from vanelock.rom.joining.joined import Joined
 from vanelock.rom.system.consistency import check_ring
 from vanelock.stages.matrices import pieces
@@ -235,7 +235,7 @@ def _plain(each: Any) -> dict[str, Any]:
                 if value.dtype.kind == "c"
                 else (value.tolist())
             )
-        found[field.name] = value
+        found[field.name] = _plain(value) if isinstance(value, Element) else value
     return {"kind": type(each).__name__, **found}
 
 

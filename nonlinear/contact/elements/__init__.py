@@ -1,0 +1,1 @@
+"""Elements that follow laws of their own, by alternating frequency and time."""

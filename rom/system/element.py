@@ -1,0 +1,114 @@
+"""A nonlinear element between coordinates that follows a law of its own."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any, TypeAlias
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from vanelock.common.arrays import as_array, as_whole
+from vanelock.common.errors import InputError
+from vanelock.rom.system import element_laws
+
+Floats = NDArray[np.float64]
+Place: TypeAlias = int | tuple[int | None, int | None] | NDArray[Any]
+"""A displacement: see `Contact`."""
+Force: TypeAlias = Callable[[Floats, Floats, Floats, Floats, Floats], None]
+"""See `Element.force`."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Element:
+    """A nonlinear element between coordinates of given matrices, for `System.from_matrices`.
+
+    Attributes
+    ----------
+    force : callable or str
+        force(u, rate, state, parameters, out): puts into `out` (d,) the forces, N, that the element
+        holds against displacements u (d,), m, and velocities rate (d,), m/s. With a memory, state
+        (n,) is what the last instant left, zeros at first, and the function puts in what this one
+        leaves. It is compiled by Numba. Or the name of one in `rom.element_laws`.
+    places : sequence of place
+        The displacements u, one to three, each as in `Contact`.
+    parameters : (k,) array_like
+        Handed to the function.
+    memory : int
+        n, the length of `state`; 0: the force depends on this instant alone. Of a named law it is
+        known.
+    stiffness : float, optional
+        N/m: the balance is solved around linear springs of that size in place of the element. What
+        it is makes no difference to the answer; by default the structure's own at these places.
+    name : str
+
+    Raises
+    ------
+    InputError
+        If the law or a number is impossible.
+    """
+
+    force: Force | str
+    places: Sequence[Place]
+    parameters: ArrayLike = ()
+    memory: int = 0
+    stiffness: float | None = None
+    name: str = "element"
+
+    def __post_init__(self) -> None:
+        """Refuse what cannot be."""
+        places = self.places
+        if not isinstance(places, Sequence) or isinstance(places, str) or not 1 <= len(places) <= 3:
+            self._refuse(f"places = {places!r}: needs a list of one to three")
+        values = as_array(self.parameters, f"Element {self.name!r}: parameters")
+        if values.ndim != 1 or not np.isfinite(values).all():
+            self._refuse(f"parameters = {self.parameters!r}: needs a list of numbers")
+        object.__setattr__(self, "parameters", np.ascontiguousarray(values, float))
+        object.__setattr__(self, "memory", as_whole(self.memory, f"Element {self.name!r}: memory"))
+        if self.memory < 0:
+            self._refuse(f"memory = {self.memory}: must be >= 0")
+        if self.stiffness is not None and not 0 < self.stiffness < np.inf:
+            self._refuse(f"stiffness = {self.stiffness}: must be > 0")
+        if isinstance(self.force, str):
+            self._take(self.force)
+        elif not callable(self.force):
+            self._refuse(f"force = {self.force!r}: needs a function or the name of a law")
+
+    def _take(self, law: str) -> None:
+        """Check what a named law is given."""
+        if law not in element_laws.LAWS:
+            self._refuse(f"force = {law!r}: allowed: {', '.join(element_laws.LAWS)}")
+        known, given = element_laws.LAWS[law], np.asarray(self.parameters)
+        wanted = ", ".join(known.parameters)
+        repeats = known.repeats and len(given) % len(known.parameters) == 0 and len(given)
+        if len(given) != len(known.parameters) and not repeats:
+            self._refuse(f"parameters = {given.tolist()}: {law} needs {wanted}")
+        if len(self.places) != 1:
+            self._refuse(f"places: given {len(self.places)}: {law} needs one")
+        pairs = len(given) // len(known.parameters)
+        object.__setattr__(self, "memory", known.memory * pairs)
+
+    def _refuse(self, why: str) -> None:
+        raise InputError(f"Element {self.name!r}: {why}")
+
+    @property
+    def function(self) -> Force:
+        """The law, not compiled."""
+        if isinstance(self.force, str):
+            return element_laws.LAWS[self.force].force
+        # What Numba has compiled already is compiled once more, with the types that it meets here.
+        function: Force = getattr(self.force, "py_func", self.force)
+        return function
+
+
+def spring_along(row: NDArray[Any], K: NDArray[Any], M: NDArray[Any]) -> float:
+    """The structure's own stiffness along a displacement, N/m; of a free one, inertia at 1 rad/s.
+
+    Parameters
+    ----------
+    row : (n,)
+        Factors of the coordinates.
+    K, M : (n, n)
+        N/m, kg.
+    """
+    own, inertia = ((row.conj() @ A @ row).real for A in (K, M))
+    return float(own if own > 0 else inertia) / (float(np.vdot(row, row).real) ** 2 or 1.0)
