@@ -39,6 +39,7 @@ from vanelock.rom.system.element import Element
 from vanelock.rom.system.system import Contacts
 
 STUCK, SLIP, OPEN, SLIP_OPEN, ELEMENT = 0, 1, 2, 3, 4
+ROUNDING = 1e-12
 COUNTS = 1e-3
 """Of the force of an element's spring in its place: what its own is resolved to at least."""
 
@@ -124,11 +125,16 @@ class Law:
             for j in range(d):
                 jacobian[i, j, :, j] += np.eye(u.shape[2])
             by_omega[i, :d] = -found.by_omega / k[:, None]
-            q, f = to_complex(u[i, :d]), to_complex(found.force)
-            h = np.arange(len(q))[:, None]
-            deviation.dissipation[i] = np.pi * (h * f * q.conj()).imag.sum()
+            deviation.dissipation[i] = _work(to_complex(u[i, :d]), to_complex(found.force))
         state = np.where(self._is_element, ELEMENT, deviation.state)
         return replace(deviation, state=state, by_omega=by_omega)
+
+
+def _work(q: NDArray[np.complex128], f: NDArray[np.complex128]) -> float:
+    """Work of forces (H + 1, d) on displacements in a period, J; none where rounding leaves it."""
+    each = np.arange(len(q))[:, None] * f * q.conj()
+    work = float(each.imag.sum())
+    return np.pi * work if abs(work) > ROUNDING * np.abs(each).sum() else 0.0
 
 
 @dataclass(frozen=True)

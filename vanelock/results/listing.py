@@ -6,7 +6,7 @@ import numpy as np
 
 from vanelock.common.tables import Cell, Column, Table, counted, heads
 from vanelock.fem.matrix_files.model import GENERALISED
-from vanelock.nonlinear import OPEN, Response
+from vanelock.nonlinear import ELEMENT, OPEN, Response
 from vanelock.pipeline.executor.tasks import Failure
 from vanelock.pipeline.progress import Done, kind_of
 from vanelock.quantities import warnings
@@ -121,7 +121,8 @@ def preload_table(name: str, joints: Sequence[str], static: Response) -> Table:
     friction = np.hypot(*both.T) if static.friction == "isotropic" else both.max(axis=1)
     slid = closed & (friction >= mu * normal * (1 - 1e-9))
     rows = []
-    for joint in dict.fromkeys(joints):
+    touching = dict(zip(joints, static.state[0] != ELEMENT, strict=True))
+    for joint in (name for name, touches in touching.items() if touches):
         own = np.array([other == joint for other in joints])
         n = normal[own]
         pressed = own & (normal > 0)

@@ -325,7 +325,7 @@ class OngoingRun:
         case, system = planned.case, self.stages.get(planned.system)
         if planned.preload.key not in self._loose:
             self._loose[planned.preload.key] = undetermined(system, static)
-            if system.contacts.count and self._few(len(self._loose), "preloads"):
+            if system.contacts.springs.any() and self._few(len(self._loose), "preloads"):
                 table = listing.preload_table(planned.preload_name, system.contacts.joints, static)
                 self.listener(table)
         self.shown.harmonics[case.name] = response.harmonics

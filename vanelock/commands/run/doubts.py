@@ -44,8 +44,8 @@ def doubts(
     closed = contacts.always_closed or tuple(dict.fromkeys(contacts.joints))
     yield from warnings.open_at_rest(solved.static, contacts.joints, closed)
     if peak is not None:
-        orthogonal = given.response.friction == "orthogonal"
-        if first and held and orthogonal and solved.bounds is None:
+        known = given.response.friction == "orthogonal" and not contacts.elements
+        if first and held and known and solved.bounds is None:
             bounds = stages.get(static_bounds_step(planned.system, planned.at_rest))
             yield from warnings.static_friction(bounds, contacts.joints, solved.response, peak)
         if isinstance(given, Study) and given.mesh.correction != "none":

@@ -18,7 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from vanelock.nonlinear import Response, contact_loop
+from vanelock.nonlinear import ELEMENT, Response, contact_loop
 
 Floats = NDArray[np.float64]
 
@@ -122,8 +122,10 @@ def wear(
     slip, work = unknown.copy(), unknown.copy()
     mean, largest = _loads(response, point)
     if exact(response):
-        slip[:] = work[:] = 0.0
-        for i in np.flatnonzero(response.dissipation[point] > 0):  # the others only round off
+        touching = response.state[point] != ELEMENT
+        slip[touching] = work[touching] = 0.0
+        slides = touching & (response.dissipation[point] > 0)  # the others only round off
+        for i in np.flatnonzero(slides):
             displacement, force = contact_loop(response, point, i, samples)
             slip[i], work[i] = travel(displacement, force, response.stiffness[i])
             mean[i], largest[i] = force[:, 0].mean(), force[:, 0].max()

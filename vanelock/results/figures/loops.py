@@ -83,7 +83,7 @@ def loops(run_data: RunData, each: Planned, animated: bool) -> list[Picture]:
     """The loop of a case, where there is one; `animated`, too."""
     top, name = run_data.top(each), each.case.name
     contacts = run_data.stages.get(each.system).contacts
-    own = np.flatnonzero(contacts.opens).tolist()
+    own = np.flatnonzero(contacts.opens & contacts.springs).tolist()
     if not exact(top) or not own or not top.dissipation[0, own].any():
         return []
     contact = max(own, key=lambda i: float(top.dissipation[0, i]))

@@ -20,7 +20,8 @@ def preloads(run_data: RunData) -> list[Picture]:
     """One for each distinct preload."""
     found: dict[str, Picture] = {}
     distinct = {each.preload.key for each in run_data.planned}
-    every = [each for each in run_data.planned if run_data.stages.get(each.system).contacts.count]
+    get = run_data.stages.get
+    every = [each for each in run_data.planned if get(each.system).contacts.springs.any()]
     for each in every if len(distinct) <= DETAILED else named(run_data):
         if each.preload.key not in found:
             found[each.preload.key] = _preload(run_data, each)

@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from vanelock.input.cases.names import words
+from vanelock.nonlinear import ELEMENT
 from vanelock.quantities.answers import CaseAnswers
 from vanelock.quantities.contacts.places import tangents
 from vanelock.quantities.contacts.wear import exact
@@ -99,7 +100,7 @@ def gauges(content: PageContent) -> list[Plot]:
 
 def loop(found: CaseAnswers) -> list[Plot]:
     """The loop of the contact with the most friction work."""
-    energy = found.wear.energy
+    energy = np.where(found.top.state[0] == ELEMENT, 0.0, found.wear.energy)
     if not energy.any() or not exact(found.top):
         return []
     contact = int(energy.argmax())

@@ -235,7 +235,7 @@ def summarise(
     loose : bool
         Whether a part is held by no contact that is closed at rest.
     """
-    opens, joints = contacts.opens, np.array(contacts.joints)
+    opens, joints = contacts.opens & contacts.springs, np.array(contacts.joints)
     if not opens.any():  # nothing to stick: the stuck limit is the free one again
         linear = {"free": linear["free"], "stuck": None}
     slipping = opening = closed_slipping = friction = position = float("nan")
