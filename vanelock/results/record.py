@@ -1,8 +1,8 @@
 """What a run writes into its results file, and when."""
 
 import platform
-from collections.abc import Iterator, Mapping
-from contextlib import AbstractContextManager, contextmanager
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import AbstractContextManager, contextmanager, suppress
 from dataclasses import asdict
 from datetime import UTC, datetime
 from pathlib import Path
@@ -192,12 +192,17 @@ class Record:
         self._file.flush_if_due()
 
     @contextmanager
-    def finished(self) -> Iterator[None]:
-        """If this block ends early, let the last additions appear, as far as that can be done."""
+    def finished(self, unshown: Callable[[], None]) -> Iterator[None]:
+        """If this block ends early, let the last additions appear, as far as that can be done.
+
+        `unshown` adds what is solved and was not yet added.
+        """
         try:
             yield
         except BaseException:
             try:
+                with suppress(Exception):
+                    unshown()
                 self._file.flush()
             finally:
                 self._file.abandon()

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from vanelock import render
 from vanelock.commands.run.cases import OngoingRun
+from vanelock.commands.run.unshown import write_unshown
 from vanelock.input.cases.sweep import cases
 from vanelock.input.cases.values import Given
 from vanelock.input.schema.study import Study
@@ -76,7 +77,8 @@ def run_study(
     path, listener = Path(folder), of_this_process(listener)
     began = time.perf_counter()
     with claimed(path):
-        stages = Stages(Cache(path / "cache", lambda message: listener(Notice(message))), listener)
+        cache = Cache(path / "cache", lambda message: listener(Notice(message)))
+        stages = Stages(cache, listener)
         found = cases(given)
         needed = estimated(found, memory) if isinstance(given, Study) else None
         if needed is not None:
@@ -91,7 +93,11 @@ def run_study(
         shapes = getattr(given.outputs, "shapes", False)
         if shapes:
             render.trial()  # whether this machine draws is then known when the first is drawn
-        with running.record.finished():
+
+        def unshown() -> None:
+            write_unshown(running.planned, running.shown, cache, running.record)
+
+        with running.record.finished(unshown):
             with running.background():
                 summaries = running.all_cases()
             scattered = running.scattered(summaries)
