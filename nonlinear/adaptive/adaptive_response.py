@@ -103,7 +103,8 @@ def adaptive_response(
     hertz = (checked_range if is_range else checked_frequencies)(frequencies)
     omegas = TURN * hertz
     limits = float(omegas.min()), float(omegas.max())
-    levels = HarmonicLevels(systems, limits, options)
+    reporter = _Reporter(progress)
+    levels = HarmonicLevels(systems, limits, options, reporter.searching)
     first = levels.structure(harmonics or 1)
     if harmonics is None:
         first = levels.structure(max([1, *excited(first.system)]))
@@ -122,7 +123,6 @@ def adaptive_response(
         chooses_harmonics=harmonics is None,
         replay=replaying(journal, Point, Estimate, LevelsState),
     )
-    reporter = _Reporter(progress)
     if is_range:
         found = Exploring(pointwise, omegas[0], omegas[1], reporter, options.direction).curve()
         order = np.arange(len(found))[:: -1 if options.direction == "down" else 1]
@@ -145,6 +145,11 @@ class _Reporter:
         if self.progress is not None:
             expected = max(expected, self.count)
             self.progress(self.count, expected, point.omega / TURN, point.amplitude)
+
+    def searching(self, omega: float) -> None:
+        """One is looked for by ways that may take long."""
+        if self.progress is not None:
+            self.progress(self.count, self.count + 1, omega / TURN, float("nan"))
 
 
 def _swept(

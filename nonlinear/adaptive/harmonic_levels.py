@@ -18,7 +18,7 @@ from vanelock.nonlinear.balance.stuck_modes import StuckModes
 from vanelock.nonlinear.contact.law import Law
 from vanelock.nonlinear.contact.sampling import least_samples
 from vanelock.nonlinear.continuation.families import Frequencies
-from vanelock.nonlinear.forced_response.frequency_sweep import PointSolver
+from vanelock.nonlinear.forced_response.frequency_sweep import PointSolver, unheard
 from vanelock.nonlinear.forced_response.options import Options
 from vanelock.nonlinear.forced_response.static_mean import at_rest
 from vanelock.nonlinear.newton.linearised import Kept, to_be_made
@@ -58,11 +58,14 @@ class HarmonicLevels:
         Range of frequencies, rad/s.
     options : Options
         Their harmonics do not count here.
+    searching : callable
+        As of `PointSolver`.
     """
 
     systems: Callable[[int], System]
     limits: tuple[float, float]
     options: Options
+    searching: Callable[[float], None] = unheard
     _reached: int = -1
     _system: System | None = None
     _modes: dict[int, StuckModes] = field(default_factory=dict)
@@ -162,7 +165,10 @@ class HarmonicLevels:
             source = Deferred(self.structure(harmonics), self.limits)
             source.asked, self._sources[harmonics] = self._asked.get(harmonics, 0), source
             family = Frequencies(source, self.law(harmonics), self.mean())
-            self._solvers[harmonics] = PointSolver(family, self.law, self.options.tolerance)
+            tolerance, effort = self.options.tolerance, self.options.effort
+            self._solvers[harmonics] = PointSolver(
+                family, self.law, tolerance, effort=effort, searching=self.searching
+            )
         return self._solvers[harmonics]
 
     def guessing(self, harmonics: int) -> Frequencies:

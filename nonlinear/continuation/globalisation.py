@@ -1,7 +1,7 @@
 """Ways to a solution where no neighbouring one is known."""
 
 from collections.abc import Callable, Generator, Iterator
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,15 +17,39 @@ from vanelock.nonlinear.newton.newton import TOLERANCE, Family, Solution, solve
 
 Floats = NDArray[np.float64]
 
-EFFORTS = (300, 3000)  # Newton steps on a path: every one for a while before any for long
+EFFORT = 3000
+"""Newton steps by default that a solution may take where no neighbouring one is known."""
+EFFORTS = (300, 3000)  # of them on a path: every one for a while before any for long
 SOFTEST = (1e-2, 1e-4)  # shares of the contacts' stiffness to begin with
 SHORTEST = 1e-6
 """Shortest step on a path, relative to all of it: where sticking ends, vibrating parts may be small
 beside the mean, and a path may turn back at once."""
 
 
+@dataclass
+class Effort:
+    """Newton steps that are left for a solution, and who hears of each attempt.
+
+    Attributes
+    ----------
+    left : int
+    attempted : callable
+    """
+
+    left: int = EFFORT
+    attempted: Callable[[], None] = lambda: None
+
+    def spent(self, found: Solution) -> Solution:
+        """The solution, its steps taken off."""
+        self.left -= found.iterations
+        return found
+
+
 def from_nothing(
-    balance: Balance, law: Callable[[int], Law], tolerance: float = TOLERANCE
+    balance: Balance,
+    law: Callable[[int], Law],
+    tolerance: float = TOLERANCE,
+    effort: Effort | None = None,
 ) -> Solution:
     """Solve a balance without a start, by what works, the cheapest first.
 
@@ -36,6 +60,8 @@ def from_nothing(
         The contact law for a number of harmonics.
     tolerance : float
         Relative residual that counts as converged.
+    effort : Effort, optional
+        What it may take; `EFFORT` steps by default.
 
     Returns
     -------
@@ -44,7 +70,7 @@ def from_nothing(
     """
     spent = 0
     best: Solution | None = None
-    for attempt in _attempts(balance, law, tolerance):
+    for attempt in _attempts(balance, law, tolerance, effort or Effort()):
         spent += attempt.iterations
         if best is None or attempt.converged or not best.residual <= attempt.residual:
             best = attempt
@@ -66,24 +92,28 @@ def at_once(balance: Balance, law: Callable[[int], Law], tolerance: float = TOLE
     top = law((balance.linear.shape[2] - 1) // 2)
     found = solve(fixed(balance, top), still, 0.0, tolerance=tolerance)
     if not found.converged:
-        found = next(_raise_harmonics(balance, law, tolerance))
+        found = next(_raise_harmonics(balance, law, tolerance, Effort()))
     return found
 
 
-def _attempts(balance: Balance, law: Callable[[int], Law], tolerance: float) -> Iterator[Solution]:
+def _attempts(
+    balance: Balance, law: Callable[[int], Law], tolerance: float, effort: Effort
+) -> Iterator[Solution]:
     harmonics = (balance.linear.shape[2] - 1) // 2
     top = law(harmonics)
-    yield solve(fixed(balance, top), np.zeros_like(balance.linear), 0.0, tolerance=tolerance)
-    raised = yield from _raise_harmonics(balance, law, tolerance)
-    for effort in EFFORTS:
-        yield from _harden(balance, top, tolerance, effort)
-        if harmonics > 0 and raised is not None:
-            yield from _raise_force(balance, top, raised, tolerance, effort)
-        yield from _release(balance, top, tolerance, effort)
+    still = np.zeros_like(balance.linear)
+    yield effort.spent(solve(fixed(balance, top), still, 0.0, tolerance=tolerance))
+    raised = yield from _raise_harmonics(balance, law, tolerance, effort)
+    for most in EFFORTS:
+        for way in (_harden, _raise_force, _release):
+            if effort.left <= 0:
+                return
+            effort.attempted()
+            yield from way(balance, top, raised, tolerance, effort, most)
 
 
 def _raise_harmonics(
-    balance: Balance, law: Callable[[int], Law], tolerance: float
+    balance: Balance, law: Callable[[int], Law], tolerance: float, effort: Effort
 ) -> Generator[Solution, None, Floats | None]:
     """Solve with 0, 1, ... H harmonics, each from the last; returns the static deviation."""
     harmonics = (balance.linear.shape[2] - 1) // 2
@@ -91,7 +121,8 @@ def _raise_harmonics(
     static: Floats | None = None
     for h in range(harmonics + 1):
         cut = balance.with_harmonics(h)
-        found = solve(fixed(cut, law(h)), resized(w, h), 0.0, tolerance=tolerance, limit=25)
+        begin = resized(w, h)
+        found = effort.spent(solve(fixed(cut, law(h)), begin, 0.0, tolerance=tolerance, limit=25))
         if h == harmonics:
             yield found
         if found.converged or h > 0:
@@ -101,37 +132,59 @@ def _raise_harmonics(
     return static
 
 
-def _harden(balance: Balance, law: Law, tolerance: float, effort: int) -> Iterator[Solution]:
+def _harden(
+    balance: Balance,
+    law: Law,
+    static: Floats | None,
+    tolerance: float,
+    effort: Effort,
+    most: int,
+) -> Iterator[Solution]:
     """From soft contacts to the true ones."""
     for softest in SOFTEST:
         family = Hardening(balance, law, softest)
-        begun = solve(family, np.zeros_like(balance.linear), 0.0, tolerance=tolerance, limit=40)
+        still = np.zeros_like(balance.linear)
+        begun = effort.spent(solve(family, still, 0.0, tolerance=tolerance, limit=40))
         if begun.converged:
-            yield from _followed(family, begun, 1.0, tolerance, effort, 1e-5)
+            yield from _followed(family, begun, 1.0, tolerance, effort, most, 1e-5)
             return
 
 
 def _raise_force(
-    balance: Balance, law: Law, static: Floats, tolerance: float, effort: int
+    balance: Balance,
+    law: Law,
+    static: Floats | None,
+    tolerance: float,
+    effort: Effort,
+    most: int,
 ) -> Iterator[Solution]:
     """From the static state, raise all that vibrates from nothing to its full amplitude."""
+    if static is None or balance.linear.shape[2] == 1:
+        return
     direction = balance.linear.copy()
     direction[:, :, 0] = 0.0
     still = replace(balance, linear=balance.linear - direction)
     family = Loads(still, direction, law)
     start = np.zeros_like(balance.linear)
     start[:, :, 0] = static[:, :, 0]
-    begun = solve(family, start, 0.0, tolerance=tolerance)
+    begun = effort.spent(solve(family, start, 0.0, tolerance=tolerance))
     if begun.converged:
-        yield from _followed(family, begun, 1.0, tolerance, effort)
+        yield from _followed(family, begun, 1.0, tolerance, effort, most)
 
 
-def _release(balance: Balance, law: Law, tolerance: float, effort: int) -> Iterator[Solution]:
+def _release(
+    balance: Balance,
+    law: Law,
+    static: Floats | None,
+    tolerance: float,
+    effort: Effort,
+    most: int,
+) -> Iterator[Solution]:
     """From contacts held down and held back by force to the true ones."""
     family = release(balance, law)
-    begun = solve(family, np.zeros_like(balance.linear), 1.0, tolerance=tolerance)
+    begun = effort.spent(solve(family, np.zeros_like(balance.linear), 1.0, tolerance=tolerance))
     if begun.converged:
-        yield from _followed(family, begun, 0.0, tolerance, effort)
+        yield from _followed(family, begun, 0.0, tolerance, effort, most)
 
 
 def _followed(
@@ -139,9 +192,12 @@ def _followed(
     begun: Solution,
     target: float,
     tolerance: float,
-    effort: int,
+    effort: Effort,
+    most: int,
     shortest: float = SHORTEST,
 ) -> Iterator[Solution]:
-    arc = follow(family, begun, target, tolerance, limit=600, effort=effort, shortest=shortest)
+    most = min(most, effort.left)
+    arc = follow(family, begun, target, tolerance, limit=600, effort=most, shortest=shortest)
+    effort.left -= arc.iterations
     if arc.solution is not None:
         yield arc.solution

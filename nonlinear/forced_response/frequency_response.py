@@ -1,7 +1,7 @@
 """Forced response of a system with friction contacts, and its state at rest."""
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import TypeAlias
 
 import numpy as np
@@ -79,7 +79,8 @@ def frequency_response(
         Harmonics, coupling, friction and the like.
     progress : callable, optional
         Called after each point with (points done, points in all, estimated for a range; Hz;
-        largest amplitude of any output, m).
+        largest amplitude of any output, m); and, the amplitude NaN, whenever a frequency is looked
+        for by other ways than Newton's iteration from its neighbours, which may take long.
     modes : dict of int to StuckModes, optional
         Stuck modes of the system's nodal diameters that were computed before (`stuck_modes`): they
         do not depend on friction, interference or load, and take half the time of a response.
@@ -105,35 +106,66 @@ def frequency_response(
     hertz = (checked_range if is_range else checked_frequencies)(frequencies)
     points = 100 if is_range else len(hertz)
     ready = options.prepare(system, hertz, points, modes, replaying(journal))
-    omegas, solver = TURN * hertz, ready.solver
+    reporter = _Reporter(progress)
+    omegas, solver = TURN * hertz, replace(ready.solver, searching=reporter.searching)
     order = np.argsort(omegas, kind="stable")
     if options.direction == "down":
         order = order[::-1]
     if is_range:
         begin, end = omegas[order]
-        found = list(_reported(solver, solver.explore(begin, end), progress, (begin, end), None))
+        found = list(_report(solver, solver.explore(begin, end), reporter, (begin, end), None))
+        found = _from_behind(solver, found)
         found = sorted(_peaked(solver, found), key=lambda point: point.omega)
         order = np.arange(len(found))[:: -1 if options.direction == "down" else 1]
     else:
-        swept = _reported(solver, solver.sweep(omegas[order]), progress, None, len(omegas))
-        by_place = dict(zip(order, swept, strict=True))
+        swept = list(_report(solver, solver.sweep(omegas[order]), reporter, None, len(omegas)))
+        by_place = dict(zip(order, _from_behind(solver, swept), strict=True))
         found = [by_place[i] for i in range(len(omegas))]
     jump = order[jumps(solver, [found[i] for i in order])] if find_jumps else None
     return ready.response(found, direction=options.direction or "up", jump=jump)
 
 
-def _reported(
+@dataclass
+class _Reporter:
+    """Passes on how many points are done of how many, and which one takes long."""
+
+    progress: Progress | None
+    done: int = 0
+    total: int = 1
+
+    def point(self, done: int, total: int, omega: float, amplitude: float) -> None:
+        """A point is done."""
+        self.done, self.total = done, total
+        if self.progress is not None:
+            self.progress(done, total, omega / TURN, amplitude)
+
+    def searching(self, omega: float) -> None:
+        """One is looked for."""
+        self.point(self.done, max(self.total, self.done + 1), omega, float("nan"))
+
+
+def _from_behind(solver: PointSolver, swept: list[Solution]) -> list[Solution]:
+    """The points of a sweep, those that were not found looked for from the other side, too."""
+    found = list(swept)
+    for i in range(len(found) - 2, -1, -1):
+        if found[i].converged or not found[i + 1].converged:
+            continue
+        beside = [each for each in found[i + 1 : i + 3] if each.converged][::-1]
+        if (again := solver.along(found[i].omega, beside)) is not None:
+            found[i] = replace(again, iterations=found[i].iterations + again.iterations)
+    return found
+
+
+def _report(
     solver: PointSolver,
     solutions: Iterable[Solution],
-    progress: Progress | None,
+    reporter: _Reporter,
     ends: tuple[float, float] | None,
     total: int | None,
 ) -> Iterator[Solution]:
-    """Pass solutions on, telling `progress` of each."""
+    """Pass solutions on, reporting each."""
     for done, solution in enumerate(solutions, 1):
         yield solution
-        if progress is None:
-            continue
         if ends is not None:
             share = (solution.omega - ends[0]) / (ends[1] - ends[0])
             expected = done if share >= 1 else max(done + 1, round(done / max(share, 0.01)))
@@ -141,7 +173,7 @@ def _reported(
             expected = total or done
         named = solver.family.structure.system.output_names
         amplitude = float(solver.amplitude(solution).max()) if named else 0.0
-        progress(done, expected, solution.omega / TURN, amplitude)
+        reporter.point(done, expected, solution.omega, amplitude)
 
 
 def _peaked(solver: PointSolver, found: list[Solution]) -> list[Solution]:

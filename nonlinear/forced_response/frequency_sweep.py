@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from vanelock.nonlinear.contact.law import Law
 from vanelock.nonlinear.continuation.arc_length import follow
 from vanelock.nonlinear.continuation.families import Frequencies, fixed
-from vanelock.nonlinear.continuation.globalisation import at_once, from_nothing
+from vanelock.nonlinear.continuation.globalisation import EFFORT, Effort, at_once, from_nothing
 from vanelock.nonlinear.forced_response.replay import Replay
 from vanelock.nonlinear.forced_response.response import half_peak_to_peak
 from vanelock.nonlinear.fourier.trigonometric import to_complex
@@ -28,7 +28,11 @@ found afresh, as the structure does that jumps."""
 
 JUMP = 400  # of the range: how closely a jump of the response is located
 ELSEWHERE = (0.8, 1.25, 0.5, 2.0, 3.0)  # frequencies to come from where nothing else helps
-EFFORT, CLOSE = 600, 1e-4  # Newton steps and shortest step on the way from there
+WAY, CLOSE = 600, 1e-4  # Newton steps and shortest step on the way from there
+
+
+def unheard(omega: float) -> None:
+    """Nobody listens."""
 
 
 @dataclass(frozen=True)
@@ -44,12 +48,19 @@ class PointSolver:
         Relative residual that counts as converged.
     replay : Replay, optional
         What writes solved points down.
+    effort : int
+        Newton steps that a point may take before it counts as not found.
+    searching : callable
+        Called with a circular frequency, rad/s, whose solution is looked for by other ways than
+        Newton's iteration from its neighbours, which may take long.
     """
 
     family: Frequencies
     law: Callable[[int], Law]
     tolerance: float
     replay: Replay = field(default_factory=Replay)
+    effort: int = EFFORT
+    searching: Callable[[float], None] = unheard
 
     def sweep(self, omegas: Floats) -> Iterator[Solution]:
         """Solve at each frequency, rad/s, from its predecessors."""
@@ -144,25 +155,47 @@ class PointSolver:
         wrong, largest = (float(size) for size in sizes)
         return replace(found, truncation=wrong / largest if largest > 0 else 0.0)
 
+    def along(self, omega: float, history: list[Solution]) -> Solution | None:
+        """The same along the path from the neighbours alone; None if it does not lead there."""
+
+        def solved() -> Solution | None:
+            begin = time.process_time()
+            effort = Effort(self.effort, lambda: self.searching(omega))
+            found = _counted(self._along(omega, history, effort), omega)
+            return replace(found, seconds=time.process_time() - begin) if found.converged else None
+
+        return self.replay("along", (omega, *(each.w for each in history)), solved)
+
+    def _along(self, omega: float, history: list[Solution], effort: Effort) -> list[Solution]:
+        """What Newton's iteration from the neighbours finds, or the path from there."""
+        tried = [effort.spent(each) for each in self._newton(omega, history)]
+        if tried[-1].converged:
+            return tried
+        effort.attempted()
+        nearer = [effort.spent(each) for each in self._nearer(omega, history)]
+        tried += nearer
+        if nearer[-1].converged and nearer[-1].omega == omega:
+            return tried
+        reached = [each for each in (history[-1], *nearer) if each.converged][-1]
+        far = FAR * (omega - history[-1].omega) / (omega - reached.omega)
+        arc = follow(
+            self.family, reached, omega, self.tolerance, limit=60, effort=effort.left, away=far
+        )
+        effort.left -= arc.iterations
+        if arc.solution is not None:
+            tried.append(replace(arc.solution, continued=not arc.folds))
+        return tried
+
     def _point(self, omega: float, history: list[Solution]) -> Solution:
-        tried = self._newton(omega, history)
-        if tried and tried[-1].converged:
-            return _counted(tried, omega)
+        effort, tried = Effort(self.effort, lambda: self.searching(omega)), list[Solution]()
         if history:
-            nearer = self._nearer(omega, history)
-            tried += nearer
-            if nearer[-1].converged and nearer[-1].omega == omega:
-                return _counted(tried, omega)
-            reached = [each for each in (history[-1], *nearer) if each.converged][-1]
-            far = FAR * (omega - history[-1].omega) / (omega - reached.omega)
-            arc = follow(self.family, reached, omega, self.tolerance, limit=60, away=far)
-            if arc.solution is not None:
-                found = replace(arc.solution, continued=not arc.folds)
-                return _counted([*tried, found], omega)
-        afresh = from_nothing(self.family.at(omega), self.law, self.tolerance)
+            tried = self._along(omega, history, effort)
+            if (found := _counted(tried, omega)).converged:
+                return found
+        afresh = from_nothing(self.family.at(omega), self.law, self.tolerance, effort)
         tried.append(replace(afresh, continued=not history))
         if not history and not tried[-1].converged:
-            tried += self._from_elsewhere(omega)
+            tried += self._from_elsewhere(omega, effort)
         return _counted(tried, omega)
 
     def _newton(self, omega: float, history: list[Solution]) -> list[Solution]:
@@ -190,15 +223,20 @@ class PointSolver:
             history = [*history, found[-1]][-2:]
         return tried
 
-    def _from_elsewhere(self, omega: float) -> Iterator[Solution]:
+    def _from_elsewhere(self, omega: float, effort: Effort) -> Iterator[Solution]:
         """From the first of some other frequencies that can be solved at once, along the path."""
         for ratio in ELSEWHERE:
+            if effort.left <= 0:
+                return
+            effort.attempted()
             begin = ratio * omega
-            found = at_once(self.family.at(begin), self.law, self.tolerance)
+            found = effort.spent(at_once(self.family.at(begin), self.law, self.tolerance))
             if not found.converged:
                 continue
             begun = replace(found, parameter=begin)
-            arc = follow(self.family, begun, omega, self.tolerance, effort=EFFORT, shortest=CLOSE)
+            most = min(WAY, effort.left)
+            arc = follow(self.family, begun, omega, self.tolerance, effort=most, shortest=CLOSE)
+            effort.left -= arc.iterations
             if arc.solution is not None:
                 yield arc.solution
                 return

@@ -16,6 +16,7 @@ from vanelock.nonlinear.balance.stuck_modes import StuckModes
 from vanelock.nonlinear.contact.law import Law, contact_law
 from vanelock.nonlinear.contact.sampling import FRICTIONS, checked_samples
 from vanelock.nonlinear.continuation.families import Frequencies
+from vanelock.nonlinear.continuation.globalisation import EFFORT
 from vanelock.nonlinear.forced_response.frequencies import check_band
 from vanelock.nonlinear.forced_response.frequency_sweep import PointSolver
 from vanelock.nonlinear.forced_response.replay import Replay
@@ -59,6 +60,8 @@ class Options:
         full otherwise.
     tolerance : float
         Relative residual at which a point counts as converged.
+    effort : int
+        Newton steps that a point may take, all ways to it together, before it counts as not found.
 
     Raises
     ------
@@ -74,6 +77,7 @@ class Options:
     samples: int | None = None
     static_beyond: float | None = None
     tolerance: float = TOLERANCE
+    effort: int = EFFORT
 
     def __post_init__(self) -> None:
         """Check each by itself, and samples against harmonics."""
@@ -90,6 +94,8 @@ class Options:
             raise InputError(f"static_beyond: given {self.static_beyond}: must be > 1")
         if not self.tolerance > 0:
             raise InputError(f"tolerance: given {self.tolerance}: must be > 0")
+        if as_whole(self.effort, "effort") < 1:
+            raise InputError(f"effort: given {self.effort}: must be >= 1")
 
     def law(self, contacts: Contacts) -> Callable[[int], Law]:
         """The law of vibrating contacts by number of harmonics."""
@@ -184,7 +190,8 @@ class PreparedSystem:
         """What solves one frequency after another."""
         mean = None if self.rest is None else self.rest.u[:, :, 0]
         family = Frequencies(self.source, self.law(self.structure.harmonics), mean)
-        return PointSolver(family, self.law, self.options.tolerance, self.replay)
+        options = self.options
+        return PointSolver(family, self.law, options.tolerance, self.replay, options.effort)
 
     def response(self, solutions: Sequence[Solution], **more: Any) -> Response:
         """Solved points as a response, with `more` of its attributes."""

@@ -42,7 +42,7 @@ def test_a_notebook_is_kept_without_outputs(path: Path) -> None:
 
 def test_two_masses_of_the_manual_are_solved(capsys: pytest.CaptureFixture[str]) -> None:
     text = (EXAMPLES.parent / "docs/python.md").read_text("utf-8")
-    (block,) = (each for each in text.split("```python\n") if "System.from_matrices(" in each)
+    block = next(each for each in text.split("```python\n") if "System.from_matrices(" in each)
     exec(block.partition("```")[0], {})
     peak, converged = capsys.readouterr().out.split()
     assert 1e-4 < float(peak) < 1e-3

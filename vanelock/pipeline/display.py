@@ -209,7 +209,10 @@ def _line(event: Event) -> str:
 
 def _progress(point: PointDone) -> str:
     of = "" if point.total is None else f"/{point.total}"
-    return f"point {point.done}{of}, peak {point.peak * 1e6:.1f} um{_clock(point.left)}"
+    said = f"point {point.done}{of}, peak {point.peak * 1e6:.1f} um"
+    if point.searching is not None:
+        return f"{said}, looking for {point.searching:.2f} Hz by longer ways"
+    return f"{said}{_clock(point.left)}"
 
 
 def _tasks(tasks: Tasks) -> str:

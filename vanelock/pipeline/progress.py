@@ -60,7 +60,8 @@ class Done:
 class PointDone:
     """A point of a case is solved: how many of them, the peak so far [m], seconds left in all.
 
-    Of points that are chosen by their errors `total` is None; `left` is NaN where it is unknown.
+    Of points that are chosen by their errors `total` is None; `left` is NaN where it is unknown;
+    `searching` is the frequency, Hz, that is looked for by ways that may take long.
     """
 
     case: str
@@ -68,6 +69,7 @@ class PointDone:
     total: int | None
     peak: float
     left: float
+    searching: float | None = None
 
 
 @dataclass(frozen=True)

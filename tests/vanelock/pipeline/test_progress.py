@@ -133,17 +133,17 @@ def test_time_left_follows_the_work(monkeypatch):
     clock = Clock(planned)
     clock.begin(planned[0])
     now[0] += 2
-    point = clock.point(2, 10, 3e-6)
+    point = clock.point(2, 10, 256.0, 3e-6)
     assert point.peak == 3e-6
     assert round(point.left, 9) == 28
     now[0] += 8
-    assert clock.point(10, 10, 1e-6).peak == 3e-6
+    assert clock.point(10, 10, 256.0, 1e-6).peak == 3e-6
     clock.end(computed=True)
     clock.begin(planned[1])  # from the cache
     clock.end(computed=False)
     clock.begin(planned[2])
     now[0] += 5
-    assert round(clock.point(5, 10, 1e-6).left, 9) == 5
+    assert round(clock.point(5, 10, 256.0, 1e-6).left, 9) == 5
 
 
 def test_no_time_left_is_shown_where_nobody_knows_it(monkeypatch, capsys):
@@ -151,16 +151,20 @@ def test_no_time_left_is_shown_where_nobody_knows_it(monkeypatch, capsys):
     planned = plan(cases(parse_study(text)), lambda *_: None)
     clock = Clock(planned)
     clock.begin(planned[0])
-    point = clock.point(16, 16, 3e-6)
+    point = clock.point(16, 16, 256.0, 3e-6)
     assert point.total is None
     assert np.isnan(point.left)
+    searching = clock.point(16, 17, 257.125, float("nan"))
+    assert searching.peak == 3e-6
     lines = PlainLines()
     lines.interval = 0.0
     lines(point)
+    lines(searching)
     lines(PointDone("b", 3, 9, 1e-6, 75.0))
     lines(Tasks(16, 16, 0, 0.0, float("nan")))
     assert capsys.readouterr().err.splitlines() == [
         "  nominal: point 16, peak 3.0 um",
+        "  nominal: point 16, peak 3.0 um, looking for 257.12 Hz by longer ways",
         "  b: point 3/9, peak 1.0 um, 1:15 left",
         "  16 of 16 cases",
     ]

@@ -102,6 +102,7 @@ class Rejoined:
                 friction=self.study.response.friction,
                 direction=direction,
                 harmonic_diameters=options.harmonic_diameters,
+                effort=options.effort,
             ),
             modes=self._modes,
             find_jumps=False,

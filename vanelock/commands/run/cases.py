@@ -395,5 +395,5 @@ class OngoingRun:
         self.record.flush_if_due()
 
     def _point(self, done: int, total: int, frequency: float, amplitude: float) -> None:
-        self.listener(self._clock.point(done, total, amplitude))
+        self.listener(self._clock.point(done, total, frequency, amplitude))
         self.record.flush_if_due()

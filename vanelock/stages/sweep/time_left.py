@@ -43,12 +43,16 @@ class Clock:
             self._seconds += time.perf_counter() - self._began
             self._done += self._own
 
-    def point(self, done: int, total: int, amplitude: float) -> PointDone:
+    def point(self, done: int, total: int, frequency: float, amplitude: float) -> PointDone:
         """A point of it is solved; `amplitude` counts for the peak, m.
 
-        With an accuracy there are as many points as the errors ask for, which nobody knows before.
+        It is NaN of one that is being looked for by ways that may take long. With an accuracy
+        there are as many points as the errors ask for, which nobody knows before.
         """
-        self._peak = max(self._peak, amplitude) if amplitude == amplitude else self._peak
+        if amplitude != amplitude:
+            known = None if self._adaptive else total
+            return PointDone(self._name, done, known, self._peak, float("nan"), frequency)
+        self._peak = max(self._peak, amplitude)
         if self._adaptive:
             return PointDone(self._name, done, None, self._peak, float("nan"))
         part = self._own * done / total
