@@ -113,11 +113,8 @@ def audit_response(
     if samples & (samples - 1) or samples < 64 * (response.harmonics + 1):
         needed = 64 * (response.harmonics + 1)
         raise InputError(f"samples: given {samples}: a power of two, at least {needed}")
-    if (response.coupling, response.friction) != ("coupled", "orthogonal"):
-        raise InputError(
-            f"response: {response.coupling}, friction {response.friction}: an audit is of coupled "
-            "balances with orthogonal friction"
-        )
+    if response.coupling != "coupled":
+        raise InputError(f"response: {response.coupling}: an audit is of coupled balances")
     chosen = chosen_points(response, points)
     sizes = {int(k): len(system.at(int(k)).K) for k in response.harmonic_diameters}
     fits = len(response.mu) == system.contacts.count and all(
@@ -208,8 +205,14 @@ def _checked(
     moved = np.array([each.B @ each.x for each in harmonics], complex)
     moved = moved.reshape(len(harmonics), contacts.count, 3)
     moved[0] += contacts.offset
-    fine = march_contacts(contacts, moved, samples)
-    coarse = [march_contacts(contacts, moved, samples // part) for part in (2, 4)]
+    # Where the response's sliders rest is what it leaves open; elsewhere a beginning is forgotten.
+    begin = None
+    if response.friction == "isotropic":
+        begin = response.force[point, :, :, 1:].sum(axis=0).real
+    fine, *coarse = (
+        march_contacts(contacts, moved, samples // part, response.friction, begin)
+        for part in (1, 2, 4)
+    )
     stiffness = contacts.stiffness.reshape(-1)
     rounded = stiffness * np.abs(moved).sum(axis=0).reshape(-1)  # springs on which forces are taken
     residual, scale, error = _balance(harmonics, stiffness, rounded, fine, coarse)

@@ -1,4 +1,4 @@
-"""The contact element marched through its three states, sample by sample, in plain NumPy.
+"""The contact element marched through its three states, sample by sample.
 
 It shares nothing with the law that the solver uses, neither the picture of a slider nor located
 events, and serves to check what the solver found. From one sample to the next
@@ -10,19 +10,30 @@ n = 0 and thus t = 0. The error falls with the square of the number of samples.
 
 One step is a map clip(t + m, a, b), and so is any chain of steps. Hence a period is cut into blocks
 that are marched side by side, first for their maps, then for the forces.
+
+Isotropic friction returns what exceeds μn to the circle along the mean of the old and the new force
+(the generalised midpoint rule, Simo & Taylor 1986): with p = t + kt Δu, the new force lies where
+the ray from -t through p meets it. These steps go one after the other.
 """
 
+import math
+from collections.abc import Callable
 from dataclasses import dataclass
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
+from vanelock.nonlinear.fourier.kernels import kernel
 from vanelock.rom.system.system import Contacts
 
 Floats = NDArray[np.float64]
 Array = NDArray[np.complex128]
+Bools = NDArray[np.bool_]
 
 TOGETHER = 8  # contacts marched at once, to bound the memory
+ROUNDS, REPEATS = 200, 1e-13
+"""Of isotropic friction: most rounds, and of the largest force how closely one repeats the last."""
 
 
 @dataclass(frozen=True)
@@ -41,7 +52,13 @@ class Marched:
     work: Floats
 
 
-def march_contacts(contacts: Contacts, displacement: Array, samples: int) -> Marched:
+def march_contacts(
+    contacts: Contacts,
+    displacement: Array,
+    samples: int,
+    friction: str = "orthogonal",
+    begin: Floats | None = None,
+) -> Marched:
     """Forces and friction work of contacts under periodic relative displacements.
 
     Parameters
@@ -51,12 +68,19 @@ def march_contacts(contacts: Contacts, displacement: Array, samples: int) -> Mar
         One-sided coefficients of (v, u1, u2), m.
     samples : int
         Steps of a period, a power of two.
+    friction : {"orthogonal", "isotropic"}
+        As of `Options`.
+    begin : (c, 2) float, optional
+        Friction at the first sample, N, cut to its bound. It matters where a contact sticks for
+        good, anywhere within the bound; by default that of sliders at zero.
     """
-    parts = []
+    parts, way = [], _friction if friction == "orthogonal" else _friction_in_plane
+    at_zero = contacts.kt * displacement[:, :, 1:].sum(axis=0).real
+    start = at_zero if begin is None else begin
     for first in range(0, max(contacts.count, 1), TOGETHER):
         part = slice(first, first + TOGETHER)
         kn, kt, mu = contacts.kn[part], contacts.kt[part], contacts.mu[part]
-        parts.append(_march(kn, kt, mu, displacement[:, part], samples))
+        parts.append(_march(kn, kt, mu, displacement[:, part], samples, start[part], way))
     force = np.concatenate([part.force for part in parts], axis=1)
     return Marched(force, np.concatenate([part.work for part in parts]))
 
@@ -75,7 +99,18 @@ def coefficients(history: Floats, harmonics: int) -> Array:
     return q
 
 
-def _march(kn: Floats, kt: Floats, mu: Floats, q: Array, samples: int) -> Marched:
+Friction: TypeAlias = Callable[[Floats, Floats, Floats], tuple[Floats, Bools]]
+
+
+def _march(
+    kn: Floats,
+    kt: Floats,
+    mu: Floats,
+    q: Array,
+    samples: int,
+    start: Floats,
+    friction: Friction,
+) -> Marched:
     """Some contacts, all at once."""
     u = histories(q, samples)
     v = u[:, :, 0]
@@ -85,9 +120,7 @@ def _march(kn: Floats, kt: Floats, mu: Floats, q: Array, samples: int) -> Marche
     touching = (before < 0) & (v > 0)
     share = np.where(touching, v / np.where(touching, v - before, 1.0), 1.0)
     moved = kt * np.diff(u[:, :, 1:], axis=0, prepend=u[-1:, :, 1:]) * share[:, :, None]
-    start = np.clip(kt * u[0, :, 1:], -bound[0], bound[0])
-    t = _friction(start, moved, bound)
-    slipped = np.abs(t) >= bound  # also where the last step before lift-off lets go
+    t, slipped = friction(start, moved, bound)
     held = np.roll(t, 1, axis=0)
     slid = (moved - (t - held)) / kt
     rounding = 16 * np.finfo(float).eps * np.abs(u[:, :, 1:]).max(axis=0)
@@ -97,8 +130,52 @@ def _march(kn: Floats, kt: Floats, mu: Floats, q: Array, samples: int) -> Marche
     return Marched(coefficients(force, len(q) - 1), work)
 
 
-def _friction(start: Floats, moved: Floats, bound: Floats) -> Floats:
-    """Periodic friction forces (s, c, 2): the second round from `start` at sample 0 on."""
+@kernel
+def _round(t: Floats, moved: Floats, bound: Floats, out: Floats, slipped: Bools) -> None:
+    """One round of isotropic friction from a force t (2,) at sample 0, replaced by the last."""
+    count = bound.size
+    for j in range(1, count + 1):
+        i = j if j < count else 0
+        b, px, py = bound[i], t[0] + moved[i, 0], t[1] + moved[i, 1]
+        slips = math.hypot(px, py) > b
+        if slips:
+            # |s (p + t) - t| = b: the larger root is where the ray leaves the circle.
+            x, y = px + t[0], py + t[1]
+            square = max(x * x + y * y, 1e-300)
+            half = (x * t[0] + y * t[1]) / square
+            inside = half * half - (t[0] * t[0] + t[1] * t[1] - b * b) / square
+            s = half + math.sqrt(max(inside, 0.0))
+            px, py = s * x - t[0], s * y - t[1]
+            size = math.hypot(px, py)
+            shrink = b / size if size > 0.0 else 0.0
+            px, py = shrink * px, shrink * py
+        t[0], t[1] = px, py
+        out[i, 0], out[i, 1] = px, py
+        slipped[i] = slips
+
+
+def _friction_in_plane(start: Floats, moved: Floats, bound: Floats) -> tuple[Floats, Bools]:
+    """Periodic friction forces (s, c, 2), and which steps slip: rounds until they repeat."""
+    out, slipped = np.empty_like(moved), np.empty(moved.shape, bool)
+    for c in range(moved.shape[1]):
+        m, b = np.ascontiguousarray(moved[:, c]), np.ascontiguousarray(bound[:, c, 0])
+        path, slips, t = np.empty_like(m), np.empty(len(m), bool), start[c].copy()
+        t *= min(1.0, b[0] / max(float(np.hypot(*t)), np.finfo(float).tiny))
+        for _ in range(ROUNDS):
+            begun = t.copy()
+            _round(t, m, b, path, slips)
+            if np.abs(t - begun).max() <= REPEATS * np.abs(path).max():
+                break
+        out[:, c], slipped[:, c] = path, slips[:, None]
+    return out, slipped
+
+
+def _friction(start: Floats, moved: Floats, bound: Floats) -> tuple[Floats, Bools]:
+    """Periodic friction forces (s, c, 2), and which steps slip: the second round from sample 0 on.
+
+    Those slip, too, that let go in the last step before lift-off.
+    """
+    start = np.clip(start, -bound[0], bound[0])
     samples, shape = len(moved), start.shape
     length = 1 << (samples.bit_length() // 2)
 
@@ -120,4 +197,5 @@ def _friction(start: Floats, moved: Floats, bound: Floats) -> Floats:
     t, out = begin, np.empty_like(m)
     for i in range(length):
         t = out[i] = np.minimum(np.maximum(t + m[i], -b[i]), b[i])
-    return np.roll(out.swapaxes(0, 1).reshape(samples, *shape), 1, axis=0)
+    t = np.roll(out.swapaxes(0, 1).reshape(samples, *shape), 1, axis=0)
+    return t, np.abs(t) >= bound

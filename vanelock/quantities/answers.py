@@ -203,7 +203,7 @@ def balances(run_data: RunData) -> dict[str, EnergyBalance]:
 
 def _audited(planned: Planned, top: Response, point: int, stages: Stages) -> Audit | None:
     """An independent check of the peak, where one is possible."""
-    if (top.coupling, top.friction, top.samples) != ("coupled", "orthogonal", 0):
+    if (top.coupling, top.samples) != ("coupled", 0):
         return None
     if np.any(top.state == nonlinear.ELEMENT):
         return None

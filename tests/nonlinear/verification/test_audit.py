@@ -143,6 +143,57 @@ def test_solved_points_pass(
     assert np.all(share == 0) if case == "stuck" else np.all(share > 0.1)
 
 
+@pytest.mark.parametrize("case", CASES)
+def test_solved_points_of_isotropic_friction_pass(
+    case: str,
+    random_system: Callable[..., System],
+    first_frequency: Callable[[System], float],
+) -> None:
+    system = random_system(11, **CASES[case])
+    contacts = replace(system.contacts, kt=np.repeat(system.contacts.kt[:, :1], 2, axis=1))
+    system = replace(system, contacts=contacts)
+    hertz, options = first_frequency(system) * np.array([0.9, 1.0]), Options(friction="isotropic")
+    response = frequency_response(system, hertz, options)
+    assert response.converged.all()
+    found = audit_response(system, response)
+    # The law's own error, of five collocation points a step, is below 4e-7 of the displacements.
+    assert np.all(found.residual < np.maximum(3 * found.residual_error, 1e-7))
+    assert np.all(found.imbalance < np.maximum(3 * found.imbalance_error, 1e-7))
+    work = found.friction_power / response.frequency[:, None]
+    np.testing.assert_allclose(work, response.dissipation, atol=1e-7 * max(work.max(), 1e-300))
+    if case != "stuck":  # where it slips, it is no solution of the other law
+        other = replace(response, friction="orthogonal")
+        assert np.all(audit_response(system, other).residual > 1e-4)
+
+
+def test_marched_circle_has_its_closed_form() -> None:
+    # A slider at the distance r = μ n/kt behind, its force in the direction of the motion.
+    kn, kt, mu, n0, amplitude = 2e6, 3e6, 0.3, 50.0, 2e-5
+    made = Contacts(np.array([kn]), np.array([[kt, kt]]), np.array([mu]), np.zeros(1))
+    q = np.zeros((2, 1, 3), complex)
+    q[0, 0, 0], q[1, 0, 1], q[1, 0, 2] = n0 / kn, amplitude, -1j * amplitude
+    found, r = march_contacts(made, q, 2**12, "isotropic"), mu * n0 / kt
+    work = 2 * np.pi * mu * n0 * r * np.sqrt((amplitude / r) ** 2 - 1)
+    np.testing.assert_allclose(found.work, work, rtol=1e-5)
+    np.testing.assert_allclose(np.abs(found.force[1, 0, 1:]), mu * n0, rtol=1e-6)
+
+
+def test_error_of_marching_in_the_plane_falls_with_the_square_of_the_samples() -> None:
+    made, q = drawn(count=40, harmonics=3, mean=0.5, seed=2)
+    made = replace(made, kt=np.repeat(made.kt[:, :1], 2, axis=1))
+    best = march_contacts(made, q, 2**16, "isotropic")
+    errors = []
+    for samples in (2**9, 2**11, 2**13):
+        found = march_contacts(made, q, samples, "isotropic")
+        errors.append(
+            [np.abs(found.force - best.force).max(), np.abs(found.work - best.work).max()]
+        )
+    coarse, middle, fine = np.array(errors)
+    assert np.all(fine < 1e-5)
+    assert np.all(middle < coarse / 6)
+    assert np.all(fine < middle / 6)
+
+
 @pytest.fixture(name="solved")
 def solved_fixture(
     random_system: Callable[..., System], first_frequency: Callable[[System], float]
