@@ -135,7 +135,7 @@ class StuckModes(Product):
         return {}
 
     @cached_property
-    def _last(self) -> dict[float, tuple[Array, Array, Array]]:
+    def _last(self) -> dict[float, tuple[Array, tuple[Array, Array], Array, Array]]:
         return {}
 
     @cached_property
@@ -177,20 +177,21 @@ class StuckModes(Product):
             near = np.flatnonzero(np.abs(diagonal) < NEAR)
             answer = rows / diagonal
             answer[:, near] = 0.0
-            stiffness = np.linalg.inv(np.diag(flexibility) + answer @ pull)
-            inner = np.diag(diagonal[near]) + pull[near] @ stiffness @ rows[:, near]
+            factors = la.lu_factor(np.diag(flexibility) + answer @ pull, check_finite=False)
+            coupled = la.lu_solve(factors, rows[:, near], check_finite=False)
+            inner = np.diag(diagonal[near]) + pull[near] @ coupled
             if len(self._last) == KEPT:
                 self._last.clear()
-            self._last[s] = near, stiffness, inner
-        near, stiffness, inner = self._last[s]
+            self._last[s] = near, factors, coupled, inner
+        near, factors, coupled, inner = self._last[s]
         own = amplitudes.reshape(len(diagonal), -1)
         far = own.copy()
         far[near] = 0.0
-        force = stiffness @ (rows @ far)
+        force = la.lu_solve(factors, rows @ far, check_finite=False)
         if len(near):
             push = diagonal[near, None] * own[near] - pull[near] @ force
             moved = np.linalg.solve(inner, push)
-            force += stiffness @ (rows[:, near] @ moved)
+            force += coupled @ moved
         far -= (pull @ force) / diagonal[:, None]
         if len(near):
             far[near] = moved

@@ -1,6 +1,8 @@
 """Linear limits of the response: every contact either a spring or open."""
 
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
 from typing import TypeAlias
 
 import numpy as np
@@ -9,17 +11,20 @@ from numpy.typing import ArrayLike, NDArray
 
 from vanelock.common.arrays import as_whole
 from vanelock.common.errors import InputError
-from vanelock.nonlinear.balance.balance import Balance
+from vanelock.nonlinear.balance.balance import Array, Balance, Structure
+from vanelock.nonlinear.balance.receptance_tables import Tabulated
 from vanelock.nonlinear.balance.stuck_modes import StuckModes
 from vanelock.nonlinear.contact.law import OPEN, STUCK, Deviation
 from vanelock.nonlinear.forced_response.frequencies import checked_frequencies
 from vanelock.nonlinear.forced_response.options import Options
 from vanelock.nonlinear.forced_response.response import Response
+from vanelock.nonlinear.forced_response.static_mean import static_part
 from vanelock.nonlinear.fourier.threads import one_thread
 from vanelock.nonlinear.fourier.trigonometric import TURN, to_complex, to_real
 from vanelock.nonlinear.newton.newton import Solution, scales
 from vanelock.rom.system.system import Contacts, System
 
+Floats = NDArray[np.float64]
 Closed: TypeAlias = str | Sequence[str] | NDArray[np.bool_]
 
 
@@ -63,7 +68,9 @@ def linear_response(
     hertz = checked_frequencies(frequencies)
     options = Options(as_whole(harmonics, "harmonics"))
     ready = options.prepare(system, hertz, len(hertz), modes)
-    return ready.response([_solve(ready.source.balance(omega), mask) for omega in TURN * hertz])
+    limit = _Limit(ready.structure, mask)
+    found = [limit.at(float(omega), ready.source) for omega in TURN * hertz]
+    return ready.response(found, amplitudes=limit.amplitudes)
 
 
 def closed_contacts(contacts: Contacts, closed: Closed) -> NDArray[np.bool_]:
@@ -92,28 +99,103 @@ def closed_contacts(contacts: Contacts, closed: Closed) -> NDArray[np.bool_]:
     return np.asarray(mask & contacts.springs)
 
 
-def _solve(balance: Balance, closed: NDArray[np.bool_]) -> Solution:
-    """One frequency: an open contact has w = u, so u = ũ + R̂ w is a linear system for those."""
-    c = len(closed)
-    rows = np.flatnonzero(np.repeat(~closed, 3))
-    linear = to_complex(balance.linear.reshape(3 * c, balance.linear.shape[2]))
-    w = np.zeros_like(linear)
-    balance.columns.hold(rows)
-    for h, R in enumerate(balance.columns.held):
-        matrix = np.eye(len(rows)) - R[np.ix_(balance.columns.place[rows], rows)].T
-        right = linear[h, rows].real if h == 0 else linear[h, rows]
-        w[h, rows] = _consistent(matrix, right) if h == 0 else la.solve(matrix, right)
-    real = to_real(w).reshape(balance.linear.shape)
-    u = balance.displacement(real)
-    gap = real - np.where(closed[:, None, None], 0.0, u)
-    # Near a resonance of the open structure u is far larger than ũ, and so is its rounding.
-    scale = np.maximum(scales(balance.linear), scales(u))
-    residual = float(np.abs(gap / scale).max(initial=0.0))
-    deviation = Deviation(real, np.empty(0), np.where(closed, STUCK, OPEN), np.zeros(c))
-    return Solution(balance.omega, balance.omega, real, u, residual, 1, residual < 1e-8, deviation)
+@dataclass(frozen=True)
+class _Limit:
+    """Contacts that are springs or open, in a structure.
+
+    Attributes
+    ----------
+    structure : Structure
+    closed : (c,) bool
+    """
+
+    structure: Structure
+    closed: NDArray[np.bool_]
+
+    @cached_property
+    def _open(self) -> NDArray[np.int64]:
+        """Components of open contacts."""
+        return np.flatnonzero(np.repeat(~self.closed, 3))
+
+    @cached_property
+    def _by_modes(self) -> bool:
+        """Whether the modes that damping is of are those of this very limit."""
+        structure = self.structure
+        every = [structure.modes[k] for k in structure.nodal_diameters[1:]]
+        return bool(len(self._open)) and all(
+            each.coupled_damping is None and np.array_equal(each.opened, self._open)
+            for each in every
+        )
+
+    def amplitudes(self, omega: float, w: Floats) -> list[Array]:
+        """Modal amplitudes of every harmonic, once `w` is known."""
+        structure = self.structure
+        if not self._by_modes:
+            return structure.amplitudes(omega, w)
+        return [
+            static_part(structure).amplitudes(omega, w[:, :, :1])[0],
+            *(self._alone(h, omega) for h in range(1, structure.harmonics + 1)),
+        ]
+
+    def _alone(self, harmonic: int, omega: float) -> Array:
+        """Amplitudes of the modes of the open structure, each of which stands alone."""
+        push = self.structure.modal_force(harmonic, omega)
+        return push / self.structure.at(harmonic).dynamic(harmonic * omega)
+
+    @cached_property
+    def _still(self) -> Floats:
+        """(3c,) w at rest, for a static load that does not depend on the frequency."""
+        return self._at_rest(static_part(self.structure).balance(0.0))
+
+    def _at_rest(self, balance: Balance) -> Floats:
+        """(3c,) w at rest."""
+        rows, linear = self._open, balance.linear[:, :, 0].reshape(-1)
+        w = np.zeros(len(linear))
+        balance.columns.hold(rows)
+        R = balance.columns.held[0][np.ix_(balance.columns.place[rows], rows)].real
+        w[rows] = _consistent(np.eye(len(rows)) - R.T, linear[rows])
+        return w
+
+    def at(self, omega: float, source: Structure | Tabulated) -> Solution:
+        """One frequency: an open contact has w = u, so u = ũ + R̂ w is a linear system for those.
+
+        In the modes of the open structure nothing has to be solved.
+        """
+        structure, rows = self.structure, self._open
+        force = structure.system.force.get(0)
+        varies = force is not None and force.omega_power
+        if self._by_modes and not varies:
+            w = np.zeros((structure.harmonics + 1, len(structure.stiffness)), complex)
+            u, w[0], shape = w.copy(), self._still, (len(self.closed), 3, -1)
+            at_rest = static_part(structure).balance(0.0)
+            u[0] = at_rest.displacement(self._still.reshape(shape)).reshape(-1)
+            for h in range(1, structure.harmonics + 1):
+                u[h] = structure.at(h).rows @ self._alone(h, omega)
+                w[h, rows] = u[h, rows]
+            return self._solution(omega, to_real(w).reshape(shape), to_real(u).reshape(shape), 0.0)
+        balance = source.balance(omega)
+        linear = to_complex(balance.linear.reshape(-1, balance.linear.shape[2]))
+        w = np.zeros_like(linear)
+        w[0] = self._at_rest(static_part(structure).balance(omega)) if varies else self._still
+        balance.columns.hold(rows)
+        for h, R in enumerate(balance.columns.held[1:], 1):
+            matrix = np.eye(len(rows)) - R[np.ix_(balance.columns.place[rows], rows)].T
+            w[h, rows] = la.solve(matrix, linear[h, rows])
+        real = to_real(w).reshape(balance.linear.shape)
+        return self._solution(omega, real, balance.displacement(real), scales(balance.linear))
+
+    def _solution(self, omega: float, w: Floats, u: Floats, least: Floats | float) -> Solution:
+        """What is solved, and how well."""
+        gap = w - np.where(self.closed[:, None, None], 0.0, u)
+        # Near a resonance of the open structure u is far larger than ũ, and so is its rounding.
+        scale = np.maximum(least, scales(u))
+        residual = float(np.abs(gap / scale).max(initial=0.0))
+        state = np.where(self.closed, STUCK, OPEN)
+        deviation = Deviation(w, np.empty(0), state, np.zeros(len(self.closed)))
+        return Solution(omega, omega, w, u, residual, 1, residual < 1e-8, deviation)
 
 
-def _consistent(matrix: NDArray[np.float64], right: NDArray[np.float64]) -> NDArray[np.float64]:
+def _consistent(matrix: Floats, right: Floats) -> Floats:
     """Solve a static system that may leave free motions, if nothing drives them."""
     if not len(right):
         return right

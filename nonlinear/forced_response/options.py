@@ -20,7 +20,7 @@ from vanelock.nonlinear.continuation.globalisation import EFFORT
 from vanelock.nonlinear.forced_response.frequencies import check_band
 from vanelock.nonlinear.forced_response.frequency_sweep import PointSolver
 from vanelock.nonlinear.forced_response.replay import Replay
-from vanelock.nonlinear.forced_response.response import Response, assemble_response
+from vanelock.nonlinear.forced_response.response import Amplitudes, Response, assemble_response
 from vanelock.nonlinear.forced_response.static_mean import COUPLINGS, at_rest, with_static_mean
 from vanelock.nonlinear.fourier.trigonometric import TURN
 from vanelock.nonlinear.newton.newton import TOLERANCE, Solution
@@ -193,13 +193,16 @@ class PreparedSystem:
         options = self.options
         return PointSolver(family, self.law, options.tolerance, self.replay, options.effort)
 
-    def response(self, solutions: Sequence[Solution], **more: Any) -> Response:
-        """Solved points as a response, with `more` of its attributes."""
+    def response(
+        self, solutions: Sequence[Solution], amplitudes: Amplitudes | None = None, **more: Any
+    ) -> Response:
+        """Solved points as a response, see `assemble_response`, with `more` of its attributes."""
         if np.isfinite(self.structure.cutoff):
             solutions = [self.solver.with_truncation(each) for each in solutions]
         if self.rest is not None:
             solutions = [with_static_mean(each, self.rest) for each in solutions]
-        found, options = assemble_response(self.structure, solutions), self.options
+        found = assemble_response(self.structure, solutions, amplitudes)
+        options = self.options
         return replace(
             found,
             coupling=options.coupling,

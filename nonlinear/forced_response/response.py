@@ -1,8 +1,8 @@
 """Forced response: what the solver returns."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, fields, replace
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -272,12 +272,22 @@ def amplitude_and_slope(q: Array, rates: Array) -> tuple[float, float]:
     return amplitude, slope
 
 
-def assemble_response(structure: Structure, solutions: Sequence[Solution]) -> Response:
-    """Collect solved points into a response, all coordinates recovered."""
+Amplitudes: TypeAlias = Callable[[float, Floats], list[NDArray[Any]]]
+
+
+def assemble_response(
+    structure: Structure, solutions: Sequence[Solution], amplitudes: Amplitudes | None = None
+) -> Response:
+    """Collect solved points into a response, all coordinates recovered.
+
+    `amplitudes` gives those of the modes by frequency and w, where it is known better than by
+    `Structure.amplitudes`.
+    """
     H, system = structure.harmonics, structure.system
     count, outputs = system.contacts.count, len(system.output_names)
     m = 2 * H + 1
-    by_point = [structure.amplitudes(s.omega, s.w) for s in solutions]
+    modal_of = structure.amplitudes if amplitudes is None else amplitudes
+    by_point = [modal_of(s.omega, s.w) for s in solutions]
     x = {}
     for h in range(H + 1):
         modal = np.array([point[h] for point in by_point])

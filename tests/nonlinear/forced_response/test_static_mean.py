@@ -337,9 +337,6 @@ def test_static_load_that_grows_with_the_frequency_needs_the_coupled_balance() -
 
 def test_an_audit_is_refused_where_it_would_judge_by_another_law() -> None:
     system = sliding(0.7, 0.0, 1.0)
-    for coupling, friction in (("uncoupled", "orthogonal"), ("coupled", "isotropic")):
-        response = frequency_response(
-            system, [0.1], Options(1, coupling=coupling, friction=friction)
-        )
-        with pytest.raises(InputError, match=f"response: {coupling}, friction {friction}"):
-            audit_response(system, response)
+    response = frequency_response(system, [0.1], Options(1, coupling="uncoupled"))
+    with pytest.raises(InputError, match="response: uncoupled: an audit is of coupled balances"):
+        audit_response(system, response)
