@@ -1,84 +1,35 @@
 """Coefficients of the force of any element over a period, by alternating frequency and time.
 
 The force is taken at instants of the period and projected on the harmonics (Cameron & Griffin
-1989): on uniform samples if their number is given, else on five Lobatto points in each of a few
-panels, halved until force and state of either half agree with those of the whole. Kinks and jumps
-of the law so cost some twenty halvings and no error; where the law remembers, panels begin and end
-where displacements turn back.
+1989): on uniform samples if their number is given, else where the force itself asks for them
+(`instants`).
 
 Derivatives are central differences of the law at each instant; where the law remembers, those of
 its state are carried along. An element with a memory runs round the period until it repeats.
 """
 
-import math
 from dataclasses import dataclass
-from functools import lru_cache
 from typing import Any
 
-import numba
 import numpy as np
-from numba import float64, types
-from numba.typed import List
 
-from vanelock.common.errors import InputError
-from vanelock.nonlinear.fourier.kernels import kernel
-from vanelock.nonlinear.fourier.trigonometric import (
-    TURN,
-    Floats,
-    basis,
-    derivative,
-    grid,
-    roots,
-    value_and_slope,
+from vanelock.nonlinear.contact.elements.instants import resolved
+from vanelock.nonlinear.contact.elements.marching import (
+    LAPS,
+    REPEATS,
+    Samples,
+    compiled,
+    laps_of,
+    uniform,
 )
-from vanelock.rom.system.element import Element, Force
+from vanelock.nonlinear.fourier.kernels import kernel
+from vanelock.nonlinear.fourier.trigonometric import Floats
+from vanelock.rom.system.element import Element
 
-PANELS = 16
-HALVINGS = 30
-MOST = 5000
-"""Panels of a period, more than any law needs that rounding does not hide, or whose memory is of
-more than the motion."""
-RESOLVED = 1e-12
-"""Of the largest force over all the period, and of the largest state: by how much a panel and its
-halves may differ."""
-NODES = np.array([-1.0, -math.sqrt(3 / 7), 0.0, math.sqrt(3 / 7), 1.0])
-WEIGHTS = np.array([9.0, 49.0, 64.0, 49.0, 9.0]) / 90.0
-"""Of Lobatto's rule on [-1, 1]."""
-LAPS = 64
-REPEATS = 1e-13
-"""Of the largest state: how closely it must return."""
 DIFFERENCE = 2e-9
 """Step of differences over the largest value: where a slider turns back, two instants may be as
 close, and longer steps would pass the law's kink between them. Rounding leaves 1e-7; steps are
 powers of two, so that it leaves nothing where a state stays as it is, many instants long."""
-SIGNATURE = types.void(float64[::1], float64[::1], float64[::1], float64[::1], float64[::1])
-
-
-@lru_cache(maxsize=256)
-def compiled(function: Force, name: str) -> Any:
-    """The law, compiled.
-
-    Raises
-    ------
-    InputError
-        If Numba cannot.
-    """
-    try:
-        return numba.cfunc(SIGNATURE)(function)
-    except (numba.core.errors.NumbaError, TypeError) as error:
-        lines = [line.strip() for line in str(error).splitlines() if line.strip()]
-        why = next((line for line in lines if "Error" in line), lines[0])
-        raise InputError(f"Element {name!r}: force cannot be compiled: {why}") from None
-
-
-@kernel
-def _march(
-    force: Any, u: Floats, rate: Floats, p: Floats, state: Floats, forces: Floats, before: Floats
-) -> None:
-    """Forces (s, d) once round the period, and the states (s, n) that each sample began with."""
-    for i in range(len(u)):
-        before[i] = state
-        force(u[i], rate[i], state, p, forces[i])
 
 
 @kernel
@@ -132,145 +83,6 @@ def _differentiate(
         states[:] = of_state.T @ moved
 
 
-@kernel
-def _panel(
-    force: Any,
-    u: Floats,
-    omega: float,
-    p: Floats,
-    begin: float,
-    end: float,
-    state: Floats,
-    sums: Floats,
-) -> None:
-    """Integrals (3, d) of f, f cos Hθ and f sin Hθ over a panel, its state carried to the end."""
-    d, harmonics = u.shape[0], (u.shape[1] - 1) // 2
-    x, v, f = np.empty(d), np.empty(d), np.empty(d)
-    half = 0.5 * (end - begin)
-    sums[:] = 0.0
-    for i in range(NODES.size):
-        angle = begin + half * (1.0 + NODES[i])
-        for j in range(d):
-            x[j], slope = value_and_slope(u[j], angle)
-            v[j] = omega * slope
-        force(x, v, state, p, f)
-        weight = half * WEIGHTS[i]
-        cos, sin = math.cos(harmonics * angle), math.sin(harmonics * angle)
-        for j in range(d):
-            sums[0, j] += weight * f[j]
-            sums[1, j] += weight * f[j] * cos
-            sums[2, j] += weight * f[j] * sin
-
-
-@kernel
-def _panels(
-    force: Any,
-    u: Floats,
-    omega: float,
-    p: Floats,
-    state: Floats,
-    largest: float,
-    edges: Floats,
-    ends: list[float],
-) -> None:
-    """Ends of panels within the edges, each fine enough; the state goes round with them."""
-    d, n = u.shape[0], state.size
-    whole, first, second = np.empty((3, d)), np.empty((3, d)), np.empty((3, d))
-    coarse, fine = np.empty(n), np.empty(n)
-    waiting = np.empty(HALVINGS + 2)
-    size = np.abs(state).max() if n else 0.0
-    for i in range(edges.size - 1):
-        begin = edges[i]
-        waiting[0], left = edges[i + 1], 1
-        shortest = (waiting[0] - begin) * 0.5**HALVINGS
-        while left > 0:
-            end = waiting[left - 1]
-            middle = 0.5 * (begin + end)
-            coarse[:], fine[:] = state, state
-            _panel(force, u, omega, p, begin, end, coarse, whole)
-            _panel(force, u, omega, p, begin, middle, fine, first)
-            _panel(force, u, omega, p, middle, end, fine, second)
-            close = np.abs(first + second - whole).max() <= RESOLVED * TURN * largest
-            for j in range(n):
-                size = max(size, abs(fine[j]))
-                close = close and abs(coarse[j] - fine[j]) <= RESOLVED * size
-            if close or end - begin <= shortest or len(ends) > 2 * MOST:
-                ends.append(middle)
-                ends.append(end)
-                state[:] = fine
-                begin = end
-                left -= 1
-            else:
-                waiting[left] = middle
-                left += 1
-
-
-@dataclass(frozen=True)
-class Samples:
-    """φ and its derivative at instants of the period, and what projects on the harmonics.
-
-    Attributes
-    ----------
-    table, slope : (s, m) float
-        φ and dφ/dθ.
-    project : (m, s) float
-        From values at the instants to coefficients.
-    """
-
-    table: Floats
-    slope: Floats
-    project: Floats
-
-
-def _samples(harmonics: int, angles: Floats, weights: Floats) -> Samples:
-    """Instants by their angles (s,), and what each counts in an integral over θ."""
-    table = basis(harmonics, angles)
-    slope = np.zeros_like(table)
-    h = np.arange(1, harmonics + 1)
-    slope[:, 1::2] = h * table[:, 2::2]
-    slope[:, 2::2] = -h * table[:, 1::2]
-    project = table.T * (weights / np.pi)
-    project[0] *= 0.5
-    return Samples(table, slope, project)
-
-
-@lru_cache(maxsize=64)
-def uniform(harmonics: int, count: int) -> Samples:
-    """Uniform samples of a period."""
-    return _samples(harmonics, TURN * np.arange(count) / count, np.full(count, TURN / count))
-
-
-def resolved(law: Any, element: Element, u: Floats, omega: float, counts: float) -> Samples:
-    """Instants that resolve the force of an element; see `periodic_force`."""
-    harmonics, parameters = (u.shape[1] - 1) // 2, np.asarray(element.parameters)
-    count = max(PANELS, 4 * harmonics)
-    scanned = _laps(law, element, u, omega, uniform(harmonics, 4 * count))
-    largest, state = max(float(np.abs(scanned[2]).max()), counts), np.zeros(element.memory)
-    edges = TURN * np.arange(count + 1) / count
-    if element.memory:
-        edges = np.unique(np.concatenate([edges, *(_turns(each) for each in u)]))
-    for _ in range(LAPS):
-        begun, ends = state.copy(), List([0.0])
-        _panels(law, u, omega, parameters, state, largest, edges, ends)
-        if np.abs(state - begun).max(initial=0.0) <= REPEATS * np.abs(state).max(initial=0.0):
-            break
-    if element.memory and len(ends) > 2 * MOST:
-        raise InputError(
-            f"Element {element.name!r}: its force changes with every finer division of the period: "
-            "what it remembers must be of the motion alone, or samples be given"
-        )
-    bounds = np.array(ends)
-    half = 0.5 * np.diff(bounds)[:, None]
-    angles = (bounds[:-1, None] + half * (1 + NODES)).reshape(-1)
-    return _samples(harmonics, angles, (half * WEIGHTS).reshape(-1))
-
-
-def _turns(u: Floats) -> Floats:
-    """Angles at which a displacement turns back."""
-    found = np.empty(2 * len(u))
-    return found[: roots(derivative(u), grid(len(u) // 2), found)]
-
-
 @dataclass(frozen=True)
 class PeriodicForce:
     """Coefficients of an element's force, and their derivatives.
@@ -321,25 +133,9 @@ def periodic_force(
     return _on(law, element, u, omega, on)
 
 
-def _laps(
-    law: Any, element: Element, u: Floats, omega: float, on: Samples
-) -> tuple[Floats, Floats, Floats, list[Floats]]:
-    """Displacements, velocities and the last lap's forces (s, d); states (s, n) of every lap."""
-    moved = np.ascontiguousarray(on.table @ u.T)
-    rate = np.ascontiguousarray(omega * (on.slope @ u.T))
-    forces, state, laps = np.empty_like(moved), np.zeros(element.memory), []
-    while True:
-        before = np.empty((len(moved), element.memory))
-        _march(law, moved, rate, np.asarray(element.parameters), state, forces, before)
-        laps.append(before)
-        least = REPEATS * np.abs(before).max(initial=0.0)
-        if np.abs(state - before[0]).max(initial=0.0) <= least or len(laps) == LAPS:
-            return moved, rate, forces, laps
-
-
 def _on(law: Any, element: Element, u: Floats, omega: float, on: Samples) -> PeriodicForce:
     """The force on given samples, and its derivatives."""
-    moved, rate, forces, laps = _laps(law, element, u, omega, on)
+    moved, rate, forces, laps = laps_of(law, element, u, omega, on)
     (s, d), m = moved.shape, u.shape[1]
     sizes = np.concatenate([_sizes(moved), _sizes(rate), _sizes(laps[-1])])
     steps = 2.0 ** np.floor(np.log2(DIFFERENCE * sizes))
