@@ -126,7 +126,10 @@ class _Book:
     def read(self, record: memoryview) -> Any:
         """The answer of a record."""
         end = 4 + int.from_bytes(record[:4], "little")
-        return self._decoded(json.loads(bytes(record[4:end])), _Arrays(record, end))
+        answer = self._decoded(json.loads(bytes(record[4:end])), _Arrays(record, end))
+        while len(self._held) > SHARED:  # not before: the record may name any of them again
+            self._held.popitem(last=False)
+        return answer
 
     def _encoded(self, value: Any, arrays: list[bytes], fresh: dict[int, int]) -> Any:
         """What JSON holds of a value; `fresh` numbers the shared objects of this record."""
@@ -176,8 +179,6 @@ class _Book:
         made = kind(*(self._decoded(each, arrays) for each in parts))
         if kind in self._shared:
             self._held[number] = made
-            while len(self._held) > SHARED:
-                self._held.popitem(last=False)
         return made
 
 

@@ -19,7 +19,7 @@ from vanelock.nonlinear import (
     peak_response,
 )
 from vanelock.nonlinear.balance.balance import structure
-from vanelock.nonlinear.forced_response.replay import Journal, Replay
+from vanelock.nonlinear.forced_response.replay import SHARED, Journal, Replay
 from vanelock.rom.system.system import Contacts
 
 Make = Callable[..., System]
@@ -250,6 +250,26 @@ def test_arrays_come_back_in_their_order_and_objects_as_one() -> None:
     assert type(first.numbers[3, None]) is np.float64
     assert bits(given) == bits(second)
     assert len(paper.records[1]) < 200  # written once
+
+
+def test_an_answer_may_hold_more_than_is_kept_and_name_any_of_it_again() -> None:
+    @dataclass(frozen=True)
+    class Shared:
+        matrix: NDArray[np.float64]
+
+    def never() -> list[Shared]:
+        raise AssertionError("computed again")
+
+    paper = Paper()
+    ask = Replay(paper, (Shared,), ())
+    first = ask("first", (), lambda: [Shared(np.full(3, 0.5))])
+    many = [Shared(np.full(3, float(i))) for i in range(2 * SHARED)]
+    given = ask("many", (), lambda: [*many, *first, many[0]])
+    replay = Replay(Paper(paper.records), (Shared,), ())
+    again, more = replay("first", (), never), replay("many", (), never)
+    assert bits(more) == bits([*many, *first, many[0]]) == bits(given)
+    assert more[-1] is more[0]
+    assert more[-2] is again[0]
 
 
 def test_modes_of_a_diameter_do_not_depend_on_what_was_asked_for_before(
