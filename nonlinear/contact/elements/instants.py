@@ -9,7 +9,6 @@ import math
 from typing import Any
 
 import numpy as np
-from numba.typed import List
 
 from vanelock.common.errors import InputError
 from vanelock.nonlinear.contact.elements.marching import (
@@ -33,9 +32,9 @@ from vanelock.rom.system.element import Element
 
 PANELS = 16
 HALVINGS = 30
-MOST = 5000
-"""Panels of a period, more than any law needs that rounding does not hide, or whose memory is of
-more than the motion."""
+MOST = 10_000
+"""Ends of panels, more than any law needs that rounding does not hide, or whose memory is of more
+than the motion."""
 RESOLVED = 1e-12
 """Of the largest force over all the period, and of the largest state: by how much a panel and its
 halves may differ."""
@@ -83,14 +82,15 @@ def _panels(
     state: Floats,
     largest: float,
     edges: Floats,
-    ends: list[float],
-) -> None:
-    """Ends of panels within the edges, each fine enough; the state goes round with them."""
+    ends: Floats,
+) -> int:
+    """Ends of panels within the edges, each fine enough, and their number; the state goes round."""
     d, n = u.shape[0], state.size
     whole, first, second = np.empty((3, d)), np.empty((3, d)), np.empty((3, d))
     coarse, fine = np.empty(n), np.empty(n)
     waiting = np.empty(HALVINGS + 2)
     size = np.abs(state).max() if n else 0.0
+    ends[0], count = edges[0], 1
     for i in range(edges.size - 1):
         begin = edges[i]
         waiting[0], left = edges[i + 1], 1
@@ -106,15 +106,17 @@ def _panels(
             for j in range(n):
                 size = max(size, abs(fine[j]))
                 close = close and abs(coarse[j] - fine[j]) <= RESOLVED * size
-            if close or end - begin <= shortest or len(ends) > 2 * MOST:
-                ends.append(middle)
-                ends.append(end)
+            if close or end - begin <= shortest or count > MOST:
+                if count + 2 > ends.size:
+                    return count
+                ends[count], ends[count + 1], count = middle, end, count + 2
                 state[:] = fine
                 begin = end
                 left -= 1
             else:
                 waiting[left] = middle
                 left += 1
+    return count
 
 
 def resolved(law: Any, element: Element, u: Floats, omega: float, counts: float) -> Samples:
@@ -126,17 +128,18 @@ def resolved(law: Any, element: Element, u: Floats, omega: float, counts: float)
     edges = TURN * np.arange(count + 1) / count
     if element.memory:
         edges = np.unique(np.concatenate([edges, *(_turns(each) for each in u)]))
+    ends = np.empty(2 * MOST)
     for _ in range(LAPS):
-        begun, ends = state.copy(), List([0.0])
-        _panels(law, u, omega, parameters, state, largest, edges, ends)
+        begun = state.copy()
+        found = _panels(law, u, omega, parameters, state, largest, edges, ends)
         if np.abs(state - begun).max(initial=0.0) <= REPEATS * np.abs(state).max(initial=0.0):
             break
-    if element.memory and len(ends) > 2 * MOST:
+    if element.memory and found > MOST:
         raise InputError(
             f"Element {element.name!r}: its force changes with every finer division of the period: "
             "what it remembers must be of the motion alone, or samples be given"
         )
-    bounds = np.array(ends)
+    bounds = ends[:found]
     half = 0.5 * np.diff(bounds)[:, None]
     angles = (bounds[:-1, None] + half * (1 + NODES)).reshape(-1)
     return samples_at(harmonics, angles, (half * WEIGHTS).reshape(-1))

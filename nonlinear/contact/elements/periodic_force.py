@@ -33,6 +33,32 @@ powers of two, so that it leaves nothing where a state stays as it is, many inst
 
 
 @kernel
+def _chain(
+    slopes: Floats,
+    table: Floats,
+    slope: Floats,
+    rate: Floats,
+    omega: float,
+    states: Floats,
+    out: Floats,
+) -> None:
+    """Derivatives (e, dm + 1) at an instant from those (2d + n, e) to u, its rate and the state."""
+    d, m = rate.size, table.size
+    for e in range(out.shape[0]):
+        last = 0.0
+        for j in range(d):
+            by_u, by_rate = slopes[j, e], omega * slopes[d + j, e]
+            for a in range(m):
+                out[e, j * m + a] = by_u * table[a] + by_rate * slope[a]
+            last += slopes[d + j, e] * rate[j]
+        out[e, d * m] = last / omega if omega > 0.0 else 0.0
+        for q in range(states.shape[0]):
+            by_state = slopes[2 * d + q, e]
+            for a in range(out.shape[1]):
+                out[e, a] += by_state * states[q, a]
+
+
+@kernel
 def _differentiate(
     force: Any,
     u: Floats,
@@ -55,7 +81,7 @@ def _differentiate(
     x, v, state = np.empty(d), np.empty(d), np.empty(n)
     ahead, behind, reached = np.empty(d), np.empty(d), np.empty(n)
     of_force, of_state = np.empty((2 * d + n, d)), np.empty((2 * d + n, n))
-    moved = np.empty((2 * d + n, d * m + 1))
+    following = np.empty((n, d * m + 1))
     for i in range(len(u)):
         for j in range(2 * d + n):
             for sign in (1.0, -1.0):
@@ -71,16 +97,10 @@ def _differentiate(
                     reached[:] = state
             of_force[j] = (ahead - behind) / (2 * steps[j])
             of_state[j] = (reached - state) / (2 * steps[j])
-        moved[: 2 * d] = 0.0
-        for j in range(d):
-            for a in range(m):
-                moved[j, j * m + a] = table[i, a]
-                moved[d + j, j * m + a] = omega * slope[i, a]
-            if omega > 0:
-                moved[d + j, d * m] = rate[i, j] / omega
-        moved[2 * d :] = states
-        out[i] = of_force.T @ moved
-        states[:] = of_state.T @ moved
+        _chain(of_force, table[i], slope[i], rate[i], omega, states, out[i])
+        if n:
+            _chain(of_state, table[i], slope[i], rate[i], omega, states, following)
+            states[:] = following
 
 
 @dataclass(frozen=True)

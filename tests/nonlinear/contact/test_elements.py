@@ -98,7 +98,9 @@ ELEMENTS = [
 ]
 
 
-@pytest.mark.parametrize("element", ELEMENTS, ids=lambda each: str(each.force))
+@pytest.mark.parametrize(
+    "element", ELEMENTS, ids=lambda each: getattr(each.force, "__name__", each.force)
+)
 @pytest.mark.parametrize("samples", [None, 512])
 def test_derivatives_are_those_of_differences(element: Element, samples: int | None) -> None:
     rng, step, omega = np.random.default_rng(2), 1e-6, 1.3
