@@ -10,7 +10,7 @@ tangential direction, that share v; isotropic friction has one in the tangential
 two dimensions, independent directions dissipate less while slip is small, each waiting for its own
 share of the path to reach μ n/kt, and up to 4/π (circle) or √2 (oblique line) times as much when it
 is large, where together they pull with more than μ n
-(tests/verification/nonlinear/test_plane_friction.py).
+(tests/verification/nonlinear/laws/test_plane_friction.py).
 
 Under constant load the normal spring neither loses contact nor moves the bound of friction: a
 contact that is closed at rest has w_n = 0 and slides at μ kn v^(0); one that is open at rest stays

@@ -106,7 +106,7 @@ def frequency_response(
     hertz = (checked_range if is_range else checked_frequencies)(frequencies)
     points = 100 if is_range else len(hertz)
     ready = options.prepare(system, hertz, points, modes, replaying(journal))
-    reporter = _Reporter(progress)
+    reporter = _PointsDone(progress)
     omegas, solver = TURN * hertz, replace(ready.solver, searching=reporter.searching)
     order = np.argsort(omegas, kind="stable")
     if options.direction == "down":
@@ -126,7 +126,7 @@ def frequency_response(
 
 
 @dataclass
-class _Reporter:
+class _PointsDone:
     """Passes on how many points are done of how many, and which one takes long."""
 
     progress: Progress | None
@@ -159,7 +159,7 @@ def _from_behind(solver: PointSolver, swept: list[Solution]) -> list[Solution]:
 def _report(
     solver: PointSolver,
     solutions: Iterable[Solution],
-    reporter: _Reporter,
+    reporter: _PointsDone,
     ends: tuple[float, float] | None,
     total: int | None,
 ) -> Iterator[Solution]:
