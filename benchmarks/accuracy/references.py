@@ -1,7 +1,7 @@
 """Over-resolved peaks of the scenes: more modes, harmonics and samples until nothing changes.
 
 The response of a fine reduced model is swept over the study's range with `SWEPT` harmonics, upwards
-and, where it jumps, downwards too. Each high maximum of a sweep is then located exactly
+and downwards. Each high maximum of a sweep is then located exactly
 (`nonlinear.following.peak`) with more and more harmonics, each from the last one, until the
 amplitude no longer changes; the highest in the end is the peak. A study sweeps upwards, so that
 this is the peak asked for; what a downward sweep finds beside it counts too, or Newton's iteration
@@ -300,7 +300,7 @@ def reference(scene: Scene, given: Prepared, settled: float = SETTLED) -> dict[s
     begin = time.process_time()
     finder = Reference(scene, given, settled)
     up = finder.tops(True)
-    down = found_again(finder.tops(False, up), up) if finder.jumped else []
+    down = found_again(finder.tops(False, up), up)
     if scene.number in BESIDE:
         down += [top for top in [finder.beside(BESIDE[scene.number])] if top]
         down.sort(key=lambda top: -top.amplitude)
