@@ -104,6 +104,8 @@ def sweep(
     resumed = [0.0]
 
     def progress(done: int, total: int, at: float, amplitude: float) -> None:
+        if amplitude != amplitude:  # looked for, not done
+            return
         marks.append(time.process_time() - resumed[0])
         if done % every == 1:
             unit.sample()
