@@ -104,12 +104,19 @@ def _attempts(
     still = np.zeros_like(balance.linear)
     yield effort.spent(solve(fixed(balance, top), still, 0.0, tolerance=tolerance))
     raised = yield from _raise_harmonics(balance, law, tolerance, effort)
+    ways = [_harden(balance, top), _raise_force(balance, top, raised), _release(balance, top)]
     for most in EFFORTS:
-        for way in (_harden, _raise_force, _release):
+        for starts in ways:
             if effort.left <= 0:
                 return
             effort.attempted()
-            yield from way(balance, top, raised, tolerance, effort, most)
+            for way in starts:
+                begun = effort.spent(
+                    solve(way.family, way.start, way.begin, tolerance=tolerance, limit=way.limit)
+                )
+                if begun.converged:
+                    yield from _followed(way, begun, tolerance, effort, most)
+                    break
 
 
 def _raise_harmonics(
@@ -132,72 +139,67 @@ def _raise_harmonics(
     return static
 
 
-def _harden(
-    balance: Balance,
-    law: Law,
-    static: Floats | None,
-    tolerance: float,
-    effort: Effort,
-    most: int,
-) -> Iterator[Solution]:
-    """From soft contacts to the true ones."""
-    for softest in SOFTEST:
-        family = Hardening(balance, law, softest)
-        still = np.zeros_like(balance.linear)
-        begun = effort.spent(solve(family, still, 0.0, tolerance=tolerance, limit=40))
-        if begun.converged:
-            yield from _followed(family, begun, 1.0, tolerance, effort, most, 1e-5)
-            return
+@dataclass(frozen=True)
+class _Way:
+    """A family that leads to the problem, and where it begins.
+
+    Attributes
+    ----------
+    family : Family
+    start : (c, 3, 2H + 1) float
+        First guess of w, m, at its beginning.
+    begin, target : float
+        The parameter there, and at the problem itself.
+    limit : int
+        Most Newton steps at the beginning.
+    shortest : float
+        Shortest step on the way.
+    """
+
+    family: Family
+    start: Floats
+    begin: float
+    target: float
+    limit: int = 15
+    shortest: float = SHORTEST
 
 
-def _raise_force(
-    balance: Balance,
-    law: Law,
-    static: Floats | None,
-    tolerance: float,
-    effort: Effort,
-    most: int,
-) -> Iterator[Solution]:
+def _harden(balance: Balance, law: Law) -> list[_Way]:
+    """From soft contacts to the true ones, those tried first that are the least soft."""
+    start = np.zeros_like(balance.linear)
+    families = (Hardening(balance, law, softest) for softest in SOFTEST)
+    return [_Way(family, start, 0.0, 1.0, limit=40, shortest=1e-5) for family in families]
+
+
+def _raise_force(balance: Balance, law: Law, static: Floats | None) -> list[_Way]:
     """From the static state, raise all that vibrates from nothing to its full amplitude."""
     if static is None or balance.linear.shape[2] == 1:
-        return
+        return []
     direction = balance.linear.copy()
     direction[:, :, 0] = 0.0
     still = replace(balance, linear=balance.linear - direction)
-    family = Loads(still, direction, law)
     start = np.zeros_like(balance.linear)
     start[:, :, 0] = static[:, :, 0]
-    begun = effort.spent(solve(family, start, 0.0, tolerance=tolerance))
-    if begun.converged:
-        yield from _followed(family, begun, 1.0, tolerance, effort, most)
+    return [_Way(Loads(still, direction, law), start, 0.0, 1.0)]
 
 
-def _release(
-    balance: Balance,
-    law: Law,
-    static: Floats | None,
-    tolerance: float,
-    effort: Effort,
-    most: int,
-) -> Iterator[Solution]:
+def _release(balance: Balance, law: Law) -> list[_Way]:
     """From contacts held down and held back by force to the true ones."""
-    family = release(balance, law)
-    begun = effort.spent(solve(family, np.zeros_like(balance.linear), 1.0, tolerance=tolerance))
-    if begun.converged:
-        yield from _followed(family, begun, 0.0, tolerance, effort, most)
+    return [_Way(release(balance, law), np.zeros_like(balance.linear), 1.0, 0.0)]
 
 
 def _followed(
-    family: Family,
-    begun: Solution,
-    target: float,
-    tolerance: float,
-    effort: Effort,
-    most: int,
-    shortest: float = SHORTEST,
+    way: _Way, begun: Solution, tolerance: float, effort: Effort, most: int
 ) -> Iterator[Solution]:
-    most = min(most, effort.left)
-    arc = follow(family, begun, target, tolerance, limit=600, effort=most, shortest=shortest)
+    arc = follow(
+        way.family,
+        begun,
+        way.target,
+        tolerance,
+        limit=600,
+        effort=min(most, effort.left),
+        shortest=way.shortest,
+    )
     effort.left -= arc.iterations
     if arc.solution is not None:
         yield arc.solution

@@ -166,6 +166,8 @@ def _report(
     """Pass solutions on, reporting each."""
     for done, solution in enumerate(solutions, 1):
         yield solution
+        if reporter.progress is None:
+            continue
         if ends is not None:
             share = (solution.omega - ends[0]) / (ends[1] - ends[0])
             expected = done if share >= 1 else max(done + 1, round(done / max(share, 0.01)))

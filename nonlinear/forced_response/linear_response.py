@@ -133,7 +133,7 @@ class _Limit:
         if not self._by_modes:
             return structure.amplitudes(omega, w)
         return [
-            static_part(structure).amplitudes(omega, w[:, :, :1])[0],
+            self._static.amplitudes(omega, w[:, :, :1])[0],
             *(self._alone(h, omega) for h in range(1, structure.harmonics + 1)),
         ]
 
@@ -143,9 +143,14 @@ class _Limit:
         return push / self.structure.at(harmonic).dynamic(harmonic * omega)
 
     @cached_property
+    def _static(self) -> Structure:
+        """The structure at rest, whose modes and receptances are kept for all frequencies."""
+        return static_part(self.structure)
+
+    @cached_property
     def _still(self) -> Floats:
         """(3c,) w at rest, for a static load that does not depend on the frequency."""
-        return self._at_rest(static_part(self.structure).balance(0.0))
+        return self._at_rest(self._static.balance(0.0))
 
     def _at_rest(self, balance: Balance) -> Floats:
         """(3c,) w at rest."""
@@ -167,8 +172,7 @@ class _Limit:
         if self._by_modes and not varies:
             w = np.zeros((structure.harmonics + 1, len(structure.stiffness)), complex)
             u, w[0], shape = w.copy(), self._still, (len(self.closed), 3, -1)
-            at_rest = static_part(structure).balance(0.0)
-            u[0] = at_rest.displacement(self._still.reshape(shape)).reshape(-1)
+            u[0] = self._static.balance(0.0).displacement(self._still.reshape(shape)).reshape(-1)
             for h in range(1, structure.harmonics + 1):
                 u[h] = structure.at(h).rows @ self._alone(h, omega)
                 w[h, rows] = u[h, rows]
@@ -176,7 +180,7 @@ class _Limit:
         balance = source.balance(omega)
         linear = to_complex(balance.linear.reshape(-1, balance.linear.shape[2]))
         w = np.zeros_like(linear)
-        w[0] = self._at_rest(static_part(structure).balance(omega)) if varies else self._still
+        w[0] = self._at_rest(self._static.balance(omega)) if varies else self._still
         balance.columns.hold(rows)
         for h, R in enumerate(balance.columns.held[1:], 1):
             matrix = np.eye(len(rows)) - R[np.ix_(balance.columns.place[rows], rows)].T

@@ -151,8 +151,10 @@ def _kept(
     }
 
 
-def _between(where: str, keys: ContactKeys | ElementKeys, scene: Scene) -> tuple[str, str]:
-    """The components that keys name."""
+def _ends(
+    name: str, where: str, keys: ContactKeys | ElementKeys, scene: Scene
+) -> tuple[dict[str, Any], Mapping[str, Any]]:
+    """What keys say of both ends of contacts or elements, and the other columns of their pairs."""
     own, mate = keys.between or ("", "")
     if own == GROUND:
         raise InputError(f'{where}.between: "{GROUND}" goes second')
@@ -160,7 +162,16 @@ def _between(where: str, keys: ContactKeys | ElementKeys, scene: Scene) -> tuple
         raise InputError(f"{where}.next_sector: needs ring.sectors of at least 2")
     if keys.next_sector and mate == GROUND:
         raise InputError(f"{where}.next_sector: {GROUND} has no sectors")
-    return own, mate
+    mine, theirs, table = _pairs(keys.pairs, mate == GROUND, f"{where}.pairs")
+    found = {
+        "name": name,
+        "own": own,
+        "mate": "" if mate == GROUND else mate,
+        "own_nodes": mine,
+        "mate_nodes": theirs,
+        "next_sector": keys.next_sector,
+    }
+    return found, table
 
 
 def _elements(name: str, keys: ElementKeys, scene: Scene) -> Touching:
@@ -168,41 +179,35 @@ def _elements(name: str, keys: ElementKeys, scene: Scene) -> Touching:
     where = f"elements.{name}"
     if name in scene.contacts:
         raise InputError(f"{where}: contacts have that name already")
-    own, mate = _between(where, keys, scene)
-    mine, theirs, table = _pairs(keys.pairs, mate == GROUND, f"{where}.pairs")
+    ends, table = _ends(name, where, keys, scene)
+    count = len(ends["own_nodes"])
     if more := [column for column in table if column not in ("node", "mate")]:
         raise InputError(f"{keys.pairs}: column {more[0]!r}: an element has node and mate only")
     along = np.array(keys.direction, float)
     if not (length := float(np.linalg.norm(along))) > 0:
         raise InputError(f"{where}.direction: must not be zero")
-    frames = np.zeros((len(mine), 3, 3))
+    frames = np.zeros((count, 3, 3))
     frames[:, 0] = along / length
     try:
         element = Element(force=keys.law, places=[0], parameters=keys.parameters, name=name)
     except InputError as error:
         raise InputError(f"{where}: {str(error).partition(': ')[2]}") from None
-    still, any_size = np.zeros(len(mine)), np.ones(len(mine))
+    still = np.zeros(count)
     return Touching(
-        name=name,
-        own=own,
-        mate="" if mate == GROUND else mate,
-        own_nodes=mine,
-        mate_nodes=theirs,
+        **ends,
         frames=frames,
-        kn=any_size,
-        kt=np.column_stack([any_size] * 2),
+        kn=np.ones(count),  # joining gives them the structure's own
+        kt=np.ones((count, 2)),
         mu=still,
         interference=still,
-        next_sector=keys.next_sector,
         element=element,
     )
 
 
 def _touching(name: str, keys: ContactKeys, scene: Scene) -> Touching:
     where = f"contacts.{name}"
-    own, mate = _between(where, keys, scene)
-    mine, theirs, table = _pairs(keys.pairs, mate == GROUND, f"{where}.pairs")
-    count = len(mine)
+    ends, table = _ends(name, where, keys, scene)
+    count = len(ends["own_nodes"])
     for column, stands in COLUMNS.items():
         for key in stands:
             if column in table and getattr(keys, key) is not None:
@@ -212,19 +217,14 @@ def _touching(name: str, keys: ContactKeys, scene: Scene) -> Touching:
     for key, values in numbers.items():
         _refuse_outside(f"{where}.pairs", key, values, keys.pairs)
     frames = _frames(table, keys, count, where)
-    _refuse_twice(where, mine, theirs, frames[:, 0])
+    _refuse_twice(where, ends["own_nodes"], ends["mate_nodes"], frames[:, 0])
     return Touching(
-        name=name,
-        own=own,
-        mate="" if mate == GROUND else mate,
-        own_nodes=mine,
-        mate_nodes=theirs,
+        **ends,
         frames=frames,
         kn=numbers["kn"],
         kt=np.column_stack([numbers["kt"]] * 2),
         mu=numbers["mu"],
         interference=numbers["interference"],
-        next_sector=keys.next_sector,
     )
 
 
