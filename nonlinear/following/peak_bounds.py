@@ -115,7 +115,7 @@ def peak_bounds(
     near : (float, float)
         Range of frequencies in which the peak is looked for, Hz.
     options : Options
-        Coupled, with orthogonal friction and one harmonic at least; their direction is that in
+        Coupled, with located events and one harmonic at least; their direction is that in
         which sweeps pass frequencies.
     output : (str, int), optional
         Name of the output node and direction, 0 to 2; by default those of the largest amplitude.

@@ -10,10 +10,12 @@ with w_n = 0 in a closed contact and n = 0 in an open one. All states at rest ar
     n >= 0,      w_n <= 0,      |t - (1 - s) r μ n| <= s μ n:
 
 r is the share of Coulomb's limit that is used where all sliders were assembled at zero, s the share
-by which it may be another. As long as no contact opens or closes they form a polytope, on which the
-joint's load Σ n is linear: its ends are found by linear programming. Contacts with n = w_n = 0 that
-hold an end back then open or close, and the programme goes on from there, never back: no state with
-the same contacts open lies beyond an end, others may. The state at each is solved by itself.
+by which it may be another; of each direction by itself, or of isotropic friction as a vector. As
+long as no contact opens or closes they form a polytope, or a convex set with discs for sides, on
+which the joint's load Σ n is linear: its ends are found by linear programming, discs by tangents
+that are added where a programme's solution lies beyond (Kelley 1960). Contacts with n = w_n = 0
+that hold an end back then open or close, and the programme goes on from there, never back: no state
+with the same contacts open lies beyond an end, others may. The state at each is solved by itself.
 """
 
 from collections.abc import Mapping, Sequence
@@ -38,13 +40,20 @@ if TYPE_CHECKING:
 
 Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
+Indices = NDArray[np.intp]
 Joints: TypeAlias = str | Sequence[str] | Bools
 
 BETTER = 1e-4
 """How much further, relatively, an end must lie to count as further."""
 SOLVED, INFEASIBLE, UNBOUNDED = 0, 2, 3
 NOTHING = 1e-9
-"""Of a programme's objective and multipliers, relative to its largest coefficient."""
+"""Of a programme's objective, multipliers and friction, relative to the largest."""
+WAYS = np.array([[1.0, 0.0], [-1.0, 0.0], [0.0, 1.0], [0.0, -1.0]])
+"""Directions that bound friction; where it is isotropic, tangents of its discs are added."""
+FEASIBLE = 1e-10
+"""By how much a programme's solution may violate a bound, in units of `RestStates.scale`."""
+TANGENTS = 40
+"""Most times that they are."""
 
 
 @dataclass(frozen=True)
@@ -90,42 +99,80 @@ class RestStates:
         """(3c,) and (3c, 3c): u - w = a + A w of all springs, in units of `scale`."""
         return self.linear / self.scale, self.receptance - np.eye(len(self.linear))
 
+    @property
+    def _isotropic(self) -> bool:
+        return self.options.friction == "isotropic"
+
     @cached_property
-    def _friction(self) -> tuple[Floats, Floats]:
-        """A (4c, 3c), b (4c,) of A w <= b: friction within its bounds."""
-        contacts, force = self.system.contacts, self.nominal.force[0, 0].real
-        start, by = (each.reshape(contacts.count, 3, -1) for each in self.stretch)
-        limit = contacts.mu * force[:, 0]
-        matrices, bounds = [], []
-        for way in (0, 1):
-            pull = force[:, 1 + way]
-            used = np.divide(pull, limit, where=limit > 0, out=np.zeros_like(pull)).clip(-1, 1)
-            for side in (1.0, -1.0):
-                most = self.share + side * (1 - self.share) * used
-                reach = (most * contacts.alpha[:, way])[:, None]
-                matrices.append(side * by[:, 1 + way] - reach * by[:, 0])
-                bounds.append(reach * start[:, 0] - side * start[:, 1 + way])
-        return np.vstack(matrices), np.concatenate(bounds)[:, 0]
+    def _used(self) -> Floats:
+        """(c, 2) r, along the friction, of each contact."""
+        force = self.nominal.force[0, 0].real
+        friction, limit = force[:, 1:], (self.system.contacts.mu * force[:, 0])[:, None]
+        used = np.divide(friction, limit, where=limit > 0, out=np.zeros_like(friction))
+        size = np.hypot(*used.T)[:, None] if self._isotropic else np.abs(used)
+        return np.asarray(used / np.maximum(size, 1.0))
+
+    def _bounded(self, contact: Indices, way: Floats) -> tuple[Floats, Floats]:
+        """A (k, 3c), b (k,) of A w <= b: friction of contacts (k,) within its bounds by (k, 2)."""
+        start, by = (each.reshape(len(self.closed), 3, -1)[contact] for each in self.stretch)
+        share, alpha = self.share[contact], self.system.contacts.alpha[contact]
+        most = share + (1 - share) * np.vecdot(way, self._used[contact])
+        reach = (most * np.vecdot(way**2, alpha))[:, None]
+        matrix = np.vecdot(way[:, :, None], by[:, 1:], axis=1) - reach * by[:, 0]
+        bound = reach * start[:, 0] - np.vecdot(way[:, :, None], start[:, 1:], axis=1)
+        return matrix, bound[:, 0]
+
+    def _beyond(self, w: Floats, assembled: float) -> tuple[Indices, Floats]:
+        """Contacts (k,) whose friction lies outside its disc, and the ways (k, 2) in which."""
+        start, by = self.stretch
+        stretch = (assembled * start + by @ w).reshape(-1, 3)
+        reach = self.system.contacts.alpha[:, 0] * stretch[:, 0]
+        aside = stretch[:, 1:] - ((1 - self.share) * reach)[:, None] * self._used
+        size = np.hypot(*aside.T)
+        beyond = np.flatnonzero(size - self.share * reach > NOTHING * np.abs(stretch).max())
+        return beyond, aside[beyond] / size[beyond, None]
 
     def least(self, objective: Floats) -> "OptimizeResult":
-        """The w (3c,), in units of `scale`, at which a linear objective (3c,) is least, if any."""
+        """The w (3c,), in units of `scale`, at which a linear objective (3c,) is least, if any.
+
+        Isotropic friction is bounded by tangents of its discs, more of them where they leave room.
+        """
+        count = len(self.closed)
+        rows = self._bounded(np.tile(np.arange(count), len(WAYS)), np.repeat(WAYS, count, axis=0))
+        found = self._programme(objective, *rows)
+        for _ in range(TANGENTS if self._isotropic else 0):
+            endless = found.status == UNBOUNDED
+            reached = self._programme(objective, *rows, ray=True) if endless else found
+            if reached.status != SOLVED:
+                break
+            contact, way = self._beyond(reached.x, 0.0 if endless else 1.0)
+            if not len(contact):
+                break
+            tangents = self._bounded(contact, way)
+            rows = np.vstack([rows[0], tangents[0]]), np.append(rows[1], tangents[1])
+            found = self._programme(objective, *rows)
+        return found
+
+    def _programme(
+        self, objective: Floats, matrix: Floats, bound: Floats, ray: bool = False
+    ) -> "OptimizeResult":
+        """The least w with friction A w <= b; or a way, |w| <= 1, on which it falls without end."""
         from scipy.optimize import linprog  # loaded by those alone who ask
 
         start, by = (each[::3] for each in self.stretch)
-        matrix, bound = self._friction
-        closed = self.closed
-        limits = np.full((len(self.linear), 2), np.inf) * [-1, 1]
+        held, closed = (0.0 if ray else 1.0), self.closed
+        limits = np.full((len(self.linear), 2), 1.0 if ray else np.inf) * [-1, 1]
         limits[::3, 1] = 0.0
-        limits[::3, 0] = np.where(closed, 0.0, -np.inf)
+        limits[closed.nonzero()[0] * 3, 0] = 0.0
         programme = (
             objective / (np.abs(objective).max() or 1.0),
             np.vstack([-by[closed], matrix]),
-            np.concatenate([start[closed], bound]),
+            held * np.concatenate([start[closed], bound]),
             by[~closed],
-            -start[~closed],
+            -held * start[~closed],
             limits,
         )
-        found = linprog(*programme)
+        found = linprog(*programme, options={"primal_feasibility_tolerance": FEASIBLE})
         if found.status not in (SOLVED, INFEASIBLE, UNBOUNDED):  # where the simplex method is lost
             found = linprog(*programme, method="highs-ipm")
         return found
@@ -220,8 +267,6 @@ def rest_states(
     if not 0 <= share <= 1:
         raise InputError(f"share: given {share}: needs 0 to 1")
     system.contacts.refuse_elements("a bound over static friction")
-    if options.friction != "orthogonal":
-        raise InputError("friction: given 'isotropic': bounds are of orthogonal friction")
     contacts = replace(system.contacts, slider=np.zeros_like(system.contacts.kt))
     system = replace(system, contacts=contacts)
     prepared = structure(system, 0, known=modes)

@@ -71,8 +71,7 @@ def static_bounds(
     Raises
     ------
     InputError
-        If a joint is unknown, the share is not possible, friction is isotropic, or the structure is
-        not held.
+        If a joint is unknown, the share is not possible, or the structure is not held.
     """
     states = rest_states(system, joints, share, options, modes)
     names = dict.fromkeys(system.contacts.joints if of is None else np.atleast_1d(of).tolist())

@@ -29,6 +29,7 @@ from vanelock.rom.system.system import Contacts, Diameter, Force, System
 
 NEAR = (0.1, 0.3)
 MU = 0.5
+FRICTIONS = ("orthogonal", "isotropic")
 
 
 def held_pad(force: float) -> System:
@@ -67,11 +68,12 @@ def peak_by_load(force: float, load: float) -> float:
     return jenkins_peak(force, MU * load)[1]
 
 
+@pytest.mark.parametrize("friction", FRICTIONS)
 @pytest.mark.parametrize("force", [0.1, 1.0])
-def test_the_peak_is_that_of_the_loads_a_clamp_can_hold(force: float) -> None:
+def test_the_peak_is_that_of_the_loads_a_clamp_can_hold(force: float, friction: str) -> None:
     system = held_pad(force)
     loads = static_bounds(system, "pad").rest_load[0]
-    found = peak_bounds(system, NEAR, Options(1))
+    found = peak_bounds(system, NEAR, Options(1, friction=friction))
     assert found.converged.all()
     assert found.joints == ("pad", "clamp")
     for amplitude, load in zip(found.amplitude, found.rest_load[:, 0], strict=True):
@@ -107,15 +109,16 @@ def test_where_all_slips_there_is_one_peak(random_system: Callable[..., System])
 
 
 @cache
-def oblique() -> System:
+def oblique(friction: str = "orthogonal") -> System:
     """The held pad in general position, with a second clamp."""
+    aside = 1.0 if friction == "isotropic" else 1.125
     rng = np.random.default_rng(4)
     system = held_pad(0.3)
     own = np.concatenate([system.diameters[0].own, np.zeros((1, 3, 2))])
     own = own + 0.1 * rng.normal(size=own.shape)
     contacts = Contacts(
         kn=np.array([2.0, 1.0, 1.5]),
-        kt=np.array([[KT, KT], [1.0, 1.2], [0.8, 0.9]]),
+        kt=np.array([[KT, KT], [1.0, aside], [0.8, 0.8 * aside]]),
         mu=np.array([MU, 1.5, 1.5]),
         v0=np.array([1.0, 4.0, 4.0]),
         joint=("pad", "clamp", "clamp"),
@@ -124,14 +127,16 @@ def oblique() -> System:
     return replace(system, contacts=contacts, diameters={0: diameter})
 
 
+@pytest.mark.parametrize("friction", FRICTIONS)
 @pytest.mark.parametrize("harmonics", [1, 4])
-def test_the_gradient_is_that_of_differences(harmonics: int) -> None:
-    found = peak_bounds(oblique(), NEAR, Options(harmonics), share=0.0)
+def test_the_gradient_is_that_of_differences(harmonics: int, friction: str) -> None:
+    system, options = oblique(friction), Options(harmonics, friction=friction)
+    found = peak_bounds(system, NEAR, options, share=0.0)
     component = (0, found.direction)
 
     def peak(slider: np.ndarray):
-        moved = replace(oblique(), contacts=replace(oblique().contacts, slider=slider))
-        ready = Options(harmonics).prepare(moved, NEAR, 1000)
+        moved = replace(system, contacts=replace(system.contacts, slider=slider))
+        ready = options.prepare(moved, NEAR, 1000)
         resonance = Resonance(ready.solver.family, component, 1e-12)
         begun = ready.solver.sweep(np.array([2 * np.pi * found.frequency[1]]))
         solution = next(iter(begun))
@@ -155,14 +160,16 @@ def test_the_gradient_is_that_of_differences(harmonics: int) -> None:
     assert abs(gradient[0, 1]) < 1e-9  # the pad slips there
 
 
-def test_no_random_place_lies_outside() -> None:
-    system, random = oblique(), np.random.default_rng(2)
-    found = peak_bounds(system, NEAR, Options(1), starts=2)
+@pytest.mark.parametrize("friction", FRICTIONS)
+def test_no_random_place_lies_outside(friction: str) -> None:
+    system, random = oblique(friction), np.random.default_rng(2)
+    options = Options(1, friction=friction)
+    found = peak_bounds(system, NEAR, options, starts=2)
     low, _, high = found.amplitude
     for _ in range(20):
         slider = 4 * random.normal(size=(3, 2)) * random.uniform()
         moved = replace(system, contacts=replace(system.contacts, slider=slider))
-        drawn = highest_of(moved)
+        drawn = highest_of(moved, options)
         assert 0.99 * low < drawn < 1.01 * high
 
 
@@ -234,9 +241,9 @@ def test_an_end_is_stationary_where_its_gradient_alone_gives_all_changes(
     assert not peak_bounds(held_pad(1.0), NEAR, Options(1)).stationary.any()
 
 
-def highest_of(system: System) -> float:
+def highest_of(system: System, options: Options) -> float:
     """The highest amplitude of a fine sweep, m."""
-    response = frequency_response(system, NEAR, Options(1), find_jumps=False)
+    response = frequency_response(system, NEAR, options, find_jumps=False)
     return float(response.amplitude.max())
 
 
@@ -247,7 +254,6 @@ def highest_of(system: System) -> float:
         ({"near": (0.5, 0.6)}, "near: no peak was found in it"),
         ({"share": -1.0}, "share: given -1.0: needs 0 to 1"),
         ({"joints": "hub"}, "closed: given 'hub'"),
-        ({"options": Options(1, friction="isotropic")}, "isotropic"),
         ({"options": Options(1, coupling="uncoupled")}, "bounds are of coupled balances"),
         ({"options": Options(0)}, "harmonics: given 0"),
         ({"starts": -1}, "starts: given -1"),

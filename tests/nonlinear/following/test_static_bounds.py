@@ -7,9 +7,11 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.optimize import minimize
 
 from vanelock.common.errors import InputError
 from vanelock.nonlinear import Options, StaticBounds, audit_response, static_bounds, static_response
+from vanelock.nonlinear.following.rest_states import rest_states
 from vanelock.rom.system.system import Contacts, Diameter, System
 
 Make = Callable[..., System]
@@ -19,10 +21,13 @@ OBLIQUE = 0.3
 """What the second contact closes by where the first closes by 1."""
 
 
-def wedge() -> System:
-    """One coordinate that closes a pad, and slides and closes a wedge."""
+PLANE = Options(friction="isotropic")
+
+
+def wedge(angle: float = 0.0) -> System:
+    """One coordinate that closes a pad, and slides and closes a wedge, in its plane by an angle."""
     own = np.zeros((2, 3, 1))
-    own[0, 0], own[1, 1], own[1, 0] = 1, 1, OBLIQUE
+    own[0, 0], own[1, 0], own[1, 1:, 0] = 1, OBLIQUE, (np.cos(angle), np.sin(angle))
     return System(
         sectors=1,
         engine_order=1,
@@ -36,6 +41,12 @@ def wedge() -> System:
 
 def named(system: System, *joints: str) -> System:
     return replace(system, contacts=replace(system.contacts, joint=joints))
+
+
+def alike(system: System) -> System:
+    """With the first tangential stiffness in both directions."""
+    kt = np.repeat(system.contacts.kt[:, :1], 2, axis=1)
+    return replace(system, contacts=replace(system.contacts, kt=kt))
 
 
 def wedge_load(used: float) -> float:
@@ -60,12 +71,27 @@ def test_a_wedge_holds_a_pad_between_the_loads_of_its_closed_form(share: float) 
     assert found.converged.all()
 
 
-def test_a_wedge_that_holds_itself_may_hold_any_load() -> None:
+@pytest.mark.parametrize("share", [1.0, 0.4])
+@pytest.mark.parametrize("angle", [0.0, 0.3, 0.8, 2.5])
+def test_isotropic_friction_holds_the_same_loads_in_whatever_direction(
+    angle: float, share: float
+) -> None:
+    found = static_bounds(wedge(angle), "pad", share=share, options=PLANE)
+    force = static_response(wedge(angle), PLANE).force[0, 0, 1].real
+    used = force[1:] @ [np.cos(angle), np.sin(angle)] / (MU * force[0])
+    expected = [wedge_load((1 - share) * used + sign * share) for sign in (1, -1)]
+    np.testing.assert_allclose(found.rest_load[0, ::2], sorted(expected), rtol=1e-8)
+    assert found.converged.all()
+
+
+@pytest.mark.parametrize("options", [Options(), PLANE])
+def test_a_wedge_that_holds_itself_may_hold_any_load(options: Options) -> None:
     # K + kn₁ + β kn₂ (β - μ) = 0: pulling it in presses it on as much as it takes.
     least = OBLIQUE + (K + KN[0]) / (OBLIQUE * KN[1])
+    system = wedge(0.0 if options.friction == "orthogonal" else 0.6)
     for mu, wedges in ((0.99 * least, False), (1.01 * least, True)):
-        contacts = replace(wedge().contacts, mu=np.array([MU, mu]))
-        found = static_bounds(replace(wedge(), contacts=contacts), "pad")
+        contacts = replace(system.contacts, mu=np.array([MU, mu]))
+        found = static_bounds(replace(system, contacts=contacts), "pad", options=options)
         assert np.isinf(found.rest_load[0, 2]) == wedges
         assert found.converged.all()
 
@@ -99,14 +125,48 @@ def test_no_state_on_a_grid_lies_outside_and_some_come_close(random_system: Make
     assert high - 0.2 * (high - low) < max(loads) < high * (1 + 1e-9)
 
 
-def test_each_end_is_a_state_at_rest(random_system: Make) -> None:
-    system = named(random_system(2, mu=0.4, harmonics=1), *"aabbbb")
-    found = static_bounds(system)
+def test_loads_that_isotropic_friction_holds_are_those_of_a_cone_programme(
+    random_system: Make,
+) -> None:
+    system = alike(named(random_system(5, contacts=3, mu=0.4, harmonics=1), *"abb"))
+    states = rest_states(system, "all", 1.0, PLANE, None)
+    start, by = states.stretch
+    contacts, ends = system.contacts, []
+
+    def stretch(w: np.ndarray) -> np.ndarray:
+        return (start + by @ w).reshape(-1, 3)
+
+    def room(w: np.ndarray) -> np.ndarray:
+        v = stretch(w)
+        return (contacts.alpha[:, 0] * v[:, 0]) ** 2 - v[:, 1] ** 2 - v[:, 2] ** 2
+
+    places = np.repeat(np.eye(9)[:, [1, 2, 4, 5, 7, 8]], 1, axis=1)  # contacts stay closed
+    for sign in (1, -1):
+        found = minimize(
+            lambda s, sign=sign: sign * contacts.kn[0] * stretch(places @ s)[0, 0],
+            np.zeros(6),
+            constraints={"type": "ineq", "fun": lambda s: room(places @ s)},
+            method="SLSQP",
+            options={"ftol": 1e-14, "maxiter": 1000},
+        )
+        assert found.success
+        ends.append(sign * found.fun * states.scale)
+    found = static_bounds(system, "a", options=PLANE)
+    assert found.converged.all()
+    np.testing.assert_allclose(found.rest_load[0, ::2], ends, rtol=1e-7)
+    square = static_bounds(system, "a")
+    assert np.ptp(square.rest_load[0]) > 1.02 * np.ptp(found.rest_load[0])
+
+
+@pytest.mark.parametrize("options", [Options(), PLANE])
+def test_each_end_is_a_state_at_rest(random_system: Make, options: Options) -> None:
+    system = alike(named(random_system(2, mu=0.4, harmonics=1), *"aabbbb"))
+    found = static_bounds(system, options=options)
     assert found.joints == ("a", "b")
     for i, chosen in enumerate((slice(0, 2), slice(2, 6))):
         for slider, load in zip(found.slider[i], found.rest_load[i], strict=True):
             moved = replace(system, contacts=replace(system.contacts, slider=slider))
-            state = static_response(moved)
+            state = static_response(moved, options)
             assert audit_response(moved, state).residual[0] < 1e-9
             total = state.force[0, 0, chosen, 0].real.sum()
             assert total == pytest.approx(load, rel=1e-9, abs=1e-12)
@@ -127,7 +187,6 @@ def test_bounds_are_saved_and_loaded(tmp_path: Path) -> None:
         ({"of": "hub"}, "of: given 'hub': joints are pad, wedge"),
         ({"share": 1.2}, "share: given 1.2: needs 0 to 1"),
         ({"share": float("nan")}, "share: given nan: needs 0 to 1"),
-        ({"options": Options(friction="isotropic")}, "friction: given 'isotropic'"),
         ({"joints": np.ones(3, bool)}, r"given bool of shape \(3,\): needs bool, \(2,\)"),
     ],
 )
