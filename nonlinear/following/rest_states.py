@@ -116,11 +116,11 @@ class RestStates:
         """A (k, 3c), b (k,) of A w <= b: friction of contacts (k,) within its bounds by (k, 2)."""
         start, by = (each.reshape(len(self.closed), 3, -1)[contact] for each in self.stretch)
         share, alpha = self.share[contact], self.system.contacts.alpha[contact]
-        most = share + (1 - share) * np.vecdot(way, self._used[contact])
-        reach = (most * np.vecdot(way**2, alpha))[:, None]
-        matrix = np.vecdot(way[:, :, None], by[:, 1:], axis=1) - reach * by[:, 0]
-        bound = reach * start[:, 0] - np.vecdot(way[:, :, None], start[:, 1:], axis=1)
-        return matrix, bound[:, 0]
+        most = share + (1 - share) * (way * self._used[contact]).sum(axis=1)
+        reach = (most * (way**2 * alpha).sum(axis=1))[:, None]
+        matrix = (way[:, :, None] * by[:, 1:]).sum(axis=1) - reach * by[:, 0]
+        bound = reach * start[:, 0] - (way[:, :, None] * start[:, 1:]).sum(axis=1)
+        return np.asarray(matrix), np.asarray(bound[:, 0])
 
     def _beyond(self, w: Floats, assembled: float) -> tuple[Indices, Floats]:
         """Contacts (k,) whose friction lies outside its disc, and the ways (k, 2) in which."""

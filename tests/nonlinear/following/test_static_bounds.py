@@ -134,11 +134,11 @@ def test_loads_that_isotropic_friction_holds_are_those_of_a_cone_programme(
     contacts, ends = system.contacts, []
 
     def stretch(w: np.ndarray) -> np.ndarray:
-        return (start + by @ w).reshape(-1, 3)
+        return np.asarray((start + by @ w).reshape(-1, 3))
 
     def room(w: np.ndarray) -> np.ndarray:
         v = stretch(w)
-        return (contacts.alpha[:, 0] * v[:, 0]) ** 2 - v[:, 1] ** 2 - v[:, 2] ** 2
+        return np.asarray((contacts.alpha[:, 0] * v[:, 0]) ** 2 - v[:, 1] ** 2 - v[:, 2] ** 2)
 
     places = np.repeat(np.eye(9)[:, [1, 2, 4, 5, 7, 8]], 1, axis=1)  # contacts stay closed
     for sign in (1, -1):
