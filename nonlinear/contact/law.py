@@ -190,11 +190,8 @@ def contact_law(
     InputError
         If friction is unknown, or isotropic where a contact is stiffer in one direction.
     """
-    if friction not in FRICTIONS:
-        raise InputError(f"friction: given {friction!r}: allowed: {', '.join(FRICTIONS)}")
+    check_friction(contacts, friction)
     isotropic = friction == "isotropic"
-    if isotropic:
-        _check_isotropic(contacts)
     if samples is None:
         table = grid(harmonics)
     else:
@@ -204,8 +201,12 @@ def contact_law(
     return Law(alpha, stiffness, table, located, isotropic, constant_load, elements)
 
 
-def _check_isotropic(contacts: Contacts) -> None:
-    """Refuse contacts whose two tangential springs differ."""
+def check_friction(contacts: Contacts, friction: str) -> None:
+    """Refuse unknown friction, and isotropic friction where two tangential springs differ."""
+    if friction not in FRICTIONS:
+        raise InputError(f"friction: given {friction!r}: allowed: {', '.join(FRICTIONS)}")
+    if friction != "isotropic":
+        return
     uneven = np.abs(contacts.kt[:, 0] - contacts.kt[:, 1]) > 1e-9 * contacts.kt.max(axis=1)
     uneven &= contacts.springs
     if np.any(uneven):

@@ -4,14 +4,18 @@ Within a step the relative displacements run straight from where they are to whe
 rest at its end, u = known + G w, G the motion that the deviations w cause within the step. Along
 a straight path the contact law is exact: a slider that meets its bound goes with it, and one that
 comes back into contact holds on where the path crosses v = 0. The deviations at the end of the
-step are one scalar problem each, solved exactly, in turn, until none changes (nonlinear
-Gauss-Seidel).
+step are one scalar problem each, of isotropic friction one of two unknowns (`plane_step`), solved
+in turn, until none changes (nonlinear Gauss-Seidel).
 """
+
+import math
 
 import numpy as np
 from numpy.typing import NDArray
 
+from vanelock.nonlinear.contact.isotropic.disc_slider import RATES, pursue
 from vanelock.nonlinear.fourier.kernels import kernel
+from vanelock.nonlinear.transient.plane_step import slider_in_plane
 
 Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
@@ -78,6 +82,38 @@ def _spread(
 
 
 @kernel
+def _in_plane(
+    u: Floats,
+    w: Floats,
+    u_before: Floats,
+    w_before: Floats,
+    coupling: Floats,
+    radius: tuple[float, float],
+    a: int,
+    place: Floats,
+) -> None:
+    """Place (2,) of a slider in the plane of columns a and a + 1; radii of its disc at both ends."""
+    known, own = np.empty(2), np.empty((2, 2))
+    for i in range(2):
+        known[i] = u[a + i]
+        for k in range(2):
+            own[i, k] = coupling[a + k, a + i]
+            known[i] -= own[i, k] * w[a + k]
+        place[i] = w[a + i]
+    slider_in_plane(
+        known,
+        own,
+        w_before[a : a + 2],
+        u_before[a : a + 2],
+        radius[0],
+        radius[1],
+        place,
+        np.empty(2),
+        np.empty((2, RATES)),
+    )
+
+
+@kernel
 def sweep(
     u: Floats,
     w: Floats,
@@ -85,54 +121,61 @@ def sweep(
     w_before: Floats,
     coupling: Floats,
     alpha: Floats,
+    isotropic: bool,
     listed: Columns,
 ) -> float:
     """Solve the listed contacts once, one after the other; the largest change of a deviation."""
-    largest = 0.0
+    largest, places = 0.0, np.empty(3)
     for j in range(u.shape[0]):
         for c in listed:
             for e in range(3):
                 a = 3 * c + e
                 own = coupling[0, a, a]
                 known = u[j, a] - own * w[j, a]
+                v_before, v = u_before[j, 3 * c], u[j, 3 * c]
                 if e == 0:
-                    place = normal_deviation(known, own)
-                else:
-                    v_before, v = u_before[j, 3 * c], u[j, 3 * c]
-                    place = slider_place(
+                    places[0] = normal_deviation(known, own)
+                elif not isotropic:
+                    places[e] = slider_place(
                         known, own, w_before[j, a], u_before[j, a], v_before, v, alpha[c, e - 1]
                     )
-                change = place - w[j, a]
+                elif e == 1:
+                    radius = alpha[c, 0] * v_before, alpha[c, 0] * v
+                    _in_plane(
+                        u[j], w[j], u_before[j], w_before[j], coupling[0], radius, a, places[1:]
+                    )
+                change = places[e] - w[j, a]
                 if change != 0.0:
-                    w[j, a] = place
+                    w[j, a] = places[e]
                     _spread(u, coupling, j, a, change, listed)
                     largest = max(largest, abs(change))
     return largest
 
 
 @kernel
-def follow(u: Floats, alpha: Floats, w: Floats) -> None:
+def follow(u: Floats, alpha: Floats, isotropic: bool, w: Floats) -> None:
     """Move the deviations w (N, 3c) along displacements u (s, N, 3c), which begin at u[0]."""
     for i in range(1, u.shape[0]):
         for j in range(u.shape[1]):
-            for a in range(u.shape[2]):
-                c = a // 3
-                if a % 3 == 0:
-                    w[j, a] = min(u[i, j, a], 0.0)
-                else:
-                    w[j, a] = slider_place(
-                        u[i, j, a],
-                        0.0,
-                        w[j, a],
-                        u[i - 1, j, a],
-                        u[i - 1, j, 3 * c],
-                        u[i, j, 3 * c],
-                        alpha[c, a % 3 - 1],
+            for c in range(alpha.shape[0]):
+                a, b = 3 * c, 3 * c + 3
+                before, after, places = u[i - 1, j, a:b], u[i, j, a:b], w[j, a:b]
+                places[0] = min(after[0], 0.0)
+                if isotropic:
+                    r0, r1 = alpha[c, 0] * before[0], alpha[c, 0] * after[0]
+                    out, rates = np.empty(2), np.empty((2, RATES))
+                    pursue(places[1:], before[1:], after[1:], r0, r1, out, rates)
+                    places[1:] = out
+                    continue
+                for e in range(1, 3):
+                    v_before, v, bound = before[0], after[0], alpha[c, e - 1]
+                    places[e] = slider_place(
+                        after[e], 0.0, places[e], before[e], v_before, v, bound
                     )
 
 
 @kernel
-def awaken(u: Floats, w: Floats, alpha: Floats, awake: Flags) -> bool:
+def awaken(u: Floats, w: Floats, alpha: Floats, isotropic: bool, awake: Flags) -> bool:
     """Mark sleeping contacts that no longer stick in some sector; whether there are any."""
     found = False
     for c in range(awake.size):
@@ -140,9 +183,11 @@ def awaken(u: Floats, w: Floats, alpha: Floats, awake: Flags) -> bool:
             continue
         for j in range(u.shape[0]):
             v = u[j, 3 * c]
-            for e in range(2):
-                a = 3 * c + 1 + e
-                if v < 0.0 or abs(u[j, a] - w[j, a]) > alpha[c, e] * v:
-                    awake[c] = True
-                    found = True
+            x, y = u[j, 3 * c + 1] - w[j, 3 * c + 1], u[j, 3 * c + 2] - w[j, 3 * c + 2]
+            beyond = abs(x) > alpha[c, 0] * v or abs(y) > alpha[c, 1] * v
+            if isotropic:
+                beyond = math.hypot(x, y) > alpha[c, 0] * v
+            if v < 0.0 or beyond:
+                awake[c] = True
+                found = True
     return found

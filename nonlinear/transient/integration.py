@@ -83,6 +83,7 @@ class Integrator:
     response: Complex
     coupling: Floats
     alpha: Floats
+    isotropic: bool
     small: float
 
     @property
@@ -125,7 +126,7 @@ class Integrator:
         path = np.ascontiguousarray(u)
         past: list[Complex] = []
         for piece in (path[:-2], path[-3:-1], path[-2:]):  # places at the last three instants
-            follow(piece, self.alpha, motion.w)
+            follow(piece, self.alpha, self.isotropic, motion.w)
             past.append(self.pulling(piece[-1], motion.w, self.linear[len(past) - 3]))
         motion.u[:] = path[-1]
         motion.place[:] = self.ring.by_diameter(path[-1] - self.linear[-1])
@@ -167,6 +168,7 @@ class Integrator:
             self.ring.weight,
             self.ring.stiffness,
             self.alpha,
+            self.isotropic,
             self.ring.modes[0].opened,
             self.small,
             motion.state,
@@ -185,7 +187,13 @@ class Integrator:
         return Period(u, w, y, unsolved)
 
 
-def integrator(ring: FullRing, omega: float, steps: int, modes: int | None = None) -> Integrator:
+def integrator(
+    ring: FullRing,
+    omega: float,
+    steps: int,
+    modes: int | None = None,
+    isotropic: bool = False,
+) -> Integrator:
     """Prepare the motion of a ring at ω, rad/s.
 
     Parameters
@@ -197,6 +205,8 @@ def integrator(ring: FullRing, omega: float, steps: int, modes: int | None = Non
     modes : int, optional
         Modes of each diameter with inertia, lowest first; the others follow the deviations
         statically, the excitation with theirs. All if not given.
+    isotropic : bool
+        Whether friction is bounded in the tangential plane.
     """
     contacts, step = ring.system.contacts, TURN / omega / steps
     counts = [min(len(m.compliance), modes or len(m.compliance)) for m in ring.modes]
@@ -239,5 +249,6 @@ def integrator(ring: FullRing, omega: float, steps: int, modes: int | None = Non
         response=response,
         coupling=coupling,
         alpha=contacts.alpha,
+        isotropic=isotropic,
         small=SMALL * float(vibration or np.abs(linear).max(initial=1.0)),
     )

@@ -181,6 +181,7 @@ def march(
     weight: Floats,
     stiffness: Floats,
     alpha: Floats,
+    isotropic: bool,
     opened: Columns,
     small: float,
     state: Complex,
@@ -214,6 +215,8 @@ def march(
         Of the ring.
     stiffness : (3c,)
     alpha : (c, 2)
+    isotropic : bool
+        Whether friction is bounded in the tangential plane.
     opened : (m,)
         Components of contacts that are open in the modes.
     small : float
@@ -244,7 +247,7 @@ def march(
             awake_count = _list(awake, listed)
             sweeps = 1
             while sweeps < SWEEPS and small < sweep(
-                u, w, u_before, w_before, coupling, alpha, listed[:awake_count]
+                u, w, u_before, w_before, coupling, alpha, isotropic, listed[:awake_count]
             ):
                 sweeps += 1
             count = _changes(w, w_before, shift, change, changed)
@@ -253,7 +256,7 @@ def march(
                     moved[k, a] = known[k, a]
             _add(response, change, changed, count, moved)
             _gather(moved, linear[i], shift, weight, u)
-            if not awaken(u, w, alpha, awake):
+            if not awaken(u, w, alpha, isotropic, awake):
                 break
         if sweeps == SWEEPS:
             unsolved += 1

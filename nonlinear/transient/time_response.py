@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from vanelock.common.errors import InputError
 from vanelock.common.product import Product
-from vanelock.nonlinear.contact.law import OPEN, SLIP, SLIP_OPEN, STUCK
+from vanelock.nonlinear.contact.law import OPEN, SLIP, SLIP_OPEN, STUCK, check_friction
 from vanelock.nonlinear.forced_response.frequencies import check_band
 from vanelock.nonlinear.forced_response.response import Response
 from vanelock.nonlinear.fourier.threads import one_thread
@@ -85,6 +85,7 @@ def time_response(
     start: tuple[Response, int] | None = None,
     tolerance: float = 0.0,
     modes: int | None = None,
+    friction: str = "orthogonal",
     progress: Progress | None = None,
 ) -> TimeResponse:
     """Integrate the motion of every sector in time.
@@ -110,6 +111,8 @@ def time_response(
         Modes of each nodal diameter that have inertia, lowest first. The others follow the
         contacts' deviations statically, which costs accuracy of the order of the square of the
         frequency over theirs, and the excitation exactly. All if not given.
+    friction : {"orthogonal", "isotropic"}
+        As of `Options`.
     progress : callable, optional
         Called after each period with (periods done, periods at most, defect).
 
@@ -120,15 +123,15 @@ def time_response(
 
     Notes
     -----
-    Contacts are those of `frequency_response` with orthogonal friction, coupled. A motion that
-    it finds may be unstable, such as a wave that the sectors cease to repeat: the ring then leaves
+    Contacts are those of `frequency_response`, coupled. A motion that it finds may be unstable, such as a wave that the sectors cease to repeat: the ring then leaves
     it, and `departure` grows by the same factor every period.
 
     Raises
     ------
     InputError
         If a nodal diameter is missing, the stuck modes do not diagonalise a given C, an option is
-        out of range, or the start is not of this system and frequency.
+        out of range, friction is unknown, or isotropic where a contact is stiffer in one direction,
+        or the start is not of this system, friction and frequency.
     """
     for name, value, least in (
         ("periods", periods, 1),
@@ -141,10 +144,11 @@ def time_response(
     if not frequency > 0 or not np.isfinite(frequency):
         raise InputError(f"frequency: given {frequency} Hz: must be > 0 and finite")
     check_band(system, [frequency])
+    check_friction(system.contacts, friction)
     whole = ring(system)
     if start is not None:
-        _check_start(whole, frequency, *start)
-    stepped = integrator(whole, TURN * frequency, steps, modes)
+        _check_start(whole, frequency, friction, *start)
+    stepped = integrator(whole, TURN * frequency, steps, modes, friction == "isotropic")
     began = time.perf_counter()
     motion = stepped.stuck() if start is None else stepped.balanced(*start)
     defects, departures, unsolved = [], [], 0
@@ -182,14 +186,16 @@ def time_response(
     )
 
 
-def _check_start(whole: FullRing, frequency: float, response: Response, point: int) -> None:
-    """Refuse a start that is another system's or another frequency's."""
+def _check_start(
+    whole: FullRing, frequency: float, friction: str, response: Response, point: int
+) -> None:
+    """Refuse a start that is another system's, another law's or another frequency's."""
     if not 0 <= point < response.points:
         raise InputError(f"start: given point {point}: the response has {response.points}")
-    if (response.friction, response.coupling) != ("orthogonal", "coupled"):
+    if (response.friction, response.coupling) != (friction, "coupled"):
         raise InputError(
             f"start: given a response with {response.friction} friction, {response.coupling}: "
-            "time integration has orthogonal friction, coupled"
+            f"needs one with {friction} friction, coupled"
         )
     given = float(response.frequency[point])
     if abs(given - frequency) > 1e-9 * frequency:
