@@ -5,6 +5,9 @@ the modes told apart
 
     S(s) a = 0,      S = diag p(s) - G(s),      G = bᴴ K_c [I - Γ(s) R(s)]⁻¹ Γ(s) b.
 
+Values z that contacts remember over a period (`law_transfer`) are amplitudes, too, their p being
+1 - κ e^{-2πs}.
+
 Near the values of s of interest G has no poles, however little damped the modes are: on a circle
 its Taylor series converges fast, by the coefficients of Cauchy's formula on a few points,
 
@@ -18,8 +21,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from vanelock.nonlinear.floquet.law_transfer import LawTransfer
+from vanelock.nonlinear.floquet.law_transfer import Transfer, Transferred
 from vanelock.nonlinear.floquet.perturbed_structure import PerturbedStructure
+from vanelock.nonlinear.fourier.trigonometric import TURN
 
 Array = NDArray[Any]
 Complex = NDArray[np.complex128]
@@ -32,61 +36,87 @@ class Characteristic:
     Attributes
     ----------
     structure : PerturbedStructure
-    law : LawTransfer
+    law : Transfer
     """
 
     structure: PerturbedStructure
-    law: LawTransfer
+    law: Transfer
 
     @property
     def size(self) -> int:
-        """M."""
-        return len(self.structure.chosen)
+        """M, remembered values included."""
+        return len(self.structure.chosen) + len(self.law.kept)
 
     @cached_property
-    def _rows(self) -> tuple[Complex, Complex, Complex]:
-        """(m, o) rows of the components and of their contacts' v, and modal forces."""
+    def _rows(self) -> tuple[list[Complex], Complex]:
+        """(m, o) rows of the components' partners, each, and modal forces of the components."""
         law, stiffness = self.law, self.structure.stiffness
-        own, normal = (self.structure.rows(rows) for rows in (law.components, law.normals))
-        return own, normal, own.conj() * stiffness[law.components]
+        own = self.structure.rows(law.components)
+        partners = [self.structure.rows(rows) for rows in law.partners]
+        return partners, own.conj() * stiffness[law.components]
 
     @cached_property
     def _parts(self) -> tuple[NDArray[Any], list[Array], list[Array]]:
-        """Where components and their v are among those moved, and R's factors, by harmonic."""
+        """Where the partners are among those moved, and R's factors, by harmonic."""
         law, each = self.law, self.structure.each
-        onto, places = np.unique([law.components, law.normals], return_inverse=True)
+        onto, places = np.unique(law.partners, return_inverse=True)
         stiffness = self.structure.stiffness[law.components]
         moved = [modes.rows[onto] for modes in each]
         pull = [modes.pull[:, law.components] * stiffness for modes in each]
-        return places.reshape(2, -1), moved, pull
+        return places.reshape(law.partners.shape), moved, pull
 
-    def deviations(self, s: complex) -> Complex:
-        """(o, 2P + 1, m) deviations that go with unit amplitudes of the near modes."""
+    @cached_property
+    def _unit(self) -> NDArray[np.float64]:
+        """(q,) of z, so that it counts as amplitudes do, by the energy of its spring."""
+        law = self.law
+        return 1 / np.sqrt(self.structure.stiffness[law.components[law.remembering]])
+
+    def _answer(self, s: complex) -> tuple[Transferred, Complex, Complex]:
+        """The law, R, and (o, 2P + 1, m) deviations that go with unit amplitudes."""
         law, structure = self.law, self.structure
-        o, M = law.along.shape[:2]
-        along, across = law.at(s)
+        found = law.at(s)
+        o, M = found.parts[0].shape[:2]
         places, moved, pull = self._parts
         rest = structure.rest(s, moved, pull)
-        own, normal = (rest[:, each].transpose(1, 2, 0)[:, None] for each in places)
+        rows, place = self._rows[0], structure.place
         # Γ R: components answered, their harmonics, components that deviate, their harmonics.
-        left = along[:, :, None] * own + across[:, :, None] * normal
+        left = np.zeros((o, M, o, M), complex)
+        right = np.zeros((o, M, self.size), complex)
+        for part, each, own in zip(found.parts, places, rows, strict=True):
+            left += part[:, :, None] * rest[:, each].transpose(1, 2, 0)[:, None]
+            right[:, :, : len(place)] += part[:, :, place] * own.T[:, None]
+        for i, first in enumerate(law.remembering):
+            right[first : first + 2, :, len(place) + i] = found.shown[i] * self._unit[i]
         matrix = np.eye(o * M) - left.reshape(o * M, o * M)
-        rows, normals, _ = self._rows
-        place = structure.place
-        right = along[:, :, place] * rows.T[:, None] + across[:, :, place] * normals.T[:, None]
-        solved = np.linalg.solve(matrix, right.reshape(o * M, len(place)))
-        return np.asarray(solved.reshape(o, M, len(place)))
+        solved = np.linalg.solve(matrix, right.reshape(o * M, self.size))
+        return found, rest, np.asarray(solved.reshape(o, M, self.size))
+
+    def deviations(self, s: complex) -> Complex:
+        """(o, 2P + 1, m) deviations that go with unit amplitudes of the near modes and of z."""
+        return self._answer(s)[2]
 
     def coupling(self, s: complex) -> Complex:
         """(m, m) G(s)."""
-        found: Complex = np.einsum(
-            "mo,omn->mn", self._rows[2], self.deviations(s)[:, self.structure.place]
-        )
-        return found
+        found, rest, w = self._answer(s)
+        partners, forces = self._rows
+        place, first = self.structure.place, self.law.remembering
+        near = np.einsum("mo,omn->mn", forces, w[:, place])
+        read = np.zeros((len(first), self.size), complex)
+        for e, (each, own) in enumerate(zip(self._parts[0], partners, strict=True)):
+            of = found.read[:, e] / self._unit[:, None]
+            read[:, : len(place)] += of[:, place] * own.T[first]
+            read += np.einsum("qk,kqo,okn->qn", of, rest[:, each[first]], w, optimize=True)
+        both: Complex = np.concatenate([near, read])
+        return both
+
+    def diagonal(self, s: complex) -> Complex:
+        """(m,) p, of z too."""
+        kept = 1 - self.law.kept * np.exp(-TURN * s)
+        return np.concatenate([self.structure.diagonal(s), kept])
 
     def __call__(self, s: complex) -> Complex:
         """(m, m) S(s)."""
-        matrix: Complex = np.diag(self.structure.diagonal(s)) - self.coupling(s)
+        matrix: Complex = np.diag(self.diagonal(s)) - self.coupling(s)
         return matrix
 
     def series(self, centre: complex, radius: float, count: int) -> "Series":
@@ -118,7 +148,7 @@ class Series:
     def __call__(self, s: complex) -> Complex:
         """(m, m) S(s)."""
         powers = ((s - self.centre) / self.radius) ** np.arange(len(self.terms))
-        found: Complex = np.diag(self.exact.structure.diagonal(s)) - np.tensordot(
+        found: Complex = np.diag(self.exact.diagonal(s)) - np.tensordot(
             powers, self.terms, 1
         )
         return found

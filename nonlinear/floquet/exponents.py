@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vanelock.nonlinear.floquet.characteristic import Characteristic, Series
-from vanelock.nonlinear.floquet.law_transfer import LawTransfer
+from vanelock.nonlinear.floquet.law_transfer import Transfer
 from vanelock.nonlinear.floquet.perturbed_structure import PerturbedStructure, Rectangle
 
 Complex = NDArray[np.complex128]
@@ -51,7 +51,7 @@ class Zeros:
 
 
 def zeros(
-    structure: Callable[[float], PerturbedStructure], law: LawTransfer, window: Rectangle
+    structure: Callable[[float], PerturbedStructure], law: Transfer, window: Rectangle
 ) -> Zeros:
     """All zeros in a window.
 
@@ -59,7 +59,7 @@ def zeros(
     ----------
     structure : callable
         From how near poles of modes are told apart to the structure.
-    law : LawTransfer
+    law : Transfer
     window : Rectangle
     """
     centre = (window.left + window.right) / 2

@@ -19,6 +19,7 @@ nothing: it is left out, and with it the exponents 0 of its places.
 """
 
 from dataclasses import dataclass
+from typing import NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -49,6 +50,55 @@ Complex = NDArray[np.complex128]
 Rows = NDArray[np.int64]
 
 
+class Transferred(NamedTuple):
+    """The linearised law at one s.
+
+    Attributes
+    ----------
+    parts : tuple of (o, M, M) complex
+        Γ from each of the rows of `partners`.
+    shown : (q, 2, M) complex
+        Harmonics of w that a unit of each remembered value z adds to w of its plane.
+    read : (q, 3, M) complex
+        What perturbations of its partners add to z in a period.
+    """
+
+    parts: tuple[Complex, ...]
+    shown: Complex
+    read: Complex
+
+
+class Transfer(Protocol):
+    """Γ(s) of the components of w that a perturbation changes, 2P + 1 = M harmonics.
+
+    Values z that contacts remember over a period are unknowns beside w,
+
+        w = Γ u + Y z,      (1 - κ e^{-2πs}) z = C u.
+    """
+
+    @property
+    def components(self) -> Rows:
+        """(o,) which, counted through (c, 3)."""
+
+    @property
+    def partners(self) -> Rows:
+        """(n, o) components of u that each answers to: its own, v, and what else."""
+
+    @property
+    def remembering(self) -> Rows:
+        """(q,) places among `components` of the first of the two that z belongs to."""
+
+    @property
+    def kept(self) -> Floats:
+        """(q,) κ."""
+
+    def at(self, s: complex) -> Transferred:
+        """Γ, Y and C at one s."""
+
+    def onto_open(self, opened: Rows) -> "Transfer":
+        """The law of w - u instead of w in the (m,) components of contacts open in the modes."""
+
+
 @dataclass(frozen=True)
 class LawTransfer:
     """Γ(s) of the components of w that a perturbation changes, 2P + 1 = M harmonics.
@@ -74,12 +124,22 @@ class LawTransfer:
         return int(self.along.shape[1]) // 2
 
     @property
-    def normals(self) -> Rows:
-        """(o,) the normal component of the contact of each component."""
-        return self.components // 3 * 3
+    def partners(self) -> Rows:
+        """(2, o) each component itself, and the normal one of its contact."""
+        return np.array([self.components, self.components // 3 * 3])
 
-    def at(self, s: complex) -> tuple[Complex, Complex]:
-        """Γ(s) from u and from v, each (o, M, M)."""
+    @property
+    def remembering(self) -> Rows:
+        """(0,) since all that is remembered is set anew in every period."""
+        return np.zeros(0, np.int64)
+
+    @property
+    def kept(self) -> Floats:
+        """(0,)."""
+        return np.zeros(0)
+
+    def at(self, s: complex) -> Transferred:
+        """Γ(s) from u and from v."""
         k = np.arange(-self.harmonics, self.harmonics + 1)
         begin, end, since, factor = np.moveaxis(self.held[..., None], 2, 0)
         rate = s + 1j * k
@@ -90,7 +150,8 @@ class LawTransfer:
         begun = np.exp(1j * k * since)
         along = self.along + kept.swapaxes(1, 2) @ begun
         across = self.across + (kept * factor).swapaxes(1, 2) @ begun
-        return along, across
+        none = np.zeros((0, 3, 2 * self.harmonics + 1), complex)
+        return Transferred((along, across), none[:, :2], none)
 
     def onto_open(self, opened: Rows) -> "LawTransfer":
         """The law of w - u instead of w in the (m,) components of contacts open in the modes."""

@@ -12,6 +12,7 @@ from vanelock.nonlinear.floquet.characteristic import Series
 from vanelock.nonlinear.floquet.exponents import Zeros, zeros
 from vanelock.nonlinear.floquet.law_transfer import law_transfer
 from vanelock.nonlinear.floquet.perturbed_structure import PerturbedStructure, Rectangle
+from vanelock.nonlinear.floquet.plane_transfer import plane_transfer
 from vanelock.rom.system.system import System
 
 Floats = NDArray[np.float64]
@@ -73,7 +74,7 @@ class FloquetMotion:
             pulled = modes.pull[:, components] * structure.stiffness[components] @ w[:, place]
             amplitude = pulled / (modes.static + z * (z * modes.compliance + modes.damping))
             here = structure.place == place
-            amplitude[structure.number[here]] = a[here]
+            amplitude[structure.number[here]] = a[: len(here)][here]
             size[place] = np.abs(structure.output_rows(place) @ amplitude).max(initial=0.0)
         shown: list[float] = []
         for place in np.argsort(-size):
@@ -106,7 +107,12 @@ class FloquetMotions:
 
 
 def motions(
-    system: System, modes: Mapping[int, StuckModes], u: Floats, omega: float, harmonics: int
+    system: System,
+    modes: Mapping[int, StuckModes],
+    u: Floats,
+    omega: float,
+    harmonics: int,
+    friction: str = "orthogonal",
 ) -> FloquetMotions:
     """The motions beside a wave that are in the window.
 
@@ -121,8 +127,11 @@ def motions(
         rad/s.
     harmonics : int
         P.
+    friction : {"orthogonal", "isotropic"}
+        As of `Options`.
     """
-    law = law_transfer(u, system.contacts.alpha, harmonics).onto_open(modes[0].opened)
+    transfer = plane_transfer if friction == "isotropic" else law_transfer
+    law = transfer(u, system.contacts.alpha, harmonics).onto_open(modes[0].opened)
     found: list[FloquetMotion] = []
     complete = True
     for n in range(system.sectors // 2 + 1):

@@ -22,7 +22,7 @@ from vanelock.common.errors import InputError
 from vanelock.common.product import Product
 from vanelock.nonlinear.balance.balance import structure
 from vanelock.nonlinear.balance.stuck_modes import StuckModes, stuck_modes
-from vanelock.nonlinear.contact.law import contact_law
+from vanelock.nonlinear.contact.law import check_friction, contact_law
 from vanelock.nonlinear.continuation.families import fixed
 from vanelock.nonlinear.floquet.motions import motions
 from vanelock.nonlinear.forced_response.replay import Journal, replaying
@@ -108,8 +108,7 @@ def stability(
     system : System
         The one that was solved, with the nodal diameters 0 ... N/2.
     response : Response
-        Coupled, with orthogonal friction and located events; its own coefficients of friction
-        count.
+        Coupled, with located events; its own coefficients of friction count.
     points : sequence of int, optional
         Which; all by default.
     harmonics : int, optional
@@ -165,15 +164,16 @@ def stability(
 def _check(system: System, response: Response, finer: int, count: int) -> None:
     """Refuse what stability cannot be found for."""
     system.contacts.refuse_elements("stability")
-    if (response.coupling, response.friction, response.samples) != ("coupled", "orthogonal", 0):
+    if (response.coupling, response.samples) != ("coupled", 0):
         law = f"{response.samples} samples" if response.samples else "located events"
         raise InputError(
-            f"response: {response.coupling}, friction {response.friction}, {law}: stability is of "
-            "coupled balances with orthogonal friction and located events"
+            f"response: {response.coupling}, {law}: stability is of coupled balances with located "
+            "events"
         )
     if not response.harmonics or np.any(response.frequency <= 0):
         raise InputError("response: at rest: stability is of vibrations")
     check(system)
+    check_friction(system.contacts, response.friction)
     wave = [system.nodal_diameter(h) for h in range(response.harmonics + 1)]
     if response.harmonic_diameters.tolist() != wave:
         raise InputError(
@@ -221,11 +221,12 @@ def _point_stability(
     if not response.converged[point]:
         return exponent, diameter, 0, UNDECIDED, growth, seen
     u = to_real(response.contact[point])
-    again = _solved_again(system, modes, u, omega, finer, 10 * response.truncation[point])
-    found = [motions(system, modes, u, omega, response.harmonics + MORE)]
+    friction, off = response.friction, 10 * response.truncation[point]
+    again = _solved_again(system, modes, u, omega, finer, off, friction)
+    found = [motions(system, modes, u, omega, response.harmonics + MORE, friction)]
     if again is not None:
         more = MORE if finer > response.harmonics else 2 * MORE
-        found.append(motions(system, modes, again, omega, finer + more))
+        found.append(motions(system, modes, again, omega, finer + more, friction))
     for i, motion in enumerate(found[-1].each[:count]):
         exponent[i], diameter[i] = omega * motion.exact, motion.diameter
         seen[i] = motion.frequencies(FREQUENCIES)
@@ -245,6 +246,7 @@ def _solved_again(
     omega: float,
     harmonics: int,
     truncation: float,
+    friction: str,
 ) -> Floats | None:
     """The wave with more harmonics, (c, 3, 2H + 1) m; None where no solution was found.
 
@@ -255,7 +257,7 @@ def _solved_again(
     """
     given = (u.shape[2] - 1) // 2
     balance = structure(system, given, known=modes).balance(omega)
-    w = contact_law(system.contacts, given)(u).w
+    w = contact_law(system.contacts, given, friction=friction)(u).w
     off = np.abs(u - balance.displacement(w)) / scales(balance.linear)
     if off.max(initial=0.0) > max(FOREIGN, truncation):
         raise InputError(
@@ -266,7 +268,7 @@ def _solved_again(
         return u
     again = fixed(
         structure(system, harmonics, known=modes).balance(omega),
-        contact_law(system.contacts, harmonics),
+        contact_law(system.contacts, harmonics, friction=friction),
     )
     found = solve(again, resized(w, harmonics), 0.0)
     return found.u if found.converged else None

@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vanelock.common.errors import InputError
-from vanelock.nonlinear.contact.isotropic.sampled_law import place_history
+from vanelock.nonlinear.contact.isotropic.disc_places import slider_places
 from vanelock.nonlinear.contact.law import ELEMENT, contact_law
 from vanelock.nonlinear.contact.orthogonal.slider import (
     BEGIN,
@@ -44,7 +44,7 @@ def contact_loop(
     displacement : (samples, 3) float
         v, u1, u2, interference included, m.
     force : (samples, 3) float
-        n, t1, t2, N: exact at every instant; isotropic friction follows 2048 steps or more.
+        n, t1, t2, N: exact at every instant.
 
     Raises
     ------
@@ -76,15 +76,11 @@ def contact_loop(
 
 
 def _places(response: Response, u: Floats, alpha: Floats, angle: Floats) -> Floats:
-    """(s, 2) places of the sliders of both directions at angles that divide the period evenly."""
+    """(s, 2) places of the sliders of both directions at the given angles in [0, 2π)."""
     if response.friction == "orthogonal":
         each = [slider_history(u[0], u[d], alpha[d - 1], angle) for d in (1, 2)]
         return np.column_stack(each)
-    fine = -(-max(response.samples, 2048) // len(angle))  # steps between two angles
-    count = fine * len(angle)
-    table = basis(response.harmonics, TURN * np.arange(count) / count)
-    history: Floats = place_history(np.ascontiguousarray(u), alpha[0], table)
-    return history[::fine]
+    return slider_places(u, float(alpha[0]), angle)
 
 
 def _check(response: Response, point: int, contact: int, u: Floats) -> None:

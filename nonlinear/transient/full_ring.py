@@ -92,16 +92,15 @@ class FullRing:
             found[h] = steady.conj() if mirrored else steady
         return found
 
+    def lag(self, harmonics: NDArray[np.int64]) -> NDArray[np.complex128]:
+        """(h, N) factors of harmonics of a wave from the first sector to each."""
+        turn = -2j * np.pi * self.system.engine_order / self.system.sectors
+        found: NDArray[np.complex128] = np.exp(turn * np.outer(harmonics, np.arange(self.sectors)))
+        return found
+
     def travelling(self, harmonic: int, amplitude: Array, angles: Floats) -> Floats:
         """(s, N, d) history Re(q e^{ihθ}) of a harmonic's wave, q (d,) in the first sector."""
-        lag = np.exp(
-            -2j
-            * np.pi
-            * harmonic
-            * self.system.engine_order
-            / self.system.sectors
-            * np.arange(self.sectors)
-        )
+        lag = self.lag(np.array([harmonic]))[0]
         turned = np.exp(1j * harmonic * angles)[:, None, None] * lag[:, None]
         history: Floats = (turned * amplitude).real
         return history

@@ -6,8 +6,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from vanelock.nonlinear.contact.isotropic.disc_places import slider_places
 from vanelock.nonlinear.forced_response.response import Response
-from vanelock.nonlinear.fourier.trigonometric import TURN
+from vanelock.nonlinear.fourier.trigonometric import TURN, to_real
 from vanelock.nonlinear.transient.contact_step import follow
 from vanelock.nonlinear.transient.full_ring import FullRing
 from vanelock.nonlinear.transient.modal_step import steps_of
@@ -124,8 +125,12 @@ class Integrator:
         q = response.contact[point].reshape(response.harmonics + 1, -1)
         u = sum(self.ring.travelling(h, q[h], angles) for h in range(response.harmonics + 1))
         path = np.ascontiguousarray(u)
+        begun = path[:-2]
+        if self.isotropic:  # what a closed contact was long ago it may remember for long
+            begun = path[-3:-2]
+            motion.w[:] = self._places(q, begun[0], float(angles[-3]))
         past: list[Complex] = []
-        for piece in (path[:-2], path[-3:-1], path[-2:]):  # places at the last three instants
+        for piece in (begun, path[-3:-1], path[-2:]):  # places at the last three instants
             follow(piece, self.alpha, self.isotropic, motion.w)
             past.append(self.pulling(piece[-1], motion.w, self.linear[len(past) - 3]))
         motion.u[:] = path[-1]
@@ -137,6 +142,20 @@ class Integrator:
         motion.state[:, 2] = np.where(corrected, (before - change) / 12, motion.state[:, 2])
         motion.state[:, 3] = np.where(corrected, change, 0.0)
         return motion
+
+    def _places(self, q: Complex, u: Floats, angle: float) -> Floats:
+        """(N, 3c) deviations at an angle, u (N, 3c) there, on the periodic path of a wave (H, 3c).
+
+        With isotropic friction.
+        """
+        w = np.minimum(u, 0.0)
+        for j in range(self.ring.sectors):
+            turned = to_real(q * self.ring.lag(np.arange(len(q)))[:, [j]])
+            for c, alpha in enumerate(self.alpha[:, 0]):
+                at = np.array([angle])
+                own = slice(3 * c, 3 * c + 3)
+                w[j, own][1:] = slider_places(turned[own], float(alpha), at)[0]
+        return w
 
     def pulling(self, u: Floats, w: Floats, linear: Floats) -> Complex:
         """(k, ..., 3c) what pulls at the modes by diameter: w, w less their motion where open."""

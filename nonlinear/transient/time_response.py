@@ -225,10 +225,7 @@ def _departure(stepped: Integrator, found: Period, start: tuple[Response, int] |
     if start is None:
         return float("nan")
     response, point = start
-    order = np.arange(response.harmonics + 1)[:, None] * stepped.ring.system.engine_order
-    lag = np.exp(
-        -2j * np.pi * order * np.arange(stepped.ring.sectors) / stepped.ring.system.sectors
-    )
+    lag = stepped.ring.lag(np.arange(response.harmonics + 1))
     largest = 0.0
     for history, expected in (
         (found.u, response.contact[point]),

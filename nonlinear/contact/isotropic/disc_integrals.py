@@ -5,12 +5,17 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from vanelock.nonlinear.contact.isotropic.disc_slip import EX, EY, RATE, STAGES, WEIGHTS, R
+from vanelock.nonlinear.contact.isotropic.disc_slider import FREE, HELD, SLIPPING
+from vanelock.nonlinear.contact.isotropic.disc_slip import EX, EY, RATE, STAGES, WEIGHTS, R, Z
 from vanelock.nonlinear.fourier.kernels import kernel
 from vanelock.nonlinear.fourier.trigonometric import TURN, Floats, add_integrals, gram
 
 # Rows of the moments: of e_x, e_y, e_x², e_x e_y and 1 over slip, of 1 over what is free.
 FORCE_X, FORCE_Y, FORCE_XX, FORCE_XY, SLIPS, IS_FREE = 0, 1, 2, 3, 4, 5
+# Columns of a piece of the path: HELD, SLIPPING or FREE and its angles; the place of what is held,
+# e at the beginning of a step of slip, and the step's z at the nodes.
+KIND, BEGIN, END, X, Y, STEP = 0, 1, 2, 3, 4, 5
+WIDTH = STEP + STAGES
 
 
 class Path(NamedTuple):
@@ -33,6 +38,8 @@ class Path(NamedTuple):
         ∫ (e_x, e_y, e_x², e_x e_y) e^{ikθ} of slip, ∫ e^{ikθ} of slip and of what is free.
     w, jacobian : (2, m), (2, m, n)
         ∫ w φ_j of what is held, and ∫ φ_j dw but for what the moments hold.
+    pieces, count : (p, WIDTH), (1,)
+        The path piece by piece where there is room, and how many there are.
     """
 
     place: Floats
@@ -48,11 +55,13 @@ class Path(NamedTuple):
     moments: NDArray[np.complex128]
     w: Floats
     jacobian: Floats
+    pieces: Floats
+    count: NDArray[np.int64]
 
 
 @kernel
-def new_path(m: int, columns: int) -> Path:
-    """A path of which nothing is known."""
+def new_path(m: int, columns: int, pieces: int) -> Path:
+    """A path of which nothing is known, with room for so many pieces."""
     return Path(
         np.zeros(2),
         np.zeros((2, columns)),
@@ -67,12 +76,36 @@ def new_path(m: int, columns: int) -> Path:
         np.zeros((6, 2 * m - 1), np.complex128),
         np.zeros((2, m)),
         np.zeros((2, m, columns)),
+        np.zeros((pieces, WIDTH)),
+        np.zeros(1, np.int64),
     )
+
+
+@kernel
+def _write(kind: int, begin: float, end: float, x: float, y: float, path: Path) -> None:
+    """Write a piece down."""
+    if end <= begin:
+        return
+    place = path.count[0]
+    path.count[0] += 1
+    if place < len(path.pieces):
+        row = path.pieces[place]
+        row[KIND], row[BEGIN], row[END], row[X], row[Y] = kind, begin, end, x, y
+        if kind == SLIPPING:
+            row[STEP:] = path.slip[:, Z]
+
+
+@kernel
+def add_free(begin: float, end: float, path: Path) -> None:
+    """Add the integrals of a free slider."""
+    add_integrals(begin, end, path.moments[IS_FREE])
+    _write(FREE, begin, end, 0.0, 0.0, path)
 
 
 @kernel
 def add_held(begin: float, end: float, path: Path) -> None:
     """Add the integrals of a held slider and of its changes."""
+    _write(HELD, begin, end, path.place[0], path.place[1], path)
     m = path.w.shape[1]
     held = np.zeros((m + 1) // 2, np.complex128)
     add_integrals(begin, end, held)
@@ -87,7 +120,8 @@ def add_held(begin: float, end: float, path: Path) -> None:
 
 @kernel
 def add_slip(begin: float, length: float, path: Path) -> float:
-    """Add the integrals of a step of slip; returns ∫ r λ."""
+    """Add the integrals of a step of slip, e that at its beginning; returns ∫ r λ."""
+    _write(SLIPPING, begin, begin + length, path.force[0], path.force[1], path)
     work, slip, phis, moments = 0.0, path.slip, path.phis, path.moments
     m, columns = phis.shape[1], path.eta.shape[1]
     add_integrals(begin, begin + length, moments[SLIPS])

@@ -17,8 +17,8 @@ import math
 import numpy as np
 
 from vanelock.nonlinear.contact.isotropic.disc_integrals import (
-    IS_FREE,
     Path,
+    add_free,
     add_held,
     add_slip,
 )
@@ -42,7 +42,7 @@ from vanelock.nonlinear.contact.isotropic.disc_slip import (
     slip_over,
 )
 from vanelock.nonlinear.fourier.kernels import kernel
-from vanelock.nonlinear.fourier.trigonometric import TURN, Floats, add_integrals, derivative
+from vanelock.nonlinear.fourier.trigonometric import TURN, Floats, derivative
 
 BRACKETS = 2
 """Angles that bracket events to one at which a step of slip ends."""
@@ -318,7 +318,7 @@ def once_round(
     for i in range(first, count, 2):
         last = contact[i + 1] if i + 1 < count else contact[0] + TURN
         again = contact[i + 2] if i + 2 < count else contact[first] + TURN
-        add_integrals(last, again, path.moments[IS_FREE])
+        add_free(last, again, path)
         begins = _touch_down(contact[i], u, alpha, path)
         slid, done = _closed(contact[i], last, True, begins, brackets, u, alpha, path)
         slips, work = slips or slid, work + done

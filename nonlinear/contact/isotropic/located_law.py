@@ -11,8 +11,17 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from vanelock.nonlinear.contact.isotropic.disc_integrals import add_coefficients, new_path
+from vanelock.nonlinear.contact.isotropic.disc_integrals import (
+    END,
+    KIND,
+    WIDTH,
+    X,
+    Y,
+    add_coefficients,
+    new_path,
+)
 from vanelock.nonlinear.contact.isotropic.disc_path import once_round
+from vanelock.nonlinear.contact.isotropic.disc_slider import FREE, HELD
 from vanelock.nonlinear.contact.isotropic.disc_slip import DR, DX, DY, PX, PY, R, motion_at
 from vanelock.nonlinear.contact.isotropic.rest_position import (
     NONE,
@@ -27,6 +36,7 @@ from vanelock.nonlinear.fourier.trigonometric import (
     Floats,
     basis_at,
     derivative,
+    roots,
 )
 
 LAPS = 50
@@ -177,7 +187,7 @@ def _begin(
     m, gap, tried = u.shape[1], math.inf, False
     plain = start.copy()
     for _ in range(LAPS):
-        path = new_path(m, 2)
+        path = new_path(m, 2, 0)
         path.place[:] = start
         path.change[0, 0] = path.change[1, 1] = 1.0
         once_round(u, alpha, contact, 0, brackets, path)
@@ -203,24 +213,73 @@ def _begin(
 
 
 @kernel
+def _start(
+    u: Floats, alpha: float, contact: Floats, table: Floats, w: Floats, jacobian: Floats,
+    start: Floats,
+) -> bool:  # fmt: skip
+    """Whether a closed contact sticks for good, as `_rest`; else where its path begins."""
+    brackets = len(table)
+    centre, radius = np.empty((brackets + ADDED, 2)), np.empty(brackets + ADDED)
+    radius[:brackets] = alpha * (table @ u[0])
+    centre[:brackets, 0], centre[:brackets, 1] = table @ u[1], table @ u[2]
+    if _rest(u, alpha, centre, radius, w, jacobian):
+        return True
+    periodic_start(centre[:brackets], radius[:brackets], start)
+    _begin(u, alpha, contact, brackets, np.abs(centre[:brackets]).max(), start)
+    return False
+
+
+@kernel
+def slider_pieces(u: Floats, alpha: float, table: Floats) -> Floats:
+    """The periodic path of a slider piece by piece, from a touch-down where there is one.
+
+    Parameters
+    ----------
+    u : (3, m)
+        Displacements of (v, u1, u2), m.
+    alpha : float
+        μ kn/kt.
+    table : (s, m)
+        φ on the angles that bracket roots.
+
+    Returns
+    -------
+    (p, WIDTH) as `disc_integrals` has them; one held piece where it sticks for good.
+    """
+    m, start, contact = u.shape[1], np.zeros(2), np.empty(2 * u.shape[1] + 2)
+    count = roots(u[0], table, contact)
+    whole = np.zeros((1, WIDTH))
+    whole[0, END] = TURN
+    if alpha == 0.0 or (count == 0 and u[0, 0] <= 0.0):
+        whole[0, KIND] = FREE
+        return whole
+    if count == 0:
+        w, jacobian = np.zeros((3, m)), np.zeros((3, m, 3, m))
+        if _start(u, alpha, contact, table, w, jacobian, start):
+            whole[0, KIND], whole[0, X], whole[0, Y] = HELD, w[1, 0], w[2, 0]
+            return whole
+    path = new_path(m, 3 * m, 0)
+    for _ in range(2):  # to count the pieces, then to write them down
+        path = new_path(m, 3 * m, path.count[0])
+        path.place[:] = start
+        once_round(u, alpha, contact, count, len(table), path)
+    return path.pieces
+
+
+@kernel
 def _add_friction(
     u: Floats, alpha: float, contact: Floats, count: int, table: Floats, w: Floats, jacobian: Floats
 ) -> tuple[bool, float]:
     """W and dw/du of the plane of one contact; whether it slips and ∫ α v |dw|."""
     brackets, m = table.shape
     if count > 0:
-        path = new_path(m, 3 * m)
+        path = new_path(m, 3 * m, 0)
         slips, work = once_round(u, alpha, contact, count, brackets, path)
         add_coefficients(u, alpha, path, w, jacobian)
         return slips, work
-    centre, radius = np.empty((brackets + ADDED, 2)), np.empty(brackets + ADDED)
-    radius[:brackets] = alpha * (table @ u[0])
-    centre[:brackets, 0], centre[:brackets, 1] = table @ u[1], table @ u[2]
-    if _rest(u, alpha, centre, radius, w, jacobian):
+    path = new_path(m, 3 * m + 2, 0)
+    if _start(u, alpha, contact, table, w, jacobian, path.place):
         return False, 0.0
-    path = new_path(m, 3 * m + 2)
-    periodic_start(centre[:brackets], radius[:brackets], path.place)
-    _begin(u, alpha, contact, brackets, np.abs(centre[:brackets]).max(), path.place)
     path.change[0, 3 * m] = path.change[1, 3 * m + 1] = 1.0
     slips, work = once_round(u, alpha, contact, 0, brackets, path)
     closed, inverse = _inverse_of_gap(path.change[:, 3 * m :])

@@ -161,20 +161,6 @@ def slider_path(
 
 
 @kernel
-def place_history(u: Floats, alpha: float, table: Floats) -> Floats:
-    """(s, 2) places of the slider at the samples of `table`, for displacements (3, m)."""
-    size, m = table.shape
-    centre, radius = np.empty((size, 2)), alpha * (table @ u[0])
-    centre[:, 0], centre[:, 1] = table @ u[1], table @ u[2]
-    path, rate, rest = np.empty((size, 2)), np.empty((2, size, 3, m)), np.empty(2)
-    if radius.min() > 0.0 and rest_point(centre, radius, rest)[0]:
-        path[:] = rest
-    else:
-        slider_path(centre, radius, alpha, table, path, rate)
-    return path
-
-
-@kernel
 def _add_rest(
     w: Floats,
     centre: Floats,

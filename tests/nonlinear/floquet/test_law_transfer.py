@@ -38,7 +38,7 @@ def test_perturbations_that_last_some_periods(seed, part, periods):
     q, contacts = random_waves(seed)
     alpha = (contacts.mu * contacts.kn)[:, None] / contacts.kt
     law = law_transfer(real(q), alpha, P)
-    along, across = law.at(1j * part / periods)
+    along, across = law.at(1j * part / periods).parts
     slow = np.zeros((periods * (P + 2) + 1, *q.shape[1:]), complex)
     slow[: periods * H + 1 : periods] = q
     jacobian = contact_law(contacts, len(slow) - 1)(real(slow)).jacobian
@@ -72,7 +72,7 @@ def test_shifted_by_a_harmonic():
     alpha = (contacts.mu * contacts.kn)[:, None] / contacts.kt
     law = law_transfer(real(q), alpha, P)
     s = 0.07 + 0.3j
-    for one, other in zip(law.at(s), law.at(s + 1j), strict=True):
+    for one, other in zip(law.at(s).parts, law.at(s + 1j).parts, strict=True):
         np.testing.assert_allclose(other[:, :-1, :-1], one[:, 1:, 1:], atol=1e-12)
 
 
@@ -82,7 +82,7 @@ def test_growing_perturbation_by_quadrature():
     law = law_transfer(real(q), alpha, P)
     s, k = 0.2 + 0.31j, np.arange(-P, P + 1)
     still = law_transfer(real(q), alpha, P)
-    along, _ = law.at(s)
+    along, _ = law.at(s).parts
     apart = along - still.along
     for i in range(len(law.components)):
         expected = np.zeros((2 * P + 1, 2 * P + 1), complex)

@@ -189,7 +189,7 @@ def turns_of_determinant(system, u, frequency, diameter, harmonics):
         omega2, V = la.eigh(K, held.M)
         C = held.M @ (V * (2 * system.damping_ratio * np.sqrt(omega2))) @ V.conj().T @ held.M
         matrices.append((K, C, held.M, B[law.components].conj().T * stiffness))
-        rows.append((B[law.components], B[law.normals]))
+        rows.append((B[law.components], B[law.partners[1]]))
         poles.append(np.sqrt(omega2) / omega)
     K, C, M, pull = (np.array(each) for each in zip(*matrices, strict=True))
     own, normal = (np.array(each) for each in zip(*rows, strict=True))
@@ -197,7 +197,7 @@ def turns_of_determinant(system, u, frequency, diameter, harmonics):
     def determinant(s):
         z = omega * (s + 1j * order)[:, None, None]
         x = np.linalg.solve(K + z * C + z**2 * M, pull)
-        pairs = zip(law.at(s), (own, normal), strict=True)
+        pairs = zip(law.at(s).parts, (own, normal), strict=True)
         blocks = sum(part[:, :, None] * (b @ x).transpose(1, 2, 0)[:, None] for part, b in pairs)
         size = len(law.components) * len(order)
         return np.linalg.slogdet(np.eye(size) - blocks.reshape(size, size))[0]

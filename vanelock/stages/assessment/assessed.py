@@ -27,11 +27,9 @@ def assessed(planned: Planned, first: Planned, count: Count) -> Planned:
         Called with how far each step is.
     """
     given = planned.case.given
-    if not assessable(given.response):
-        return planned
-    if given.bounds is not None:
+    if given.bounds is not None and assessable(given.response, "bounds"):
         planned = replace(planned, bounds=bounds_step(planned, first, count))
-    if given.stability is not None:
+    if given.stability is not None and assessable(given.response, "stability"):
         whole = whole_step(planned)
         steps = [stability_step(planned, first, whole, each, count) for each in planned.responses]
         planned = replace(planned, stability=tuple(steps))

@@ -19,7 +19,6 @@ def test_the_name_of_a_table_alone_is_enough() -> None:
 @pytest.mark.parametrize(
     ("key", "message"),
     [
-        ('friction = "isotropic"', 'response.friction = "isotropic": must be "orthogonal"'),
         ('coupling = "uncoupled"', 'response.coupling = "uncoupled": must be "coupled"'),
         ("samples = 256", "response.samples = 256: leave it out"),
         ('harmonic_diameters = "sector"', 'response.harmonic_diameters = "sector": must be "wave"'),
@@ -29,6 +28,15 @@ def test_other_responses_have_neither(table: str, key: str, message: str) -> Non
     with pytest.raises(InputError) as error:
         parse_study(f"[response]\n{key}\n[{table}]\n")
     assert f"{message} for [{table}]" in str(error.value)
+
+
+def test_isotropic_friction_has_stability_alone() -> None:
+    text = '[response]\nfriction = "isotropic"\n'
+    assert parse_study(f"{text}[stability]\n").stability is not None
+    with pytest.raises(InputError) as error:
+        parse_study(f"{text}[bounds]\n")
+    message = 'response.friction = "isotropic": must be "orthogonal" for [bounds]'
+    assert message in str(error.value)
 
 
 @pytest.mark.parametrize(

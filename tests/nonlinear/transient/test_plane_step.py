@@ -1,0 +1,135 @@
+"""Isotropic friction in time: the step's own equations, its order, and the harmonic balance."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from vanelock.common.errors import InputError
+from vanelock.nonlinear import (
+    SLIP,
+    SLIP_OPEN,
+    STUCK,
+    Options,
+    frequency_response,
+    time_response,
+)
+from vanelock.nonlinear.contact.isotropic.disc_slider import RATES, pursue
+from vanelock.nonlinear.transient.plane_step import slider_in_plane
+from vanelock.rom.system.system import Contacts, Diameter, Force, System
+
+
+def test_place_at_the_end_of_a_step_solves_its_equations() -> None:
+    rng, rates, kinds = np.random.default_rng(5), np.empty((2, RATES)), set()
+    for _ in range(400):
+        before, known, held = rng.normal(size=(3, 2))
+        r_before, r = rng.uniform(-0.5, 2, 2)
+        away = before - held
+        if np.hypot(*away) > max(r_before, 0):
+            held = before - away / np.hypot(*away) * max(r_before, 0)
+        root = rng.normal(size=(2, 2))
+        own = root @ root.T
+        own *= rng.uniform(0, 0.98) / np.linalg.norm(own, 2)
+        place, out = held.copy(), np.empty(2)
+        slider_in_plane(known, own, held, before, r_before, r, place, out, rates)
+        # The map of the plane does not move places apart, so that repeating it leads there, too.
+        again = held
+        for _ in range(3000):
+            kind, _ = pursue(held, before, known + own @ again, r_before, r, out, rates)
+            again = out.copy()
+        kinds.add(kind)
+        np.testing.assert_allclose(place, again, atol=1e-11)
+    assert len(kinds) == 3
+
+
+def block(swing: complex, mu: float, v0: float, shake: float) -> System:
+    """A mass on unequal springs slides on the ground in a plane; another one shakes the load."""
+    return System(
+        sectors=1,
+        engine_order=0,
+        diameters={
+            0: Diameter(
+                K=np.diag([1.0, 1.3, 2.0]),
+                M=np.diag([1.0, 1.0, 0.5]),
+                own=np.array([[[0, 0, 1], [1, 0, 0], [0, 1, 0]]], float),
+            )
+        },
+        contacts=Contacts(np.full(1, 0.9), np.full((1, 2), 0.8), np.array([mu]), np.array([v0])),
+        force={1: Force(np.array([0.7, swing, shake], complex))},
+        damping_ratio=0.03,
+    )
+
+
+HERTZ = 1.05 / (2 * np.pi)
+
+
+@pytest.mark.parametrize(
+    ("swing", "v0", "shake", "state"),
+    [
+        (0.7j, 2.0, 0.0, SLIP),  # nearly a circle under constant load
+        (0.5 + 0.2j, 2.0, 1.2, SLIP),  # an ellipse, the normal load varies
+        (0.5j, 0.8, 2.0, SLIP_OPEN),
+    ],
+)
+def test_steady_states_are_those_of_the_balance(
+    swing: complex, v0: float, shake: float, state: int
+) -> None:
+    system, counts = block(swing, 0.6, v0, shake), np.array([128, 256, 512, 1024])
+    balance = frequency_response(system, [HERTZ], Options(41, friction="isotropic"))
+    each = frequency_response(system, [HERTZ], Options(41))
+    exact = balance.contact[0, :21]
+    scale, errors = np.abs(exact[1]).max(), []
+    for steps in counts:
+        found = time_response(system, HERTZ, 60, int(steps), 20, friction="isotropic")
+        assert found.unsolved == 0
+        assert found.defect[-1] < 1e-10
+        assert found.state[0, 0] == balance.state[0, 0] == state
+        errors.append(np.abs(found.contact[:, 0] - exact).max() / scale)
+        np.testing.assert_allclose(
+            found.dissipation[0], balance.dissipation[0], rtol=3 * (32 / steps) ** 2
+        )
+    assert errors[-1] < 1e-5
+    assert np.polyfit(np.log(counts), np.log(errors), 1)[0] < -1.5
+    # Friction bounded in each direction by itself is another law.
+    assert np.abs(each.contact[0, :21] - exact).max() > 1e3 * errors[-1] * scale
+    begun = time_response(system, HERTZ, 2, 1024, 20, (balance, 0), friction="isotropic")
+    assert begun.departure.max() < 5e-5
+
+
+def test_what_sticks_is_in_its_steady_state_at_once() -> None:
+    system = block(0.7j, 3.0, 2.0, 0.3)
+    balance = frequency_response(system, [HERTZ], Options(3, friction="isotropic"))
+    assert balance.state[0, 0] == STUCK
+    found = time_response(system, HERTZ, 2, 64, 3, friction="isotropic")
+    scale = np.abs(balance.contact[0, 1]).max()
+    np.testing.assert_allclose(found.contact[:, 0], balance.contact[0], atol=1e-12 * scale)
+
+
+def test_sectors_of_a_ring_repeat_the_wave(random_system) -> None:
+    system = random_system(4, size=8, contacts=2, preload=2.0, sectors=5, damping_ratio=0.03)
+    contacts = system.contacts
+    system = replace(system, contacts=replace(contacts, kt=contacts.kt[:, [0, 0]]))
+    hertz, errors = 0.16, []
+    balance = frequency_response(system, [hertz], Options(15, friction="isotropic"))
+    assert {SLIP, SLIP_OPEN} & set(balance.state[0])
+    lag = np.exp(-2j * np.pi * np.outer(np.arange(16), np.arange(5)) / 5)[..., None, None]
+    for steps in (256, 1024):
+        found = time_response(
+            system, hertz, 60, steps, 15, (balance, 0), 1e-9, friction="isotropic"
+        )
+        apart = np.abs(found.contact - lag * balance.contact[0][:, None]).max()
+        errors.append(apart / np.abs(balance.contact[0, 1]).max())
+    assert errors[0] < 1e-3
+    assert errors[1] < 0.2 * errors[0]
+
+
+def test_a_start_has_the_law_that_is_followed() -> None:
+    system = block(0.7j, 0.6, 2.0, 0.0)
+    response = frequency_response(system, [HERTZ], Options(1))
+    with pytest.raises(InputError, match="with orthogonal friction.*needs one with isotropic"):
+        time_response(system, HERTZ, start=(response, 0), friction="isotropic")
+    with pytest.raises(InputError, match="friction: given 'round': allowed: orthogonal, isotropic"):
+        time_response(system, HERTZ, friction="round")
+    contacts = replace(system.contacts, kt=np.array([[1.0, 2.0]]))
+    with pytest.raises(InputError, match="contact 0 has kt"):
+        time_response(replace(system, contacts=contacts), HERTZ, friction="isotropic")
