@@ -148,9 +148,7 @@ class Series:
     def __call__(self, s: complex) -> Complex:
         """(m, m) S(s)."""
         powers = ((s - self.centre) / self.radius) ** np.arange(len(self.terms))
-        found: Complex = np.diag(self.exact.diagonal(s)) - np.tensordot(
-            powers, self.terms, 1
-        )
+        found: Complex = np.diag(self.exact.diagonal(s)) - np.tensordot(powers, self.terms, 1)
         return found
 
     def slope(self, s: complex) -> Complex:

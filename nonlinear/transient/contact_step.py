@@ -92,7 +92,7 @@ def _in_plane(
     a: int,
     place: Floats,
 ) -> None:
-    """Place (2,) of a slider in the plane of columns a and a + 1; radii of its disc at both ends."""
+    """Place (2,) of a slider in the plane of columns a and a + 1; its radii at both ends."""
     known, own = np.empty(2), np.empty((2, 2))
     for i in range(2):
         known[i] = u[a + i]

@@ -123,8 +123,9 @@ def time_response(
 
     Notes
     -----
-    Contacts are those of `frequency_response`, coupled. A motion that it finds may be unstable, such as a wave that the sectors cease to repeat: the ring then leaves
-    it, and `departure` grows by the same factor every period.
+    Contacts are those of `frequency_response`, coupled. A motion that it finds may be unstable,
+    such as a wave that the sectors cease to repeat: the ring then leaves it, and `departure` grows
+    by the same factor every period.
 
     Raises
     ------

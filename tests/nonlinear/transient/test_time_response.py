@@ -96,7 +96,10 @@ def test_what_the_integration_does_not_know_is_refused(random_system) -> None:
     for start, message in (
         ((response, 2), "given point 2: the response has 2"),
         ((response, 1), "given a point at 0.2 Hz: needs one at 0.17 Hz"),
-        ((replace(response, friction="isotropic"), 0), "isotropic friction.*needs one with orthogonal"),
+        (
+            (replace(response, friction="isotropic"), 0),
+            "needs one with orthogonal",
+        ),
         ((replace(response, harmonic_diameters=np.array([0, 0, 0, 1])), 0), "nodal diameters"),
     ):
         with pytest.raises(InputError, match=message):
