@@ -318,8 +318,8 @@ def once_round(
     for i in range(first, count, 2):
         last = contact[i + 1] if i + 1 < count else contact[0] + TURN
         again = contact[i + 2] if i + 2 < count else contact[first] + TURN
-        add_free(last, again, path)
         begins = _touch_down(contact[i], u, alpha, path)
         slid, done = _closed(contact[i], last, True, begins, brackets, u, alpha, path)
+        add_free(last, again, path)
         slips, work = slips or slid, work + done
     return slips, work

@@ -30,12 +30,13 @@ ROWS = np.array([[0.3, -0.2, 1.0], [1.0, 0.1, 0.2], [0.0, 1.0, -0.3]])  # v, u1,
 RATIO = 0.01
 
 
-def block(push, mu, v0, kn=0.9, kt=0.8):
+def block(push, mu, v0, kn=0.9, kt=0.8, sectors=1):
     """A mass on springs that slides on the ground, its directions not those of the contact."""
+    same = Diameter(K=np.diag(SPRING), M=np.diag(MASS), own=ROWS[None])
     return System(
-        sectors=1,
-        engine_order=0,
-        diameters={0: Diameter(K=np.diag(SPRING), M=np.diag(MASS), own=ROWS[None])},
+        sectors=sectors,
+        engine_order=min(sectors - 1, 1),
+        diameters=dict.fromkeys(range(sectors // 2 + 1), same),
         contacts=Contacts(np.full(1, kn), np.full((1, 2), kt), np.array([mu]), np.array([v0])),
         force={1: Force(np.array(push, complex))},
         damping_ratio=RATIO,
@@ -181,15 +182,32 @@ def test_multipliers_are_those_of_finite_differences_in_time(name):
     begin = angle / omega
     assert np.abs(ring.after(start, begin, mode) - start).max() < 1e-4
     exact = la.eigvals(ring.monodromy(start, begin, mode))
-    print(name, np.sort_complex(exact), found.multiplier[0], found.verdict, found.growth)
     law = plane_transfer(u[None], system.contacts.alpha, 2)
     assert len(law.kept) == (0 if opens else 1)
-    print(law.kept)
     exact = exact[np.abs(exact) > 0.55]
     given = found.multiplier[0][found.diameter[0] == 0]
     given = np.concatenate([given, given.conj()])
     apart = np.abs(np.subtract.outer(exact, given))
     assert len(exact)
-    assert apart.min(axis=1).max() < 1e-4
-    assert apart[:, np.abs(given) > 0.56].min(axis=0).max() < 1e-4
+    assert apart.min(axis=1).max() < 1e-5
+    assert apart[:, np.abs(given) > 0.56].min(axis=0).max() < 1e-5
     assert found.verdict[0] == (UNSTABLE if np.abs(exact).max() > 1 else STABLE)
+
+
+def test_sectors_apart_have_the_multipliers_of_one():
+    # In a ring of sectors that know nothing of each other diameters are a matter of phase.
+    sizes = []
+    for sectors in (1, 4):
+        system = block(*CASES["remembers"][:4], sectors=sectors)
+        response = frequency_response(
+            system, [1.05 / (2 * np.pi)], Options(7, friction="isotropic")
+        )
+        found = stability(system, response, harmonics=9, count=30)
+        assert found.verdict[0] == STABLE
+        size = np.abs(found.multiplier[0][found.diameter[0] >= 0])
+        sizes.append(size[size > 0.56])
+    alone, ring = sizes
+    assert len(ring) > 2 * len(alone)
+    apart = np.abs(np.subtract.outer(ring, alone)).min(axis=1)
+    assert apart.max() < 1e-6
+    assert np.all(np.abs(ring.max() - alone.max()) < 1e-6)
