@@ -38,7 +38,7 @@ class Path(NamedTuple):
         ∫ (e_x, e_y, e_x², e_x e_y) e^{ikθ} of slip, ∫ e^{ikθ} of slip and of what is free.
     w, jacobian : (2, m), (2, m, n)
         ∫ w φ_j of what is held, and ∫ φ_j dw but for what the moments hold.
-    pieces, count : (p, WIDTH), (1,)
+    pieces, filled : (p, WIDTH), (1,)
         The path piece by piece where there is room, and how many there are.
     """
 
@@ -56,7 +56,7 @@ class Path(NamedTuple):
     w: Floats
     jacobian: Floats
     pieces: Floats
-    count: NDArray[np.int64]
+    filled: NDArray[np.int64]
 
 
 @kernel
@@ -86,8 +86,8 @@ def _write(kind: int, begin: float, end: float, x: float, y: float, path: Path) 
     """Write a piece down."""
     if end <= begin:
         return
-    place = path.count[0]
-    path.count[0] += 1
+    place = path.filled[0]
+    path.filled[0] += 1
     if place < len(path.pieces):
         row = path.pieces[place]
         row[KIND], row[BEGIN], row[END], row[X], row[Y] = kind, begin, end, x, y

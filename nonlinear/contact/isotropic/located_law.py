@@ -260,7 +260,7 @@ def slider_pieces(u: Floats, alpha: float, table: Floats) -> Floats:
             return whole
     path = new_path(m, 3 * m, 0)
     for _ in range(2):  # to count the pieces, then to write them down
-        path = new_path(m, 3 * m, path.count[0])
+        path = new_path(m, 3 * m, path.filled[0])
         path.place[:] = start
         once_round(u, alpha, contact, count, len(table), path)
     return path.pieces

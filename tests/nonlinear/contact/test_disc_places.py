@@ -18,9 +18,10 @@ def test_a_circle_is_followed_on_a_smaller_one(radius: float) -> None:
     angles = np.linspace(-3.0, 9.0, 101)
     w = slider_places(u, radius, angles)
     p = np.stack([np.cos(angles), np.sin(angles)], axis=1)
-    np.testing.assert_allclose(np.hypot(*w.T), np.sqrt(1 - radius**2), rtol=1e-9)
+    # Between the nodes of a step the direction is less accurate than at its end, the distance not.
+    np.testing.assert_allclose(np.hypot(*w.T), np.sqrt(1 - radius**2), rtol=5e-8)
     np.testing.assert_allclose(np.hypot(*(p - w).T), radius, rtol=1e-9)
-    np.testing.assert_allclose(((p - w) * w).sum(axis=1), 0, atol=1e-9)
+    np.testing.assert_allclose(((p - w) * w).sum(axis=1), 0, atol=5e-8)
 
 
 @pytest.mark.parametrize("harmonics", [1, 3])

@@ -1,5 +1,7 @@
 """Multipliers with isotropic friction against finite differences of another integration in time."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 import scipy.linalg as la
@@ -97,11 +99,15 @@ class Block:
         def gap(_, state):
             return self.contact(state)[1]
 
-        edge.direction, caught.direction, gap.direction = 1, -1, 1 if mode == "open" else -1
-        events = {"held": [edge, gap], "slip": [caught, gap], "open": [gap]}[mode]
-        for event in events:
-            event.terminal = True
-        return events
+        closing = 1 if mode == "open" else -1
+        events: dict[str, list[tuple[Any, int]]] = {
+            "held": [(edge, 1), (gap, closing)],
+            "slip": [(caught, -1), (gap, closing)],
+            "open": [(gap, closing)],
+        }
+        for event, direction in events[mode]:
+            event.terminal, event.direction = True, direction
+        return [event for event, _ in events[mode]]
 
     def after(self, state, begin, mode):
         """State a period later, from a state that is held or open."""

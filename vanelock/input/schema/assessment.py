@@ -29,25 +29,13 @@ class StabilityKeys(KeyTable):
     points: Literal["peaks", "all"] = Field(default="peaks", description="points of the response")
 
 
-ALLOWED = {
-    "coupling": "coupled",
-    "friction": "orthogonal",
-    "samples": None,
-    "harmonic_diameters": "wave",
-}
-"""What bounds take of `response`; stability takes either friction."""
+ALLOWED = {"coupling": "coupled", "samples": None, "harmonic_diameters": "wave"}
+"""What both take of `response`."""
 
 
-def assessable(response: "ResponseKeys", table: str) -> bool:
-    """Whether responses of this kind have bounds, or stability."""
-    return not any(_refused(response, table))
-
-
-def _refused(response: "ResponseKeys", table: str) -> Iterator[str]:
-    """Keys of a response that bounds, or stability, do not take as they are."""
-    for key, allowed in ALLOWED.items():
-        if getattr(response, key) != allowed and (table, key) != ("stability", "friction"):
-            yield key
+def assessable(response: "ResponseKeys") -> bool:
+    """Whether responses of this kind have bounds and stability."""
+    return all(getattr(response, key) == allowed for key, allowed in ALLOWED.items())
 
 
 def can_be_assessed(given: "Study | Scene") -> Iterator[str]:
@@ -58,11 +46,12 @@ def can_be_assessed(given: "Study | Scene") -> Iterator[str]:
             continue
         if getattr(given, "elements", None):
             yield f"elements: [{table}] is of contacts alone: leave one of them out"
-        for key in _refused(response, table):
-            value, allowed = getattr(response, key), ALLOWED[key]
-            must = "leave it out" if allowed is None else f'must be "{allowed}"'
-            text = value if isinstance(value, int) else f'"{value}"'
-            yield f"response.{key} = {text}: {must} for [{table}]"
+        for key, allowed in ALLOWED.items():
+            value = getattr(response, key)
+            if value != allowed:
+                must = "leave it out" if allowed is None else f'must be "{allowed}"'
+                text = value if isinstance(value, int) else f'"{value}"'
+                yield f"response.{key} = {text}: {must} for [{table}]"
     if given.stability is not None and given.stability.points == "all":
         if getattr(given, "accuracy", None) is not None:
             yield 'stability.points = "all": with an accuracy choose "peaks"'

@@ -27,9 +27,11 @@ def assessed(planned: Planned, first: Planned, count: Count) -> Planned:
         Called with how far each step is.
     """
     given = planned.case.given
-    if given.bounds is not None and assessable(given.response, "bounds"):
+    if not assessable(given.response):
+        return planned
+    if given.bounds is not None:
         planned = replace(planned, bounds=bounds_step(planned, first, count))
-    if given.stability is not None and assessable(given.response, "stability"):
+    if given.stability is not None:
         whole = whole_step(planned)
         steps = [stability_step(planned, first, whole, each, count) for each in planned.responses]
         planned = replace(planned, stability=tuple(steps))

@@ -93,6 +93,7 @@ def bounds_step(planned: Planned, first: Planned, count: Count) -> Step[BoundedP
         system: System = get(planned.solved(response).system)
         options = Options(
             harmonics=as_solved(response, peak.point).harmonics,
+            friction=response.friction,
             direction="down" if response.direction == "down" else "up",
         )
         try:

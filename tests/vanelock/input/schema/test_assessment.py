@@ -30,13 +30,10 @@ def test_other_responses_have_neither(table: str, key: str, message: str) -> Non
     assert f"{message} for [{table}]" in str(error.value)
 
 
-def test_isotropic_friction_has_stability_alone() -> None:
-    text = '[response]\nfriction = "isotropic"\n'
-    assert parse_study(f"{text}[stability]\n").stability is not None
-    with pytest.raises(InputError) as error:
-        parse_study(f"{text}[bounds]\n")
-    message = 'response.friction = "isotropic": must be "orthogonal" for [bounds]'
-    assert message in str(error.value)
+def test_isotropic_friction_has_both() -> None:
+    study = parse_study('[response]\nfriction = "isotropic"\n[bounds]\n[stability]\n')
+    assert study.bounds is not None
+    assert study.stability is not None
 
 
 @pytest.mark.parametrize(

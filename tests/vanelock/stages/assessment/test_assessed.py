@@ -1,5 +1,6 @@
 """Bounds and stability as stages of a run: truths, files, workers, resuming, what is refused."""
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -89,6 +90,25 @@ def test_bounds_of_a_run_are_those_of_the_loads_a_clamp_can_hold(tmp_path: Path)
     assert row["wave"] == "stable"
     assert any(isinstance(each, PointDone) and each.total is None for each in events)
     assert not any("static friction" in line for line in found.warnings)
+
+
+def test_bounds_are_of_the_law_that_the_run_is_solved_with(tmp_path: Path) -> None:
+    # Slid along the bisector of both directions, a contact holds as much as along one of them.
+    pad = held_pad(1.0)
+    one = pad.diameters[0]
+    turned = one.own.copy()
+    turned[:, 1:] = np.sqrt(0.5) * one.own[:, 1:2]
+    path = pad_scene(tmp_path)
+    replace(pad, diameters={0: replace(one, own=turned)}).save(tmp_path / "pad.h5")
+    path.write_text(path.read_text().replace("[response]", '[response]\nfriction = "isotropic"'))
+    (found,) = run_scene(load_scene(path), tmp_path / "run")
+    with h5py.File(tmp_path / "run" / "results.h5") as file:
+        bounded = BoundedPeak.load(file["response/nominal/bounds"]).found
+    assert bounded is not None
+    for place, end in ((0, found.lowest), (2, found.highest)):
+        expected = peak_by_load(1.0, bounded.rest_load[place, 0])
+        assert end.amplitude == pytest.approx(expected, rel=1e-9)
+    assert found.wave.verdict == "stable"
 
 
 def test_share_zero_has_the_peak_of_sliders_assembled_at_zero(tmp_path: Path) -> None:
