@@ -6,7 +6,7 @@ the points that it measures, because the speed of a machine drifts with what els
 """
 
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -15,6 +15,7 @@ import scipy.linalg as la
 from numpy.typing import NDArray
 
 from vanelock.nonlinear import Force, Options, Response, System, frequency_response
+from vanelock.nonlinear.balance.stuck_modes import StuckModes
 
 Floats = NDArray[np.float64]
 
@@ -98,6 +99,7 @@ def sweep(
     options: Options,
     unit: Unit,
     every: int = 5,
+    modes: Mapping[int, StuckModes] | None = None,
 ) -> Curve:
     """Solve a closed list of frequencies; time each point, and the unit at every fifth one."""
     marks: list[float] = []
@@ -113,7 +115,8 @@ def sweep(
 
     before = len(unit.seconds)
     begin = resumed[0] = time.process_time()
-    response = frequency_response(without_outputs(system), hertz, options, progress)
+    bare = without_outputs(system)
+    response = frequency_response(bare, hertz, options, progress, modes)
     spent = time.process_time() - begin
     own = float(np.sum(unit.seconds[before:]))
     points = np.array(marks[1:])

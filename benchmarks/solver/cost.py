@@ -19,9 +19,10 @@ import h5py
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from benchmarks.clock import Curve, Unit, dynamic_stiffness, page, scaled, sweep
+from benchmarks.clock import Curve, Floats, Unit, dynamic_stiffness, page, scaled, sweep
 from benchmarks.solver.cyclic import natural, ring
 from vanelock.nonlinear import OPEN, SLIP, SLIP_OPEN, Options, System, frequency_response
+from vanelock.nonlinear.balance.balance import structure
 
 
 class Regime(NamedTuple):
@@ -129,6 +130,7 @@ VARIED = {
 VARIED_QUICK = {"harmonics": (1,), "samples": (64, None)}
 BASES = {"contacts": Drawn(size=500, harmonics=1), "friction": Drawn(even=True)}
 RICH = 15  # harmonics of the reference
+LARGE, MANY = 1650, (66, 129, 258, 516)  # coordinates and contacts of the table of growth
 
 
 def truncation(curve: Curve, rich: Curve) -> float:
@@ -181,8 +183,49 @@ def varied(name: str, values: tuple[int | str | None, ...], base: Drawn, points:
     return [*lines, ""]
 
 
-def scaling(quick: bool) -> list[str]:
-    """Lines of the report on random systems."""
+def growth(counts: tuple[int, ...], size: int, harmonics: int, points: int) -> list[str]:
+    """A table over contacts of one large model, with exponents of growth from row to row."""
+    names = [name for name, _, _ in DRAWN_REGIMES]
+    lines = [
+        "| contacts | regime | median | exponent | mean | exponent | slip | open | converged |"
+        " unit |",
+        "|---:|---|" + "---:|" * 8,
+    ]
+    print("\n".join(lines), flush=True)
+    found: dict[str, list[str]] = {name: [] for name in names}
+    last: dict[str, Floats] = {}
+    for place, count in enumerate(counts):
+        drawn = ring(size, count, max(harmonics, 3), 1.0, 1.0)
+        top = natural(drawn)
+        unit = Unit(dynamic_stiffness(drawn, top))
+        hertz = np.linspace(0.8 * top, 1.05 * top, points)
+        modes = structure(drawn, harmonics).modes
+        for name, mu, severity in DRAWN_REGIMES:
+            system = scaled(drawn, severity * mu, mu)
+            curve = sweep(system, hertz, Options(harmonics), unit, modes=modes)
+            state, cost = curve.response.state, curve.units
+            slip, open_ = (
+                np.isin(state, states).sum(axis=1).max()
+                for states in ((SLIP, SLIP_OPEN), (OPEN, SLIP_OPEN))
+            )
+            now = np.array([np.median(cost), cost.mean()])
+            shown = ["", ""]
+            if place:
+                exponents = np.log(now / last[name]) / np.log(count / counts[place - 1])
+                shown = [f"{exponent:.2f}" for exponent in exponents]
+            last[name] = now
+            found[name].append(
+                f"| {count} | {name} | {np.median(cost):.3f} | {shown[0]} | {cost.mean():.3f} | "
+                f"{shown[1]} | {slip} | {open_} | "
+                f"{np.count_nonzero(curve.response.converged)} / {points} | "
+                f"{1e3 * curve.unit:.0f} ms |"
+            )
+            print(found[name][-1], flush=True)
+    return [*lines, *(line for name in names for line in found[name]), ""]
+
+
+def scaling(quick: bool, only: str) -> list[str]:
+    """Lines of the report on random systems, of the tables whose names contain `only`."""
     points = 6 if quick else 20
     base = Drawn(size=40, contacts=4, harmonics=1) if quick else Drawn()
     measure(base, 0.3, 1.0, 2)  # kernels are compiled here
@@ -195,6 +238,8 @@ def scaling(quick: bool) -> list[str]:
         "",
     ]
     for name, values in (VARIED_QUICK if quick else VARIED).items():
+        if only not in name:
+            continue
         where = base if quick else BASES.get(name, base)
         lines += [
             f"## {name.capitalize()}",
@@ -204,7 +249,18 @@ def scaling(quick: bool) -> list[str]:
             "",
             *varied(name, values, where, points),
         ]
-    return lines
+    if only not in "large model":
+        return lines
+    size, counts = (60, (5, 10)) if quick else (LARGE, MANY)
+    return [
+        *lines,
+        "## Contacts of a large model",
+        "",
+        f"{size} coordinates, H = {base.harmonics}. Exponent: the power of the number of contacts",
+        "by which a point's cost grows from the row before; 2 is quadratic.",
+        "",
+        *growth(counts, size, base.harmonics, points),
+    ]
 
 
 def main() -> None:
@@ -215,14 +271,14 @@ def main() -> None:
     parser.add_argument("--points", type=int, default=100)
     parser.add_argument("--low", type=float, default=245.0, help="Hz")
     parser.add_argument("--high", type=float, default=300.0, help="Hz")
-    parser.add_argument("--only", default="", help="regimes whose name contains this")
+    parser.add_argument("--only", default="", help="regimes or tables whose name contains this")
     parser.add_argument("--quick", action="store_true", help="a few small random systems")
     parser.add_argument("--write", action="store_true", help="write docs/benchmarks as well")
     options = parser.parse_args()
     with threadpool_limits(limits=1):
         if options.system is None:
             title = "Cost of a point against harmonics, contacts, size, samples and friction"
-            page("solver_cost", title, scaling(options.quick), options.write)
+            page("solver_cost", title, scaling(options.quick, options.only), options.write)
             return
         lines = vane(
             options.system,

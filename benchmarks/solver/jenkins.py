@@ -1,10 +1,11 @@
 """Friction under a constant normal load: one problem, its matrices, and an independent reference.
 
 A structure of n real coordinates, the first 2c of which are the tangential displacements of c
-contacts with the ground. Each direction is a Jenkins element: a spring kt in series with a slider
-that slips at μ n, n constant.
+contacts with the ground. A contact is a Jenkins element, a spring kt in series with a slider that
+slips at μ n, n constant: one in each direction, or one in the plane of both.
 """
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,12 +13,17 @@ import scipy.linalg as la
 from numpy.typing import NDArray
 
 from vanelock.nonlinear import Contacts, Diameter, Force, System
+from vanelock.nonlinear.fourier.kernels import kernel
 
 Floats = NDArray[np.float64]
 Array = NDArray[np.complex128]
 
 RATIO = 0.003
 """Damping of every mode of the structure with all contacts sticking."""
+APART = 1.01
+"""The higher natural frequency of a pair over the lower one, without contacts."""
+PERIODS = 40
+"""Marched at most."""
 
 
 @dataclass(frozen=True)
@@ -28,8 +34,9 @@ class Problem:
     ----------
     K, M, C : (n, n) float
         N/m, kg, N s/m; C gives each stuck mode the ratio RATIO.
-    force : (n,) float
-        Amplitude of the cosine that excites the structure, N; on the last coordinate only.
+    force : (n,) complex
+        Amplitude of the force that excites the structure, N: a cosine on the last coordinate, a
+        sine on the one before.
     kt : (c,) float
         N/m, the same in both directions.
     limit : (c,) float
@@ -39,7 +46,7 @@ class Problem:
     K: Floats
     M: Floats
     C: Floats
-    force: Floats
+    force: Array
     kt: Floats
     limit: Floats
 
@@ -86,7 +93,7 @@ class Problem:
                 mu=np.full(c, mu),
                 v0=self.limit / (mu * self.kt),
             ),
-            force={1: Force(self.force.astype(complex))},
+            force={1: Force(self.force)},
             damping_ratio=RATIO,
         )
 
@@ -94,19 +101,26 @@ class Problem:
 def problem(size: int, contacts: int, severity: float, seed: int = 0) -> Problem:
     """A structure whose natural frequencies spread like a reduced vane's, turned at random.
 
-    Contacts raise the first one by about a third. `severity` is the amplitude of the stuck
-    structure at resonance over the one at which contacts begin to slip, on the average.
+    Each shape occurs twice, in two directions at right angles and at frequencies close together,
+    and the load goes round, a cosine on the last coordinate and a sine on the one before it: so
+    contacts move on ellipses. Contacts raise the first frequency by about a third. `severity` is
+    the amplitude of the stuck structure at resonance over the one at which contacts begin to slip,
+    on the average. The size is even.
     """
     rng = np.random.default_rng(seed)
-    frequencies = 200.0 * np.arange(1, size + 1) ** 1.1
-    turned, _ = la.qr(rng.normal(size=(size, size)))
+    pairs = size // 2
+    frequencies = 200.0 * np.outer(np.arange(1, pairs + 1) ** 1.1, [1.0, APART]).reshape(-1)
+    shapes, _ = la.qr(rng.normal(size=(pairs, pairs)))
+    angle = rng.uniform(0, np.pi, pairs)
+    across = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
+    turned = np.einsum("ij,abj->iajb", shapes, across).reshape(size, size)
     K = (turned * (2 * np.pi * frequencies) ** 2) @ turned.T
     K, M = 0.5 * (K + K.T), np.eye(size)
     directions = 2 * contacts
     share = float((turned[:directions, 0] ** 2).sum())
     kt = 0.8 * (2 * np.pi * 200.0) ** 2 / share * rng.uniform(0.5, 1.5, contacts)
-    force = np.zeros(size)
-    force[-1] = 1.0
+    force = np.zeros(size, complex)
+    force[-1], force[-2] = 1.0, -1.0j
     bare = Problem(K, M, np.zeros_like(K), force, kt, np.ones(contacts))
     values, modes = la.eigh(bare.stuck(), M)
     C = (modes * (2 * RATIO * np.sqrt(values))) @ modes.T
@@ -115,46 +129,99 @@ def problem(size: int, contacts: int, severity: float, seed: int = 0) -> Problem
     s = 2 * np.pi * damped.resonance()
     moved = np.abs(np.linalg.solve(damped.dynamic(s, stuck=True), force))[:directions]
     reached = np.sqrt((moved.reshape(contacts, 2) ** 2).mean(axis=1))
-    limit = kt * reached.mean() / severity * rng.uniform(0.7, 1.3, contacts)
+    limit = kt * reached / severity * rng.uniform(0.7, 1.3, contacts)
     return Problem(K, M, C, force, kt, limit)
 
 
-def marched(problem: Problem, q: Array, samples: int) -> tuple[Array, NDArray[np.float64]]:
-    """Friction forces' coefficients and their derivatives, by plain marching over two periods.
+@kernel
+def _steps(
+    u: Floats, table: Floats, kt: float, limit: float, plane: bool, force: Floats, rate: Floats
+) -> None:
+    """March one contact until a period repeats the last; fill (s, 2) and (s, 2, 2, 2H + 1)."""
+    count, m = table.shape
+    t, dt, dp = kt * u[0], np.zeros((2, 2, m)), np.zeros((2, 2, m))
+    along, x, old, y = np.zeros((2, m)), np.zeros(2), np.zeros(2), np.zeros((2, m))
+    for i in range(2):
+        dt[i, i] = kt * table[0]
+    for period in range(PERIODS):
+        gap = 0.0
+        for n in range(count):
+            before = n - 1 if n > 0 else count - 1 if period > 0 else 0
+            old[:], dp[:] = t, dt
+            for i in range(2):
+                t[i] += kt * (u[n, i] - u[before, i])
+                dp[i, i] += kt * (table[n] - table[before])
+            if not plane:
+                for i in range(2):
+                    if abs(t[i]) > limit:
+                        t[i] = math.copysign(limit, t[i])
+                        dp[i] = 0.0
+                dt[:] = dp
+            elif math.hypot(t[0], t[1]) <= limit:
+                dt[:] = dp
+            else:
+                # The new force t' = s x - t, x the sum of t and the trial, has the size of the
+                # bound; with it t'.dt' = 0.
+                x[:] = t + old
+                square = x[0] ** 2 + x[1] ** 2
+                half = (x[0] * old[0] + x[1] * old[1]) / square
+                inside = half**2 - (old[0] ** 2 + old[1] ** 2 - limit**2) / square
+                s = half + math.sqrt(max(inside, 0.0))
+                t[:] = s * x - old
+                for i in range(2):
+                    y = dp[i] + dt[i]
+                    along += t[i] * (dt[i] - s * y)
+                    dp[i] = s * y - dt[i]
+                along /= t[0] * x[0] + t[1] * x[1]
+                for i in range(2):
+                    dt[i] = dp[i] + x[i] * along
+                along[:] = 0.0
+            gap = max(gap, abs(t[0] - force[n, 0]), abs(t[1] - force[n, 1]))
+            force[n], rate[n] = t, dt
+        if gap < 1e-14 * limit:
+            break
+
+
+def marched(
+    problem: Problem, q: Array, samples: int, friction: str = "orthogonal"
+) -> tuple[Array, Floats]:
+    """Friction forces' coefficients and their derivatives, by plain marching.
+
+    In the plane a step that slips is returned to the bound along the mean of the old and the new
+    force (Simo & Taylor 1986); both laws are then off by the square of the step.
 
     Parameters
     ----------
     q : (H + 1, 2c) complex
         Coefficients of the displacements.
+    friction : {"orthogonal", "isotropic"}
+        As of `Options`.
 
     Returns
     -------
     (H + 1, 2c) complex
-    (2c, 2H + 1, 2H + 1) float
-        d(force)/d(displacement), both as (mean, re, im, ...).
+    (c, 2, 2H + 1, 2, 2H + 1) float
+        d(force)/d(displacement) of each contact, both as (mean, re, im, ...).
     """
-    H, d = len(q) - 1, q.shape[1]
+    H, m = len(q) - 1, 2 * len(q) - 1
     angle = 2 * np.pi * np.arange(samples) / samples
-    table = np.ones((samples, 2 * H + 1))
+    table = np.ones((samples, m))
     for h in range(1, H + 1):
         table[:, 2 * h - 1], table[:, 2 * h] = np.cos(h * angle), -np.sin(h * angle)
-    kt, limit = np.repeat(problem.kt, 2), np.repeat(problem.limit, 2)
-    u = table @ real(q)
-    slider, slope = np.zeros(d), np.zeros((d, 2 * H + 1))
-    force, rate = np.zeros((samples, d)), np.zeros((d, 2 * H + 1, 2 * H + 1))
-    reach = limit / kt
-    for period in range(2):
-        for i in range(samples):
-            slips = np.abs(u[i] - slider) > reach
-            if slips.any():
-                slider[slips] = (u[i] - np.sign(u[i] - slider) * reach)[slips]
-                slope[slips] = table[i]
-            if period:
-                force[i] = kt * (u[i] - slider)
-                rate += (kt[:, None] * (table[i] - slope))[:, None, :] * table[i][:, None]
-    weight = np.full(2 * H + 1, 2.0 / samples)
+    weight = np.full(m, 2.0 / samples)
     weight[0] = 1.0 / samples
-    return complex_(weight[:, None] * (table.T @ force)), weight[:, None] * rate
+    weighted = weight[:, None] * table.T
+    contacts = len(problem.kt)
+    forces, rates = np.empty((m, contacts, 2)), np.empty((contacts, 2, m, 2, m))
+    u = (table @ real(q)).reshape(samples, contacts, 2)
+    for c, (kt, limit) in enumerate(zip(problem.kt, problem.limit, strict=True)):
+        force, rate = np.zeros((samples, 2)), np.zeros((samples, 2, 2, m))
+        path = np.ascontiguousarray(u[:, c])
+        _steps(path, table, kt, limit, friction == "isotropic", force, rate)
+        forces[:, c] = weighted @ force
+        integrated = (weighted @ rate.reshape(samples, -1)).reshape(m, 2, 2, m)
+        rates[c] = np.moveaxis(integrated, 0, 1)
+    return complex_(forces.reshape(m, 2 * contacts)), rates
 
 
 def real(q: Array) -> Floats:
@@ -172,7 +239,9 @@ def complex_(a: Floats) -> Array:
     return out
 
 
-def reference(problem: Problem, hertz: float, q: Array, samples: int = 8192) -> tuple[Array, float]:
+def reference(
+    problem: Problem, hertz: float, q: Array, samples: int = 8192, friction: str = "orthogonal"
+) -> tuple[Array, float]:
     """Contact displacements from an independent Newton iteration on marched forces.
 
     Parameters
@@ -195,17 +264,16 @@ def reference(problem: Problem, hertz: float, q: Array, samples: int = 8192) -> 
         compliance.append(solved[:d, :d])
         free[h] = solved[:d, d] * (h == 1)
     for _ in range(12):
-        force, rate = marched(problem, q, samples)
+        force, rate = marched(problem, q, samples, friction)
         gap = real(q - free + np.stack([R @ f for R, f in zip(compliance, force, strict=True)]))
         jacobian = np.zeros((m, d, m, d))
         for h, R in enumerate(compliance):
-            moved = complex_(np.moveaxis(rate, 0, 1))[h]  # (2c, m)
-            part = R[:, :, None] * moved[None]  # (row, direction, m)
+            moved = complex_(np.moveaxis(rate, 2, 0))[h]  # (c, 2, 2, m)
+            part = np.einsum("dca,cabk->dkcb", R.reshape(d, -1, 2), moved).reshape(d, m, d)
             if h == 0:
-                jacobian[0] = np.moveaxis(part.real, 2, 1)
+                jacobian[0] = part.real
             else:
-                jacobian[2 * h - 1] = np.moveaxis(part.real, 2, 1)
-                jacobian[2 * h] = np.moveaxis(part.imag, 2, 1)
+                jacobian[2 * h - 1], jacobian[2 * h] = part.real, part.imag
         matrix = jacobian.reshape(m * d, m * d)
         matrix[np.diag_indices_from(matrix)] += 1.0
         step = np.linalg.solve(matrix, gap.reshape(-1)).reshape(m, d)

@@ -2,9 +2,12 @@
 
     python peer_pyharm.py problem.npz result.npz
 
-The request is in the first file: K, M, C, force (on the last coordinate), kt, limit, frequencies
-(equally spaced, rad/s), where to start (blocks, n), and as JSON the samples, harmonics and
-options of the analysis.
+The request is in the first file: K, M, C, force (a cosine on the last coordinate, a sine on the one
+before), kt, limit, frequencies (equally spaced, rad/s), where to start (blocks, n), and as JSON the
+samples, friction, harmonics and options of the analysis.
+
+Its element `Jenkins` bounds the length of the force in all the directions that it is given: one
+element a direction is orthogonal friction, one for both is isotropic.
 """
 
 import contextlib
@@ -16,24 +19,26 @@ from typing import Any
 
 import numpy as np
 
+TRIED = 4  # points on which predictors are compared
+
 
 def description(given: Any, request: dict[str, Any]) -> dict[str, Any]:
-    """Input of pyHarm: one substructure, two Jenkins elements a contact, a cosine on one dof."""
+    """Input of pyHarm: one substructure, Jenkins elements at contacts, a force that goes round."""
     nodes, omegas = len(given["K"]) // 2, given["omegas"]
+    at, force = {"body": [nodes - 1]}, given["force"]
+    cosine = {"connect": at, "dirs": [1], "amp": float(force[-1].real)}
+    sine = {"connect": at, "dirs": [0], "amp": float(-force[-2].imag)}
     connectors = {
-        "force": {
-            "type": "CosinusForcing",
-            "connect": {"body": [nodes - 1]},
-            "dirs": [1],
-            "amp": float(given["force"][-1]),
-        }
+        "cosine": {"type": "CosinusForcing", **cosine},
+        "sine": {"type": "SinusForcing", **sine},
     }
+    bounded = [[0, 1]] if request["friction"] == "isotropic" else [[0], [1]]
     for contact, (kt, limit) in enumerate(zip(given["kt"], given["limit"], strict=True)):
-        for direction in (0, 1):
-            connectors[f"friction {contact} {direction}"] = {
+        for directions in bounded:
+            connectors[f"friction {contact} {directions}"] = {
                 "type": "Jenkins",
                 "connect": {"body": [contact]},
-                "dirs": [direction],
+                "dirs": directions,
                 "mu": 1.0,
                 "N0": float(limit),
                 "k": float(kt),
@@ -67,37 +72,51 @@ def description(given: Any, request: dict[str, Any]) -> dict[str, Any]:
     }
 
 
-def solve(given: Any, request: dict[str, Any], count: int) -> tuple[list[float], list[Any]]:
-    """CPU seconds of each point after the first, and the solutions of all."""
+def solve(given: Any, request: dict[str, Any], count: int) -> tuple[float, list[Any]]:
+    """CPU seconds of all points, the model being built, and their solutions."""
     from pyHarm.Maestro import Maestro
 
     with contextlib.redirect_stdout(io.StringIO()):
         maestro = Maestro(description(given, request))
         analysis = maestro.nls["curve"]
+        begin = time.process_time()
         analysis.initialise(given["start"].reshape(-1))
-        seconds = []
         for index in range(1, count):
-            begin = time.process_time()
             analysis.makeStep(index_insolve=index)
             analysis.purge_jacobians()
-            seconds.append(time.process_time() - begin)
+        seconds = time.process_time() - begin
     return seconds, analysis.SolList
+
+
+def cheapest(given: Any, request: dict[str, Any]) -> str:
+    """The predictor that takes least on a few points, of those with which all converge."""
+    seconds = {}
+    for predictor in request["predictors"]:
+        spent, solutions = solve(given, {**request, "predictor": predictor}, TRIED)
+        found = all(solution.flag_accepted for solution in solutions)
+        seconds[predictor] = spent if found else np.inf
+    return min(seconds, key=lambda predictor: seconds[predictor])
 
 
 def main() -> None:
     """Answer the request."""
     given = np.load(sys.argv[1])
     request = json.loads(str(given["request"]))
-    solve(given, {**request, "samples": 32}, 2)  # compiles
-    seconds, solutions = solve(given, request, len(given["omegas"]))
-    blocks = 2 * len(request["harmonics"]) - (0 in request["harmonics"])
+    samples = request["samples"]
+    solve(given, {**request, "samples": 32, "predictor": "tangent"}, 3)  # compiles
+    predictor = cheapest(given, {**request, "samples": samples[0]})
+    runs = [
+        solve(given, {**request, "samples": count, "predictor": predictor}, len(given["omegas"]))
+        for count in samples
+    ]
+    blocks = 2 * len(request["harmonics"])
     np.savez(
         sys.argv[2],
-        seconds=seconds,
-        accepted=[bool(solution.flag_accepted) for solution in solutions],
-        omegas=[solution.x[-1] for solution in solutions],
-        x=[solution.x[:-1].reshape(blocks, -1) for solution in solutions],
-        residual=[np.abs(np.asarray(solution.R)[:-1]).max() for solution in solutions],
+        predictor=predictor,
+        seconds=[seconds for seconds, _ in runs],
+        accepted=[[bool(each.flag_accepted) for each in found] for _, found in runs],
+        omegas=[[each.x[-1] for each in found] for _, found in runs],
+        x=[[each.x[:-1].reshape(blocks, -1) for each in found] for _, found in runs],
     )
 
 
