@@ -12,11 +12,15 @@ from numpy.typing import NDArray
 
 from vanelock.common.errors import InputError
 from vanelock.rom.fixed_interface.held import HeldPart, hermitian
+from vanelock.rom.fixed_interface.massless import refuse_negative_mass
 from vanelock.rom.fixed_interface.modes import Fixed, fixed_modes, krylov_space
 from vanelock.rom.system.system import Matrix
 
 _NEW = 1e-6
-"""Least part of a further mode's strain energy that the vectors so far do not hold."""
+"""Least part of a further vector's strain energy that the vectors so far do not hold."""
+
+_SEEN = 1e-12
+"""That of answers to loads, whose amplitude goes with its root."""
 
 
 @dataclass(frozen=True)
@@ -112,9 +116,28 @@ class Candidates:
             mass=_bordered(self.mass, W.conj().T @ MX, X.conj().T @ MX),
         )
 
+    def answering(self, part: HeldPart, loads: Matrix) -> "Candidates":
+        """The same with static answers to loads on the slaves, (s, p), behind it where new."""
+        answers = part.held.solve(loads)
+        energy = np.einsum("ij,ij->j", loads.conj(), answers).real
+        works = energy > 0
+        loads, answers = (A[:, works] / np.sqrt(energy[works]) for A in (loads, answers))
+        Phi, W = self.modes.vectors, self.vectors
+        of_modes, of_vectors = Phi.conj().T @ loads, W.conj().T @ loads
+        c = sl.solve(self.stiffness, of_vectors, assume_a="pos") if W.shape[1] else of_vectors
+        answers = answers - Phi @ (of_modes / self.modes.omega_squared[:, None]) - W @ c
+        loads = loads - part.M_ss @ (Phi @ of_modes) - self.loads @ c
+        new, V = sl.eigh(hermitian(answers.conj().T @ loads))
+        V = V[:, new > _SEEN]
+        return self.grown(part, answers @ V, loads @ V) if V.shape[1] else self
+
     def ritz(self) -> tuple[Matrix, NDArray[np.float64]]:
         """Combinations of the vectors that Rayleigh and Ritz call modes, and their ω², rad²/s²."""
-        values, V = sl.eigh(self.stiffness, self.mass)
+        try:
+            values, V = sl.eigh(self.stiffness, self.mass)
+        except sl.LinAlgError:
+            refuse_negative_mass(self.mass)
+            raise
         return V, values
 
 

@@ -115,6 +115,8 @@ class Load:
         0: a static load.
     omega_power : int
         See `Force`; the same for all loads of a harmonic.
+    reduced : (r,) complex, optional
+        The same on the part's coordinates, N, where the nodes are none of these.
     """
 
     where: str
@@ -123,17 +125,22 @@ class Load:
     vector: NDArray[np.complex128]
     harmonic: int = 1
     omega_power: int = 0
+    reduced: NDArray[np.complex128] | None = None
 
 
 @dataclass(frozen=True)
 class Output:
-    """Nodes whose displacements are answers; in cylindrical components if `turned`."""
+    """Nodes whose displacements are answers; in cylindrical components if `turned`.
+
+    `reduced`, (k, 3, r), are they by the part's coordinates, where the nodes are none of these.
+    """
 
     where: str
     part: str
     nodes: Integers
     names: Sequence[str]
     turned: bool
+    reduced: Floats | None = None
 
 
 def properties(contacts: Sequence[Touching], always_closed: tuple[str, ...] = ()) -> Contacts:

@@ -106,6 +106,10 @@ class Joined:
         own = self.parts[name].coordinates(nodes, where)
         return self._merged.of(list(self.parts).index(name), own)
 
+    def _whole(self, name: str) -> Integers:
+        """(r,) joined coordinates of a part."""
+        return self._merged.places[list(self.parts).index(name)]
+
     def _by_node(self, rows: sp.csr_array) -> Floats:
         """(c, 3, n) of rows (3c, n)."""
         return np.asarray(rows.toarray().reshape(-1, 3, self._merged.size))
@@ -140,6 +144,9 @@ class Joined:
         found: dict[int, NDArray[np.complex128]] = {}
         for load in self.loads:
             vector = found.setdefault(load.harmonic, np.zeros(self._merged.size, complex))
+            if load.reduced is not None:
+                np.add.at(vector, self._whole(load.part), load.reduced)
+                continue
             places = self.places(load.part, load.nodes, load.where)
             forces = np.broadcast_to(load.vector, places.shape)
             if np.any(lost := (places < 0) & (np.abs(forces) > 0)):
@@ -158,6 +165,11 @@ class Joined:
     def _output_rows(self) -> Floats:
         rows = [np.empty((0, 3, self._merged.size))]
         for each in self.outputs:
+            if each.reduced is not None:
+                moved = np.zeros((*each.reduced.shape[:2], self._merged.size))
+                np.add.at(moved.T, self._whole(each.part), each.reduced.T)
+                rows.append(moved)
+                continue
             at = self.places(each.part, each.nodes, each.where)
             frames = np.tile(np.eye(3), (len(at), 1, 1))
             if each.turned:

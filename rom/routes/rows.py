@@ -26,6 +26,9 @@ from vanelock.rom.system.system import Matrix
 
 Rows = NDArray[np.int64]
 
+ANSWERS = 2
+"""Static answers for a load: to itself, and to the inertia of the one before."""
+
 
 @dataclass(frozen=True)
 class ReducedRows:
@@ -41,12 +44,18 @@ class ReducedRows:
         Number of fixed-interface vectors.
     band : float or None
         Frequency up to which an accuracy was asked for, Hz.
+    loads : (p, r) or None
+        Forces on the coordinates, one load a row, where loads were given.
+    outputs : (o, r) or None
+        Displacements of the rows that were to be followed, from the coordinates.
     """
 
     matrices: Reduced
     C: Matrix | None
     vectors: int
     band: float | None = None
+    loads: Matrix | None = None
+    outputs: Matrix | None = None
 
     @property
     def reach(self) -> float | None:
@@ -93,8 +102,14 @@ def reduce_rows(
     rows: Rows,
     wanted: Selection | None = None,
     C: sp.csc_array | None = None,
+    loads: sp.csc_array | None = None,
+    outputs: Rows | None = None,
 ) -> ReducedRows:
     """Reduce matrices to some of their rows and fixed-interface vectors.
+
+    Loads and outputs need not be rows that are kept: the static answer to a load and that to the
+    inertia of this one are two vectors, however many rows the load acts on, and an output is a row
+    of the basis.
 
     Parameters
     ----------
@@ -106,6 +121,10 @@ def reduce_rows(
         How many vectors; by default those that an accuracy of 1e-4 takes.
     C : (n, n) sparse, optional
         Damping.
+    loads : (n, p) sparse, optional
+        Real forces, one load a column.
+    outputs : (o,) int, optional
+        Rows whose displacements are asked for.
 
     Raises
     ------
@@ -116,7 +135,20 @@ def reduce_rows(
     """
     part = held_rows(K, M, rows)
     chosen, band = (wanted or Selection(accuracy=DEFAULT)).of(part)
-    return replace(_kept(part, projected(part, chosen), C, rows), band=band)
+    rest = np.setdiff1d(np.arange(K.shape[0]), rows)
+    if loads is not None:
+        forces = loads[rest].toarray()
+        for _ in range(ANSWERS):
+            chosen = chosen.answering(part, forces)
+            forces = part.M_ss @ part.held.solve(forces)
+    products = projected(part, chosen)
+    found = replace(_kept(part, products, C, rows), band=band)
+    if loads is not None:
+        found = replace(found, loads=_seen(part, products, loads, rows, rest))
+    if outputs is not None:
+        each = sp.eye_array(K.shape[0], format="csc")[:, outputs]
+        found = replace(found, outputs=_seen(part, products, each, rows, rest))
+    return found
 
 
 def reduce_sector(
@@ -186,6 +218,16 @@ def _kept(
         basis[rest, m:] = products.vectors()
         damping = hermitian(basis.conj().T @ (C @ basis))
     return ReducedRows(products.reduced(), damping, count)
+
+
+def _seen(
+    part: HeldPart, products: Projected, columns: sp.csc_array, rows: Rows, rest: Rows
+) -> Matrix:
+    """(k, r) products of columns (n, k) with the reduction's basis."""
+    assert isinstance(part.held, HeldMatrices)
+    own, inner = columns[rows].toarray(), columns[rest].toarray()
+    carried = own + part.held.slaves.restrict(inner)
+    return np.hstack([carried.T, inner.T @ products.vectors()])
 
 
 def _through(W: sp.csc_array, A: sp.csc_array) -> sp.csc_array:

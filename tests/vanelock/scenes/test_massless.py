@@ -73,8 +73,8 @@ def test_negative_mass_is_refused(
 def test_more_modes_than_masses_are_refused(tmp_path: Path, scene_file: Write) -> None:
     one = chain(1, 6, SPRINGS, ground=1.0)
     one.M[3:6] = 0
-    with pytest.raises(InputError, match="allowed are 0 to 9"):
-        joined(scene_of(one, tmp_path, "modes = 10\n", scene_file))
+    with pytest.raises(InputError, match="allowed are 0 to 12"):
+        joined(scene_of(one, tmp_path, "modes = 13\n", scene_file))
 
 
 def test_a_massless_row_that_nothing_holds_is_refused(tmp_path: Path, scene_file: Write) -> None:

@@ -57,7 +57,7 @@ class Gathered:
     outputs : tuple of Output
         Output nodes; the loaded ones where none are named.
     kept : dict of str to pair of (k,) int
-        By component: nodes that must be kept, and those of them whose rotations too.
+        By component: nodes that are named, and those of them whose rotations are kept.
     """
 
     contacts: tuple[Touching, ...]
@@ -65,6 +65,23 @@ class Gathered:
     loads: tuple[Load, ...]
     outputs: tuple[Output, ...]
     kept: Mapping[str, tuple[Integers, Integers]]
+
+    def joining(self, name: str) -> Integers:
+        """Nodes of a component that contacts, elements and ties join."""
+        ends = [np.empty(0, np.int64)]
+        pairs: tuple[Touching | Tie, ...] = (*self.contacts, *self.ties)
+        for each in pairs:
+            sides = (each.own, each.own_nodes), (each.mate, each.mate_nodes)
+            ends += [nodes for part, nodes in sides if part == name]
+        return np.unique(np.concatenate(ends))
+
+    def followed(self, name: str) -> tuple[tuple[tuple[int, ...], ...], tuple[int, ...]]:
+        """A component's loaded sets of nodes, and its output nodes, where nothing joins them."""
+        joining = self.joining(name)
+        sets = {tuple(load.nodes.tolist()): None for load in self.loads if load.part == name}
+        shown = {n: None for each in self.outputs if each.part == name for n in each.nodes.tolist()}
+        free = tuple(each for each in sets if not np.isin(each, joining).any())
+        return free, tuple(n for n in shown if n not in joining)
 
     def apart(self) -> Iterator[str]:
         """A line for each component that nothing joins to another, where there are several."""

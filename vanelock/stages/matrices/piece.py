@@ -1,6 +1,7 @@
 """A component ready to be joined: dense matrices by nodal diameter, and its coordinates' names."""
 
-from dataclasses import dataclass, field
+from collections.abc import Iterator
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -9,6 +10,7 @@ from numpy.typing import NDArray
 from vanelock.common.cyclic import cylindrical
 from vanelock.common.errors import InputError
 from vanelock.common.product import Product
+from vanelock.rom.joining.elements import Load, Output
 
 Matrix = NDArray[Any]
 Integers = NDArray[np.int64]
@@ -47,6 +49,11 @@ class Piece(Product):
         Frequency up to which it answers, Hz; None where nothing was left out or it is not known.
     places : (p,) int and positions : (p, 3) float
         Nodes with known coordinates, m.
+    pushed : dict of int to (k,) int and loads : (p, 3, r) float
+        Sets of loaded nodes that are none of the coordinates, by number, and the forces on the
+        coordinates of unit forces along x, y, z on each node of a set.
+    shown : (o,) int and outputs : (o, 3, r) float
+        Output nodes that are none of the coordinates, and their displacements from these.
     """
 
     name: str
@@ -57,6 +64,10 @@ class Piece(Product):
     places: Integers
     positions: NDArray[np.float64] = field(metadata={"unit": "m"})
     band: float | None = field(default=None, metadata={"unit": "Hz"})
+    pushed: dict[int, Integers] = field(default_factory=dict)
+    loads: NDArray[np.float64] = field(default_factory=lambda: np.empty((0, 3, 0)))
+    shown: Integers = field(default_factory=lambda: np.empty(0, np.int64))
+    outputs: NDArray[np.float64] = field(default_factory=lambda: np.empty((0, 3, 0)))
 
     @property
     def size(self) -> int:
@@ -67,6 +78,22 @@ class Piece(Product):
     def reach(self) -> float | None:
         """Frequency up to which it answers, Hz: its band."""
         return self.band
+
+    def reduced_load(self, given: Load) -> Load:
+        """A load on it, on the coordinates where its nodes are none of these."""
+        for i, nodes in self.pushed.items():
+            if np.array_equal(nodes, given.nodes):
+                return replace(given, reduced=given.vector @ self.loads[i])
+        return given
+
+    def reduced_outputs(self, given: Output) -> Iterator[Output]:
+        """Outputs of it, one by one, by the coordinates where their nodes are none of these."""
+        for i, name in enumerate(given.names):
+            own = given.nodes[i : i + 1]
+            moved = self.outputs[self.shown == own]
+            if given.turned and len(moved):
+                moved = self.frames(own, given.where) @ moved
+            yield replace(given, nodes=own, names=[name], reduced=moved if len(moved) else None)
 
     def at(self, nodal_diameter: int) -> DiameterBlock:
         """Matrices of a nodal diameter.

@@ -1,6 +1,7 @@
 """From a component's matrices to a piece: reduced by Craig and Bampton, or used as they are."""
 
 from collections.abc import Callable, Sequence
+from typing import Any
 
 import numpy as np
 import scipy.linalg as sl
@@ -25,6 +26,7 @@ from vanelock.rom import (
 from vanelock.rom.fixed_interface.selection import DEFAULT
 from vanelock.rom.system.system import common_band
 from vanelock.stages.matrices.piece import DiameterBlock, Piece
+from vanelock.stages.matrices.seen import Followed, Seen, seen_from
 
 Integers = NDArray[np.int64]
 
@@ -79,6 +81,7 @@ def reduced(
     faces: tuple[Integers, Integers] | None,
     nodal_diameters: Sequence[int],
     least: float | None = None,
+    followed: Followed = ((), ()),
 ) -> Piece:
     """A component whose named nodes stay and whose rest becomes fixed-interface vectors.
 
@@ -104,6 +107,8 @@ def reduced(
         Where a cyclic component is reduced.
     least : float, optional
         Frequency that the band reaches at least where none is given, Hz.
+    followed : pair of tuples
+        Sets of nodes that loads alone act on, and nodes that are outputs alone.
 
     Raises
     ------
@@ -115,6 +120,10 @@ def reduced(
     -----
     A component that can move as a whole although its kept nodes are held, such as by turning about
     a single one, keeps as many further displacements as it takes to hold it.
+
+    Nodes that are loaded or shown, and nothing else, are not kept: the static answers to their
+    loads are vectors. They are in a cyclic component, and where they lack a direction, a mass or a
+    stiffness of their own, or where it takes them to hold the component.
     """
     where = f"components.{name}"
     _known(f"{where}.fixed", given, fixed)
@@ -133,6 +142,9 @@ def reduced(
         block = DiameterBlock(K.toarray(), M.toarray(), None if C is None else C.toarray())
         return _piece(name, ring, given, node, direction, {-1: block})
     selection, joined = _selection(keys, least), None
+    seen = Seen((), (), rows)
+    if faces is None:
+        seen = seen_from(followed, rows, node, direction, K, M)
     if faces is not None:
         joined = _faces(where, ring, given, node, direction, faces)
         if len(shared := np.intersect1d(wanted, np.concatenate(faces))):
@@ -142,7 +154,7 @@ def reduced(
             )
     try:
         if joined is None:
-            found, rows = _held(K, M, rows, selection, C)
+            found, rows, seen = _held(K, M, seen, rows, selection, C)
         else:
             found = reduce_sector(K, M, rows, joined, nodal_diameters, selection, C)
     except SingularError as error:
@@ -155,7 +167,8 @@ def reduced(
         ) from None
     except InputError as error:
         raise InputError(f"{where}: {error}") from None
-    vectors = next(iter(found.values())).vectors
+    first = next(iter(found.values()))
+    vectors = first.vectors
     none = np.zeros(vectors, np.int64)
     return _piece(
         name,
@@ -165,20 +178,28 @@ def reduced(
         np.concatenate([direction[rows], none + GENERALISED]),
         {k: _block(each) for k, each in found.items()},
         common_band(each.reach for each in found.values()),
+        **seen.by(first),
     )
 
 
 def _held(
     K: sp.csc_array,
     M: sp.csc_array,
-    rows: Integers,
+    seen: Seen,
+    every: Integers,
     selection: Selection,
     C: sp.csc_array | None,
-) -> tuple[dict[int, ReducedRows], Integers]:
-    """A component reduced to rows, and to those beside that it takes to hold it; which they are."""
+) -> tuple[dict[int, ReducedRows], Integers, Seen]:
+    """A component reduced to rows, and to those beside that it takes to hold it; which they are.
+
+    Where the rows of what is followed hold it, these are kept, and nothing is followed.
+    """
+    rows, columns = seen.rows, seen.columns(K.shape[0])
     try:
-        return {-1: reduce_rows(K, M, rows, selection, C)}, rows
+        return {-1: reduce_rows(K, M, rows, selection, C, *columns)}, rows, seen
     except SingularError as error:
+        if len(rows) < len(every):
+            return _held(K, M, Seen((), (), every), every, selection, C)
         alone = np.count_nonzero(error.motions) == error.count  # rows without stiffness
         if error.count == SOUGHT or alone:
             raise
@@ -186,7 +207,7 @@ def _held(
         rest = np.setdiff1d(np.arange(K.shape[0]), rows)
         rows = np.sort(np.append(rows, rest[pivots]))
         try:
-            return {-1: reduce_rows(K, M, rows, selection, C)}, rows
+            return {-1: reduce_rows(K, M, rows, selection, C)}, rows, seen
         except SingularError:
             raise error from None
 
@@ -203,6 +224,7 @@ def _piece(
     direction: Integers,
     blocks: dict[int, DiameterBlock],
     band: float | None = None,
+    **more: Any,
 ) -> Piece:
     for block in blocks.values():
         try:
@@ -210,7 +232,8 @@ def _piece(
         except InputError as error:
             raise InputError(f"components.{name}: {error}") from None
     positions = np.empty((0, 3)) if given.position is None else given.position
-    return Piece(name, node, direction, ring.sectors, blocks, given.position_node, positions, band)
+    at = given.position_node, positions
+    return Piece(name, node, direction, ring.sectors, blocks, *at, band, **more)
 
 
 def _mass(name: str, given: Matrices) -> sp.csc_array:

@@ -30,6 +30,7 @@ def piece_step(scene: Scene, name: str, given: Gathered, at: tuple[int, ...] = (
     """A component, reduced or as it is; `at` other nodal diameters than those of the response."""
     keys = scene.components[name]
     wanted, turned = given.kept[name]
+    followed = given.followed(name)
     by_diameter: tuple[int, ...] = ()
     if keys.low is not None or ND in keys.stiffness:
         by_diameter = at or diameters([scene])
@@ -43,6 +44,7 @@ def piece_step(scene: Scene, name: str, given: Gathered, at: tuple[int, ...] = (
         },
         "ring": scene.ring.model_dump(),
         "wanted": wanted.tolist(),
+        "followed": followed,
         "turned": turned.tolist(),
         "diameters": by_diameter,
         "code": code_of("fem", "rom"),
@@ -61,7 +63,7 @@ def piece_step(scene: Scene, name: str, given: Gathered, at: tuple[int, ...] = (
             faces = low, high
         read = matrices(name, keys)
         return pieces.reduced(
-            name, keys, scene.ring, read, wanted, turned, fixed, faces, by_diameter, least
+            name, keys, scene.ring, read, wanted, turned, fixed, faces, by_diameter, least, followed
         )
 
     return step(f"component {name}", "stages", inputs, Piece, (), compute)
@@ -189,15 +191,16 @@ def system_step(
         ratio = scene.damping.ratio
         if ratio is None and not damped:
             ratio = DAMPING
+        parts = {piece.name: piece for piece in found}
         joined = Joined(
             sectors=scene.ring.sectors,
             engine_order=scene.excitation.engine_order,
             cylindrical=scene.ring.coordinates == "cylindrical",
-            parts={piece.name: piece for piece in found},
+            parts=parts,
             contacts=contacts,
             ties=ties,
-            loads=loads,
-            outputs=outputs,
+            loads=tuple(parts[load.part].reduced_load(load) for load in loads),
+            outputs=tuple(o for each in outputs for o in parts[each.part].reduced_outputs(each)),
             damping_ratio=ratio,
             damping_joints=scene.damping.joints or OPEN,
         )
