@@ -16,6 +16,7 @@ from math import ceil, log, sqrt
 from typing import Any, NamedTuple
 
 import numpy as np
+import scipy.linalg as la
 from numpy.typing import NDArray
 
 from vanelock.nonlinear.balance.balance import Balance, Structure
@@ -25,6 +26,7 @@ from vanelock.nonlinear.balance.stuck_modes import StuckModes
 Floats = NDArray[np.float64]
 Array = NDArray[Any]
 
+COLUMNS = 128  # of receptances that are worked out at a time
 MARGIN = 0.02  # how far, relatively, an arc may leave the range of frequencies
 
 
@@ -65,8 +67,11 @@ class FarColumns:
                 room = np.empty((min(2 * count, len(self._place)), *self._held.shape[1:]), complex)
                 room[: self._count] = self._held[: self._count]
                 self._held = room
-            fresh = (self._pull.T[missing, None] / self._dynamic) @ self._rows.T
-            self._held[self._count : count] = self.sprung(fresh)
+            for start in range(0, len(missing), COLUMNS):
+                some = missing[start : start + COLUMNS]
+                fresh = _product(self._pull.T[some, None] / self._dynamic, self._rows.T)
+                first = self._count + start
+                self._held[first : first + len(some)] = self.sprung(fresh)
             self._place[missing] = np.arange(self._count, count)
             self._count = count
         return self._held, self._place[wanted]
@@ -78,14 +83,21 @@ class FarColumns:
         seen = columns[:, :, None, self.opened]  # each by itself: its bits are its own
         return np.asarray(columns - (seen @ self.through)[:, :, 0])
 
-    def spring(self, opened: NDArray[np.int64], stiffness: Floats) -> Array:
-        """Let springs act from now on at (m,) components; A at the nodes, (k, m, m)."""
+    def spring(self, opened: NDArray[np.int64], stiffness: Floats, near: Array) -> Array:
+        """Let springs act from now on at (m,) components; bᴴAb of near modes, (k, low, low)."""
         held, places = self.at(opened)
-        flexible = (held[places] / stiffness[:, None, None]).swapaxes(0, 1)  # F_:o, by rows
-        answer = np.linalg.inv(flexible[:, :, opened].swapaxes(1, 2) + np.diag(1 / stiffness))
-        self.opened, self.through = opened, answer.swapaxes(1, 2) @ flexible
-        held[: self._count] = self.sprung(held[: self._count])
-        return np.asarray(answer)
+        count, own = self._count, near[opened]
+        nodes, low = held.shape[1], near.shape[1]
+        self.through = np.empty((nodes, len(opened), held.shape[2]), complex)
+        coupled = np.empty((nodes, low, low), complex)
+        for i, through in enumerate(self.through):
+            flexible = held[places, i] / stiffness[:, None]  # F_:o, by rows
+            factors = la.lu_factor(flexible[:, opened].T + np.diag(1 / stiffness))
+            through[:] = la.lu_solve(factors, flexible, trans=1)
+            coupled[i] = own.conj().T @ la.lu_solve(factors, own.astype(complex))
+            held[:count, i] -= held[:count, i][:, opened] @ through
+        self.opened = opened
+        return coupled
 
 
 class FarModes(NamedTuple):
@@ -307,7 +319,18 @@ def _far_modes(modes: StuckModes, stiffness: Floats, low: int, nodes: Floats) ->
     if modes.springs is None:
         return FarModes(low, dynamic, columns, None)
     own = modes.opened
-    answer = columns.spring(own, modes.springs[own])
     near = modes.rows[:, :low]
+    coupled = columns.spring(own, modes.springs[own], near)
     rows = columns.sprung(np.broadcast_to(near.T[:, None], (low, len(nodes), len(near))))
-    return FarModes(low, dynamic, columns, (rows, near[own].conj().T @ answer @ near[own]))
+    return FarModes(low, dynamic, columns, (rows, coupled))
+
+
+def _product(shares: Array, rows: Array) -> Array:
+    """(j, k, n) complex times (n, 3c), each of the j by itself; real rows at half the cost."""
+    if np.iscomplexobj(rows):
+        return np.asarray(shares @ rows)
+    k = shares.shape[1]
+    both = np.concatenate([shares.real, shares.imag], axis=1) @ rows
+    found = np.empty((len(shares), k, rows.shape[1]), complex)
+    found.real, found.imag = both[:, :k], both[:, k:]
+    return found

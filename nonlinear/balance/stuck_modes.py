@@ -33,6 +33,7 @@ from numpy.typing import NDArray
 
 from vanelock.common.errors import InputError
 from vanelock.common.product import Product
+from vanelock.nonlinear.balance.limit_modes import LimitModes, limit_modes
 from vanelock.nonlinear.fourier.threads import one_thread
 from vanelock.rom.joining.linear_modes import free_motions
 from vanelock.rom.system.system import System
@@ -40,7 +41,7 @@ from vanelock.rom.system.system import System
 Array: TypeAlias = NDArray[Any]
 Floats = NDArray[np.float64]
 
-KEPT = 100  # frequencies at which springs were condensed
+KEPT = 2**24  # entries of condensed springs that are kept, over frequencies
 NEAR = 0.1  # modal dynamic stiffness, of 1 at rest, of a mode told apart
 MASSLESS = (
     'with the contacts open that the limit "free" opens, and what they alone hold has no mass: '
@@ -139,6 +140,13 @@ class StuckModes(Product):
         return {}
 
     @cached_property
+    def closed(self) -> LimitModes:
+        """The structure with all contacts stuck, by its own modes."""
+        none = np.zeros(len(self.rows))
+        springs = none if self.springs is None else self.springs
+        return limit_modes(self, springs, np.ones(len(none), bool))
+
+    @cached_property
     def _still(self) -> Array:
         """(n, n) T with TTᴴ the inverse of the modal stiffness, all contacts stuck."""
         rows, pull, flexibility = self._opened
@@ -180,7 +188,7 @@ class StuckModes(Product):
             factors = la.lu_factor(np.diag(flexibility) + answer @ pull, check_finite=False)
             coupled = la.lu_solve(factors, rows[:, near], check_finite=False)
             inner = np.diag(diagonal[near]) + pull[near] @ coupled
-            if len(self._last) == KEPT:
+            if len(self._last) >= max(1, KEPT // len(flexibility) ** 2):
                 self._last.clear()
             self._last[s] = near, factors, coupled, inner
         near, factors, coupled, inner = self._last[s]
@@ -231,6 +239,8 @@ class StuckModes(Product):
             return np.concatenate([none, self.held.solve(s, right[self.rigid :])])
         if s == 0 and self.springs is not None:
             return np.asarray(self._still @ (self._still.conj().T @ right))
+        if right.ndim == 1 and s and (self.springs is not None or self.coupled_damping is not None):
+            return self.closed.solve(np.array([s]), right[:, None])[0][:, 0]
         diagonal = self.dynamic(s)
         if self.coupled_damping is None or s == 0:
             return self.sprung(s, right / (diagonal if right.ndim == 1 else diagonal[:, None]))

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from vanelock.common.arrays import as_whole
 from vanelock.common.errors import InputError
 from vanelock.nonlinear.balance.balance import Array, Balance, Structure
-from vanelock.nonlinear.balance.receptance_tables import Tabulated
+from vanelock.nonlinear.balance.limit_modes import LimitModes, limit_modes, times
 from vanelock.nonlinear.balance.stuck_modes import StuckModes
 from vanelock.nonlinear.contact.law import OPEN, STUCK, Deviation
 from vanelock.nonlinear.forced_response.frequencies import checked_frequencies
@@ -20,7 +20,7 @@ from vanelock.nonlinear.forced_response.options import Options
 from vanelock.nonlinear.forced_response.response import Response
 from vanelock.nonlinear.forced_response.static_mean import static_part
 from vanelock.nonlinear.fourier.threads import one_thread
-from vanelock.nonlinear.fourier.trigonometric import TURN, to_complex, to_real
+from vanelock.nonlinear.fourier.trigonometric import TURN, to_real
 from vanelock.nonlinear.newton.newton import Solution, scales
 from vanelock.rom.system.system import Contacts, System
 
@@ -67,9 +67,9 @@ def linear_response(
     mask = closed_contacts(system.contacts, closed)
     hertz = checked_frequencies(frequencies)
     options = Options(as_whole(harmonics, "harmonics"))
-    ready = options.prepare(system, hertz, len(hertz), modes)
-    limit = _Limit(ready.structure, mask)
-    found = [limit.at(float(omega), ready.source) for omega in TURN * hertz]
+    ready = options.prepare(system, hertz, 0, modes)  # without tables
+    limit = _Limit(ready.structure, mask, tuple((TURN * hertz).tolist()))
+    found = [limit.at(omega) for omega in limit.omegas]
     return ready.response(found, amplitudes=limit.amplitudes)
 
 
@@ -107,10 +107,13 @@ class _Limit:
     ----------
     structure : Structure
     closed : (c,) bool
+    omegas : tuple of float
+        Frequencies, rad/s, that are solved together.
     """
 
     structure: Structure
     closed: NDArray[np.bool_]
+    omegas: tuple[float, ...]
 
     @cached_property
     def _open(self) -> NDArray[np.int64]:
@@ -118,29 +121,39 @@ class _Limit:
         return np.flatnonzero(np.repeat(~self.closed, 3))
 
     @cached_property
-    def _by_modes(self) -> bool:
-        """Whether the modes that damping is of are those of this very limit."""
-        structure = self.structure
-        every = [structure.modes[k] for k in structure.nodal_diameters[1:]]
-        return bool(len(self._open)) and all(
-            each.coupled_damping is None and np.array_equal(each.opened, self._open)
-            for each in every
-        )
+    def _modes(self) -> dict[int, LimitModes]:
+        """Of the nodal diameters that vibrate."""
+        every, closed = self.structure, np.repeat(self.closed, 3)
+        return {
+            k: every.modes[k].closed
+            if closed.all()
+            else limit_modes(every.modes[k], every.stiffness, closed)
+            for k in set(every.nodal_diameters[1:])
+        }
 
     def amplitudes(self, omega: float, w: Floats) -> list[Array]:
         """Modal amplitudes of every harmonic, once `w` is known."""
-        structure = self.structure
-        if not self._by_modes:
-            return structure.amplitudes(omega, w)
-        return [
-            self._static.amplitudes(omega, w[:, :, :1])[0],
-            *(self._alone(h, omega) for h in range(1, structure.harmonics + 1)),
-        ]
+        still = self._static.amplitudes(omega, w[:, :, :1])[0]
+        vibrating = range(1, self.structure.harmonics + 1)
+        return [still, *(self._alone[h][0][:, self._place[omega]] for h in vibrating)]
 
-    def _alone(self, harmonic: int, omega: float) -> Array:
-        """Amplitudes of the modes of the open structure, each of which stands alone."""
-        push = self.structure.modal_force(harmonic, omega)
-        return push / self.structure.at(harmonic).dynamic(harmonic * omega)
+    @cached_property
+    def _place(self) -> dict[float, int]:
+        return {omega: i for i, omega in enumerate(self.omegas)}
+
+    @cached_property
+    def _alone(self) -> dict[int, tuple[Array, Floats, Array]]:
+        """Of each harmonic h >= 1, which depends on no other.
+
+        Amplitudes (n, f), what is left of their balances (f,), and displacements (3c, f), m.
+        """
+        structure, found = self.structure, {}
+        for h in range(1, structure.harmonics + 1):
+            push = np.stack([structure.modal_force(h, omega) for omega in self.omegas], axis=1)
+            modes = self._modes[structure.nodal_diameters[h]]
+            amplitudes, left = modes.solve(h * np.array(self.omegas), push)
+            found[h] = amplitudes, left, times(structure.at(h).rows, amplitudes)
+        return found
 
     @cached_property
     def _static(self) -> Structure:
@@ -148,55 +161,38 @@ class _Limit:
         return static_part(self.structure)
 
     @cached_property
-    def _still(self) -> Floats:
-        """(3c,) w at rest, for a static load that does not depend on the frequency."""
+    def _still(self) -> tuple[Floats, Floats]:
+        """At rest, for a static load that does not depend on the frequency."""
         return self._at_rest(self._static.balance(0.0))
 
-    def _at_rest(self, balance: Balance) -> Floats:
-        """(3c,) w at rest."""
+    def _at_rest(self, balance: Balance) -> tuple[Floats, Floats]:
+        """(3c,) w and u at rest."""
         rows, linear = self._open, balance.linear[:, :, 0].reshape(-1)
         w = np.zeros(len(linear))
         balance.columns.hold(rows)
         R = balance.columns.held[0][np.ix_(balance.columns.place[rows], rows)].real
         w[rows] = _consistent(np.eye(len(rows)) - R.T, linear[rows])
-        return w
+        return w, balance.displacement(w.reshape(len(self.closed), 3, 1)).reshape(-1)
 
-    def at(self, omega: float, source: Structure | Tabulated) -> Solution:
-        """One frequency: an open contact has w = u, so u = ũ + R̂ w is a linear system for those.
-
-        In the modes of the open structure nothing has to be solved.
-        """
+    def at(self, omega: float) -> Solution:
+        """One frequency: an open contact has w = u; those at rest are a linear system."""
         structure, rows = self.structure, self._open
         force = structure.system.force.get(0)
         varies = force is not None and force.omega_power
-        if self._by_modes and not varies:
-            w = np.zeros((structure.harmonics + 1, len(structure.stiffness)), complex)
-            u, w[0], shape = w.copy(), self._still, (len(self.closed), 3, -1)
-            u[0] = self._static.balance(0.0).displacement(self._still.reshape(shape)).reshape(-1)
-            for h in range(1, structure.harmonics + 1):
-                u[h] = structure.at(h).rows @ self._alone(h, omega)
-                w[h, rows] = u[h, rows]
-            return self._solution(omega, to_real(w).reshape(shape), to_real(u).reshape(shape), 0.0)
-        balance = source.balance(omega)
-        linear = to_complex(balance.linear.reshape(-1, balance.linear.shape[2]))
-        w = np.zeros_like(linear)
-        w[0] = self._at_rest(self._static.balance(omega)) if varies else self._still
-        balance.columns.hold(rows)
-        for h, R in enumerate(balance.columns.held[1:], 1):
-            matrix = np.eye(len(rows)) - R[np.ix_(balance.columns.place[rows], rows)].T
-            w[h, rows] = la.solve(matrix, linear[h, rows])
-        real = to_real(w).reshape(balance.linear.shape)
-        return self._solution(omega, real, balance.displacement(real), scales(balance.linear))
-
-    def _solution(self, omega: float, w: Floats, u: Floats, least: Floats | float) -> Solution:
-        """What is solved, and how well."""
-        gap = w - np.where(self.closed[:, None, None], 0.0, u)
-        # Near a resonance of the open structure u is far larger than ũ, and so is its rounding.
-        scale = np.maximum(least, scales(u))
-        residual = float(np.abs(gap / scale).max(initial=0.0))
+        w = np.zeros((structure.harmonics + 1, len(structure.stiffness)), complex)
+        u, shape, worst = w.copy(), (len(self.closed), 3, 2 * structure.harmonics + 1), 0.0
+        w[0], u[0] = self._at_rest(self._static.balance(omega)) if varies else self._still
+        for h in range(1, structure.harmonics + 1):
+            _, left, u_h = self._alone[h]
+            u[h] = u_h[:, self._place[omega]]
+            w[h, rows] = u[h, rows]
+            worst = max(worst, float(left[self._place[omega]]))
+        deviation, moved = to_real(w).reshape(shape), to_real(u).reshape(shape)
+        gap = deviation - np.where(self.closed[:, None, None], 0.0, moved)
+        residual = max(worst, float(np.abs(gap / scales(moved)).max(initial=0.0)))
         state = np.where(self.closed, STUCK, OPEN)
-        deviation = Deviation(w, np.empty(0), state, np.zeros(len(self.closed)))
-        return Solution(omega, omega, w, u, residual, 1, residual < 1e-8, deviation)
+        found = Deviation(deviation, np.empty(0), state, np.zeros(len(self.closed)))
+        return Solution(omega, omega, deviation, moved, residual, 1, residual < 1e-8, found)
 
 
 def _consistent(matrix: Floats, right: Floats) -> Floats:

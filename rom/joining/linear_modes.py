@@ -95,7 +95,7 @@ def free_motions(K: Matrix, M: Matrix) -> Matrix:
     try:
         sl.cholesky(scaled - FREE * np.eye(len(K)), check_finite=False)
     except sl.LinAlgError:
-        values, turns = sl.eigh(scaled)
+        values, turns = sl.eigh(scaled, subset_by_value=(-np.inf, FREE))
         motions = d[:, None] * turns[:, np.abs(values) <= FREE]
         inertia, turns = sl.eigh(motions.conj().T @ M @ motions)
         if np.any(inertia <= NONE * np.abs(M).max() * np.linalg.norm(motions) ** 2):

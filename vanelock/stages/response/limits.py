@@ -149,7 +149,6 @@ def limits(
         raise InputError(f"response.mode = {mode}: only {len(stuck) - rigid} modes have a mass")
     likeness = mac(stuck_shapes[:, [place]], free_shapes, system.at(k).M)[0]
     partner = int(likeness.argmax())
-    C = linear_damping(system, k)
     lowered = float("nan"), float("nan")
     if meshed is not None:
         raised = linear_modes(meshed, k, count, closed=closed)[0], linear_modes(meshed, k, count)[0]
@@ -168,16 +167,23 @@ def limits(
         free_error=_errors(reduced, parts, len(free), closed),
         stuck_error=_errors(reduced, parts, len(stuck), None),
         band=system.band,
-        free_damping=_ratio(C, free_shapes[:, partner], free[partner]),
-        stuck_damping=_ratio(C, stuck_shapes[:, place], stuck[place]),
+        free_damping=_ratio(system, closed, free_shapes[:, partner], free[partner]),
+        stuck_damping=_ratio(system, None, stuck_shapes[:, place], stuck[place]),
         free_lowered=lowered[0],
         stuck_lowered=lowered[1],
     )
 
 
-def _ratio(C: Matrix, shape: Matrix, hertz: float) -> float:
-    """Damping ratio of a mode of unit mass."""
-    return float(np.vdot(shape, C @ shape).real / (4 * np.pi * hertz)) if hertz else float("nan")
+def _ratio(system: System, closed: NDArray[np.bool_] | None, shape: Matrix, hertz: float) -> float:
+    """Damping ratio of a mode of unit mass, contacts as for `linear_modes`."""
+    if not hertz:
+        return float("nan")
+    k, springs = system.nodal_diameter(1), system.contacts.springs
+    acting = springs if closed is None else closed & springs
+    if system.at(k).C is None and np.array_equal(acting, springs & ~system.opens_in_damping):
+        return float(system.damping_ratio)  # a mode that the ratio is of
+    C = linear_damping(system, k)
+    return float(np.vdot(shape, C @ shape).real / (4 * np.pi * hertz))
 
 
 def _errors(

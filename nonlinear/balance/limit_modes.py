@@ -1,0 +1,144 @@
+"""The structure with some contacts closed and the others open, by its own modes.
+
+In the modes V of `stuck_modes`, VᴴMV = Λ, the stiffness of such a limit is
+
+    K = A + Σ ± bᴴ k b,
+
+plus the springs of contacts that are closed here and open in V, minus those of contacts that are
+stuck in V and open here. With T of Tᴴ(K + σ²Λ)T = 1, TᴴΛT = Λ', σ² small, since nothing need hold
+it, its dynamic stiffness is diagonal but for the damping C', which is of V's modes:
+
+    Tᴴ D T = 1 - (σ² + s²) Λ' + i s C'.
+
+Modes slower than three times s are coupled by C' as they are; the others, of which s C' is a small
+part, follow from them by repetition, whose remainder is measured.
+"""
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import scipy.linalg as la
+from numpy.typing import NDArray
+
+from vanelock.rom.fixed_interface.inertia import real_times
+
+if TYPE_CHECKING:
+    from vanelock.nonlinear.balance.stuck_modes import StuckModes
+
+Array = NDArray[Any]
+Floats = NDArray[np.float64]
+
+NEAR = 9.0
+"""Of s², below which the square of a mode's frequency is near."""
+SMALL, MOST = 1e-13, 60
+"""Relative change at which a repetition ends, and repetitions before all modes are coupled."""
+
+
+@dataclass(frozen=True)
+class LimitModes:
+    """Modes of one nodal diameter with some contacts closed, in the modes of `StuckModes`.
+
+    Attributes
+    ----------
+    shapes : (n, n) or None
+        T, a mode of the limit a column; None where they are V's own.
+    compliance, static : (n,) float
+        Λ' and 1 - σ²Λ'.
+    damping : (n, n) or (n,)
+        C', s/rad; its diagonal where it has no more.
+    """
+
+    shapes: Array | None
+    compliance: Floats
+    static: Floats
+    damping: Array
+
+    def solve(self, s: Floats, push: Array) -> tuple[Array, Floats]:
+        """Amplitudes (n, f) of the modes V under modal forces `push` at s (f,), rad/s; the errors.
+
+        An error (f,) is what is left of the balance, relative to its largest term. All frequencies
+        are solved together, which reads C' once a repetition.
+        """
+        T = self.shapes
+        force = np.asarray(push, complex) if T is None else times(T.conj().T, push)
+        diagonal = self.static[:, None] - s**2 * self.compliance[:, None]
+        if self.damping.ndim == 1:
+            y = force / (diagonal + 1j * s * self.damping[:, None])
+            return self._back(y), np.zeros(len(s))
+        far = diagonal + 1j * s * self.damping.diagonal()[:, None]
+        near = [self._near(each, diagonal[:, i]) for i, each in enumerate(s)]
+
+        def left(y: Array, i: slice | NDArray[np.intp] = slice(None)) -> Array:
+            coupled = 1j * s[i] * times(self.damping, y)
+            return np.asarray(force[:, i] - diagonal[:, i] * y - coupled)
+
+        def step(rest: Array, which: NDArray[np.intp]) -> Array:
+            found = rest / far[:, which]
+            for column, i in enumerate(which):
+                rows, factors = near[i]
+                if len(rows):
+                    found[rows, column] = la.lu_solve(factors, rest[rows, column])
+            return np.asarray(found)
+
+        going = np.arange(len(s))
+        y = step(force, going)
+        for _ in range(MOST):
+            change = step(left(y[:, going], going), going)
+            y[:, going] += change
+            size = np.abs(y[:, going]).max(axis=0, initial=0.0)
+            going = going[np.abs(change).max(axis=0, initial=0.0) > SMALL * size]
+            if not len(going):
+                break
+        for i in going:
+            full = 1j * s[i] * self.damping
+            full[np.diag_indices_from(full)] += diagonal[:, i]
+            y[:, i] = la.solve(full, force[:, i])
+        scale = np.abs(diagonal * y).max(axis=0, initial=np.finfo(float).tiny)
+        return self._back(y), np.abs(left(y)).max(axis=0, initial=0.0) / scale
+
+    def _near(self, s: float, diagonal: Floats) -> tuple[NDArray[np.intp], Any]:
+        """Modes that are near at s, rad/s, and factors of their coupled dynamic stiffness."""
+        near = np.flatnonzero(self.static < NEAR * s**2 * self.compliance)
+        block = 1j * s * self.damping[np.ix_(near, near)]
+        block[np.diag_indices_from(block)] += diagonal[near]
+        return near, la.lu_factor(block) if len(near) else None
+
+    def _back(self, y: Array) -> Array:
+        """Amplitudes of V from those of the limit's modes."""
+        return y if self.shapes is None else times(self.shapes, y)
+
+
+def times(A: Array, y: Array) -> Array:
+    """A y, (n, f), without making a real matrix complex."""
+    return np.asarray(A @ y) if np.iscomplexobj(A) else real_times(A, y)
+
+
+def limit_modes(modes: "StuckModes", stiffness: Floats, closed: NDArray[np.bool_]) -> LimitModes:
+    """Modes of a limit.
+
+    Parameters
+    ----------
+    modes : StuckModes
+        Of the nodal diameter.
+    stiffness : (3c,) float
+        Of all contacts, N/m.
+    closed : (3c,) bool
+        Components of contacts that act as springs.
+    """
+    opened = np.zeros(len(stiffness), bool)
+    opened[modes.opened] = True
+    damping = modes.damping if modes.coupled_damping is None else modes.coupled_damping
+    change = closed.astype(float) - ~opened
+    rows = np.flatnonzero(change)
+    if not len(rows):
+        return LimitModes(None, modes.compliance, modes.static, damping)
+    K = (modes.pull[:, rows] * (change * stiffness)[rows]) @ modes.rows[rows]
+    K[np.diag_indices_from(K)] += modes.static
+    K = (K + K.conj().T) / 2
+    shift = 1 / float(modes.compliance.sum())
+    base = K + np.diag(shift * modes.compliance)
+    values, T = la.eigh(np.diag(modes.compliance), base)
+    values, T = values[::-1].clip(min=0), np.ascontiguousarray(T[:, ::-1])
+    own = (T.conj().T * damping) @ T if damping.ndim == 1 else T.conj().T @ damping @ T
+    return LimitModes(T, values, (1 - shift * values).clip(min=0), own)

@@ -1,0 +1,89 @@
+"""Linear limits by modes against the matrices at each frequency."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import scipy.linalg as la
+
+from vanelock.nonlinear import (
+    Contacts,
+    Diameter,
+    Force,
+    System,
+    linear_response,
+    stuck_modes,
+)
+from vanelock.nonlinear.balance.limit_modes import limit_modes
+
+N, C = 30, 5
+
+
+def scene(damping: str, ratio: float, given: bool, free: bool) -> System:
+    """Two chains that contacts join; nothing else need hold them."""
+    rng = np.random.default_rng(4)
+    chain = np.diag(np.full(N, 2.0)) - np.eye(N, k=1) - np.eye(N, k=-1)
+    chain[0, 0] = chain[-1, -1] = 1.0
+    chain[N // 2 - 1 : N // 2 + 1, N // 2 - 1 : N // 2 + 1] += np.array([[-1, 1], [1, -1]])
+    K = 1e6 * chain + (0 if free else 1e4) * np.eye(N)
+    M = np.diag(rng.uniform(0.5, 1.5, N))
+    own = np.zeros((C, 3, N))
+    for i in range(C):
+        for d in range(3):
+            own[i, d, rng.integers(N // 2)], own[i, d, rng.integers(N // 2, N)] = 1, -1
+    A = rng.standard_normal((N, 3))
+    matrices = Diameter(K, M, own, output=own[:1], C=A @ A.T if given else None)
+    stiffness = rng.uniform(1e4, 1e6, (C, 3))
+    contacts = Contacts(stiffness[:, 0], stiffness[:, 1:], np.full(C, 0.3), np.zeros(C))
+    force = {1: Force(rng.standard_normal(N) + 1j * rng.standard_normal(N))}
+    return System(1, 1, {0: matrices}, contacts, force, ("a",), ratio, damping)
+
+
+def by_definition(system: System, closed: np.ndarray, s: float) -> np.ndarray:
+    """Displacements of the contacts."""
+    given, k = system.at(0), system.contacts.stiffness
+    B = given.own.reshape(-1, N)
+    stiff = [given.K + (B.T * np.where(m[:, None], k, 0).ravel()) @ B for m in (closed, ~closed)]
+    every = given.K + (B.T * k.ravel()) @ B
+    damped = given.K if system.damping_joints == "open" else every
+    omega2, V = la.eigh(damped, given.M)
+    MV = given.M @ V
+    damping = (MV * (2 * system.damping_ratio * np.sqrt(np.where(omega2 > 1e-2, omega2, 0)))) @ MV.T
+    if given.C is not None:
+        damping = damping + given.C
+    D = stiff[0] - s**2 * given.M + 1j * s * damping
+    return np.asarray(np.abs(B @ np.linalg.solve(D, system.force[1].vector)).reshape(-1, 3))
+
+
+@pytest.mark.parametrize("free", [False, True])
+@pytest.mark.parametrize("given", [False, True])
+@pytest.mark.parametrize("ratio", [1e-3, 0.05, 0.9])
+@pytest.mark.parametrize("damping", ["open", "stuck"])
+def test_limits_are_those_of_the_matrices(
+    damping: str, ratio: float, given: bool, free: bool
+) -> None:
+    """Some contacts closed, whatever the damping is of; also where nothing holds the structure."""
+    system = scene(damping, ratio, given, free)
+    for closed in (np.zeros(C, bool), np.ones(C, bool), np.arange(C) < 2):
+        response = linear_response(system, [2.0, 40.0, 120.0, 290.0], closed)
+        assert response.converged.all()
+        for i, hertz in enumerate(response.frequency):
+            exact = by_definition(system, closed, 2 * np.pi * hertz)
+            found = np.abs(response.contact[i, 1])
+            np.testing.assert_allclose(found, exact, rtol=1e-8, atol=1e-8 * exact.max())
+
+
+def test_repetition_gives_way_to_all_modes_at_once() -> None:
+    """Where damping couples far modes more than they are stiff."""
+    system = scene("open", 0.01, False, True)
+    A = np.random.default_rng(1).standard_normal((N, N))
+    given = replace(system.at(0), C=1e5 * A @ A.T)
+    system = replace(system, diameters={0: given})
+    modes = stuck_modes(system, 0)
+    closed = np.ones(3 * C, bool)
+    limit = limit_modes(modes, system.contacts.stiffness.ravel(), closed)
+    push = modes.shapes.T @ system.force[1].vector
+    found, left = limit.solve(np.array([100.0]), push[:, None])
+    exact = by_definition(system, np.ones(C, bool), 100.0)
+    np.testing.assert_allclose(np.abs(modes.rows @ found).reshape(-1, 3), exact, rtol=1e-7)
+    assert left[0] < 1e-8
