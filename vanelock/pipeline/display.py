@@ -6,6 +6,7 @@ took in one line at the end, not in a table besides.
 
 import os
 import sys
+import threading
 import time
 from collections.abc import Generator
 from contextlib import contextmanager
@@ -13,9 +14,10 @@ from dataclasses import dataclass
 from typing import TextIO
 
 from rich.console import Console
-from rich.progress import BarColumn, Progress, TaskID, TextColumn
+from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeElapsedColumn
 
 from vanelock.common.errors import printable
+from vanelock.common.process.memory import gigabytes
 from vanelock.common.tables import Table
 from vanelock.pipeline.progress import (
     Begun,
@@ -68,11 +70,12 @@ class _Times(dict[str, _Kind]):
         self.setdefault(kind, _Kind()).add(event)
         return kind
 
-    def line(self, seconds: float) -> str:
+    def line(self, run: Finished) -> str:
         """What a run took, and of that its longest stages."""
+        held = f", at most {gigabytes(run.memory)} of memory" if run.memory > 0 else ""
         order = sorted(self.items(), key=lambda each: -each[1].seconds)
         longest = [f"{kind} {k.seconds:.1f} s" for kind, k in order[:NAMED] if k.seconds >= 1]
-        return f"done in {seconds:.1f} s" + (f": {', '.join(longest)}" if longest else "")
+        return f"done in {run.seconds:.1f} s{held}" + (f": {', '.join(longest)}" if longest else "")
 
 
 def width_of(file: TextIO) -> int:
@@ -87,16 +90,22 @@ def width_of(file: TextIO) -> int:
 
 
 class PlainLines:
-    """Plain lines: stages and notes to standard error, a point every half minute, and tables."""
+    """Plain lines: stages and notes to standard error, a point every half minute, and tables.
+
+    A stage that takes longer without a word of its points is named every half minute, too.
+    """
 
     interval = 30.0
 
     def __init__(self) -> None:
         self._spoke = time.monotonic()
         self._times = _Times()
+        self._clock: threading.Timer | None = None
 
     def __call__(self, event: Event) -> None:
         """Say what there is to say about an event."""
+        if isinstance(event, Begun | Done | Failed | Finished):
+            self._watch(event.stage if isinstance(event, Begun) else None, time.monotonic())
         match event:
             case PointDone():
                 self._in_a_while(f"{event.case}: {_progress(event)}")
@@ -113,10 +122,25 @@ class PlainLines:
                 if self._times.add(event) not in COUNTED:
                     self._say(_done(event))
             case Finished():
-                self._say(self._times.line(event.seconds))
+                self._say(self._times.line(event))
                 self._say(_last(event))
             case _:
                 self._say(_line(event))
+
+    def _watch(self, stage: str | None, began: float) -> None:
+        """Say from time to time that a stage is still at work; none: no longer."""
+        if self._clock is not None:
+            self._clock.cancel()
+        self._clock = None
+        if stage is not None:
+            self._clock = threading.Timer(self.interval, self._still, (stage, began))
+            self._clock.daemon = True
+            self._clock.start()
+
+    def _still(self, stage: str, began: float) -> None:
+        if self._clock is threading.current_thread():
+            self._in_a_while(f"{stage}: {time.monotonic() - began:.0f} s so far")
+            self._watch(stage, began)
 
     def _in_a_while(self, text: str, now: bool = False) -> None:
         if now or time.monotonic() - self._spoke >= self.interval:
@@ -161,7 +185,7 @@ class Bar:
                     self._tables.print("\n".join(lines), soft_wrap=True)
                     self._tables.file.flush()
             case Finished():
-                lines = [self._times.line(event.seconds), _last(event)]
+                lines = [self._times.line(event), _last(event)]
                 self._bar.stop()
                 self._say(lines[0], "dim")
                 self._say(lines[1], "bold")
@@ -184,7 +208,8 @@ class Bar:
 def on_terminal() -> Generator[Bar, None, None]:
     """Bars on the terminal that standard error is."""
     console = Console(stderr=True, highlight=False, markup=False)
-    columns = TextColumn("{task.description}"), BarColumn(20), TextColumn("{task.fields[said]}")
+    name, said = (TextColumn(f"{{task.{each}}}") for each in ("description", "fields[said]"))
+    columns = name, BarColumn(20), TimeElapsedColumn(), said
     with Progress(*columns, console=console, transient=True) as bar:
         yield Bar(bar)
 

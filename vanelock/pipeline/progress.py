@@ -114,12 +114,16 @@ class Notice:
 
 @dataclass(frozen=True)
 class Finished:
-    """The run is complete; `page` is what to open, if it wrote a page."""
+    """The run is complete; `page` is what to open, if it wrote a page.
+
+    `memory` is what the process that took most held at most, in bytes; NaN where it is not said.
+    """
 
     folder: str
     seconds: float
     summary: dict[str, Any]
     page: str = ""
+    memory: float = float("nan")
 
 
 Event: TypeAlias = Begun | Done | PointDone | Tasks | Trial | Failed | Notice | Table | Finished

@@ -5,6 +5,8 @@ import pty
 import re
 import subprocess
 import sys
+import textwrap
+import time
 from io import StringIO
 
 import pytest
@@ -42,8 +44,11 @@ EVENTS: list[Event] = [
     *(Done(f"{kind} mu=0.3", 0.6, False) for kind in ("stress", "check")),
     *(Done(f"figures/{i}.png", 0.5, False) for i in range(30)),
     Table("Stages", (Column("stage"),), [("meshes",)], key="stages"),
-    Finished("runs/a", 21.0, {}, "runs/a/report.html"),
+    Finished("runs/a", 21.0, {}, "runs/a/report.html", 3.14e9),
 ]
+
+
+LAST = "done in 21.0 s, at most 3.1 GB of memory: pictures 15.0 s, responses 3.5 s, meshes 1.2 s"
 
 
 def test_plain_lines_say_each_thing_once(capsys: pytest.CaptureFixture[str]) -> None:
@@ -57,7 +62,7 @@ def test_plain_lines_say_each_thing_once(capsys: pytest.CaptureFixture[str]) -> 
         "rom vane: unchanged",
         "response mu=0.3: 3.5 s",
         "FAILED mu=0.5: too much (tried 2 times)",
-        "done in 21.0 s: pictures 15.0 s, responses 3.5 s, meshes 1.2 s",
+        LAST,
         "open runs/a/report.html",
     ]
     assert [line.strip() for line in heard.out.splitlines() if "─" not in line] == [
@@ -113,9 +118,30 @@ def test_a_terminal_is_left_with_the_answer(width: int) -> None:
         " case    [um]",
         " mu=0.3    40",
         "warning: w",
-        "done in 21.0 s: pictures 15.0 s, responses 3.5 s, meshes 1.2 s",
+        *wrapped_to(width),
         "open runs/a/report.html",
     ]
+
+
+def wrapped_to(width: int) -> list[str]:
+    """The last line as a terminal of that width shows it."""
+    first, *more = textwrap.wrap(LAST, width - 2)
+    return [first, *(f"  {line}" for line in more)]
+
+
+def test_a_stage_without_points_is_named_while_it_lasts(capsys: pytest.CaptureFixture[str]) -> None:
+    """Until it is done."""
+    lines = PlainLines()
+    lines.interval = 0.02
+    lines(Begun("component bar"))
+    heard = ""
+    while heard.count("so far") < 2:
+        heard += capsys.readouterr().err
+    lines(Done("component bar", 1.0, False))
+    assert heard.startswith("  component bar: 0 s so far\n")
+    capsys.readouterr()
+    time.sleep(0.1)
+    assert "so far" not in capsys.readouterr().err
 
 
 def screen(written: str) -> list[str]:

@@ -8,6 +8,7 @@ from pathlib import Path
 from vanelock import render
 from vanelock.commands.run.cases import OngoingRun
 from vanelock.commands.run.unshown import write_unshown
+from vanelock.common.process.memory import largest
 from vanelock.input.cases.sweep import cases
 from vanelock.input.cases.values import Given
 from vanelock.input.schema.study import Study
@@ -125,7 +126,7 @@ def run_study(
         "pictures": [str(file) for shown in drawn for file in (shown.path, *shown.data)],
     }
     page = str(path / REPORT) if given.outputs.report else ""
-    listener(Finished(str(path), time.perf_counter() - began, summary, page))
+    listener(Finished(str(path), time.perf_counter() - began, summary, page, largest()))
     return summaries
 
 

@@ -65,6 +65,12 @@ def require(needed: float, what: str) -> None:
             raise MemoryError(f"{what} takes about {gigabytes(needed)}, {has}")
 
 
+def largest() -> float:
+    """Bytes that this process, or one of those that it started, has held at most."""
+    ended = (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)
+    return 1024.0 * max(resource.getrusage(who).ru_maxrss for who in ended)
+
+
 def keep_freed() -> None:
     """Have the C library keep what arrays leave for the next ones, all but the largest.
 
