@@ -169,12 +169,23 @@ def corrected(
 
 
 def static_friction(
-    bounds: StaticBounds, joints: Sequence[str], response: Response, peak: Peak
+    bounds: StaticBounds | None, joints: Sequence[str], response: Response, peak: Peak
 ) -> list[str]:
-    """Between which loads joints that slip may be held at rest by contacts that stick."""
+    """Between which loads joints that slip may be held at rest by contacts that stick.
+
+    None: these were not looked for.
+    """
     state, names = response.state[peak.point], np.array(joints)
     if not np.any((state == STUCK) & (response.mu > 0)):
         return []
+    if bounds is None:
+        slides = names[np.isin(state, (SLIP, SLIP_OPEN))].tolist()
+        return [
+            "static friction of contacts that stick is not determined, and the peak depends on "
+            f"it: at which loads it can hold {name} at rest was not looked for, of {len(names)} "
+            "contacts"
+            for name in dict.fromkeys(slides)
+        ]
     lines = []
     found = bounds.converged.all(axis=1)
     for name, (low, here, high), known in zip(bounds.joints, bounds.rest_load, found, strict=True):

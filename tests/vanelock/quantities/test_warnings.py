@@ -104,7 +104,7 @@ def test_loads_that_static_friction_leaves_open_are_reported_of_joints_that_slip
 
     def warned(states, loads=loads):
         response: Any = SimpleNamespace(state=np.array([states]), mu=np.array([0.3, 0.3]))
-        found = replace(bounds, rest_load=loads)
+        found = bounds and replace(bounds, rest_load=loads)
         return warnings.static_friction(found, joints, response, at)
 
     (line,) = warned([SLIP, STUCK])
@@ -117,6 +117,10 @@ def test_loads_that_static_friction_leaves_open_are_reported_of_joints_that_slip
     bounds = replace(bounds, converged=np.array([[True, True, False], [True, True, True]]))
     (line,) = warned([SLIP, STUCK])  # without the numbers
     assert line.endswith("at which loads it can hold pad at rest was not found")
+    assert warned([STUCK, STUCK]) == []
+    bounds = None  # too many contacts
+    (line,) = warned([SLIP, STUCK])
+    assert line.endswith("it can hold pad at rest was not looked for, of 2 contacts")
     assert warned([STUCK, STUCK]) == []
 
 

@@ -16,6 +16,10 @@ from vanelock.stages.response.rest import on_inertia
 from vanelock.stages.response.summary import Summary
 from vanelock.stages.sweep.retries import Solved
 
+MOST = 300
+"""Contacts up to which the loads that static friction may hold are looked for without being asked:
+a dense linear programme, whose cost grows with their fourth power, some minutes for so many."""
+
 
 def doubts(
     solved: Solved, found: Summary, limits: Limits, loose: bool, first: bool, stages: Stages
@@ -46,7 +50,9 @@ def doubts(
     if peak is not None:
         known = given.response.friction == "orthogonal" and not contacts.elements
         if first and held and known and solved.bounds is None:
-            bounds = stages.get(static_bounds_step(planned.system, planned.at_rest))
+            bounds = None
+            if contacts.count <= MOST:
+                bounds = stages.get(static_bounds_step(planned.system, planned.at_rest))
             yield from warnings.static_friction(bounds, contacts.joints, solved.response, peak)
         if isinstance(given, Study) and given.mesh.correction != "none":
             closed = contacts.always_closed
