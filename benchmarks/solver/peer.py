@@ -212,9 +212,9 @@ building of either model are not counted. Fewer points than 100 where the peer t
 
 Laws: pyHarm's element `Jenkins` bounds the length of the force in all its directions together.
 Under constant normal load one element for each direction is `Options(friction="orthogonal")`, one
-for both is `"isotropic"`. Its others have no equal here: `DLFTFriction` has no tangential stiffness;
-the normal force of `Penalty3D` jumps from zero back to the preload where the contact opens, and
-without preload its friction is zero.
+for both is `"isotropic"`. Its others have no equal here: `DLFTFriction` has no tangential
+stiffness; the normal force of `Penalty3D` jumps from zero back to the preload where the contact
+opens, and without preload its friction is zero.
 
 How the peer was used: its analysis `frf`, Newton's method (`NewtonRaphson`) at fixed frequencies
 (`nocontinuation`, constant steps), analytic Jacobians, no determinants for bifurcations, no
