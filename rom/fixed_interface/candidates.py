@@ -116,9 +116,8 @@ class Candidates:
             mass=_bordered(self.mass, W.conj().T @ MX, X.conj().T @ MX),
         )
 
-    def answering(self, part: HeldPart, loads: Matrix) -> "Candidates":
-        """The same with static answers to loads on the slaves, (s, p), behind it where new."""
-        answers = part.held.solve(loads)
+    def answering(self, part: HeldPart, loads: Matrix, answers: Matrix) -> "Candidates":
+        """The same with static answers (s, p) to loads on the slaves behind it where new."""
         energy = np.einsum("ij,ij->j", loads.conj(), answers).real
         works = energy > 0
         loads, answers = (A[:, works] / np.sqrt(energy[works]) for A in (loads, answers))

@@ -139,8 +139,9 @@ def reduce_rows(
     if loads is not None:
         forces = loads[rest].toarray()
         for _ in range(ANSWERS):
-            chosen = chosen.answering(part, forces)
-            forces = part.M_ss @ part.held.solve(forces)
+            answers = part.held.solve(forces)
+            chosen = chosen.answering(part, forces, answers)
+            forces = part.M_ss @ answers
     products = projected(part, chosen)
     found = replace(_kept(part, products, C, rows), band=band)
     if loads is not None:
