@@ -58,7 +58,7 @@ class PeakBounds(Product):
     found_by : tuple of str
         How each was found: "assembled at zero", "load", "gradient" or "random".
     stationary : (3,) bool
-        Whether a linear programme along the gradient led no further from there; of the middle one
+        Whether a cone programme along the gradient led no further from there; of the middle one
         it is asked only where it is an end.
     converged : (3,) bool
         Whether the state at rest, the balance and the extremum condition of each are solved; a

@@ -12,16 +12,16 @@ with w_n = 0 in a closed contact and n = 0 in an open one. All states at rest ar
 r is the share of Coulomb's limit that is used where all sliders were assembled at zero, s the share
 by which it may be another; of each direction by itself, or of isotropic friction as a vector. As
 long as no contact opens or closes they form a polytope, or a convex set with discs for sides, on
-which the joint's load Σ n is linear: its ends are found by linear programming, discs by tangents
-that are added where a programme's solution lies beyond (Kelley 1960). Contacts with n = w_n = 0
-that hold an end back then open or close, and the programme goes on from there, never back: no state
-with the same contacts open lies beyond an end, others may. The state at each is solved by itself.
+which the joint's load Σ n is linear: its ends are found by cone programming (an interior-point
+method: Goulart and Chen, "Clarabel", 2024). Contacts with n = w_n = 0 that hold an end back then
+open or close, and the programme goes on from there, never back: no state with the same contacts
+open lies beyond an end, others may. The state at each is solved by itself.
 """
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,9 +35,6 @@ from vanelock.nonlinear.forced_response.options import Options
 from vanelock.nonlinear.forced_response.response import Response
 from vanelock.rom.system.system import System
 
-if TYPE_CHECKING:
-    from scipy.optimize import OptimizeResult
-
 Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
 Indices = NDArray[np.intp]
@@ -45,15 +42,44 @@ Joints: TypeAlias = str | Sequence[str] | Bools
 
 BETTER = 1e-4
 """How much further, relatively, an end must lie to count as further."""
-SOLVED, INFEASIBLE, UNBOUNDED = 0, 2, 3
 NOTHING = 1e-9
-"""Of a programme's objective, multipliers and friction, relative to the largest."""
-WAYS = np.array([[1.0, 0.0], [-1.0, 0.0], [0.0, 1.0], [0.0, -1.0]])
-"""Directions that bound friction; where it is isotropic, tangents of its discs are added."""
-FEASIBLE = 1e-10
-"""By how much a programme's solution may violate a bound, in units of `RestStates.scale`."""
-TANGENTS = 40
-"""Most times that they are."""
+"""Of a programme's objective and multipliers, relative to the largest."""
+EXACT, NEARLY = 1e-10, 1e-7
+"""To which programmes are solved, and to which they may be where rounding allows no more."""
+
+
+@dataclass(frozen=True)
+class Least:
+    """Where a linear objective of w is least.
+
+    Attributes
+    ----------
+    place : (3c,) float
+        w, in units of `RestStates.scale`.
+    status : str
+        Of the programme, by Clarabel's names.
+    pressing : (c,) bool
+        Contacts that hold it back: closed ones with n = 0, open ones with w_n = 0.
+    """
+
+    place: Floats
+    status: str
+    pressing: Bools
+
+    @property
+    def solved(self) -> bool:
+        """Whether there is such a place."""
+        return self.status in ("Solved", "AlmostSolved")
+
+    @property
+    def endless(self) -> bool:
+        """Whether the objective falls without end."""
+        return self.status in ("DualInfeasible", "AlmostDualInfeasible")
+
+    @property
+    def impossible(self) -> bool:
+        """Whether there is no state at all."""
+        return self.status in ("PrimalInfeasible", "AlmostPrimalInfeasible")
 
 
 @dataclass(frozen=True)
@@ -112,70 +138,46 @@ class RestStates:
         size = np.hypot(*used.T)[:, None] if self._isotropic else np.abs(used)
         return np.asarray(used / np.maximum(size, 1.0))
 
-    def _bounded(self, contact: Indices, way: Floats) -> tuple[Floats, Floats]:
-        """A (k, 3c), b (k,) of A w <= b: friction of contacts (k,) within its bounds by (k, 2)."""
-        start, by = (each.reshape(len(self.closed), 3, -1)[contact] for each in self.stretch)
-        share, alpha = self.share[contact], self.system.contacts.alpha[contact]
-        most = share + (1 - share) * (way * self._used[contact]).sum(axis=1)
-        reach = (most * (way**2 * alpha).sum(axis=1))[:, None]
-        matrix = (way[:, :, None] * by[:, 1:]).sum(axis=1) - reach * by[:, 0]
-        bound = reach * start[:, 0] - (way[:, :, None] * start[:, 1:]).sum(axis=1)
-        return np.asarray(matrix), np.asarray(bound[:, 0])
+    def least(self, objective: Floats) -> "Least":
+        """Where a linear objective (3c,) of w is least, by an interior-point method."""
+        import clarabel  # loaded by those alone who ask
+        from scipy.sparse import csc_array
 
-    def _beyond(self, w: Floats, assembled: float) -> tuple[Indices, Floats]:
-        """Contacts (k,) whose friction lies outside its disc, and the ways (k, 2) in which."""
-        start, by = self.stretch
-        stretch = (assembled * start + by @ w).reshape(-1, 3)
-        reach = self.system.contacts.alpha[:, 0] * stretch[:, 0]
-        aside = stretch[:, 1:] - ((1 - self.share) * reach)[:, None] * self._used
-        size = np.hypot(*aside.T)
-        beyond = np.flatnonzero(size - self.share * reach > NOTHING * np.abs(stretch).max())
-        return beyond, aside[beyond] / size[beyond, None]
-
-    def least(self, objective: Floats) -> "OptimizeResult":
-        """The w (3c,), in units of `scale`, at which a linear objective (3c,) is least, if any.
-
-        Isotropic friction is bounded by tangents of its discs, more of them where they leave room.
-        """
-        count = len(self.closed)
-        rows = self._bounded(np.tile(np.arange(count), len(WAYS)), np.repeat(WAYS, count, axis=0))
-        found = self._programme(objective, *rows)
-        for _ in range(TANGENTS if self._isotropic else 0):
-            endless = found.status == UNBOUNDED
-            reached = self._programme(objective, *rows, ray=True) if endless else found
-            if reached.status != SOLVED:
-                break
-            contact, way = self._beyond(reached.x, 0.0 if endless else 1.0)
-            if not len(contact):
-                break
-            tangents = self._bounded(contact, way)
-            rows = np.vstack([rows[0], tangents[0]]), np.append(rows[1], tangents[1])
-            found = self._programme(objective, *rows)
-        return found
-
-    def _programme(
-        self, objective: Floats, matrix: Floats, bound: Floats, ray: bool = False
-    ) -> "OptimizeResult":
-        """The least w with friction A w <= b; or a way, |w| <= 1, on which it falls without end."""
-        from scipy.optimize import linprog  # loaded by those alone who ask
-
-        start, by = (each[::3] for each in self.stretch)
-        held, closed = (0.0 if ray else 1.0), self.closed
-        limits = np.full((len(self.linear), 2), 1.0 if ray else np.inf) * [-1, 1]
-        limits[::3, 1] = 0.0
-        limits[closed.nonzero()[0] * 3, 0] = 0.0
-        programme = (
-            objective / (np.abs(objective).max() or 1.0),
-            np.vstack([-by[closed], matrix]),
-            held * np.concatenate([start[closed], bound]),
-            by[~closed],
-            -held * start[~closed],
-            limits,
-        )
-        found = linprog(*programme, options={"primal_feasibility_tolerance": FEASIBLE})
-        if found.status not in (SOLVED, INFEASIBLE, UNBOUNDED):  # where the simplex method is lost
-            found = linprog(*programme, method="highs-ipm")
-        return found
+        contacts, closed, count = self.system.contacts, self.closed[:, None], len(self.closed)
+        place = np.eye(3 * count, 3 * count + 1, 1).reshape(count, 3, -1)  # all as [constant, by w]
+        stretch = np.column_stack(self.stretch).reshape(place.shape)
+        limit = contacts.alpha[:, :, None] * stretch[:, :1]
+        aside = stretch[:, 1:] - ((1 - self.share)[:, None] * self._used)[:, :, None] * limit
+        room = self.share[:, None, None] * limit
+        free = self.closed & (self.share > 0) & (contacts.mu > 0)
+        zero = [stretch[~self.closed, 0], *aside[~free]]
+        positive = [np.where(closed, stretch[:, 0], -place[:, 0])]
+        discs = np.concatenate([room[:, :1], aside], axis=1)[free]
+        if not self._isotropic:
+            positive += [*(room + aside)[free], *(room - aside)[free]]
+            discs = discs[:0]
+        rows = [np.vstack(each) for each in (zero, positive, [*discs, place[:0, 0]])]
+        cones = [
+            clarabel.ZeroConeT(len(rows[0])),
+            clarabel.NonnegativeConeT(len(rows[1])),
+            *(clarabel.SecondOrderConeT(3) for _ in discs),
+        ]
+        settings = clarabel.DefaultSettings()
+        settings.verbose = settings.equilibrate_enable = False  # the rows are displacements alike
+        settings.direct_solve_method = "qdldl"
+        settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = EXACT
+        settings.reduced_tol_gap_abs = settings.reduced_tol_gap_rel = NEARLY
+        settings.reduced_tol_feas = NEARLY
+        varied = np.hstack([~closed, np.ones((count, 2), dtype=bool)]).ravel()
+        weight = objective[varied] / (np.abs(objective).max() or 1.0)
+        bound, *matrix = np.vstack(rows).T
+        by = csc_array(-np.array(matrix)[varied].T)
+        nothing = csc_array((len(weight), len(weight)))
+        found = clarabel.DefaultSolver(nothing, weight, by, bound, cones, settings).solve()
+        least = np.zeros(3 * count)
+        least[varied] = found.x
+        multiplier, slack = (np.array(each)[len(rows[0]) :][:count] for each in (found.z, found.s))
+        return Least(least, str(found.status), multiplier > np.maximum(slack, NOTHING))
 
     def slider(self, w: Floats) -> Floats:
         """(c, 2) places of the sliders, m, by w in units of `scale`; zero where open."""
@@ -224,27 +226,24 @@ class RestStates:
             return self.zero
         states = self if closed is None else replace(self, closed=closed)
         found, nothing = states.least(objective), NOTHING * np.abs(objective).max()
-        if found.status == INFEASIBLE and closed is not None:
+        if found.impossible and closed is not None:
             states, found = self, self.least(objective)
-        if found.status == UNBOUNDED:
+        if found.endless:
             return None
-        if found.status != SOLVED:
-            raise InputError(f"bounds: the linear programme was not solved: {found.message}")
-        while objective @ found.x > floor + nothing:
-            pressing = np.zeros(len(self.closed))
-            pressing[states.closed] = -found.ineqlin.marginals[: states.closed.sum()]
-            pressing[~states.closed] = -found.upper.marginals[::3][~states.closed]
-            other = replace(states, closed=states.closed ^ (pressing > NOTHING))
+        if not found.solved:
+            raise InputError(f"bounds: the cone programme was not solved: {found.status}")
+        while objective @ found.place > floor + nothing:
+            other = replace(states, closed=states.closed ^ found.pressing)
             reached = other.least(objective)
-            if reached.status == UNBOUNDED:
+            if reached.endless:
                 return None
-            if reached.status != SOLVED:
+            if not reached.solved:
                 break
-            gain = objective @ found.x - objective @ reached.x
-            if not gain > BETTER * abs(objective @ found.x):
+            gain = objective @ found.place - objective @ reached.place
+            if not gain > BETTER * abs(objective @ found.place):
                 break
             states, found = other, reached
-        return states.slider(found.x)
+        return states.slider(found.place)
 
     def closed_at(self, slider: Floats) -> Bools:
         """(c,) contacts that are closed at rest with sliders assembled at (c, 2), m."""

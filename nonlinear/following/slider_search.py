@@ -23,7 +23,7 @@ Progress: TypeAlias = Callable[[int, float], None]
 PLACES = (0.125, 0.25, 0.5, 0.75, 1.0)
 """Shares of a way at which peaks are solved."""
 STEPS = 6
-"""Most linear programmes along the gradient, from each start."""
+"""Most cone programmes along the gradient, from each start."""
 ROUGH = 1e-2
 """Distance of peaks on the way from the exact ones, in half-widths: their amplitudes are off by
 less than half its square."""

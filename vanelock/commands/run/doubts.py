@@ -18,7 +18,7 @@ from vanelock.stages.sweep.retries import Solved
 
 MOST = 300
 """Contacts up to which the loads that static friction may hold are looked for without being asked:
-a dense linear programme, whose cost grows with their fourth power, some minutes for so many."""
+dense programmes, some minutes for so many."""
 
 
 def doubts(
@@ -48,11 +48,11 @@ def doubts(
     closed = contacts.always_closed or tuple(dict.fromkeys(contacts.joints))
     yield from warnings.open_at_rest(solved.static, contacts.joints, closed)
     if peak is not None:
-        known = given.response.friction == "orthogonal" and not contacts.elements
-        if first and held and known and solved.bounds is None:
+        if first and held and not contacts.elements and solved.bounds is None:
             bounds = None
             if contacts.count <= MOST:
-                bounds = stages.get(static_bounds_step(planned.system, planned.at_rest))
+                friction = given.response.friction
+                bounds = stages.get(static_bounds_step(friction, planned.system, planned.at_rest))
             yield from warnings.static_friction(bounds, contacts.joints, solved.response, peak)
         if isinstance(given, Study) and given.mesh.correction != "none":
             closed = contacts.always_closed

@@ -64,15 +64,19 @@ def preload_step(friction: str, system: Step[System], modes: Step[HarmonicModes]
 
 
 @lru_cache(maxsize=SHARED)
-def static_bounds_step(system: Step[System], modes: Step[HarmonicModes]) -> Step[StaticBounds]:
+def static_bounds_step(
+    friction: str, system: Step[System], modes: Step[HarmonicModes]
+) -> Step[StaticBounds]:
     """Between which loads undetermined static friction may hold, at rest, joints that may open."""
 
     def compute(system: System, stuck: HarmonicModes) -> StaticBounds:
         contacts = system.contacts
         opens = [name for name in contacts.joints if name not in contacts.always_closed]
-        return nonlinear.static_bounds(system, opens, modes=stuck.diameters)
+        options = nonlinear.Options(friction=friction)
+        return nonlinear.static_bounds(system, opens, options=options, modes=stuck.diameters)
 
-    return step("static bounds", "nonlinear", {}, StaticBounds, (system, modes), compute)
+    inputs = {"friction": friction}
+    return step("static bounds", "nonlinear", inputs, StaticBounds, (system, modes), compute)
 
 
 @lru_cache(maxsize=SHARED)

@@ -198,9 +198,9 @@ def test_static_friction_is_reported_of_the_first_case_that_is_there(
             raise MemoryError
         return real(system, *rest, **options)
 
-    def bounds(system: Step[System], modes: Step[Any]) -> Step[Any]:
+    def bounds(friction: str, system: Step[System], modes: Step[Any]) -> Step[Any]:
         taken.append(modes)
-        return static_bounds_step(system, modes)
+        return static_bounds_step(friction, system, modes)
 
     monkeypatch.setattr(nonlinear, "frequency_response", response)
     monkeypatch.setattr("vanelock.commands.run.doubts.static_bounds_step", bounds)
