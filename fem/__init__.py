@@ -1,4 +1,4 @@
-"""Linear elasticity: stiffness and mass, sparse factorisation, linear modes, stress."""
+"""Linear elasticity: stiffness, mass, loads at rest, sparse factorisation, linear modes, stress."""
 
 from vanelock.common import lazy
 
@@ -12,6 +12,7 @@ _modules = {
     "SingularError": "solvers.singular",
     "assemble": "elements.assembly",
     "backends": "solvers.factor",
+    "centrifugal": "loads.body",
     "cyclic_faces": "vibration.cyclic_symmetry",
     "cyclic_transform": "vibration.cyclic_symmetry",
     "eigenpairs": "vibration.eigen",
@@ -24,12 +25,14 @@ _modules = {
     "hooke": "stresses.strains",
     "modes": "vibration.linear_modes",
     "schur_complement": "solvers.schur",
+    "pressure": "loads.pressure",
     "peak_von_mises": "stresses.stresses",
     "principal_amplitude": "stresses.stresses",
     "strain": "stresses.strains",
     "strain_energy": "stresses.strains",
     "strain_sums": "stresses.strains",
     "stress": "stresses.stresses",
+    "thermal": "loads.body",
     "turned": "stresses.stresses",
     "von_mises": "stresses.stresses",
 }

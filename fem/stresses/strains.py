@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from vanelock.common.errors import InputError
 from vanelock.fem.elements.reference import reference_element, sampling, shape_functions
@@ -27,7 +27,7 @@ ENTRIES = 2**20
 """Displacement gradients held at a time; some tens of MB with what is made of them."""
 
 
-def strain(part: Part, u: Field) -> Field:
+def strain(part: Part, u: Field, growth: ArrayLike | None = None) -> Field:
     """Strain at the nodes of a part.
 
     Parameters
@@ -36,6 +36,8 @@ def strain(part: Part, u: Field) -> Field:
         Mesh of the elements that `assemble` takes.
     u : (nodes, 3) or (nodes, 3, k), real or complex
         Displacement fields, m.
+    growth : float or (nodes,) float, optional
+        Thermal strain α (T - T_ref) that is taken off the normal strains: what is left is elastic.
 
     Returns
     -------
@@ -47,23 +49,28 @@ def strain(part: Part, u: Field) -> Field:
     InputError
         If the field does not belong to the part.
     """
-    total, volume = strain_sums(part, u)
+    total, volume = strain_sums(part, u, growth)
     total /= volume.reshape(-1, *(1,) * (total.ndim - 1))
     return total
 
 
-def strain_sums(part: Part, u: Field) -> tuple[Field, Array]:
+def strain_sums(part: Part, u: Field, growth: ArrayLike | None = None) -> tuple[Field, Array]:
     """Sum over each node's elements of strain times volume, shaped as `strain`; the volumes' sum.
 
-    For nodes that have elements in a neighbouring part too.
+    For nodes that have elements in a neighbouring part too. Thermal strain (nodes,), or one number,
+    is taken off the normal strains where it is given as `growth`.
     """
     fields = columns(part, u)
     k = fields.shape[2]
     points, extrapolation = sampling(part.cell_type)
     total = np.zeros((len(part.points), 6 * k), fields.dtype)
     weight = np.zeros(len(part.points))
+    free = None if growth is None else thermal_strain(part, growth)
+    values, _ = shape_functions(part.cell_type, points)
     for cells, strains, determinant in strain_blocks(part, fields, points):
         e, g = determinant.shape
+        if free is not None:
+            strains[:, :, :3] -= (free[cells] @ values.T)[:, :, None, None]
         nodal = extrapolation @ strains.reshape(e, g, 6 * k)
         nodes, place = np.unique(cells, return_inverse=True)
         volume = np.repeat(determinant.mean(axis=1), cells.shape[1])
@@ -115,9 +122,9 @@ def strain_rows(part: Part, nodes: NDArray[np.int64], direction: Array) -> sp.cs
     chosen = np.flatnonzero(np.isin(part.cells, nodes).any(axis=1))
     cells = part.cells[chosen]
     points, extrapolation = sampling(part.cell_type)
-    slopes, determinant = _slopes(part, cells, points)
-    e, g, a, _ = slopes.shape
-    along = (slopes @ direction)[..., None] * direction  # d ε_dd / d u, (e, g, a, 3)
+    gradients, determinant = slopes(part, cells, points)
+    e, g, a, _ = gradients.shape
+    along = (gradients @ direction)[..., None] * direction  # d ε_dd / d u, (e, g, a, 3)
     nodal = extrapolation @ along.reshape(e, g, 3 * a)
     volume = determinant.mean(axis=1)
     columns = (3 * cells[:, :, None] + np.arange(3)).reshape(e, 3 * a)
@@ -134,6 +141,27 @@ def strain_rows(part: Part, nodes: NDArray[np.int64], direction: Array) -> sp.cs
     return sp.csr_array(sp.vstack(rows))
 
 
+def thermal_strain(part: Part, growth: ArrayLike) -> Array:
+    """(nodes,) thermal strain at the nodes, from that or from one number.
+
+    Raises
+    ------
+    InputError
+        If its shape is another, or it is not finite.
+    """
+    return nodal_values(part, growth, "thermal strain")
+
+
+def nodal_values(part: Part, given: ArrayLike, what: str) -> Array:
+    """(nodes,) values at the nodes of a part, from these or from one number for all of them."""
+    values, n = np.asarray(given, float), len(part.points)
+    if values.shape not in ((), (n,)):
+        raise InputError(f"{part.name}: {what} of shape {values.shape}: needed is one or ({n},)")
+    if not np.isfinite(values).all():
+        raise InputError(f"{part.name}: {what} must be finite")
+    return np.broadcast_to(values, (n,))
+
+
 def columns(part: Part, u: Field) -> Field:
     """A field as (nodes, 3, k)."""
     if u.ndim not in (2, 3) or u.shape[:2] != (len(part.points), 3):
@@ -144,7 +172,7 @@ def columns(part: Part, u: Field) -> Field:
     return u.reshape(len(u), 3, -1)
 
 
-def _slopes(part: Part, cells: NDArray[np.int64], points: Array) -> tuple[Array, Array]:
+def slopes(part: Part, cells: NDArray[np.int64], points: Array) -> tuple[Array, Array]:
     """Derivatives (e, g, a, 3) of the basis functions by x, y, z, and the Jacobian's determinant.
 
     The latter, (e, g), is dV over the reference cell's volume element.
@@ -163,9 +191,9 @@ def strain_blocks(
     size = max(1, ENTRIES // (9 * len(points) * k + 3 * part.cells.shape[1] * (k + len(points))))
     for start in range(0, len(part.cells), size):
         cells = part.cells[start : start + size]
-        slopes, determinant = _slopes(part, cells, points)
-        e, g, a, _ = slopes.shape
-        turned = slopes.transpose(0, 1, 3, 2).reshape(e, 3 * g, a)
+        gradients, determinant = slopes(part, cells, points)
+        e, g, a, _ = gradients.shape
+        turned = gradients.transpose(0, 1, 3, 2).reshape(e, 3 * g, a)
         # du_i/dx_j as [e, g, j, i, k]
         gradient = (turned @ u[cells].reshape(e, a, 3 * k)).reshape(e, g, 3, 3, k)
         strains = np.empty((e, g, 6, k), gradient.dtype)

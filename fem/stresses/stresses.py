@@ -7,7 +7,7 @@ complex coefficient σ_h in σ(t) = σ_0 + Re Σ σ_h e^{ihωt}.
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from vanelock.fem.model import Model
 from vanelock.fem.stresses.strains import Field, hooke, strain
@@ -20,7 +20,7 @@ NODES = 4096
 _PLACES = np.array([[0, 5, 4], [5, 1, 3], [4, 3, 2]])  # of the components in a 3 x 3 tensor
 
 
-def stress(model: Model, u: Field) -> Field:
+def stress(model: Model, u: Field, growth: ArrayLike | None = None) -> Field:
     """Stress at the nodes, (nodes, 6) or (nodes, 6, k), Pa, of displacement fields; see `strain`.
 
     Parameters
@@ -29,13 +29,15 @@ def stress(model: Model, u: Field) -> Field:
         Part and material.
     u : (nodes, 3) or (nodes, 3, k), real or complex
         Displacement fields, m.
+    growth : float or (nodes,) float, optional
+        Thermal strain α (T - T_ref) of the fields: σ = D (ε - α (T - T_ref)).
 
     Raises
     ------
     InputError
         If the field does not belong to the part.
     """
-    return hooke(model.material, strain(model.part, u))
+    return hooke(model.material, strain(model.part, u, growth))
 
 
 def von_mises(s: Array) -> Array:

@@ -1,0 +1,1 @@
+"""Loads at rest: pressure on faces, heat, rotation."""
