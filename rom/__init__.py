@@ -20,6 +20,7 @@ _modules = {
     "MeshExcess": "joining.mesh_excess",
     "modal_excess": "joining.mesh_excess",
     "recovery": "full_fields.recover",
+    "rest_loads": "joining.vane_and_casing",
     "rest_shapes": "joining.mesh_excess",
     "spanned": "joining.mesh_excess",
     "SpaceExcess": "joining.mesh_excess",

@@ -82,6 +82,8 @@ class Component(Product):
         same at all diameters.
     band : float or None
         Frequency up to which an accuracy was asked for, at every diameter, Hz.
+    loads : dict of str to (n,) or None
+        Loads at rest by name, N, in the coordinates of nodal diameter 0; None where there are none.
     """
 
     masters: Masters
@@ -93,6 +95,7 @@ class Component(Product):
     boundary_nodes: NDArray[np.int64]
     vectors: NDArray[np.float64] | None = field(default=None, metadata={"unit": "kg^-0.5"})
     band: float | None = field(default=None, metadata={"unit": "Hz"})
+    loads: dict[str, Matrix] | None = field(default=None, metadata={"unit": "N"})
 
     @property
     def reach(self) -> float | None:

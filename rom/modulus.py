@@ -11,9 +11,12 @@ and of what the reduction leaves out (`errors.frequency_errors`: ε = rᴴ K_ss�
 that is partly stiffness and partly inertia force)
 
     G₀ → s G₀,    G₁ → G₁,    G₂ → G₂ / s.
+
+Static answers to loads at rest span what they spanned, too; a load of thermal strain grows with E.
 """
 
 import math
+from collections.abc import Collection
 from dataclasses import replace
 
 import numpy as np
@@ -22,7 +25,7 @@ from vanelock.common.errors import InputError
 from vanelock.rom.component import Component, Reduced
 
 
-def stiffened(component: Component, factor: float) -> Component:
+def stiffened(component: Component, factor: float, strained: Collection[str] = ()) -> Component:
     """The same part with Young's modulus times `factor`, at all its nodal diameters.
 
     Parameters
@@ -32,6 +35,8 @@ def stiffened(component: Component, factor: float) -> Component:
         is accurate moves by √factor.
     factor : float
         New modulus over old, > 0.
+    strained : collection of str
+        Names of its loads at rest that are of thermal strain.
 
     Raises
     ------
@@ -42,7 +47,10 @@ def stiffened(component: Component, factor: float) -> Component:
         raise InputError(f"factor = {factor:g}: Young's modulus must stay > 0 and finite")
     band = None if component.band is None else component.band * math.sqrt(factor)
     diameters = {k: _stiffened(each, factor) for k, each in component.diameters.items()}
-    return replace(component, diameters=diameters, band=band)
+    loads = component.loads and {
+        name: factor * load if name in strained else load for name, load in component.loads.items()
+    }
+    return replace(component, diameters=diameters, band=band, loads=loads)
 
 
 def _stiffened(reduced: Reduced, s: float) -> Reduced:

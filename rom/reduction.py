@@ -11,6 +11,7 @@ from vanelock.fem import Model
 from vanelock.rom.component import Component
 from vanelock.rom.fixed_interface.selection import DEFAULT, Selection
 from vanelock.rom.masters import Masters, choose
+from vanelock.rom.routes.at_rest import Loads
 from vanelock.rom.routes.condensed import Condensed, condensed
 from vanelock.rom.routes.cyclic_first import cyclic_first
 from vanelock.rom.routes.direct import direct
@@ -39,6 +40,7 @@ def reduce(
     least: float | None = None,
     averaged: Sequence[str] = (),
     prepared: Condensed | None = None,
+    loads: Loads | None = None,
 ) -> Component:
     """Reduce one part to its master nodes and a few modes.
 
@@ -80,6 +82,10 @@ def reduce(
     prepared : Condensed, optional
         What `prepare` made of this model and these masters: nodal diameters that are reduced one
         after the other, and the recovery of fields, need not compute it again.
+    loads : dict of str to (n,) float, optional
+        Loads at rest by name on the model's free dofs, N, as `fem.pressure`, `fem.thermal` and
+        `fem.centrifugal` give them: the static answer to each is a further vector at nodal diameter
+        0, at which they act. Not by the routes "paper" and "direct".
 
     Raises
     ------
@@ -104,13 +110,14 @@ def reduce(
     count, basis = interface_modes or MODES, interface or "published"
     if cyclic and route != "cyclic":
         check_count(count, 3 * len(given.left))
+    _check_loads(loads, cyclic, route, diameters)
     if route == "paper":
         return paper(given, wanted, diameters, basis, count)
     shared = condensed(given) if prepared is None else prepared
     if not cyclic:
-        return whole(shared, wanted)
+        return whole(shared, wanted, loads)
     if route == "cyclic":
-        return cyclic_first(shared, wanted, diameters)
+        return cyclic_first(shared, wanted, diameters, loads)
     return direct(shared, wanted, diameters, basis, count)
 
 
@@ -178,6 +185,20 @@ def _check_route(
             f'accuracy = {accuracy}: the route "{route}" takes modes or cutoff; '
             'accuracy needs route = "cyclic"'
         )
+
+
+def _check_loads(loads: Loads | None, cyclic: bool, route: str, diameters: Sequence[int]) -> None:
+    """Refuse loads at rest that a reduction cannot answer."""
+    if not loads or not cyclic:
+        return
+    name = next(iter(loads))
+    if route != "cyclic":
+        raise InputError(
+            f'loads[{name!r}]: the route "{route}" keeps no static answers: choose route = "cyclic"'
+        )
+    if 0 not in diameters:
+        given = ", ".join(map(str, diameters))
+        raise InputError(f"loads[{name!r}]: act at nodal diameter 0, not at {given}")
 
 
 def _names(key: str, given: Sequence[str]) -> tuple[str, ...]:

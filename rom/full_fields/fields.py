@@ -8,7 +8,7 @@ attached to the part, such as a strain gauge, turns with it and takes the phase 
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from vanelock import fem
 from vanelock.common.cyclic import phase_factor, turn
@@ -39,10 +39,15 @@ def strain(
 
 
 def stress(
-    recovery: "Recovery", coordinates: NDArray[np.complex128], nodal_diameter: int, sector: int = 0
+    recovery: "Recovery",
+    coordinates: NDArray[np.complex128],
+    nodal_diameter: int,
+    sector: int = 0,
+    growth: ArrayLike | None = None,
 ) -> NDArray[np.complex128]:
     """Stress at the nodes of a sector, Pa, shaped as `strain`; see `fem.stress`."""
-    found = fem.hooke(recovery.model.material, _strain(recovery, coordinates, nodal_diameter))
+    elastic = _strain(recovery, coordinates, nodal_diameter, growth)
+    found = fem.hooke(recovery.model.material, elastic)
     return _turned(found, recovery, nodal_diameter, sector, shear=1.0)
 
 
@@ -59,11 +64,14 @@ def rows(
 
 
 def _strain(
-    recovery: "Recovery", coordinates: NDArray[np.complex128], nodal_diameter: int
+    recovery: "Recovery",
+    coordinates: NDArray[np.complex128],
+    nodal_diameter: int,
+    growth: ArrayLike | None = None,
 ) -> NDArray[np.complex128]:
     part = recovery.model.part
     u = recovery.displacement(coordinates, nodal_diameter)
-    total, volume = fem.strain_sums(part, u)
+    total, volume = fem.strain_sums(part, u, growth)
     if recovery.component.cyclic:
         # right[i] of this sector is left[i] of the next, where the field is turned and delayed.
         left, right = part.node_sets["left"], part.node_sets["right"]

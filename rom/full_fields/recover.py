@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from vanelock.common.errors import InputError
 from vanelock.common.process.memory import latest
@@ -123,10 +123,18 @@ class Recovery:
         return fields.strain(self, coordinates, nodal_diameter, sector)
 
     def stress(
-        self, coordinates: NDArray[np.complex128], nodal_diameter: int, sector: int = 0
+        self,
+        coordinates: NDArray[np.complex128],
+        nodal_diameter: int,
+        sector: int = 0,
+        growth: ArrayLike | None = None,
     ) -> NDArray[np.complex128]:
-        """Stress at the nodes, Pa, (nodes, 6) or (nodes, 6, k), see `fem.stress`."""
-        return fields.stress(self, coordinates, nodal_diameter, sector)
+        """Stress at the nodes, Pa, (nodes, 6) or (nodes, 6, k), see `fem.stress`.
+
+        Thermal strain `growth`, one number or (nodes,), is taken off: give it for the motion at
+        rest, of which heat is a load.
+        """
+        return fields.stress(self, coordinates, nodal_diameter, sector, growth)
 
     def rows(self, functional: Any, nodal_diameter: int, sector: int = 0) -> NDArray[np.complex128]:
         """Rows (g, n) such that rows @ coordinates are functionals (g, 3·nodes), such as gauges.

@@ -27,6 +27,7 @@ def united(systems: Sequence[System]) -> System:
         raise InputError("united: no systems given")
     first, *others = systems
     diameters, loaded = dict(first.diameters), _loaded(first)
+    at_rest = first.force.get(0)
     for other in others:
         if twice := diameters.keys() & other.diameters.keys():
             raise InputError(f"united: nodal diameter {min(twice)} comes twice")
@@ -35,14 +36,15 @@ def united(systems: Sequence[System]) -> System:
         if differing or first.contacts.joint != other.contacts.joint:
             raise InputError(f"united: the systems differ in {(differing or ['contacts'])[0]}")
         diameters |= other.diameters
-        loaded = loaded or _loaded(other)
+        loaded, at_rest = loaded or _loaded(other), at_rest or other.force.get(0)
     if loaded is None:
         k = first.nodal_diameter(1)
         have = ", ".join(map(str, sorted(diameters)))
         raise InputError(f"united: the load acts at nodal diameter {k}, and there are {have}")
     band = common_band(each.band for each in systems)
     diameters = dict(sorted(diameters.items()))
-    return replace(first, diameters=diameters, force=loaded.force, band=band)
+    force = loaded.force if at_rest is None else {**loaded.force, 0: at_rest}
+    return replace(first, diameters=diameters, force=force, band=band)
 
 
 def _loaded(system: System) -> System | None:

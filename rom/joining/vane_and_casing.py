@@ -5,7 +5,7 @@ are the casing's.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -19,7 +19,7 @@ from vanelock.rom.joining.joined import Joined
 from vanelock.rom.joining.merging import merged
 from vanelock.rom.joining.pairs import Joint, contact_pairs, key_tie
 from vanelock.rom.masters import Masters
-from vanelock.rom.system.system import System
+from vanelock.rom.system.system import Force, System
 
 
 @dataclass(frozen=True)
@@ -91,7 +91,8 @@ def join(
     Parameters
     ----------
     vane, casing : Component
-        Reduced parts; the system gets the casing's nodal diameters.
+        Reduced parts; the system gets the casing's nodal diameters, and their loads at rest where 0
+        is among these.
     joints : sequence of Joint
         Joints with contact elements; others stay open.
     excitation : Excitation
@@ -151,7 +152,24 @@ def join(
         damping_ratio=damping_ratio,
         damping_joints=damping_joints,
     )
-    return joined.system(sorted(casing.diameters))
+    system = joined.system(sorted(casing.diameters))
+    if 0 not in system.diameters or not (at_rest := rest_loads(vane, casing)):
+        return system
+    return replace(system, force={0: Force(np.sum(list(at_rest.values()), axis=0)), **system.force})
+
+
+def rest_loads(vane: Component, casing: Component) -> dict[str, NDArray[np.complex128]]:
+    """(n,) of each load at rest that the parts hold, in joined coordinates of nodal diameter 0, N.
+
+    Loads of one name on both parts are one.
+    """
+    dofs = joined_dofs(vane, casing)
+    found: dict[str, NDArray[np.complex128]] = {}
+    for part, places in ((casing, np.arange(casing.size)), (vane, dofs)):
+        for name, load in (part.loads or {}).items():
+            none = np.zeros(max(casing.size, int(dofs.max()) + 1), complex)
+            np.add.at(found.setdefault(name, none), places, load)
+    return found
 
 
 def _check_all(casing: Component) -> None:

@@ -20,8 +20,8 @@ from vanelock.common.cyclic import phase_factor
 from vanelock.fem import schur_complement
 from vanelock.rom.component import Reduced
 from vanelock.rom.fixed_interface.held import HeldMatrices, HeldPart, held_part, hermitian
+from vanelock.rom.fixed_interface.projection import Projected, projected
 from vanelock.rom.fixed_interface.selection import DEFAULT, Selection
-from vanelock.rom.routes.projection import Projected, projected
 from vanelock.rom.system.system import Matrix
 
 Rows = NDArray[np.int64]

@@ -9,17 +9,21 @@ R. R. Craig and M. C. C. Bampton, Coupling of substructures for dynamic analyses
 
 from vanelock.rom.component import Component
 from vanelock.rom.fixed_interface.held import HeldMatrices
+from vanelock.rom.fixed_interface.projection import projected
 from vanelock.rom.fixed_interface.selection import Selection
+from vanelock.rom.routes.at_rest import Loads, held_loads
 from vanelock.rom.routes.condensed import Condensed
-from vanelock.rom.routes.projection import projected
 from vanelock.rom.routes.rows import held_piece
 
 
-def whole(shared: Condensed, wanted: Selection) -> Component:
-    """Reduce a part in one piece to its masters and fixed-interface vectors."""
+def whole(shared: Condensed, wanted: Selection, loads: Loads | None = None) -> Component:
+    """Reduce a part in one piece to its masters, fixed-interface vectors and answers to loads."""
     problem = shared.problem
     part = held_piece(HeldMatrices(shared.matrix, shared.interior), problem.M, problem.rows)
     chosen, band = wanted.of(part)
+    at_rest = held_loads(shared, loads) if loads else None
+    if at_rest is not None:
+        chosen, answers = at_rest.answered(chosen, part)
     products = projected(part, chosen)
     count = products.candidates.count
     return Component(
@@ -32,4 +36,5 @@ def whole(shared: Condensed, wanted: Selection) -> Component:
         boundary_nodes=problem.boundary_nodes,
         vectors=products.vectors(),
         band=band,
+        loads=None if at_rest is None else at_rest.reduced(part, products, answers),
     )

@@ -1,0 +1,96 @@
+"""Loads at rest of vane and casing, joined: displacements, reactions, nodal diameters in turn."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import scipy.sparse as sp
+
+from tests.conftest import CASING_MASTERS, JOINTS, VANE_MASTERS
+from vanelock import fem, rom
+from vanelock.rom.joining.merging import merged
+from vanelock.rom.joining.pairs import key_tie
+
+LOAD = rom.Excitation(1, force=30.0)
+pytestmark = pytest.mark.slow
+
+
+@pytest.fixture(scope="module")
+def loaded(scene):
+    """Loads of both parts, the parts that hold them, and the casing at other diameters."""
+    loads = {
+        "vane": {
+            "gas": fem.centrifugal(scene.vane_model, 100.0),
+            "heat": fem.thermal(scene.vane_model, 4e-3),
+        },
+        "casing": {"heat": fem.thermal(scene.casing_model, 2e-3)},
+    }
+    vane = rom.reduce(scene.vane_model, VANE_MASTERS, modes=10, loads=loads["vane"])
+    prepared = rom.prepare(scene.casing_model, CASING_MASTERS)
+
+    def casing(k):
+        return rom.reduce(
+            scene.casing_model,
+            CASING_MASTERS,
+            modes=10,
+            nodal_diameters=[k],
+            prepared=prepared,
+            loads=loads["casing"] if k == 0 else None,
+        )
+
+    return loads, vane, {k: casing(k) for k in (0, 1)}
+
+
+def test_joined_parts_move_at_rest_as_the_unreduced_sector(scene, loaded):
+    loads, vane, casings = loaded
+    casing = casings[0]
+    system = rom.join(vane, casing, JOINTS, replace(LOAD, engine_order=16))
+    K, _ = rom.unreduced(scene.vane_model, scene.casing_model, JOINTS, 0)
+    T = sp.csr_array(fem.cyclic_transform(scene.casing_model, 0))
+    f = {part: sum(each.values()) for part, each in loads.items()}
+    tie = key_tie(vane.masters, casing.masters)
+    mate = T.indices[T.indptr[scene.casing_model.dofs[tie.mate_nodes]]]
+    own = T.shape[1] + scene.vane_model.dofs[tie.own_nodes]
+    places = merged(
+        (T.shape[1], len(f["vane"])), [np.column_stack([mate.ravel(), own.ravel()])]
+    ).places
+    load = np.zeros(K.shape[0], complex)
+    np.add.at(load, places[0], T.conj().T @ f["casing"])
+    np.add.at(load, places[1], f["vane"])
+    full = fem.factorise(K).solve(load)
+
+    one = system.at(0)
+    rows = system.contact_rows(0)
+    held = one.K + np.einsum("cdi,cd,cdj->ij", rows.conj(), system.contacts.stiffness, rows)
+    x = np.linalg.solve(held, system.force[0].vector)
+    for part, q, model, u in (
+        (vane, rom.split(vane, casing, x)[0], scene.vane_model, full[places[1]]),
+        (casing, rom.split(vane, casing, x)[1], scene.casing_model, T @ full[places[0]]),
+    ):
+        found = rom.recovery(part, model).displacement(q, 0)
+        assert np.abs(found - model.field(u)).max() < 1e-10 * np.abs(full).max()
+
+    # Forces of contacts and ties on the vane balance what loads it: along the axis, and about it.
+    q = rom.split(vane, casing, x)[0]
+    reaction = vane.at(0).K @ q - sum(vane.loads.values())
+    nodes = vane.masters.nodes
+    force = reaction[vane.dofs(nodes)].real
+    applied = scene.vane_model.field(f["vane"])
+    points, places = scene.vane_model.part.points, vane.masters.points
+    scale = np.abs(applied).sum()
+    assert np.abs(force.sum(axis=0) + applied.sum(axis=0)).max() < 1e-9 * scale
+    turning = np.cross(places, force).sum(axis=0) + np.cross(points, applied).sum(axis=0)
+    assert np.abs(turning).max() < 1e-9 * scale
+
+
+def test_loads_are_those_of_nodal_diameter_0_however_diameters_come(loaded):
+    _, vane, casings = loaded
+    alone = {k: rom.join(vane, casing, JOINTS, LOAD) for k, casing in casings.items()}
+    assert set(alone[0].force) == {0, 1}
+    assert set(alone[1].force) == {1}
+    by_name = rom.rest_loads(vane, casings[0])
+    assert list(by_name) == ["heat", "gas"]
+    for order in ((0, 1), (1, 0)):
+        united = rom.united([alone[k] for k in order])
+        assert np.array_equal(united.force[0].vector, by_name["heat"] + by_name["gas"])
+        assert np.array_equal(united.force[1].vector, alone[1].force[1].vector)
