@@ -19,8 +19,8 @@ from vanelock.rom.system.system import Matrix
 _NEW = 1e-6
 """Least part of a further vector's strain energy that the vectors so far do not hold."""
 
-_SEEN = 1e-12
-"""That of answers to loads, whose amplitude goes with its root."""
+_SEEN = 1e-22
+"""That of answers to loads, over the whole answer's: their amplitude goes with its root."""
 
 
 @dataclass(frozen=True)
@@ -117,18 +117,24 @@ class Candidates:
         )
 
     def answering(self, part: HeldPart, loads: Matrix, answers: Matrix) -> "Candidates":
-        """The same with static answers (s, p) to loads on the slaves behind it where new."""
-        energy = np.einsum("ij,ij->j", loads.conj(), answers).real
-        works = energy > 0
-        loads, answers = (A[:, works] / np.sqrt(energy[works]) for A in (loads, answers))
-        Phi, W = self.modes.vectors, self.vectors
-        of_modes, of_vectors = Phi.conj().T @ loads, W.conj().T @ loads
-        c = sl.solve(self.stiffness, of_vectors, assume_a="pos") if W.shape[1] else of_vectors
-        answers = answers - Phi @ (of_modes / self.modes.omega_squared[:, None]) - W @ c
-        loads = loads - part.M_ss @ (Phi @ of_modes) - self.loads @ c
-        new, V = sl.eigh(hermitian(answers.conj().T @ loads))
-        V = V[:, new > _SEEN]
-        return self.grown(part, answers @ V, loads @ V) if V.shape[1] else self
+        """The same with static answers (s, p) to loads on the slaves behind it where new.
+
+        One after the other: eigenvalues of all their products would blur what is small in some.
+        """
+        Phi, energy = self.modes.vectors, np.einsum("ij,ij->j", loads.conj(), answers).real
+        modal = Phi.conj().T @ loads
+        X = answers - Phi @ (modal / self.modes.omega_squared[:, None])
+        F = loads - part.M_ss @ (Phi @ modal)
+        new, held = X[:, :0], F[:, :0]
+        for i in range(X.shape[1]):
+            x, f = X[:, [i]], F[:, [i]]
+            for _ in range(2):
+                x, f = _beside(x, f, self.vectors, self.loads, self.stiffness)
+                x, f = _beside(x, f, new, held, np.eye(new.shape[1]))
+            left = np.vdot(x, f).real
+            if left > _SEEN * energy[i]:
+                new, held = (np.hstack([A, a / left**0.5]) for A, a in ((new, x), (held, f)))
+        return self.grown(part, new, held) if new.shape[1] else self
 
     def ritz(self) -> tuple[Matrix, NDArray[np.float64]]:
         """Combinations of the vectors that Rayleigh and Ritz call modes, and their ω², rad²/s²."""
@@ -138,6 +144,16 @@ class Candidates:
             refuse_negative_mass(self.mass)
             raise
         return V, values
+
+
+def _beside(
+    x: Matrix, f: Matrix, vectors: Matrix, loads: Matrix, stiffness: Matrix
+) -> tuple[Matrix, Matrix]:
+    """Answer x and load f = K x without what vectors, their loads and their stiffness hold."""
+    if not vectors.shape[1]:
+        return x, f
+    c = sl.solve(stiffness, vectors.conj().T @ f, assume_a="her")
+    return x - vectors @ c, f - loads @ c
 
 
 def inertia_loads(part: HeldPart, modes: Fixed, x: Matrix) -> Matrix:

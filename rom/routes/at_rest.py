@@ -23,8 +23,6 @@ from vanelock.rom.routes.condensed import Condensed, Sector
 from vanelock.rom.routes.problem import Problem
 from vanelock.rom.system.system import Matrix
 
-HELD = 1e-22
-"""Strain energy, over that of the whole answer, below which the vectors hold an answer already."""
 Loads = Mapping[str, NDArray[np.float64]]
 
 
@@ -47,24 +45,9 @@ class HeldLoads:
     slaves: Matrix
 
     def answered(self, chosen: Candidates, part: HeldPart) -> tuple[Candidates, Matrix]:
-        """The vectors with the answers that they do not hold; the answers (s, l) to the loads.
-
-        One after the other: eigenvalues of all their products would blur what is small in some.
-        """
-        answers, Phi = part.held.solve(self.slaves), chosen.modes.vectors
-        modal = Phi.conj().T @ self.slaves
-        X = answers - Phi @ (modal / chosen.modes.omega_squared[:, None])
-        F = self.slaves - part.M_ss @ (Phi @ modal)
-        new, loads = X[:, :0], F[:, :0]
-        for i in range(len(self.names)):
-            x, f = X[:, [i]], F[:, [i]]
-            for _ in range(2):
-                x, f = _beside(x, f, chosen.vectors, chosen.loads, chosen.stiffness)
-                x, f = _beside(x, f, new, loads, np.eye(new.shape[1]))
-            energy, whole = np.vdot(x, f).real, np.vdot(answers[:, i], self.slaves[:, i]).real
-            if energy > HELD * whole:
-                new, loads = (np.hstack([A, a / energy**0.5]) for A, a in ((new, x), (loads, f)))
-        return (chosen.grown(part, new, loads) if new.shape[1] else chosen), answers
+        """The vectors with the answers that they do not hold; the answers (s, l) to the loads."""
+        answers = part.held.solve(self.slaves)
+        return chosen.answering(part, self.slaves, answers), answers
 
     def reduced(self, part: HeldPart, products: Projected, answers: Matrix) -> dict[str, Matrix]:
         """(m + a,) of each load in the coordinates of masters and vectors.
@@ -78,16 +61,6 @@ class HeldLoads:
         forces = products.omega_squared[:, None] * shares
         found = np.concatenate([self.masters, forces])
         return {name: found[:, i] for i, name in enumerate(self.names)}
-
-
-def _beside(
-    x: Matrix, f: Matrix, vectors: Matrix, loads: Matrix, stiffness: Matrix
-) -> tuple[Matrix, Matrix]:
-    """Answer x and load f = K x without what vectors, their loads and their stiffness hold."""
-    if not vectors.shape[1]:
-        return x, f
-    c = sl.solve(stiffness, vectors.conj().T @ f, assume_a="her")
-    return x - vectors @ c, f - loads @ c
 
 
 def held_loads(shared: Condensed, loads: Loads, sector: Sector | None = None) -> HeldLoads:
