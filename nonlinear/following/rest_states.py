@@ -43,7 +43,7 @@ Joints: TypeAlias = str | Sequence[str] | Bools
 BETTER = 1e-4
 """How much further, relatively, an end must lie to count as further."""
 NOTHING = 1e-9
-"""Of a programme's objective and multipliers, relative to the largest."""
+"""Of a programme's objective and multipliers, relative to the largest; of what sliders change."""
 EXACT, NEARLY = 1e-10, 1e-7
 """To which programmes are solved, and to which they may be where rounding allows no more."""
 
@@ -204,10 +204,16 @@ class RestStates:
     def _normal(
         self, mask: Bools, sign: float, start: Floats, by: Floats, floor: float
     ) -> Floats | None:
-        """Sliders at which sign·Σ kn (start + by w) of some contacts is least."""
+        """Sliders at which sign·Σ kn (start + by w) of some contacts is least.
+
+        Zero where no slider changes it: of a joint that alone carries what presses it.
+        """
         weight = sign * np.where(mask, self.system.contacts.kn, 0.0)
         weight /= np.abs(weight).sum()
-        return self.extreme(weight @ by[::3], floor - float(weight @ start[::3]))
+        objective = weight @ by[::3]
+        if np.abs(objective).max() < NOTHING:
+            return self.zero
+        return self.extreme(objective, floor - float(weight @ start[::3]))
 
     def extreme(
         self, objective: Floats, floor: float = -np.inf, closed: Bools | None = None

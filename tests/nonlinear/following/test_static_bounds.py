@@ -12,7 +12,7 @@ from scipy.optimize import minimize
 from vanelock.common.errors import InputError
 from vanelock.nonlinear import Options, StaticBounds, audit_response, static_bounds, static_response
 from vanelock.nonlinear.following.rest_states import rest_states
-from vanelock.rom.system.system import Contacts, Diameter, System
+from vanelock.rom.system.system import Contacts, Diameter, Force, System
 
 Make = Callable[..., System]
 
@@ -101,6 +101,36 @@ def test_a_share_of_nothing_is_the_state_assembled_at_zero_to_the_bit() -> None:
     expected = static_response(wedge()).force[0, 0, 0, 0].real
     np.testing.assert_array_equal(found.rest_load, [[expected] * 3])
     assert not found.slider.any()
+
+
+@pytest.mark.parametrize("options", [Options(), PLANE])
+def test_a_table_on_feet_weighs_the_same_whatever_they_hold(options: Options) -> None:
+    random = np.random.default_rng(1)
+    feet = 9
+    own = np.zeros((feet, 3, 4))  # heave, two tilts, slide
+    own[:, 0, 0], own[:, 0, 1:3] = 1.0, random.uniform(-1, 1, (feet, 2))
+    own[:, 1, 1:] = np.column_stack([random.uniform(0, 1, (feet, 2)), np.ones(feet)])
+    turn = np.linalg.qr(random.normal(size=(4, 4)))[0]
+    table = System(
+        sectors=1,
+        engine_order=1,
+        diameters={0: Diameter(turn.T @ np.diag([0, 0, 0, K]) @ turn, np.eye(4), own @ turn)},
+        contacts=Contacts(
+            random.uniform(0.5, 2, feet),
+            np.full((feet, 2), KT),
+            np.full(feet, MU),
+            np.zeros(feet),
+            ("left",) * 4 + ("right",) * 5,
+        ),
+        force={0: Force(turn.T @ [0.7, 0.0, 0.0, 0.0])},
+        output_names=(),
+        damping_ratio=0.01,
+    )
+    each = static_bounds(table, options=options).rest_load
+    both = static_bounds(named(table, *("feet",) * feet), options=options).rest_load
+    np.testing.assert_allclose(both, [[0.7] * 3], rtol=1e-12)
+    np.testing.assert_allclose(each[0] + each[1, ::-1], 0.7, rtol=1e-7)
+    assert np.all(np.diff(each) > 0.01)
 
 
 def test_only_the_joints_that_are_named_are_undetermined() -> None:

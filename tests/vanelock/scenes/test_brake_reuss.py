@@ -10,6 +10,8 @@ from scipy.sparse.linalg import eigsh
 
 from tests.vanelock.scenes.scenes import EXAMPLES, frequencies, generator
 from vanelock import load_scene, run_scene
+from vanelock.nonlinear import Options, static_bounds
+from vanelock.rom import System
 from vanelock.stages.response.summary import Summary
 
 AREA = 2921.03e-6  # m^2, of the lap less its bores: Porter and Brake (2023)
@@ -81,6 +83,17 @@ def test_frequencies_are_those_of_the_raw_matrices(
             ours = frequencies(file, which)
             exact = elastic(matrix, M, rigid, len(ours) - rigid)
             assert ours[rigid:] == pytest.approx(exact, rel=1e-4)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("friction", ["orthogonal", "isotropic"])
+def test_friction_that_sticks_changes_nothing_of_what_the_bolts_press(
+    summary: tuple[Summary, Path], friction: str
+) -> None:
+    with h5py.File(summary[1] / "results.h5") as file:
+        system = System.load(file["system"])
+    found = static_bounds(system, options=Options(friction=friction))
+    np.testing.assert_allclose(found.rest_load, [[BOLTS] * 3], rtol=1e-6)
 
 
 @pytest.mark.slow
