@@ -7,7 +7,6 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from vanelock.common.errors import InputError
 from vanelock.common.product import Product
 from vanelock.fem.material import Material
 from vanelock.mesh import Part
@@ -43,14 +42,20 @@ class Model(Product):
         InputError
             If the part has no such set.
         """
-        sets = self.part.node_sets
-        if node_set not in sets:
-            have = ", ".join(sorted(sets)) or "none"
-            raise InputError(f"{self.part.name}: no node set {node_set!r}; it has {have}")
-        rows: NDArray[np.int64] = self.dofs[sets[node_set]]
+        rows: NDArray[np.int64] = self.dofs[self.part.nodes(node_set)]
         return rows
 
     def field(self, x: NDArray[Any]) -> NDArray[Any]:
         """Displacement (nodes, 3) or (nodes, 3, k) of free-dof vectors x, (n,) or (n, k)."""
         padded = np.concatenate([x, np.zeros_like(x[:1])])  # clamped: row -1
         return padded[self.dofs]
+
+    def free(self, field: NDArray[Any]) -> NDArray[Any]:
+        """Free-dof vectors, (n,) or (n, k), of nodal fields (nodes, 3) or (nodes, 3, k).
+
+        What clamped nodes have is left out.
+        """
+        free = self.dofs >= 0
+        x = np.zeros((self.K.shape[0], *field.shape[2:]), field.dtype)
+        x[self.dofs[free]] = field[free]
+        return x

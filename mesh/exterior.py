@@ -18,6 +18,13 @@ def exterior(cells: Integers, reference: Cell) -> Integers:
     return np.asarray(faces[np.sort(first[count == 1])])
 
 
+def area_vectors(points: Array, faces: Integers, places: Array) -> Array:
+    """(f, q, 3) outward normals times dA over dξ dη at places (q, 2) of curved faces (f, m), m²."""
+    slopes = surface(faces.shape[1]).slopes(places)
+    tangents = np.einsum("fkx,qkd->fqdx", points[faces], slopes)
+    return np.asarray(np.cross(tangents[:, :, 0], tangents[:, :, 1]))
+
+
 def normals(points: Array, faces: Integers) -> tuple[Array, Array]:
     """Unit outward normals (f, m, 3) of curved faces at each of their nodes, and areas (f,).
 
@@ -25,9 +32,7 @@ def normals(points: Array, faces: Integers) -> tuple[Array, Array]:
     serve as weights.
     """
     cell = surface(faces.shape[1])
-    slopes = cell.slopes(cell.nodes)
-    tangents = np.einsum("fkx,qkd->fqdx", points[faces], slopes)
-    normal = np.cross(tangents[:, :, 0], tangents[:, :, 1])
+    normal = area_vectors(points, faces, cell.nodes)
     length = np.linalg.norm(normal, axis=2, keepdims=True)
     corners = points[faces[:, : cell.corners]] - points[faces[:, [0]]]
     polygon = np.cross(corners[:, 1:-1], corners[:, 2:]).sum(axis=1)

@@ -6,6 +6,7 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
+from vanelock.common.errors import InputError
 from vanelock.common.product import Product
 
 
@@ -66,3 +67,16 @@ class Part(Product):
     patches: dict[str, sp.csc_array] = field(default_factory=dict)
     areas: dict[str, NDArray[np.float64]] = field(default_factory=dict, metadata={"unit": "m^2"})
     cad_volume: float | None = field(default=None, metadata={"unit": "m^3"})
+
+    def nodes(self, node_set: str) -> NDArray[np.int64]:
+        """(k,) nodes of a set.
+
+        Raises
+        ------
+        InputError
+            If the part has no such set.
+        """
+        if node_set not in self.node_sets:
+            have = ", ".join(sorted(self.node_sets)) or "none"
+            raise InputError(f"{self.name}: no node set {node_set!r}; it has {have}")
+        return self.node_sets[node_set]

@@ -97,12 +97,8 @@ def choose(part: Part, names: Sequence[str], averaged: Sequence[str] = ()) -> Ma
     InputError
         If the part lacks a set, or an averaged one has no patches.
     """
-    for name in names:
-        if name not in part.node_sets:
-            have = ", ".join(sorted(part.node_sets)) or "none"
-            raise InputError(f"{part.name}: no node set {name!r}; it has {have}")
     none = np.empty(0, np.int64)
-    found = np.concatenate([none, *(part.node_sets[name] for name in names)])
+    found = np.concatenate([none, *map(part.nodes, names)])
     nodes = found[np.sort(np.unique(found, return_index=True)[1])]
     places = _places(part, averaged)
     means = np.concatenate([none, *(part.node_sets[name] for name in averaged)])

@@ -8,16 +8,19 @@ at the points at which stiffness and mass are integrated.
 """
 
 import math
+from collections.abc import Iterator
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vanelock.common.errors import InputError
-from vanelock.fem.elements.reference import reference_element
+from vanelock.fem.elements.reference import ReferenceElement, reference_element
 from vanelock.fem.model import Model
 from vanelock.fem.stresses.strains import slopes, thermal_strain
+from vanelock.mesh import Part
 
 Array = NDArray[np.float64]
+Integers = NDArray[np.int64]
 
 BLOCK = 4096
 """Elements at a time: some 20 MB of derivatives."""
@@ -63,13 +66,11 @@ def thermal(model: Model, growth: ArrayLike) -> Array:
     lame, shear = model.material.lame
     reference = reference_element(part.cell_type)
     nodal = np.zeros((len(part.points), 3))
-    for start in range(0, len(part.cells), BLOCK):
-        cells = part.cells[start : start + BLOCK]
-        gradients, determinant = slopes(part, cells, reference.points)
+    for cells, gradients, determinant in _blocks(part, reference):
         stress = (3 * lame + 2 * shear) * (at_nodes[cells] @ reference.values.T)
         weights = stress * determinant * reference.weights
         np.add.at(nodal, cells, np.einsum("eg,egai->eai", weights, gradients))
-    return on_free(model, nodal)
+    return model.free(nodal)
 
 
 def centrifugal(model: Model, speed: float) -> Array:
@@ -98,17 +99,14 @@ def centrifugal(model: Model, speed: float) -> Array:
     reference = reference_element(part.cell_type)
     pairs = np.einsum("ga,gb->gab", reference.values, reference.values)
     nodal = np.zeros((len(part.points), 3))
-    for start in range(0, len(part.cells), BLOCK):
-        cells = part.cells[start : start + BLOCK]
-        _, determinant = slopes(part, cells, reference.points)
+    for cells, _, determinant in _blocks(part, reference):
         mass = np.tensordot(determinant * reference.weights, pairs, 1)
         np.add.at(nodal, cells, mass @ (part.points[cells] * [1, 1, 0]))
-    return on_free(model, model.material.rho * speed**2 * nodal)
+    return model.free(model.material.rho * speed**2 * nodal)
 
 
-def on_free(model: Model, nodal: Array) -> Array:
-    """(n,) of nodal loads (nodes, 3): what acts on clamped nodes is left out."""
-    free = model.dofs >= 0
-    found = np.zeros(model.K.shape[0])
-    found[model.dofs[free]] = nodal[free]
-    return found
+def _blocks(part: Part, reference: ReferenceElement) -> Iterator[tuple[Integers, Array, Array]]:
+    """Elements (e, a) in blocks, with slopes of their functions and determinants; see `slopes`."""
+    for start in range(0, len(part.cells), BLOCK):
+        cells = part.cells[start : start + BLOCK]
+        yield cells, *slopes(part, cells, reference.points)

@@ -10,12 +10,11 @@ from numpy.typing import ArrayLike, NDArray
 from skfem import quadrature, refdom
 
 from vanelock.common.errors import InputError
-from vanelock.fem.loads.body import on_free
 from vanelock.fem.model import Model
 from vanelock.fem.stresses.strains import nodal_values
 from vanelock.mesh import Part
 from vanelock.mesh.cells import solid, surface
-from vanelock.mesh.exterior import exterior
+from vanelock.mesh.exterior import area_vectors, exterior
 
 Array = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -49,12 +48,13 @@ def pressure(model: Model, node_set: str, value: ArrayLike) -> Array:
     part = model.part
     faces = faces_of(part, node_set)
     at_nodes = nodal_values(part, value, "pressure")
-    weighted = face_products(part, faces)
-    values, rule = _rule(faces.shape[1])
-    strength = (at_nodes[faces] @ values.T) * rule
+    places, weights = _rule(faces.shape[1])
+    values = surface(faces.shape[1]).values(places)
+    strength = (at_nodes[faces] @ values.T) * weights
+    vectors = area_vectors(part.points, faces, places)
     nodal = np.zeros((len(part.points), 3))
-    np.add.at(nodal, faces, -np.einsum("fq,qa,fqi->fai", strength, values, weighted))
-    return on_free(model, nodal)
+    np.add.at(nodal, faces, -np.einsum("fq,qa,fqi->fai", strength, values, vectors))
+    return model.free(nodal)
 
 
 def faces_of(part: Part, node_set: str) -> Integers:
@@ -65,11 +65,8 @@ def faces_of(part: Part, node_set: str) -> Integers:
     InputError
         If there is no such set or it covers no face.
     """
-    if node_set not in part.node_sets:
-        have = ", ".join(sorted(part.node_sets)) or "none"
-        raise InputError(f"{part.name}: no node set {node_set!r}; it has {have}")
     inside = np.zeros(len(part.points), bool)
-    inside[part.node_sets[node_set]] = True
+    inside[part.nodes(node_set)] = True
     faces = exterior(part.cells, solid(part.cell_type))
     faces = faces[inside[faces].all(axis=1)]
     if not len(faces):
@@ -77,23 +74,8 @@ def faces_of(part: Part, node_set: str) -> Integers:
     return faces
 
 
-def face_products(part: Part, faces: Integers) -> Array:
-    """(f, q, 3) outward normal times dA over dξ dη at the points of the rule, m²."""
-    places, _ = _points(faces.shape[1])
-    tangents = np.einsum(
-        "fax,qad->fqdx", part.points[faces], surface(faces.shape[1]).slopes(places)
-    )
-    return np.asarray(np.cross(tangents[:, :, 0], tangents[:, :, 1]))
-
-
 def _rule(count: int) -> tuple[Array, Array]:
-    """Shape functions (q, m) of a face at the points of the rule, and its weights (q,)."""
-    places, weights = _points(count)
-    return surface(count).values(places), weights
-
-
-def _points(count: int) -> tuple[Array, Array]:
-    """Points (q, 2) on the reference face, and weights (q,)."""
+    """Points (q, 2) on the reference face of so many nodes, and weights (q,)."""
     kind = refdom.RefTri if count in (3, 6) else refdom.RefQuad
     places, weights = quadrature.get_quadrature(kind, DEGREE[count])
     return places.T, weights

@@ -84,9 +84,7 @@ def _rigid_motions(model: Model) -> NDArray[np.float64]:
     free = model.dofs >= 0
     if not free.all():
         field = field @ scipy.linalg.null_space(field[~free], rcond=1e-9)
-    basis = np.zeros((model.K.shape[0], field.shape[2]))
-    basis[model.dofs[free]] = field[free]
-    return np.linalg.qr(basis)[0]
+    return np.linalg.qr(model.free(field))[0]
 
 
 def _nodes(model: Model, motions: NDArray[Any], named: int) -> str:

@@ -4,6 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vanelock.mesh.cells import surface
+from vanelock.mesh.exterior import area_vectors
 
 Array = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -40,8 +41,7 @@ def nodal_areas(points: Array, faces: Integers, nodes: Integers, normal: Array) 
     if not len(whole):
         return None
     place, weight = _quadrature(cell.corners)
-    tangents = np.einsum("fkx,qkd->fqdx", points[whole], cell.slopes(place))
-    vectors = np.cross(tangents[:, :, 0], tangents[:, :, 1])
+    vectors = area_vectors(points, whole, place)
     order = np.argsort(nodes)
     first = order[np.searchsorted(nodes, whole[:, 0], sorter=order)]
     mean = np.einsum("q,fqx->fx", weight, vectors)

@@ -37,7 +37,6 @@ from vanelock.rom.system.system import System
 
 Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
-Indices = NDArray[np.intp]
 Joints: TypeAlias = str | Sequence[str] | Bools
 
 BETTER = 1e-4
@@ -138,13 +137,14 @@ class RestStates:
         size = np.hypot(*used.T)[:, None] if self._isotropic else np.abs(used)
         return np.asarray(used / np.maximum(size, 1.0))
 
-    def least(self, objective: Floats) -> "Least":
-        """Where a linear objective (3c,) of w is least, by an interior-point method."""
-        import clarabel  # loaded by those alone who ask
-        from scipy.sparse import csc_array
+    @cached_property
+    def _cones(self) -> tuple[Floats, tuple[int, int, int]]:
+        """Rows [b | A] of which b + A w is zero, >= 0, or in a cone of three; how many of each.
 
+        Those that are >= 0 begin with one of each contact: its n, or where it is open its -w_n.
+        """
         contacts, closed, count = self.system.contacts, self.closed[:, None], len(self.closed)
-        place = np.eye(3 * count, 3 * count + 1, 1).reshape(count, 3, -1)  # all as [constant, by w]
+        place = np.eye(3 * count, 3 * count + 1, 1).reshape(count, 3, -1)
         stretch = np.column_stack(self.stretch).reshape(place.shape)
         limit = contacts.alpha[:, :, None] * stretch[:, :1]
         aside = stretch[:, 1:] - ((1 - self.share)[:, None] * self._used)[:, :, None] * limit
@@ -157,27 +157,39 @@ class RestStates:
             positive += [*(room + aside)[free], *(room - aside)[free]]
             discs = discs[:0]
         rows = [np.vstack(each) for each in (zero, positive, [*discs, place[:0, 0]])]
-        cones = [
-            clarabel.ZeroConeT(len(rows[0])),
-            clarabel.NonnegativeConeT(len(rows[1])),
-            *(clarabel.SecondOrderConeT(3) for _ in discs),
-        ]
+        return np.vstack(rows), (len(rows[0]), len(rows[1]), len(discs))
+
+    def least(self, objective: Floats) -> Least:
+        """Where a linear objective (3c,) of w is least, by an interior-point method."""
+        import clarabel  # loaded by those alone who ask
+        from scipy.sparse import csc_array
+
+        rows, (zeros, positive, discs) = self._cones
+        count = len(self.closed)
         settings = clarabel.DefaultSettings()
         settings.verbose = settings.equilibrate_enable = False  # the rows are displacements alike
         settings.direct_solve_method = "qdldl"
         settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = EXACT
         settings.reduced_tol_gap_abs = settings.reduced_tol_gap_rel = NEARLY
         settings.reduced_tol_feas = NEARLY
-        varied = np.hstack([~closed, np.ones((count, 2), dtype=bool)]).ravel()
+        varied = np.hstack([~self.closed[:, None], np.ones((count, 2), dtype=bool)]).ravel()
         weight = objective[varied] / (np.abs(objective).max() or 1.0)
-        bound, *matrix = np.vstack(rows).T
-        by = csc_array(-np.array(matrix)[varied].T)
-        nothing = csc_array((len(weight), len(weight)))
-        found = clarabel.DefaultSolver(nothing, weight, by, bound, cones, settings).solve()
-        least = np.zeros(3 * count)
-        least[varied] = found.x
-        multiplier, slack = (np.array(each)[len(rows[0]) :][:count] for each in (found.z, found.s))
-        return Least(least, str(found.status), multiplier > np.maximum(slack, NOTHING))
+        found = clarabel.DefaultSolver(
+            csc_array((len(weight), len(weight))),
+            weight,
+            csc_array(-rows[:, 1:][:, varied]),
+            rows[:, 0],
+            [
+                clarabel.ZeroConeT(zeros),
+                clarabel.NonnegativeConeT(positive),
+                *(clarabel.SecondOrderConeT(3) for _ in range(discs)),
+            ],
+            settings,
+        ).solve()
+        place = np.zeros(3 * count)
+        place[varied] = found.x
+        multiplier, slack = (np.array(each)[zeros:][:count] for each in (found.z, found.s))
+        return Least(place, str(found.status), multiplier > np.maximum(slack, NOTHING))
 
     def slider(self, w: Floats) -> Floats:
         """(c, 2) places of the sliders, m, by w in units of `scale`; zero where open."""
