@@ -20,6 +20,8 @@ from typing import Any, NoReturn
 
 SECONDS, MEMORY = 10, 1_000_000_000
 """Of processor time and bytes that a command may take."""
+COMPUTING = 6 * SECONDS
+"""Of processor time that a run may take."""
 PATIENCE = 120
 """Seconds after which a command that takes no processor time is taken to hang."""
 LOADED = (
@@ -112,7 +114,7 @@ def _child(arguments: list[str], folder: str, files: tuple[int, int]) -> NoRetur
         os.chdir(folder)
         taken = int(Path("/proc/self/statm").read_text().split()[5]) * os.sysconf("SC_PAGE_SIZE")
         resource.setrlimit(resource.RLIMIT_DATA, (taken + MEMORY, resource.RLIM_INFINITY))
-        resource.setrlimit(resource.RLIMIT_CPU, (6 * SECONDS, 6 * SECONDS))
+        resource.setrlimit(resource.RLIMIT_CPU, (COMPUTING, COMPUTING))
         resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
         sys.stdout = open(1, "w", encoding="utf-8", closefd=False)
         sys.stderr = open(2, "w", encoding="utf-8", closefd=False)

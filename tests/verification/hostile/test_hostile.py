@@ -21,7 +21,7 @@ from tests.mesh.conftest import ring_sectors
 from tests.vanelock.results.one_file import in_one_file
 from tests.verification.hostile import mutations
 from tests.verification.hostile.hdf5 import mutated_hdf5
-from tests.verification.hostile.server import PATIENCE, SECONDS, Outcome, Server
+from tests.verification.hostile.server import COMPUTING, SECONDS, Outcome, Server
 from vanelock import template_text
 from vanelock.mesh import read_mesh
 from vanelock.mesh.matching.own_part import own_part
@@ -264,7 +264,7 @@ def test_matrices(server, tmp_path, monkeypatch, record_property):
         if outcome.status == 0 and scene and passed % RUNS == 0:
             ran = server.run(["run", "scene.toml", "-o", "out", "-q"], folder)
             wrong = half_written(folder / "out", ran)
-            tally.add(f"matrix {i} run", ran, folder, *wrong, most=60)  # it computes
+            tally.add(f"matrix {i} run", ran, folder, *wrong, most=COMPUTING)
             shutil.rmtree(folder / "out", ignore_errors=True)
         path.write_bytes(whole)
     record_property("formats", str(len(usable)))
@@ -284,7 +284,7 @@ def ran(server, tmp_path, monkeypatch, lattice, write_mesh):
     text = (folder / "scene.toml").read_text()
     (folder / "scene.toml").write_text(text + '[sweep]\n"contacts.pad.mu" = [0.1, 0.2]\n')
     outcome = server.run(["run", "scene.toml", "-q", "-o", str(tmp_path / "ran")], folder)
-    assert outcome.faults((0,), PATIENCE) == []  # a whole run in three processes, not a refusal
+    assert outcome.faults((0,), COMPUTING) == []
     parts = {}
     for name in ("vane", "casing"):
         part = ring_sectors(lattice)(name, "tetra")
