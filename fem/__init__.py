@@ -33,6 +33,7 @@ _modules = {
     "strain_sums": "stresses.strains",
     "stress": "stresses.stresses",
     "thermal": "loads.body",
+    "traction": "loads.traction",
     "turned": "stresses.stresses",
     "von_mises": "stresses.stresses",
 }

@@ -1,5 +1,6 @@
 """A reduced part: dense matrices by nodal diameter and what recovery needs."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -153,6 +154,22 @@ class Component(Product):
     def dofs(self, nodes: NDArray[np.int64]) -> NDArray[np.int64]:
         """(k, 3) reduced coordinates that are the displacement of the given retained nodes."""
         return self.interface_modes + 3 * self.masters.places(nodes)[:, None] + np.arange(3)
+
+
+def carrying(component: Component, given: Iterable[tuple[str, str, float]]) -> Component:
+    """A component with other loads at rest: of each name the sum of multiples of those it has.
+
+    Parameters
+    ----------
+    component : Component
+    given : iterable of (str, str, float)
+        Name, one of the component's loads, and its factor.
+    """
+    own: dict[str, Matrix] = component.loads or {}
+    found: dict[str, Matrix] = {}
+    for name, kind, factor in given:
+        found[name] = found.get(name, np.zeros_like(own[kind])) + factor * own[kind]
+    return replace(component, loads=found)
 
 
 def _single(array: NDArray[Any] | None) -> NDArray[Any] | None:

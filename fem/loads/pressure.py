@@ -48,7 +48,7 @@ def pressure(model: Model, node_set: str, value: ArrayLike) -> Array:
     part = model.part
     faces = faces_of(part, node_set)
     at_nodes = nodal_values(part, value, "pressure")
-    places, weights = _rule(faces.shape[1])
+    places, weights = rule(faces.shape[1])
     values = surface(faces.shape[1]).values(places)
     strength = (at_nodes[faces] @ values.T) * weights
     vectors = area_vectors(part.points, faces, places)
@@ -74,7 +74,7 @@ def faces_of(part: Part, node_set: str) -> Integers:
     return faces
 
 
-def _rule(count: int) -> tuple[Array, Array]:
+def rule(count: int) -> tuple[Array, Array]:
     """Points (q, 2) on the reference face of so many nodes, and weights (q,)."""
     kind = refdom.RefTri if count in (3, 6) else refdom.RefQuad
     places, weights = quadrature.get_quadrature(kind, DEGREE[count])

@@ -56,6 +56,7 @@ def own_part(
     name: str,
     sets: Mapping[str, str | Sequence[int]] | None = None,
     interlock: bool = True,
+    loaded: Sequence[str] = (),
 ) -> OwnPart:
     """Find a part's sets in a mesh.
 
@@ -70,6 +71,8 @@ def own_part(
         nodes. Upper and lower case are told apart only where it takes that.
     interlock : bool
         Whether a vane must have the sets of its interlock.
+    loaded : sequence of str
+        Further sets of the file, whose faces bear a load.
 
     Raises
     ------
@@ -80,14 +83,14 @@ def own_part(
     given = dict(sets or {})
     needed = NEEDED[name] + (INTERLOCKS if interlock and name == "vane" else ())
     node_sets, face_sets = {}, {}
-    for each in (*needed, *OPTIONAL[name]):
+    for each in (*needed, *OPTIONAL[name], *loaded):
         if each in node_sets:
             continue
         wanted = given.get(each, each)
         if isinstance(wanted, str):
             found = called(mesh, wanted) or called(mesh, FORMER.get(wanted, wanted))
             if found is None:
-                if each not in needed and each not in given:
+                if each in OPTIONAL[name] and each not in needed and each not in given:
                     continue
                 have = ", ".join(sorted(mesh.node_sets)) or "none"
                 raise InputError(f"{mesh.source}: no set {wanted} for {name}.{each}; it has {have}")

@@ -5,8 +5,14 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+import scipy.linalg as sl
 
 from vanelock.fem import Material, assemble, centrifugal, factorise, pressure, stress, thermal
+from vanelock.mesh.cells import solid
+from vanelock.mesh.contact.areas import nodal_areas
+from vanelock.mesh.exterior import exterior
+from vanelock.nonlinear import static_response
+from vanelock.rom import Contacts, Diameter, Force, System
 
 FULL = os.environ.get("VANELOCK_VERIFY") == "full"
 STEEL = Material(E=210e9, nu=0.3, rho=7850.0)
@@ -159,3 +165,63 @@ def test_clamped_round_plate_under_pressure(lattice, record_property):
         area = load.reshape(-1, 3).sum(axis=0) / (p * np.pi * a**2 / 4)
         np.testing.assert_allclose(area, [0, 0, -1], atol=1e-6)
     assert more[1] < 0.3 * more[0] < 0.012
+
+
+def test_a_hot_ring_in_a_cold_one(lattice, record_property):
+    # Lamé's shrink fit: δ/b = α ΔT, p = E δ/b (b² - a²)(c² - b²) / (2 b² (c² - a²)), and
+    # -2 p b²/(b² - a²) along the bore (S. Timoshenko, Strength of Materials, Part II, § 41).
+    # Contacts without friction cannot tell the growth from an interference of α ΔT b.
+    a, b, c, growth, length = 0.4, 0.5, 0.58, 4e-4, 0.03
+    counts = (4, 12, 1) if FULL else (3, 8, 1)
+    rings = [quarter(lattice, counts, walls, length, "hexahedron27") for walls in ((a, b), (b, c))]
+    models = [assemble(part, STEEL, fixed=None) for part in rings]
+    free = []
+    for part, model in zip(rings, models, strict=True):
+        moves = np.ones((len(part.points), 3), bool)
+        for name, axis in (("y0", 1), ("y1", 0), ("z0", 2)):
+            moves[part.node_sets[name], axis] = False
+        free.append(np.flatnonzero(moves.ravel()))
+        assert model.K.shape[0] == moves.size
+    sizes = [len(rows) for rows in free]
+    K = sl.block_diag(*(m.K[r][:, r].toarray() for m, r in zip(models, free, strict=True)))
+    M = sl.block_diag(*(m.M[r][:, r].toarray() for m, r in zip(models, free, strict=True)))
+    inner, outer = rings[0].node_sets["x1"], rings[1].node_sets["x0"]
+    place = rings[0].points[inner]
+    assert np.allclose(place, rings[1].points[outer])
+    radial = place * [1, 1, 0] / b
+    own = np.zeros((len(inner), 3, sum(sizes)))
+    for sign, start, rows, nodes in ((1, 0, free[0], inner), (-1, sizes[0], free[1], outer)):
+        whole = np.zeros((len(nodes), rows.max() + 1))
+        np.put_along_axis(whole, 3 * nodes[:, None] + np.arange(2), sign * radial[:, :2], 1)
+        own[:, 0, start : start + len(rows)] = whole[:, rows]
+    faces = exterior(rings[0].cells, solid("hexahedron27"))
+    faces = faces[np.isin(faces, inner).all(axis=1)]
+    area = nodal_areas(rings[0].points, faces, inner, radial)
+    assert area is not None
+    heat = np.zeros(sum(sizes), complex)
+    heat[: sizes[0]] = thermal(models[0], growth)[free[0]]
+
+    def pressed(interference, force):
+        flat = np.ones(len(inner))
+        contacts = Contacts(1e15 * area, np.ones((len(inner), 2)), 0 * flat, interference * flat)
+        system = System(1, 1, {0: Diameter(K=K, M=M, own=own)}, contacts, {0: Force(force)})
+        rest = static_response(system)
+        assert rest.converged.all()
+        return rest.x[0][0].real, rest.force[0, 0, :, 0].real
+
+    x, normal = pressed(0.0, heat)
+    _, fitted = pressed(growth * b, 0 * heat)
+    exact = STEEL.E * growth * (b**2 - a**2) * (c**2 - b**2) / (2 * b**2 * (c**2 - a**2))
+    mean = normal.sum() / area.sum() / exact - 1
+    u = np.zeros(rings[0].points.size)
+    u[free[0]] = x[: sizes[0]]
+    hoop = stress(models[0], u.reshape(-1, 3), growth)
+    bore = np.intersect1d(rings[0].node_sets["x0"], rings[0].node_sets["y0"])
+    along = hoop[bore, 1].mean() / (-2 * exact * b**2 / (b**2 - a**2)) - 1
+    same = np.abs(fitted / normal - 1).max()
+    record_property("pressure", f"{mean:.1e}")
+    record_property("stress along the bore", f"{along:.1e}")
+    record_property("by interference instead", f"{same:.1e}")
+    assert abs(mean) < 2e-3
+    assert abs(along) < 1e-2
+    assert same < 1e-9
