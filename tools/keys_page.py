@@ -38,6 +38,7 @@ WORDS: dict[str, str] = {
     "material.casing.E_at": PAIRS,
     "temperature.vane": "a number, degC, or pairs `[[rpm, degC], ...]`",
     "temperature.casing": "a number, degC, or pairs `[[rpm, degC], ...]`",
+    "loads.pressure": "a table by set: a pressure to 1e9 Pa, or a CSV file of x, y, z, pressure",
     "bounds.joints": 'a list of `"hook"`, `"interlock"`',
     "fit.bounds": "`{ key = [low, high] }` of fitted keys",
     "outputs.monitor": '`"<vane or casing> output <number>[, <component>]"`, the component '

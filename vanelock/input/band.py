@@ -62,7 +62,7 @@ def softest(study: Any) -> float:
     heated = [
         getattr(study.material, p) for p in PARTS if getattr(study.temperature, p) is not None
     ]
-    return min([1.0, *(float(E / metal.E) for metal in heated for _, E in metal.E_at)])
+    return min([1.0, *(float(E / metal.E) for metal in heated for _, E in metal.E_at or ())])
 
 
 def too_narrow(key: str, band: float | None, asked: Mapping[str, float]) -> Iterator[str]:

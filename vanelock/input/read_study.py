@@ -3,6 +3,7 @@
 import os
 from collections.abc import Callable, Iterable
 from contextlib import suppress
+from copy import deepcopy
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -13,7 +14,8 @@ from vanelock.common.tables import counted
 from vanelock.common.toml import LARGEST, toml_tables
 from vanelock.input.cases.sweep import cases, list_mistakes, misfits
 from vanelock.input.cases.values import Given
-from vanelock.input.messages import Order, described, mistakes
+from vanelock.input.messages import Order, described, dotted, mistakes
+from vanelock.input.schema.loads import files_named
 from vanelock.input.schema.study import Study
 
 S = TypeVar("S", bound=Checked)
@@ -143,25 +145,13 @@ def _beside(data: dict[str, Any], folder: Path, outside: bool) -> tuple[dict[str
 
     And a line for each path that leaves it.
     """
-    found, refused = dict(data), []
-
-    def placed(table: Any, key: str, where: str) -> Any:
-        if not isinstance(table, dict) or not isinstance(table.get(key), str) or not table[key]:
-            return table  # for the schema to refuse
+    found, refused = deepcopy(data), []
+    for (*path, key), file in files_named(data):
+        table: Any = found
+        for name in path:
+            table = table[name]
         try:
-            return {**table, key: str(beside(folder, table[key], f"{where}.{key}", outside))}
+            table[key] = str(beside(folder, file, dotted((*path, key)), outside))
         except InputError as error:
             refused.append(str(error))
-            return table
-
-    measured = data.get("measured")
-    if isinstance(measured, dict):
-        measured = [measured]
-    if isinstance(measured, list):
-        found["measured"] = [
-            placed(each, "file", f"measured[{i}]") for i, each in enumerate(measured)
-        ]
-    for name in ("vane", "casing"):
-        if name in data:
-            found[name] = placed(data[name], "mesh", name)
     return found, refused

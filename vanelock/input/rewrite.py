@@ -8,17 +8,22 @@ import tomlkit
 from tomlkit.exceptions import TOMLKitError
 
 from vanelock.common.errors import InputError
+from vanelock.input.cases.values import path_of
+from vanelock.input.messages import dotted
+
+Changes = Mapping[Any, float | str]
 
 
-def rewritten(text: str, changes: Mapping[str, float | str]) -> str:
-    """The text with dotted keys set to values; what it does not hold is added to its table.
+def rewritten(text: str, changes: Changes) -> str:
+    """The text with keys set to values; what it does not hold is added to its table.
 
     Parameters
     ----------
     text : str
         TOML.
-    changes : mapping of str to number or str
-        Values by dotted key; `measured[1].file` is that of the second `[[measured]]`.
+    changes : mapping of str or tuple to number or str
+        Values by dotted key, or the names and places on the way to it: `measured[1].file` and
+        `("measured", 1, "file")` are both that of the second `[[measured]]`.
 
     Raises
     ------
@@ -34,16 +39,15 @@ def rewritten(text: str, changes: Mapping[str, float | str]) -> str:
     except (TOMLKitError, ValueError, LookupError, TypeError, AttributeError):
         said = False
     if not said:
-        keys = ", ".join(changes)
+        keys = ", ".join(key if isinstance(key, str) else dotted(key) for key in changes)
         raise InputError(f"the text of the study cannot be changed: set {keys} in it yourself")
     return made
 
 
-def _set(tables: Any, changes: Mapping[str, float | str]) -> None:
+def _set(tables: Any, changes: Changes) -> None:
     for key, value in changes.items():
+        *path, last = path_of(key) if isinstance(key, str) else key
         table = tables
-        *path, last = key.split(".")
         for name in path:
-            bare, _, place = name.rstrip("]").partition("[")
-            table = table[bare][int(place)] if place else table.setdefault(bare, {})
+            table = table[name] if isinstance(name, int) else table.setdefault(name, {})
         table[last] = value

@@ -21,6 +21,7 @@ from vanelock.results.files.redrawn import OutputFiles
 from vanelock.stages.assessment.stability import verdicts_along
 from vanelock.stages.campbell.campbell import Campbell
 from vanelock.stages.parts.components import PARTS
+from vanelock.stages.parts.loads import growth
 from vanelock.stages.parts.recoveries import recovery_step
 from vanelock.stages.plan import Planned
 from vanelock.stages.response.monitor import Monitor
@@ -231,7 +232,9 @@ class RunData:
         k = int(top.harmonic_diameters[h])
         parts = [self.stages.get(each.part(part, k)) for part in PARTS]
         coordinates = rom.split(*parts, np.asarray(top.x[h][0], complex))[0]
-        return np.asarray(self.recovery(each, "vane", k).stress(coordinates, k))
+        recovery = self.recovery(each, "vane", k)
+        grown = None if h else growth(each.case.study, "vane", recovery.model.part)
+        return np.asarray(recovery.stress(coordinates, k, growth=grown))
 
     def harmonic(self, each: Planned, h: int) -> list[Shape]:
         """Harmonic h of both parts' displacement at a case's peak, m."""

@@ -148,6 +148,8 @@ class Record:
             self._file.put(file, f"{where}/preload", static, {})
             if solved.other is not None:
                 self._file.put(file, f"{where}/lower", solved.other, {})
+            if solved.by_cause is not None:
+                self._file.put(file, f"{where}/preload_by_cause", solved.by_cause, {})
             if solved.bounds is not None:
                 self._file.put(file, f"{where}/bounds", solved.bounds, {})
             for each, stability in zip((where, f"{where}/lower"), solved.stability, strict=False):

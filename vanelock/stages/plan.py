@@ -21,9 +21,17 @@ from vanelock.stages.accuracy.mesh_errors import MeshErrors, mesh_errors_step
 from vanelock.stages.matrices import steps as of_matrices
 from vanelock.stages.matrices.gather import gathered
 from vanelock.stages.parts.adaptive import adaptive_step
-from vanelock.stages.parts.components import PARTS, diameters, reference_step, rom_step
-from vanelock.stages.parts.diameters import casing_step, diameter_of, shared_step
+from vanelock.stages.parts.components import (
+    PARTS,
+    casing_step,
+    diameter_of,
+    diameters,
+    reference_step,
+    rom_step,
+    shared_step,
+)
 from vanelock.stages.parts.gauges import Gauges, gauges_step
+from vanelock.stages.parts.loads import at_rest_step, loads_of
 from vanelock.stages.parts.meshes import mesh_step
 from vanelock.stages.parts.nodal_diameters import linear_steps
 from vanelock.stages.parts.systems import (
@@ -240,6 +248,7 @@ def fixed(case: Case, wanted: Iterable[int], progress: Progress) -> Planned:
     bare = without_friction(study)
     own = (rom["casing"],)
     system, base = system_step(study, **rom, base=own), system_step(bare, **rom, base=own)
+    system = at_rest_step(system, (rom["vane"], rom["casing"]), loads_of(study))
     meshed = meshed_step(bare, **rom)
     modes = limits_step(study.response.mode, base, tuple(rom.values()), meshed)
     still = system_step(without_load(study), **rom, base=own) if is_loaded(study) else base

@@ -8,6 +8,7 @@ from vanelock.common.errors import InputError
 from vanelock.input.schema.assessment import BoundsKeys, StabilityKeys
 from vanelock.input.schema.comparison import CampbellKeys, Fit, MeasuredCurve
 from vanelock.input.schema.distributions import Distribution, Scatter
+from vanelock.input.schema.loads import RestLoadKeys
 from vanelock.input.schema.published import Campaign
 
 
@@ -49,6 +50,7 @@ def test_template_mentions_every_key():
     text = template_text()
     tables: dict[str, type[BaseModel]] = {
         "campaign": Campaign,
+        "loads": RestLoadKeys,
         "bounds": BoundsKeys,
         "stability": StabilityKeys,
         "campbell": CampbellKeys,
@@ -60,12 +62,13 @@ def test_template_mentions_every_key():
     for key, _ in leaves(Study().model_dump()):
         if key not in tables:
             assert f"{key.rpartition('.')[2]} = " in text, key
+    assert "# [loads.pressure]" in text
     for key in ("mesh", "unit", "tolerance", "kn_area", "kt_area"):
         assert f"# {key} = " in text, key
     for name, table in tables.items():
         _, _, after = text.partition(f"# [{name}]" if f"# [{name}]" in text else f"# [[{name}]]")
         own = after.partition("\n# [")[0]
-        for key in table.model_fields.keys() - {"keys"}:
+        for key in table.model_fields.keys() - {"keys", "pressure"}:
             inside = f" {key} = " if name == "scatter.keys" else f"\n# {key} = "
             assert inside in own, f"{name}.{key}"
 

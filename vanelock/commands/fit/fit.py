@@ -26,6 +26,7 @@ from vanelock.input.cases.values import with_values
 from vanelock.input.measured.curve import Measured, load_measured
 from vanelock.input.measured.units import DISPLACEMENT
 from vanelock.input.rewrite import rewritten
+from vanelock.input.schema.loads import files_named
 from vanelock.input.schema.study import Study
 from vanelock.pipeline.cache import Cache
 from vanelock.pipeline.progress import Begun, Finished, Listener, Notice, Trial, silent
@@ -217,32 +218,20 @@ def _files(
     except InputError as error:
         listener(Notice(f"fitted.toml is not written: {error}"))
         return files
-    if any(file.startswith("..") for file in _files_named(made).values()):
+    if any(file.startswith("..") for _, file in files_named(toml_tables(made, "study"))):
         listener(Notice("fitted.toml names files outside its folder: run it with --allow-outside"))
     return [*files, path / "fitted.toml"]
 
 
 def fitted_text(text: str, values: dict[str, float], beside: Path, folder: Path) -> str:
     """The study's text with fitted values, its files reachable from another folder."""
-    changes: dict[str, float | str] = {
+    changes: dict[Any, float | str] = {
         key: float(f"{value:.{DIGITS}g}") for key, value in values.items()
     }
-    for key, file in _files_named(text).items():
+    for location, file in files_named(toml_tables(text, "study")):
         if not os.path.isabs(file):
-            changes[key] = os.path.relpath(beside / file, folder).replace(os.sep, "/")
+            changes[location] = os.path.relpath(beside / file, folder).replace(os.sep, "/")
     return rewritten(text, changes)
-
-
-def _files_named(text: str) -> dict[str, str]:
-    """Files that a study's text names, by dotted key."""
-    data = toml_tables(text, "study")
-    found = {f"{part}.mesh": data.get(part, {}).get("mesh") for part in ("vane", "casing")}
-    measured = data.get("measured", [])
-    if isinstance(measured, dict):
-        found["measured.file"] = measured.get("file")
-    else:
-        found |= {f"measured[{i}].file": each.get("file") for i, each in enumerate(measured)}
-    return {key: file for key, file in found.items() if file is not None}
 
 
 def _panel(model: Rejoined, curve: Measured, after: dict[str, float]) -> render.FitPanel:

@@ -51,6 +51,7 @@ from vanelock.stages.assessment.bounds import BoundedPeak
 from vanelock.stages.campbell.campbell import Campbell, campbell
 from vanelock.stages.campbell.speed_lines import lines_step
 from vanelock.stages.matrices.steps import at_rest, motions_step
+from vanelock.stages.parts.by_cause import by_cause_step
 from vanelock.stages.parts.gauges import Strain
 from vanelock.stages.parts.temperature_speed import with_temperature_speeds
 from vanelock.stages.parts.temperatures import described
@@ -301,8 +302,7 @@ class OngoingRun:
         static = self.stages.get(planned.preload)
         found = [self._response(planned, step) for step in planned.responses]
         response, *others = by_height(found, self.shown.monitor)
-        if response is not found[0]:
-            planned = planned.turned()
+        planned = planned if response is found[0] else planned.turned()
         planned = planned.solved(response)
         strain = self._strain(planned, response)
         worth = None
@@ -310,8 +310,9 @@ class OngoingRun:
             worth = judged(planned, response, self.stages, self.shown.monitor)
         diagram, other = self._campbell(planned), next(iter(others), None)
         bounds = None if planned.bounds is None else self.stages.get(planned.bounds)
-        stability = tuple(map(self.stages.get, planned.stability))
-        return Solved(planned, static, response, strain, worth, diagram, other, bounds, stability)
+        pressed = None if (step := by_cause_step(planned)) is None else self.stages.get(step)
+        last = other, bounds, tuple(map(self.stages.get, planned.stability)), pressed
+        return Solved(planned, static, response, strain, worth, diagram, *last)
 
     def _response(self, planned: Planned, step: Step[Response]) -> Response:
         self._clock.begin(planned, step)
@@ -326,8 +327,8 @@ class OngoingRun:
         if planned.preload.key not in self._loose:
             self._loose[planned.preload.key] = undetermined(system, static)
             if system.contacts.springs.any() and self._few(len(self._loose), "preloads"):
-                table = listing.preload_table(planned.preload_name, system.contacts.joints, static)
-                self.listener(table)
+                for table in listing.preload_tables(planned.preload_name, system, solved):
+                    self.listener(table)
         self.shown.harmonics[case.name] = response.harmonics
         amplitude = self.shown.monitor.amplitude(response)
         peak = peak_of(response, amplitude)
@@ -385,9 +386,8 @@ class OngoingRun:
         def casing(nodal_diameter: int) -> Component:
             return self.stages.get(planned.part("casing", nodal_diameter))
 
-        return self.stages.get(planned.gauges).read(
-            response, self.stages.get(planned.rom["vane"]), casing
-        )
+        vane = self.stages.get(planned.rom["vane"])
+        return self.stages.get(planned.gauges).read(response, vane, casing)
 
     def _count(self, done: int, total: int | None, amplitude: float) -> None:
         """How far the bounds or the stability of a case are."""

@@ -17,7 +17,8 @@ from vanelock.common.checked import NotKnown, disagreements
 from vanelock.common.errors import InputError
 from vanelock.input.cases.names import valued
 from vanelock.input.cases.values import Given, path_of, value_at, with_values
-from vanelock.input.messages import explain, field_at, mistakes, reason, show, unknown
+from vanelock.input.messages import dotted, explain, field_at, mistakes, reason, show, unknown
+from vanelock.input.schema.loads import files_named
 from vanelock.input.schema.own_mesh import OwnCasing, OwnVane
 from vanelock.input.schema.study import Study
 from vanelock.input.settings import unit_of
@@ -213,10 +214,9 @@ def misfits(given: Given) -> list[str]:
 
 
 def _files(study: Study) -> Iterator[str]:
-    for name in ("vane", "casing"):
-        part = getattr(study, name)
-        if isinstance(part, OwnVane | OwnCasing) and not Path(part.mesh).is_file():
-            yield f"{name}.mesh = {show(part.mesh)}: no such file"
+    for location, file in files_named(study.model_dump(warnings=False)):
+        if location[0] != "measured" and not Path(file).is_file():
+            yield f"{dotted(location)} = {show(file)}: no such file"
 
 
 def _sectors(study: Study) -> None:

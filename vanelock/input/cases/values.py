@@ -18,18 +18,23 @@ G = TypeVar("G", bound=Given)
 
 VARIED = {"sweep", "rows", "scatter"}
 """Tables of what cases differ in, which a case has not."""
-_STEP = re.compile(r"([^.\[\]]+)((?:\[\d+\])*)")
+_STEP = re.compile(r'(?:"([^"]+)"|([^."\[\]]+))((?:\[\d+\])*)')
+_WORD = re.compile(r'(?:"[^"]*"|[^."])+')
 
 
 def path_of(key: str) -> Location:
-    """Names and places on the way to a key; a key that is not written as one stays whole."""
+    """Names and places on the way to a key; a key that is not written as one stays whole.
+
+    >>> path_of('loads.pressure."BLADE-1.SUCTION"'), path_of("measured[1].file")
+    (('loads', 'pressure', 'BLADE-1.SUCTION'), ('measured', 1, 'file'))
+    """
     path: list[str | int] = []
-    for word in key.split("."):
+    for word in (words := _WORD.findall(key)):
         found = _STEP.fullmatch(word)
         if found is None:
             return (key,)
-        path += [found[1], *(int(i) for i in re.findall(r"\d+", found[2]))]
-    return tuple(path)
+        path += [found[1] or found[2], *(int(i) for i in re.findall(r"\d+", found[3]))]
+    return tuple(path) if ".".join(words) == key else (key,)
 
 
 def value_at(given: Given, key: str) -> Any:

@@ -15,6 +15,7 @@ from vanelock.common.quantities import (
     Stiffness,
     Usual,
     Wear,
+    quantity,
     si,
 )
 from vanelock.input.schema.piecewise import ByTemperature
@@ -89,6 +90,9 @@ class Elastic(KeyTable):
         min_length=2,
         max_length=1000,
         description="Young's modulus by temperature [Pa]",
+    )
+    expansion: Annotated[float, quantity("1/K"), Usual(1e-7, 5e-5)] | None = Field(
+        default=None, gt=0, le=1e-3, description="thermal expansion [1/K]"
     )
     nu: float = Field(default=0.3, gt=-1, lt=0.5, description="Poisson's ratio")
     rho: Annotated[Density, Usual(50, 25e3)] = Field(

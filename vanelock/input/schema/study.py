@@ -18,13 +18,7 @@ from pydantic import (
 
 from vanelock.common.checked import Check
 from vanelock.common.cyclic import COMPONENTS
-from vanelock.common.quantities import (
-    Force,
-    Frequency,
-    Length,
-    Unbalance,
-    si,
-)
+from vanelock.common.quantities import Force, Frequency, Length, Unbalance, si
 from vanelock.common.tables import counted
 from vanelock.input.band import BAND_CHECKS
 from vanelock.input.schema.assessment import BoundsKeys, StabilityKeys, can_be_assessed
@@ -36,6 +30,7 @@ from vanelock.input.schema.comparison import (
     curves,
 )
 from vanelock.input.schema.distributions import Scatter
+from vanelock.input.schema.loads import LOAD_CHECKS, RestLoadKeys
 from vanelock.input.schema.own_mesh import OWN_MESH_CHECKS, Casing, OwnCasing, OwnVane, Vane
 from vanelock.input.schema.published import CAMPAIGN_CHECKS, Campaign
 from vanelock.input.schema.structure import (
@@ -279,6 +274,7 @@ class Study(KeyTable):
     casing: Casing = CasingDimensions()
     material: MaterialKeys = MaterialKeys()
     temperature: Temperature = Temperature()
+    loads: RestLoadKeys | None = Field(default=None, description="loads at rest")
     mesh: MeshKeys = MeshKeys()
     joints: Joints = Joints()
     rom: Rom = Rom()
@@ -391,6 +387,7 @@ class Study(KeyTable):
         _has_points_to_choose,
         can_be_assessed,
         *TEMPERATURE_CHECKS,
+        *LOAD_CHECKS,
         *COMPARISON_CHECKS,
         *CAMPAIGN_CHECKS,
         *BAND_CHECKS,

@@ -1,9 +1,10 @@
-"""Temperature of each part, uniform in it, by rotor speed; it acts through Young's modulus alone.
+"""Temperature of each part, uniform in it, by rotor speed: Young's modulus and thermal growth.
 
     K_part(n) = K_part · E(T_part(n)) / E
 
-with Poisson's ratio, density and the contacts' stiffness as given. Thermal expansion, the stress
-that it causes or that rotation causes, and temperatures that differ within a part are left out.
+with Poisson's ratio, density and the contacts' stiffness as given; growth where the materials have
+an expansion, at the temperatures of the response. Temperatures that differ within the vane act on
+its growth alone.
 """
 
 from collections.abc import Iterator
@@ -59,6 +60,12 @@ class Temperature(KeyTable):
 
     vane: ByRotorSpeed = Field(default=None, description="temperature [degC]")
     casing: ByRotorSpeed = Field(default=None, description="temperature [degC]")
+    field: str | None = Field(
+        default=None, min_length=1, max_length=4096, description="file of the vane's temperature"
+    )
+    reference: Annotated[float, Field(ge=COLDEST, le=HOTTEST)] = Field(
+        default=20.0, description="temperature at which nothing has grown [degC]"
+    )
     speed: Revolutions | None = Field(default=None, gt=0, le=1e6, description="rotor speed [rpm]")
 
     @property
@@ -103,6 +110,8 @@ def _has_the_moduli(study: Any) -> Iterator[str]:
         if known is None:
             continue
         moduli = getattr(study.material, part).E_at
+        if moduli is None and getattr(study.material, part).expansion:
+            continue  # it grows at the modulus as given
         if moduli is None:
             yield f"temperature.{part}: needs material.{part}.E_at, Young's modulus by temperature"
             continue

@@ -17,6 +17,7 @@ from vanelock.pipeline.step import Step, step
 from vanelock.quantities.curves_and_fields import RunData
 from vanelock.quantities.stress.fatigue import Cycle, cycle
 from vanelock.stages.parts.components import PARTS, model_step
+from vanelock.stages.parts.loads import growth
 from vanelock.stages.parts.meshes import mesh_step
 from vanelock.stages.plan import Planned
 from vanelock.stages.response.solved import as_solved
@@ -85,7 +86,9 @@ def harmonics_of(
         k = int(top.harmonic_diameters[h])
         joined = [run_data.stages.get(planned.part(each, k)) for each in PARTS]
         own = rom.split(*joined, np.asarray(top.x[h][0], complex))[PARTS.index(part)]
-        found.append(run_data.recovery(planned, part, k).stress(own, k))
+        recovery = run_data.recovery(planned, part, k)
+        grown = None if h else growth(planned.case.study, part, recovery.model.part)
+        found.append(recovery.stress(own, k, growth=grown))
     return np.stack(found)
 
 

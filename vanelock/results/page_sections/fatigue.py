@@ -93,8 +93,9 @@ def _method(content: PageContent) -> str:
 def _limits(content: PageContent) -> str:
     return (
         f"{_corners(content)}\n\n**Not in the strengths**: surface, size, scatter, corrosion, "
-        "casting defects. **Not in the stresses**: gas load, temperature, and anything but preload "
-        "and the excitation. Stresses of the casing are those of rest and first harmonic."
+        "casting defects. The mean stress is of what presses the joints at rest, gas loads and "
+        "heat among it where the study gives them, and what vibration does to it. Stresses of the "
+        "casing are those of rest and first harmonic."
     )
 
 

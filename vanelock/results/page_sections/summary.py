@@ -13,6 +13,7 @@ from vanelock.quantities.warnings import by_text, without_effect
 from vanelock.report import Answer, Answers, Section, Text
 from vanelock.report.blocks import Block
 from vanelock.results.case_table import case_row, case_table
+from vanelock.results.listing import by_cause_tables
 from vanelock.results.page_sections.content import PageContent
 from vanelock.results.page_sections.curves import response_plot
 from vanelock.results.page_sections.fatigue import assumed, case_flag
@@ -21,6 +22,7 @@ from vanelock.rom.joining.mesh_excess import DOUBT
 from vanelock.stages.accuracy.amplitude_errors import amplitude_error
 from vanelock.stages.accuracy.evidence import amplitude_errors_of
 from vanelock.stages.accuracy.neglected import neglected_harmonics_step
+from vanelock.stages.parts.by_cause import by_cause_step
 from vanelock.stages.plan import Planned
 from vanelock.stages.response.summary import Summary
 
@@ -39,7 +41,15 @@ def summary(content: PageContent) -> Section:
     warned = warnings(content)
     if warned:
         blocks.append(Text("**Be careful.** " + "\n\n".join(warned)))
-    return Section("Summary", [*blocks, cases(content)], id="summary")
+    return Section("Summary", [*blocks, cases(content), *_by_cause(content)], id="summary")
+
+
+def _by_cause(content: PageContent) -> list[Table]:
+    """What presses the joints of the case that is looked into, if not interference alone."""
+    if content.main is None or (step := by_cause_step(content.main.planned)) is None:
+        return []
+    planned = content.main.planned
+    return by_cause_tables(words(planned.preload_name), content.run_data.stages.get(step))
 
 
 def answers_of(content: PageContent) -> list[Answer]:

@@ -24,8 +24,7 @@ from vanelock.mesh import Part
 from vanelock.pipeline.step import Step, step
 from vanelock.rom import Component, MeshExcess, System
 from vanelock.rom.joining.mesh_excess import DOUBT
-from vanelock.stages.parts.components import PARTS
-from vanelock.stages.parts.diameters import diameter_of
+from vanelock.stages.parts.components import PARTS, diameter_of
 from vanelock.stages.parts.meshes import mesh_step
 from vanelock.stages.parts.systems import ESTIMATED, excess_steps
 from vanelock.stages.response.limits import Limits, frequencies

@@ -21,8 +21,13 @@ from vanelock.stages.accuracy.amplitude_errors import amplitude_error, amplitude
 from vanelock.stages.accuracy.budget import Budget, budget, pins
 from vanelock.stages.accuracy.mesh_errors import mesh_errors_step
 from vanelock.stages.accuracy.mesh_sizes import DOFS, most_dofs, unknowns
-from vanelock.stages.parts.components import PARTS, model_step, reference_step
-from vanelock.stages.parts.diameters import casing_step, diameter_of
+from vanelock.stages.parts.components import (
+    PARTS,
+    casing_step,
+    diameter_of,
+    model_step,
+    reference_step,
+)
 from vanelock.stages.parts.meshes import mesh_step
 from vanelock.stages.parts.nodal_diameters import linear_steps
 from vanelock.stages.parts.systems import united_step

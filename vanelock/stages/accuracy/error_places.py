@@ -16,8 +16,7 @@ from vanelock.input.schema.own_mesh import OwnCasing, OwnVane
 from vanelock.mesh import Part
 from vanelock.pipeline.step import Step, step
 from vanelock.rom import Component, System
-from vanelock.stages.parts.components import PARTS
-from vanelock.stages.parts.diameters import diameter_of
+from vanelock.stages.parts.components import PARTS, diameter_of
 from vanelock.stages.parts.recoveries import recovery_step
 from vanelock.stages.plan import Planned
 from vanelock.stages.response.limits import Limits

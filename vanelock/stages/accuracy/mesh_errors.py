@@ -21,8 +21,7 @@ from vanelock.input.schema.study import Study
 from vanelock.pipeline.step import Step, step
 from vanelock.rom import Component, System
 from vanelock.rom.joining.mesh_excess import DOUBT
-from vanelock.stages.parts.components import rom_step
-from vanelock.stages.parts.diameters import casing_step, diameter_of
+from vanelock.stages.parts.components import casing_step, diameter_of, rom_step
 from vanelock.stages.parts.recoveries import recovery_step
 from vanelock.stages.parts.systems import ESTIMATED, joined_step, without_friction
 from vanelock.stages.response.limits import Limits

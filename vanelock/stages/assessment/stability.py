@@ -22,7 +22,7 @@ from vanelock.pipeline.step import Step, step
 from vanelock.rom import System
 from vanelock.stages.assessment.bounds import Count
 from vanelock.stages.matrices import steps as of_matrices
-from vanelock.stages.parts.diameters import casing_step
+from vanelock.stages.parts.components import casing_step
 from vanelock.stages.parts.systems import joined_step, system_step
 from vanelock.stages.plan import Planned
 from vanelock.stages.response.monitor import monitor

@@ -15,7 +15,7 @@ from vanelock.pipeline.step import Step, step
 from vanelock.rom import System
 from vanelock.stages.accuracy.budget import Budget
 from vanelock.stages.accuracy.mesh_errors import MeshErrors
-from vanelock.stages.parts.diameters import casing_step
+from vanelock.stages.parts.components import casing_step
 from vanelock.stages.parts.nodal_diameters import LinearSteps
 from vanelock.stages.parts.systems import united_step
 from vanelock.stages.response.limits import frequencies

@@ -15,9 +15,10 @@ from vanelock.input.band import LEAST, asked_by, least_band, softest
 from vanelock.input.cases.values import Given
 from vanelock.input.schema.structure import Rom
 from vanelock.input.schema.study import Study
-from vanelock.mesh import Part
+from vanelock.mesh import Part, VaneDimensions
 from vanelock.pipeline.step import SHARED, Step, step
 from vanelock.rom import Component
+from vanelock.stages.parts.loads import RestLoad, loads_of, strained, unit_load
 from vanelock.stages.parts.meshes import mesh_step
 from vanelock.stages.parts.temperatures import modulus, reference
 
@@ -56,19 +57,47 @@ def reference_step(study: Study, part: str) -> Step[Model]:
 def rom_step(
     study: Study, part: str, diameters: Iterable[int], prepared: Step[Any] | None = None
 ) -> Step[Component]:
-    """Reduced model of a part at its temperature; the casing's at the given nodal diameters."""
+    """Reduced model of a part at its temperature; the casing's at the given nodal diameters.
+
+    With loads at rest in unit size, see `vanelock.stages.parts.loads`.
+    """
     reduced = reduced_step(study, part, diameters, prepared)
-    return stiffened_step(reduced, part, modulus(study, part) / reference(study, part))
+    loads = loads_of(study) if part == "vane" else ()
+    factor = modulus(study, part) / reference(study, part)
+    return stiffened_step(reduced, part, factor, strained(loads))
+
+
+def casing_step(study: Study, nodal_diameter: int) -> Step[Component]:
+    """The casing reduced at one nodal diameter, 0 to N/2, so that a run may stop in time.
+
+    Each is a step of its own; what all of them share is computed when the first of them is.
+    """
+    return rom_step(study, "casing", [nodal_diameter], shared_step(study))
+
+
+def shared_step(study: Study) -> Step[Any] | None:
+    """What all nodal diameters of the casing share, None by a route that has no such thing."""
+    return None if study.rom.route == "paper" else prepared_step(study, "casing")
+
+
+def diameter_of(study: Study, harmonic: int) -> int:
+    """Nodal diameter of a harmonic, 0 to N/2: k and N - k are one another's conjugates."""
+    return folded(harmonic * study.excitation.engine_order, study.ring.sectors)
 
 
 @lru_cache(maxsize=SHARED)
-def stiffened_step(reduced: Step[Component], part: str, factor: float) -> Step[Component]:
-    """A reduced part whose modulus is another; scaling takes no time, so it is not kept."""
+def stiffened_step(
+    reduced: Step[Component], part: str, factor: float, strained: tuple[str, ...] = ()
+) -> Step[Component]:
+    """A reduced part whose modulus is another; scaling takes no time, so it is not kept.
+
+    With the names of its loads at rest that are of thermal strain.
+    """
     if factor == 1:
         return reduced
 
     def compute(component: Component) -> Component:
-        return rom.stiffened(component, factor)
+        return rom.stiffened(component, factor, strained)
 
     name, inputs = f"rom {part}, modulus", {"factor": factor}
     return step(name, "rom", inputs, Component, (reduced,), compute, False, True)
@@ -96,7 +125,7 @@ def reduced_step(
 ) -> Step[Component]:
     """Reduced model of a part with its modulus of reference.
 
-    With what its nodal diameters share `prepared`, see `vanelock.stages.parts.diameters`.
+    With what its nodal diameters share `prepared`, see `casing_step`.
 
     Where an accuracy is asked for and no band, the vane's tenth elastic mode ends it for both, or
     the highest frequency that the study asks for (`vanelock.input.band`) where that is higher; a
@@ -108,7 +137,9 @@ def reduced_step(
     least = least_band(asked_by(study), softest(study), LEAST) if follows else None
     own = (masters(study, part), averaged(study, part), options, least, model)
     if part == "vane":
-        return _reduced_vane(*own, prepared_step(study, part))
+        shape = study.vane if isinstance(study.vane, VaneDimensions) else None
+        loads = tuple(load.unit for load in loads_of(study))
+        return _reduced_vane(*own, prepared_step(study, part), loads, shape)
     vane = reduced_step(study, "vane", ()) if follows else None
     return _reduced_casing(*own, tuple(sorted(diameters)), vane, prepared)
 
@@ -121,15 +152,19 @@ def _reduced_vane(
     least: float | None,
     model: Step[Model],
     prepared: Step[Any],
+    loads: tuple[RestLoad, ...],
+    shape: VaneDimensions | None,
 ) -> Step[Component]:
     inputs: dict[str, Any] = {"masters": kept, **options.of("vane"), "averaged": means}
     if least is not None:
         inputs["least"] = least
 
     def compute(model: Model, prepared: Any) -> Component:
-        return rom.reduce(model, **inputs, prepared=prepared).shortened()
+        found = {load.name: unit_load(model, shape, load) for load in loads}
+        return rom.reduce(model, **inputs, prepared=prepared, loads=found).shortened()
 
-    return step("rom vane", "rom", inputs, Component, (model, prepared), compute)
+    given = {**inputs, "loads": [load.name for load in loads]} if loads else inputs
+    return step("rom vane", "rom", given, Component, (model, prepared), compute)
 
 
 @lru_cache(maxsize=SHARED)

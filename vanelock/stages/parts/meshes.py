@@ -85,18 +85,21 @@ def _read_step(study: Study, part: str, own: OwnVane | OwnCasing) -> Step[OwnPar
     """A user's mesh with its sets; its key holds what the file contains, not where it is."""
     digest = content_digest(own.mesh)
     interlock, sets = study.joints.interlock.enabled, chosen_sets(own)
+    loaded = tuple(study.loads.pressure) if study.loads is not None and part == "vane" else ()
 
     def compute() -> OwnPart:
         found = mesh.read_mesh(own.mesh, own.unit)
         if content_digest(own.mesh) != digest:
             raise InputError(f"{own.mesh}: changed while it was read: run again")
-        return own_part(found, part, sets, interlock)
+        return own_part(found, part, sets, interlock, loaded)
 
-    inputs = {
+    inputs: dict[str, Any] = {
         "contents": digest,
         "format": Path(own.mesh).suffix.lower(),
         "unit": own.unit,
         "sets": sets,
         "interlock": interlock,
     }
+    if loaded:
+        inputs["loaded"] = loaded
     return step(f"read {part}", "mesh", inputs, OwnPart, (), compute, False)

@@ -6,8 +6,7 @@ from vanelock.input.schema.study import Study
 from vanelock.nonlinear import HarmonicModes, Response
 from vanelock.pipeline.step import Step
 from vanelock.rom import Component, System
-from vanelock.stages.parts.components import rom_step
-from vanelock.stages.parts.diameters import casing_step, diameter_of
+from vanelock.stages.parts.components import casing_step, diameter_of, rom_step
 from vanelock.stages.parts.systems import joined_step, meshed_step, without_friction
 from vanelock.stages.response.limits import Limits
 from vanelock.stages.response.responses import (

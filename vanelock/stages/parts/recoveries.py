@@ -8,8 +8,7 @@ from vanelock.fem import Model
 from vanelock.input.schema.study import Study
 from vanelock.pipeline.step import SHARED, Step, step
 from vanelock.rom import Component
-from vanelock.stages.parts.components import model_step, prepared_step
-from vanelock.stages.parts.diameters import shared_step
+from vanelock.stages.parts.components import model_step, prepared_step, shared_step
 
 
 def recovery_step(

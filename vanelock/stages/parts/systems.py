@@ -19,8 +19,7 @@ from vanelock.pipeline.step import SHARED, Step, step
 from vanelock.rom import Component, Joint, MeshExcess, SpaceExcess, System
 from vanelock.rom.joining.mesh_excess import MODES
 from vanelock.rom.system.system import Matrix
-from vanelock.stages.parts.components import model_step, rom_step
-from vanelock.stages.parts.diameters import casing_step, diameter_of
+from vanelock.stages.parts.components import casing_step, diameter_of, model_step, rom_step
 from vanelock.stages.parts.recoveries import recovery_step
 
 Floats: TypeAlias = NDArray[np.float64]
@@ -48,8 +47,9 @@ class Joining(NamedTuple):
     damping: tuple[float | None, str]
 
     def join(self, vane: Component, casing: Component) -> System:
-        """The system of a vane and a casing."""
+        """The system of a vane and a casing, without loads at rest."""
         ratio, joints = self.damping
+        vane, casing = replace(vane, loads=None), replace(casing, loads=None)
         return rom.join(vane, casing, self.joints, self.excitation, ratio, damping_joints=joints)
 
 

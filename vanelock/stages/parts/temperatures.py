@@ -15,7 +15,7 @@ def modulus(study: Study, part: str, speed: float | None = None) -> float:
         If the temperatures depend on the speed and there is none.
     """
     heat, metal = study.temperature, getattr(study.material, part)
-    if getattr(heat, part) is None:
+    if getattr(heat, part) is None or metal.E_at is None:
         return float(metal.E)
     speed = heat.speed if speed is None else speed
     if speed is None and isinstance(getattr(heat, part), tuple):

@@ -12,6 +12,7 @@ from vanelock.stages.accuracy.errors import Errors
 from vanelock.stages.accuracy.left_out import LeftOut
 from vanelock.stages.assessment.bounds import BoundedPeak
 from vanelock.stages.campbell.campbell import Campbell
+from vanelock.stages.parts.by_cause import LoadsByCause
 from vanelock.stages.parts.gauges import Strain
 from vanelock.stages.plan import Planned
 
@@ -43,6 +44,8 @@ class Solved:
         Bounds of the peak over static friction, where asked for.
     stability : tuple of Stability
         Of `response` and of `other`, where asked for.
+    by_cause : LoadsByCause or None
+        The joints' loads at rest, where other things than interference press them.
     """
 
     planned: Planned
@@ -54,6 +57,7 @@ class Solved:
     other: Response | None = None
     bounds: BoundedPeak | None = None
     stability: tuple[Stability, ...] = ()
+    by_cause: LoadsByCause | None = None
 
 
 def attempt(compute: Callable[[A], C], planned: A, name: str, stages: Stages) -> C:

@@ -11,8 +11,7 @@ from vanelock.commands.compare.comparison import compared
 from vanelock.pipeline.cache import Cache
 from vanelock.pipeline.step import Stages
 from vanelock.results.reading.contents import load_run
-from vanelock.stages.parts.components import rom_step
-from vanelock.stages.parts.diameters import shared_step
+from vanelock.stages.parts.components import rom_step, shared_step
 from vanelock.stages.parts.systems import system_step
 
 STUDY = """

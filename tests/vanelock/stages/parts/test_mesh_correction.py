@@ -15,8 +15,7 @@ from vanelock.pipeline.progress import silent
 from vanelock.pipeline.step import Stages
 from vanelock.rom.joining.mesh_excess import MODES
 from vanelock.stages.campbell.campbell import Campbell
-from vanelock.stages.parts.components import rom_step
-from vanelock.stages.parts.diameters import casing_step
+from vanelock.stages.parts.components import casing_step, rom_step
 from vanelock.stages.parts.recoveries import recovery_step
 from vanelock.stages.parts.systems import excess_steps
 from vanelock.stages.response.limits import Limits

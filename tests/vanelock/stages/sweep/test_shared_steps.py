@@ -13,7 +13,7 @@ from vanelock.pipeline.cache import Cache, key_of
 from vanelock.pipeline.executor.tasks import reachable
 from vanelock.pipeline.progress import silent
 from vanelock.pipeline.step import Stages
-from vanelock.stages.parts import components, diameters, meshes, systems
+from vanelock.stages.parts import components, meshes, systems
 from vanelock.stages.plan import fixed, plan, shared_diameters
 from vanelock.stages.response import responses
 from vanelock.stages.sweep.graph import bundle, jobs, steps_of
@@ -45,7 +45,7 @@ def names_of(planned):
 
 def forget():
     """All steps that cases share."""
-    for module in (meshes, components, diameters, systems, responses):
+    for module in (meshes, components, systems, responses):
         for value in vars(module).values():
             if hasattr(value, "cache_clear"):
                 value.cache_clear()

@@ -1,0 +1,184 @@
+"""Gas and heat at rest in a study: resultants, growth, fields from files, and what is kept."""
+
+from dataclasses import replace
+from typing import Any
+
+import h5py
+import numpy as np
+import pytest
+
+from tests.mesh.conftest import RADIUS, SECTORS, ring_sectors
+from vanelock import parse_study, run_study
+from vanelock.common.errors import InputError
+from vanelock.common.tables import Table
+from vanelock.input.cases.sweep import cases
+from vanelock.pipeline.cache import Cache
+from vanelock.pipeline.step import Stages
+from vanelock.stages.parts.by_cause import by_cause_step
+from vanelock.stages.parts.components import model_step, reduced_step
+from vanelock.stages.parts.loads import growth
+from vanelock.stages.parts.recoveries import recovery_step
+from vanelock.stages.plan import plan
+
+HEAT = """
+[material.vane]
+expansion = 1.3e-5
+[material.casing]
+expansion = 1.2e-5
+[temperature]
+casing = 600
+reference = 100
+"""
+COARSE = '[mesh]\nsize = "coarse"\n[response]\nharmonics = 1\n'
+GAS = "[loads]\naxial = 20\ntangential = -15\ntorque = 0.1\n"
+EPSILON = 1.3e-5 * (620 - 100) - 1.2e-5 * (600 - 100)
+
+
+@pytest.fixture
+def stages(tmp_path):
+    """Where products come from, kept in a folder of the test's own."""
+    return Stages(Cache(tmp_path / "cache", lambda event: None), lambda event: None)
+
+
+def planned_of(study):
+    return plan(cases(study), lambda *_: None)[0]
+
+
+@pytest.mark.slow
+def test_joints_hold_a_segment_against_gas(stages):
+    study = parse_study(COARSE + GAS)
+    found = stages.get(by_cause_step(planned_of(study)))
+    assert found.causes == ("interference", "gas")
+    assert found.converged.all()
+    assert found.resultant[0] == pytest.approx(4 * 20, rel=1e-9)
+    middle = 0.5 * (study.vane.inner_shroud_outer_radius + study.vane.outer_shroud_inner_radius)
+    assert found.resultant[1] == pytest.approx(4 * -15 * middle, rel=0.01)
+    assert np.abs(found.reaction.sum(axis=0) + found.resultant).max() < 1e-9 * 4 * 15 * middle
+    assert np.abs(found.reaction[1]).max() < 1e-9  # of neighbours on each other
+    none = planned_of(parse_study(COARSE))
+    assert by_cause_step(none) is None
+    rest, contacts = stages.get(none.preload), stages.get(none.system).contacts
+    normal = [rest.force[0, 0, contacts.of(name), 0].real.sum() for name in found.joints]
+    assert np.allclose(found.normal[0], normal, rtol=1e-5)  # a reduction without static answers
+
+
+@pytest.mark.slow
+def test_a_free_vane_grows_without_stress(stages):
+    study = parse_study(COARSE + HEAT + "vane = 620\n")
+    planned = planned_of(study)
+    vane = stages.get(planned.part("vane", 0))
+    load, K = EPSILON * vane.loads["heat"].real, vane.at(0).K.real
+    x = np.zeros(vane.size)
+    at = vane.dofs(vane.masters.nodes)
+    x[at] = EPSILON * vane.masters.points
+    inside = np.setdiff1d(np.arange(vane.size), at)
+    x[inside] = np.linalg.solve(K[np.ix_(inside, inside)], load[inside])
+    assert np.abs(load - K @ x).max() < 1e-9 * np.abs(load).max()
+    recovery = stages.get(recovery_step(study, "vane", planned.part("vane", 0)))
+    part = recovery.model.part
+    assert np.abs(recovery.displacement(x, 0) - EPSILON * part.points).max() < 1e-6 * EPSILON
+    stress = recovery.stress(x, 0, growth=growth(study, "vane", part))
+    assert np.abs(stress).max() < 1e-4 * study.material.vane.E * EPSILON  # single precision inside
+    assert growth(study, "casing", part) is None
+
+
+@pytest.mark.slow
+def test_other_sizes_reduce_nothing_again(stages):
+    study = parse_study(COARSE + GAS + HEAT + "vane = 620\n")
+    other = parse_study(COARSE + GAS.replace("20", "30") + HEAT + "vane = 640\n")
+    assert reduced_step(study, "vane", ()).key == reduced_step(other, "vane", ()).key
+    assert planned_of(study).system.key != planned_of(other).system.key
+    assert planned_of(study).linear.key == planned_of(other).linear.key
+
+
+@pytest.fixture
+def ring(tmp_path, monkeypatch, lattice, write_mesh):
+    """Function that parses a study of a ring with meshes from files, the vane's with a set end."""
+    text = f"[ring]\nsectors = {SECTORS}\n"
+    for name in ("vane", "casing"):
+        part = ring_sectors(lattice)(name, "hexahedron20")
+        if name == "vane":
+            end = np.flatnonzero(np.abs(part.points[:, 2] - 0.2) < 1e-9)
+            part = replace(part, node_sets=part.node_sets | {"end": end})
+        called = write_mesh(tmp_path / f"{name}.vtu", part)
+        own = {wanted: found for wanted, found in called.items() if wanted != "end"}
+        text += f'[{name}]\nmesh = "{name}.vtu"\nunit = "mm"\n'
+        text += f"[{name}.sets]\n" + "".join(f"{k} = {v!r}\n" for k, v in own.items())
+    text += '[joints.interlock]\npatch = "node"\n[rom]\nvane_modes = 6\ncasing_modes = 6\n'
+    text += "[response]\nharmonics = 1\n"
+    monkeypatch.chdir(tmp_path)
+    return lambda more: parse_study(text + more)
+
+
+END = (RADIUS**2 - (RADIUS - 0.1) ** 2) * np.pi / SECTORS
+"""Area of a sector's end, m²."""
+
+
+def test_pressure_on_a_set_and_from_a_file(ring, stages, tmp_path):
+    """The same constant either way; its resultant is p A, which the joints balance."""
+    study = ring('[loads.pressure]\nend = "2 bar"\n')
+    found = stages.get(by_cause_step(planned_of(study)))
+    assert found.resultant[0] == pytest.approx(-2e5 * END, rel=1e-5)
+    assert np.abs(found.reaction.sum(axis=0) + found.resultant).max() < 1e-9 * 2e5 * END
+
+    rows = [f"{x},{y},200,0.2\n" for x in range(700, 1001, 50) for y in range(-300, 301, 50)]
+    file = tmp_path / "flow.csv"
+    file.write_text("x (mm),y (mm),z (mm),pressure (MPa)\n" + "".join(rows))
+    study = ring('[loads.pressure]\nend = "flow.csv"\n')
+    planned = planned_of(study)
+    again = stages.get(by_cause_step(planned))
+    assert np.allclose(again.normal, found.normal, rtol=1e-9)
+    assert np.allclose(again.resultant, found.resultant, rtol=1e-12)
+
+    file.rename(tmp_path / "moved.csv")
+    moved = ring('[loads.pressure]\nend = "moved.csv"\n')
+    assert planned_of(moved).system.key == planned.system.key
+    (tmp_path / "moved.csv").write_text(
+        (tmp_path / "moved.csv").read_text().replace("200,0.2", "200,0.3")
+    )
+    harder = stages.get(by_cause_step(planned_of(moved)))
+    assert harder.resultant[0] == pytest.approx(1.5 * found.resultant[0], rel=1e-9)
+
+
+def test_a_uniform_field_of_temperature_is_one_number(ring, stages, tmp_path):
+    one = stages.get(planned_of(ring(HEAT + "vane = 620\n")).preload)
+    rows = [
+        f"{x},{y},{z},893.15\n"
+        for x in range(900, 1001, 50)
+        for y in range(-250, 251, 50)
+        for z in range(0, 201, 50)
+    ]
+    (tmp_path / "t.csv").write_text("x (mm),y (mm),z (mm),temperature (K)\n" + "".join(rows))
+    study = ring(HEAT.replace("casing = 600", 'casing = 600\nfield = "t.csv"'))
+    field = stages.get(planned_of(study).preload)
+    assert np.abs(one.force[0] - field.force[0]).max() < 1e-8 * np.abs(one.force[0]).max()
+    part = stages.get(model_step(study, "vane")).part
+    assert np.abs(np.asarray(growth(study, "vane", part)) / EPSILON - 1).max() < 1e-9
+
+
+def test_what_does_not_fit_is_refused(ring, stages, tmp_path):
+    (tmp_path / "far.csv").write_text("x,y,z,pressure\n0,0,0,1\n0,0,1,1\n")
+    for more, line in (
+        ('end = "far.csv"', r"far\.csv: the node at .* lies .* are the units and axes"),
+        ("none = 3", r"vane\.vtu: no set none for vane\.none; it has"),
+        ("output = 3", r"vane: no face of the surface has all its nodes in 'output'"),
+    ):
+        with pytest.raises(InputError, match=line):
+            stages.get(planned_of(ring(f"[loads.pressure]\n{more}\n")).preload)
+
+
+def test_a_joint_that_lifts_is_shown(ring, tmp_path):
+    """Growth the other way opens what interference had closed: table, results, page."""
+    events: list[Any] = []
+    study = ring(HEAT + "vane = 400\n[outputs]\nshapes = false\nloops = false\n")
+    run_study(study, tmp_path / "run", events.append)
+    tables = {each.title: each for each in events if isinstance(each, Table)}
+    causes = tables["Preload by cause"]
+    rows: dict[Any, Any] = {row[0]: row for row in causes.rows}
+    assert rows["interlock"][-2] == 0 < rows["interlock"][1]
+    assert "heat opens 23 of interlock's 23 contacts" in causes.notes
+    assert tables["Reactions at rest"].rows[-1][0] == "sum"
+    with h5py.File(tmp_path / "run" / "results.h5") as file:
+        group = file["response/nominal/preload_by_cause"]
+        assert np.allclose(group["normal"][-1], [rows[name][-2] for name in ("hook", "interlock")])
+    assert "Preload by cause" in (tmp_path / "run" / "report.html").read_text()

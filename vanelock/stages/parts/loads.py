@@ -1,0 +1,198 @@
+"""Loads at rest of a study's vane: gas forces and pressures, and growth against the casing.
+
+Clamped flanges grow with the casing, as the rings beside it do. Measured from there the casing has
+no thermal strain, and the vane that by which it would outgrow the casing:
+
+    ε(x) = α_vane (T_vane(x) - T_ref) - α_casing (T_casing - T_ref).
+
+A vane is reduced with each load in unit size, and scaled loads act on the system: neither other
+loads nor other temperatures reduce anything again, but for those that a file holds, nor do limits
+without them change.
+"""
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vanelock import fem
+from vanelock.common.errors import InputError
+from vanelock.fem import Model
+from vanelock.fem.loads.pressure import faces_of
+from vanelock.fem.loads.traction import centroid
+from vanelock.input.schema.loads import GAS, grows
+from vanelock.input.schema.study import Study
+from vanelock.input.schema.temperature import PARTS
+from vanelock.mesh import Part, VaneDimensions
+from vanelock.mesh.files.nodal_field import nodal_field
+from vanelock.mesh.geometry.aerofoil_faces import aerofoil_faces
+from vanelock.pipeline.cache import content_digest
+from vanelock.pipeline.step import SHARED, Step, step
+from vanelock.rom import Component, Force, System, rest_loads
+from vanelock.rom.component import carrying
+from vanelock.rom.system.system import Matrix
+
+Array = NDArray[np.float64]
+
+HEAT = "heat"
+
+
+@dataclass(frozen=True)
+class RestLoad:
+    """A load at rest of a vane.
+
+    Attributes
+    ----------
+    cause : str
+        "gas" or "heat".
+    name : str
+        Which it is; with the digest of what its file holds.
+    size : float
+        Times its unit: N, N m, Pa, thermal strain; of a field's 1, or the vane's expansion, 1/K.
+    faces : str
+        Set that a pressure acts on.
+    file : str
+        Of a field, which may be moved.
+    """
+
+    cause: str
+    name: str
+    size: float = 1.0
+    faces: str = ""
+    file: str = ""
+
+    @property
+    def unit(self) -> "RestLoad":
+        """The same in unit size."""
+        return replace(self, size=1.0)
+
+
+def loads_of(study: Study) -> tuple[RestLoad, ...]:
+    """Loads at rest of the vane of a study.
+
+    Raises
+    ------
+    InputError
+        If the file of a field cannot be read.
+    """
+    return (*_gas(study), *_heat(study))
+
+
+def _gas(study: Study) -> Iterator[RestLoad]:
+    if study.loads is None:
+        return
+    for name in GAS:
+        if size := getattr(study.loads, name):
+            yield RestLoad("gas", name, float(size))
+    for faces, value in study.loads.pressure.items():
+        if isinstance(value, str):
+            name = f"pressure {content_digest(value)}"
+            yield RestLoad("gas", f"{name} on {faces}", faces=faces, file=value)
+        elif value:
+            yield RestLoad("gas", f"pressure on {faces}", float(value), faces)
+
+
+def _heat(study: Study) -> Iterator[RestLoad]:
+    if not grows(study):
+        return
+    yield RestLoad(HEAT, HEAT, _uniform(study))
+    if file := study.temperature.field:
+        size = study.material.vane.expansion or 0.0
+        yield RestLoad(HEAT, f"{HEAT} {content_digest(file)}", size, file=file)
+
+
+def _uniform(study: Study) -> float:
+    """Thermal strain over the casing's, that of a field of degC in the vane left out."""
+    known, found = study.temperature, []
+    for name in PARTS:
+        at = 0.0 if name == "vane" and known.field else known.of(name, known.speed or 0.0)
+        assert at is not None
+        found.append(getattr(study.material, name).expansion * (at - known.reference))
+    return float(found[0] - found[1])
+
+
+def growth(study: Study, name: str, part: Part) -> float | Array | None:
+    """Thermal strain of a part over the casing's, (nodes,) where its temperature is a field.
+
+    At the temperatures of the response; None where nothing grows.
+    """
+    if name == "casing" or not grows(study):
+        return None
+    whole, expansion = _uniform(study), study.material.vane.expansion
+    if study.temperature.field is None or expansion is None:
+        return whole
+    return np.asarray(whole + expansion * _temperatures(study.temperature.field, part))
+
+
+def _temperatures(file: str, part: Part) -> Array:
+    return nodal_field(Path(file), "temperature", "degC", part.points)
+
+
+def unit_load(model: Model, dimensions: VaneDimensions | None, load: RestLoad) -> Array:
+    """Nodal loads (n,) of a unit: 1 N or 1 N m on each aerofoil, 1 Pa, thermal strain 1.
+
+    Of a field of pressure in Pa, or of the thermal strain that a field of degC is for 1/K.
+
+    Raises
+    ------
+    InputError
+        If the file of a field cannot be read, does not belong to the part, or changed.
+    """
+    part, found = model.part, np.empty(0)
+    if load.cause == HEAT:
+        found = fem.thermal(model, _temperatures(load.file, part) if load.file else 1.0)
+    elif load.faces:
+        value: float | Array = 1.0
+        if load.file:
+            value, on = np.zeros(len(part.points)), np.unique(faces_of(part, load.faces))
+            value[on] = nodal_field(Path(load.file), "pressure", "Pa", part.points[on])
+        found = fem.pressure(model, load.faces, value)
+    else:
+        assert dimensions is not None
+        found = _on_aerofoils(model, dimensions, load.name)
+    if load.file and content_digest(load.file) not in load.name:
+        raise InputError(f"{load.file}: changed while it was read: run again")
+    return found
+
+
+def _on_aerofoils(model: Model, dimensions: VaneDimensions, name: str) -> Array:
+    found, none = np.zeros(model.K.shape[0]), np.zeros(3)
+    for faces in aerofoil_faces(model.part, dimensions):
+        x, y, _ = centroid(model, faces)
+        radial, axial = np.array([x, y, 0.0]) / np.hypot(x, y), np.array([0.0, 0.0, 1.0])
+        across = {"axial": axial, "tangential": np.cross(axial, radial)}
+        moment = radial if name == "torque" else none
+        found += fem.traction(model, faces, across.get(name, none), moment)
+    return found
+
+
+def strained(loads: Iterable[RestLoad]) -> tuple[str, ...]:
+    """Names of those that grow with the modulus."""
+    return tuple(load.name for load in loads if load.cause == HEAT)
+
+
+@lru_cache(maxsize=SHARED)
+def at_rest_step(
+    system: Step[System],
+    parts: tuple[Step[Component], Step[Component]],
+    loads: tuple[RestLoad, ...],
+) -> Step[System]:
+    """A system of vane and casing that holds nodal diameter 0, with loads at rest."""
+    if not loads:
+        return system
+
+    def compute(system: System, vane: Component, casing: Component) -> System:
+        found = sum(by_cause(vane, casing, loads).values())
+        return replace(system, force={0: Force(np.asarray(found)), **system.force})
+
+    inputs = {"loads": [(load.name, load.size) for load in loads]}
+    return step("system", "rom", inputs, System, (system, *parts), compute, False, True)
+
+
+def by_cause(vane: Component, casing: Component, loads: Iterable[RestLoad]) -> dict[str, Matrix]:
+    """(n,) of each cause, in joined coordinates of nodal diameter 0, N."""
+    given = [(load.cause, load.name, load.size) for load in loads]
+    return dict(rest_loads(carrying(vane, given), casing))
