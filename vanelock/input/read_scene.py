@@ -77,7 +77,7 @@ def _beside(data: dict[str, Any], folder: Path, outside: bool) -> tuple[dict[str
             found[name] = {k: placed(table, keys, f"{name}.{k}") for k, table in data[name].items()}
     if isinstance(data.get("loads"), list):
         found["loads"] = [
-            placed(load, ("nodes",), f"loads[{i}]") for i, load in enumerate(data["loads"])
+            placed(load, ("nodes", "file"), f"loads[{i}]") for i, load in enumerate(data["loads"])
         ]
     measured = data.get("measured")
     if isinstance(measured, dict | list):

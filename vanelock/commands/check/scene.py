@@ -15,6 +15,7 @@ from vanelock.input.read_scene import ND
 from vanelock.input.schema.scene import Scene
 from vanelock.stages.matrices.gather import gathered, nodes
 from vanelock.stages.matrices.hanging import RigidMotions, rigid_motions
+from vanelock.stages.matrices.nodal_forces import on_rows
 from vanelock.stages.matrices.steps import at_rest, clamped, matrices, system_step
 from vanelock.stages.parts.components import diameters
 
@@ -42,6 +43,7 @@ def planned_scene(scene: Scene) -> Iterator[Row]:
         for side in ("fixed", "low", "high"):
             if (value := getattr(keys, side)) is not None:
                 nodes(value, f"components.{name}.{side}")
+        on_rows(given.forces_on(name), read[0].node, read[0].direction, clamped(keys, name))
         entries = ", ".join(f"{each.K.nnz:,}" for each in read)
         size = f"{read[0].size:,} rows, {entries} entries, {counted(len(kept), 'node')} kept"
         yield f"component {name}", size
@@ -49,13 +51,13 @@ def planned_scene(scene: Scene) -> Iterator[Row]:
         count = sum(len(each.mu) for each in given.contacts if bool(each.element) == law)
         if count or not law:
             yield what, f"{count:,}"
-    yield "ties, loads", f"{len(given.ties)}, {len(given.loads)}"
+    yield "ties, loads", f"{len(given.ties)}, {len(given.loads) + len(given.forces)}"
     yield from (("warning", text) for text in given.apart())
 
     @cache
     def body(name: str) -> RigidMotions:
         fixed = clamped(scene.components[name], name)
-        return rigid_motions(name, first[name], fixed, given.kept[name])
+        return rigid_motions(name, first[name], fixed, given.kept[name], given.forces_on(name))
 
     hanging = at_rest([case.given for case in found], lambda _, name, __: body(name))
     yield from (("warning", text) for text in hanging)

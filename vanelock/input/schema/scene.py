@@ -200,15 +200,33 @@ class TieKeys(KeyTable):
     pairs: Pairs = Field(description="node pairs")
 
 
-class LoadKeys(KeyTable):
-    """A force on nodes of a component, the same on each."""
+class SceneLoadKeys(KeyTable):
+    """Forces on nodes of a component: the same on each, or those of a file."""
 
     component: str = Field(description="component")
-    nodes: Nodes = Field(description="loaded nodes")
-    direction: Vector = Field(description="direction")
-    amplitude: Force = Field(description="force on each node [N]")
+    nodes: Nodes | None = Field(default=None, description="loaded nodes")
+    direction: Vector | None = Field(default=None, description="direction")
+    amplitude: Force | None = Field(default=None, description="force on each node [N]")
+    file: str | None = Field(default=None, min_length=1, description="file of nodal forces")
+    scale: float = Field(default=1.0, description="factor of the file's forces")
     phase: Angle = Field(default=0.0, ge=-360, le=360, description="phase [deg]")
     harmonic: int = Field(default=1, ge=0, le=99, description="harmonic")
+
+    @property
+    def acts(self) -> bool:
+        """Whether it is more than zero."""
+        return bool(self.amplitude if self.file is None else self.scale)
+
+    def _is_given_in_one_way(self) -> Iterator[str]:
+        for name in ("nodes", "direction", "amplitude"):
+            if self.file is None and getattr(self, name) is None:
+                yield f"{name}: must be given, or file"
+            elif self.file is not None and getattr(self, name) is not None:
+                yield f"{name}: give either this or file, not both"
+        if self.file is None and "scale" in self.model_fields_set:
+            yield "scale: goes with file"
+
+    checks: ClassVar[tuple[Check, ...]] = (_is_given_in_one_way,)
 
 
 class SystemKeys(KeyTable):
@@ -258,7 +276,7 @@ class Scene(KeyTable):
     ties: dict[Name, TieKeys] = Field(default_factory=dict, description="ties")
     contacts: dict[Name, ContactKeys] = Field(default_factory=dict, description="contacts")
     elements: dict[Name, ElementKeys] = Field(default_factory=dict, description="elements")
-    loads: Annotated[tuple[LoadKeys, ...], BeforeValidator(sequence)] = Field(
+    loads: Annotated[tuple[SceneLoadKeys, ...], BeforeValidator(sequence)] = Field(
         default=(), description="loads"
     )
     excitation: SceneExcitation = SceneExcitation()
@@ -302,9 +320,22 @@ class Scene(KeyTable):
                     yield f"contacts.{name}.{key}: must be given"
 
     def _vibrates(self) -> Iterator[str]:
-        loaded = any(load.harmonic > 0 and load.amplitude for load in self.loads)
+        loaded = any(load.harmonic > 0 and load.acts for load in self.loads)
         if self.system is None and not loaded:
             yield "loads: nothing vibrates: give one with an amplitude, harmonic >= 1"
+
+    def _spares_cyclic_components(self) -> Iterator[str]:
+        for i, load in enumerate(self.loads):
+            part = self.components.get(load.component)
+            if load.file is not None and part is not None and part.low is not None:
+                yield (
+                    f"loads[{i}].file: components.{load.component} is cyclic, and its reduction "
+                    "has no static answers to forces: give nodes, direction and amplitude"
+                )
+
+    def _shows_something(self) -> Iterator[str]:
+        if self.loads and not self.outputs.nodes and all(load.file for load in self.loads):
+            yield "outputs.nodes: must be given where all loads are of files, whose nodes are none"
 
     def _leaves_to_the_system_what_it_holds(self) -> Iterator[str]:
         if self.system is None:
@@ -336,5 +367,7 @@ class Scene(KeyTable):
         _has_components,
         _touches_somewhere,
         _vibrates,
+        _spares_cyclic_components,
+        _shows_something,
         _leaves_to_the_system_what_it_holds,
     )

@@ -11,9 +11,17 @@ from numpy.typing import NDArray
 from vanelock.common.errors import InputError
 from vanelock.common.quantities import bounds
 from vanelock.fem.matrix_files import load_nodes, load_pairs
-from vanelock.input.schema.scene import GROUND, ContactKeys, ElementKeys, LoadKeys, Scene, TieKeys
+from vanelock.input.schema.scene import (
+    GROUND,
+    ContactKeys,
+    ElementKeys,
+    Scene,
+    SceneLoadKeys,
+    TieKeys,
+)
 from vanelock.rom import Element
 from vanelock.rom.joining.elements import Load, Output, Tie, Touching
+from vanelock.stages.matrices.nodal_forces import NodalForces, read_forces
 
 Integers = NDArray[np.int64]
 Floats = NDArray[np.float64]
@@ -54,6 +62,8 @@ class Gathered:
     ----------
     contacts, ties, loads : tuples of Touching, Tie, Load
         What acts on the components; nonlinear elements follow the contacts.
+    forces : tuple of NodalForces
+        Loads from files.
     outputs : tuple of Output
         Output nodes; the loaded ones where none are named.
     kept : dict of str to pair of (k,) int
@@ -63,6 +73,7 @@ class Gathered:
     contacts: tuple[Touching, ...]
     ties: tuple[Tie, ...]
     loads: tuple[Load, ...]
+    forces: tuple[NodalForces, ...]
     outputs: tuple[Output, ...]
     kept: Mapping[str, tuple[Integers, Integers]]
 
@@ -83,6 +94,14 @@ class Gathered:
         free = tuple(each for each in sets if not np.isin(each, joining).any())
         return free, tuple(n for n in shown if n not in joining)
 
+    def forces_on(self, name: str) -> tuple[NodalForces, ...]:
+        """A component's loads from files, one of each content."""
+        found: dict[str, NodalForces] = {}
+        for each in self.forces:
+            if each.part == name:
+                found.setdefault(each.digest, each)
+        return tuple(found.values())
+
     def apart(self) -> Iterator[str]:
         """A line for each component that nothing joins to another, where there are several."""
         links = [(each.own, each.mate) for each in self.contacts]
@@ -102,20 +121,22 @@ def gathered(scene: Scene) -> Gathered:
         If a file cannot be read, or a component or property is missing.
     """
     if scene.system is not None:
-        return Gathered((), (), (), (), {})
+        return Gathered((), (), (), (), (), {})
     contacts = (
         *(_touching(name, keys, scene) for name, keys in scene.contacts.items()),
         *(_elements(name, keys, scene) for name, keys in scene.elements.items()),
     )
     ties = tuple(_tie(name, keys) for name, keys in scene.ties.items())
-    loads = tuple(_load(i, load) for i, load in enumerate(scene.loads))
+    loads = tuple(_load(i, load) for i, load in enumerate(scene.loads) if load.file is None)
+    forces = tuple(_forces(i, load) for i, load in enumerate(scene.loads) if load.file is not None)
     outputs = tuple(_outputs(scene, loads))
     return Gathered(
         contacts,
         ties,
         loads,
+        forces,
         outputs,
-        _kept(tuple(scene.components), contacts, ties, loads, outputs),
+        _kept(tuple(scene.components), contacts, ties, (*loads, *forces), outputs),
     )
 
 
@@ -135,7 +156,7 @@ def _kept(
     components: Sequence[str],
     contacts: Sequence[Touching],
     ties: Sequence[Tie],
-    loads: Sequence[Load],
+    loads: Sequence[Load | NodalForces],
     outputs: Sequence[Output],
 ) -> dict[str, tuple[Integers, Integers]]:
     kept: dict[str, set[int]] = {name: set() for name in components}
@@ -159,7 +180,8 @@ def _kept(
         keep(tie.own, tie.own_nodes, where, True)
         keep(tie.mate, tie.mate_nodes, where, True)
     for load in loads:
-        keep(load.part, load.nodes, f"{load.where}.component")
+        named = load.nodes if isinstance(load, Load) else load.nodes[:0]
+        keep(load.part, named, f"{load.where}.component")
     for output in outputs:
         keep(output.part, output.nodes, output.where)
     return {
@@ -274,16 +296,29 @@ def _tie(name: str, keys: TieKeys) -> Tie:
     return Tie(name, own, mate, mine, theirs)
 
 
-def _load(i: int, load: LoadKeys) -> Load:
+def _load(i: int, load: SceneLoadKeys) -> Load:
+    assert load.amplitude is not None
     where, direction = f"loads[{i}]", np.array(load.direction, float)
     length = float(np.linalg.norm(direction))
     if not length > 0:
         raise InputError(f"{where}.direction: must not be zero")
+    vector = load.amplitude * _phase(where, load) * direction / length
+    return Load(where, load.component, nodes(load.nodes, f"{where}.nodes"), vector, load.harmonic)
+
+
+def _forces(i: int, load: SceneLoadKeys) -> NodalForces:
+    where, factor = f"loads[{i}]", load.scale * _phase(f"loads[{i}]", load)
+    try:
+        digest, listed, forces = read_forces(Path(str(load.file)))
+    except InputError as error:
+        raise InputError(f"{where}.file: {error}") from None
+    return NodalForces(where, load.component, digest, listed, forces, factor, load.harmonic)
+
+
+def _phase(where: str, load: SceneLoadKeys) -> complex:
     if load.harmonic == 0 and load.phase:
         raise InputError(f"{where}.phase: a static load (harmonic = 0) has none")
-    phase = np.exp(1j * np.deg2rad(load.phase))
-    vector = load.amplitude * phase * direction / length
-    return Load(where, load.component, nodes(load.nodes, f"{where}.nodes"), vector, load.harmonic)
+    return complex(np.exp(1j * np.deg2rad(load.phase)))
 
 
 def _pairs(given: Any, alone: bool, where: str) -> tuple[Integers, Integers, Mapping[str, Any]]:

@@ -10,8 +10,8 @@ rest. Where no n > 0 solves it, no contact is pressed. Motions with B R r = 0 no
 inertia bears the load along them. Rings are not looked at.
 """
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
 import scipy.linalg as sl
@@ -22,6 +22,7 @@ from vanelock.common.errors import InputError
 from vanelock.common.product import Product
 from vanelock.fem.matrix_files import Matrices
 from vanelock.stages.matrices.gather import Gathered
+from vanelock.stages.matrices.nodal_forces import NodalForces, on_rows
 from vanelock.stages.matrices.pieces import WORDS
 
 Integers = NDArray[np.int64]
@@ -46,11 +47,14 @@ class RigidMotions(Product):
         Rows that are kept.
     motions : (k, r) float
         Their motions.
+    forces : dict of str to (r,) float
+        What forces of files, on any rows, do on each motion, by these files' digests, N.
     """
 
     node: Integers
     direction: Integers
     motions: Floats
+    forces: dict[str, Floats] = field(default_factory=dict)
 
     def at(self, nodes: Integers, directions: int) -> tuple[Floats, NDArray[np.bool_]]:
         """(len(nodes), directions, r) of nodes, and which of these rows there are."""
@@ -65,7 +69,11 @@ class RigidMotions(Product):
 
 
 def rigid_motions(
-    name: str, given: Matrices, fixed: Integers, kept: tuple[Integers, Integers]
+    name: str,
+    given: Matrices,
+    fixed: Integers,
+    kept: tuple[Integers, Integers],
+    forces: Sequence[NodalForces] = (),
 ) -> RigidMotions:
     """Rigid motions of a component, turns among them where all places are known.
 
@@ -79,11 +87,13 @@ def rigid_motions(
         Clamped nodes.
     kept : pair of (k,) int
         Nodes whose displacements are kept, and those whose rotations are too.
+    forces : sequence of NodalForces
+        Loads of files, each of another content.
 
     Raises
     ------
     InputError
-        If a row that is not kept has no stiffness.
+        If a row that is not kept has no stiffness, or a force no row.
     """
     node, direction = given.node, given.direction
     free = ~np.isin(node, fixed)
@@ -106,7 +116,13 @@ def rigid_motions(
     motions = (U @ turns[:, np.abs(values) < SOFT]) / scale[:, None]
     motions /= np.abs(motions).max(axis=0)
     chosen = own[free]
-    return RigidMotions(node[free][chosen], direction[free][chosen], motions[chosen])
+    work = on_rows(forces, node[free], direction[free], fixed).T @ motions
+    return RigidMotions(
+        node[free][chosen],
+        direction[free][chosen],
+        motions[chosen],
+        {each.digest: done for each, done in zip(forces, work, strict=True)},
+    )
 
 
 def _body(given: Matrices) -> Floats:
@@ -172,6 +188,10 @@ def refuse_unbalanced(given: Gathered, bodies: Mapping[str, RigidMotions]) -> li
     for push in given.loads:
         if push.harmonic == 0:
             load += np.einsum("d,ndm->m", push.vector.real, at(push.part, push.nodes)[0])
+    for pull in given.forces:
+        if pull.harmonic == 0:
+            own = bodies[pull.part].forces[pull.digest]
+            load[spans[pull.part]] += pull.factor.real * own
     _, size, turns = np.linalg.svd(G, full_matrices=False)
     V = turns[size > RANK * size.max(initial=0.0)].T  # held by contacts alone
     if not V.shape[1]:

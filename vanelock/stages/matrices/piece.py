@@ -11,6 +11,7 @@ from vanelock.common.cyclic import cylindrical
 from vanelock.common.errors import InputError
 from vanelock.common.product import Product
 from vanelock.rom.joining.elements import Load, Output
+from vanelock.stages.matrices.nodal_forces import NodalForces
 
 Matrix = NDArray[Any]
 Integers = NDArray[np.int64]
@@ -52,6 +53,8 @@ class Piece(Product):
     pushed : dict of int to (k,) int and loads : (p, 3, r) float
         Sets of loaded nodes that are none of the coordinates, by number, and the forces on the
         coordinates of unit forces along x, y, z on each node of a set.
+    forces : dict of str to (r,) float
+        Forces on the coordinates of those that files hold, by these files' digests, N.
     shown : (o,) int and outputs : (o, 3, r) float
         Output nodes that are none of the coordinates, and their displacements from these.
     """
@@ -66,6 +69,7 @@ class Piece(Product):
     band: float | None = field(default=None, metadata={"unit": "Hz"})
     pushed: dict[int, Integers] = field(default_factory=dict)
     loads: NDArray[np.float64] = field(default_factory=lambda: np.empty((0, 3, 0)))
+    forces: dict[str, NDArray[np.float64]] = field(default_factory=dict)
     shown: Integers = field(default_factory=lambda: np.empty(0, np.int64))
     outputs: NDArray[np.float64] = field(default_factory=lambda: np.empty((0, 3, 0)))
 
@@ -85,6 +89,12 @@ class Piece(Product):
             if np.array_equal(nodes, given.nodes):
                 return replace(given, reduced=given.vector @ self.loads[i])
         return given
+
+    def load_of(self, given: NodalForces) -> Load:
+        """A load of a file on it, on the coordinates."""
+        factor = np.complex128(given.factor)
+        vector, own = factor * given.forces, factor * self.forces[given.digest]
+        return Load(given.where, given.part, given.nodes, vector, given.harmonic, reduced=own)
 
     def reduced_outputs(self, given: Output) -> Iterator[Output]:
         """Outputs of it, one by one, by the coordinates where their nodes are none of these."""

@@ -1,6 +1,7 @@
 """From a component's matrices to a piece: reduced by Craig and Bampton, or used as they are."""
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -24,7 +25,8 @@ from vanelock.rom import (
     refuse_negative_mass,
 )
 from vanelock.rom.fixed_interface.selection import DEFAULT
-from vanelock.rom.system.system import common_band
+from vanelock.rom.system.system import Matrix, common_band
+from vanelock.stages.matrices.nodal_forces import NodalForces, on_rows
 from vanelock.stages.matrices.piece import DiameterBlock, Piece
 from vanelock.stages.matrices.seen import Followed, Seen, seen_from
 
@@ -38,7 +40,11 @@ WORDS = ("x", "y", "z", "rotation x", "rotation y", "rotation z")
 
 
 def superelement(
-    name: str, ring: SceneRingKeys, load: Callable[[int], Matrices], by_diameter: Sequence[int]
+    name: str,
+    ring: SceneRingKeys,
+    load: Callable[[int], Matrices],
+    by_diameter: Sequence[int],
+    forces: Sequence[NodalForces] = (),
 ) -> Piece:
     """Matrices as they are.
 
@@ -52,6 +58,8 @@ def superelement(
         The matrices of a nodal diameter.
     by_diameter : sequence of int
         Nodal diameters with matrices of their own; none: those of 0 serve all.
+    forces : sequence of NodalForces
+        Loads of files, each of another content.
     """
     found = {k: load(k) for k in by_diameter} or {-1: load(0)}
     first = next(iter(found.values()))
@@ -67,7 +75,8 @@ def superelement(
             raise InputError(f"components.{name}: its nodal diameters differ in their rows")
         K, M = each.K.toarray(), _mass(name, each).toarray()
         blocks[k] = DiameterBlock(K, M, None if each.C is None else each.C.toarray())
-    return _piece(name, ring, first, first.node, first.direction, blocks)
+    act = _whole(forces, on_rows(forces, first.node, first.direction, np.empty(0, np.int64)))
+    return _piece(name, ring, first, first.node, first.direction, blocks, forces=act)
 
 
 def reduced(
@@ -82,6 +91,7 @@ def reduced(
     nodal_diameters: Sequence[int],
     least: float | None = None,
     followed: Followed = ((), ()),
+    forces: Sequence[NodalForces] = (),
 ) -> Piece:
     """A component whose named nodes stay and whose rest becomes fixed-interface vectors.
 
@@ -109,6 +119,8 @@ def reduced(
         Frequency that the band reaches at least where none is given, Hz.
     followed : pair of tuples
         Sets of nodes that loads alone act on, and nodes that are outputs alone.
+    forces : sequence of NodalForces
+        Loads of files, each of another content; none where there are faces.
 
     Raises
     ------
@@ -138,13 +150,17 @@ def reduced(
     for n in wanted:
         if n not in node[rows]:
             raise InputError(f"{where}: node {n} has no displacement among its {given.size} rows")
+    columns = on_rows(forces, node, direction, fixed)
     if faces is None and len(rows) == len(node):
         block = DiameterBlock(K.toarray(), M.toarray(), None if C is None else C.toarray())
-        return _piece(name, ring, given, node, direction, {-1: block})
+        act = _whole(forces, columns)
+        return _piece(name, ring, given, node, direction, {-1: block}, forces=act)
     selection, joined = _selection(keys, least), None
     seen = Seen((), (), rows)
     if faces is None:
         seen = seen_from(followed, rows, node, direction, K, M)
+        if forces:
+            seen = replace(seen, digests=tuple(each.digest for each in forces), forces=columns)
     if faces is not None:
         joined = _faces(where, ring, given, node, direction, faces)
         if len(shared := np.intersect1d(wanted, np.concatenate(faces))):
@@ -199,7 +215,8 @@ def _held(
         return {-1: reduce_rows(K, M, rows, selection, C, *columns)}, rows, seen
     except SingularError as error:
         if len(rows) < len(every):
-            return _held(K, M, Seen((), (), every), every, selection, C)
+            held = replace(seen, pushed=(), shown=(), rows=every)
+            return _held(K, M, held, every, selection, C)
         alone = np.count_nonzero(error.motions) == error.count  # rows without stiffness
         if error.count == SOUGHT or alone:
             raise
@@ -207,9 +224,14 @@ def _held(
         rest = np.setdiff1d(np.arange(K.shape[0]), rows)
         rows = np.sort(np.append(rows, rest[pivots]))
         try:
-            return {-1: reduce_rows(K, M, rows, selection, C)}, rows, seen
+            return {-1: reduce_rows(K, M, rows, selection, C, *columns)}, rows, seen
         except SingularError:
             raise error from None
+
+
+def _whole(forces: Sequence[NodalForces], columns: sp.csc_array) -> dict[str, Matrix]:
+    """Forces (n,) of files by their digests, on coordinates that are the rows."""
+    return {f.digest: column for f, column in zip(forces, columns.toarray().T, strict=True)}
 
 
 def _block(found: ReducedRows) -> DiameterBlock:

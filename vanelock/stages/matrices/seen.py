@@ -30,20 +30,30 @@ class Seen:
         Output nodes, and their rows.
     rows : (m,) int
         Rows that are kept as coordinates.
+    digests : tuple of str
+        Files of nodal forces.
+    forces : (n, f) sparse, optional
+        What they hold, one a column, N.
     """
 
     pushed: tuple[tuple[Integers, Integers], ...]
     shown: tuple[tuple[int, Integers], ...]
     rows: Integers
+    digests: tuple[str, ...] = ()
+    forces: sp.csc_array | None = None
 
     def columns(self, size: int) -> tuple[sp.csc_array | None, Integers | None]:
-        """(size, 3p) unit forces along x, y, z on each node of a set, and rows of outputs."""
-        loads = outputs = None
+        """(size, 3p + f) forces, and rows of outputs.
+
+        Forces are units along x, y, z on each node of a set, and behind them those of files.
+        """
+        loads, outputs = self.forces, None
         if self.pushed:
             at = [rows[:, axis] for _, rows in self.pushed for axis in range(3)]
             column = np.repeat(np.arange(len(at)), [len(each) for each in at])
             entries = np.ones(len(column)), (np.concatenate(at), column)
-            loads = sp.csc_array(entries, shape=(size, len(at)))
+            units = sp.csc_array(entries, shape=(size, len(at)))
+            loads = units if loads is None else sp.hstack([units, loads], format="csc")
         if self.shown:
             outputs = np.concatenate([rows for _, rows in self.shown])
         return loads, outputs
@@ -52,8 +62,10 @@ class Seen:
         """Fields of a `Piece`."""
         found: dict[str, Any] = {}
         if reduced.loads is not None:
+            p, r = len(self.pushed), reduced.loads.shape[1]
             found["pushed"] = {i: nodes for i, (nodes, _) in enumerate(self.pushed)}
-            found["loads"] = reduced.loads.reshape(len(self.pushed), 3, -1)
+            found["loads"] = reduced.loads[: 3 * p].reshape(p, 3, r)
+            found["forces"] = dict(zip(self.digests, reduced.loads[3 * p :], strict=True))
         if reduced.outputs is not None:
             found["shown"] = np.array([node for node, _ in self.shown], np.int64)
             found["outputs"] = reduced.outputs.reshape(len(self.shown), 3, -1)

@@ -30,7 +30,7 @@ def piece_step(scene: Scene, name: str, given: Gathered, at: tuple[int, ...] = (
     """A component, reduced or as it is; `at` other nodal diameters than those of the response."""
     keys = scene.components[name]
     wanted, turned = given.kept[name]
-    followed = given.followed(name)
+    followed, forces = given.followed(name), given.forces_on(name)
     by_diameter: tuple[int, ...] = ()
     if keys.low is not None or ND in keys.stiffness:
         by_diameter = at or diameters([scene])
@@ -45,6 +45,7 @@ def piece_step(scene: Scene, name: str, given: Gathered, at: tuple[int, ...] = (
         "ring": scene.ring.model_dump(),
         "wanted": wanted.tolist(),
         "followed": followed,
+        "forces": [each.digest for each in forces],
         "turned": turned.tolist(),
         "diameters": by_diameter,
         "code": code_of("fem", "rom"),
@@ -53,7 +54,7 @@ def piece_step(scene: Scene, name: str, given: Gathered, at: tuple[int, ...] = (
     def compute() -> Piece:
         if keys.kind == "superelement":
             return pieces.superelement(
-                name, scene.ring, lambda k: matrices(name, keys, k), by_diameter
+                name, scene.ring, lambda k: matrices(name, keys, k), by_diameter, forces
             )
         fixed, faces = clamped(keys, name), None
         if keys.low is not None:
@@ -63,7 +64,18 @@ def piece_step(scene: Scene, name: str, given: Gathered, at: tuple[int, ...] = (
             faces = low, high
         read = matrices(name, keys)
         return pieces.reduced(
-            name, keys, scene.ring, read, wanted, turned, fixed, faces, by_diameter, least, followed
+            name,
+            keys,
+            scene.ring,
+            read,
+            wanted,
+            turned,
+            fixed,
+            faces,
+            by_diameter,
+            least,
+            followed,
+            forces,
         )
 
     return step(f"component {name}", "stages", inputs, Piece, (), compute)
@@ -71,16 +83,17 @@ def piece_step(scene: Scene, name: str, given: Gathered, at: tuple[int, ...] = (
 
 def motions_step(scene: Scene, name: str, given: Gathered) -> Step[RigidMotions]:
     """Rigid motions of a component that nothing but contacts may hold."""
-    keys, kept = scene.components[name], given.kept[name]
+    keys, kept, forces = scene.components[name], given.kept[name], given.forces_on(name)
     inputs = {
         "keys": keys.model_dump(exclude=set(FILES["components"])),
         "files": {key: _digests(f"components.{name}.{key}", v, ()) for key, v in _named(keys)},
         "kept": [each.tolist() for each in kept],
+        "forces": [each.digest for each in forces],
         "code": code_of("fem"),
     }
 
     def compute() -> RigidMotions:
-        return rigid_motions(name, matrices(name, keys), clamped(keys, name), kept)
+        return rigid_motions(name, matrices(name, keys), clamped(keys, name), kept, forces)
 
     return step("rigid motions", "stages", inputs, RigidMotions, (), compute, of=name, quick=True)
 
@@ -167,19 +180,25 @@ def system_step(
     if scene.system is not None:
         return _ready_step(scene, Path(scene.system.file), bare)
     given = given or gathered(scene)
-    contacts, ties, loads, outputs = given.contacts, given.ties, given.loads, given.outputs
+    contacts, ties, outputs = given.contacts, given.ties, given.outputs
+    loads, forces = given.loads, given.forces
     if bare:
         zero = [np.zeros_like(each.mu) for each in contacts]
         contacts = tuple(
             replace(c, mu=z, interference=z) for c, z in zip(contacts, zero, strict=True)
         )
         loads = tuple(load for load in loads if load.harmonic > 0)
+        forces = tuple(each for each in forces if each.harmonic > 0)
     needs = tuple(piece_step(scene, name, given, at) for name in scene.components)
     wanted = at or diameters([scene])
     inputs = {
         "ring": scene.ring.model_dump(),
         "engine_order": scene.excitation.engine_order,
         "joined": [_plain(each) for each in (*contacts, *ties, *loads)],
+        "forces": [
+            [each.part, each.digest, each.factor.real, each.factor.imag, each.harmonic]
+            for each in forces
+        ],
         "outputs": [[each.part, each.nodes.tolist()] for each in outputs],
         "damping": scene.damping.model_dump(),
         "diameters": wanted,
@@ -199,7 +218,10 @@ def system_step(
             parts=parts,
             contacts=contacts,
             ties=ties,
-            loads=tuple(parts[load.part].reduced_load(load) for load in loads),
+            loads=(
+                *(parts[load.part].reduced_load(load) for load in loads),
+                *(parts[each.part].load_of(each) for each in forces),
+            ),
             outputs=tuple(o for each in outputs for o in parts[each.part].reduced_outputs(each)),
             damping_ratio=ratio,
             damping_joints=scene.damping.joints or OPEN,
