@@ -1,0 +1,394 @@
+"""Nodal forces from files: answers of the whole matrices, and no coordinates for loaded nodes."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import scipy.linalg as sl
+from numpy.typing import NDArray
+
+from tests.vanelock.scenes.conftest import Chain, Write, chain, joined
+from vanelock import check_file, load_scene, nonlinear, run_scene
+from vanelock.common.errors import InputError
+from vanelock.pipeline.progress import Done, Event
+from vanelock.rom import System
+from vanelock.stages.matrices import nodal_forces
+from vanelock.stages.matrices.gather import gathered
+from vanelock.stages.matrices.steps import motions_step, piece_step, system_step
+
+Floats = NDArray[np.float64]
+
+COUNT, OTHER = 40, 25
+KN, KT, OVERLAP = 4e5, 3e5, 1e-3
+PAIRS = [[20, 101], [21, 102], [22, 103], [40, 125]]
+LAP = (
+    f'[contacts.lap]\nbetween = ["one", "two"]\npairs = {PAIRS}\nnormal = [0, 0, 1]\n'
+    f"tangent = [1, 0, 0]\nkn = {KN}\nkt = {KT}\nmu = 1e6\ninterference = {OVERLAP}\n"
+)
+SHAKEN = (
+    '[[loads]]\ncomponent = "one"\nnodes = [30]\ndirection = [0, 1, 1]\namplitude = 3\n'
+    "[outputs]\nnodes = {one = [3, 30, 40], two = [103, 117]}\nloops = false\nreport = false\n"
+)
+GAS = '[[loads]]\ncomponent = "one"\nfile = "gas.csv"\nharmonic = 0\nscale = -2.5\n'
+HEAT = '[[loads]]\ncomponent = "two"\nfile = "heat.csv"\nharmonic = 0\n'
+
+
+def truss(first: int, count: int, seed: int, ground: float = 0.0) -> Chain:
+    """Bars in random directions between each node and the five behind it."""
+    rng, each = np.random.default_rng(seed), chain(first, count, (0, 0, 0))
+    K = each.K.reshape(count, 3, count, 3)
+    for i in range(count):
+        for j in range(i + 1, min(i + 6, count)):
+            d = rng.normal(size=3)
+            bar = 1e5 * np.outer(d, d)
+            for a, b, sign in ((i, i, 1), (j, j, 1), (i, j, -1), (j, i, -1)):
+                K[a, :, b, :] += sign * bar
+    K[-1, :, -1, :] += ground * np.eye(3)
+    return Chain(each.K, np.diag(rng.uniform(0.05, 0.2, 3 * count)), each.nodes)
+
+
+ONE, TWO = truss(1, COUNT, 3), truss(101, OTHER, 4, ground=2e5)
+
+
+def write_forces(path: Path, nodes: NDArray[np.int64], forces: Floats) -> None:
+    lines = [f"{n},{x!r},{y!r},{z!r}" for n, (x, y, z) in zip(nodes, forces.tolist(), strict=True)]
+    path.write_text("\n".join(["node,fx,fy,fz", *lines]) + "\n")
+
+
+def scene(folder: Path, one: str = "modes = 3\n", two: str = "modes = 2\n") -> str:
+    """Both components, the first clamped at two nodes."""
+    text = ONE.write(folder, "one") + "fixed = [1, 2]\n" + one + TWO.write(folder, "two") + two
+    return text + LAP
+
+
+def random_forces(folder: Path) -> Floats:
+    """(65, 3) forces on all nodes of both, clamped ones and those in contact too."""
+    forces = np.random.default_rng(8).normal(size=(COUNT + OTHER, 3))
+    write_forces(folder / "gas.csv", ONE.nodes, forces[:COUNT])
+    write_forces(folder / "heat.csv", TWO.nodes, forces[COUNT:])
+    return forces
+
+
+def whole() -> tuple[Floats, Floats]:
+    """Stiffness of all nodes with closed contacts, and the contacts' rows."""
+    n = 3 * (COUNT + OTHER)
+    K = sl.block_diag(ONE.K, TWO.K)
+    B = np.zeros((len(PAIRS), 3, COUNT + OTHER, 3))
+    for i, (a, b) in enumerate(PAIRS):
+        B[i, :, a - 1], B[i, :, COUNT + b - 101] = np.eye(3), -np.eye(3)
+    B = B.reshape(-1, n)
+    return K + B.T @ np.diag([KT, KT, KN] * len(PAIRS)) @ B, B
+
+
+SHOWN = [2, 29, 39, COUNT + 2, COUNT + 16]
+
+
+def solved(A: NDArray[np.complex128] | Floats, f: Floats) -> NDArray[np.complex128]:
+    """(o, 3) displacements of the outputs, the first two nodes clamped."""
+    x = np.zeros(len(A), np.result_type(A, f))
+    x[6:] = np.linalg.solve(A[6:, 6:], f.ravel()[6:])
+    return x.reshape(-1, 3)[SHOWN]
+
+
+def overlapping(f: Floats) -> Floats:
+    """Forces and what the interference adds to them."""
+    spread = np.zeros((len(PAIRS), 3))
+    spread[:, 2] = KN * OVERLAP
+    return f.ravel() - whole()[1].T @ spread.ravel()
+
+
+KEPT = {
+    "few modes": ("modes = 3\n", "modes = 2\n"),
+    "no modes": ("modes = 0\n", "modes = 0\n"),
+    "accuracy": ("accuracy = 1e-5\n", ""),
+    "as it is": ("modes = 3\n", 'kind = "superelement"\n'),
+}
+
+
+@pytest.mark.parametrize("keys", KEPT.values(), ids=list(KEPT))
+def test_rest_is_that_of_the_whole(
+    tmp_path: Path, scene_file: Write, keys: tuple[str, str]
+) -> None:
+    forces = random_forces(tmp_path)
+    system = joined(scene_file(scene(tmp_path, *keys) + GAS + HEAT + SHAKEN))
+    forces[:COUNT] *= -2.5
+    rest = nonlinear.static_response(system)
+    assert rest.converged.all()
+    assert (rest.state == nonlinear.STUCK).all()
+    exact = solved(whole()[0], overlapping(forces))
+    np.testing.assert_allclose(rest.output[0, 0], exact, atol=1e-10 * np.abs(exact).max())
+
+
+def test_rows_that_are_all_kept(tmp_path: Path, scene_file: Write) -> None:
+    """Nothing is reduced, and clamped nodes have no rows all the same."""
+    forces = random_forces(tmp_path)
+    shown = f"two = {TWO.nodes.tolist()}, one = {list(range(3, COUNT + 1))}"
+    text = SHAKEN.replace("one = [3, 30, 40], two = [103, 117]", shown)
+    system = joined(scene_file(scene(tmp_path) + GAS + HEAT + text))
+    assert len(system.at(0).K) == 3 * (COUNT - 2 + OTHER)
+    forces[:COUNT] *= -2.5
+    np.testing.assert_allclose(system.force[0].vector, forces.ravel()[6:], rtol=1e-15)
+
+
+def test_coordinates_do_not_grow_with_loaded_nodes(tmp_path: Path, scene_file: Write) -> None:
+    """Two for each file, however many nodes it has."""
+    random_forces(tmp_path)
+    path = scene_file(scene(tmp_path) + SHAKEN)
+    sizes = [len(joined(path).at(0).K)]
+    path = scene_file(scene(tmp_path) + GAS + HEAT + SHAKEN)
+    for count in (3, 15, COUNT):
+        write_forces(tmp_path / "gas.csv", ONE.nodes[:count], np.ones((count, 3)))
+        sizes.append(len(joined(path).at(0).K))
+    assert [size - sizes[0] for size in sizes[1:]] == [4, 4, 4]
+
+
+@pytest.mark.parametrize("keys", KEPT.values(), ids=list(KEPT))
+def test_a_uniform_force_is_the_same_from_a_file(
+    tmp_path: Path, scene_file: Write, keys: tuple[str, str]
+) -> None:
+    """Vibration by a file, by nodes and direction, and of the whole: phase and scale, too."""
+    loaded = np.array([105, 110, 111, 112])
+    direction = np.array([1.0, -2.0, 2.0]) / 3
+    write_forces(tmp_path / "wave.csv", loaded, np.tile(7 * direction, (4, 1)))
+    outputs = SHAKEN[SHAKEN.index("[outputs]") :] + "[damping]\nratio = 0.02\n"
+    head = '[[loads]]\ncomponent = "two"\nphase = 35\n'
+    by_nodes = f"nodes = {loaded.tolist()}\ndirection = [1, -2, 2]\namplitude = 3.5\n"
+    text = scene(tmp_path, *keys)
+    ways = (by_nodes, 'file = "wave.csv"\nscale = 0.5\n')
+    slow, systems = [1e-7], []
+    for way in ways:
+        systems.append(joined(scene_file(text + head + way + outputs)))
+    responses = [nonlinear.linear_response(system, slow) for system in systems]
+    f = np.zeros((COUNT + OTHER, 3))
+    f[COUNT + loaded - 101] = 3.5 * direction
+    exact = solved(whole()[0], f) * np.exp(1j * np.deg2rad(35))
+    for each in responses:
+        np.testing.assert_allclose(each.output[0, 1], exact, atol=1e-9 * np.abs(exact).max())
+    if "accuracy" in keys[0] or "kind" in keys[1]:
+        fast = [nonlinear.linear_response(system, [5.0, 20.0]).output[:, 1] for system in systems]
+        np.testing.assert_allclose(fast[1], fast[0], atol=1e-5 * np.abs(fast[0]).max())
+
+
+def test_unreduced_forces_agree_to_the_last_digit(tmp_path: Path, scene_file: Write) -> None:
+    """A file and keys that say the same, on coordinates that are the matrices' own."""
+    write_forces(tmp_path / "wave.csv", TWO.nodes[3:9], np.tile([0.0, 0.0, 4.0], (6, 1)))
+    text = scene(tmp_path, two='kind = "superelement"\n')
+    head, outputs = '[[loads]]\ncomponent = "two"\n', SHAKEN[SHAKEN.index("[outputs]") :]
+    by_nodes = f"nodes = {TWO.nodes[3:9].tolist()}\ndirection = [0, 0, 1]\namplitude = 4\n"
+    one, other = (
+        joined(scene_file(text + head + way + outputs)) for way in (by_nodes, 'file = "wave.csv"\n')
+    )
+    np.testing.assert_array_equal(one.force[1].vector, other.force[1].vector)
+    hertz = [5.0, 12.0, 20.0]
+    found = [nonlinear.frequency_response(system, hertz).output for system in (one, other)]
+    np.testing.assert_array_equal(*found)
+
+
+def test_files_of_the_same_nodes_at_two_harmonics(tmp_path: Path, scene_file: Write) -> None:
+    """Each has its own forces; one file at both harmonics is one vector of the reduction."""
+    forces = random_forces(tmp_path)
+    write_forces(tmp_path / "wave.csv", ONE.nodes, forces[:COUNT][::-1])
+    moving = '[[loads]]\ncomponent = "one"\nfile = "{}.csv"\nphase = -50\nscale = 4\n'
+    outputs = SHAKEN[SHAKEN.index("[outputs]") :]
+    text = scene(tmp_path) + GAS
+    twice = joined(scene_file(text + moving.format("gas") + outputs))
+    once = joined(scene_file(text + SHAKEN))
+    assert len(twice.at(0).K) < len(once.at(0).K)  # which has three answers to node 30, twice
+    both = joined(path := scene_file(text + moving.format("wave") + outputs))
+    assert len(both.at(0).K) == len(twice.at(0).K) + 2
+    static, wave = np.zeros((COUNT + OTHER, 3)), np.zeros((COUNT + OTHER, 3))
+    static[:COUNT], wave[:COUNT] = -2.5 * forces[:COUNT], 4 * forces[:COUNT][::-1]
+    exact = solved(whole()[0], overlapping(static)), solved(whole()[0], wave)
+    rest, slow = nonlinear.static_response(both), nonlinear.linear_response(both, [1e-7])
+    np.testing.assert_allclose(rest.output[0, 0], exact[0], atol=1e-10 * np.abs(exact[0]).max())
+    phase = np.exp(-1j * np.deg2rad(50))
+    np.testing.assert_allclose(
+        slow.output[0, 1], exact[1] * phase, atol=1e-9 * np.abs(exact[1]).max()
+    )
+    again: System = joined(path)  # from the cache
+    for harmonic in (0, 1):
+        kept, made = again.force[harmonic].vector, both.force[harmonic].vector
+        np.testing.assert_array_equal(kept, made)
+
+
+def test_a_scale_that_is_swept_reduces_nothing_again(tmp_path: Path, scene_file: Write) -> None:
+    random_forces(tmp_path)
+    text = scene(tmp_path) + GAS + SHAKEN + '[sweep]\n"loads[0].scale" = [0.5, 1, 3]\n'
+    heard: list[Event] = []
+    quiet = "[response]\nmode = 1\nfrequencies = [8, 9]\nharmonics = 1\n"
+    found = run_scene(load_scene(scene_file(text + quiet)), tmp_path / "run", heard.append)
+    assert [each.case for each in found] == [f"loads[0].scale={s}" for s in ("0.5", "1", "3")]
+    names = [event.stage for event in heard if isinstance(event, Done)]
+    assert sorted(n for n in names if n.startswith("component")) == [
+        "component one",
+        "component two",
+    ]
+
+
+def keys_of(path: Path, name: str = "one") -> tuple[str, str, str]:
+    """Keys of a component, its rigid motions and the system."""
+    given = load_scene(path)
+    lists = gathered(given)
+    steps = piece_step(given, name, lists), motions_step(given, name, lists)
+    return steps[0].key, steps[1].key, system_step(given, lists).key
+
+
+def test_keys_follow_contents_alone(tmp_path: Path, scene_file: Write) -> None:
+    forces = random_forces(tmp_path)
+    text = scene(tmp_path) + GAS + SHAKEN
+    first = keys_of(scene_file(text))
+    (tmp_path / "gas.csv").rename(tmp_path / "moved.csv")
+    moved = text.replace("gas.csv", "moved.csv")
+    assert keys_of(scene_file(moved)) == first
+    scaled = keys_of(scene_file(moved.replace("-2.5", "2")))
+    assert scaled[:2] == first[:2]
+    assert scaled[2] != first[2]
+    other = keys_of(scene_file(moved), "two")
+    write_forces(tmp_path / "moved.csv", ONE.nodes, 1.001 * forces[:COUNT])
+    changed = keys_of(scene_file(moved))
+    assert not set(changed) & set(first)
+    assert keys_of(scene_file(moved), "two")[:2] == other[:2]
+
+
+def test_a_file_that_changes_while_it_is_read_is_refused(
+    tmp_path: Path, scene_file: Write, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    random_forces(tmp_path)
+    path = scene_file(scene(tmp_path) + GAS + SHAKEN)
+    read = nodal_forces.load_pairs
+
+    def meanwhile(file: Path) -> object:
+        found = read(file)
+        file.write_text("node,fx\n1,2\n")
+        return found
+
+    monkeypatch.setattr(nodal_forces, "load_pairs", meanwhile)
+    with pytest.raises(InputError, match=r"loads\[0\]\.file: .*gas\.csv: changed while it was"):
+        gathered(load_scene(path))
+
+
+FILE = '[[loads]]\ncomponent = "one"\nfile = "bad.csv"\n'
+WRONG = {
+    "no node": ("fx\n1\n", "", r"bad\.csv: a column 'node' of node numbers is needed"),
+    "node 0": ("node,fx\n0,1\n", "", r"bad\.csv: a column 'node' of node numbers is needed"),
+    "no force": ("node\n1\n", "", r"bad\.csv: at least one of the columns fx, fy, fz is needed"),
+    "other column": ("node,fx,f\n1,1,1\n", "", r"bad\.csv: column 'f': allowed are node, fx, fy"),
+    "words": ("node,fx\n3,much\n", "", r"bad\.csv: column 'fx' does not hold numbers"),
+    "not a number": ("node,fx\n3,1\n4,nan\n", "", r"bad\.csv: column 'fx': 'nan' is not a"),
+    "twice": ("node,fx\n3,1\n3,2\n", "", r"loads\[1\]\.file: .*bad\.csv: node 3 is listed twice"),
+    "nothing": ("node,fx\n3,0\n", "", r"bad\.csv: all its forces are 0"),
+    "unknown node": (
+        "node,fx\n3,1\n99,2\n",
+        "",
+        r"loads\[1\]\.file: node 99 is not among the nodes of components\.one",
+    ),
+    "both": (
+        "node,fx\n3,1\n",
+        "nodes = [3]\namplitude = 2\n",
+        r"loads\[1\]\.nodes: give either this or file, not both\n.*loads\[1\]\.amplitude: give",
+    ),
+    "static phase": ("node,fx\n3,1\n", "harmonic = 0\nphase = 3\n", r"loads\[1\]\.phase: a static"),
+    "scale": (
+        "node,fx\n3,1\n",
+        'scale = "big"\n',
+        r"loads\[1\]\.scale = \"big\": expected a number",
+    ),
+}
+
+
+@pytest.mark.parametrize("case", WRONG)
+def test_it_is_refused(tmp_path: Path, scene_file: Write, case: str) -> None:
+    """By a run before anything is reduced, and by a check."""
+    table, keys, message = WRONG[case]
+    (tmp_path / "bad.csv").write_text(table)
+    path = scene_file(scene(tmp_path) + SHAKEN + FILE + keys)
+    with pytest.raises(InputError, match=message):
+        check_file(path)
+    with pytest.raises(InputError, match=message):
+        run_scene(load_scene(path), tmp_path / "run")
+    folder = tmp_path / "run"
+    assert not [each for each in folder.rglob("*") if each.name.startswith("component")]
+
+
+def test_a_missing_file_and_component_are_named(tmp_path: Path, scene_file: Write) -> None:
+    text = scene(tmp_path) + SHAKEN + FILE
+    with pytest.raises(InputError, match=r"loads\[1\]\.file: .*bad\.csv: cannot be read"):
+        gathered(load_scene(scene_file(text)))
+    (tmp_path / "bad.csv").write_text("node,fx\n3,1\n")
+    text = text.replace('component = "one"\nfile', 'component = "three"\nfile')
+    with pytest.raises(InputError, match=r'loads\[1\]\.component: no component "three"'):
+        gathered(load_scene(scene_file(text)))
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        (
+            "[ring]",
+            "low = [1]\nhigh = [2]\n[ring]",
+            r"loads\[0\]\.file: components\.one is cyclic,",
+        ),
+        ("[outputs]\nnodes = {one = [3]}\n", "", r"outputs\.nodes: must be given where all loads"),
+        ('file = "gas.csv"', 'file = "../gas.csv"', r'loads\[0\]\.file = "\.\./gas\.csv": '),
+        ('file = "gas.csv"', "scale = 2", r"loads\[0\]\.nodes: must be given, or file"),
+        ('file = "gas.csv"', "scale = 2", r"loads\[0\]\.scale: goes with file"),
+        ('file = "gas.csv"', 'file = "gas.csv"\nscale = 0', "loads: nothing vibrates"),
+    ],
+)
+def test_a_scene_is_refused(
+    tmp_path: Path, scene_file: Write, old: str, new: str, message: str
+) -> None:
+    text = ONE.write(tmp_path, "one") + (
+        '[ring]\nsectors = 6\n[[loads]]\ncomponent = "one"\nfile = "gas.csv"\n'
+        "[outputs]\nnodes = {one = [3]}\n"
+    )
+    assert old in text
+    with pytest.raises(InputError, match=message):
+        load_scene(scene_file(text.replace(old, new)))
+
+
+def test_a_force_along_a_direction_without_a_row(tmp_path: Path, scene_file: Write) -> None:
+    """It is refused, but for a clamped node and where the file says 0."""
+    springs = chain(1, 3, (3e5, 2e5, 1e5))
+    kept = [i for i in range(9) if i % 3 != 1]
+    flat = Chain(springs.K[np.ix_(kept, kept)], springs.M[np.ix_(kept, kept)], springs.nodes)
+    text = flat.write(tmp_path, "one") + (
+        'fixed = [1]\n[[loads]]\ncomponent = "one"\nfile = "gas.csv"\n[outputs.nodes]\none = [3]\n'
+    )
+    rows = [f"{n},{d}" for n in flat.nodes for d in "xz"]
+    (tmp_path / "one_dofs.csv").write_text("\n".join(["node,direction", *rows]) + "\n")
+    forces = np.array([[0, 5, 0], [2, 0, 1], [0, 0, 3.0]])
+    write_forces(tmp_path / "gas.csv", flat.nodes, forces)
+    slow = nonlinear.linear_response(joined(scene_file(text)), [1e-7]).output[0, 1]
+    np.testing.assert_allclose(slow, [[2 / 3e5, 0, 4 / 1e5 + 3 / 1e5]], rtol=1e-9)
+    forces[1, 1] = 0.1
+    write_forces(tmp_path / "gas.csv", flat.nodes, forces)
+    with pytest.raises(
+        InputError, match=r"loads\[0\]\.file: node 2 of components\.one has no row for its fy"
+    ):
+        check_file(scene_file(text))
+
+
+def test_parts_that_contacts_alone_hold(tmp_path: Path, scene_file: Write) -> None:
+    """Forces inside of a free part press it or not, and drag it along where T > μN."""
+    pad = (
+        '[contacts.pad]\nbetween = ["one", "ground"]\npairs = [1]\nnormal = [0, 0, -1]\n'
+        "kn = 1e5\nkt = 1e5\nmu = 0.3\n"
+    )
+    text = chain(1, 30, (3e5, 2e5, 1e5)).write(tmp_path, "one") + pad
+    text += '[[loads]]\ncomponent = "one"\nfile = "gas.csv"\nharmonic = 0\nscale = 10\n'
+    path = scene_file(text + SHAKEN.replace("30, 40], two = [103, 117]", "25]"))
+
+    def warnings(fx: float, fz: float) -> list[str]:
+        nodes = np.arange(10, 20)
+        write_forces(tmp_path / "gas.csv", nodes, np.tile([fx / 10, 0.0, fz / 10], (10, 1)))
+        return [str(text) for what, text in check_file(path).rows if what == "warning"]
+
+    assert warnings(0.29, -1) == []
+    rest = nonlinear.static_response(joined(path))
+    assert rest.converged.all()
+    np.testing.assert_allclose(rest.force[0, 0, 0].real, [10, 2.9, 0], atol=1e-8)
+    with pytest.raises(InputError, match=r"components\.one: held by contacts alone, whose forces"):
+        warnings(0.31, -1)
+    with pytest.raises(InputError, match="cannot balance the static load"):
+        warnings(0, 1)
