@@ -71,6 +71,26 @@ def test_free_beam_is_solved_from_its_end(beam, scene_file: Write, nodes: int) -
     assert np.abs(still - exact).max() < 1e-6 * np.abs(exact).max()
 
 
+def test_forces_of_a_file_on_what_its_output_does_not_hold(
+    beam, scene_file: Write, tmp_path: Path
+) -> None:
+    """The rows that are kept to hold it do not know the forces: their answers are vectors still."""
+    model, text = beam
+    forces = np.random.default_rng(2).normal(size=(len(model.part.points), 3))
+    lines = [f"{i},{x!r},{y!r},{z!r}" for i, (x, y, z) in enumerate(forces.tolist(), 1)]
+    (tmp_path / "wave.csv").write_text("\n".join(["node,fx,fy,fz", *lines]) + "\n")
+    text += '[[loads]]\ncomponent = "beam"\nfile = "wave.csv"\n[damping]\nratio = 1e-9\n'
+    text += f"[outputs]\nnodes = {{beam = [{len(forces)}]}}\n"
+    system = joined(scene_file(text))
+    push = np.zeros(model.K.shape[0])
+    push[model.dofs] = forces
+    for f in (20.0, 400.0, 900.0):
+        D = (model.K - (2 * np.pi * f) ** 2 * model.M).tocsc()
+        exact = sp.linalg.spsolve(D, push)[model.dofs[-1]]
+        output = linear_response(system, [f]).output[0, 1]
+        assert np.abs(output - exact).max() < 1e-3 * np.abs(exact).max()
+
+
 def test_modes_are_counted_from_the_first_that_vibrates(beam, scene_file: Write) -> None:
     model, text = beam
     text += load(1, 1, "[0, 0, 1]")

@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 from tests.vanelock.scenes.conftest import Chain, Write, chain, joined
 from vanelock import check_file, load_scene, nonlinear, run_scene
 from vanelock.common.errors import InputError
+from vanelock.fem.matrix_files import load_pairs
 from vanelock.pipeline.progress import Done, Event
 from vanelock.rom import System
-from vanelock.stages.matrices import nodal_forces
 from vanelock.stages.matrices.gather import gathered
 from vanelock.stages.matrices.steps import motions_step, piece_step, system_step
 
@@ -76,8 +76,8 @@ def whole() -> tuple[Floats, Floats]:
     B = np.zeros((len(PAIRS), 3, COUNT + OTHER, 3))
     for i, (a, b) in enumerate(PAIRS):
         B[i, :, a - 1], B[i, :, COUNT + b - 101] = np.eye(3), -np.eye(3)
-    B = B.reshape(-1, n)
-    return K + B.T @ np.diag([KT, KT, KN] * len(PAIRS)) @ B, B
+    rows = B.reshape(-1, n)
+    return K + rows.T @ np.diag([KT, KT, KN] * len(PAIRS)) @ rows, rows
 
 
 SHOWN = [2, 29, 39, COUNT + 2, COUNT + 16]
@@ -255,14 +255,13 @@ def test_a_file_that_changes_while_it_is_read_is_refused(
 ) -> None:
     random_forces(tmp_path)
     path = scene_file(scene(tmp_path) + GAS + SHAKEN)
-    read = nodal_forces.load_pairs
 
     def meanwhile(file: Path) -> object:
-        found = read(file)
+        found = load_pairs(file)
         file.write_text("node,fx\n1,2\n")
         return found
 
-    monkeypatch.setattr(nodal_forces, "load_pairs", meanwhile)
+    monkeypatch.setattr("vanelock.stages.matrices.nodal_forces.load_pairs", meanwhile)
     with pytest.raises(InputError, match=r"loads\[0\]\.file: .*gas\.csv: changed while it was"):
         gathered(load_scene(path))
 
