@@ -314,6 +314,10 @@ def test_a_missing_file_and_component_are_named(tmp_path: Path, scene_file: Writ
     with pytest.raises(InputError, match=r"loads\[1\]\.file: .*bad\.csv: cannot be read"):
         gathered(load_scene(scene_file(text)))
     (tmp_path / "bad.csv").write_text("node,fx\n3,1\n")
+    (tmp_path / "bad.csv").write_text("node,fx\n99,1\n")
+    ring = "[ring]\nsectors = 6\ncoordinates = 'cylindrical'\n"
+    with pytest.raises(InputError, match=r"loads\[1\]\.file: node 99 is not among the nodes"):
+        check_file(scene_file(text + ring))
     text = text.replace('component = "one"\nfile', 'component = "three"\nfile')
     with pytest.raises(InputError, match=r'loads\[1\]\.component: no component "three"'):
         gathered(load_scene(scene_file(text)))
