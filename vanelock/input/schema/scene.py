@@ -200,7 +200,7 @@ class TieKeys(KeyTable):
     pairs: Pairs = Field(description="node pairs")
 
 
-class SceneLoadKeys(KeyTable):
+class LoadKeys(KeyTable):
     """Forces on nodes of a component: the same on each, or those of a file."""
 
     component: str = Field(description="component")
@@ -276,7 +276,7 @@ class Scene(KeyTable):
     ties: dict[Name, TieKeys] = Field(default_factory=dict, description="ties")
     contacts: dict[Name, ContactKeys] = Field(default_factory=dict, description="contacts")
     elements: dict[Name, ElementKeys] = Field(default_factory=dict, description="elements")
-    loads: Annotated[tuple[SceneLoadKeys, ...], BeforeValidator(sequence)] = Field(
+    loads: Annotated[tuple[LoadKeys, ...], BeforeValidator(sequence)] = Field(
         default=(), description="loads"
     )
     excitation: SceneExcitation = SceneExcitation()

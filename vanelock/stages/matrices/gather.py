@@ -15,8 +15,8 @@ from vanelock.input.schema.scene import (
     GROUND,
     ContactKeys,
     ElementKeys,
+    LoadKeys,
     Scene,
-    SceneLoadKeys,
     TieKeys,
 )
 from vanelock.rom import Element
@@ -296,7 +296,7 @@ def _tie(name: str, keys: TieKeys) -> Tie:
     return Tie(name, own, mate, mine, theirs)
 
 
-def _load(i: int, load: SceneLoadKeys) -> Load:
+def _load(i: int, load: LoadKeys) -> Load:
     assert load.amplitude is not None
     where, direction = f"loads[{i}]", np.array(load.direction, float)
     length = float(np.linalg.norm(direction))
@@ -306,7 +306,7 @@ def _load(i: int, load: SceneLoadKeys) -> Load:
     return Load(where, load.component, nodes(load.nodes, f"{where}.nodes"), vector, load.harmonic)
 
 
-def _forces(i: int, load: SceneLoadKeys) -> NodalForces:
+def _forces(i: int, load: LoadKeys) -> NodalForces:
     where, factor = f"loads[{i}]", load.scale * _phase(f"loads[{i}]", load)
     try:
         digest, listed, forces = read_forces(Path(str(load.file)))
@@ -315,7 +315,7 @@ def _forces(i: int, load: SceneLoadKeys) -> NodalForces:
     return NodalForces(where, load.component, digest, listed, forces, factor, load.harmonic)
 
 
-def _phase(where: str, load: SceneLoadKeys) -> complex:
+def _phase(where: str, load: LoadKeys) -> complex:
     if load.harmonic == 0 and load.phase:
         raise InputError(f"{where}.phase: a static load (harmonic = 0) has none")
     return complex(np.exp(1j * np.deg2rad(load.phase)))
