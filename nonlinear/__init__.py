@@ -17,6 +17,8 @@ _modules = {
     "ParameterResponse": "following.parameter_response",
     "PeakResponse": "following.peak_response",
     "Response": "forced_response.response",
+    "RingResponse": "forced_response.ring.ring_response",
+    "SectorModes": "forced_response.ring.unlike",
     "SLIP": "contact.law",
     "SLIP_OPEN": "contact.law",
     "STUCK": "contact.law",
@@ -47,11 +49,14 @@ _modules = {
     "STABLE": "floquet.stability",
     "Stability": "floquet.stability",
     "UNDECIDED": "floquet.stability",
+    "Unlike": "forced_response.ring.unlike",
     "UNSTABLE": "floquet.stability",
+    "ring_response": "forced_response.ring.ring_response",
     "stability": "floquet.stability",
     "static_response": "forced_response.frequency_response",
     "stuck_modes": "balance.stuck_modes",
     "time_response": "transient.time_response",
+    "whitehead": "forced_response.ring.ring_response",
 }
 __all__ = list(_modules)
 __getattr__, __dir__ = lazy.attributes(__name__, _modules)

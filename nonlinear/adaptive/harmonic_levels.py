@@ -21,9 +21,9 @@ from vanelock.nonlinear.continuation.families import Frequencies
 from vanelock.nonlinear.forced_response.frequency_sweep import PointSolver, unheard
 from vanelock.nonlinear.forced_response.options import Options
 from vanelock.nonlinear.forced_response.static_mean import at_rest
-from vanelock.nonlinear.newton.linearised import Kept, to_be_made
+from vanelock.nonlinear.newton.linearised import KeptBasis, to_be_made
 from vanelock.nonlinear.newton.newton import Solution
-from vanelock.nonlinear.newton.preconditioner import Basis
+from vanelock.nonlinear.newton.preconditioner import Basis, Kept
 from vanelock.rom.system.system import System
 
 
@@ -182,7 +182,7 @@ class HarmonicLevels:
 
     def keep(self, harmonics: int, kept: Kept | None) -> None:
         """Have later balances of H harmonics start from this."""
-        if kept is not None:
+        if isinstance(kept, KeptBasis):
             self._bases[harmonics] = kept.basis
 
 

@@ -150,9 +150,10 @@ class Structure:
         return self.system.contacts.offset.reshape(-1)
 
     @cached_property
-    def _static_columns(self) -> Floats:
+    def _static_columns(self) -> Array:
         rows = self.at(0).rows
-        return np.asarray((rows @ rows.T) * self.stiffness[:, None])
+        other = rows.conj() if np.iscomplexobj(rows) else rows
+        return np.asarray((other @ rows.T) * self.stiffness[:, None])
 
     @cached_property
     def _preload(self) -> Floats:

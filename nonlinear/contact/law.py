@@ -17,7 +17,8 @@ contact that is closed at rest has w_n = 0 and slides at μ kn v^(0); one that i
 open, w = u.
 
 An element with a law of its own, f(u, u̇), is brought into the same form by a linear spring in its
-place, w = u - f/k.
+place, w = u - f/k. So is a contact whose springs are (1 + κ) K_c, those of the structure that it is
+solved in K_c: w = W(u) - κ (u - W(u)).
 """
 
 from collections.abc import Mapping
@@ -64,6 +65,10 @@ class Law:
         Whether friction is bounded by the mean normal force, the normal spring linear.
     elements : dict of int to Element
         Those that follow laws of their own, by number.
+    stiffer : (c, 3) float, optional
+        κ of each spring, where `stiffness` is not that of the structure.
+    bonded : (c,) bool, optional
+        Those that neither open nor slip: springs κ K_c.
     """
 
     alpha: Floats
@@ -73,6 +78,8 @@ class Law:
     isotropic: bool = False
     constant_load: bool = False
     elements: Mapping[int, Element] = field(default_factory=dict)
+    stiffer: Floats | None = None
+    bonded: NDArray[np.bool_] | None = None
 
     def __call__(self, u: Floats, omega: float = 0.0) -> "Deviation":
         """Evaluate at the relative displacements (c, 3, 2H + 1), m, of (v, u1, u2).
@@ -89,6 +96,9 @@ class Law:
             seen[:, 0, 1:] = 0.0
         if self.elements:  # what the kernels see of them is at rest
             seen = np.where(self._is_element[:, None, None], 0.0, seen)
+        if self.bonded is not None:  # of them, that they are pressed together
+            seen = np.where(self.bonded[:, None, None], 0.0, seen)
+            seen[self.bonded, 0, 0] = 1.0
         kernel = located_law if self.located else sampled_law
         if self.isotropic:
             kernel = isotropic_located_law if self.located else isotropic_sampled_law
@@ -100,6 +110,12 @@ class Law:
             jacobian[free, 0, :, 0] = np.eye(m)
         closed = np.where(slips, SLIP, STUCK)
         state = np.where(opening == CLOSED, closed, np.where(opening == ALWAYS, OPEN, SLIP_OPEN))
+        if self.stiffer is not None:
+            w -= self.stiffer[:, :, None] * (u - w)
+            jacobian *= 1 + self.stiffer[:, :, None, None, None]
+            for i in range(3):
+                for k in range(m):
+                    jacobian[:, i, k, i, k] -= self.stiffer[:, i]
         deviation = Deviation(w, jacobian, state, energy)
         return self._with_elements(deviation, u, omega) if self.elements else deviation
 

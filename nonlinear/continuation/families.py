@@ -5,17 +5,28 @@ value of its parameter.
 """
 
 from dataclasses import dataclass, replace
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vanelock.nonlinear.balance.balance import Balance, Structure
-from vanelock.nonlinear.balance.receptance_tables import Deferred, Tabulated
 from vanelock.nonlinear.contact.law import Deviation, Law
 from vanelock.nonlinear.newton.law_jacobian import response_to
 
 Floats = NDArray[np.float64]
 Rows = NDArray[np.int64]
+
+
+class BalanceSource(Protocol):
+    """Gives the balances: a structure, its tables, a ring of them."""
+
+    @property
+    def structure(self) -> Structure:
+        """The structure behind the balances, or what gives motions and their slopes as it does."""
+
+    def balance(self, omega: float) -> Balance:
+        """The balance at a circular frequency, rad/s."""
 
 
 @dataclass(frozen=True)
@@ -24,14 +35,14 @@ class Frequencies:
 
     Attributes
     ----------
-    source : Structure, Tabulated or Deferred
+    source : BalanceSource
         Gives the balances.
     friction : Law
     mean : (c, 3) float, optional
         Mean displacement that is held whatever the contacts do, m.
     """
 
-    source: Structure | Tabulated | Deferred
+    source: BalanceSource
     friction: Law
     mean: Floats | None = None
 

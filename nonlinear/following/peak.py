@@ -20,8 +20,8 @@ from vanelock.nonlinear.continuation.events import locate
 from vanelock.nonlinear.continuation.families import Frequencies, fixed
 from vanelock.nonlinear.forced_response.response import amplitude_and_slope
 from vanelock.nonlinear.fourier.trigonometric import to_complex
-from vanelock.nonlinear.newton.linearised import Kept
 from vanelock.nonlinear.newton.newton import Solution, solve
+from vanelock.nonlinear.newton.preconditioner import Kept
 
 Floats = NDArray[np.float64]
 Complex = NDArray[np.complex128]

@@ -106,23 +106,37 @@ def frequency_response(
     hertz = (checked_range if is_range else checked_frequencies)(frequencies)
     points = 100 if is_range else len(hertz)
     ready = options.prepare(system, hertz, points, modes, replaying(journal))
+    found, order = swept(ready.solver, frequencies, options.direction, progress)
+    jump = order[jumps(ready.solver, [found[i] for i in order])] if find_jumps else None
+    return ready.response(found, direction=options.direction or "up", jump=jump)
+
+
+def swept(
+    solver: PointSolver,
+    frequencies: ArrayLike | tuple[float, float],
+    direction: str | None,
+    progress: Progress | None,
+) -> tuple[list[Solution], NDArray[np.int64]]:
+    """Solutions at frequencies, Hz, or over a range of them, and in which order they were passed.
+
+    Those at given frequencies come as these do, those of a range upwards.
+    """
+    is_range = isinstance(frequencies, tuple)
+    omegas = TURN * (checked_range if is_range else checked_frequencies)(frequencies)
     reporter = _PointsDone(progress)
-    omegas, solver = TURN * hertz, replace(ready.solver, searching=reporter.searching)
+    solver = replace(solver, searching=reporter.searching)
     order = np.argsort(omegas, kind="stable")
-    if options.direction == "down":
+    if direction == "down":
         order = order[::-1]
     if is_range:
         begin, end = omegas[order]
         found = list(_report(solver, solver.explore(begin, end), reporter, (begin, end), None))
         found = _from_behind(solver, found)
         found = sorted(_peaked(solver, found), key=lambda point: point.omega)
-        order = np.arange(len(found))[:: -1 if options.direction == "down" else 1]
-    else:
-        swept = list(_report(solver, solver.sweep(omegas[order]), reporter, None, len(omegas)))
-        by_place = dict(zip(order, _from_behind(solver, swept), strict=True))
-        found = [by_place[i] for i in range(len(omegas))]
-    jump = order[jumps(solver, [found[i] for i in order])] if find_jumps else None
-    return ready.response(found, direction=options.direction or "up", jump=jump)
+        return found, np.arange(len(found))[:: -1 if direction == "down" else 1]
+    passed = list(_report(solver, solver.sweep(omegas[order]), reporter, None, len(omegas)))
+    by_place = dict(zip(order, _from_behind(solver, passed), strict=True))
+    return [by_place[i] for i in range(len(omegas))], order
 
 
 @dataclass

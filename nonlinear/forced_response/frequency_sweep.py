@@ -140,7 +140,7 @@ class PointSolver:
             tried = self._newton(omega, history)
             if not (tried and tried[-1].converged):
                 return None
-            return replace(_counted(tried, omega), seconds=time.process_time() - begin)
+            return replace(counted(tried, omega), seconds=time.process_time() - begin)
 
         return self.replay("easily", (omega, *(each.w for each in history)), solved)
 
@@ -161,7 +161,7 @@ class PointSolver:
         def solved() -> Solution | None:
             begin = time.process_time()
             effort = Effort(self.effort, lambda: self.searching(omega))
-            found = _counted(self._along(omega, history, effort), omega)
+            found = counted(self._along(omega, history, effort), omega)
             return replace(found, seconds=time.process_time() - begin) if found.converged else None
 
         return self.replay("along", (omega, *(each.w for each in history)), solved)
@@ -190,13 +190,13 @@ class PointSolver:
         effort, tried = Effort(self.effort, lambda: self.searching(omega)), list[Solution]()
         if history:
             tried = self._along(omega, history, effort)
-            if (found := _counted(tried, omega)).converged:
+            if (found := counted(tried, omega)).converged:
                 return found
         afresh = from_nothing(self.family.at(omega), self.law, self.tolerance, effort)
         tried.append(replace(afresh, continued=not history))
         if not history and not tried[-1].converged:
             tried += self._from_elsewhere(omega, effort)
-        return _counted(tried, omega)
+        return counted(tried, omega)
 
     def _newton(self, omega: float, history: list[Solution]) -> list[Solution]:
         """Newton's iteration from what the history suggests; the last one tried may converge."""
@@ -251,7 +251,7 @@ def starts(parameter: float, history: Sequence[Solution]) -> Iterator[Floats]:
         yield history[-1].w
 
 
-def _counted(tried: list[Solution], omega: float) -> Solution:
+def counted(tried: list[Solution], omega: float) -> Solution:
     """The best of some attempts at a frequency, with the iterations of all on the way there."""
     there = [each for each in tried if each.omega == omega]
     best = min(there, key=lambda each: (not each.converged, each.residual))

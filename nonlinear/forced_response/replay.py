@@ -19,7 +19,8 @@ from typing import Any, Protocol, TypeVar
 import numpy as np
 
 from vanelock.nonlinear.contact.law import Deviation
-from vanelock.nonlinear.newton.linearised import Kept
+from vanelock.nonlinear.newton.linearised import KeptBasis
+from vanelock.nonlinear.newton.linearised_ring import KeptRing
 from vanelock.nonlinear.newton.newton import Solution
 from vanelock.nonlinear.newton.preconditioner import Basis
 
@@ -176,7 +177,8 @@ class _Book:
         """An object from its parts; one that is shared is held for later ones."""
         number = self._count
         self._count += kind in self._shared
-        made = kind(*(self._decoded(each, arrays) for each in parts))
+        pairs = zip(fields(kind), parts, strict=True)
+        made = kind(**{field.name: self._decoded(part, arrays) for field, part in pairs})
         if kind in self._shared:
             self._held[number] = made
         return made
@@ -223,4 +225,4 @@ class _Arrays:
 
 def replaying(journal: Journal | None, *more: type) -> Replay:
     """What asks for solutions, or dataclasses that consist of them, `more`, with a journal."""
-    return Replay(journal, shared=(Kept, Basis), known=(Solution, Deviation, *more))
+    return Replay(journal, shared=(KeptBasis, Basis, KeptRing), known=(Solution, Deviation, *more))

@@ -15,11 +15,14 @@ from numpy.typing import NDArray
 from scipy.linalg.lapack import dgetrf, dgetrs
 
 from vanelock.nonlinear.balance.balance import Balance
+from vanelock.nonlinear.balance.ring_balance import RingBalance
 from vanelock.nonlinear.contact.law import Deviation
 from vanelock.nonlinear.newton.gmres import gmres
 from vanelock.nonlinear.newton.law_jacobian import slope_of
+from vanelock.nonlinear.newton.linearised_ring import LinearisedRing
 from vanelock.nonlinear.newton.preconditioner import (
     Basis,
+    Kept,
     gathered,
     seen,
     small_matrix,
@@ -55,8 +58,8 @@ class Border:
 
 
 @dataclass(frozen=True)
-class Kept:
-    """What preconditions large balances, kept over steps and frequencies while it serves.
+class KeptBasis(Kept):
+    """Strong directions and the small matrix of one state.
 
     Attributes
     ----------
@@ -65,20 +68,17 @@ class Kept:
         I - M J L of `preconditioner`.
     factors : tuple
         Its LU factors.
-    stale : bool
-        Whether it serves no longer.
     """
 
     basis: Basis
     matrix: Floats
     factors: tuple[Floats, NDArray[np.int32]]
-    stale: bool = False
 
 
-def to_be_made(basis: Basis) -> Kept:
+def to_be_made(basis: Basis) -> KeptBasis:
     """A basis whose matrix serves no longer."""
     none = np.empty((0, 0))
-    return Kept(basis, none, (none, np.empty(0, np.int32)), stale=True)
+    return KeptBasis(basis, none, (none, np.empty(0, np.int32)), stale=True)
 
 
 class Linearised(Protocol):
@@ -202,12 +202,12 @@ class Iterative:
         self._places = self.entries if border is None else np.append(self.entries, self.size)
         self.pick = np.searchsorted(self.components, active)
         self.receptance = balance.columns.part(self.components[self.pick], self.components)
-        basis = strong_directions(balance, stiffness) if kept is None else kept.basis
+        basis = kept.basis if isinstance(kept, KeptBasis) else strong_directions(balance, stiffness)
         self.basis = basis.of(self.components)
-        if kept is None or kept.stale:
+        if not isinstance(kept, KeptBasis) or kept.stale:
             matrix = small_matrix(self.basis, self.slope)
-            kept = Kept(basis, matrix, dgetrf(matrix)[:2])
-        self.kept: Kept = kept
+            kept = KeptBasis(basis, matrix, dgetrf(matrix)[:2])
+        self.kept: KeptBasis = kept
         self.factors = kept.factors
         if border is not None:
             self.factors = dgetrf(self._bordered(kept.matrix))[:2]
@@ -318,6 +318,8 @@ def linearise(
     stiffness: Floats,
 ) -> Linearised:
     """P at a state, ready to be solved; see `Direct`."""
+    if isinstance(balance, RingBalance):
+        return LinearisedRing(balance, deviation, rows, weight, border, kept)
     if len(rows) <= DIRECT:
         return Direct(balance, deviation, rows, weight, border, kept)
     return Iterative(balance, deviation, rows, weight, border, kept, stiffness)

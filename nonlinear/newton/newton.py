@@ -18,7 +18,8 @@ from numpy.typing import NDArray
 from vanelock.nonlinear.balance.balance import Balance
 from vanelock.nonlinear.contact.law import Deviation, Law
 from vanelock.nonlinear.newton.law_jacobian import response_to
-from vanelock.nonlinear.newton.linearised import Border, Kept, linearise
+from vanelock.nonlinear.newton.linearised import Border, linearise
+from vanelock.nonlinear.newton.preconditioner import Kept
 
 Floats = NDArray[np.float64]
 Rows = NDArray[np.int64]

@@ -25,6 +25,19 @@ WEAK = 0.35  # singular values below this are left to the iteration
 SKETCH = 64
 
 
+@dataclass(frozen=True, kw_only=True)
+class Kept:
+    """What preconditions large balances, kept over steps and frequencies while it serves.
+
+    Attributes
+    ----------
+    stale : bool
+        Whether it serves no longer.
+    """
+
+    stale: bool = False
+
+
 @dataclass(frozen=True)
 class Basis:
     """Strong directions of the receptances.

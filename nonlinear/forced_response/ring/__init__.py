@@ -1,0 +1,1 @@
+"""Rings whose sectors are not alike."""

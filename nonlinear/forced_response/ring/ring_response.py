@@ -1,0 +1,238 @@
+"""Forced response of a ring whose sectors are not alike."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from vanelock.common.errors import InputError
+from vanelock.common.product import Product
+from vanelock.nonlinear.balance.stuck_modes import StuckModes
+from vanelock.nonlinear.contact.law import Law
+from vanelock.nonlinear.contact.sampling import checked_samples
+from vanelock.nonlinear.continuation.families import Frequencies
+from vanelock.nonlinear.forced_response.frequencies import (
+    check_band,
+    checked_frequencies,
+    checked_range,
+)
+from vanelock.nonlinear.forced_response.frequency_response import Progress, swept
+from vanelock.nonlinear.forced_response.options import HARMONICS, Options, check_forces
+from vanelock.nonlinear.forced_response.replay import Journal, replaying
+from vanelock.nonlinear.forced_response.response import STATES, half_peak_to_peak
+from vanelock.nonlinear.forced_response.ring.ring_solver import RingSolver
+from vanelock.nonlinear.forced_response.ring.ring_source import (
+    RingContacts,
+    RingSource,
+    ring_contacts,
+    ring_source,
+)
+from vanelock.nonlinear.forced_response.ring.unlike import Unlike
+from vanelock.nonlinear.fourier.threads import one_thread
+from vanelock.nonlinear.fourier.trigonometric import TURN, to_complex
+from vanelock.nonlinear.newton.newton import Solution
+from vanelock.rom.system.system import System
+
+Array = NDArray[np.complex128]
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class RingResponse(Product):
+    """Periodic response of all N sectors at p frequencies.
+
+    Attributes
+    ----------
+    frequency : (p,) float
+        Hz.
+    contact : (p, H + 1, N, c, 3) complex
+        Relative displacements (v, u1, u2), interference included in the mean of v, m; one-sided
+        coefficients, q_j(t) = Re Σ_h q_j^(h) e^{ihωt} in every sector j.
+    force : (p, H + 1, N, c, 3) complex
+        Contact forces (n, t1, t2), N.
+    state : (p, N, c) int
+        STUCK, SLIP, OPEN or SLIP_OPEN; ELEMENT for what follows a law of its own.
+    dissipation : (p, N, c) float
+        Friction work in a period, J.
+    output : (p, H + 1, N, o, 3) complex
+        Displacement of the output nodes, m.
+    amplitude : (p, N, o, 3) float
+        Half the peak-to-peak of each output over a period, m.
+    alike : (o, 3) float
+        Largest amplitude of each output over the frequencies, were all sectors alike, m; NaN if
+        none of those points converged.
+    converged : (p,) bool
+        Whether the residual is below the tolerance; if not, nothing here is to be trusted.
+    residual : (p,) float
+        Relative residual of the balance.
+    iterations : (p,) int
+        Newton steps spent.
+    seconds : (p,) float
+        Processor time spent on each point.
+    """
+
+    frequency: Floats = field(metadata={"unit": "Hz"})
+    contact: Array = field(metadata={"unit": "m"})
+    force: Array = field(metadata={"unit": "N"})
+    state: NDArray[np.int64] = field(metadata={"codes": STATES})
+    dissipation: Floats = field(metadata={"unit": "J"})
+    output: Array = field(metadata={"unit": "m"})
+    amplitude: Floats = field(metadata={"unit": "m"})
+    alike: Floats = field(metadata={"unit": "m"})
+    converged: NDArray[np.bool_]
+    residual: Floats
+    iterations: NDArray[np.int64]
+    seconds: Floats = field(metadata={"unit": "s"})
+
+    @property
+    def amplification(self) -> Floats:
+        """(N, o, 3) largest amplitude over the frequencies, over that were all sectors alike.
+
+        Points that are not converged do not count; NaN where none is or nothing moves.
+        """
+        amplitude = self.amplitude[self.converged]
+        if not len(amplitude):
+            return np.full(self.amplitude.shape[1:], np.nan)
+        with np.errstate(invalid="ignore", divide="ignore"):
+            return np.where(self.alike > 0, amplitude.max(axis=0) / self.alike, np.nan)
+
+    @property
+    def points(self) -> int:
+        """Number of frequencies p."""
+        return len(self.frequency)
+
+    @property
+    def harmonics(self) -> int:
+        """H."""
+        return int(self.contact.shape[1]) - 1
+
+
+def whitehead(sectors: int) -> float:
+    """Largest amplification (1 + √N)/2 of one linear mode a sector (Whitehead, 1966)."""
+    return float((1 + np.sqrt(sectors)) / 2)
+
+
+@one_thread
+def ring_response(
+    system: System,
+    frequencies: ArrayLike | tuple[float, float],
+    unlike: Unlike,
+    options: Options = Options(),
+    progress: Progress | None = None,
+    modes: Mapping[int, StuckModes] | None = None,
+    journal: Journal | None = None,
+) -> RingResponse:
+    """Steady vibration of a ring of unlike sectors with friction: all sectors' balances at once.
+
+    Parameters
+    ----------
+    system : System
+        With the nodal diameters 0 to N/2: what all sectors are compared with.
+    frequencies : (p,) array_like or (float, float)
+        Hz, as of `frequency_response`.
+    unlike : Unlike
+    options : Options
+        Coupled, harmonics at the diameters of a wave, all modes in full.
+    progress : callable, optional
+        As of `frequency_response`; once for each point of the alike ring and of the unlike one.
+    modes : dict of int to StuckModes, optional
+        As of `frequency_response`.
+    journal : Journal, optional
+        As of `frequency_response`.
+
+    Returns
+    -------
+    RingResponse
+        `converged` says for each point whether it is to be trusted.
+
+    Notes
+    -----
+    Each point is solved from the points before it, then from the alike ring at its frequency,
+    directly or with the deviations growing from none to all, then by the ways that a response of
+    alike sectors has. Where several solutions exist it is one of them, and stability is not judged.
+
+    Raises
+    ------
+    InputError
+        If deviations or options do not fit, a frequency is not positive, a nodal diameter is
+        missing, or a harmonic above H is excited.
+    """
+    hertz = (checked_range if isinstance(frequencies, tuple) else checked_frequencies)(frequencies)
+    _check(options)
+    H = HARMONICS if options.harmonics is None else options.harmonics
+    samples = checked_samples(options.samples, H, options.friction)
+    options = replace(options, harmonics=H, samples=samples)
+    whole = unlike.of(system)
+    check_forces(system, H)
+    check_band(system, hertz)
+    omegas = TURN * hertz
+    points = 100 if isinstance(frequencies, tuple) else len(hertz)
+    limits = (float(omegas.min()), float(omegas.max()))
+    source = ring_source(system, H, limits, points, whole.modes, modes)
+    replay = replaying(journal)
+
+    @lru_cache
+    def contacts(part: float) -> RingContacts:
+        return ring_contacts(system.contacts, whole.share(part))
+
+    @lru_cache
+    def family(part: float, harmonics: int = H) -> Frequencies:
+        own = contacts(part)
+        law = own.law(harmonics, samples, options.friction)
+        return Frequencies(replace(source, offset=own.offset), law)
+
+    def law(harmonics: int) -> Law:
+        return family(1.0, harmonics).friction
+
+    solver = RingSolver(family(1.0), law, options.tolerance, replay, options.effort, parts=family)
+    first = replace(options, harmonics=H).prepare(system, hertz, points, modes, replay)
+    alike, _ = swept(first.solver, frequencies, options.direction, progress)
+    alike = [each for each in alike if each.converged]
+    found, _ = swept(replace(solver, alike=alike), frequencies, options.direction, progress)
+    largest = np.full((len(system.output_names), 3), np.nan)
+    for each in alike:
+        moved = first.structure.output(first.structure.amplitudes(each.omega, each.w))
+        largest = np.fmax(largest, half_peak_to_peak(moved))
+    return _assembled(replace(source, offset=contacts(1.0).offset), system, found, largest)
+
+
+def _check(options: Options) -> None:
+    """Refuse options that rings of unlike sectors do not have."""
+    allowed = {"coupling": "coupled", "harmonic_diameters": "wave", "static_beyond": None}
+    for name, wanted in allowed.items():
+        if (given := getattr(options, name)) != wanted:
+            raise InputError(f"{name}: given {given!r}: rings of unlike sectors have {wanted!r}")
+
+
+def _assembled(
+    source: RingSource, system: System, found: list[Solution], alike: Floats
+) -> RingResponse:
+    """Solved points as a response, the first sector's instant for all."""
+    N, c, H = system.sectors, system.contacts.count, source.harmonics
+    turn = np.outer(np.arange(H + 1), np.arange(N)) * system.engine_order / N
+    lag = np.exp(-2j * np.pi * turn)[:, :, None, None]
+    stiffness = np.repeat(source.each[0].stiffness.reshape(1, -1, 3), N, axis=0)[:, :c]
+
+    def of_contacts(values: Floats) -> Array:
+        """(H + 1, N, c, 3)."""
+        shaped = to_complex(values).reshape(H + 1, N, -1, 3)[:, :, :c]
+        return np.asarray(lag * shaped)
+
+    states = [each.deviation.state.reshape(N, -1)[:, :c] for each in found]
+    outputs = [lag * source.output(source.amplitudes(each.omega, each.w)) for each in found]
+    return RingResponse(
+        frequency=np.array([each.omega for each in found]) / TURN,
+        contact=np.array([of_contacts(each.u) for each in found]),
+        force=np.array([of_contacts(each.u - each.w) * stiffness for each in found]),
+        state=np.array(states),
+        dissipation=np.array([e.deviation.dissipation.reshape(N, -1)[:, :c] for e in found]),
+        output=np.array(outputs),
+        amplitude=half_peak_to_peak(np.array(outputs).swapaxes(0, 1)),
+        alike=alike,
+        converged=np.array([each.converged for each in found]),
+        residual=np.array([each.residual for each in found]),
+        iterations=np.array([each.iterations for each in found]),
+        seconds=np.array([each.seconds for each in found]),
+    )

@@ -1,0 +1,223 @@
+"""By how much the sectors of a ring differ."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any, Self
+
+import numpy as np
+import scipy.linalg as la
+from numpy.typing import NDArray
+
+from vanelock.common.arrays import hold_arrays
+from vanelock.common.errors import InputError
+from vanelock.common.product import Product
+from vanelock.rom.system.system import System
+
+Floats = NDArray[np.float64]
+FREE = 1e-12
+"""Of a part's largest ω²: what modes that nothing holds are below."""
+RELATIVE = ("mu", "kn", "kt", "frequency")
+
+
+@dataclass(frozen=True)
+class SectorModes(Product):
+    """Modes of a part that every sector has, alone, whose frequencies may differ by sector.
+
+    A sector whose mode r vibrates at (1 + δ) times its frequency is stiffer by
+    ΔK = g_rᵀ k_r ((1 + δ)² - 1) g_r, g_r the row that gives the mode's amplitude in a motion of the
+    sector: sψᵀM, m, for a mode ψ with ψᵀMψ = 1 and the largest displacement s; k_r = ω_r²/s².
+
+    Attributes
+    ----------
+    rows : dict of int to (r, n_k)
+        g by nodal diameter, 0 to N/2, in its coordinates.
+    stiffness : (r,) float
+        k, N/m.
+    """
+
+    rows: dict[int, NDArray[np.complex128]]
+    stiffness: Floats
+
+    def __post_init__(self) -> None:
+        hold_arrays(self, {"stiffness": 1})
+
+    @classmethod
+    def of_part(cls, system: System, K: Floats, M: Floats, part: Floats, count: int) -> Self:
+        """The lowest elastic modes of a part by itself, held as its stiffness says.
+
+        Parameters
+        ----------
+        system : System
+            With the nodal diameters 0 to N/2.
+        K, M : (m, m) float
+            Of the part, the same at all nodal diameters; K with whatever holds the part.
+        part : (m, n) float
+            The part's coordinates in those of the system, such as `rom.split` of the identity.
+        count : int
+            r; modes that no stiffness holds are left out.
+
+        Raises
+        ------
+        InputError
+            If the part has not so many modes, or sizes do not fit.
+        """
+        if K.shape != M.shape or K.shape != (len(part), len(part)):
+            raise InputError(f"modes: K {K.shape}, M {M.shape} and part {part.shape} do not fit")
+        squared, shapes = la.eigh(K, M)
+        elastic = np.flatnonzero(squared > FREE * squared[-1])[:count]
+        if len(elastic) < count or count < 1:
+            raise InputError(f"modes: given {count}: the part has {len(elastic)}")
+        shapes = shapes[:, elastic]
+        largest = np.abs(shapes).max(axis=0)
+        rows = (largest * (M @ shapes)).T @ part
+        every = dict.fromkeys(range(system.sectors // 2 + 1), rows.astype(complex))
+        return cls(every, squared[elastic] / largest**2)
+
+
+@dataclass(frozen=True)
+class Unlike(Product):
+    """By how much every sector of a ring differs from the system that is given as alike.
+
+    What is not given does not differ. Contacts are those of one sector, c; sectors are counted in
+    the direction in which sector j of a wave of engine order EO > 0 follows by 2π j EO/N.
+
+    Attributes
+    ----------
+    sectors : int
+        N.
+    interference : (N, c) float
+        More than the system's, m.
+    slider : (N, c, 2) float
+        More than the system's, m.
+    mu, kn : (N, c) float
+        Relative: 0.01 is one hundredth more.
+    kt : (N, c, 2) float
+        Relative.
+    frequency : (N, r) float
+        Relative, of each of `modes`.
+    modes : SectorModes, optional
+        What `frequency` is of.
+    """
+
+    sectors: int
+    interference: Floats = field(default_factory=lambda: np.zeros((0, 0)), metadata={"unit": "m"})
+    slider: Floats = field(default_factory=lambda: np.zeros((0, 0, 2)), metadata={"unit": "m"})
+    mu: Floats = field(default_factory=lambda: np.zeros((0, 0)))
+    kn: Floats = field(default_factory=lambda: np.zeros((0, 0)))
+    kt: Floats = field(default_factory=lambda: np.zeros((0, 0, 2)))
+    frequency: Floats = field(default_factory=lambda: np.zeros((0, 0)))
+    modes: SectorModes | None = None
+
+    def __post_init__(self) -> None:
+        wanted = {"interference": 2, "slider": 3, "mu": 2, "kn": 2, "kt": 3, "frequency": 2}
+        hold_arrays(self, wanted)
+
+    @classmethod
+    def scatter(
+        cls,
+        system: System,
+        deviation: Mapping[str, Mapping[str, float]],
+        seed: int = 0,
+        modes: SectorModes | None = None,
+    ) -> Self:
+        """A ring drawn at random: one normal deviation for each sector, joint and quantity.
+
+        Parameters
+        ----------
+        system : System
+        deviation : dict of str to dict
+            Standard deviations relative to the system's value, by joint and quantity:
+            {"contact": {"interference": 0.01, "mu": 0.05}}; quantities are interference, mu, kn,
+            kt, and slider: places of sliders relative to the reach μ kn v₀/kt of static friction
+            under interference alone, each direction drawn by itself. {"modes": {"frequency": 0.01}}
+            is of all `modes`, each drawn by itself.
+        seed : int
+            Of the generator of random numbers.
+        modes : SectorModes, optional
+
+        Raises
+        ------
+        InputError
+            If a joint or a quantity is unknown, or a deviation is not a number >= 0.
+        """
+        contacts, N, rng = system.contacts, system.sectors, np.random.default_rng(seed)
+        known = sorted({*contacts.joints, *(["modes"] if modes is not None else [])})
+        reach = contacts.alpha * np.maximum(contacts.v0, 0.0)[:, None]
+        scales = {"interference": contacts.v0[:, None], "slider": reach}
+        drawn = {name: np.zeros((N, contacts.count, 1)) for name in ("interference", "mu", "kn")}
+        drawn |= {name: np.zeros((N, contacts.count, 2)) for name in ("kt", "slider")}
+        frequency = np.zeros((N, 0 if modes is None else len(modes.stiffness)))
+        for joint, given in sorted(deviation.items()):
+            if joint not in known:
+                raise InputError(f"unlike: given {joint!r}: known are {', '.join(known)}")
+            allowed = ("frequency",) if joint == "modes" else sorted(drawn)
+            for name, size in sorted(given.items()):
+                where = f"unlike: {joint}.{name}"
+                if name not in allowed:
+                    raise InputError(f"{where}: allowed: {', '.join(allowed)}")
+                if not (np.isfinite(size) and size >= 0):
+                    raise InputError(f"{where}: given {size}: must be >= 0")
+                if joint == "modes":
+                    frequency = size * rng.standard_normal(frequency.shape)
+                    continue
+                share = size * rng.standard_normal((N, 1, 2 if name == "slider" else 1))
+                own = contacts.of(joint)[:, None]
+                drawn[name] += np.where(own, scales.get(name, 1.0) * share, 0.0)
+        flat = {name: drawn[name][:, :, 0] for name in ("interference", "mu", "kn")}
+        pairs = {name: drawn[name] for name in ("kt", "slider")}
+        return cls(N, **flat, **pairs, frequency=frequency, modes=modes)
+
+    def of(self, system: System) -> Self:
+        """The same with all arrays of the sizes that a system has.
+
+        Raises
+        ------
+        InputError
+            If shapes do not fit the system, or a contact would have no stiffness or friction below
+            zero.
+        """
+        N, c = system.sectors, system.contacts.count
+        r = 0 if self.modes is None else len(self.modes.stiffness)
+        shapes: dict[str, tuple[int, ...]] = {
+            "interference": (N, c),
+            "slider": (N, c, 2),
+            "mu": (N, c),
+            "kn": (N, c),
+            "kt": (N, c, 2),
+            "frequency": (N, r),
+        }
+        if self.sectors != N:
+            raise InputError(f"unlike: of {self.sectors} sectors: the system has {N}")
+        whole: dict[str, Any] = {}
+        for name, shape in shapes.items():
+            given = getattr(self, name)
+            whole[name] = given if given.size else np.zeros(shape)
+            if whole[name].shape != shape:
+                raise InputError(f"unlike.{name}: given shape {given.shape}: needs {shape}")
+            if not np.all(np.isfinite(given)):
+                raise InputError(f"unlike.{name}: holds values that are not finite")
+            above = ">=" if name == "mu" else ">"
+            if name in RELATIVE and np.any(given < -1 if name == "mu" else given <= -1):
+                least = f"{given.min():g}"
+                raise InputError(f"unlike.{name}: given {least}: relative, must be {above} -1")
+        for name in ("slider", "mu", "kn", "kt"):
+            if np.any(whole[name][:, ~system.contacts.springs]):
+                raise InputError(f"unlike.{name}: elements follow laws of their own")
+        return replace(self, **whole)
+
+    def share(self, part: float) -> Self:
+        """All deviations times a number."""
+        names = ("interference", "slider", *RELATIVE)
+        return replace(self, **{name: part * getattr(self, name) for name in names})
+
+    def turned(self, steps: int) -> Self:
+        """The same ring, sector j what sector j - steps was."""
+        names = ("interference", "slider", *RELATIVE)
+        return replace(
+            self,
+            **{
+                name: np.roll(value, steps, axis=0) if value.size else value
+                for name in names
+                for value in [getattr(self, name)]
+            },
+        )

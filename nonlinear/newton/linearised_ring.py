@@ -1,0 +1,226 @@
+"""The linearised balance of a ring of unlike sectors, by GMRES from that of a ring of alike ones.
+
+The contacts' laws linearise to a matrix J_j a sector. With its mean J̄ instead, waves n do not meet
+(`ring_balance`), and in the real coefficients of harmonic h >= 1, of which Z = C + iS,
+
+    P_n = I - J̄ R̂_n,    R̂_n = [ (A + Ã)/2    i(A - Ã)/2 ]     A = R̂_{h,n},  Ã = R̂*_{h,-n},
+                              [ -i(A - Ã)/2   (A + Ã)/2 ],
+
+is complex and as large as one sector's contacts; P_{N-n} is its conjugate. Contacts whose J̄ is
+small, such as those that stick on springs that differ by sector, are left to the iteration: theirs
+counts as zero, so that P_n is inverted on the others alone. Where all sectors are alike, and none
+is left out, these are the linearised balance itself, and GMRES ends at its first step.
+"""
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vanelock.nonlinear.balance.ring_balance import RingBalance, passed
+from vanelock.nonlinear.contact.law import Deviation
+from vanelock.nonlinear.newton.gmres import gmres
+from vanelock.nonlinear.newton.preconditioner import Kept
+
+if TYPE_CHECKING:
+    from vanelock.nonlinear.newton.linearised import Border
+
+Array = NDArray[np.complex128]
+Floats = NDArray[np.float64]
+Rows = NDArray[np.int64]
+
+WEAK = 0.1
+"""Largest entry of J̄ of contacts that are left to the iteration."""
+LIMIT = 200
+"""Dimension of GMRES' subspace, at most."""
+STALE = 4
+"""Iterations for each digit after which P_n are inverted anew."""
+
+
+@dataclass(frozen=True)
+class KeptRing(Kept):
+    """The inverses of P_n, kept over steps and frequencies while they serve.
+
+    Attributes
+    ----------
+    contacts : (a,) int
+        Of a sector, those that they are of: whose J̄ is not small.
+    inverse : (N/2 + 1, 3am, 3am) complex
+    sign : float
+        Of the determinant of all waves.
+    """
+
+    contacts: Rows
+    inverse: Array
+    sign: float
+
+    def serves(self, contacts: Rows) -> bool:
+        """Whether it serves where these contacts deviate."""
+        return not self.stale and bool(np.isin(self.contacts, contacts).all())
+
+
+class LinearisedRing:
+    """P applied, preconditioned by that of the ring of alike sectors.
+
+    Parameters
+    ----------
+    balance, deviation
+        Where it is linearised.
+    rows : (k,) int
+        Components of w that are unknown; those contacts are in all sectors.
+    weight : (n,) float
+        Of each component in a norm.
+    border : Border, optional
+    kept : Kept, optional
+        Of an earlier state.
+    """
+
+    def __init__(
+        self,
+        balance: RingBalance,
+        deviation: Deviation,
+        rows: Rows,
+        weight: Floats,
+        border: "Border | None",
+        kept: Kept | None,
+    ) -> None:
+        self.m, self.sectors = deviation.w.shape[2], balance.sectors
+        self.weight, self.border, self.size = weight, border, deviation.w.size
+        count = len(deviation.w) // self.sectors
+        contacts = np.unique(rows // (3 * self.m) % count)
+        self.a = len(contacts)
+        components = np.asarray(3 * contacts[:, None] + np.arange(3)).reshape(-1)
+        width = 3 * self.m
+        blocks = deviation.jacobian.reshape(self.sectors, count, width, width)
+        self.blocks = np.ascontiguousarray(blocks[:, contacts])
+        self.mean = self.blocks.mean(axis=0)
+        self.receptance = balance.ring.among(components)
+        per_sector = components[:, None] * self.m + np.arange(self.m)
+        every = 3 * count * self.m * np.arange(self.sectors)
+        self.entries = (every[:, None] + per_sector.reshape(-1)).reshape(-1)
+        self._places = self.entries if border is None else np.append(self.entries, self.size)
+        self.kept: KeptRing | None = kept if isinstance(kept, KeptRing) else None
+        if not (self.kept and self.kept.serves(contacts)):
+            self.kept = self._made(contacts)
+        self.singular = self.kept is None
+        if self.kept is not None:
+            self.strong = np.isin(contacts, self.kept.contacts)
+            near, far = self._components(self.strong), self._components(~self.strong)
+            self.coupling = np.ascontiguousarray(self.receptance[:, :, far[:, None], near])
+        if border is not None and not self.singular:
+            self._rate = border.rate[self.entries]
+            self._normal = border.normal[self.entries]
+            self._led = self._alike(self._rate)
+            self._pivot = border.corner + float(self._normal @ self._led)
+            self.singular |= self._pivot == 0.0
+
+    def _made(self, contacts: Rows) -> KeptRing | None:
+        """Inverses at this very state; None where one does not exist."""
+        strong = np.abs(self.mean).max(axis=(1, 2)) > WEAK
+        matrices = self._waves(strong)
+        own = [P.real for n, P in enumerate(matrices) if 2 * n % self.sectors == 0]
+        sign = float(np.prod([np.linalg.slogdet(P)[0] for P in own]))
+        try:
+            inverse: Array = np.linalg.inv(matrices).astype(complex, copy=False)
+        except np.linalg.LinAlgError:
+            return None
+        if sign == 0.0 or not np.all(np.isfinite(inverse)):
+            return None
+        return KeptRing(contacts[strong], inverse, sign)
+
+    def _components(self, chosen: NDArray[np.bool_]) -> Rows:
+        """Places of some contacts' components among those of all that deviate."""
+        return np.flatnonzero(np.repeat(chosen, 3))
+
+    def _waves(self, strong: NDArray[np.bool_]) -> Array:
+        """(N/2 + 1, 3sm, 3sm) P_n of s contacts for n = 0 ... N/2."""
+        near = self._components(strong)
+        N, m, k = self.sectors, self.m, len(near)
+        waves = np.arange(N // 2 + 1)
+        R = self.receptance[:, :, near[:, None], near].swapaxes(2, 3)  # (H + 1, N, to, from)
+        moved = np.zeros((len(waves), k, m, k, m), complex)
+        moved[:, :, 0, :, 0] = R[0, waves]
+        for h in range(1, len(R)):
+            A, B = R[h, waves], R[h, -waves].conj()
+            c, s = 2 * h - 1, 2 * h
+            moved[:, :, c, :, c] = moved[:, :, s, :, s] = (A + B) / 2
+            moved[:, :, c, :, s] = 1j * (A - B) / 2
+            moved[:, :, s, :, c] = -1j * (A - B) / 2
+        P: Array = -(self.mean[strong] @ moved.reshape(len(waves), k // 3, 3 * m, k * m))
+        P = P.reshape(len(waves), k * m, k * m)
+        each = np.arange(k * m)
+        P[:, each, each] += 1.0
+        return P
+
+    def _alike(self, y: Floats) -> Floats:
+        """P⁻¹ of the ring of alike sectors, on the entries of these contacts."""
+        assert self.kept is not None
+        N, strong = self.sectors, self.strong
+        x = y.reshape(N, self.a, 3 * self.m).copy()
+        if not strong.any():
+            return x.reshape(-1)
+        right = x[:, strong]
+        if not strong.all():
+            moved = passed(self.coupling, x[:, ~strong].reshape(N, -1, self.m))
+            right += (self.mean[strong] @ moved.reshape(N, -1, 3 * self.m, 1))[..., 0]
+        waves = np.fft.rfft(right.reshape(N, -1), axis=0).conj()
+        solved = (self.kept.inverse @ waves[:, :, None])[:, :, 0]
+        x[:, strong] = np.fft.irfft(solved.conj(), N, axis=0).reshape(right.shape)
+        return x.reshape(-1)
+
+    def _operator(self, y: Floats) -> Floats:
+        """P, bordered, on the entries of these contacts."""
+        x = y[: len(self.entries)].reshape(self.sectors, -1, self.m)
+        u = passed(self.receptance, x).reshape(self.sectors, self.a, 3 * self.m, 1)
+        top = y[: len(self.entries)] - (self.blocks @ u).reshape(-1)
+        if self.border is None:
+            return np.asarray(top)
+        top -= self._rate * y[-1]
+        return np.append(top, self._normal @ y[:-1] + self.border.corner * y[-1])
+
+    def _precondition(self, y: Floats) -> Floats:
+        """The same of the ring of alike sectors, inverted."""
+        if self.border is None:
+            return self._alike(y)
+        ahead = self._alike(y[:-1])
+        parameter = (y[-1] - self._normal @ ahead) / self._pivot
+        return np.append(ahead + parameter * self._led, parameter)
+
+    def solve(self, gap: Floats, tolerance: float) -> Floats | None:
+        """(dw, dp); None where the iteration does not get there."""
+        if self.singular:
+            return None
+        inner: Floats = gap[self._places]
+        weight: Floats = self.weight[self._places]
+
+        def scaled(z: Floats) -> Floats:
+            return self._operator(self._precondition(z / weight)) * weight
+
+        with np.errstate(all="ignore"):
+            reached = gmres(scaled, inner * weight, tolerance, LIMIT)
+        self.hessenberg = reached.hessenberg
+        if not reached.residual < max(tolerance, 0.1):
+            return None
+        if reached.iterations > STALE * max(1.0, -np.log10(tolerance)):
+            assert self.kept is not None
+            self.kept = replace(self.kept, stale=True)
+        step = np.zeros_like(gap)
+        step[self._places] = self._precondition(reached.solution / weight)
+        return step
+
+    def merit(self, gap: Floats) -> float:
+        """Preconditioned size of a gap."""
+        if self.singular:
+            return float(np.linalg.norm(gap * self.weight))
+        outside = gap * self.weight
+        outside[self._places] = 0.0  # components outside P count as they are
+        inside = self._precondition(gap[self._places]) * self.weight[self._places]
+        return float(np.hypot(np.linalg.norm(inside), np.linalg.norm(outside)))
+
+    def orientation(self) -> float:
+        """Sign of det P, as of `Iterative`: waves n and N - n are conjugate and do not count."""
+        assert self.kept is not None
+        values = np.linalg.eigvals(self.hessenberg)
+        real = np.abs(values.imag) <= 1e-8 * np.abs(values)
+        return self.kept.sign * (-1.0) ** int(np.count_nonzero(real & (values.real < 0)))

@@ -1,0 +1,265 @@
+"""Rings whose sectors all deviate alike, the ways to a point, and what is refused."""
+
+from dataclasses import replace
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+import pytest
+import scipy.linalg as la
+
+from tests.nonlinear.forced_response.test_replay import Paper, bits
+from tests.verification.nonlinear.spring_rings import (
+    CONTACTS,
+    MASSES,
+    RINGS,
+    assembled,
+    loaded,
+    spring_ring,
+    springs,
+    worst_of,
+)
+from vanelock.common.errors import InputError
+from vanelock.nonlinear import (
+    Contacts,
+    Options,
+    RingResponse,
+    SectorModes,
+    System,
+    Unlike,
+    frequency_response,
+    ring_response,
+    whitehead,
+)
+from vanelock.nonlinear.forced_response.ring.ring_solver import RingSolver
+
+
+def damped(seed: int, kind: str) -> tuple[System, float]:
+    """A ring, damped in proportion to its mass, and the frequency of its peak."""
+    _, force, frequency = worst_of(seed)[kind]
+    system = loaded(spring_ring(seed), force)
+    diameters = {k: replace(each, C=0.03 * each.M) for k, each in system.diameters.items()}
+    return replace(system, diameters=diameters, damping_ratio=None), frequency
+
+
+def own_modes(seed: int) -> tuple[SectorModes, np.ndarray]:
+    """Two modes of the masses of a sector between walls, and the rows of the first."""
+    K0, _, M0, *_ = springs(seed)
+    modes = SectorModes.of_part(spring_ring(seed), K0, M0, np.eye(MASSES), 2)
+    return modes, modes.rows[0].real
+
+
+@pytest.mark.parametrize("friction", ["orthogonal", "isotropic"])
+@pytest.mark.parametrize(("seed", "kind"), [(0, "slip"), (4, "lift")])
+def test_sectors_that_deviate_alike_are_another_wave(seed: int, kind: str, friction: str) -> None:
+    system, frequency = damped(seed, kind)
+    contacts, N = system.contacts, system.sectors
+    if friction == "isotropic":
+        contacts = replace(contacts, kt=contacts.kt[:, [0, 0]])
+        system = replace(system, contacts=contacts)
+    rng = np.random.default_rng(seed)
+    more = {name: rng.uniform(-0.2, 0.2, CONTACTS) for name in ("mu", "kn", "kt", "interference")}
+    slider, shift = rng.normal(0, 0.2, (CONTACTS, 2)), np.array([0.04, -0.03])
+    modes, g = own_modes(seed)
+    changed = replace(
+        contacts,
+        kn=contacts.kn * (1 + more["kn"]),
+        kt=contacts.kt * (1 + more["kt"][:, None]),
+        mu=contacts.mu * (1 + more["mu"]),
+        v0=contacts.v0 + more["interference"],
+        slider=slider,
+    )
+    stiffer = (g.T * (modes.stiffness * ((1 + shift) ** 2 - 1))) @ g
+    diameters = {k: replace(each, K=each.K + stiffer) for k, each in system.diameters.items()}
+    hertz = frequency + np.array([-0.01, 0.0, 0.01])
+    options = Options(5, friction=friction, tolerance=1e-11)
+    one = frequency_response(
+        replace(system, contacts=changed, diameters=diameters), hertz, options, find_jumps=False
+    )
+    unlike = Unlike(
+        N,
+        interference=np.tile(more["interference"], (N, 1)),
+        slider=np.tile(slider, (N, 1, 1)),
+        mu=np.tile(more["mu"], (N, 1)),
+        kn=np.tile(more["kn"], (N, 1)),
+        kt=np.tile(more["kt"][:, None], (N, 1, 2)),
+        frequency=np.tile(shift, (N, 1)),
+        modes=modes,
+    )
+    ring = ring_response(system, hertz, unlike, options)
+    assert one.converged.all()
+    assert ring.converged.all()
+    lag = np.exp(-2j * np.pi * np.outer(np.arange(6), np.arange(N)) * system.engine_order / N)
+    for of in ("contact", "force", "output"):
+        own = getattr(one, of)[:, :, None]
+        expected = lag[:, :, None, None] * own
+        apart = np.abs(getattr(ring, of) - expected).max()
+        assert apart < 1e-9 * np.abs(own).max()
+    np.testing.assert_array_equal(ring.state, np.repeat(one.state[:, None], N, axis=1))
+    work = np.repeat(one.dissipation[:, None], N, axis=1)
+    np.testing.assert_allclose(ring.dissipation, work, rtol=1e-8, atol=1e-9 * work.max())
+    assert np.abs(ring.amplification - 1).max() > 0.01
+
+
+def imbalance(seed: int, system: System, unlike: Unlike, found: RingResponse) -> float:
+    """What is left of the equations of motion of the whole ring, its matrices and its forces."""
+    N, order = RINGS[seed % len(RINGS)]
+    K, M, B, _, C = assembled(seed)
+    if system.damping_joints == "open":
+        omega2, V = la.eigh(K, M)
+        C = M @ (V * (0.03 * np.sqrt(omega2))) @ V.T @ M
+    if unlike.modes is not None:
+        g, k = unlike.modes.rows[0].real, unlike.modes.stiffness
+        own = [(g.T * (k * ((1 + shift) ** 2 - 1))) @ g for shift in unlike.frequency]
+        K = K + la.block_diag(*own)
+    lag = np.exp(-2j * np.pi * order * np.arange(N) / N)
+    omega, worst = 2 * np.pi * found.frequency[0], 0.0
+    push = np.kron(lag, system.force[1].vector)
+    for h in range(found.harmonics + 1):
+        x = found.output[0, h].reshape(-1)  # all masses
+        inertia = (K - (h * omega) ** 2 * M + 1j * h * omega * C) @ x
+        left = inertia + B.T @ found.force[0, h].reshape(-1) - (push if h == 1 else 0)
+        worst = max(worst, np.abs(left).max() / np.abs(push).max())
+    return worst
+
+
+@pytest.mark.parametrize(
+    ("seed", "kind", "damped_open"), [(0, "slip", False), (4, "lift", False), (4, "lift", True)]
+)
+def test_forces_follow_the_law_and_move_the_ring(
+    seed: int, kind: str, damped_open: bool, march: Any, coefficients: Any
+) -> None:
+    _, force, frequency = worst_of(seed)[kind]
+    system = loaded(spring_ring(seed), force)
+    N, modes = system.sectors, None
+    asked = {"contact": dict.fromkeys(("interference", "mu", "kn", "kt"), 0.3)}
+    if damped_open:
+        system, modes = replace(system, damping_joints="open"), own_modes(seed)[0]
+        asked["modes"] = {"frequency": 0.02}
+    unlike = Unlike.scatter(system, asked, seed, modes)
+    found = ring_response(system, [frequency], unlike, Options(7))
+    assert found.converged.all()
+    assert found.amplification.max() > 1.05
+    assert imbalance(seed, system, unlike, found) < 1e-9
+    contacts = system.contacts
+    every = Contacts(
+        kn=(contacts.kn * (1 + unlike.kn)).reshape(-1),
+        kt=(contacts.kt * (1 + unlike.kt)).reshape(-1, 2),
+        mu=(contacts.mu * (1 + unlike.mu)).reshape(-1),
+        v0=np.zeros(N * CONTACTS),
+    )
+    marched = coefficients(march(every, found.contact[0].reshape(8, -1, 3), 32768), 7)
+    expected = found.force[0].reshape(marched.shape)
+    vibrates = marched[1:] - expected[1:]  # the mean of what sticks is not seen from motion
+    assert np.abs(vibrates).max() < 1e-4 * np.abs(expected).max()
+
+
+def test_range_is_sampled_and_its_peak_located() -> None:
+    system, frequency = damped(0, "slip")
+    asked = {"contact": {"interference": 0.2, "mu": 0.2}}
+    unlike = Unlike.scatter(system, asked, 1)
+    limits = (frequency - 0.03, frequency + 0.03)
+    reported = []
+    found = ring_response(system, limits, unlike, Options(1), lambda *each: reported.append(each))
+    assert found.converged.all()
+    assert reported[-1][0] == reported[-1][1]
+    top = np.unravel_index(found.amplitude.argmax(), found.amplitude.shape)
+    beside = found.frequency[top[0]] + np.array([-1e-4, 0.0, 1e-4])
+    near = ring_response(system, beside, unlike, Options(1)).amplitude[:, top[1], top[2], top[3]]
+    assert near.max() < found.amplitude[top] * (1 + 1e-4)
+    largest = found.amplitude.max(axis=0) / found.alike
+    np.testing.assert_array_equal(found.amplification, largest)
+
+
+def test_deviations_are_raised_where_newton_fails(monkeypatch: pytest.MonkeyPatch) -> None:
+    _, force, frequency = worst_of(4)["lift"]
+    system = loaded(spring_ring(4), force)
+    asked = {"contact": dict.fromkeys(("interference", "mu", "kn", "kt"), 0.2)}
+    unlike, options = Unlike.scatter(system, asked, 2), Options(5)
+    plain = ring_response(system, [frequency], unlike, options)
+    solved, parts = RingSolver._solved, list[float]()
+
+    def hindered(self: RingSolver, omega: float, part: float, *more: Any) -> Any:
+        found = solved(self, omega, part, *more)
+        far = part - (parts[-1] if parts else 0.0) > 0.3
+        if far:
+            return replace(found, converged=False)
+        parts.append(part)
+        return found
+
+    monkeypatch.setattr(RingSolver, "_solved", hindered)
+    found = ring_response(system, [frequency], unlike, options)
+    assert parts[0] == 0.0
+    assert parts[-1] == 1.0
+    assert all(0 < b - a <= 0.3 for a, b in pairwise(parts))
+    assert found.converged.all()
+    assert found.iterations[0] > plain.iterations[0]
+    np.testing.assert_allclose(found.output, plain.output, atol=1e-8 * np.abs(plain.output).max())
+
+
+def test_what_is_not_found_is_flagged() -> None:
+    _, force, frequency = worst_of(4)["lift"]
+    system = loaded(spring_ring(4), force)
+    unlike = Unlike.scatter(system, {"contact": {"mu": 0.1}}, 2)
+    found = ring_response(system, [frequency], unlike, Options(3, tolerance=1e-30, effort=1))
+    assert not found.converged.any()
+    assert np.isnan(found.alike).all()
+    assert np.isnan(found.amplification).all()
+
+
+@pytest.mark.parametrize("allowed", [1, 4, 7])
+def test_ring_goes_on_to_the_same_bits(allowed: int) -> None:
+    system, frequency = damped(4, "lift")
+    unlike = Unlike.scatter(system, {"contact": {"mu": 0.1, "kn": 0.1}}, 2)
+    hertz = frequency + np.array([-0.01, 0.0, 0.01, 0.02])
+
+    def run(journal: Paper | None) -> Any:
+        return bits(ring_response(system, hertz, unlike, Options(3), journal=journal))
+
+    whole = Paper()
+    expected = run(whole)
+    assert len(whole.records) == 8  # of one sector, and of all
+    journal = Paper(whole.records[:allowed])
+    assert run(journal) == expected == run(None)
+    assert journal.asked == 8 - allowed
+
+
+def test_alike_ring_without_contacts_moving() -> None:
+    system = loaded(spring_ring(0), 1e-3)
+    found = ring_response(system, [0.2, 0.3], Unlike(system.sectors), Options(1))
+    np.testing.assert_allclose(found.amplification, 1.0, rtol=1e-12)
+    assert found.points == 2
+    assert found.harmonics == 1
+    assert whitehead(16) == 2.5
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (Options(coupling="uncoupled"), "coupling: given 'uncoupled'"),
+        (Options(harmonic_diameters="sector"), "harmonic_diameters: given 'sector'"),
+        (Options(static_beyond=3.0), "static_beyond: given 3.0"),
+        (Options(0), "harmonics: given 0: the system has force/1; needs at least 1"),
+    ],
+)
+def test_impossible_options_are_refused(options: Options, message: str) -> None:
+    system = spring_ring(0)
+    with pytest.raises(InputError) as refused:
+        ring_response(system, [0.2], Unlike(system.sectors), options)
+    assert message in str(refused.value)
+
+
+def test_missing_diameters_and_rows_are_refused() -> None:
+    system = spring_ring(0)
+    fewer = {k: each for k, each in system.diameters.items() if k < 2}
+    with pytest.raises(InputError, match="a ring of unlike sectors"):
+        ring_response(replace(system, diameters=fewer), [0.2], Unlike(5), Options(1))
+    modes, _ = own_modes(0)
+    short = SectorModes({k: g for k, g in modes.rows.items() if k < 2}, modes.stiffness)
+    unlike = Unlike(5, frequency=np.zeros((5, 2)), modes=short)
+    with pytest.raises(InputError, match="unlike.modes: rows of nodal diameter 2: given none"):
+        ring_response(system, [0.2], unlike, Options(1))
+    wide = SectorModes(dict.fromkeys(range(3), np.eye(2, MASSES + 1) + 0j), modes.stiffness)
+    unlike = Unlike(5, frequency=np.zeros((5, 2)), modes=wide)
+    with pytest.raises(InputError, match=r"given shape \(2, 4\): needs \(2, 3\)"):
+        ring_response(system, [0.2], unlike, Options(1))
