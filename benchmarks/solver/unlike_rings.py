@@ -52,7 +52,8 @@ same standard deviation at all joints. Force: a factor on the default study's. P
 its median CPU time, in tuned points: the median CPU time of `frequency_response` in the same range.
 A sector: that over the number of sectors. Amplification: the largest vibration of any sector's
 first output in any direction, over all frequencies, relative to the tuned ring's; its percentiles
-over the rings drawn. One linear mode a sector could reach {bound:.2f} (Whitehead, 1966).
+over the rings drawn. One linear mode a sector, without friction, could reach {bound:.2f}
+(Whitehead, 1966). Written by `python -m benchmarks.solver.unlike_rings --write`.
 """
 
 
