@@ -8,7 +8,6 @@ nearer the more (D. Shepard, A two-dimensional interpolation function for irregu
 Proceedings of the 23rd ACM National Conference 1968, 517-524).
 """
 
-import re
 from pathlib import Path
 
 import numpy as np
@@ -78,14 +77,13 @@ def _numbers(path: Path, columns: dict[str, str]) -> Array:
         (i, [cell.strip().strip('"') for cell in line.split(mark)]) for i, line in lines
     ]
     where, scales = f"{path}: line {number}", []
-    named = [re.fullmatch(r"\s*([^(\[]*?)\s*(?:[(\[](.*)[)\]])?\s*", head) for head in heads]
-    names = [found[1].lower() if found else "" for found in named]
+    named = [head.replace("[", "(").partition("(") for head in heads]
+    names = [each[0].strip().lower() for each in named]
     for name, unit in columns.items():
         if names.count(name) != 1:
             needed = ", ".join(f"{each} ({own})" for each, own in columns.items())
             raise InputError(f"{where}: {names.count(name)} columns {name}: needed are {needed}")
-        found = named[names.index(name)]
-        given = (found[2] if found else None) or unit
+        given = named[names.index(name)][2].rstrip("]) ") or unit
         try:
             of = [n if given == unit else si(f"{n} {given}", unit) for n in (0, 1)]
         except ValueError:

@@ -248,7 +248,11 @@ ANSWERED = {
 
 def test_every_number_of_a_study_is_in_some_key():
     """A number that no key holds would be changed without a word, and old results shown."""
-    study = parse_study("[response]\nrange = [240, 300]\npoints = 31\nsamples = 64")
+    study = parse_study(
+        "[response]\nrange = [240, 300]\npoints = 31\nsamples = 64\n"
+        "[temperature]\nvane = 610\ncasing = 600\n"
+        "[material.vane]\nexpansion = 1.3e-5\n[material.casing]\nexpansion = 1.2e-5\n"
+    )
     before, tried = keys_of(study), 0
     for key, value in leaves(study.model_dump()):
         if isinstance(value, bool) or not isinstance(value, int | float):
