@@ -48,8 +48,7 @@ def pressure(model: Model, node_set: str, value: ArrayLike) -> Array:
     part = model.part
     faces = faces_of(part, node_set)
     at_nodes = nodal_values(part, value, "pressure")
-    places, weights = rule(faces.shape[1])
-    values = surface(faces.shape[1]).values(places)
+    places, weights, values = face_rule(faces.shape[1])
     strength = (at_nodes[faces] @ values.T) * weights
     vectors = area_vectors(part.points, faces, places)
     nodal = np.zeros((len(part.points), 3))
@@ -74,8 +73,8 @@ def faces_of(part: Part, node_set: str) -> Integers:
     return faces
 
 
-def rule(count: int) -> tuple[Array, Array]:
-    """Points (q, 2) on the reference face of so many nodes, and weights (q,)."""
+def face_rule(count: int) -> tuple[Array, Array, Array]:
+    """Points (q, 2) on the reference face of m = `count` nodes, weights (q,), functions (q, m)."""
     kind = refdom.RefTri if count in (3, 6) else refdom.RefQuad
     places, weights = quadrature.get_quadrature(kind, DEGREE[count])
-    return places.T, weights
+    return places.T, weights, surface(count).values(places.T)

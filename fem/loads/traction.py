@@ -12,10 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vanelock.common.errors import InputError
-from vanelock.fem.loads.pressure import rule
+from vanelock.fem.loads.pressure import face_rule
 from vanelock.fem.model import Model
 from vanelock.mesh import Part
-from vanelock.mesh.cells import surface
 from vanelock.mesh.exterior import area_vectors
 
 Array = NDArray[np.float64]
@@ -79,7 +78,6 @@ def centroid(model: Model, faces: NDArray[np.int64]) -> Array:
 
 def _points(part: Part, faces: NDArray[np.int64]) -> tuple[Array, Array, Array]:
     """Shape functions (q, m), areas (f, q) in m², places (f, q, 3) in m at a rule's points."""
-    places, weights = rule(faces.shape[1])
-    values = surface(faces.shape[1]).values(places)
+    places, weights, values = face_rule(faces.shape[1])
     area = np.linalg.norm(area_vectors(part.points, faces, places), axis=2) * weights
     return values, area, np.einsum("qa,fai->fqi", values, part.points[faces])

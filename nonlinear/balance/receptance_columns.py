@@ -13,7 +13,33 @@ Floats = NDArray[np.float64]
 Rows = NDArray[np.int64]
 
 
-class Columns:
+class HeldColumns:
+    """Which of a number of columns are held, and where.
+
+    Attributes
+    ----------
+    size : int
+        Number of columns.
+    components : (k,) int
+        Those held, in the order in which they came.
+    place : (size,) int
+        Of each among these; -1: not held.
+    """
+
+    def __init__(self, size: int) -> None:
+        self.size = size
+        self.components: Rows = np.empty(0, np.int64)
+        self.place: Rows = np.full(size, -1)
+
+    def _admitted(self, wanted: Rows) -> Rows:
+        """Those wanted that were not held, as if they were now."""
+        missing = wanted[self.place[wanted] < 0]
+        self.place[missing] = len(self.components) + np.arange(len(missing))
+        self.components = np.concatenate([self.components, missing])
+        return missing
+
+
+class Columns(HeldColumns):
     """The columns of R̂_h, h = 0 ... H, that have been asked for so far.
 
     A contact that sticks where it was assembled never needs its own.
@@ -27,20 +53,15 @@ class Columns:
     """
 
     def __init__(self, size: int, compute: tuple[Callable[[Rows], Array], ...]) -> None:
-        self.size = size
+        super().__init__(size)
         self.compute = compute
-        self.components: Rows = np.empty(0, np.int64)
-        self.place: Rows = np.full(size, -1)
         self.held: list[Array] = [np.empty((0, size), complex) for _ in compute]
         self._chosen: tuple[Rows, Rows, list[Array]] | None = None
 
     def hold(self, wanted: Rows) -> None:
         """Make sure that the columns of these components are held."""
-        missing = wanted[self.place[wanted] < 0]
-        if not len(missing):
+        if not len(missing := self._admitted(wanted)):
             return
-        self.place[missing] = len(self.components) + np.arange(len(missing))
-        self.components = np.concatenate([self.components, missing])
         for h, compute in enumerate(self.compute):
             fresh = compute(missing)
             old = self.held[h]

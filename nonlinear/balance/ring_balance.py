@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vanelock.nonlinear.balance.balance import Balance
-from vanelock.nonlinear.balance.receptance_columns import Columns
+from vanelock.nonlinear.balance.receptance_columns import Columns, HeldColumns
 from vanelock.nonlinear.fourier.trigonometric import to_complex, to_real
 
 Array = NDArray[Any]
@@ -28,7 +28,7 @@ Floats = NDArray[np.float64]
 Rows = NDArray[np.int64]
 
 
-class RingColumns:
+class RingColumns(HeldColumns):
     """Columns of the receptances of all waves of a ring that have been asked for so far.
 
     Parameters
@@ -38,9 +38,8 @@ class RingColumns:
     """
 
     def __init__(self, waves: tuple[Columns, ...]) -> None:
-        self.waves, self.size = waves, waves[0].size
-        self.components: Rows = np.empty(0, np.int64)
-        self.place: Rows = np.full(self.size, -1)
+        super().__init__(waves[0].size)
+        self.waves = waves
         self.held: Array = np.empty((len(waves[0].compute), len(waves), 0, self.size), complex)
         self._chosen: tuple[Rows, Array] | None = None
 
@@ -52,11 +51,8 @@ class RingColumns:
 
     def hold(self, wanted: Rows) -> None:
         """Make sure that the columns of these components are held, (H + 1, N, k, 3c)."""
-        missing = wanted[self.place[wanted] < 0]
-        if not len(missing):
+        if not len(missing := self._admitted(wanted)):
             return
-        self.place[missing] = len(self.components) + np.arange(len(missing))
-        self.components = np.concatenate([self.components, missing])
         fresh = np.empty((*self.held.shape[:2], len(missing), self.size), complex)
         for n, columns in enumerate(self.waves):
             for h, compute in enumerate(columns.compute):

@@ -7,7 +7,7 @@ equation:
     [ nᵀ    c ] [ dp ] = [ distance ],      r = dW/dp.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
@@ -17,9 +17,9 @@ from scipy.linalg.lapack import dgetrf, dgetrs
 from vanelock.nonlinear.balance.balance import Balance
 from vanelock.nonlinear.balance.ring_balance import RingBalance
 from vanelock.nonlinear.contact.law import Deviation
-from vanelock.nonlinear.newton.gmres import gmres
 from vanelock.nonlinear.newton.law_jacobian import slope_of
 from vanelock.nonlinear.newton.linearised_ring import LinearisedRing
+from vanelock.nonlinear.newton.preconditioned import Preconditioned
 from vanelock.nonlinear.newton.preconditioner import (
     Basis,
     Kept,
@@ -34,8 +34,6 @@ Floats = NDArray[np.float64]
 Rows = NDArray[np.int64]
 
 DIRECT = 150  # unknowns up to which factors are cheaper than an iteration
-LIMIT = 60
-STALE = 6  # iterations for each digit after which the kept matrix is made anew
 
 
 @dataclass(frozen=True)
@@ -179,8 +177,10 @@ class Direct:
         return float(np.prod(np.sign(diagonal)) * (-1.0) ** swaps)
 
 
-class Iterative:
+class Iterative(Preconditioned):
     """P applied, preconditioned by the strong directions of the receptances."""
+
+    LIMIT, STALE = 60, 6
 
     def __init__(
         self,
@@ -199,7 +199,7 @@ class Iterative:
         self.slope = slope_of(deviation, contacts)
         self.components = self.slope.components
         self.entries = (self.components[:, None] * self.m + np.arange(self.m)).reshape(-1)
-        self._places = self.entries if border is None else np.append(self.entries, self.size)
+        self.places = self.entries if border is None else np.append(self.entries, self.size)
         self.pick = np.searchsorted(self.components, active)
         self.receptance = balance.columns.part(self.components[self.pick], self.components)
         basis = kept.basis if isinstance(kept, KeptBasis) else strong_directions(balance, stiffness)
@@ -263,49 +263,9 @@ class Iterative:
             out[-1] = small[-1]
         return out
 
-    def _within(self, gap: Floats) -> tuple[Floats, Floats]:
-        """Entries of these contacts, and their weights; the plane's with them."""
-        return gap[self._places], self.weight[self._places]
-
-    def solve(self, gap: Floats, tolerance: float) -> Floats | None:
-        """(dw, dp); None where the iteration does not get there."""
-        inner, weight = self._within(gap)
-
-        def scaled(z: Floats) -> Floats:
-            return self._operator(self._precondition(z / weight)) * weight
-
-        with np.errstate(all="ignore"):
-            reached = gmres(scaled, inner * weight, tolerance, LIMIT)
-        self.hessenberg = reached.hessenberg
-        if not reached.residual < max(tolerance, 0.1):
-            return None
-        if reached.iterations > STALE * max(1.0, -np.log10(tolerance)):
-            self.kept = replace(self.kept, stale=True)
-        step = np.zeros_like(gap)
-        solution = self._precondition(reached.solution / weight)
-        step[self.entries] = solution[: len(self.entries)]
-        if self.border is not None:
-            step[-1] = solution[-1]
-        return step
-
     def orientation(self) -> float:
-        """Sign of det P = det(P M⁻¹) det M, M the preconditioner made at this very state.
-
-        P M⁻¹ is close to the identity: what eigenvalues have crossed zero lie apart from the
-        others, and GMRES has found those to solve with them.
-        """
-        values = np.linalg.eigvals(self.hessenberg)
-        real = np.abs(values.imag) <= 1e-8 * np.abs(values)
-        negative = int(np.count_nonzero(real & (values.real < 0)))
-        return float(np.linalg.slogdet(self.kept.matrix)[0] * (-1.0) ** negative)
-
-    def merit(self, gap: Floats) -> float:
-        """Preconditioned size of a gap."""
-        inner, weight = self._within(gap)
-        outside = gap * self.weight
-        outside[self._places] = 0.0  # components outside P count as they are
-        inside = np.linalg.norm(self._precondition(inner) * weight)
-        return float(np.hypot(inside, np.linalg.norm(outside)))
+        """Sign of det P = det(P M⁻¹) det M, M the preconditioner made at this very state."""
+        return float(np.linalg.slogdet(self.kept.matrix)[0]) * self._turned()
 
 
 def linearise(

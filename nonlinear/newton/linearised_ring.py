@@ -12,7 +12,7 @@ counts as zero, so that P_n is inverted on the others alone. Where all sectors a
 is left out, these are the linearised balance itself, and GMRES ends at its first step.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from vanelock.nonlinear.balance.ring_balance import RingBalance, passed
 from vanelock.nonlinear.contact.law import Deviation
-from vanelock.nonlinear.newton.gmres import gmres
+from vanelock.nonlinear.newton.preconditioned import Preconditioned
 from vanelock.nonlinear.newton.preconditioner import Kept
 
 if TYPE_CHECKING:
@@ -32,10 +32,6 @@ Rows = NDArray[np.int64]
 
 WEAK = 0.1
 """Largest entry of J̄ of contacts that are left to the iteration."""
-LIMIT = 200
-"""Dimension of GMRES' subspace, at most."""
-STALE = 4
-"""Iterations for each digit after which P_n are inverted anew."""
 
 
 @dataclass(frozen=True)
@@ -60,7 +56,7 @@ class KeptRing(Kept):
         return not self.stale and bool(np.isin(self.contacts, contacts).all())
 
 
-class LinearisedRing:
+class LinearisedRing(Preconditioned):
     """P applied, preconditioned by that of the ring of alike sectors.
 
     Parameters
@@ -75,6 +71,8 @@ class LinearisedRing:
     kept : Kept, optional
         Of an earlier state.
     """
+
+    LIMIT, STALE = 200, 4
 
     def __init__(
         self,
@@ -99,7 +97,7 @@ class LinearisedRing:
         per_sector = components[:, None] * self.m + np.arange(self.m)
         every = 3 * count * self.m * np.arange(self.sectors)
         self.entries = (every[:, None] + per_sector.reshape(-1)).reshape(-1)
-        self._places = self.entries if border is None else np.append(self.entries, self.size)
+        self.places = self.entries if border is None else np.append(self.entries, self.size)
         self.kept: KeptRing | None = kept if isinstance(kept, KeptRing) else None
         if not (self.kept and self.kept.serves(contacts)):
             self.kept = self._made(contacts)
@@ -189,38 +187,15 @@ class LinearisedRing:
 
     def solve(self, gap: Floats, tolerance: float) -> Floats | None:
         """(dw, dp); None where the iteration does not get there."""
-        if self.singular:
-            return None
-        inner: Floats = gap[self._places]
-        weight: Floats = self.weight[self._places]
-
-        def scaled(z: Floats) -> Floats:
-            return self._operator(self._precondition(z / weight)) * weight
-
-        with np.errstate(all="ignore"):
-            reached = gmres(scaled, inner * weight, tolerance, LIMIT)
-        self.hessenberg = reached.hessenberg
-        if not reached.residual < max(tolerance, 0.1):
-            return None
-        if reached.iterations > STALE * max(1.0, -np.log10(tolerance)):
-            assert self.kept is not None
-            self.kept = replace(self.kept, stale=True)
-        step = np.zeros_like(gap)
-        step[self._places] = self._precondition(reached.solution / weight)
-        return step
+        return None if self.singular else super().solve(gap, tolerance)
 
     def merit(self, gap: Floats) -> float:
         """Preconditioned size of a gap."""
         if self.singular:
             return float(np.linalg.norm(gap * self.weight))
-        outside = gap * self.weight
-        outside[self._places] = 0.0  # components outside P count as they are
-        inside = self._precondition(gap[self._places]) * self.weight[self._places]
-        return float(np.hypot(np.linalg.norm(inside), np.linalg.norm(outside)))
+        return super().merit(gap)
 
     def orientation(self) -> float:
         """Sign of det P, as of `Iterative`: waves n and N - n are conjugate and do not count."""
         assert self.kept is not None
-        values = np.linalg.eigvals(self.hessenberg)
-        real = np.abs(values.imag) <= 1e-8 * np.abs(values)
-        return self.kept.sign * (-1.0) ** int(np.count_nonzero(real & (values.real < 0)))
+        return self.kept.sign * self._turned()
