@@ -61,6 +61,8 @@ class PointSolver:
     replay: Replay = field(default_factory=Replay)
     effort: int = EFFORT
     searching: Callable[[float], None] = unheard
+    _amplitudes: dict[float, tuple[Floats, Floats]] = field(default_factory=dict, repr=False)
+    """By circular frequency: w of the solution asked about last, and its amplitudes."""
 
     def sweep(self, omegas: Floats) -> Iterator[Solution]:
         """Solve at each frequency, rad/s, from its predecessors."""
@@ -115,12 +117,17 @@ class PointSolver:
 
     def amplitude(self, solution: Solution) -> Floats:
         """Half the peak-to-peak of every output; of the contacts where there is none, m."""
+        w, known = self._amplitudes.get(solution.omega, (None, np.empty(0)))
+        if w is solution.w:
+            return known
         structure = self.family.structure
         if structure.system.output_names:
             moved = structure.output(structure.amplitudes(solution.omega, solution.w))
         else:
             moved = to_complex(solution.u)
-        return half_peak_to_peak(moved).reshape(-1)
+        found = half_peak_to_peak(moved).reshape(-1)
+        self._amplitudes[solution.omega] = solution.w, found
+        return found
 
     def point(self, omega: float, history: list[Solution]) -> Solution:
         """Solve at one frequency, rad/s, given up to two converged neighbours, the nearest last."""

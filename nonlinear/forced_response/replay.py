@@ -20,7 +20,6 @@ import numpy as np
 
 from vanelock.nonlinear.contact.law import Deviation
 from vanelock.nonlinear.newton.linearised import KeptBasis
-from vanelock.nonlinear.newton.linearised_ring import KeptRing
 from vanelock.nonlinear.newton.newton import Solution
 from vanelock.nonlinear.newton.preconditioner import Basis
 
@@ -225,4 +224,4 @@ class _Arrays:
 
 def replaying(journal: Journal | None, *more: type) -> Replay:
     """What asks for solutions, or dataclasses that consist of them, `more`, with a journal."""
-    return Replay(journal, shared=(KeptBasis, Basis, KeptRing), known=(Solution, Deviation, *more))
+    return Replay(journal, shared=(KeptBasis, Basis), known=(Solution, Deviation, *more))

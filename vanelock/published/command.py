@@ -174,8 +174,7 @@ def _draw(
                 replace(
                     content,
                     strains=_only(content.strains, main),
-                    bounds=_only(content.bounds, main),
-                    stability=_only(content.stability, main),
+                    assessments=_only(content.assessments, main),
                 ),
                 lambda: page.sections(every, found, stated, shown_first, spent),
                 _digest(found, made),

@@ -97,10 +97,10 @@ class Shown:
         self.verdicts[name] = {
             variant: verdicts_along(each[0], stability)
             for variant, each, stability in zip(
-                self.curves(name), made, solved.stability, strict=False
+                self.curves(name), made, solved.assessment.stability, strict=False
             )
         }
-        bounds = solved.bounds
+        bounds = solved.assessment.bounds
         if bounds is not None and bounds.low is not None and bounds.high is not None:
             self.ends[name] = curve(bounds.low), curve(bounds.high)
 

@@ -13,6 +13,7 @@ from vanelock.input.cases.names import words
 from vanelock.nonlinear import OPEN, SLIP, SLIP_OPEN, STUCK, Response, StaticBounds
 from vanelock.nonlinear.forced_response.response import half_peak_to_peak
 from vanelock.stages.assessment.bounds import HIGH, LOW, NOMINAL, BoundedPeak
+from vanelock.stages.assessment.unlike import UnlikeRings
 from vanelock.stages.campbell.speed_lines import Lines
 from vanelock.stages.response.summary import Peak, Summary
 
@@ -42,7 +43,10 @@ AUDIT = 1e-6
 """Residual of an independent check from which it is worth a line."""
 SAME = 1e-9
 """Relative difference of peaks below which cases are the same."""
-ASIDE = ("campbell.", "stability."), (".fatigue_limit", ".tensile_strength", ".wear_coefficient")
+ASIDE = (
+    ("campbell.", "stability.", "unlike."),
+    (".fatigue_limit", ".tensile_strength", ".wear_coefficient"),
+)
 """How keys begin and end that have their effect elsewhere than in peaks and their bounds."""
 
 
@@ -245,6 +249,30 @@ def wave(found: Summary) -> list[str]:
     return [
         f"the stability of the periodic wave at the peak is UNDECIDED: {verdict.reason}{growth}"
     ]
+
+
+def unlike(found: UnlikeRings | None, peak: Peak) -> list[str]:
+    """What keeps rings of unlike segments from being taken as they are, beside a peak."""
+    if found is None:
+        return []
+    rings, lines = len(found.largest), list[str]()
+    if lost := int(found.lost.sum()):
+        lines.append(
+            f"{lost} of {found.points.sum()} points of rings of unlike segments DID NOT CONVERGE: "
+            "a segment may vibrate more than is shown"
+        )
+    if edge := int(found.at_edge.sum()):
+        lines.append(
+            f"{edge} of {rings} rings of unlike segments vibrate most at the end of the frequency "
+            "range: a peak may lie beyond"
+        )
+    alike = float(found.alike[0])
+    if not abs(alike - peak.amplitude) <= APART * peak.amplitude:
+        lines.append(
+            f"rings of unlike segments are compared with {1e6 * alike:.4g} um of alike ones in "
+            f"their range, while the peak of the curve is {1e6 * peak.amplitude:.4g} um"
+        )
+    return lines
 
 
 def beyond_band(response: Response, peak: Peak, band: float | None) -> list[str]:

@@ -42,6 +42,7 @@ _modules = {
     "response_picture": "shapes.shapes",
     "ridge_picture": "maps.ridges",
     "scatter_picture": "plots.scatters",
+    "segments_picture": "plots.segments",
     "stress_picture": "shapes.stresses",
     "trial": "scenes.offscreen",
     "utilisation": "plots.preload",

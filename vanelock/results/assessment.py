@@ -1,20 +1,22 @@
-"""Tables of what responses are worth: bounds over static friction, and stability."""
+"""Tables of what responses are worth: bounds over static friction, stability, unlike segments."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from itertools import islice
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vanelock.common.tables import Cell, Column, Flag, Table, heads
-from vanelock.nonlinear import STABLE, Stability
-from vanelock.stages.assessment.bounds import BoundedPeak
+from vanelock.nonlinear import STABLE, whitehead
+from vanelock.stages.assessment.assessed import Assessment
 from vanelock.stages.assessment.stability import WORDS
 
 MOST = 24
 """Cases that a table has; of more it says so."""
 ENDS = ("lower bound", "as assembled", "upper bound")
 """What the three places of `PeakBounds` are called."""
+PERCENTILES = (5, 50, 95)
+"""Of the rings drawn."""
 ROUND_OFF = 1e-9
 RANK = np.array([0, 2, 1])
 """How bad the verdicts 0 stable, 1 unstable, 2 undecided are."""
@@ -24,9 +26,18 @@ FOUND = (
 )
 
 
-def bounds_table(found: Mapping[str, BoundedPeak]) -> Table:
+def assessment_tables(found: Mapping[str, Assessment]) -> Iterator[Table]:
+    """Those that there is something for."""
+    made = bounds_table(found), stability_table(found), unlike_table(found)
+    return (table for table in made if table is not None)
+
+
+def bounds_table(assessments: Mapping[str, Assessment]) -> Table | None:
     """Of each case the least peak, that as assembled and the largest, with loads by joint."""
+    found = {name: each.bounds for name, each in assessments.items() if each.bounds is not None}
     known = {name: each.found for name, each in found.items() if each.found is not None}
+    if not known:
+        return None
     joints = list(dict.fromkeys(joint for each in known.values() for joint in each.joints))
     columns = (
         *heads("case", "static friction"),
@@ -86,8 +97,11 @@ def _load(loads: NDArray[np.float64] | None, place: int) -> float | None:
     return float(loads[place]) if loads[place] > ROUND_OFF * loads.max() else 0.0
 
 
-def stability_table(found: Mapping[str, Stability]) -> Table:
+def stability_table(assessments: Mapping[str, Assessment]) -> Table | None:
     """What becomes of small departures from the waves of each case: of its most unstable one."""
+    found = {name: each.stability[0] for name, each in assessments.items() if each.stability}
+    if not found:
+        return None
     columns = (
         Column("case"),
         Column("at", "Hz", ".6g", "frequency_hz"),
@@ -128,4 +142,54 @@ def stability_table(found: Mapping[str, Stability]) -> Table:
         flags.append("good" if each.verdict[worst] == STABLE else "warn")
     title = "Stability of the periodic waves, all nodal diameters considered"
     made = Table(title, columns, rows, _cut(len(found)), "stability", flags).without_empty("points")
+    return made.without("case") if len(found) == 1 else made
+
+
+def unlike_table(assessments: Mapping[str, Assessment]) -> Table | None:
+    """Of each case how far rings of unlike segments are amplified, and the worst segment."""
+    found = {name: each.unlike for name, each in assessments.items() if each.unlike is not None}
+    if not found:
+        return None
+    columns = (
+        Column("case"),
+        Column("rings"),
+        Column(
+            "amplification, 5 %",
+            form=".4f",
+            key="p5",
+            note="amplification: of the worst segment, over the peak of alike ones",
+        ),
+        Column("50 %", form=".4f", key="p50"),
+        Column("95 %", form=".4f", key="p95"),
+        Column("largest", form=".4f", key="largest"),
+        Column("peak", "µm", key="peak_um", note="peak, at: of the worst segment of all rings"),
+        Column("at", "Hz", ".6g", "frequency_hz"),
+        Column("ring"),
+        Column("segment"),
+        Column("points"),
+        Column("not converged", key="lost"),
+    )
+    rows: list[tuple[Cell, ...]] = []
+    flags: list[Flag] = []
+    for name, each in islice(found.items(), MOST):
+        known = each.largest[np.isfinite(each.largest)]
+        many = len(known) > 1
+        shares = np.percentile(known, PERCENTILES).tolist() if many else [None] * 3
+        worst: tuple[Cell, ...] = (None,) * 5
+        if (place := each.place) is not None:
+            amplitude = each.amplitude[place]
+            worst = (float(known.max()), amplitude, each.frequency[place], *(i + 1 for i in place))
+        lost = int(each.lost.sum())
+        rows.append(
+            (name, len(each.largest), *shares, *worst, int(each.points.sum()), lost or None)
+        )
+        flags.append("warn" if lost else "")
+    sectors = next(iter(found.values())).amplitude.shape[1]
+    notes = [
+        f"one linear mode a segment, without friction, reaches at most {whitehead(sectors):.2f} "
+        "(Whitehead, 1966)",
+        *_cut(len(found)),
+    ]
+    made = Table("Rings of unlike segments", columns, rows, notes, "unlike", flags)
+    made = made.without_empty("amplification, 5 %", "50 %", "95 %", "not converged")
     return made.without("case") if len(found) == 1 else made

@@ -12,6 +12,7 @@ from vanelock.report import Page, Section, write_page
 from vanelock.report.blocks import Single
 from vanelock.results.figures.curves import RESPONSE
 from vanelock.results.figures.fatigue import HAIGH
+from vanelock.results.figures.scatter import RINGS
 from vanelock.results.files.redrawn import REPORT
 from vanelock.results.page_sections.certainty import certainty, scatter
 from vanelock.results.page_sections.content import PageContent
@@ -25,7 +26,7 @@ from vanelock.results.page_sections.summary import summary
 from vanelock.results.page_sections.view import shapes
 from vanelock.results.page_sections.wear import damping, wear
 
-ELSEWHERE = (RESPONSE, HAIGH)
+ELSEWHERE = (RESPONSE, HAIGH, RINGS)
 """Titles of pictures that other sections show."""
 OPEN = ("summary", "scatter", "certainty", "shapes")
 """Sections that are not folded: what most readers came for."""

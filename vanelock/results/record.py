@@ -150,9 +150,12 @@ class Record:
                 self._file.put(file, f"{where}/lower", solved.other, {})
             if solved.by_cause is not None:
                 self._file.put(file, f"{where}/preload_by_cause", solved.by_cause, {})
-            if solved.bounds is not None:
-                self._file.put(file, f"{where}/bounds", solved.bounds, {})
-            for each, stability in zip((where, f"{where}/lower"), solved.stability, strict=False):
+            found = solved.assessment
+            if found.bounds is not None:
+                self._file.put(file, f"{where}/bounds", found.bounds, {})
+            if found.unlike is not None:
+                self._file.put(file, f"{where}/unlike", found.unlike, {})
+            for each, stability in zip((where, f"{where}/lower"), found.stability, strict=False):
                 self._file.put(file, f"{each}/stability", stability, {})
             writer.put_jumps(file, where, summary.sweeps)
             if solved.strain is not None:

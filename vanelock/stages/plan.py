@@ -122,6 +122,10 @@ class Planned:
         Bounds of its peak over undetermined static friction, if its file asks for them.
     stability : tuple of Step
         Stability of each of its responses, likewise.
+    unlike : Step or None
+        Rings of unlike segments in numbers, likewise.
+    rings : tuple of Step
+        Each of them.
     """
 
     case: Case
@@ -142,6 +146,8 @@ class Planned:
     held: tuple[int, ...] = ()
     bounds: Step[Any] | None = None
     stability: tuple[Step[Stability], ...] = ()
+    unlike: Step[Any] | None = None
+    rings: tuple[Step[Any], ...] = ()
 
     @property
     def responses(self) -> tuple[Step[Response], ...]:
@@ -156,8 +162,8 @@ class Planned:
     @property
     def assessment(self) -> tuple[Step[Any], ...]:
         """The steps that assess its responses, as far as its file asks for it."""
-        bounds = () if self.bounds is None else (self.bounds,)
-        return (*bounds, *self.stability)
+        steps = (self.bounds, *self.stability, self.unlike)
+        return tuple(each for each in steps if each is not None)
 
     def turned(self) -> "Planned":
         """The same with both directions exchanged."""

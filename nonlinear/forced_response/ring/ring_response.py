@@ -20,7 +20,6 @@ from vanelock.nonlinear.forced_response.frequencies import (
 )
 from vanelock.nonlinear.forced_response.frequency_response import Progress, swept
 from vanelock.nonlinear.forced_response.options import HARMONICS, Options, check_forces
-from vanelock.nonlinear.forced_response.replay import Journal, replaying
 from vanelock.nonlinear.forced_response.response import STATES, half_peak_to_peak
 from vanelock.nonlinear.forced_response.ring.ring_solver import RingSolver
 from vanelock.nonlinear.forced_response.ring.ring_source import (
@@ -122,7 +121,6 @@ def ring_response(
     options: Options = Options(),
     progress: Progress | None = None,
     modes: Mapping[int, StuckModes] | None = None,
-    journal: Journal | None = None,
 ) -> RingResponse:
     """Steady vibration of a ring of unlike sectors with friction: all sectors' balances at once.
 
@@ -138,8 +136,6 @@ def ring_response(
     progress : callable, optional
         As of `frequency_response`; once for each point of the alike ring and of the unlike one.
     modes : dict of int to StuckModes, optional
-        As of `frequency_response`.
-    journal : Journal, optional
         As of `frequency_response`.
 
     Returns
@@ -171,7 +167,6 @@ def ring_response(
     points = 100 if isinstance(frequencies, tuple) else len(hertz)
     limits = (float(omegas.min()), float(omegas.max()))
     source = ring_source(system, H, limits, points, whole.modes, modes)
-    replay = replaying(journal)
 
     @lru_cache
     def contacts(part: float) -> RingContacts:
@@ -186,8 +181,8 @@ def ring_response(
     def law(harmonics: int) -> Law:
         return family(1.0, harmonics).friction
 
-    solver = RingSolver(family(1.0), law, options.tolerance, replay, options.effort, parts=family)
-    first = replace(options, harmonics=H).prepare(system, hertz, points, modes, replay)
+    solver = RingSolver(family(1.0), law, options.tolerance, effort=options.effort, parts=family)
+    first = replace(options, harmonics=H).prepare(system, hertz, points, modes)
     alike, _ = swept(first.solver, frequencies, options.direction, progress)
     alike = [each for each in alike if each.converged]
     found, _ = swept(replace(solver, alike=alike), frequencies, options.direction, progress)

@@ -6,7 +6,7 @@ from typing import Any, Self
 
 import numpy as np
 import scipy.linalg as la
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from vanelock.common.arrays import hold_arrays
 from vanelock.common.errors import InputError
@@ -42,7 +42,14 @@ class SectorModes(Product):
         hold_arrays(self, {"stiffness": 1})
 
     @classmethod
-    def of_part(cls, system: System, K: Floats, M: Floats, part: Floats, count: int) -> Self:
+    def of_part(
+        cls,
+        system: System,
+        K: Floats,
+        M: Floats,
+        part: Floats | Mapping[int, Floats],
+        count: int,
+    ) -> Self:
         """The lowest elastic modes of a part by itself, held as its stiffness says.
 
         Parameters
@@ -51,8 +58,9 @@ class SectorModes(Product):
             With the nodal diameters 0 to N/2.
         K, M : (m, m) float
             Of the part, the same at all nodal diameters; K with whatever holds the part.
-        part : (m, n) float
-            The part's coordinates in those of the system, such as `rom.split` of the identity.
+        part : (m, n) float, or dict of int to (m, n_k) float
+            The part's coordinates in those of the system, such as `rom.split` of the identity;
+            by nodal diameter where these differ.
         count : int
             r; modes that no stiffness holds are left out.
 
@@ -61,17 +69,24 @@ class SectorModes(Product):
         InputError
             If the part has not so many modes, or sizes do not fit.
         """
-        if K.shape != M.shape or K.shape != (len(part), len(part)):
-            raise InputError(f"modes: K {K.shape}, M {M.shape} and part {part.shape} do not fit")
+        every = range(system.sectors // 2 + 1)
+        places = dict(part) if isinstance(part, Mapping) else dict.fromkeys(every, part)
+        for k in every:
+            given = places[k].shape if k in places else "none"
+            if K.shape != M.shape or given != (len(K), len(system.at(k).K)):
+                raise InputError(
+                    f"modes: K {K.shape}, M {M.shape} and part {given} of nodal diameter {k} do "
+                    "not fit"
+                )
         squared, shapes = la.eigh(K, M)
         elastic = np.flatnonzero(squared > FREE * squared[-1])[:count]
         if len(elastic) < count or count < 1:
             raise InputError(f"modes: given {count}: the part has {len(elastic)}")
         shapes = shapes[:, elastic]
         largest = np.abs(shapes).max(axis=0)
-        rows = (largest * (M @ shapes)).T @ part
-        every = dict.fromkeys(range(system.sectors // 2 + 1), rows.astype(complex))
-        return cls(every, squared[elastic] / largest**2)
+        seen = (largest * (M @ shapes)).T
+        rows = {k: (seen @ places[k]).astype(complex) for k in every}
+        return cls(rows, squared[elastic] / largest**2)
 
 
 @dataclass(frozen=True)
@@ -116,11 +131,14 @@ class Unlike(Product):
     def scatter(
         cls,
         system: System,
-        deviation: Mapping[str, Mapping[str, float]],
+        deviation: Mapping[str, Mapping[str, float | ArrayLike]],
         seed: int = 0,
         modes: SectorModes | None = None,
     ) -> Self:
         """A ring drawn at random: one normal deviation for each sector, joint and quantity.
+
+        Where deviations of the sectors themselves are given in the place of a standard deviation,
+        they are taken.
 
         Parameters
         ----------
@@ -130,7 +148,8 @@ class Unlike(Product):
             {"contact": {"interference": 0.01, "mu": 0.05}}; quantities are interference, mu, kn,
             kt, and slider: places of sliders relative to the reach μ kn v₀/kt of static friction
             under interference alone, each direction drawn by itself. {"modes": {"frequency": 0.01}}
-            is of all `modes`, each drawn by itself.
+            is of all `modes`, each drawn by itself. Or (N,) deviations by sector; of sliders, or
+            modes by themselves, (N, 2) and (N, r).
         seed : int
             Of the generator of random numbers.
         modes : SectorModes, optional
@@ -138,7 +157,8 @@ class Unlike(Product):
         Raises
         ------
         InputError
-            If a joint or a quantity is unknown, or a deviation is not a number >= 0.
+            If a joint or a quantity is unknown, or a deviation is not a number >= 0 and not one
+            number a sector.
         """
         contacts, N, rng = system.contacts, system.sectors, np.random.default_rng(seed)
         known = sorted({*contacts.joints, *(["modes"] if modes is not None else [])})
@@ -155,14 +175,13 @@ class Unlike(Product):
                 where = f"unlike: {joint}.{name}"
                 if name not in allowed:
                     raise InputError(f"{where}: allowed: {', '.join(allowed)}")
-                if not (np.isfinite(size) and size >= 0):
-                    raise InputError(f"{where}: given {size}: must be >= 0")
+                wide = frequency.shape[1] if joint == "modes" else 2 if name == "slider" else 1
+                share = _shares(where, size, (N, wide), rng)
                 if joint == "modes":
-                    frequency = size * rng.standard_normal(frequency.shape)
+                    frequency = share
                     continue
-                share = size * rng.standard_normal((N, 1, 2 if name == "slider" else 1))
                 own = contacts.of(joint)[:, None]
-                drawn[name] += np.where(own, scales.get(name, 1.0) * share, 0.0)
+                drawn[name] += np.where(own, scales.get(name, 1.0) * share[:, None], 0.0)
         flat = {name: drawn[name][:, :, 0] for name in ("interference", "mu", "kn")}
         pairs = {name: drawn[name] for name in ("kt", "slider")}
         return cls(N, **flat, **pairs, frequency=frequency, modes=modes)
@@ -221,3 +240,17 @@ class Unlike(Product):
                 for value in [getattr(self, name)]
             },
         )
+
+
+def _shares(
+    where: str, given: float | ArrayLike, shape: tuple[int, int], rng: np.random.Generator
+) -> Floats:
+    """Deviations of all sectors: drawn with a standard deviation, or as given."""
+    size = np.asarray(given, float)
+    if size.ndim == 0:
+        if not (np.isfinite(size) and size >= 0):
+            raise InputError(f"{where}: given {given}: must be >= 0")
+        return np.asarray(size * rng.standard_normal(shape))
+    if size.shape not in (shape[:1], shape):
+        raise InputError(f"{where}: given shape {size.shape}: needs {shape[:1]}, one a sector")
+    return np.broadcast_to(size.reshape(shape[0], -1), shape).copy()

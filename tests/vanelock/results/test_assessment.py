@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 
 from tests.vanelock.pipeline.test_progress import summary
-from vanelock.common.tables import Table
 from vanelock.nonlinear import STABLE, UNDECIDED, UNSTABLE, Stability
 from vanelock.quantities.warnings import wave
 from vanelock.results.assessment import MOST, bounds_table, stability_table
 from vanelock.results.page_sections.summary import _wave
+from vanelock.stages.assessment.assessed import Assessment
 from vanelock.stages.assessment.stability import verdict_at
 from vanelock.stages.response.summary import Peak
 
@@ -64,16 +64,22 @@ def test_where_no_motion_is_given_no_number_is() -> None:
     assert "not all departures" in card.note
 
 
+def stability_rows(found: Stability) -> Any:
+    table = stability_table({"a": Assessment(stability=(found,))})
+    assert table is not None
+    return table.record()["rows"]
+
+
 def test_the_point_reported_is_unstable_where_one_is() -> None:
     """Neither one whose second wave was not found nor one of which the truncations differ."""
     verdict = [STABLE, UNDECIDED, UNSTABLE, UNSTABLE, UNDECIDED]
     growth = [(-9.0, -9.0), (-1.0, NAN), (5.0, 6.0), (7.0, 8.0), (50.0, -1.0)]
-    (row,) = stability_table({"a": stability(verdict, growth)}).record()["rows"]
+    (row,) = stability_rows(stability(verdict, growth))
     assert (row["wave"], row["frequency_hz"]) == ("unstable", 103.0)
-    (row,) = stability_table({"a": stability(verdict[:2], growth[:2])}).record()["rows"]
+    (row,) = stability_rows(stability(verdict[:2], growth[:2]))
     assert row["wave"] == "undecided"
     quiet = stability([STABLE, STABLE], [(-9.0, -9.0), (-3.0, -2.0)])
-    assert stability_table({"a": quiet}).record()["rows"][0]["frequency_hz"] == 101.0
+    assert stability_rows(quiet)[0]["frequency_hz"] == 101.0
 
 
 def bounded() -> Any:
@@ -94,8 +100,11 @@ def bounded() -> Any:
 @pytest.mark.parametrize("count", [MOST, MOST + 6])
 def test_a_table_that_leaves_cases_out_says_so(count: int) -> None:
     one = stability([STABLE], [(-9.0, -9.0)])
-    waves: Table = stability_table({f"mu={i}": one for i in range(count)})
-    ends: Table = bounds_table({f"mu={i}": bounded() for i in range(count)})
+    each = Assessment(bounds=bounded(), stability=(one,))
+    cases = {f"mu={i}": each for i in range(count)}
+    waves, ends = stability_table(cases), bounds_table(cases)
+    assert waves is not None
+    assert ends is not None
     assert (len(waves.rows), len(ends.rows)) == (MOST, 3 * MOST)
     for table in (waves, ends):
         lines = [line for line in table.lines if "results.h5" in line]

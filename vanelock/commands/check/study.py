@@ -117,6 +117,7 @@ def _outputs(study: Study) -> Iterator[str]:
         counted(len(wanted.gauges), "gauge"): bool(wanted.gauges),
         "bounds over static friction": study.bounds is not None,
         "stability": study.stability is not None,
+        "rings of unlike segments": study.unlike is not None,
         "Campbell diagram": study.campbell is not None,
         "campaign": study.campaign is not None,
         "report.html": wanted.report,

@@ -14,7 +14,7 @@ from vanelock.input.measured.curve import load_measured
 from vanelock.input.plausible import unusual
 from vanelock.input.schema.own_mesh import OwnVane, refuse_without_areas
 from vanelock.input.schema.study import Study
-from vanelock.nonlinear import Response, Stability
+from vanelock.nonlinear import Response
 from vanelock.pipeline.cache import Cache
 from vanelock.pipeline.executor.background import in_background
 from vanelock.pipeline.executor.task_queue import Executor
@@ -33,7 +33,7 @@ from vanelock.quantities.scatter import (
 )
 from vanelock.report import Picture
 from vanelock.results import listing
-from vanelock.results.assessment import bounds_table, stability_table
+from vanelock.results.assessment import assessment_tables
 from vanelock.results.case_table import response_table
 from vanelock.results.figures.campbell import crossings_table
 from vanelock.results.figures.pictures import Pictures, Shown
@@ -46,8 +46,12 @@ from vanelock.stages.accuracy.errors import Errors, error_table
 from vanelock.stages.accuracy.evidence import judged
 from vanelock.stages.accuracy.left_out import LeftOut, left_out_table
 from vanelock.stages.accuracy.mesh_sizes import most_dofs
-from vanelock.stages.assessment.assessed import assessed, with_assessment
-from vanelock.stages.assessment.bounds import BoundedPeak
+from vanelock.stages.assessment.assessed import (
+    Assessment,
+    assessed,
+    assessment_of,
+    with_assessment,
+)
 from vanelock.stages.campbell.campbell import Campbell, campbell
 from vanelock.stages.campbell.speed_lines import lines_step
 from vanelock.stages.matrices.steps import at_rest, motions_step
@@ -128,8 +132,7 @@ class OngoingRun:
         self._peaks: dict[str, dict[str, Peak | None]] = {}
         self._strains: dict[str, tuple[Strain, Peak]] = {}
         self._worth: dict[str, tuple[Errors, Sequence[LeftOut]]] = {}
-        self._bounds: dict[str, BoundedPeak] = {}
-        self._stability: dict[str, Stability] = {}
+        self._assessments: dict[str, Assessment] = {}
         self._spacings: list[float] = []
         self._lines: set[str] = set()
         self._top = 0.0
@@ -165,10 +168,8 @@ class OngoingRun:
         self.planned = tuple(
             each.turned() if each.case.name in self._turned else each for each in self.planned
         )
-        if any(each.found for each in self._bounds.values()):
-            self.listener(bounds_table(self._bounds))
-        if self._stability:
-            self.listener(stability_table(self._stability))
+        for table in assessment_tables(self._assessments):
+            self.listener(table)
         if self._strains:
             self.listener(listing.gauge_table(self._strains))
         for name, diagram in self.shown.campbell.items():
@@ -267,8 +268,7 @@ class OngoingRun:
             wear=pictures.wear,
             strains=self._strains,
             worth=self._worth,
-            bounds=self._bounds,
-            stability=self._stability,
+            assessments=self._assessments,
             linear=self._peaks,
             text=text,
             balances=pictures.balances,
@@ -309,9 +309,9 @@ class OngoingRun:
         if planned.chosen_mesh is not None:
             worth = judged(planned, response, self.stages, self.shown.monitor)
         diagram, other = self._campbell(planned), next(iter(others), None)
-        bounds = None if planned.bounds is None else self.stages.get(planned.bounds)
+        assessment = assessment_of(planned, self.stages)
         pressed = None if (step := by_cause_step(planned)) is None else self.stages.get(step)
-        last = other, bounds, tuple(map(self.stages.get, planned.stability)), pressed
+        last = other, assessment, pressed
         return Solved(planned, static, response, strain, worth, diagram, *last)
 
     def _response(self, planned: Planned, step: Step[Response]) -> Response:
@@ -342,17 +342,14 @@ class OngoingRun:
         loose = self._loose[planned.preload.key]
         found = summarise(case, system.contacts, response, peak, limits, linear, seconds, loose)
         first = not self.shown.peak
-        found = with_assessment(found, solved)
+        found = with_assessment(found, solved.assessment)
         lines = (*notes(sweeps), *doubts(solved, found, limits, loose, first, self.stages))
         found = replace(found, sweeps=tuple(sweeps), warnings=lines)
         if solved.other is not None and response.direction == "down":
             self._turned.add(case.name)
         if solved.worth is not None:
             self._worth[case.name] = solved.worth
-        if solved.bounds is not None:
-            self._bounds[case.name] = solved.bounds.shortened()
-        if solved.stability:
-            self._stability[case.name] = solved.stability[0]
+        self._assessments[case.name] = solved.assessment.shortened()
         self.record.case(solved, found, self.shown.monitor.name)
         if solved.campbell is not None:
             self._lines.add(lines_step(planned, self.stages).key)
@@ -390,7 +387,7 @@ class OngoingRun:
         return self.stages.get(planned.gauges).read(response, vane, casing)
 
     def _count(self, done: int, total: int | None, amplitude: float) -> None:
-        """How far the bounds or the stability of a case are."""
+        """How far the bounds, the stability or the unlike rings of a case are."""
         self.listener(self._clock.count(done, total, amplitude))
         self.record.flush_if_due()
 

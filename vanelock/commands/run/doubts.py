@@ -48,7 +48,7 @@ def doubts(
     closed = contacts.always_closed or tuple(dict.fromkeys(contacts.joints))
     yield from warnings.open_at_rest(solved.static, contacts.joints, closed)
     if peak is not None:
-        if first and held and not contacts.elements and solved.bounds is None:
+        if first and held and not contacts.elements and solved.assessment.bounds is None:
             bounds = None
             if contacts.count <= MOST:
                 friction = given.response.friction
@@ -57,8 +57,9 @@ def doubts(
         if isinstance(given, Study) and given.mesh.correction != "none":
             closed = contacts.always_closed
             yield from warnings.corrected(solved.response, peak, contacts.joints, closed)
-        yield from warnings.bounds(solved.bounds, peak)
+        yield from warnings.bounds(solved.assessment.bounds, peak)
         yield from warnings.wave(found)
+        yield from warnings.unlike(solved.assessment.unlike, peak)
         yield from warnings.large(solved.response, peak, *small, points)
         yield from warnings.beyond_band(solved.response, peak, limits.band)
     if solved.campbell is not None:

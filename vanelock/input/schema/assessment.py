@@ -1,10 +1,11 @@
-"""Tables on what a response is worth: bounds over static friction, and stability."""
+"""Tables on what a response is worth: bounds over static friction, stability, unlike segments."""
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-from pydantic import BeforeValidator, Field
+from pydantic import BeforeValidator, Field, field_validator
 
+from vanelock.common.quantities import Frequency
 from vanelock.input.schema.structure import KeyTable, sequence
 
 if TYPE_CHECKING:
@@ -29,22 +30,91 @@ class StabilityKeys(KeyTable):
     points: Literal["peaks", "all"] = Field(default="peaks", description="points of the response")
 
 
+def _deviation(value: object) -> object:
+    """A standard deviation, or deviations of all segments, relative."""
+    each = value if isinstance(value, list | tuple) else (value,)
+    if not each or any(isinstance(v, bool) or not isinstance(v, int | float) for v in each):
+        raise ValueError("expected a number, such as 0.01 for 1 %, or a list with one a segment")
+    if isinstance(value, list | tuple):
+        if not all(-1 < v <= 10 for v in each):
+            raise ValueError("relative deviations of segments must be > -1 and <= 10")
+        return tuple(float(v) for v in each)
+    if not 0 <= each[0] <= 1:
+        raise ValueError("a relative standard deviation must be >= 0 and <= 1")
+    return float(each[0])
+
+
+Deviation = Annotated[Any, BeforeValidator(_deviation)]
+
+
+class JointDeviations(KeyTable):
+    """By how much the segments of a ring differ in a joint, relative to the joint's own values."""
+
+    interference: Deviation | None = Field(default=None, description="deviation of interference")
+    mu: Deviation | None = Field(default=None, description="deviation of the friction coefficient")
+    kn: Deviation | None = Field(default=None, description="deviation of the normal stiffness")
+    kt: Deviation | None = Field(default=None, description="deviation of the tangential stiffness")
+    slider: Annotated[float, Field(ge=0, le=1)] | None = Field(
+        default=None, description="deviation of static friction, of its limit"
+    )
+
+
+class UnlikeKeys(KeyTable):
+    """How much more some segment vibrates where the segments of a ring are not alike."""
+
+    rings: int = Field(default=20, ge=1, le=10_000, description="number of rings drawn")
+    seed: int = Field(default=1, ge=0, le=2**31 - 1, description="seed")
+    range: Annotated[tuple[Frequency, ...], BeforeValidator(sequence)] | None = Field(
+        default=None, min_length=2, max_length=2, description="[low, high] frequency [Hz]"
+    )
+    joints: dict[str, JointDeviations] = Field(default={}, description="deviations by joint")
+    frequency: Deviation | None = Field(
+        default=None, description="deviation of the natural frequencies of a vane alone"
+    )
+    modes: int = Field(default=5, ge=1, le=50, description="number of modes of a vane alone")
+
+    @field_validator("range")
+    @classmethod
+    def _low_high(cls, value: tuple[float, ...] | None) -> tuple[float, ...] | None:
+        if value is not None and not 0 < value[0] < value[1]:
+            raise ValueError("must be [low, high] with 0 < low < high")
+        return value
+
+    @property
+    def given(self) -> dict[str, Any]:
+        """What deviates, by key below the table."""
+        found: dict[str, Any] = {
+            f"joints.{joint}.{name}": value
+            for joint, keys in self.joints.items()
+            for name, value in keys
+            if value is not None
+        }
+        return found if self.frequency is None else {**found, "frequency": self.frequency}
+
+    @property
+    def count(self) -> int:
+        """Rings: as many as are drawn, or the one that is given."""
+        drawn = any(isinstance(value, float) for value in self.given.values())
+        return self.rings if drawn else 1
+
+
 ALLOWED = {"coupling": "coupled", "samples": None, "harmonic_diameters": "wave"}
-"""What both take of `response`."""
+"""What all take of `response`."""
 
 
 def assessable(response: "ResponseKeys") -> bool:
-    """Whether responses of this kind have bounds and stability."""
+    """Whether responses of this kind have bounds, stability, and rings of unlike segments."""
     return all(getattr(response, key) == allowed for key, allowed in ALLOWED.items())
 
 
 def can_be_assessed(given: "Study | Scene") -> Iterator[str]:
-    """What keeps bounds or stability from being given; cases of a campaign may lack them."""
+    """What keeps these tables from being used; cases of a campaign may lack them."""
     response = given.response
-    for table in ("bounds", "stability"):
+    yield from _can_be_unlike(given)
+    for table in ("bounds", "stability", "unlike"):
         if getattr(given, table) is None or getattr(given, "campaign", None) is not None:
             continue
-        if getattr(given, "elements", None):
+        if getattr(given, "elements", None) and table != "unlike":
             yield f"elements: [{table}] is of contacts alone: leave one of them out"
         for key, allowed in ALLOWED.items():
             value = getattr(response, key)
@@ -62,3 +132,24 @@ def can_be_assessed(given: "Study | Scene") -> Iterator[str]:
                 yield f'bounds.joints: given "{name}": allowed are {", ".join(known)}'
         if response.frequencies is not None and len(response.frequencies) < 2:
             yield "response.frequencies: given one: [bounds] is of a peak, which takes a range"
+
+
+def _can_be_unlike(given: "Study | Scene") -> Iterator[str]:
+    """What keeps segments from differing."""
+    if (keys := given.unlike) is None:
+        return
+    sectors, known = given.ring.sectors, given.joint_names
+    if sectors == 1:
+        yield "unlike: needs a ring of several segments: ring.sectors = 1"
+    for name in keys.joints:
+        if known and name not in known:
+            yield f'unlike.joints: given "{name}": allowed are {", ".join(known)}'
+    if not keys.given:
+        yield "unlike: nothing deviates: give unlike.frequency or unlike.joints.<joint>.mu"
+    for name, value in keys.given.items():
+        if isinstance(value, tuple) and len(value) != sectors:
+            yield f"unlike.{name}: given {len(value)} numbers: needs 1, or one a segment: {sectors}"
+    if "rings" in keys.model_fields_set and keys.count != keys.rings:
+        yield f"unlike.rings = {keys.rings}: all deviations are given by segment: one ring"
+    if keys.frequency is not None and not hasattr(given, "vane"):
+        yield "unlike.frequency: of a study's vane: for matrices use `nonlinear.SectorModes`"

@@ -21,7 +21,7 @@ from vanelock.common.cyclic import COMPONENTS
 from vanelock.common.quantities import Force, Frequency, Length, Unbalance, si
 from vanelock.common.tables import counted
 from vanelock.input.band import BAND_CHECKS
-from vanelock.input.schema.assessment import BoundsKeys, StabilityKeys, can_be_assessed
+from vanelock.input.schema.assessment import BoundsKeys, StabilityKeys, UnlikeKeys, can_be_assessed
 from vanelock.input.schema.comparison import (
     COMPARISON_CHECKS,
     CampbellKeys,
@@ -287,6 +287,7 @@ class Study(KeyTable):
     outputs: Outputs = Outputs()
     bounds: BoundsKeys | None = Field(default=None, description="bounds over static friction")
     stability: StabilityKeys | None = Field(default=None, description="stability")
+    unlike: UnlikeKeys | None = Field(default=None, description="rings of unlike segments")
     campbell: CampbellKeys | None = Field(default=None, description="Campbell diagram")
     measured: Annotated[tuple[MeasuredCurve, ...], BeforeValidator(curves)] = Field(
         default=(), max_length=100, description="measured curves"

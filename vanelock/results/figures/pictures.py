@@ -24,7 +24,7 @@ from vanelock.results.figures.fatigue import haigh, wear_table
 from vanelock.results.figures.loops import loops
 from vanelock.results.figures.mesh_errors import mesh_errors
 from vanelock.results.figures.preload import preloads
-from vanelock.results.figures.scatter import scatters
+from vanelock.results.figures.scatter import scatters, unlike_rings
 from vanelock.results.figures.shapes import all_modes, mesh, response, stress
 from vanelock.results.files.redrawn import REPORT, OutputFiles
 from vanelock.stages.plan import Planned
@@ -87,6 +87,8 @@ class Pictures:
                 made += _own(each, response(run_data, each, each.case.name in moving))
             for each in detailed:
                 made += _own(each, [stress(run_data, each), contacts(run_data, each)])
+        for each in detailed:
+            made += _own(each, unlike_rings(run_data, each))
         return made
 
     @cached_property

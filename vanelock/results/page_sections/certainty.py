@@ -1,10 +1,11 @@
-"""What the peaks are worth, on a run's page: scatter, bounds over static friction, stability."""
+"""What the peaks are worth, on a run's page: scatter, bounds, stability, unlike segments."""
 
 from vanelock.input.cases.names import words
 from vanelock.quantities.scatter import percentile_table, sensitivity_table
 from vanelock.report import Section, Text
 from vanelock.report.blocks import Block
-from vanelock.results.assessment import bounds_table, stability_table
+from vanelock.results.assessment import bounds_table, stability_table, unlike_table
+from vanelock.results.figures.scatter import RINGS
 from vanelock.results.page_sections.content import PageContent
 
 BOUNDS = (
@@ -18,6 +19,11 @@ STABILITY = (
     "linearised about it, including the memory of friction (Floquet): where one grows, the ring "
     "leaves the periodic wave and its vibration is modulated; neither its largest amplitude nor "
     "its friction work is then that of the wave."
+)
+UNLIKE = (
+    "The segments of a real ring differ, and one of them vibrates more than all would if they were "
+    "alike. The balances of all segments are solved together, for every ring drawn; whether these "
+    "solutions are stable is not decided."
 )
 
 
@@ -33,12 +39,17 @@ def scatter(content: PageContent) -> Section:
 
 
 def certainty(content: PageContent) -> Section:
-    """Bounds and stability, where they are asked for."""
+    """Bounds, stability and unlike segments, where they are asked for."""
     blocks: list[Block] = []
-    if any(each.found for each in content.bounds.values()):
-        found = {words(name): each for name, each in content.bounds.items()}
-        blocks += [Text(f"**Static friction.** {BOUNDS}"), bounds_table(found)]
-    if content.stability:
-        waves = {words(name): each for name, each in content.stability.items()}
-        blocks += [Text(f"**Stability.** {STABILITY}"), stability_table(waves)]
-    return Section("Bounds and stability", blocks, id="certainty")
+    found = {words(name): each for name, each in content.assessments.items()}
+    for what, text, table in (
+        ("Static friction", BOUNDS, bounds_table(found)),
+        ("Stability", STABILITY, stability_table(found)),
+        ("Unlike segments", UNLIKE, unlike_table(found)),
+    ):
+        if table is not None:
+            blocks += [Text(f"**{what}.** {text}"), table]
+    rings = [each for each in content.pictures if each.title == RINGS]
+    blocks += content.of_cases({each.case: [each] for each in rings})
+    title = "Bounds, stability, unlike segments" if rings else "Bounds and stability"
+    return Section(title, blocks, id="certainty")

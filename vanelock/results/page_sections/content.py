@@ -5,7 +5,6 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from vanelock.input.cases.names import words
-from vanelock.nonlinear import Stability
 from vanelock.pipeline.executor.tasks import Failure
 from vanelock.quantities.answers import CaseAnswers
 from vanelock.quantities.contacts.energy import EnergyBalance
@@ -16,7 +15,7 @@ from vanelock.report import OfCase, Picture
 from vanelock.report.blocks import Single
 from vanelock.stages.accuracy.errors import Errors
 from vanelock.stages.accuracy.left_out import LeftOut
-from vanelock.stages.assessment.bounds import BoundedPeak
+from vanelock.stages.assessment.assessed import Assessment
 from vanelock.stages.parts.gauges import Strain
 from vanelock.stages.response.summary import Peak, Summary
 
@@ -41,10 +40,8 @@ class PageContent:
         What gauges read, by case.
     worth : dict of str to (Errors, list of LeftOut)
         Estimated errors, by case, where an accuracy is asked for.
-    bounds : dict of str to BoundedPeak
-        Bounds of the peak over static friction, by case, where asked for.
-    stability : dict of str to Stability
-        Of their waves, where asked for.
+    assessments : dict of str to Assessment
+        Bounds over static friction, stability, unlike segments, by case, where asked for.
     linear : dict of str to dict of "free" | "stuck" to Peak or None
         Linear peaks by the name of their limits, "" where cases share them.
     text : str
@@ -64,8 +61,7 @@ class PageContent:
     wear: Mapping[str, Path] = field(default_factory=dict)
     strains: Mapping[str, tuple[Strain, Peak]] = field(default_factory=dict)
     worth: Mapping[str, tuple[Errors, Sequence[LeftOut]]] = field(default_factory=dict)
-    bounds: Mapping[str, BoundedPeak] = field(default_factory=dict)
-    stability: Mapping[str, Stability] = field(default_factory=dict)
+    assessments: Mapping[str, Assessment] = field(default_factory=dict)
     linear: Mapping[str, Mapping[str, Peak | None]] = field(default_factory=dict)
     text: str = ""
     balances: Mapping[str, EnergyBalance] = field(default_factory=dict)

@@ -78,17 +78,20 @@ def _not_estimated(content: PageContent) -> str:
         "**Contact**: stiffnesses, friction and interference are inputs; their scatter between "
         "builds is usually larger than every number in this section.",
     ]
-    if not content.stability:
+    assessments = content.assessments.values()
+    if not any(each.stability for each in assessments):
         missing.append(
             "**Stability**: a solved point need not be stable; `[stability]` decides whether it is."
         )
-    if not content.bounds:
+    if not any(each.bounds for each in assessments):
         missing.append(
             "**Static friction** of contacts that stick: parts are taken as assembled without "
             "stress; `[bounds]` computes how far other static friction moves the peak."
         )
-    if ring_of(given)[0] > 1:
-        missing.append("**Mistuning**: all sectors are alike.")
+    if ring_of(given)[0] > 1 and given.unlike is None:
+        missing.append(
+            "**Mistuning**: all segments are alike; `[unlike]` computes rings in which they differ."
+        )
     if given.response.samples is not None:
         missing.append("**Samples**: contact forces are sampled, their error is not estimated.")
     return "Not estimated:\n\n" + "\n\n".join(missing)

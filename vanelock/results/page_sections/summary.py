@@ -70,6 +70,7 @@ def answers_of(content: PageContent) -> list[Answer]:
             "warn" if most.peak.at_edge or between else "",
         ),
         *_wave(most),
+        *_unlike(content, most),
         Answer("Frequency", f"{most.peak.frequency:.2f} Hz", _speed(content, most)),
     ]
     main = content.main
@@ -113,6 +114,22 @@ def _wave(most: Summary) -> list[Answer]:
         "wear here are those of the periodic wave"
     )
     return [Answer("Periodic wave", "unstable", note, "warn")]
+
+
+def _unlike(content: PageContent, most: Summary) -> list[Answer]:
+    """How much more the worst segment vibrates where they are not alike."""
+    found = content.assessments[most.case].unlike if most.case in content.assessments else None
+    if found is None or (place := found.place) is None:
+        return []
+    ring, segment = place
+    drawn = len(found.largest)
+    of = f"of ring {ring + 1}, the worst of {drawn} drawn" if drawn > 1 else "of the ring given"
+    note = (
+        f"of alike segments: segment {segment + 1} {of}, {1e6 * found.amplitude[place]:.3g} µm at "
+        f"{found.frequency[place]:.2f} Hz"
+    )
+    verdict = "warn" if found.lost.any() or found.at_edge.any() else ""
+    return [Answer("Unlike segments", f"{found.amplification[place]:.3f} times", note, verdict)]
 
 
 def _of_linear(most: Summary) -> str:

@@ -107,8 +107,8 @@ def estimated(
 
 
 def _further(study: Study) -> int:
-    """Nodal diameters that stability takes in addition."""
-    if study.stability is None:
+    """Nodal diameters that stability and unlike segments take in addition."""
+    if study.stability is None and study.unlike is None:
         return 0
     from vanelock.stages.parts.components import diameters  # and all that reduces
 
@@ -116,13 +116,15 @@ def _further(study: Study) -> int:
 
 
 def _assessment(study: Study) -> float:
-    """Seconds of bounds and stability of a case."""
+    """Seconds of bounds, stability and rings of unlike segments of a case."""
     seconds = 0.0 if study.bounds is None else CURVES * POINTS * work(study)
     if study.stability is not None:
         listed = study.response.frequencies
         points = len(listed) if listed else study.response.points or TYPICAL
         count = points if study.stability.points == "all" else 1
         seconds += count * (STABLE + HARMONICS * (2 * study.response.harmonics + 1) ** 1.5)
+    if study.unlike is not None:  # about one point of alike segments for each that is not
+        seconds += study.unlike.count * study.ring.sectors * POINTS * work(study)
     return seconds
 
 

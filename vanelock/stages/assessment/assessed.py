@@ -1,13 +1,38 @@
 """What the responses of a case are worth, where its file asks for it: steps and numbers."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 from vanelock.input.schema.assessment import assessable
-from vanelock.stages.assessment.bounds import HIGH, LOW, Count, bounds_step
+from vanelock.nonlinear import Stability
+from vanelock.pipeline.step import Stages
+from vanelock.stages.assessment.bounds import HIGH, LOW, BoundedPeak, Count, bounds_step
 from vanelock.stages.assessment.stability import stability_step, verdict_at, whole_step
+from vanelock.stages.assessment.unlike import UnlikeRings, unlike_step
 from vanelock.stages.plan import Planned
 from vanelock.stages.response.summary import Summary
-from vanelock.stages.sweep.retries import Solved
+
+
+@dataclass(frozen=True)
+class Assessment:
+    """What the responses of a case are worth, as far as its file asks for it.
+
+    Attributes
+    ----------
+    bounds : BoundedPeak or None
+        Bounds of the peak over static friction.
+    stability : tuple of Stability
+        Of its responses, that of the higher peak first.
+    unlike : UnlikeRings or None
+        Rings of unlike segments.
+    """
+
+    bounds: BoundedPeak | None = None
+    stability: tuple[Stability, ...] = ()
+    unlike: UnlikeRings | None = None
+
+    def shortened(self) -> "Assessment":
+        """The same without what only curves and files show."""
+        return replace(self, bounds=self.bounds and self.bounds.shortened())
 
 
 def silent_count(done: int, total: int | None, amplitude: float) -> None:
@@ -15,7 +40,7 @@ def silent_count(done: int, total: int | None, amplitude: float) -> None:
 
 
 def assessed(planned: Planned, first: Planned, count: Count) -> Planned:
-    """A case with the steps of its bounds and stability.
+    """A case with the steps of its bounds, its stability and its rings of unlike segments.
 
     Parameters
     ----------
@@ -35,14 +60,26 @@ def assessed(planned: Planned, first: Planned, count: Count) -> Planned:
         whole = whole_step(planned)
         steps = [stability_step(planned, first, whole, each, count) for each in planned.responses]
         planned = replace(planned, stability=tuple(steps))
+    if given.unlike is not None:
+        unlike, rings = unlike_step(planned, first, whole_step(planned), count)
+        planned = replace(planned, unlike=unlike, rings=rings)
     return planned
 
 
-def with_assessment(found: Summary, solved: Solved) -> Summary:
+def assessment_of(planned: Planned, stages: Stages) -> Assessment:
+    """The products of those steps."""
+    return Assessment(
+        bounds=None if planned.bounds is None else stages.get(planned.bounds),
+        stability=tuple(map(stages.get, planned.stability)),
+        unlike=None if planned.unlike is None else stages.get(planned.unlike),
+    )
+
+
+def with_assessment(found: Summary, assessment: Assessment) -> Summary:
     """A case in numbers, with its bounds and what becomes of its wave."""
     wave = None
-    if solved.stability and found.peak is not None:
-        wave = verdict_at(solved.stability[0], found.peak.frequency)
-    if (bounds := solved.bounds) is None:
+    if assessment.stability and found.peak is not None:
+        wave = verdict_at(assessment.stability[0], found.peak.frequency)
+    if (bounds := assessment.bounds) is None:
         return replace(found, wave=wave)
     return replace(found, lowest=bounds.peak(LOW), highest=bounds.peak(HIGH), wave=wave)

@@ -51,7 +51,7 @@ class CaseWork:
     def planned(self) -> Planned:
         """All steps to what a run shows of it."""
         own, given = self._planned(), self.case.given
-        if given.bounds is None and given.stability is None:
+        if (given.bounds, given.stability, given.unlike) == (None, None, None):
             return own
         first = own if self.first is None else self.first._planned()
         return assessed(own, first, silent_count)
@@ -68,7 +68,8 @@ class CaseWork:
 
     def steps(self) -> list[Step[Any]]:
         """All whose products a run shows."""
-        return steps_of(self.planned())
+        planned = self.planned()
+        return [*steps_of(planned), *planned.rings]
 
 
 @dataclass(frozen=True)
@@ -80,14 +81,17 @@ class Job:
     name : str
         What lists call it, such as a case's name.
     steps : tuple of Step
-        Their steps; the last one's counts in the progress.
+        Their steps.
     work : Work
         Says the same steps in every process.
+    counts : bool
+        Whether its last step's product counts in the progress.
     """
 
     name: str
     steps: tuple[Step[Any], ...]
     work: Work
+    counts: bool = True
 
 
 def steps_of(planned: Planned) -> list[Step[Any]]:
@@ -116,11 +120,13 @@ def works(planned: Sequence[Planned]) -> list[CaseWork]:
 
 
 def jobs(planned: Sequence[Planned]) -> list[Job]:
-    """Of each case what a run shows."""
-    return [
-        Job(each.case.name, tuple(steps_of(each)), work)
-        for each, work in zip(planned, works(planned), strict=True)
-    ]
+    """Of each case what a run shows; its rings of unlike segments by themselves."""
+    found: list[Job] = []
+    for each, work in zip(planned, works(planned), strict=True):
+        name, steps = each.case.name, steps_of(each)
+        found.append(Job(name, tuple(step for step in steps if step is not each.unlike), work))
+        found += [Job(ring.name, (ring,), work, counts=False) for ring in each.rings]
+    return found
 
 
 def bundle(jobs: Sequence[Job], cache: Cache) -> tuple[list[Step[Any]], list[Task]]:
@@ -168,7 +174,7 @@ def bundle(jobs: Sequence[Job], cache: Cache) -> tuple[list[Step[Any]], list[Tas
                 makes=tuple(step.key for step in steps),
                 after=tuple(key for _, key in given if key in apart),
                 given=tuple(given),
-                counts=first.steps[-1].key in own,
+                counts=first.counts and first.steps[-1].key in own,
             )
         )
     return shared, tasks

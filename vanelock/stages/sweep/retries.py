@@ -1,16 +1,16 @@
 """A case of a sweep: what is computed of it, and what if that fails."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TypeVar
 
 from vanelock.common.errors import FolderError, InputError
-from vanelock.nonlinear import Response, Stability
+from vanelock.nonlinear import Response
 from vanelock.pipeline.executor.tasks import Failure, TaskFailed, reason
 from vanelock.pipeline.step import Stages
 from vanelock.stages.accuracy.errors import Errors
 from vanelock.stages.accuracy.left_out import LeftOut
-from vanelock.stages.assessment.bounds import BoundedPeak
+from vanelock.stages.assessment.assessed import Assessment
 from vanelock.stages.campbell.campbell import Campbell
 from vanelock.stages.parts.by_cause import LoadsByCause
 from vanelock.stages.parts.gauges import Strain
@@ -40,10 +40,8 @@ class Solved:
         Its Campbell diagram, unless another case has the same.
     other : Response or None
         Vibrating in the other direction of the sweep, where both are wanted; no higher.
-    bounds : BoundedPeak or None
-        Bounds of the peak over static friction, where asked for.
-    stability : tuple of Stability
-        Of `response` and of `other`, where asked for.
+    assessment : Assessment
+        What the responses are worth.
     by_cause : LoadsByCause or None
         The joints' loads at rest, where other things than interference press them.
     """
@@ -55,8 +53,7 @@ class Solved:
     worth: tuple[Errors, Sequence[LeftOut]] | None
     campbell: Campbell | None
     other: Response | None = None
-    bounds: BoundedPeak | None = None
-    stability: tuple[Stability, ...] = ()
+    assessment: Assessment = field(default_factory=Assessment)
     by_cause: LoadsByCause | None = None
 
 

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 import scipy.linalg as la
 
-from tests.nonlinear.forced_response.test_replay import Paper, bits
 from tests.verification.nonlinear.spring_rings import (
     CONTACTS,
     MASSES,
@@ -205,23 +204,6 @@ def test_what_is_not_found_is_flagged() -> None:
     assert not found.converged.any()
     assert np.isnan(found.alike).all()
     assert np.isnan(found.amplification).all()
-
-
-@pytest.mark.parametrize("allowed", [1, 4, 7])
-def test_ring_goes_on_to_the_same_bits(allowed: int) -> None:
-    system, frequency = damped(4, "lift")
-    unlike = Unlike.scatter(system, {"contact": {"mu": 0.1, "kn": 0.1}}, 2)
-    hertz = frequency + np.array([-0.01, 0.0, 0.01, 0.02])
-
-    def run(journal: Paper | None) -> Any:
-        return bits(ring_response(system, hertz, unlike, Options(3), journal=journal))
-
-    whole = Paper()
-    expected = run(whole)
-    assert len(whole.records) == 8  # of one sector, and of all
-    journal = Paper(whole.records[:allowed])
-    assert run(journal) == expected == run(None)
-    assert journal.asked == 8 - allowed
 
 
 def test_alike_ring_without_contacts_moving() -> None:
