@@ -12,7 +12,7 @@ from vanelock.commands.examples import examples, write_example
 ROOT = Path(__file__).resolve().parents[3]
 NAMES = (
     "brake_reuss, coupling, engine_orders, ground_damper, lap_joint, loads_at_rest, notebooks, "
-    "paper, shrouded_ring, vane"
+    "paper, shrouded_ring, unlike_segments, vane"
 ).split(", ")
 
 

@@ -1,10 +1,11 @@
 """Tables on what a response is worth: bounds over static friction, stability, unlike segments."""
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 from pydantic import BeforeValidator, Field, field_validator
 
+from vanelock.common.checked import Check
 from vanelock.common.quantities import Frequency
 from vanelock.input.schema.structure import KeyTable, sequence
 
@@ -80,14 +81,20 @@ class UnlikeKeys(KeyTable):
             raise ValueError("must be [low, high] with 0 < low < high")
         return value
 
+    def _deviates(self) -> Iterator[str]:
+        if not self.given:
+            yield "nothing deviates: give unlike.frequency or unlike.joints.<joint>.mu"
+
+    checks: ClassVar[tuple[Check, ...]] = (_deviates,)
+
     @property
     def given(self) -> dict[str, Any]:
         """What deviates, by key below the table."""
         found: dict[str, Any] = {
             f"joints.{joint}.{name}": value
             for joint, keys in self.joints.items()
-            for name, value in keys
-            if value is not None
+            for name in JointDeviations.model_fields
+            if (value := getattr(keys, name)) is not None
         }
         return found if self.frequency is None else {**found, "frequency": self.frequency}
 
@@ -139,15 +146,14 @@ def _can_be_unlike(given: "Study | Scene") -> Iterator[str]:
     if (keys := given.unlike) is None:
         return
     sectors, known = given.ring.sectors, given.joint_names
-    if sectors == 1:
+    ready = getattr(given, "system", None) is not None  # whose file says how many
+    if sectors == 1 and not ready:
         yield "unlike: needs a ring of several segments: ring.sectors = 1"
     for name in keys.joints:
         if known and name not in known:
             yield f'unlike.joints: given "{name}": allowed are {", ".join(known)}'
-    if not keys.given:
-        yield "unlike: nothing deviates: give unlike.frequency or unlike.joints.<joint>.mu"
     for name, value in keys.given.items():
-        if isinstance(value, tuple) and len(value) != sectors:
+        if isinstance(value, tuple) and not ready and len(value) != sectors:
             yield f"unlike.{name}: given {len(value)} numbers: needs 1, or one a segment: {sectors}"
     if "rings" in keys.model_fields_set and keys.count != keys.rings:
         yield f"unlike.rings = {keys.rings}: all deviations are given by segment: one ring"

@@ -30,7 +30,7 @@ def preloads(run_data: RunData) -> list[Picture]:
 
 def _preload(run_data: RunData, each: Planned) -> Picture:
     static = run_data.stages.get(each.preload)
-    joints = run_data.stages.get(each.system).contacts.joint
+    joints = run_data.stages.get(each.system).contacts.joints
     name = each.preload_name
     suffix = f"_{slug(name)}" if name else ""
     shows = [each.preload.key, name]
