@@ -30,6 +30,7 @@ A dash as default means that the key is not set; the text says what happens then
 by `python tools/keys_page.py` from the program itself.
 """
 PAIRS = "pairs `[[degC, Pa], ...]`, ascending; -273.15 to 5,000 degC, 1000 to 1e+15 Pa"
+SPREAD = "a number 0 to 1, or a list of one a segment, each > -1 to 10"
 WORDS: dict[str, str] = {
     "mesh.size": ", ".join(f'`"{name}"`' for name in SIZES)
     + f", or a length from {1e3 * SMALLEST:g} mm to {1e3 * LARGEST:g} mm",
@@ -40,6 +41,8 @@ WORDS: dict[str, str] = {
     "temperature.casing": "a number, degC, or pairs `[[rpm, degC], ...]`",
     "loads.pressure": "a table by set: a pressure to 1e9 Pa, or a CSV file of x, y, z, pressure",
     "bounds.joints": 'a list of `"hook"`, `"interlock"`',
+    "unlike.frequency": SPREAD,
+    **{f"unlike.joints.{name}": SPREAD for name in ("interference", "mu", "kn", "kt")},
     "fit.bounds": "`{ key = [low, high] }` of fitted keys",
     "outputs.monitor": '`"<vane or casing> output <number>[, <component>]"`, the component '
     "`radial`, `circumferential` or `axial`",
@@ -56,7 +59,8 @@ SWEPT = ("sweep", "rows")
 BY_KEY = {
     "scatter.keys": 'A table by key, such as `"joints.interlock.mu" = { distribution = "normal", '
     "mean = 0.3, deviation = 0.05 }`; `uniform` needs `low` and `high`, the others `mean` and "
-    "`deviation`."
+    "`deviation`.",
+    "unlike.joints": "A table by joint, `interlock` and `hook`.",
 }
 """What is said above a table whose own keys are names of keys."""
 OWN_MESH = "Instead of dimensions, a mesh of yours ([its page](own_mesh.md)):"

@@ -191,5 +191,5 @@ def unlike_table(assessments: Mapping[str, Assessment]) -> Table | None:
         *_cut(len(found)),
     ]
     made = Table("Rings of unlike segments", columns, rows, notes, "unlike", flags)
-    made = made.without_empty("amplification, 5 %", "50 %", "95 %", "not converged")
+    made = made.without_empty("p5", "p50", "p95", "lost")
     return made.without("case") if len(found) == 1 else made

@@ -249,7 +249,7 @@ def _shares(
     size = np.asarray(given, float)
     if size.ndim == 0:
         if not (np.isfinite(size) and size >= 0):
-            raise InputError(f"{where}: given {given}: must be >= 0")
+            raise InputError(f"{where}: given {size}: must be >= 0")
         return np.asarray(size * rng.standard_normal(shape))
     if size.shape not in (shape[:1], shape):
         raise InputError(f"{where}: given shape {size.shape}: needs {shape[:1]}, one a sector")

@@ -153,7 +153,7 @@ def _ring_step(
     needs: tuple[Step[Any], ...] = (whole, limits, first.linear.system, free, planned.modes)
     needs += (planned.response,) if adaptive else ()
     if keys.frequency is not None:
-        needs += (_modes_step(planned, whole, keys.modes),)
+        needs += (modes_step(planned, whole, keys.modes),)
 
     def compute(
         system: System,
@@ -190,7 +190,7 @@ def _ring_step(
 def _harmonics(response: Response, watched: Monitor) -> int:
     """Those of the peak, where an accuracy chooses them."""
     peak = peak_of(response, watched.amplitude(response))
-    return response.harmonics if peak is None else as_solved(response, peak.point).harmonics
+    return int((response if peak is None else as_solved(response, peak.point)).harmonics)
 
 
 def drawn(
@@ -213,7 +213,7 @@ def drawn(
     return Unlike.scatter(system, asked, seed, modes)
 
 
-def _modes_step(planned: Planned, whole: Step[System], count: int) -> Step[SectorModes]:
+def modes_step(planned: Planned, whole: Step[System], count: int) -> Step[SectorModes]:
     """Modes of a vane alone, free, as they are seen in the ring's coordinates."""
     study = planned.case.study
     vane, every = planned.rom["vane"], range(study.ring.sectors // 2 + 1)
