@@ -51,6 +51,7 @@ _modules = {
     "UNDECIDED": "floquet.stability",
     "Unlike": "forced_response.ring.unlike",
     "UNSTABLE": "floquet.stability",
+    "ring_modes": "forced_response.ring.ring_source",
     "ring_response": "forced_response.ring.ring_response",
     "stability": "floquet.stability",
     "static_response": "forced_response.frequency_response",

@@ -121,6 +121,7 @@ def ring_response(
     options: Options = Options(),
     progress: Progress | None = None,
     modes: Mapping[int, StuckModes] | None = None,
+    shared: Mapping[int, StuckModes] | None = None,
 ) -> RingResponse:
     """Steady vibration of a ring of unlike sectors with friction: all sectors' balances at once.
 
@@ -137,6 +138,8 @@ def ring_response(
         As of `frequency_response`; once for each point of the alike ring and of the unlike one.
     modes : dict of int to StuckModes, optional
         As of `frequency_response`.
+    shared : dict of int to StuckModes, optional
+        Those of `ring_modes`, where several rings of a system are solved.
 
     Returns
     -------
@@ -166,7 +169,7 @@ def ring_response(
     omegas = TURN * hertz
     points = 100 if isinstance(frequencies, tuple) else len(hertz)
     limits = (float(omegas.min()), float(omegas.max()))
-    source = ring_source(system, H, limits, points, whole.modes, modes)
+    source = ring_source(system, H, limits, points, whole.modes, shared or modes)
 
     @lru_cache
     def contacts(part: float) -> RingContacts:

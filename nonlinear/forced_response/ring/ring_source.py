@@ -21,7 +21,7 @@ from vanelock.common.errors import InputError
 from vanelock.nonlinear.balance.balance import Array, Structure, structure
 from vanelock.nonlinear.balance.receptance_tables import Tabulated, balances
 from vanelock.nonlinear.balance.ring_balance import RingBalance, RingColumns
-from vanelock.nonlinear.balance.stuck_modes import StuckModes, stuck_modes
+from vanelock.nonlinear.balance.stuck_modes import HarmonicModes, StuckModes, stuck_modes
 from vanelock.nonlinear.contact.law import Law, contact_law
 from vanelock.nonlinear.forced_response.ring.unlike import SectorModes, Unlike
 from vanelock.nonlinear.fourier.trigonometric import to_complex, to_real
@@ -144,7 +144,47 @@ def ring_source(
         About how many balances are asked for.
     modes : SectorModes, optional
     known : dict of int to StuckModes, optional
-        Modes that were computed before.
+        Those of `ring_modes`, or some of the system's, which were computed before.
+
+    Raises
+    ------
+    InputError
+        If nodal diameters are missing, or the modes' rows do not fit.
+    """
+    N, known = system.sectors, known or {}
+    rows = 3 * with_modes(system.contacts, modes).count
+    if not all(k in known and len(known[k].rows) == rows for k in range(N)):
+        known = ring_modes(system, modes, known).diameters
+    every = dict(known)
+    loaded = replace(system, contacts=with_modes(system.contacts, modes))
+    still = replace(loaded.contacts, v0=0 * loaded.contacts.v0, slider=0 * loaded.contacts.slider)
+    unloaded = replace(loaded, contacts=still, force={})
+    waves: list[Structure | Tabulated] = []
+    alike = structure(loaded, harmonics, known=every)
+    waves.append(balances(alike, *limits, points))
+    for n in range(1, N):
+        diameters = tuple((n + k) % N for k in alike.nodal_diameters)
+        wave = Structure(unloaded, harmonics, diameters, {k: every[k] for k in diameters})
+        waves.append(balances(wave, *limits, points))
+    return RingSource(tuple(waves), np.zeros((N, len(alike.stiffness))))
+
+
+def ring_modes(
+    system: System,
+    modes: SectorModes | None = None,
+    known: Mapping[int, StuckModes] | None = None,
+) -> HarmonicModes:
+    """Stuck modes of all N nodal diameters, which know the amplitudes of sectors' own modes, too.
+
+    Rings that differ in nothing else share them, and what is computed of them on the way.
+
+    Parameters
+    ----------
+    system : System
+        With the nodal diameters 0 to N/2.
+    modes : SectorModes, optional
+    known : dict of int to StuckModes, optional
+        Of the system, computed before.
 
     Raises
     ------
@@ -159,18 +199,7 @@ def ring_source(
         half[k] = known[k] if k in known else stuck_modes(system, k)
         if modes is not None:
             half[k] = _with_rows(half[k], modes, k)
-    every = {k: half[k] if k in half else half[N - k].conjugate() for k in range(N)}
-    loaded = replace(system, contacts=with_modes(system.contacts, modes))
-    still = replace(loaded.contacts, v0=0 * loaded.contacts.v0, slider=0 * loaded.contacts.slider)
-    unloaded = replace(loaded, contacts=still, force={})
-    waves: list[Structure | Tabulated] = []
-    alike = structure(loaded, harmonics, known=every)
-    waves.append(balances(alike, *limits, points))
-    for n in range(1, N):
-        diameters = tuple((n + k) % N for k in alike.nodal_diameters)
-        wave = Structure(unloaded, harmonics, diameters, {k: every[k] for k in diameters})
-        waves.append(balances(wave, *limits, points))
-    return RingSource(tuple(waves), np.zeros((N, len(alike.stiffness))))
+    return HarmonicModes({k: half[k] if k in half else half[N - k].conjugate() for k in range(N)})
 
 
 def with_modes(contacts: Contacts, modes: SectorModes | None) -> Contacts:

@@ -152,8 +152,8 @@ def _ring_step(
     }
     needs: tuple[Step[Any], ...] = (whole, limits, first.linear.system, free, planned.modes)
     needs += (planned.response,) if adaptive else ()
-    if keys.frequency is not None:
-        needs += (modes_step(planned, whole, keys.modes),)
+    own = None if keys.frequency is None else modes_step(planned, whole, keys.modes)
+    needs += (_shared_step(planned, whole, own), *(() if own is None else (own,)))
 
     def compute(
         system: System,
@@ -170,12 +170,15 @@ def _ring_step(
             direction="down" if given.response.direction == "down" else "up",
             effort=given.response.effort,
         )
-        modes = None if keys.frequency is None else others[-1]
+        modes: SectorModes | None = None if own is None else others[-1]
+        shared: HarmonicModes = others[-1 if own is None else -2]
         unlike = drawn(system, keys, number, modes)
         hertz = frequencies(given, limits)
         if keys.range is not None:
             hertz = keys.range[0], keys.range[1]
-        found = nonlinear.ring_response(system, hertz, unlike, options, modes=stuck.diameters)
+        found = nonlinear.ring_response(
+            system, hertz, unlike, options, modes=stuck.diameters, shared=shared.diameters
+        )
         return UnlikeRing(
             found.frequency,
             found.amplitude[:, :, watched.node, watched.component],
@@ -233,6 +236,18 @@ def modes_step(planned: Planned, whole: Step[System], count: int) -> Step[Sector
 
     needs: tuple[Step[Any], ...] = (whole, vane, *casings)
     return step("vane modes", "rom", {"count": count}, SectorModes, needs, compute, False, True)
+
+
+def _shared_step(
+    planned: Planned, whole: Step[System], own: Step[SectorModes] | None
+) -> Step[HarmonicModes]:
+    """Stuck modes of all nodal diameters, which all rings share."""
+
+    def compute(system: System, stuck: HarmonicModes, *others: SectorModes) -> HarmonicModes:
+        return nonlinear.ring_modes(system, *(others or (None,)), known=stuck.diameters)
+
+    needs: tuple[Step[Any], ...] = (whole, planned.modes, *(() if own is None else (own,)))
+    return step("ring modes", "nonlinear", {}, HarmonicModes, needs, compute, False, True)
 
 
 def _summed(rings: list[UnlikeRing]) -> UnlikeRings:

@@ -27,6 +27,7 @@ from vanelock.nonlinear import (
     System,
     Unlike,
     frequency_response,
+    ring_modes,
     ring_response,
     whitehead,
 )
@@ -204,6 +205,23 @@ def test_what_is_not_found_is_flagged() -> None:
     assert not found.converged.any()
     assert np.isnan(found.alike).all()
     assert np.isnan(found.amplification).all()
+
+
+@pytest.mark.parametrize("own", [False, True])
+def test_rings_share_modes_to_the_same_bits(own: bool) -> None:
+    system, frequency = damped(0, "slip")
+    modes = own_modes(0)[0] if own else None
+    shift = np.linspace(-0.02, 0.02, 2 * system.sectors).reshape(-1, 2)
+    shared = ring_modes(system, modes).diameters
+    for seed in range(2):
+        unlike = Unlike.scatter(system, {"contact": {"mu": 0.1}}, seed, modes)
+        unlike = replace(unlike, frequency=shift) if own else unlike
+        found, alone = (
+            ring_response(system, [frequency], unlike, Options(3), shared=each)
+            for each in (shared, None)
+        )
+        assert found.converged.all()
+        assert np.array_equal(found.amplitude, alone.amplitude)
 
 
 def test_alike_ring_without_contacts_moving() -> None:
