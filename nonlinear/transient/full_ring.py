@@ -122,8 +122,14 @@ class FullRing:
         return found
 
 
-def ring(system: System) -> FullRing:
+def ring(system: System, every: bool = False) -> FullRing:
     """The ring of a system.
+
+    Parameters
+    ----------
+    system : System
+    every : bool
+        Whether all sectors are followed even where the excitation moves them alike.
 
     Raises
     ------
@@ -133,7 +139,7 @@ def ring(system: System) -> FullRing:
     check(system)
     system.contacts.refuse_elements("time integration of the ring")
     N = system.sectors
-    alike = system.engine_order % N == 0
+    alike = not every and system.engine_order % N == 0
     diameters = (0,) if alike else tuple(range(N // 2 + 1))
     check_ring(system, diameters[-1], "time integration of the ring")
     standing = {k: _real(system.at(k), k) for k in diameters if (2 * k) % N == 0}

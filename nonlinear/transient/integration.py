@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from vanelock.common.errors import InputError
 from vanelock.nonlinear.contact.isotropic.disc_places import slider_places
 from vanelock.nonlinear.forced_response.response import Response
 from vanelock.nonlinear.fourier.trigonometric import TURN, to_real
@@ -271,3 +272,30 @@ def integrator(
         isotropic=isotropic,
         small=SMALL * float(vibration or np.abs(linear).max(initial=1.0)),
     )
+
+
+def check_start(
+    whole: FullRing, frequency: float, friction: str, response: Response, point: int
+) -> None:
+    """Refuse a start that is another system's, another law's or another frequency's."""
+    if not 0 <= point < response.points:
+        raise InputError(f"start: given point {point}: the response has {response.points}")
+    if (response.friction, response.coupling) != (friction, "coupled"):
+        raise InputError(
+            f"start: given a response with {response.friction} friction, {response.coupling}: "
+            f"needs one with {friction} friction, coupled"
+        )
+    given = float(response.frequency[point])
+    if abs(given - frequency) > 1e-9 * frequency:
+        raise InputError(f"start: given a point at {given} Hz: needs one at {frequency} Hz")
+    expected = [whole.system.nodal_diameter(h) for h in range(response.harmonics + 1)]
+    if list(response.harmonic_diameters) != expected:
+        raise InputError(
+            f"start: given harmonics at nodal diameters {list(response.harmonic_diameters)}: a "
+            f"wave has them at {expected}"
+        )
+    if response.contact.shape[2] != whole.system.contacts.count:
+        raise InputError(
+            f"start: given {response.contact.shape[2]} contacts: the system has "
+            f"{whole.system.contacts.count}"
+        )

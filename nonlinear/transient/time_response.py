@@ -15,8 +15,9 @@ from vanelock.nonlinear.forced_response.frequencies import check_band
 from vanelock.nonlinear.forced_response.response import Response
 from vanelock.nonlinear.fourier.threads import one_thread
 from vanelock.nonlinear.fourier.trigonometric import TURN
-from vanelock.nonlinear.transient.full_ring import FullRing, ring
-from vanelock.nonlinear.transient.integration import Integrator, Period, integrator
+from vanelock.nonlinear.transient.full_ring import ring
+from vanelock.nonlinear.transient.integration import Integrator, Period, check_start, integrator
+from vanelock.nonlinear.transient.period_harmonics import coefficients, departure, output_history
 from vanelock.rom.system.system import System
 
 Array = NDArray[np.complex128]
@@ -148,7 +149,7 @@ def time_response(
     check_friction(system.contacts, friction)
     whole = ring(system)
     if start is not None:
-        _check_start(whole, frequency, friction, *start)
+        check_start(whole, frequency, friction, *start)
     stepped = integrator(whole, TURN * frequency, steps, modes, friction == "isotropic")
     began = time.perf_counter()
     motion = stepped.stuck() if start is None else stepped.balanced(*start)
@@ -159,7 +160,7 @@ def time_response(
         largest = max(np.ptp(found.u, axis=0).max(initial=0.0) / 2, np.finfo(float).tiny)
         moved = max(np.abs(motion.u - u).max(initial=0), np.abs(motion.w - w).max(initial=0))
         defects.append(moved / largest)
-        departures.append(_departure(stepped, found, start))
+        departures.append(departure(stepped, found, start))
         unsolved += found.unsolved
         if progress is not None:
             progress(done, periods, defects[-1])
@@ -171,9 +172,9 @@ def time_response(
     shape = (harmonics + 1, whole.sectors, contacts, 3)
     return TimeResponse(
         frequency=frequency,
-        contact=_coefficients(found.u, harmonics).reshape(shape),
-        force=_coefficients(force, harmonics).reshape(shape),
-        output=_coefficients(_output(stepped, found), harmonics).reshape(
+        contact=coefficients(found.u, harmonics).reshape(shape),
+        force=coefficients(force, harmonics).reshape(shape),
+        output=coefficients(output_history(stepped, found), harmonics).reshape(
             harmonics + 1, whole.sectors, outputs, 3
         ),
         x=_coordinates(stepped, found, harmonics),
@@ -185,83 +186,6 @@ def time_response(
         unsolved=unsolved,
         seconds=seconds,
     )
-
-
-def _check_start(
-    whole: FullRing, frequency: float, friction: str, response: Response, point: int
-) -> None:
-    """Refuse a start that is another system's, another law's or another frequency's."""
-    if not 0 <= point < response.points:
-        raise InputError(f"start: given point {point}: the response has {response.points}")
-    if (response.friction, response.coupling) != (friction, "coupled"):
-        raise InputError(
-            f"start: given a response with {response.friction} friction, {response.coupling}: "
-            f"needs one with {friction} friction, coupled"
-        )
-    given = float(response.frequency[point])
-    if abs(given - frequency) > 1e-9 * frequency:
-        raise InputError(f"start: given a point at {given} Hz: needs one at {frequency} Hz")
-    expected = [whole.system.nodal_diameter(h) for h in range(response.harmonics + 1)]
-    if list(response.harmonic_diameters) != expected:
-        raise InputError(
-            f"start: given harmonics at nodal diameters {list(response.harmonic_diameters)}: a "
-            f"wave has them at {expected}"
-        )
-    if response.contact.shape[2] != whole.system.contacts.count:
-        raise InputError(
-            f"start: given {response.contact.shape[2]} contacts: the system has "
-            f"{whole.system.contacts.count}"
-        )
-
-
-def _coefficients(history: Floats, harmonics: int) -> Array:
-    """One-sided coefficients (H + 1, ...) of samples (s, ...) at the ends of the steps."""
-    q: Array = np.fft.rfft(np.roll(history, 1, axis=0), axis=0)[: harmonics + 1] / len(history)
-    q[1:] *= 2
-    return q
-
-
-def _departure(stepped: Integrator, found: Period, start: tuple[Response, int] | None) -> float:
-    """Largest difference of the harmonics from those of the start."""
-    if start is None:
-        return float("nan")
-    response, point = start
-    lag = stepped.ring.lag(np.arange(response.harmonics + 1))
-    largest = 0.0
-    for history, expected in (
-        (found.u, response.contact[point]),
-        (_output(stepped, found), response.output[point]),
-    ):
-        q = expected.reshape(response.harmonics + 1, 1, -1) * lag[:, :, None]
-        if q.size:
-            moved = np.abs(_coefficients(history, response.harmonics) - q).max()
-            largest = max(largest, moved / max(np.abs(q[1:]).max(initial=0), 1e-300))
-    return float(largest)
-
-
-def _output(stepped: Integrator, found: Period) -> Floats:
-    """(s, N, 3o) displacement of the output nodes."""
-    whole, n = stepped.ring, stepped.rows.shape[2]
-    deviations = stepped.pulling(found.u, found.w, stepped.linear)
-    moved = []
-    rows = [
-        np.zeros((0, len(m.shapes))) if out is None else out.reshape(-1, len(m.shapes)) @ m.shapes
-        for m, out in (
-            (m, whole.system.at(k).output)
-            for k, m in zip(whole.diameters, whole.modes, strict=True)
-        )
-    ]
-    for k, (modes, out) in enumerate(zip(whole.modes, rows, strict=True)):
-        near, far = out[:, :n], out[:, n:]
-        rigid = far / modes.static[n:] @ modes.rows[:, n:].conj().T * whole.stiffness
-        moved.append(found.y[:, k, : near.shape[1]] @ near.T + deviations[k] @ rigid.T)
-    history = whole.in_sectors(np.array(moved))
-    angles = TURN * np.arange(1, stepped.steps + 1) / stepped.steps
-    for h, amplitude in whole.linear(stepped.omega).items():
-        k, mirrored = whole.wave(h)
-        out = rows[k].conj() if mirrored else rows[k]
-        history += whole.travelling(h, out @ amplitude, angles)
-    return history
 
 
 def _coordinates(stepped: Integrator, found: Period, harmonics: int) -> dict[int, NDArray[Any]]:

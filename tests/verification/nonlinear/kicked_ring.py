@@ -21,7 +21,7 @@ from vanelock.nonlinear.fourier.trigonometric import TURN, resized, to_real
 from vanelock.nonlinear.newton.newton import solve
 from vanelock.nonlinear.transient.full_ring import ring
 from vanelock.nonlinear.transient.integration import integrator
-from vanelock.nonlinear.transient.time_response import _departure
+from vanelock.nonlinear.transient.period_harmonics import departure as departure_of
 
 KICK = 1e-6
 """Of the modes' velocities, relative to those that the wave gives them."""
@@ -93,7 +93,7 @@ def parting(system, response, periods, steps, modes, far, seed=0):
     difference, unsolved = [], 0
     while len(departure) < periods and max(departure, default=0) < far:
         found = [stepped.period(motion) for motion in both]
-        departure.append(max(_departure(stepped, each, (response, 0)) for each in found))
+        departure.append(max(departure_of(stepped, each, (response, 0)) for each in found))
         unsolved += sum(each.unsolved for each in found)
         parted = (found[1].u - found[0].u)[steps // system.sectors - 1 :: steps // system.sectors]
         looks = [np.roll(look, -i - 1, axis=0).ravel() for i, look in enumerate(parted)]

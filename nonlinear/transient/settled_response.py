@@ -1,0 +1,368 @@
+"""What a ring does instead of a periodic wave: integrated in time until its statistics settle.
+
+The ring sets out from a wave that a harmonic balance found, slightly disturbed, and every sector is
+followed period after period. What settles need not be periodic, so it is told by statistics: half
+the peak-to-peak of every output in every sector and period. Of P periods the last third is
+compared with the third before it, at P that grows by half from one comparison to the next, until
+
+* every period repeats the one before, and does so better in the last third: STEADY; or
+* mean, largest and smallest amplitudes of both thirds agree, and so does the size of what changes
+  from one period to the next, so that no disturbance is still growing: MODULATED.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from functools import partial
+from typing import Any, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vanelock.common.arrays import as_whole
+from vanelock.common.errors import InputError
+from vanelock.common.product import Product
+from vanelock.nonlinear.contact.law import check_friction
+from vanelock.nonlinear.forced_response.frequencies import check_band
+from vanelock.nonlinear.forced_response.replay import Journal, replaying
+from vanelock.nonlinear.forced_response.response import Response
+from vanelock.nonlinear.fourier.threads import one_thread
+from vanelock.nonlinear.fourier.trigonometric import TURN
+from vanelock.nonlinear.transient.full_ring import ring
+from vanelock.nonlinear.transient.integration import (
+    Integrator,
+    RingMotion,
+    check_start,
+    integrator,
+)
+from vanelock.nonlinear.transient.period_harmonics import departure, output_history
+from vanelock.rom.system.system import System
+
+Floats = NDArray[np.float64]
+Progress: TypeAlias = Callable[[int, int, float], None]
+
+STEADY, MODULATED, UNSETTLED = 0, 1, 2
+VERDICTS = f"{STEADY} steady, {MODULATED} modulated, {UNSETTLED} not settled"
+
+ALIKE = 1e-4
+"""Defect below which a period repeats the one before."""
+REPEATED = 1e-7
+"""Defect at which it need not get any smaller: what steps are solved to leaves some 1e-8."""
+GROWS = 1.15
+"""Ratio of the mean defects of two windows from which a motion is still changing."""
+FIRST = 48
+"""Periods before statistics are compared first."""
+MORE = 1.5
+"""From one comparison to the next."""
+SAME = 0.05
+"""Departure up to which a steady motion is the balance's wave: truncation and time step differ."""
+
+
+@dataclass(frozen=True)
+class SettledResponse(Product):
+    """A ring followed for P periods from a wave: N sectors, o output nodes.
+
+    Amplitudes are half the peak-to-peak within a period, m. The statistics are those of the last
+    `window` periods, over them and all sectors.
+
+    Attributes
+    ----------
+    frequency : float
+        Of the excitation, Hz.
+    verdict : int
+        STEADY, MODULATED or UNSETTLED.
+    amplitude : (P, N, o, 3) float
+        By period and sector.
+    balance : (o, 3) float
+        Of the wave that it set out from, all sectors alike.
+    mean, largest, smallest : (o, 3) float
+        Statistics.
+    window : int
+        Periods that they are of.
+    defect : (P,) float
+        By period, how far contacts and sliders are at its end from where they were at its
+        beginning, relative to the largest vibration of a contact.
+    departure : (P,) float
+        By period, how far it is from the wave, as of `TimeResponse`.
+    disturbance : float
+        Of the modes' velocities at the beginning, relative to those that the wave gives them.
+    steps : int
+        A period.
+    unsolved : int
+        Steps in all whose contacts were not solved to round-off.
+    """
+
+    frequency: float = field(metadata={"unit": "Hz"})
+    verdict: int = field(metadata={"codes": VERDICTS})
+    amplitude: Floats = field(metadata={"unit": "m"})
+    balance: Floats = field(metadata={"unit": "m"})
+    mean: Floats = field(metadata={"unit": "m"})
+    largest: Floats = field(metadata={"unit": "m"})
+    smallest: Floats = field(metadata={"unit": "m"})
+    window: int
+    defect: Floats
+    departure: Floats
+    disturbance: float
+    steps: int
+    unsolved: int
+
+    @property
+    def periods(self) -> int:
+        """P."""
+        return len(self.defect)
+
+    @property
+    def returned(self) -> bool:
+        """Whether it is steady and the balance's wave, to its truncation."""
+        return self.verdict == STEADY and bool(self.departure[-1] < SAME)
+
+
+@dataclass(frozen=True)
+class _Chapter:
+    """Some periods, and the motion at their end."""
+
+    motion: tuple[NDArray[Any], ...]
+    amplitude: Floats
+    defect: Floats
+    departure: Floats
+    unsolved: int
+
+
+@one_thread
+def settled_response(
+    system: System,
+    response: Response,
+    point: int,
+    steps: int = 256,
+    periods: int = 2000,
+    least: int = 0,
+    tolerance: float = 0.02,
+    disturbance: float = 1e-3,
+    seed: int = 0,
+    modes: int | None = None,
+    progress: Progress | None = None,
+    journal: Journal | None = None,
+) -> SettledResponse:
+    """Follow a ring from a wave of harmonic balance until what it does has settled.
+
+    Parameters
+    ----------
+    system : System
+        The one that was solved, with the nodal diameters 0 ... N/2.
+    response : Response
+        Coupled; its own friction and coefficients of friction count.
+    point : int
+        Of the response, converged.
+    steps : int
+        A period; the error falls with their square.
+    periods : int
+        Periods followed, at most.
+    least : int
+        Periods followed at least. A disturbance that grows by μ a period takes
+        ln(1/disturbance)/ln μ of them before the wave is gone.
+    tolerance : float
+        To which mean, largest and smallest amplitudes of two windows agree, relative to the largest
+        amplitude of that output node.
+    disturbance : float
+        Standard deviation of what is added to every mode's velocity at all nodal diameters,
+        relative to the velocity that the wave gives the mode. 0: growth begins at what truncation
+        and time step leave.
+    seed : int
+        Of the disturbance.
+    modes : int, optional
+        As of `time_response`.
+    progress : callable, optional
+        Called after each period with (periods done, periods at most, defect).
+    journal : Journal, optional
+        As of `frequency_response`.
+
+    Returns
+    -------
+    SettledResponse
+        UNSETTLED where the periods did not suffice; its statistics are then of the last ones.
+
+    Notes
+    -----
+    What settles may depend on where the ring sets out: other motions may exist beside it. Contacts
+    that rest begin unstressed, as in the balance; once moved they stay where they have been put.
+
+    Raises
+    ------
+    InputError
+        If the point does not exist, did not converge or is not of this system, a nodal diameter is
+        missing, the stuck modes do not diagonalise a given C, or an option is out of range.
+    """
+    _check(system, response, point, steps, periods, least, tolerance, disturbance, seed, modes)
+    system = replace(system, contacts=replace(system.contacts, mu=response.mu))
+    frequency = float(response.frequency[point])
+    whole = ring(system, every=True)
+    check_start(whole, frequency, response.friction, response, point)
+    stepped = integrator(whole, TURN * frequency, steps, modes, response.friction == "isotropic")
+    motion = stepped.balanced(response, point)
+    _disturb(stepped, motion, response, point, disturbance, seed)
+    replay, asked = replaying(journal, _Chapter), (frequency, response.contact[point], steps, seed)
+    chapters: list[_Chapter] = []
+    done, ahead, verdict = 0, min(FIRST, periods), UNSETTLED
+    while done < periods and verdict == UNSETTLED:
+        compute = partial(_followed, stepped, motion, (response, point), done, ahead, periods)
+        found = replay("periods", (*asked, done, ahead), partial(compute, progress))
+        motion = RingMotion(*(each.copy() for each in found.motion))
+        chapters.append(found)
+        done, ahead = ahead, min(int(MORE * ahead), periods)
+        amplitude, defect, departed = (
+            np.concatenate([getattr(each, name) for each in chapters])
+            for name in ("amplitude", "defect", "departure")
+        )
+        if not np.isfinite(amplitude).all():
+            break
+        if done >= min(least, periods):
+            verdict = _verdict(amplitude, defect, tolerance)
+    if done < least:
+        verdict = UNSETTLED
+    window = max(done // 3, 1)
+    mean, largest, smallest = _statistics(amplitude[-window:])
+    return SettledResponse(
+        frequency=frequency,
+        verdict=verdict,
+        amplitude=amplitude,
+        balance=response.amplitude[point],
+        mean=mean,
+        largest=largest,
+        smallest=smallest,
+        window=window,
+        defect=defect,
+        departure=departed,
+        disturbance=disturbance,
+        steps=steps,
+        unsolved=sum(each.unsolved for each in chapters),
+    )
+
+
+def _check(
+    system: System,
+    response: Response,
+    point: int,
+    steps: int,
+    periods: int,
+    least: int,
+    tolerance: float,
+    disturbance: float,
+    seed: int,
+    modes: int | None,
+) -> None:
+    """Refuse what cannot be followed."""
+    for name, value, lowest in (
+        ("point", point, 0),
+        ("steps", steps, 4 * response.harmonics + 4),
+        ("periods", periods, FIRST),
+        ("least", least, 0),
+        ("seed", seed, 0),
+        ("modes", 1 if modes is None else modes, 1),
+    ):
+        if as_whole(value, name) < lowest:
+            raise InputError(f"{name}: given {value}: allowed: {lowest} or more")
+    for name, part in (("tolerance", tolerance), ("disturbance", disturbance)):
+        if not 0 <= part < 1:
+            raise InputError(f"{name}: given {part}: allowed: from 0 to below 1")
+    if point >= response.points:
+        raise InputError(f"point: given {point}: there are {response.points}, counted from 0")
+    if not response.converged[point]:
+        raise InputError(f"point: given {point}: it did not converge, and is no wave to start from")
+    if not response.harmonics or response.frequency[point] <= 0:
+        raise InputError("response: at rest: what is followed is a vibration")
+    check_band(system, [float(response.frequency[point])])
+    check_friction(system.contacts, response.friction)
+    if len(response.mu) != system.contacts.count:
+        raise InputError(
+            f"response: has {len(response.mu)} contacts: the system has {system.contacts.count}"
+        )
+
+
+def _disturb(
+    stepped: Integrator,
+    motion: RingMotion,
+    response: Response,
+    point: int,
+    size: float,
+    seed: int,
+) -> None:
+    """Add to every mode's velocity a share of what the wave gives that mode, drawn by chance."""
+    whole, rates = stepped.ring, motion.state[:, 1]
+    speed = np.zeros(rates.shape[1])
+    for h in range(1, response.harmonics + 1):
+        a = np.abs(whole.modal(h, response.x[h][point]))[: len(speed)]
+        k, _ = whole.wave(h)
+        speed[whole.modes[k].rigid : len(a)] += h * a[whole.modes[k].rigid :]
+    rng = np.random.default_rng(seed)
+    real, imaginary = rng.standard_normal((2, *rates.shape))
+    travels = whole.weight[:, None] == 2
+    push = np.where(travels, (real + 1j * imaginary) / 2, real)
+    for k, found in enumerate(whole.modes):
+        push[k, : found.rigid] = 0.0  # what nothing holds would not come back
+        push[k, len(found.compliance) :] = 0.0
+    rates += size * TURN / stepped.steps * speed * push
+
+
+def _followed(
+    stepped: Integrator,
+    motion: RingMotion,
+    start: tuple[Response, int],
+    begin: int,
+    end: int,
+    periods: int,
+    progress: Progress | None,
+) -> _Chapter:
+    """The periods from `begin` to `end`; `motion` moves on."""
+    amplitude, defects, departures, unsolved = [], [], [], 0
+    outputs = stepped.ring.sectors, len(stepped.ring.system.output_names), 3
+    for done in range(begin + 1, end + 1):
+        u, w = motion.u.copy(), motion.w.copy()
+        found = stepped.period(motion)
+        largest = max(np.ptp(found.u, axis=0).max(initial=0.0) / 2, np.finfo(float).tiny)
+        moved = max(np.abs(motion.u - u).max(initial=0), np.abs(motion.w - w).max(initial=0))
+        defects.append(moved / largest)
+        departures.append(departure(stepped, found, start))
+        amplitude.append(half_range(output_history(stepped, found)).reshape(outputs))
+        unsolved += found.unsolved
+        if progress is not None:
+            progress(done, periods, defects[-1])
+    state = motion.state, motion.load, motion.static, motion.place, motion.u, motion.w, motion.awake
+    return _Chapter(state, np.array(amplitude), np.array(defects), np.array(departures), unsolved)
+
+
+def half_range(history: Floats) -> Floats:
+    """(...) half the peak-to-peak of samples (s, ...), by parabolas through their extremes."""
+    tops = []
+    for sign in (1.0, -1.0):
+        signed = sign * history
+        at = np.clip(signed.argmax(axis=0), 1, len(history) - 2)[None]
+        before, here, after = (np.take_along_axis(signed, at + i, axis=0)[0] for i in (-1, 0, 1))
+        bend = np.minimum(before - 2 * here + after, 0.0)
+        slope = (after - before) / 2
+        share = np.clip(np.divide(-slope, bend, out=np.zeros_like(bend), where=bend < 0), -1, 1)
+        vertex = here + slope * share + bend * share**2 / 2
+        tops.append(np.maximum(vertex, signed.max(axis=0)))
+    halved: Floats = (tops[0] + tops[1]) / 2
+    return halved
+
+
+def _statistics(amplitude: Floats) -> tuple[Floats, Floats, Floats]:
+    """Mean, largest and smallest (o, 3) of amplitudes (P, N, o, 3)."""
+    return amplitude.mean((0, 1)), amplitude.max((0, 1)), amplitude.min((0, 1))
+
+
+def _verdict(amplitude: Floats, defect: Floats, tolerance: float) -> int:
+    """Whether the last third is what the third before it was."""
+    window = len(defect) // 3
+    late, early = slice(-window, None), slice(-2 * window, -window)
+    grown = defect[late].mean() > defect[early].mean()
+    if defect[late].max() < ALIKE and (not grown or defect[late].max() < REPEATED):
+        return STEADY
+    if not 1 / GROWS < defect[late].mean() / defect[early].mean() < GROWS:
+        return UNSETTLED
+    both = _statistics(amplitude[late]), _statistics(amplitude[early])
+    scale = both[0][1].max(axis=-1, keepdims=True)
+    apart = max(
+        (np.abs(a - b) / np.where(scale > 0, scale, 1.0)).max(initial=0.0)
+        for a, b in zip(*both, strict=True)
+    )
+    return MODULATED if apart <= tolerance else UNSETTLED
