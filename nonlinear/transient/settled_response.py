@@ -7,7 +7,7 @@ compared with the third before it, at P that grows by half from one comparison t
 
 * every period repeats the one before, and does so better in the last third: STEADY; or
 * mean, largest and smallest amplitudes of both thirds agree, and so does the size of what changes
-  from one period to the next, so that no disturbance is still growing: MODULATED.
+  from one period to the next, which is well above what the disturbance made it: MODULATED.
 """
 
 from collections.abc import Callable
@@ -49,6 +49,9 @@ REPEATED = 1e-7
 """Defect at which it need not get any smaller: what steps are solved to leaves some 1e-8."""
 GROWS = 1.15
 """Ratio of the mean defects of two windows from which a motion is still changing."""
+LEFT = 3.0
+"""Defect of a modulated motion over that of the first period, at least: what is smaller may be the
+disturbance yet, growing or dying out."""
 FIRST = 48
 """Periods before statistics are compared first."""
 MORE = 1.5
@@ -132,11 +135,11 @@ def settled_response(
     system: System,
     response: Response,
     point: int,
-    steps: int = 256,
-    periods: int = 2000,
+    steps: int = 128,
+    periods: int = 1000,
     least: int = 0,
     tolerance: float = 0.02,
-    disturbance: float = 1e-3,
+    disturbance: float = 1e-4,
     seed: int = 0,
     modes: int | None = None,
     progress: Progress | None = None,
@@ -357,6 +360,8 @@ def _verdict(amplitude: Floats, defect: Floats, tolerance: float) -> int:
     grown = defect[late].mean() > defect[early].mean()
     if defect[late].max() < ALIKE and (not grown or defect[late].max() < REPEATED):
         return STEADY
+    if defect[late].mean() < LEFT * defect[0]:
+        return UNSETTLED
     if not 1 / GROWS < defect[late].mean() / defect[early].mean() < GROWS:
         return UNSETTLED
     both = _statistics(amplitude[late]), _statistics(amplitude[early])

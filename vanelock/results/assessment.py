@@ -97,6 +97,32 @@ def _load(loads: NDArray[np.float64] | None, place: int) -> float | None:
     return float(loads[place]) if loads[place] > ROUND_OFF * loads.max() else 0.0
 
 
+FOLLOWED = (
+    Column(
+        "balance",
+        "µm",
+        key="balance_um",
+        note="balance: peak of the periodic wave; mean, largest, smallest, in time: amplitude over "
+        "all sectors and the last periods, where the peak's wave is unstable and the ring was "
+        "integrated in time from there",
+    ),
+    Column("mean", "µm", key="mean_um"),
+    Column("largest", "µm", key="largest_um"),
+    Column("smallest", "µm", key="smallest_um"),
+    Column("in time", key="settled"),
+    Column("periods"),
+)
+"""Columns of what the ring does instead."""
+
+
+def _followed(of: Assessment) -> tuple[Cell, ...]:
+    """Their cells."""
+    if not of.settled or (found := of.settled[0].settled) is None:
+        return (None,) * len(FOLLOWED)
+    balance, words = of.settled[0].balance, found.words
+    return balance, found.mean, found.largest, found.smallest, words, found.periods
+
+
 def stability_table(assessments: Mapping[str, Assessment]) -> Table | None:
     """What becomes of small departures from the waves of each case: of its most unstable one."""
     found = {name: each.stability[0] for name, each in assessments.items() if each.stability}
@@ -119,6 +145,7 @@ def stability_table(assessments: Mapping[str, Assessment]) -> Table | None:
             "growth with H + 2", key="second", note="with H, H + 2: with two numbers of harmonics"
         ),
         Column("points"),
+        *FOLLOWED,
     )
     rows: list[tuple[Cell, ...]] = []
     flags: list[Flag] = []
@@ -137,11 +164,13 @@ def stability_table(assessments: Mapping[str, Assessment]) -> Table | None:
                 ", ".join(f"{f:.4g}" for f in seen[np.isfinite(seen)]) or None,
                 *growth[worst],
                 _counted(each.verdict),
+                *_followed(assessments[name]),
             )
         )
         flags.append("good" if each.verdict[worst] == STABLE else "warn")
     title = "Stability of the periodic waves, all nodal diameters considered"
-    made = Table(title, columns, rows, _cut(len(found)), "stability", flags).without_empty("points")
+    made = Table(title, columns, rows, _cut(len(found)), "stability", flags)
+    made = made.without_empty("points", *(each.name for each in FOLLOWED))
     return made.without("case") if len(found) == 1 else made
 
 

@@ -157,6 +157,9 @@ class Record:
                 self._file.put(file, f"{where}/unlike", found.unlike, {})
             for each, stability in zip((where, f"{where}/lower"), found.stability, strict=False):
                 self._file.put(file, f"{each}/stability", stability, {})
+            for each, followed in zip((where, f"{where}/lower"), found.settled, strict=False):
+                if followed.found is not None:
+                    self._file.put(file, f"{each}/settled", followed.found, {})
             writer.put_jumps(file, where, summary.sweeps)
             if solved.strain is not None:
                 writer.put_strain(file, where, solved.strain)

@@ -122,6 +122,8 @@ class Planned:
         Bounds of its peak over undetermined static friction, if its file asks for them.
     stability : tuple of Step
         Stability of each of its responses, likewise.
+    settled : tuple of Step
+        What the ring does at the peak of each, where its wave is unstable, likewise.
     unlike : Step or None
         Rings of unlike segments in numbers, likewise.
     rings : tuple of Step
@@ -146,6 +148,7 @@ class Planned:
     held: tuple[int, ...] = ()
     bounds: Step[Any] | None = None
     stability: tuple[Step[Stability], ...] = ()
+    settled: tuple[Step[Any], ...] = ()
     unlike: Step[Any] | None = None
     rings: tuple[Step[Any], ...] = ()
 
@@ -162,14 +165,14 @@ class Planned:
     @property
     def assessment(self) -> tuple[Step[Any], ...]:
         """The steps that assess its responses, as far as its file asks for it."""
-        steps = (self.bounds, *self.stability, self.unlike)
+        steps = (self.bounds, *self.stability, *self.settled, self.unlike)
         return tuple(each for each in steps if each is not None)
 
     def turned(self) -> "Planned":
         """The same with both directions exchanged."""
         assert self.other is not None
-        others = self.stability[::-1]
-        return replace(self, response=self.other, other=self.response, stability=others)
+        made = replace(self, response=self.other, other=self.response)
+        return replace(made, stability=self.stability[::-1], settled=self.settled[::-1])
 
     def at_end(self, system: Step[System], response: Step[Response]) -> "Planned":
         """The same with another static friction, and the only point of a response to it."""

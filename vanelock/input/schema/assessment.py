@@ -29,6 +29,7 @@ class StabilityKeys(KeyTable):
     """Whether the ring stays with the periodic wave, all nodal diameters considered."""
 
     points: Literal["peaks", "all"] = Field(default="peaks", description="points of the response")
+    follow: bool = Field(default=False, description="follow an unstable peak in time")
 
 
 def _deviation(value: object) -> object:

@@ -9,7 +9,7 @@ from vanelock.input.cases.names import fixed, words
 from vanelock.input.cases.values import ring_of
 from vanelock.input.schema.study import Study
 from vanelock.quantities.answers import CaseAnswers
-from vanelock.quantities.warnings import by_text, without_effect
+from vanelock.quantities.warnings import by_text, followed, without_effect
 from vanelock.report import Answer, Answers, Section, Text
 from vanelock.report.blocks import Block
 from vanelock.results.case_table import case_row, case_table
@@ -110,9 +110,9 @@ def _wave(most: Summary) -> list[Answer]:
     shows = ", ".join(f"{f:.4g}" for f in wave.frequencies)
     note = (
         f"the ring does not settle on it: a disturbance of nodal diameter {wave.diameter} grows "
-        f"by a factor {wave.growth:.3g} per cycle, visible at {shows} Hz; amplitude, stress and "
-        "wear here are those of the periodic wave"
-    )
+        f"by a factor {wave.growth:.3g} per cycle, visible at {shows} Hz{followed(wave.settled)}; "
+        "amplitude, stress and wear here are those of the periodic wave"
+    ).replace(" um", " µm")
     return [Answer("Periodic wave", "unstable", note, "warn")]
 
 

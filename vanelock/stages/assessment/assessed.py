@@ -6,6 +6,7 @@ from vanelock.input.schema.assessment import assessable
 from vanelock.nonlinear import Stability
 from vanelock.pipeline.step import Stages
 from vanelock.stages.assessment.bounds import HIGH, LOW, BoundedPeak, Count, bounds_step
+from vanelock.stages.assessment.settled import FollowedPeak, settled_step
 from vanelock.stages.assessment.stability import stability_step, verdict_at, whole_step
 from vanelock.stages.assessment.unlike import UnlikeRings, unlike_step
 from vanelock.stages.plan import Planned
@@ -22,12 +23,15 @@ class Assessment:
         Bounds of the peak over static friction.
     stability : tuple of Stability
         Of its responses, that of the higher peak first.
+    settled : tuple of FollowedPeak
+        What the ring does at the peaks of these responses, where it is followed.
     unlike : UnlikeRings or None
         Rings of unlike segments.
     """
 
     bounds: BoundedPeak | None = None
     stability: tuple[Stability, ...] = ()
+    settled: tuple[FollowedPeak, ...] = ()
     unlike: UnlikeRings | None = None
 
     def shortened(self) -> "Assessment":
@@ -60,6 +64,12 @@ def assessed(planned: Planned, first: Planned, count: Count) -> Planned:
         whole = whole_step(planned)
         steps = [stability_step(planned, first, whole, each, count) for each in planned.responses]
         planned = replace(planned, stability=tuple(steps))
+        if given.stability.follow:
+            followed = tuple(
+                settled_step(planned, first, whole, response, stability, count)
+                for response, stability in zip(planned.responses, steps, strict=True)
+            )
+            planned = replace(planned, settled=followed)
     if given.unlike is not None:
         unlike, rings = unlike_step(planned, first, whole_step(planned), count)
         planned = replace(planned, unlike=unlike, rings=rings)
@@ -71,6 +81,7 @@ def assessment_of(planned: Planned, stages: Stages) -> Assessment:
     return Assessment(
         bounds=None if planned.bounds is None else stages.get(planned.bounds),
         stability=tuple(map(stages.get, planned.stability)),
+        settled=tuple(map(stages.get, planned.settled)),
         unlike=None if planned.unlike is None else stages.get(planned.unlike),
     )
 
@@ -80,6 +91,8 @@ def with_assessment(found: Summary, assessment: Assessment) -> Summary:
     wave = None
     if assessment.stability and found.peak is not None:
         wave = verdict_at(assessment.stability[0], found.peak.frequency)
+    if wave is not None and assessment.settled:
+        wave = replace(wave, settled=assessment.settled[0].settled)
     if (bounds := assessment.bounds) is None:
         return replace(found, wave=wave)
     return replace(found, lowest=bounds.peak(LOW), highest=bounds.peak(HIGH), wave=wave)

@@ -64,6 +64,39 @@ class Sweep:
 
 
 @dataclass(frozen=True)
+class Settled:
+    """What the ring does instead of an unstable wave, integrated in time: the monitored amplitude.
+
+    Attributes
+    ----------
+    verdict : "steady", "modulated" or "not settled"
+    mean, largest, smallest : float
+        Over all sectors and the last periods, m.
+    periods : int
+        Followed in all.
+    returned : bool
+        Whether it is steady and the wave of the balance again.
+    unsolved : int
+        Time steps whose contacts were not solved to round-off.
+    """
+
+    verdict: str
+    mean: float
+    largest: float
+    smallest: float
+    periods: int
+    returned: bool
+    unsolved: int
+
+    @property
+    def words(self) -> str:
+        """The verdict, and whether a steady motion is the wave."""
+        if self.verdict != "steady":
+            return self.verdict
+        return "steady, the same wave" if self.returned else "steady, another motion"
+
+
+@dataclass(frozen=True)
 class WaveVerdict:
     """Whether the ring stays with the periodic wave at a peak.
 
@@ -81,6 +114,8 @@ class WaveVerdict:
         Where that motion shows at the outputs, Hz, largest first.
     reason : str
         Why it is undecided.
+    settled : Settled or None
+        What the ring does instead, where it is unstable and was followed.
     """
 
     verdict: str
@@ -89,6 +124,7 @@ class WaveVerdict:
     growing: int
     frequencies: tuple[float, ...]
     reason: str = ""
+    settled: Settled | None = None
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,183 @@
+"""What a ring does instead of a wave: back to it, or away as its multiplier says, and settled."""
+
+from dataclasses import replace
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+import pytest
+
+from tests.verification.nonlinear.spring_rings import loaded, spring_ring, worst_of
+from vanelock.common.errors import InputError
+from vanelock.nonlinear import (
+    MODULATED,
+    STEADY,
+    UNSETTLED,
+    Options,
+    Response,
+    SettledResponse,
+    System,
+    frequency_response,
+    settled_response,
+    stability,
+)
+from vanelock.nonlinear.transient.settled_response import half_range
+
+STAYS, LEAVES = 0, 1
+"""Rings of which the largest multiplier is 0.752 and 1.0707."""
+
+
+@lru_cache
+def wave(seed: int, friction: str = "orthogonal", harmonics: int = 9) -> tuple[System, Response]:
+    """A ring, and its wave where friction with lift-off holds the peak down most."""
+    _, force, frequency = worst_of(seed)["lift"]
+    system = loaded(spring_ring(seed), force)
+    if friction == "isotropic":
+        kt = np.repeat(system.contacts.kt.mean(axis=1)[:, None], 2, axis=1)
+        system = replace(system, contacts=replace(system.contacts, kt=kt))
+    return system, frequency_response(system, [frequency], Options(harmonics, friction=friction))
+
+
+def statistics(found: SettledResponse) -> Any:
+    return np.array([found.mean, found.largest, found.smallest])[:, 0]
+
+
+def apart(one: SettledResponse, other: SettledResponse) -> float:
+    """Largest difference of their statistics, relative to the largest amplitude."""
+    return float(np.abs(statistics(one) - statistics(other)).max() / one.largest.max())
+
+
+@pytest.mark.parametrize("friction", ["orthogonal", "isotropic"])
+def test_a_ring_comes_back_to_a_stable_wave(friction: str) -> None:
+    system, response = wave(STAYS, friction)
+    errors = []
+    for steps in (64, 256):
+        found = settled_response(system, response, 0, steps, disturbance=1e-3)
+        assert found.verdict == STEADY
+        assert found.returned
+        assert found.defect[0] > 1e3 * found.defect[-1]
+        assert found.largest == pytest.approx(found.smallest, rel=1e-3)
+        errors.append(np.abs(statistics(found) / response.amplitude[0, 0] - 1).max())
+    assert errors[1] < 3e-4
+    assert errors[1] < errors[0] / 3
+
+
+def test_a_ring_leaves_an_unstable_wave_by_its_multiplier() -> None:
+    """Before that the wave itself, and after that what is no longer small, bend the growth."""
+    system, response = wave(LEAVES, harmonics=41)
+    multiplier = float(np.abs(stability(system, response, harmonics=41).multiplier[0, 0]))
+    found = settled_response(system, response, 0, 512, 240, disturbance=1e-5)
+    small = np.flatnonzero(found.defect > 5e-3)[0]
+    grows = slice(small - 40, small)
+    rate = np.polyfit(np.arange(40), np.log(found.defect[grows]), 1)[0]
+    assert np.exp(rate) == pytest.approx(multiplier, abs=3e-3)
+    assert found.verdict == MODULATED
+    assert not found.returned
+    assert found.departure[-found.window :].min() > 0.1
+
+
+def test_statistics_depend_neither_on_the_seed_nor_on_the_steps() -> None:
+    system, response = wave(LEAVES)
+    found = settled_response(system, response, 0)
+    assert found.verdict == MODULATED
+    assert found.largest[0, 1] > 1.1 * response.amplitude[0, 0, 1]
+    other = settled_response(system, response, 0, seed=1)
+    assert np.abs(other.amplitude[0] - found.amplitude[0]).max() > 0
+    assert apart(found, other) < 5e-3
+    finer = settled_response(system, response, 0, steps=256)
+    assert apart(found, finer) < 5e-3
+    longer = settled_response(system, response, 0, least=900)
+    assert longer.periods >= 900
+    assert apart(found, longer) < 5e-3
+
+
+def test_what_has_not_settled_says_so() -> None:
+    system, response = wave(LEAVES)
+    short = settled_response(system, response, 0, periods=60)
+    assert (short.verdict, short.periods) == (UNSETTLED, 60)
+    # A disturbance that is still as large as it was at first is no modulated motion.
+    slow = settled_response(system, response, 0, periods=100, tolerance=0.5, disturbance=1e-6)
+    assert slow.verdict == UNSETTLED
+    assert slow.largest == pytest.approx(response.amplitude[0], rel=0.05)
+    # Nor is one that was not followed as long as asked for.
+    system, response = wave(STAYS)
+    assert settled_response(system, response, 0, periods=60, least=200).verdict == UNSETTLED
+
+
+def test_sectors_that_are_excited_alike_are_followed_one_by_one() -> None:
+    """A disturbance that they do not share is there, and dies out."""
+    system, _ = wave(STAYS)
+    alike = replace(system, engine_order=system.sectors)
+    response = frequency_response(alike, [0.12], Options(5))
+    found = settled_response(alike, response, 0, disturbance=1e-2)
+    assert found.amplitude.shape[1] == system.sectors
+    assert np.ptp(found.amplitude[0, :, 0, 0]) > 1e-3 * response.amplitude[0, 0, 0]
+    assert np.ptp(found.amplitude[-1, :, 0, 0]) < 1e-4 * response.amplitude[0, 0, 0]
+    assert found.returned
+
+
+def test_a_journal_takes_up_what_was_followed() -> None:
+    class Kept:
+        """Records in memory."""
+
+        def __init__(self, records: list[bytes]) -> None:
+            self.records, self.at = records, 0
+
+        def next(self) -> bytes | None:
+            self.at += 1
+            return self.records[self.at - 1] if self.at <= len(self.records) else None
+
+        def drop(self) -> None:
+            del self.records[self.at - 1 :]
+
+        def add(self, record: bytes) -> None:
+            self.records.append(record)
+
+    system, response = wave(LEAVES)
+    plain, records = settled_response(system, response, 0), list[bytes]()
+    settled_response(system, response, 0, journal=Kept(records))
+    assert len(records) > 2
+    done = list[int]()
+    again = settled_response(
+        system,
+        response,
+        0,
+        progress=lambda period, most, defect: done.append(period),
+        journal=Kept(records[:-1]),
+    )
+    assert done[0] > 48  # what the journal has is not computed again
+    np.testing.assert_array_equal(again.amplitude, plain.amplitude)
+    assert again.verdict == plain.verdict
+
+
+def test_half_the_range_of_a_sampled_wave() -> None:
+    """A cosine's samples miss its top by up to (π/s)²/2, parabolas by the square of that."""
+    angles = 2 * np.pi * np.arange(1, 65) / 64
+    phases = np.linspace(0, 2 * np.pi, 50)
+    found = half_range(3 * np.cos(angles[:, None] + phases) + 7)
+    np.testing.assert_allclose(found, 3, rtol=2e-5)
+    assert half_range(np.full((8, 2), 4.0)).tolist() == [0, 0]
+
+
+@pytest.mark.parametrize(
+    ("more", "message"),
+    [
+        ({"point": 1}, "point: given 1: there are 1, counted from 0"),
+        ({"steps": 39}, "steps: given 39: allowed: 40 or more"),
+        ({"periods": 47}, "periods: given 47: allowed: 48 or more"),
+        ({"tolerance": 1.0}, "tolerance: given 1.0: allowed: from 0 to below 1"),
+        ({"seed": -1}, "seed: given -1: allowed: 0 or more"),
+        ({"modes": 0}, "modes: given 0: allowed: 1 or more"),
+    ],
+)
+def test_what_cannot_be_followed_is_refused(more: dict[str, Any], message: str) -> None:
+    system, response = wave(STAYS)
+    with pytest.raises(InputError, match=message):
+        settled_response(system, response, **{"point": 0, **more})
+
+
+def test_a_point_that_did_not_converge_is_no_wave() -> None:
+    system, response = wave(STAYS)
+    lost = replace(response, converged=np.array([False]))
+    with pytest.raises(InputError, match="point: given 0: it did not converge"):
+        settled_response(system, lost, 0)
