@@ -17,6 +17,7 @@
                          estimates: errors of the monitored amplitude by point and source
                          lower: the Response in the other direction, where both were swept; this
                          one then is that of the higher peak. jumps, (j, 4): where it jumps
+                         settled: SettledResponse, what the ring does instead, likewise
                          unlike: UnlikeRings, rings of unlike segments, where asked for
                          answers: damping ratios, energy and fatigue margin at the peak
     /response/free, stuck
