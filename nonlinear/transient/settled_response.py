@@ -47,6 +47,9 @@ ALIKE = 1e-4
 """Defect below which a period repeats the one before."""
 REPEATED = 1e-7
 """Defect at which it need not get any smaller: what steps are solved to leaves some 1e-8."""
+FADED = 0.01
+"""Of the largest defect of all periods, what a steady motion's is at most: a motion that grows
+slowly is hidden at first under those that die out."""
 GROWS = 1.15
 """Ratio of the mean defects of two windows from which a motion is still changing."""
 LEFT = 3.0
@@ -333,15 +336,20 @@ def _followed(
 
 
 def half_range(history: Floats) -> Floats:
-    """(...) half the peak-to-peak of samples (s, ...), by parabolas through their extremes."""
+    """(...) half the peak-to-peak of samples (s, ...), by parabolas through their extremes.
+
+    The first sample is the one after the period began.
+    """
     tops = []
     for sign in (1.0, -1.0):
         signed = sign * history
-        at = np.clip(signed.argmax(axis=0), 1, len(history) - 2)[None]
+        top = signed.argmax(axis=0)
+        at = np.clip(top, 1, len(history) - 2)[None]
         before, here, after = (np.take_along_axis(signed, at + i, axis=0)[0] for i in (-1, 0, 1))
         bend = np.minimum(before - 2 * here + after, 0.0)
         slope = (after - before) / 2
-        share = np.clip(np.divide(-slope, bend, out=np.zeros_like(bend), where=bend < 0), -1, 1)
+        share = np.divide(-slope, bend, out=np.zeros_like(bend), where=bend < 0)
+        share = np.clip(share, np.where(top, -1, -2), 1)  # a period begins before its first sample
         vertex = here + slope * share + bend * share**2 / 2
         tops.append(np.maximum(vertex, signed.max(axis=0)))
     halved: Floats = (tops[0] + tops[1]) / 2
@@ -358,7 +366,8 @@ def _verdict(amplitude: Floats, defect: Floats, tolerance: float) -> int:
     window = len(defect) // 3
     late, early = slice(-window, None), slice(-2 * window, -window)
     grown = defect[late].mean() > defect[early].mean()
-    if defect[late].max() < ALIKE and (not grown or defect[late].max() < REPEATED):
+    bound = max(min(ALIKE, FADED * defect.max()), REPEATED)
+    if defect[late].max() < bound and (not grown or defect[late].max() < REPEATED):
         return STEADY
     if defect[late].mean() < LEFT * defect[0]:
         return UNSETTLED

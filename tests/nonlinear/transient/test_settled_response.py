@@ -96,7 +96,7 @@ def test_what_has_not_settled_says_so() -> None:
     short = settled_response(system, response, 0, periods=60)
     assert (short.verdict, short.periods) == (UNSETTLED, 60)
     # A disturbance that is still as large as it was at first is no modulated motion.
-    slow = settled_response(system, response, 0, periods=100, tolerance=0.5, disturbance=1e-6)
+    slow = settled_response(system, response, 0, periods=60, tolerance=0.5, disturbance=1e-6)
     assert slow.verdict == UNSETTLED
     assert slow.largest == pytest.approx(response.amplitude[0], rel=0.05)
     # Nor is one that was not followed as long as asked for.

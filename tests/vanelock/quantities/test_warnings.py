@@ -21,7 +21,7 @@ from vanelock.nonlinear import (
     static_response,
 )
 from vanelock.pipeline.progress import Event
-from vanelock.quantities import warnings
+from vanelock.quantities import assessment_warnings, warnings
 from vanelock.results.case_table import response_table
 from vanelock.results.listing import limits_table
 from vanelock.results.page_sections.summary import best_friction
@@ -130,8 +130,8 @@ def test_bounds_of_another_peak_than_the_curve_s_are_reported():
     bounded = BoundedPeak(found, residual=np.zeros(3))
     found.frequency, found.amplitude = np.full(3, 250.0), np.array([1e-6, 2e-6, 3e-6])
     at = Peak(4, 249.0, 1.985e-6, False)
-    assert warnings.bounds(bounded, at) == []
-    (line,) = warnings.bounds(bounded, replace(at, amplitude=2.5e-6))
+    assert assessment_warnings.bounds(bounded, at) == []
+    (line,) = assessment_warnings.bounds(bounded, replace(at, amplitude=2.5e-6))
     assert "are of ANOTHER PEAK than the curve's" in line
     assert line.endswith("theirs is 2 um at 250 Hz, the curve's 2.5 um at 249 Hz")
 

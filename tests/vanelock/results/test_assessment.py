@@ -8,7 +8,7 @@ import pytest
 
 from tests.vanelock.pipeline.test_progress import summary
 from vanelock.nonlinear import STABLE, UNDECIDED, UNSTABLE, Stability
-from vanelock.quantities.warnings import wave
+from vanelock.quantities.assessment_warnings import wave
 from vanelock.results.assessment import MOST, bounds_table, stability_table
 from vanelock.results.page_sections.summary import _wave
 from vanelock.stages.assessment.assessed import Assessment

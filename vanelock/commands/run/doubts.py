@@ -7,7 +7,7 @@ import numpy as np
 from vanelock.input.schema.study import Study
 from vanelock.mesh import Part, VaneDimensions
 from vanelock.pipeline.step import Stages
-from vanelock.quantities import warnings
+from vanelock.quantities import assessment_warnings, warnings
 from vanelock.quantities.contacts.places import places_on
 from vanelock.rom import Contacts
 from vanelock.stages.response.limits import Limits
@@ -57,9 +57,9 @@ def doubts(
         if isinstance(given, Study) and given.mesh.correction != "none":
             closed = contacts.always_closed
             yield from warnings.corrected(solved.response, peak, contacts.joints, closed)
-        yield from warnings.bounds(solved.assessment.bounds, peak)
-        yield from warnings.wave(found)
-        yield from warnings.unlike(solved.assessment.unlike, peak)
+        yield from assessment_warnings.bounds(solved.assessment.bounds, peak)
+        yield from assessment_warnings.wave(found)
+        yield from assessment_warnings.unlike(solved.assessment.unlike, peak)
         yield from warnings.large(solved.response, peak, *small, points)
         yield from warnings.beyond_band(solved.response, peak, limits.band)
     if solved.campbell is not None:

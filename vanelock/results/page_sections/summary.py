@@ -9,7 +9,8 @@ from vanelock.input.cases.names import fixed, words
 from vanelock.input.cases.values import ring_of
 from vanelock.input.schema.study import Study
 from vanelock.quantities.answers import CaseAnswers
-from vanelock.quantities.warnings import by_text, followed, without_effect
+from vanelock.quantities.assessment_warnings import followed
+from vanelock.quantities.warnings import by_text, without_effect
 from vanelock.report import Answer, Answers, Section, Text
 from vanelock.report.blocks import Block
 from vanelock.results.case_table import case_row, case_table

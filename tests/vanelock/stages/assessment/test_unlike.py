@@ -14,7 +14,7 @@ from vanelock.input.cases.sweep import cases
 from vanelock.input.schema.assessment import UnlikeKeys
 from vanelock.pipeline.cache import Cache
 from vanelock.pipeline.step import Stages
-from vanelock.quantities.warnings import unlike
+from vanelock.quantities.assessment_warnings import unlike
 from vanelock.results.assessment import unlike_table
 from vanelock.rom import System
 from vanelock.stages.assessment.assessed import Assessment

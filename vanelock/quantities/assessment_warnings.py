@@ -1,0 +1,87 @@
+"""What to know of a peak's bounds, its stability and rings of unlike segments, in words."""
+
+from vanelock.stages.assessment.bounds import HIGH, LOW, NOMINAL, BoundedPeak
+from vanelock.stages.assessment.unlike import UnlikeRings
+from vanelock.stages.response.summary import Peak, Settled, Summary
+
+APART = 0.01
+"""Relative difference of a peak from that of the curve from which it is worth a line."""
+AUDIT = 1e-6
+"""Residual of an independent check from which it is worth a line."""
+
+
+def bounds(found: BoundedPeak | None, peak: Peak) -> list[str]:
+    """What keeps bounds over static friction from being taken as they are, beside a peak."""
+    if found is None:
+        return []
+    if found.found is None:
+        return [f"no bounds of the peak over static friction: {found.reason}"]
+    ends = [end for i, end in ((LOW, "least"), (HIGH, "largest")) if not found.found.converged[i]]
+    lines = [f"the {end} peak over static friction DID NOT CONVERGE" for end in ends]
+    if (worst := float(found.residual.max())) > AUDIT:
+        lines.append(f"peaks over static friction miss an independent check by {worst:.1e}")
+    nominal = found.peak(NOMINAL)
+    if nominal is not None and abs(nominal.amplitude - peak.amplitude) > APART * peak.amplitude:
+        here, there = (
+            f"{1e6 * each.amplitude:.4g} um at {each.frequency:.6g} Hz" for each in (nominal, peak)
+        )
+        lines.append(
+            "the bounds over static friction are of ANOTHER PEAK than the curve's: as assembled "
+            f"theirs is {here}, the curve's {there}"
+        )
+    return lines
+
+
+def followed(found: Settled | None) -> str:
+    """What the ring does instead of the wave, where it was followed."""
+    if found is None:
+        return ""
+    low, high, mean = (1e6 * each for each in (found.smallest, found.largest, found.mean))
+    text = f"; integrated in time it vibrates between {low:.4g} and {high:.4g} um, mean {mean:.4g}"
+    text += f" um, {found.words}"
+    if found.verdict == "not settled":
+        text += f" after {found.periods} periods: larger amplitudes may follow"
+    return text + (f"; {found.unsolved} steps NOT SOLVED" if found.unsolved else "")
+
+
+def wave(found: Summary) -> list[str]:
+    """Whether the ring leaves the wave at the peak."""
+    verdict, peak = found.wave, found.peak
+    if verdict is None or peak is None or verdict.verdict == "stable":
+        return []
+    beside = [f"{f:.4g}" for f in verdict.frequencies if abs(f - peak.frequency) > 1e-3 * f]
+    gauge = f"; a gauge shows {', '.join(beside)} Hz beside {peak.frequency:.4g} Hz"
+    if verdict.verdict == "unstable":
+        return [
+            "the periodic wave at the peak is UNSTABLE, the ring does not settle on it: a "
+            f"disturbance of nodal diameter {verdict.diameter} grows by a factor "
+            f"{verdict.growth:.3g} per cycle{gauge if beside else ''}{followed(verdict.settled)}"
+        ]
+    growth = f", growth {verdict.growth:.3g} per cycle" if verdict.growth > 0 else ""
+    return [
+        f"the stability of the periodic wave at the peak is UNDECIDED: {verdict.reason}{growth}"
+    ]
+
+
+def unlike(found: UnlikeRings | None, peak: Peak) -> list[str]:
+    """What keeps rings of unlike segments from being taken as they are, beside a peak."""
+    if found is None:
+        return []
+    rings, lines = len(found.largest), list[str]()
+    if lost := int(found.lost.sum()):
+        lines.append(
+            f"{lost} of {found.points.sum()} points of rings of unlike segments DID NOT CONVERGE: "
+            "a segment may vibrate more than is shown"
+        )
+    if edge := int(found.at_edge.sum()):
+        lines.append(
+            f"{edge} of {rings} rings of unlike segments vibrate most at the end of the frequency "
+            "range: a peak may lie beyond"
+        )
+    alike = float(found.alike[0])
+    if not abs(alike - peak.amplitude) <= APART * peak.amplitude:
+        lines.append(
+            f"rings of unlike segments are compared with {1e6 * alike:.4g} um of alike ones in "
+            f"their range, while the peak of the curve is {1e6 * peak.amplitude:.4g} um"
+        )
+    return lines
