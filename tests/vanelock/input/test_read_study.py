@@ -5,7 +5,7 @@ from pydantic import BaseModel
 
 from vanelock import Study, load_study, parse_study, template_text
 from vanelock.common.errors import InputError
-from vanelock.input.schema.assessment import BoundsKeys, StabilityKeys
+from vanelock.input.schema.assessment import BoundsKeys, StabilityKeys, UnlikeKeys
 from vanelock.input.schema.comparison import CampbellKeys, Fit, MeasuredCurve
 from vanelock.input.schema.distributions import Distribution, Scatter
 from vanelock.input.schema.loads import RestLoadKeys
@@ -53,6 +53,7 @@ def test_template_mentions_every_key():
         "loads": RestLoadKeys,
         "bounds": BoundsKeys,
         "stability": StabilityKeys,
+        "unlike": UnlikeKeys,
         "campbell": CampbellKeys,
         "measured": MeasuredCurve,
         "fit": Fit,
@@ -70,6 +71,8 @@ def test_template_mentions_every_key():
         own = after.partition("\n# [")[0]
         for key in table.model_fields.keys() - {"keys", "pressure"}:
             inside = f" {key} = " if name == "scatter.keys" else f"\n# {key} = "
+            if (name, key) == ("unlike", "joints"):
+                inside = "\n# joints.interlock.mu = "
             assert inside in own, f"{name}.{key}"
 
 
