@@ -72,8 +72,8 @@ class SectorModes(Product):
         every = range(system.sectors // 2 + 1)
         places = dict(part) if isinstance(part, Mapping) else dict.fromkeys(every, part)
         for k in every:
-            given = places[k].shape if k in places else "none"
-            if K.shape != M.shape or given != (len(K), len(system.at(k).K)):
+            given = places[k].shape if k in places else ()
+            if K.shape != M.shape or K.shape != 2 * given[:1]:
                 raise InputError(
                     f"modes: K {K.shape}, M {M.shape} and part {given} of nodal diameter {k} do "
                     "not fit"
