@@ -2,7 +2,7 @@
 
 from vanelock.stages.assessment.bounds import HIGH, LOW, NOMINAL, BoundedPeak
 from vanelock.stages.assessment.unlike import UnlikeRings
-from vanelock.stages.response.summary import Peak, Settled, Summary
+from vanelock.stages.response.summary import Peak, Summary
 
 APART = 0.01
 """Relative difference of a peak from that of the curve from which it is worth a line."""
@@ -32,18 +32,6 @@ def bounds(found: BoundedPeak | None, peak: Peak) -> list[str]:
     return lines
 
 
-def followed(found: Settled | None) -> str:
-    """What the ring does instead of the wave, where it was followed."""
-    if found is None:
-        return ""
-    low, high, mean = (1e6 * each for each in (found.smallest, found.largest, found.mean))
-    text = f"; integrated in time it vibrates between {low:.4g} and {high:.4g} um, mean {mean:.4g}"
-    text += f" um, {found.words}"
-    if found.verdict == "not settled":
-        text += f" after {found.periods} periods: larger amplitudes may follow"
-    return text + (f"; {found.unsolved} steps NOT SOLVED" if found.unsolved else "")
-
-
 def wave(found: Summary) -> list[str]:
     """Whether the ring leaves the wave at the peak."""
     verdict, peak = found.wave, found.peak
@@ -55,7 +43,7 @@ def wave(found: Summary) -> list[str]:
         return [
             "the periodic wave at the peak is UNSTABLE, the ring does not settle on it: a "
             f"disturbance of nodal diameter {verdict.diameter} grows by a factor "
-            f"{verdict.growth:.3g} per cycle{gauge if beside else ''}{followed(verdict.settled)}"
+            f"{verdict.growth:.3g} per cycle{gauge if beside else ''}{verdict.followed}"
         ]
     growth = f", growth {verdict.growth:.3g} per cycle" if verdict.growth > 0 else ""
     return [

@@ -28,8 +28,8 @@ FOUND = (
 
 def assessment_tables(found: Mapping[str, Assessment]) -> Iterator[Table]:
     """Those that there is something for."""
-    made = bounds_table(found), stability_table(found), unlike_table(found)
-    return (table for table in made if table is not None)
+    made = bounds_table, stability_table, settled_table, unlike_table
+    return (table for each in made if (table := each(found)) is not None)
 
 
 def bounds_table(assessments: Mapping[str, Assessment]) -> Table | None:
@@ -97,32 +97,6 @@ def _load(loads: NDArray[np.float64] | None, place: int) -> float | None:
     return float(loads[place]) if loads[place] > ROUND_OFF * loads.max() else 0.0
 
 
-FOLLOWED = (
-    Column(
-        "balance",
-        "µm",
-        key="balance_um",
-        note="balance: peak of the periodic wave; mean, largest, smallest, in time: amplitude over "
-        "all sectors and the last periods, where the peak's wave is unstable and the ring was "
-        "integrated in time from there",
-    ),
-    Column("mean", "µm", key="mean_um"),
-    Column("largest", "µm", key="largest_um"),
-    Column("smallest", "µm", key="smallest_um"),
-    Column("in time", key="settled"),
-    Column("periods"),
-)
-"""Columns of what the ring does instead."""
-
-
-def _followed(of: Assessment) -> tuple[Cell, ...]:
-    """Their cells."""
-    if not of.settled or (found := of.settled[0].settled) is None:
-        return (None,) * len(FOLLOWED)
-    balance, words = of.settled[0].balance, found.words
-    return balance, found.mean, found.largest, found.smallest, words, found.periods
-
-
 def stability_table(assessments: Mapping[str, Assessment]) -> Table | None:
     """What becomes of small departures from the waves of each case: of its most unstable one."""
     found = {name: each.stability[0] for name, each in assessments.items() if each.stability}
@@ -145,7 +119,6 @@ def stability_table(assessments: Mapping[str, Assessment]) -> Table | None:
             "growth with H + 2", key="second", note="with H, H + 2: with two numbers of harmonics"
         ),
         Column("points"),
-        *FOLLOWED,
     )
     rows: list[tuple[Cell, ...]] = []
     flags: list[Flag] = []
@@ -164,14 +137,47 @@ def stability_table(assessments: Mapping[str, Assessment]) -> Table | None:
                 ", ".join(f"{f:.4g}" for f in seen[np.isfinite(seen)]) or None,
                 *growth[worst],
                 _counted(each.verdict),
-                *_followed(assessments[name]),
             )
         )
         flags.append("good" if each.verdict[worst] == STABLE else "warn")
     title = "Stability of the periodic waves, all nodal diameters considered"
-    made = Table(title, columns, rows, _cut(len(found)), "stability", flags)
-    made = made.without_empty("points", *(each.name for each in FOLLOWED))
+    made = Table(title, columns, rows, _cut(len(found)), "stability", flags).without_empty("points")
     return made.without("case") if len(found) == 1 else made
+
+
+def settled_table(assessments: Mapping[str, Assessment]) -> Table | None:
+    """What the ring does instead of the unstable wave at the peak of each case."""
+    found = {name: each.settled[0] for name, each in assessments.items() if each.settled}
+    known = {name: each for name, each in found.items() if each.found is not None}
+    if not known:
+        return None
+    columns = (
+        Column("case"),
+        Column("at", "Hz", ".6g", "frequency_hz"),
+        Column("balance", "µm", key="balance_um", note="balance: peak of the periodic wave"),
+        Column(
+            "mean",
+            "µm",
+            key="mean_um",
+            note="mean, smallest, largest: in time, over all sectors and the last periods",
+        ),
+        Column("smallest", "µm", key="smallest_um"),
+        Column("largest", "µm", key="largest_um"),
+        Column("in time", key="settled"),
+        Column("periods", note="periods: followed in all"),
+        Column("not solved", key="unsolved"),
+    )
+    rows: list[tuple[Cell, ...]] = []
+    for name, each in islice(known.items(), MOST):
+        settled = each.settled
+        assert settled is not None
+        assert each.found is not None
+        size = each.balance, settled.mean, settled.smallest, settled.largest
+        count = settled.periods, settled.unsolved or None
+        rows.append((name, each.found.frequency, *size, settled.words, *count))
+    title = "Rings followed in time from unstable peaks"
+    made = Table(title, columns, rows, _cut(len(known)), "settled").without_empty("unsolved")
+    return made.without("case") if len(known) == 1 else made
 
 
 def unlike_table(assessments: Mapping[str, Assessment]) -> Table | None:

@@ -4,7 +4,7 @@ from vanelock.input.cases.names import words
 from vanelock.quantities.scatter import percentile_table, sensitivity_table
 from vanelock.report import Section, Text
 from vanelock.report.blocks import Block
-from vanelock.results.assessment import bounds_table, stability_table, unlike_table
+from vanelock.results.assessment import bounds_table, settled_table, stability_table, unlike_table
 from vanelock.results.figures.scatter import RINGS
 from vanelock.results.page_sections.content import PageContent
 
@@ -49,6 +49,8 @@ def certainty(content: PageContent) -> Section:
     ):
         if table is not None:
             blocks += [Text(f"**{what}.** {text}"), table]
+        if what == "Stability" and (followed := settled_table(found)) is not None:
+            blocks.append(followed)
     rings = [each for each in content.pictures if each.title == RINGS]
     blocks += content.of_cases({each.case: [each] for each in rings})
     title = "Bounds, stability, unlike segments" if rings else "Bounds and stability"

@@ -9,7 +9,6 @@ from vanelock.input.cases.names import fixed, words
 from vanelock.input.cases.values import ring_of
 from vanelock.input.schema.study import Study
 from vanelock.quantities.answers import CaseAnswers
-from vanelock.quantities.assessment_warnings import followed
 from vanelock.quantities.warnings import by_text, without_effect
 from vanelock.report import Answer, Answers, Section, Text
 from vanelock.report.blocks import Block
@@ -111,7 +110,7 @@ def _wave(most: Summary) -> list[Answer]:
     shows = ", ".join(f"{f:.4g}" for f in wave.frequencies)
     note = (
         f"the ring does not settle on it: a disturbance of nodal diameter {wave.diameter} grows "
-        f"by a factor {wave.growth:.3g} per cycle, visible at {shows} Hz{followed(wave.settled)}; "
+        f"by a factor {wave.growth:.3g} per cycle, visible at {shows} Hz{wave.followed}; "
         "amplitude, stress and wear here are those of the periodic wave"
     ).replace(" um", " µm")
     return [Answer("Periodic wave", "unstable", note, "warn")]

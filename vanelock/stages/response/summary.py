@@ -126,6 +126,18 @@ class WaveVerdict:
     reason: str = ""
     settled: Settled | None = None
 
+    @property
+    def followed(self) -> str:
+        """What the ring does instead, the end of a sentence; "" where it was not followed."""
+        if (found := self.settled) is None:
+            return ""
+        low, high, mean = (1e6 * each for each in (found.smallest, found.largest, found.mean))
+        text = f"; integrated in time it vibrates between {low:.4g} and {high:.4g} um, "
+        text += f"mean {mean:.4g} um, {found.words}"
+        if found.verdict == "not settled":
+            text += f" after {found.periods} periods: larger amplitudes may follow"
+        return text + (f"; {found.unsolved} steps NOT SOLVED" if found.unsolved else "")
+
 
 @dataclass(frozen=True)
 class Summary:
