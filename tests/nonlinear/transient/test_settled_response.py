@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from tests.verification.nonlinear.spring_rings import loaded, spring_ring, worst_of
 from vanelock.common.errors import InputError
@@ -111,7 +112,7 @@ def test_what_has_not_settled_says_so() -> None:
     ],
 )
 def test_a_disturbance_on_its_way_is_no_verdict(growth: float, above: float, verdict: int) -> None:
-    defect = 1e-2 * above * growth ** np.arange(150)
+    defect: NDArray[np.float64] = np.multiply(1e-2 * above, np.power(growth, np.arange(150)))
     defect[0] = 1e-2
     assert _verdict(np.ones((150, 4, 1, 3)), defect, 0.02) == verdict
 
