@@ -1,7 +1,7 @@
 """What a ring does instead of a periodic wave: integrated in time until its statistics settle.
 
 The ring sets out from a wave that a harmonic balance found, slightly disturbed, and every sector is
-followed period after period. What settles need not be periodic, so it is given by statistics: half
+followed period after period. What settles need not be periodic, so it is judged by statistics: half
 the peak-to-peak of every output in every sector and period. Of P periods the last third is
 compared with the third before it, at P that grows by half from one comparison to the next, until
 
