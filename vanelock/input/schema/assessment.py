@@ -61,7 +61,7 @@ class JointDeviations(KeyTable):
     )
 
 
-class UnlikeKeys(KeyTable):
+class JointUnlikeKeys(KeyTable):
     """How much more some segment vibrates where the segments of a ring are not alike."""
 
     rings: int = Field(default=20, ge=1, le=10_000, description="number of rings drawn")
@@ -70,10 +70,6 @@ class UnlikeKeys(KeyTable):
         default=None, min_length=2, max_length=2, description="[low, high] frequency [Hz]"
     )
     joints: dict[str, JointDeviations] = Field(default={}, description="deviations by joint")
-    frequency: Deviation | None = Field(
-        default=None, description="deviation of the natural frequencies of a vane alone"
-    )
-    modes: int = Field(default=5, ge=1, le=50, description="number of modes of a vane alone")
 
     @field_validator("range")
     @classmethod
@@ -84,26 +80,40 @@ class UnlikeKeys(KeyTable):
 
     def _deviates(self) -> Iterator[str]:
         if not self.given:
-            yield "nothing deviates: give unlike.frequency or unlike.joints.<joint>.mu"
+            yield "nothing deviates: give unlike.joints.<joint>.mu, or another deviation"
 
     checks: ClassVar[tuple[Check, ...]] = (_deviates,)
 
     @property
     def given(self) -> dict[str, Any]:
         """What deviates, by key below the table."""
-        found: dict[str, Any] = {
+        return {
             f"joints.{joint}.{name}": value
             for joint, keys in self.joints.items()
             for name in JointDeviations.model_fields
             if (value := getattr(keys, name)) is not None
         }
-        return found if self.frequency is None else {**found, "frequency": self.frequency}
 
     @property
     def count(self) -> int:
         """Rings: as many as are drawn, or the one that is given."""
         drawn = any(isinstance(value, float) for value in self.given.values())
         return self.rings if drawn else 1
+
+
+class UnlikeKeys(JointUnlikeKeys):
+    """The same of a study, whose vanes may differ by themselves."""
+
+    frequency: Deviation | None = Field(
+        default=None, description="deviation of the natural frequencies of a vane alone"
+    )
+    modes: int = Field(default=5, ge=1, le=50, description="number of modes of a vane alone")
+
+    @property
+    def given(self) -> dict[str, Any]:
+        """What deviates, by key below the table."""
+        found = super().given
+        return found if self.frequency is None else {**found, "frequency": self.frequency}
 
 
 ALLOWED = {"coupling": "coupled", "samples": None, "harmonic_diameters": "wave"}
@@ -158,5 +168,3 @@ def _can_be_unlike(given: "Study | Scene") -> Iterator[str]:
             yield f"unlike.{name}: given {len(value)} numbers: needs 1, or one a segment: {sectors}"
     if "rings" in keys.model_fields_set and keys.count != keys.rings:
         yield f"unlike.rings = {keys.rings}: all deviations are given by segment: one ring"
-    if keys.frequency is not None and not hasattr(given, "vane"):
-        yield "unlike.frequency: of a study's vane: for matrices use `nonlinear.SectorModes`"

@@ -11,7 +11,12 @@ from pydantic import AfterValidator, BeforeValidator, Field
 from vanelock.common.checked import Check
 from vanelock.common.quantities import Angle, Force, Frequency, Length, Stiffness
 from vanelock.input.band import asked_for, too_narrow
-from vanelock.input.schema.assessment import BoundsKeys, StabilityKeys, UnlikeKeys, can_be_assessed
+from vanelock.input.schema.assessment import (
+    BoundsKeys,
+    JointUnlikeKeys,
+    StabilityKeys,
+    can_be_assessed,
+)
 from vanelock.input.schema.comparison import MeasuredCurve, curves
 from vanelock.input.schema.distributions import Scatter
 from vanelock.input.schema.structure import SPRING, KeyTable, sequence
@@ -284,7 +289,7 @@ class Scene(KeyTable):
     response: SceneResponse = SceneResponse()
     bounds: BoundsKeys | None = Field(default=None, description="bounds over static friction")
     stability: StabilityKeys | None = Field(default=None, description="stability")
-    unlike: UnlikeKeys | None = Field(default=None, description="rings of unlike segments")
+    unlike: JointUnlikeKeys | None = Field(default=None, description="rings of unlike segments")
     outputs: SceneOutputs = SceneOutputs()
     measured: Annotated[tuple[MeasuredCurve, ...], BeforeValidator(curves)] = Field(
         default=(), max_length=100, description="measured curves"

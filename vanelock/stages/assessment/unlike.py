@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from vanelock import nonlinear
 from vanelock.common.product import Product
-from vanelock.input.schema.assessment import UnlikeKeys
+from vanelock.input.schema.assessment import JointUnlikeKeys, UnlikeKeys
 from vanelock.nonlinear import HarmonicModes, Options, Response, SectorModes, Unlike
 from vanelock.pipeline.step import Step, step
 from vanelock.rom import Component, System
@@ -134,14 +134,14 @@ def unlike_step(
 
 
 def _ring_step(
-    planned: Planned, first: Planned, whole: Step[System], keys: UnlikeKeys, number: int
+    planned: Planned, first: Planned, whole: Step[System], keys: JointUnlikeKeys, number: int
 ) -> Step[UnlikeRing]:
     """One ring of a case, the `number`th one drawn."""
     given, free = planned.case.given, first.linear.responses["free"]
     limits, adaptive = planned.linear.limits, planned.chosen_mesh is not None
     inputs = {
         "deviations": keys.given,
-        "modes": keys.modes,
+        "modes": keys.modes if isinstance(keys, UnlikeKeys) else None,
         "seed": [keys.seed, number],
         "range": keys.range,
         "monitor": given.outputs.monitor,
@@ -152,7 +152,9 @@ def _ring_step(
     }
     needs: tuple[Step[Any], ...] = (whole, limits, first.linear.system, free, planned.modes)
     needs += (planned.response,) if adaptive else ()
-    own = None if keys.frequency is None else modes_step(planned, whole, keys.modes)
+    own = None
+    if isinstance(keys, UnlikeKeys) and keys.frequency is not None:
+        own = modes_step(planned, whole, keys.modes)
     needs += (_shared_step(planned, whole, own), *(() if own is None else (own,)))
 
     def compute(
@@ -197,7 +199,7 @@ def _harmonics(response: Response, watched: Monitor) -> int:
 
 
 def drawn(
-    system: System, keys: UnlikeKeys, number: int, modes: SectorModes | None = None
+    system: System, keys: JointUnlikeKeys, number: int, modes: SectorModes | None = None
 ) -> Unlike:
     """By how much the segments of a ring differ, the `number`th one drawn, from 0.
 
@@ -210,7 +212,7 @@ def drawn(
         joint: {name: value for name, value in each if value is not None}
         for joint, each in keys.joints.items()
     }
-    if keys.frequency is not None:
+    if isinstance(keys, UnlikeKeys) and keys.frequency is not None:
         asked["modes"] = {"frequency": keys.frequency}
     seed = int(np.random.SeedSequence([keys.seed, number]).generate_state(1)[0])
     return Unlike.scatter(system, asked, seed, modes)

@@ -125,7 +125,7 @@ def test_modes_of_a_vane_alone_are_all_its_stiffness(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("more", "line"),
     [
-        ("", "unlike: nothing deviates: give unlike.frequency or unlike.joints.<joint>.mu"),
+        ("", "unlike: nothing deviates: give unlike.joints.<joint>.mu, or another deviation"),
         ("joints.lap.mu = 0.1\n", 'unlike.joints: given "lap": allowed are hook, interlock'),
         (
             "frequency = [0.1, 0.2]\n",
