@@ -26,7 +26,7 @@ from vanelock.nonlinear.contact.law import check_friction, contact_law
 from vanelock.nonlinear.continuation.families import fixed
 from vanelock.nonlinear.floquet.motions import motions
 from vanelock.nonlinear.forced_response.replay import Journal, replaying
-from vanelock.nonlinear.forced_response.response import Response, chosen_points
+from vanelock.nonlinear.forced_response.response import Response, check_contacts, chosen_points
 from vanelock.nonlinear.fourier.threads import one_thread
 from vanelock.nonlinear.fourier.trigonometric import TURN, resized, to_real
 from vanelock.nonlinear.newton.newton import scales, solve
@@ -180,10 +180,7 @@ def _check(system: System, response: Response, finer: int, count: int) -> None:
             f"response: harmonics at nodal diameters {response.harmonic_diameters.tolist()}: "
             f"a wave has them at {wave}"
         )
-    if len(response.mu) != system.contacts.count:
-        raise InputError(
-            f"response: has {len(response.mu)} contacts: the system has {system.contacts.count}"
-        )
+    check_contacts(response, system.contacts)
     if finer < response.harmonics:
         raise InputError(f"harmonics: given {finer}: the response has {response.harmonics} already")
     if as_whole(count, "count") < 1:

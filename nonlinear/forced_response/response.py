@@ -13,6 +13,7 @@ from vanelock.nonlinear.balance.balance import Structure
 from vanelock.nonlinear.contact.law import ELEMENT, OPEN, SLIP, SLIP_OPEN, STUCK, Deviation
 from vanelock.nonlinear.fourier.trigonometric import TURN, basis, to_complex, to_real
 from vanelock.nonlinear.newton.newton import Solution
+from vanelock.rom.system.system import Contacts
 
 Array = NDArray[np.complex128]
 Floats = NDArray[np.float64]
@@ -260,6 +261,20 @@ def chosen_points(response: Response, points: Sequence[int] | None) -> list[int]
     if not chosen:
         raise InputError("points: given none: needs one at least")
     return chosen
+
+
+def check_contacts(response: Response, contacts: Contacts) -> None:
+    """Refuse a response of another number of contacts.
+
+    Raises
+    ------
+    InputError
+        Telling both numbers.
+    """
+    if len(response.mu) != contacts.count:
+        raise InputError(
+            f"response: has {len(response.mu)} contacts: the system has {contacts.count}"
+        )
 
 
 def amplitude_and_slope(q: Array, rates: Array) -> tuple[float, float]:

@@ -62,12 +62,15 @@ class Period:
         What the deviations add to the modal amplitudes with inertia.
     unsolved : int
         Steps that were not solved.
+    defect : float
+        How far it ends from where it began: largest change of u and w, over the largest amplitude.
     """
 
     u: Floats
     w: Floats
     y: Complex
     unsolved: int
+    defect: float
 
 
 @dataclass(frozen=True)
@@ -174,7 +177,7 @@ class Integrator:
         sectors, d = motion.w.shape
         u, w = np.empty((self.steps, sectors, d)), np.empty((self.steps, sectors, d))
         y = np.empty((self.steps, *motion.load.shape), complex)
-        before = motion.w.copy()
+        began, before = motion.u.copy(), motion.w.copy()
         unsolved = march(
             self.linear,
             self.rows,
@@ -204,7 +207,10 @@ class Integrator:
         )
         moved = np.any(w != before, axis=(0, 1)).reshape(-1, 3).any(axis=1)
         motion.awake[:] = moved
-        return Period(u, w, y, unsolved)
+        largest = max(np.ptp(u, axis=0).max(initial=0.0) / 2, np.finfo(float).tiny)
+        changes = motion.u - began, motion.w - before
+        apart = max(np.abs(each).max(initial=0) for each in changes)
+        return Period(u, w, y, unsolved, apart / largest)
 
 
 def integrator(

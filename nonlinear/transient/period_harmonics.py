@@ -18,16 +18,25 @@ def coefficients(history: Floats, harmonics: int) -> Array:
     return q
 
 
-def departure(stepped: Integrator, found: Period, start: tuple[Response, int] | None) -> float:
-    """Largest difference of the harmonics from those of the start."""
-    if start is None:
-        return float("nan")
-    response, point = start
+def departure(
+    stepped: Integrator, found: Period, output: Floats, response: Response, point: int
+) -> float:
+    """Largest difference of the harmonics from those of a point of a response.
+
+    Parameters
+    ----------
+    stepped : Integrator
+    found : Period
+    output : (s, N, 3o) float
+        `output_history` of the period, m.
+    response : Response
+    point : int
+    """
     lag = stepped.ring.lag(np.arange(response.harmonics + 1))
     largest = 0.0
     for history, expected in (
         (found.u, response.contact[point]),
-        (output_history(stepped, found), response.output[point]),
+        (output, response.output[point]),
     ):
         q = expected.reshape(response.harmonics + 1, 1, -1) * lag[:, :, None]
         if q.size:

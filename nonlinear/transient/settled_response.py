@@ -24,7 +24,7 @@ from vanelock.common.product import Product
 from vanelock.nonlinear.contact.law import check_friction
 from vanelock.nonlinear.forced_response.frequencies import check_band
 from vanelock.nonlinear.forced_response.replay import Journal, replaying
-from vanelock.nonlinear.forced_response.response import Response
+from vanelock.nonlinear.forced_response.response import Response, check_contacts
 from vanelock.nonlinear.fourier.threads import one_thread
 from vanelock.nonlinear.fourier.trigonometric import TURN
 from vanelock.nonlinear.transient.full_ring import ring
@@ -277,10 +277,7 @@ def _check(
         raise InputError("response: at rest: what is followed is a vibration")
     check_band(system, [float(response.frequency[point])])
     check_friction(system.contacts, response.friction)
-    if len(response.mu) != system.contacts.count:
-        raise InputError(
-            f"response: has {len(response.mu)} contacts: the system has {system.contacts.count}"
-        )
+    check_contacts(response, system.contacts)
 
 
 def _disturb(
@@ -321,13 +318,11 @@ def _followed(
     amplitude, defects, departures, unsolved = [], [], [], 0
     outputs = stepped.ring.sectors, len(stepped.ring.system.output_names), 3
     for done in range(begin + 1, end + 1):
-        u, w = motion.u.copy(), motion.w.copy()
         found = stepped.period(motion)
-        largest = max(np.ptp(found.u, axis=0).max(initial=0.0) / 2, np.finfo(float).tiny)
-        moved = max(np.abs(motion.u - u).max(initial=0), np.abs(motion.w - w).max(initial=0))
-        defects.append(moved / largest)
-        departures.append(departure(stepped, found, start))
-        amplitude.append(half_range(output_history(stepped, found)).reshape(outputs))
+        output = output_history(stepped, found)
+        defects.append(found.defect)
+        departures.append(departure(stepped, found, output, *start))
+        amplitude.append(half_range(output).reshape(outputs))
         unsolved += found.unsolved
         if progress is not None:
             progress(done, periods, defects[-1])

@@ -155,12 +155,12 @@ def time_response(
     motion = stepped.stuck() if start is None else stepped.balanced(*start)
     defects, departures, unsolved = [], [], 0
     for done in range(1, periods + 1):
-        u, w = motion.u.copy(), motion.w.copy()
         found = stepped.period(motion)
-        largest = max(np.ptp(found.u, axis=0).max(initial=0.0) / 2, np.finfo(float).tiny)
-        moved = max(np.abs(motion.u - u).max(initial=0), np.abs(motion.w - w).max(initial=0))
-        defects.append(moved / largest)
-        departures.append(departure(stepped, found, start))
+        defects.append(found.defect)
+        away = np.nan
+        if start is not None:
+            away = departure(stepped, found, output_history(stepped, found), *start)
+        departures.append(away)
         unsolved += found.unsolved
         if progress is not None:
             progress(done, periods, defects[-1])

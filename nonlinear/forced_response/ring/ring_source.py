@@ -152,19 +152,18 @@ def ring_source(
         If nodal diameters are missing, or the modes' rows do not fit.
     """
     N, known = system.sectors, known or {}
-    rows = 3 * with_modes(system.contacts, modes).count
+    loaded = replace(system, contacts=with_modes(system.contacts, modes))
+    rows = 3 * loaded.contacts.count
     if not all(k in known and len(known[k].rows) == rows for k in range(N)):
         known = ring_modes(system, modes, known).diameters
-    every = dict(known)
-    loaded = replace(system, contacts=with_modes(system.contacts, modes))
     still = replace(loaded.contacts, v0=0 * loaded.contacts.v0, slider=0 * loaded.contacts.slider)
     unloaded = replace(loaded, contacts=still, force={})
     waves: list[Structure | Tabulated] = []
-    alike = structure(loaded, harmonics, known=every)
+    alike = structure(loaded, harmonics, known=known)
     waves.append(balances(alike, *limits, points))
     for n in range(1, N):
         diameters = tuple((n + k) % N for k in alike.nodal_diameters)
-        wave = Structure(unloaded, harmonics, diameters, {k: every[k] for k in diameters})
+        wave = Structure(unloaded, harmonics, diameters, {k: known[k] for k in diameters})
         waves.append(balances(wave, *limits, points))
     return RingSource(tuple(waves), np.zeros((N, len(alike.stiffness))))
 

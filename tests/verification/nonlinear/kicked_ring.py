@@ -22,6 +22,7 @@ from vanelock.nonlinear.newton.newton import solve
 from vanelock.nonlinear.transient.full_ring import ring
 from vanelock.nonlinear.transient.integration import integrator
 from vanelock.nonlinear.transient.period_harmonics import departure as departure_of
+from vanelock.nonlinear.transient.period_harmonics import output_history
 
 KICK = 1e-6
 """Of the modes' velocities, relative to those that the wave gives them."""
@@ -93,7 +94,13 @@ def parting(system, response, periods, steps, modes, far, seed=0):
     difference, unsolved = [], 0
     while len(departure) < periods and max(departure, default=0) < far:
         found = [stepped.period(motion) for motion in both]
-        departure.append(max(departure_of(stepped, each, (response, 0)) for each in found))
+        outputs = [output_history(stepped, each) for each in found]
+        departure.append(
+            max(
+                departure_of(stepped, each, output, response, 0)
+                for each, output in zip(found, outputs, strict=True)
+            )
+        )
         unsolved += sum(each.unsolved for each in found)
         parted = (found[1].u - found[0].u)[steps // system.sectors - 1 :: steps // system.sectors]
         looks = [np.roll(look, -i - 1, axis=0).ravel() for i, look in enumerate(parted)]
