@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from vanelock.common.errors import InputError
 from vanelock.common.product import Product
 from vanelock.nonlinear.balance.stuck_modes import StuckModes
-from vanelock.nonlinear.following.rest_states import Joints, RestStates, rest_states
+from vanelock.nonlinear.following.bounds.rest_states import Joints, RestStates, rest_states
 from vanelock.nonlinear.forced_response.options import Options
 from vanelock.nonlinear.fourier.threads import one_thread
 from vanelock.rom.system.system import System

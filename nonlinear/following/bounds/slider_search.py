@@ -10,11 +10,11 @@ from numpy.typing import NDArray
 
 from vanelock.common.errors import InputError
 from vanelock.nonlinear.contact.law import STUCK
+from vanelock.nonlinear.following.bounds.rest_states import RestStates
 from vanelock.nonlinear.following.parameters import Parameter
 from vanelock.nonlinear.following.peak import CONDITION, PeakPoint, Resonance
 from vanelock.nonlinear.following.peak_gradient import slider_gradient
 from vanelock.nonlinear.following.peak_tracking import Mark, PeakTrack
-from vanelock.nonlinear.following.rest_states import RestStates
 from vanelock.nonlinear.forced_response.options import PreparedSystem
 
 Floats = NDArray[np.float64]

@@ -20,10 +20,10 @@ from vanelock.nonlinear import (
     static_bounds,
     time_response,
 )
+from vanelock.nonlinear.following.bounds.rest_states import RestStates
+from vanelock.nonlinear.following.bounds.slider_search import PlacedPeak, Search
 from vanelock.nonlinear.following.peak import Resonance
 from vanelock.nonlinear.following.peak_gradient import slider_gradient
-from vanelock.nonlinear.following.rest_states import RestStates
-from vanelock.nonlinear.following.slider_search import PlacedPeak, Search
 from vanelock.nonlinear.forced_response.frequency_sweep import PointSolver
 from vanelock.rom.system.system import Contacts, Diameter, Force, System
 

@@ -11,7 +11,7 @@ from scipy.optimize import minimize
 
 from vanelock.common.errors import InputError
 from vanelock.nonlinear import Options, StaticBounds, audit_response, static_bounds, static_response
-from vanelock.nonlinear.following.rest_states import rest_states
+from vanelock.nonlinear.following.bounds.rest_states import rest_states
 from vanelock.rom.system.system import Contacts, Diameter, Force, System
 
 Make = Callable[..., System]

@@ -18,11 +18,11 @@ from vanelock.common.arrays import as_whole
 from vanelock.common.errors import InputError
 from vanelock.common.product import Product
 from vanelock.nonlinear.balance.stuck_modes import StuckModes
+from vanelock.nonlinear.following.bounds.rest_states import Joints, rest_states
+from vanelock.nonlinear.following.bounds.slider_search import Ends, Progress, Search, Tally
 from vanelock.nonlinear.following.parameter_response import joined
 from vanelock.nonlinear.following.peak import CONDITION, PeakPoint
 from vanelock.nonlinear.following.peak_tracking import named_component
-from vanelock.nonlinear.following.rest_states import Joints, rest_states
-from vanelock.nonlinear.following.slider_search import Ends, Progress, Search, Tally
 from vanelock.nonlinear.forced_response.frequencies import checked_range
 from vanelock.nonlinear.forced_response.options import Options
 from vanelock.nonlinear.forced_response.replay import Journal, replaying

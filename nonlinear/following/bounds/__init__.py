@@ -1,0 +1,1 @@
+"""Bounds of a peak over the static friction that equilibrium leaves open."""
