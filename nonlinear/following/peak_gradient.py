@@ -1,69 +1,71 @@
-"""How the amplitude of a peak changes with the structure: one linear solution for all changes.
+"""How a peak moves with all that the system is made of: its amplitude, and its frequency.
 
-With w = W(u), u = ũ + R̂ w, J = dW/du and P = I - J R̂, an amplitude A that depends on w by g = dA/dw
-changes with ũ by
+At a peak the amplitude is stationary in frequency, so that its gradient at the frequency held is
+the peak's. With A' = dA/dω = 0 there, the frequency follows a parameter p by
 
-    dA/dũ = Jᵀ y,      Pᵀ y = g.
+    dω/dp = -(d/dω dA/dp) / A'',
 
-A stiffness that grows by dK pushes with -dK x against each harmonic's motion x, which moves ũ and
-the output at fixed w. Modal damping grows with it, D M⁻¹ D = 4ζ² K, in modes of frequencies ω by
-
-    dD_ij = 2ζ dK_ij / (ω_i + ω_j).
-
-Sliders assembled at s, m, move the mean of ũ by (R̂₀ - I) s. Those that stick for good count as
-held, wherever they first slid to: they may be moved back from there, not on. The frequency of a
-peak moves along, which changes nothing to first order.
+both derivatives by differences between solutions to either side.
 """
 
-from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import Any
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vanelock.common.errors import InputError
-from vanelock.nonlinear.balance.balance import Balance, Structure
 from vanelock.nonlinear.balance.stuck_modes import StuckModes
-from vanelock.nonlinear.contact.law import STUCK
+from vanelock.nonlinear.following.amplitude_gradient import (
+    AmplitudeGradient,
+    amplitude_gradient,
+    prepared_again,
+    solution_at,
+)
 from vanelock.nonlinear.following.parameters import Parameter
-from vanelock.nonlinear.following.peak import PeakPoint, Resonance
-from vanelock.nonlinear.following.peak_tracking import PeakTrack, named_component
+from vanelock.nonlinear.following.peak import CONDITION, PeakPoint, Resonance
+from vanelock.nonlinear.following.peak_tracking import LOWER, PeakTrack, named_component
 from vanelock.nonlinear.forced_response.frequencies import checked_range
 from vanelock.nonlinear.forced_response.options import Options, PreparedSystem
-from vanelock.nonlinear.forced_response.response import extremes
-from vanelock.nonlinear.forced_response.static_mean import static_part
+from vanelock.nonlinear.forced_response.response import Response
 from vanelock.nonlinear.fourier.threads import one_thread
-from vanelock.nonlinear.fourier.trigonometric import TURN, to_complex
-from vanelock.nonlinear.newton.linearised import newton_matrix
-from vanelock.nonlinear.newton.newton import Solution, active_rows
+from vanelock.nonlinear.fourier.trigonometric import TURN
 from vanelock.rom.system.system import System
 
-Array = NDArray[Any]
-Floats = NDArray[np.float64]
+Change = TypeVar("Change", float, NDArray[np.float64])
+
+ASIDE = 2e-4
+"""How far from the peak, in its half-widths, slopes are taken for the frequency's gradient."""
+EVEN = 1e-3
+"""How unlike slopes to either side may be there, relatively, for differences to be exact; where
+they are more unlike the differences are taken that much closer to the peak."""
 
 
 @dataclass(frozen=True)
 class PeakGradient:
-    """A peak, and what moves its amplitude.
+    """A peak, and what moves it.
 
     Attributes
     ----------
-    structure : Structure
     peak : PeakPoint
-    motion : tuple of (n_h,)
-        Modal amplitudes of each harmonic.
-    by_motion : tuple of (n_h,)
-        A changes by the real part of these times the change of `motion`, at fixed w.
-    by_linear : (c, 3, 2H + 1) float
-        dA/dũ, by the contacts.
+        Where it is sharp, its amplitude follows what its contacts do there, not the gradient.
+    output : (str, int)
+        Name of the output node and direction.
+    at_peak : AmplitudeGradient
+        What moves the amplitude.
+    beside : tuple of AmplitudeGradient
+        At frequencies close below and above; none where the peak is sharp or not exact, or no
+        frequency was asked for.
+    bend : float
+        A'', m s²/rad².
     """
 
-    structure: Structure
     peak: PeakPoint
-    motion: tuple[Array, ...]
-    by_motion: tuple[Array, ...]
-    by_linear: Floats
+    output: tuple[str, int]
+    at_peak: AmplitudeGradient
+    beside: tuple[AmplitudeGradient, ...] = ()
+    bend: float = np.nan
 
     @property
     def amplitude(self) -> float:
@@ -75,33 +77,23 @@ class PeakGradient:
         """Of the peak, Hz."""
         return self.peak.solution.omega / TURN
 
-    def by_stiffness(self, changes: Mapping[int, Array]) -> float:
-        """dA, m, by small changes of the stiffness.
+    def of_frequency(self, by: Callable[[AmplitudeGradient], Change]) -> Change:
+        """What moves the peak's frequency, Hz, by what an amplitude's gradient has.
 
         Parameters
         ----------
-        changes : dict of int to (n, n)
-            Hermitian dK, N/m, by nodal diameter; of N - k the conjugate counts where only k is
-            given.
+        by : callable
+            As `AmplitudeGradient.by_force`: a gradient's share of one or more parameters.
+
+        Raises
+        ------
+        InputError
+            If no gradients beside the peak are known.
         """
-        found, system = 0.0, self.structure.system
-        contacts = to_complex(self.by_linear.reshape(-1, self.by_linear.shape[2])).conj()
-        for h, k in enumerate(self.structure.nodal_diameters):
-            change = changes.get(k)
-            if change is None and (mirrored := changes.get(-k % system.sectors)) is not None:
-                change = mirrored.conj()
-            if change is None:
-                continue
-            modes, s = self.structure.at(h), h * self.peak.solution.omega
-            modal = modes.shapes.conj().T @ change @ modes.shapes
-            push = modal @ self.motion[h]
-            if h and system.damping_ratio:
-                push = push + 1j * s * (
-                    _damping(modes, modal, system.damping_ratio) @ self.motion[h]
-                )
-            moved = modes.solve(s, push if h else push.real)
-            found -= float(((self.by_motion[h] + contacts[h] @ modes.rows) @ moved).real)
-        return found
+        if not self.beside:
+            raise InputError("of_frequency: the peak is sharp, or its frequency was not asked for")
+        below, above = self.beside
+        return -(by(above) - by(below)) / ((above.omega - below.omega) * self.bend * TURN)
 
 
 @one_thread
@@ -110,8 +102,9 @@ def peak_gradient(
     near: tuple[float, float],
     options: Options = Options(),
     output: tuple[str, int] | None = None,
+    frequency: bool = False,
 ) -> PeakGradient:
-    """The highest peak of a range, and what moves its amplitude.
+    """The highest peak of a range, and what moves it.
 
     Parameters
     ----------
@@ -122,6 +115,8 @@ def peak_gradient(
         With one harmonic at least.
     output : (str, int), optional
         Name of the output node and direction, 0 to 2; by default those of the largest amplitude.
+    frequency : bool
+        Whether what moves its frequency is asked for, too: two more solutions.
 
     Raises
     ------
@@ -141,99 +136,112 @@ def peak_gradient(
     peak = track.highest(1.0, swept)
     if peak is None or track.component is None:
         raise InputError("near: no peak was found in it")
-    family, tolerance = ready.solver.family, ready.options.tolerance
-    found = _gradient(ready, Resonance(family, track.component, tolerance), peak)
+    found = gradient_of_peak(ready, track.component, peak, frequency)
     if found is None:
         raise InputError("near: the solutions fold at the peak that was found in it")
     return found
 
 
-def _gradient(ready: PreparedSystem, resonance: Resonance, peak: PeakPoint) -> PeakGradient | None:
-    """The gradient at a peak; None where P is singular."""
-    prepared, solution, rest = resonance.structure, peak.solution, ready.rest
-    by_linear = _by_linear(resonance, solution)
-    if by_linear is None:
-        return None
-    motion = prepared.amplitudes(solution.omega, solution.w)
-    if rest is not None:  # what holds the mean depends on ũ at rest
-        still = static_part(prepared)
-        balance, held = still.balance(0.0), by_linear[:, :, :1]
-        form = (balance.columns.all(0).real.T @ held.reshape(-1)).reshape(held.shape)
-        moved = _through_law(balance, rest, form)
-        if moved is None:
-            return None
-        by_linear[:, :, :1] += moved
-        motion[0] = still.amplitudes(0.0, rest.w)[0]
-    return PeakGradient(prepared, peak, tuple(motion), _by_motion(resonance, solution), by_linear)
+@one_thread
+def peak_gradient_of(
+    system: System,
+    response: Response,
+    point: int,
+    output: tuple[str, int],
+    width: float,
+    modes: Mapping[int, StuckModes] | None = None,
+) -> PeakGradient:
+    """The peak at a point of a response, and what moves its amplitude and frequency.
 
+    Parameters
+    ----------
+    system : System
+        The one that was solved.
+    response : Response
+        Its own coefficients of friction count.
+    point : int
+        Close to the peak.
+    output : (str, int)
+        Name of the output node and direction, 0 to 2.
+    width : float
+        About the half-width of the peak, Hz.
+    modes : dict of int to StuckModes, optional
+        As of `frequency_response`.
 
-def slider_gradient(resonance: Resonance, solution: Solution) -> Floats | None:
-    """dA/ds of the amplitude at a peak, (c, 3); that of the normal direction is zero.
-
-    None where P is singular.
+    Raises
+    ------
+    InputError
+        As of `frequency_response`, or if no peak is there, or the solutions fold.
     """
-    by_linear = _by_linear(resonance, solution)
-    if by_linear is None:
-        return None
-    flat = by_linear[:, :, 0].reshape(-1)
-    if not flat.any():
-        return np.zeros((len(by_linear), 3))
-    balance = resonance.family.at(solution.omega)
-    found = (balance.columns.all(0).real.T @ flat - flat).reshape(-1, 3)
-    found[:, 0] = 0.0
-    return np.asarray(found)
-
-
-def _by_linear(resonance: Resonance, solution: Solution) -> Floats | None:
-    """dA/dũ, (c, 3, 2H + 1); None where P is singular."""
-    balance = resonance.family.at(solution.omega)
-    return _through_law(balance, solution, _by_deviation(resonance, solution))
-
-
-def _through_law(balance: Balance, solution: Solution, form: Floats) -> Floats | None:
-    """Jᵀ y, (c, 3, m), with Pᵀ y = form (c, 3, m); None where P is singular."""
-    count, _, m = solution.w.shape
-    found = np.zeros((count, 3, m))
-    rows = active_rows(solution.w, solution.deviation)
-    rows = rows[solution.deviation.state[rows // (3 * m)] != STUCK]
-    if not len(rows):
-        return found
-    try:
-        matrix = newton_matrix(balance, solution.deviation, rows)
-        y = np.linalg.solve(matrix.T, form.reshape(-1)[rows])
-    except np.linalg.LinAlgError:
-        return None
-    slopes = solution.deviation.jacobian.reshape(-1, 3, m)[rows]
-    np.add.at(found, rows // (3 * m), y[:, None, None] * slopes)
+    ready = prepared_again(system, response.at([point]), modes)
+    component = named_component(system.output_names, output)
+    assert component is not None
+    solution = solution_at(ready, response, point)
+    resonance = Resonance(ready.solver.family, component, ready.options.tolerance)
+    bend = -((TURN * width) ** -2.0)
+    peak = resonance.peak(solution.omega, solution.w, bend) if solution.converged else None
+    at_point = float(response.amplitude[point, *component])
+    if peak is None or peak.amplitude < (1 - LOWER) * at_point:
+        raise InputError(f"point: given {point}: no peak was found there")
+    found = gradient_of_peak(ready, component, peak, frequency=True)
+    if found is None:
+        raise InputError(f"point: given {point}: the solutions fold at the peak there")
     return found
 
 
-def _by_motion(resonance: Resonance, solution: Solution) -> tuple[Array, ...]:
-    """Rows (n_h,) by which A = (q(θ₁) - q(θ₂)) / 2, at the extremes, follows the motion."""
-    prepared = resonance.structure
-    rows = [each[resonance.component] for each in prepared.output_rows]
-    amplitudes = prepared.amplitudes(solution.omega, solution.w)
-    q = np.array([row @ amplitude for row, amplitude in zip(rows, amplitudes, strict=True)])
-    angles = extremes(q[:, None])[:, 0]
-    shares = np.exp(1j * np.outer(np.arange(len(rows)), angles)) @ [0.5, -0.5]
-    return tuple(share * row for share, row in zip(shares, rows, strict=True))
+def gradient_of_peak(
+    ready: PreparedSystem, component: tuple[int, int], peak: PeakPoint, frequency: bool = False
+) -> PeakGradient | None:
+    """What moves a known peak; None where the solutions fold there.
+
+    Parameters
+    ----------
+    ready : PreparedSystem
+    component : (int, int)
+        Output node and direction.
+    peak : PeakPoint
+    frequency : bool
+        Whether what moves its frequency is asked for, too.
+    """
+    at_peak = amplitude_gradient(ready, peak.solution, component)
+    if at_peak is None:
+        return None
+    output = ready.structure.system.output_names[component[0]], component[1]
+    found = PeakGradient(peak, output, at_peak)
+    if not frequency or peak.sharp or not peak.distance < CONDITION:
+        return found
+    beside = _beside(ready, component, peak, ASIDE * peak.width)
+    if beside is not None and beside.uneven > EVEN:
+        beside = _beside(ready, component, peak, ASIDE * peak.width * EVEN / beside.uneven)
+    if beside is None:
+        return found
+    return replace(found, beside=beside.gradients, bend=beside.bend)
 
 
-def _by_deviation(resonance: Resonance, solution: Solution) -> Floats:
-    """dA/dw, (c, 3, 2H + 1)."""
-    prepared, omega = resonance.structure, solution.omega
-    form = np.zeros((len(prepared.stiffness), solution.w.shape[2]))
-    for h, row in enumerate(_by_motion(resonance, solution)):
-        if h:  # the mean counts at both extremes
-            modes = prepared.at(h)
-            by_w = (row @ modes.solve(h * omega, modes.pull)) * prepared.stiffness
-            form[:, 2 * h - 1], form[:, 2 * h] = by_w.real, -by_w.imag
-    return form.reshape(solution.w.shape)
+class _Beside(NamedTuple):
+    """Gradients to either side of a peak, A'' between them, and how unlike the slopes are."""
+
+    gradients: tuple[AmplitudeGradient, AmplitudeGradient]
+    bend: float
+    uneven: float
 
 
-def _damping(modes: StuckModes, modal: Array, ratio: float) -> Array:
-    """What a change of the modal stiffness (n, n) adds to the modal damping."""
-    with np.errstate(divide="ignore"):
-        omega = np.sqrt(modes.static / modes.compliance)  # without end where there is no mass
-    both = omega[:, None] + omega
-    return np.asarray(2 * ratio * np.divide(modal, both, out=np.zeros_like(modal), where=both > 0))
+def _beside(
+    ready: PreparedSystem, component: tuple[int, int], peak: PeakPoint, aside: float
+) -> _Beside | None:
+    """What is so far, rad/s, from a peak; None where it is not found."""
+    resonance = Resonance(ready.solver.family, component, ready.options.tolerance)
+    start, found, slopes = peak.solution, [], []
+    for sign in (-1, 1):
+        reading = resonance.read(start.omega + sign * aside, start.w, start.kept)
+        if reading is None:
+            return None
+        gradient = amplitude_gradient(ready, reading.solution, component)
+        if gradient is None:
+            return None
+        found.append(gradient)
+        slopes.append(reading.slope)
+    below, above = found
+    change = slopes[1] - slopes[0]
+    uneven = abs(slopes[1] + slopes[0]) / abs(change) if change else np.inf
+    return _Beside((below, above), change / (above.omega - below.omega), uneven)

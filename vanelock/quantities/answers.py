@@ -13,6 +13,7 @@ from vanelock.quantities.contacts.places import Places, places
 from vanelock.quantities.contacts.wear import Wear, wear
 from vanelock.quantities.curves_and_fields import Drawn, RunData
 from vanelock.quantities.selection import lowest_first, named, sampled
+from vanelock.quantities.sensitivities import Sensitivities, sensitivities
 from vanelock.quantities.stress.cycles import Stressed, stressed_step
 from vanelock.quantities.stress.locations import SurfaceLocations, locations_of
 from vanelock.quantities.stress.margins import Margins, margins
@@ -54,6 +55,8 @@ class CaseAnswers:
     audit : Audit or None
         The peak checked by marching; None for what an audit does not cover, and at the largest
         peak by static friction, which its bounds check.
+    sensitivities : Sensitivities or None
+        What moves the peak; None at the largest by static friction.
     high : CaseAnswers or None
         The same at the largest peak that static friction allows, where bounds are asked for.
     """
@@ -69,6 +72,7 @@ class CaseAnswers:
     balance: EnergyBalance
     bandwidth: float
     audit: Audit | None = None
+    sensitivities: Sensitivities | None = None
     high: "CaseAnswers | None" = None
 
     @property
@@ -135,7 +139,9 @@ def answers(run_data: RunData) -> dict[str, CaseAnswers]:
             continue
         planned = each.solved(stages.get(each.response))
         of = _answers(run_data, planned, known, shown.peak[name], shown.curve[name])
-        of = replace(of, audit=_audited(planned, of.top, of.peak.point, stages))
+        moved = sensitivities(planned, of.top, of.peak, shown.monitor, stages)
+        audit = _audited(planned, of.top, of.peak.point, stages)
+        of = replace(of, audit=audit, sensitivities=moved)
         if planned.bounds is not None and (high := stages.get(planned.bounds).peak(HIGH)):
             planned = high_end(planned, planned.bounds)
             at = replace(high, point=0)

@@ -14,7 +14,7 @@ from vanelock.results.figures.curves import RESPONSE
 from vanelock.results.figures.fatigue import HAIGH
 from vanelock.results.figures.scatter import RINGS
 from vanelock.results.files.redrawn import REPORT
-from vanelock.results.page_sections.certainty import certainty, scatter
+from vanelock.results.page_sections.certainty import certainty, moves, scatter
 from vanelock.results.page_sections.content import PageContent
 from vanelock.results.page_sections.curves import loops
 from vanelock.results.page_sections.errors import convergence
@@ -28,7 +28,7 @@ from vanelock.results.page_sections.wear import damping, wear
 
 ELSEWHERE = (RESPONSE, HAIGH, RINGS)
 """Titles of pictures that other sections show."""
-OPEN = ("summary", "scatter", "certainty", "shapes")
+OPEN = ("summary", "scatter", "moves", "certainty", "shapes")
 """Sections that are not folded: what most readers came for."""
 
 
@@ -69,6 +69,7 @@ def sections(content: PageContent) -> list[Section]:
         summary(content),
         scatter(content),
         inputs(content.run_data.given, [each.case.given for each in content.run_data.planned]),
+        moves(content),
         certainty(content),
         shapes(content),
         loops(content),

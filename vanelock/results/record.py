@@ -167,10 +167,12 @@ class Record:
                 writer.put_errors(file, where, *solved.worth)
 
     def answers(self, found: Mapping[str, CaseAnswers]) -> None:
-        """Damping, margin and energy at the peak of the cases that are looked into."""
+        """Damping, margin, energy and what moves the peak of the cases that are looked into."""
         for name, each in found.items():
             with self._file.edit(f"response/{name}") as file:
                 writer.put_answers(file, f"response/{name}", each.numbers)
+                if each.sensitivities is not None:
+                    self._file.put(file, f"response/{name}/sensitivities", each.sensitivities, {})
 
     def campbell(self, case: str, diagram: Campbell) -> None:
         """The Campbell diagram of a case."""

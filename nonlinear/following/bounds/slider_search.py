@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 
 from vanelock.common.errors import InputError
 from vanelock.nonlinear.contact.law import STUCK
+from vanelock.nonlinear.following.amplitude_gradient import amplitude_gradient
 from vanelock.nonlinear.following.bounds.rest_states import RestStates
 from vanelock.nonlinear.following.parameters import Parameter
-from vanelock.nonlinear.following.peak import CONDITION, PeakPoint, Resonance
-from vanelock.nonlinear.following.peak_gradient import slider_gradient
+from vanelock.nonlinear.following.peak import CONDITION, PeakPoint
 from vanelock.nonlinear.following.peak_tracking import Mark, PeakTrack
 from vanelock.nonlinear.forced_response.options import PreparedSystem
 
@@ -160,13 +160,13 @@ class Search:
         for _ in range(STEPS):
             top = max(places, key=lambda each: sign * each.peak.amplitude)
             here = top.with_sliders_placed()
-            family = self.at(here.slider).solver.family
-            assert self.component is not None
-            resonance = Resonance(family, self.component, self.ready.options.tolerance)
-            found = slider_gradient(resonance, here.peak.solution)
+            ready, component = self.at(here.slider), self.component
+            assert component is not None
+            found = amplitude_gradient(ready, here.peak.solution, component, held=True)
             if found is None:
                 break
-            gradient = sign * found
+            gradient = np.zeros((len(here.slider), 3))
+            gradient[:, 1:] = sign * found.by_slider()
             closed = self.states.closed_at(here.slider)
             uphill = partial(self.states.extreme, -gradient.reshape(-1), closed=closed)
             end = _found(uphill)

@@ -7,8 +7,15 @@ import pytest
 
 from tests.verification.nonlinear.spring_rings import loaded, spring_ring, worst_of
 from vanelock.common.errors import InputError
-from vanelock.nonlinear import Options, peak_gradient, peak_response
-from vanelock.rom.system.system import System
+from vanelock.nonlinear import (
+    AmplitudeGradient,
+    Options,
+    frequency_response,
+    peak_gradient,
+    peak_gradient_of,
+    peak_response,
+)
+from vanelock.rom.system.system import Force, System
 
 STEP = 1e-5
 
@@ -68,7 +75,7 @@ def test_stiffness_moves_a_peak_as_differences_say(seed: int, harmonics: int) ->
     assert found.amplitude == pytest.approx(known.amplitude[0], rel=1e-12)
     assert found.frequency == pytest.approx(known.frequency[0], rel=1e-9)
     expected = difference(system, changes, near, options, output)
-    assert found.by_stiffness(changes) == pytest.approx(expected, rel=1e-5)
+    assert found.at_peak.by_stiffness(changes) == pytest.approx(expected, rel=1e-5)
 
 
 @pytest.mark.parametrize("coupling", ["uncoupled", "constant-load"])
@@ -86,7 +93,7 @@ def test_the_state_at_rest_counts_where_it_is_solved_first(
     output = known.output, known.direction
     found = peak_gradient(system, near, options, output)
     expected = difference(system, changes, near, options, output)
-    assert found.by_stiffness(changes) == pytest.approx(expected, rel=1e-5)
+    assert found.at_peak.by_stiffness(changes) == pytest.approx(expected, rel=1e-5)
 
 
 def test_contacts_that_open_and_damping_of_the_open_structure() -> None:
@@ -96,7 +103,7 @@ def test_contacts_that_open_and_damping_of_the_open_structure() -> None:
     output = known.output, known.direction
     found = peak_gradient(system, near, Options(3), output)
     expected = difference(system, changes, near, Options(3), output)
-    assert found.by_stiffness(changes) == pytest.approx(expected, rel=1e-5)
+    assert found.at_peak.by_stiffness(changes) == pytest.approx(expected, rel=1e-5)
 
 
 def test_a_stuck_peak_is_that_of_a_linear_structure() -> None:
@@ -115,7 +122,7 @@ def test_a_stuck_peak_is_that_of_a_linear_structure() -> None:
         )
         for k, one in system.diameters.items()
     }
-    assert found.by_stiffness(stiff) == pytest.approx(-found.amplitude, rel=1e-6)
+    assert found.at_peak.by_stiffness(stiff) == pytest.approx(-found.amplitude, rel=1e-6)
 
 
 def test_no_peak_is_one_line() -> None:
@@ -124,3 +131,53 @@ def test_no_peak_is_one_line() -> None:
         peak_gradient(system, (2 * near[1], 2.02 * near[1]))
     with pytest.raises(InputError, match="needs at least 1"):
         peak_gradient(system, near, Options(0))
+
+
+@pytest.mark.parametrize("coupling", ["coupled", "uncoupled", "constant-load"])
+@pytest.mark.parametrize("kind", ["slip", "lift"])
+def test_gradients_obey_dimensional_analysis(kind: str, coupling: str) -> None:
+    """Loads and interference scale the motion; stiffness and loads the square of the frequency."""
+    system, near = slipping(0, kind)
+    rest = Force(0.2 * np.random.default_rng(1).normal(size=3).astype(complex))
+    system = replace(system, force={**system.force, 0: rest})
+    found = peak_gradient(system, near, Options(3, coupling=coupling), frequency=True)
+    contacts = system.contacts
+    every = {k: one.K for k, one in system.diameters.items()}
+
+    def lengths(each: AmplitudeGradient) -> float:
+        interference = float(contacts.v0 @ each.by_interference())
+        return each.by_force() + each.by_rest_force() + interference
+
+    def forces(each: AmplitudeGradient) -> float:
+        springs = float(np.vdot(contacts.stiffness, each.by_contact_stiffness()))
+        return each.by_force() + each.by_rest_force() + springs + each.by_stiffness(every)
+
+    assert lengths(found.at_peak) == pytest.approx(found.amplitude, rel=1e-8)
+    # The frequency scales with them, which counts for nothing but at the exact extremum.
+    assert forces(found.at_peak) == pytest.approx(0.0, abs=1e-6 * found.amplitude)
+    assert found.of_frequency(lengths) == pytest.approx(0.0, abs=1e-6 * found.frequency)
+    assert found.of_frequency(forces) == pytest.approx(found.frequency / 2, rel=1e-6)
+
+
+def test_a_peak_of_a_response_is_that_of_a_search() -> None:
+    system, near = slipping(2)
+    whole = peak_gradient(system, near, Options(3), frequency=True)
+    hertz = np.linspace(*near, 60)
+    response = frequency_response(system, hertz, Options(3), find_jumps=False)
+    at = system.output_names.index(whole.output[0]), whole.output[1]
+    point = int(response.amplitude[:, *at].argmax())
+    found = peak_gradient_of(system, response, point, whole.output, 0.02)
+    assert found.amplitude == pytest.approx(whole.amplitude, rel=1e-10)
+    assert found.frequency == pytest.approx(whole.frequency, rel=1e-8)
+    for by in (AmplitudeGradient.by_force, AmplitudeGradient.by_damping):
+        assert by(found.at_peak) == pytest.approx(by(whole.at_peak), rel=1e-6)
+        assert found.of_frequency(by) == pytest.approx(whole.of_frequency(by), rel=1e-3)
+    with pytest.raises(InputError, match=r"^point: given 0: no peak was found there$"):
+        peak_gradient_of(system, response, 0, whole.output, 1e-5)
+
+
+def test_a_frequency_is_not_followed_where_it_was_not_asked_for() -> None:
+    system, near = slipping(2)
+    found = peak_gradient(system, near, Options(1))
+    with pytest.raises(InputError, match="^of_frequency: the peak is sharp, or"):
+        found.of_frequency(AmplitudeGradient.by_force)

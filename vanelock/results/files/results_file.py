@@ -20,6 +20,7 @@
                          settled: SettledResponse, what the ring does instead, likewise
                          unlike: UnlikeRings, rings of unlike segments, where asked for
                          answers: damping ratios, energy and fatigue margin at the peak
+                         sensitivities: Sensitivities, by how much each key moves the peak, likewise
     /response/free, stuck
                          linear responses, ",<name>" added where cases do not share them; of the
                          first 8 alone where there are more

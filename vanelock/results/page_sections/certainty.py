@@ -1,9 +1,10 @@
-"""What the peaks are worth, on a run's page: scatter, bounds, stability, unlike segments."""
+"""What the peaks are worth, on a run's page: what moves them, scatter, bounds, stability."""
 
 from vanelock.input.cases.names import words
 from vanelock.quantities.scatter import percentile_table, sensitivity_table
+from vanelock.quantities.sensitivities import sensitivities_table
 from vanelock.report import Section, Text
-from vanelock.report.blocks import Block
+from vanelock.report.blocks import Block, Single
 from vanelock.results.assessment import bounds_table, settled_table, stability_table, unlike_table
 from vanelock.results.figures.scatter import RINGS
 from vanelock.results.page_sections.content import PageContent
@@ -25,6 +26,24 @@ UNLIKE = (
     "alike. The balances of all segments are solved together, for every ring drawn; whether these "
     "solutions are stable is not decided."
 )
+
+
+MOVES = (
+    "By how many per cent the peak and its frequency move where one key grows by one per cent, all "
+    "others held: the gradient of the solution at the peak, exact for small changes. Far from here "
+    "it changes, and where contacts change their state it may jump."
+)
+
+
+def moves(content: PageContent) -> Section:
+    """What moves the peak of each case that is looked into."""
+    found: dict[str, list[Single]] = {}
+    for name, each in content.answers.items():
+        if (known := each.sensitivities) is not None:
+            reason = Text(f"Not known: {known.reason}.")
+            found[name] = [reason if known.reason else sensitivities_table(known)]
+    blocks = [Text(MOVES), *content.of_cases(found)] if found else []
+    return Section("What moves the peak", blocks, id="moves")
 
 
 def scatter(content: PageContent) -> Section:

@@ -112,7 +112,7 @@ def added_to_peak(
         for part in range(len(PARTS)):
             for column, excess in enumerate((rest, vibration)):
                 changes = {k: each[part] for k, each in excess.items()}
-                added[part, column] = found.by_stiffness(changes) / found.amplitude
+                added[part, column] = found.at_peak.by_stiffness(changes) / found.amplitude
     return added
 
 

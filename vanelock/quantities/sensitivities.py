@@ -1,0 +1,181 @@
+"""What moves the peak of a case: amplitude and frequency by each of its keys, to first order."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vanelock import nonlinear, rom
+from vanelock.common.cyclic import folded
+from vanelock.common.errors import InputError
+from vanelock.common.product import Product
+from vanelock.common.tables import Column, Table
+from vanelock.input.schema.study import Study
+from vanelock.nonlinear import AmplitudeGradient, HarmonicModes, PeakGradient, Response
+from vanelock.pipeline.cache import key_of
+from vanelock.pipeline.step import Stages, Step
+from vanelock.rom import System
+from vanelock.stages.parts.components import PARTS
+from vanelock.stages.parts.systems import excess_steps
+from vanelock.stages.plan import Planned
+from vanelock.stages.response.monitor import Monitor
+from vanelock.stages.response.summary import Peak
+
+Floats = NDArray[np.float64]
+Moduli: TypeAlias = dict[str, dict[int, NDArray[np.complex128]]]
+"""What a part's modulus adds to the stiffness, by key and nodal diameter."""
+
+NARROW = 1e-3
+"""Half-width of a peak, of its frequency, where its curve does not show it."""
+
+
+@dataclass(frozen=True)
+class Sensitivities(Product):
+    """By how many per cent a peak moves where one of n keys grows by one per cent.
+
+    Attributes
+    ----------
+    keys : tuple of str
+        Of the study or the scene.
+    amplitude : (n,) float
+        Of the monitored displacement.
+    frequency : (n,) float
+        NaN where it is not known.
+    at : (2,) float
+        The peak: its frequency, Hz, and amplitude, m; NaN without one.
+    reason : str
+        Why nothing is known.
+    """
+
+    keys: tuple[str, ...] = ()
+    amplitude: Floats = field(default_factory=lambda: np.zeros(0))
+    frequency: Floats = field(default_factory=lambda: np.zeros(0))
+    at: Floats = field(default_factory=lambda: np.full(2, np.nan))
+    reason: str = ""
+
+
+def sensitivities(
+    planned: Planned, top: Response, peak: Peak, watched: Monitor, stages: Stages
+) -> Sensitivities:
+    """What moves the peak of a case, `solved`, whose largest point is `top`."""
+
+    def compute() -> Sensitivities:
+        system: System = stages.get(planned.system)
+        modes: HarmonicModes = stages.get(planned.modes)
+        output = system.output_names[watched.node], watched.component
+        width = _half_width(stages.get(planned.response), watched, peak.point)
+        if peak.at_edge:
+            return Sensitivities(reason="the largest amplitude lies at the end of the range")
+        try:
+            found = nonlinear.peak_gradient_of(system, top, 0, output, width, modes.diameters)
+        except InputError as error:
+            return Sensitivities(reason=str(error).partition(": ")[2] or str(error))
+        if found.peak.sharp:
+            return Sensitivities(
+                reason="the peak is sharp: it lies where a contact's state changes"
+            )
+        return _relative(found, planned, _moduli(planned, top, stages))
+
+    inputs = {"point": peak.point, "node": watched.node, "component": watched.component}
+    needs = planned.response.key, planned.system.key
+    key = key_of("sensitivities", "nonlinear", inputs, needs)
+    name = f"sensitivities {planned.case.name}"
+    return stages.get(Step("sensitivities", name, key, Sensitivities, (), compute))
+
+
+def _half_width(response: Response, watched: Monitor, point: int) -> float:
+    """About the half-width of a peak, Hz, by the parabola through its neighbours."""
+    size, order = watched.amplitude(response), np.argsort(response.frequency, kind="stable")
+    at = int(np.flatnonzero(order == point)[0])
+    beside = order[max(at - 1, 0) : at + 2]
+    if len(beside) == 3 and np.isfinite(size[beside]).all():
+        f = response.frequency[beside] - response.frequency[point]
+        if len(set(f.tolist())) == 3:
+            bend = 2 * np.polyfit(f, size[beside] / size[point], 2)[0]
+            if bend < 0:
+                return float((-bend) ** -0.5)
+    return NARROW * float(response.frequency[point])
+
+
+def _relative(found: PeakGradient, planned: Planned, moduli: Moduli) -> Sensitivities:
+    """Per cent per per cent of every key that is not zero."""
+    system = found.at_peak.structure.system
+    place = "joints" if isinstance(planned.case.given, Study) else "contacts"
+
+    def amounts(gradient: AmplitudeGradient) -> dict[str, float]:
+        """P dA/dp by key, m."""
+        rest = gradient.by_rest_force()
+        every = {
+            "excitation": gradient.by_force(),
+            "loads at rest": rest,
+            "damping.ratio": (system.damping_ratio or 0.0) * gradient.by_damping(),
+            **dict(_of_joints(gradient, place)),
+            **{key: gradient.by_stiffness(changes) for key, changes in moduli.items()},
+        }
+        return {key: value for key, value in every.items() if value or key == "excitation"}
+
+    by_amplitude = amounts(found.at_peak)
+    frequency = np.full(len(by_amplitude), np.nan)
+    if found.beside:
+        keys = by_amplitude
+
+        def each(gradient: AmplitudeGradient) -> Floats:
+            known = amounts(gradient)
+            return np.array([known.get(key, 0.0) for key in keys])
+
+        frequency = found.of_frequency(each) / found.frequency
+    return Sensitivities(
+        keys=tuple(by_amplitude),
+        amplitude=np.array(list(by_amplitude.values())) / found.amplitude,
+        frequency=frequency,
+        at=np.array([found.frequency, found.amplitude]),
+    )
+
+
+def _of_joints(gradient: AmplitudeGradient, place: str) -> Iterator[tuple[str, float]]:
+    """P dA/dp of the keys of each joint."""
+    contacts = gradient.structure.system.contacts
+    stiffness = gradient.by_contact_stiffness()
+    by_contact = {
+        "mu": gradient.by_friction(),
+        "interference": contacts.v0 * gradient.by_interference(),
+        "kn": contacts.kn * stiffness[:, 0],
+        "kt": (contacts.kt * stiffness[:, 1:]).sum(axis=1),
+    }
+    for joint in contacts.joints or ("",):
+        mask = contacts.of(joint) if joint else np.ones(contacts.count, bool)
+        for name, values in by_contact.items():
+            yield ".".join(filter(None, (place, joint, name))), float(values[mask].sum())
+
+
+def _moduli(planned: Planned, top: Response, stages: Stages) -> Moduli:
+    """Those of a study's parts, what their meshes add taken off where the study has it so."""
+    if not planned.meshes:
+        return {}
+    study, own = planned.case.study, planned.rom["vane"]
+    found: Moduli = {f"material.{part}.E": {} for part in PARTS}
+    for k in {folded(int(k), study.ring.sectors) for k in top.harmonic_diameters}:
+        casing = planned.part("casing", k)
+        stiffness = list(rom.joined_stiffness(stages.get(own), stages.get(casing), k))
+        for step in excess_steps(study, own, [casing], planned.base):
+            excess = stages.get(step).diameters[k].stiffness
+            stiffness = [K - each for K, each in zip(stiffness, excess, strict=True)]
+        for part, K in zip(PARTS, stiffness, strict=True):
+            found[f"material.{part}.E"][k] = K
+    return found
+
+
+def sensitivities_table(found: Sensitivities) -> Table:
+    """What moves the peak of a case, by key, what moves it most first."""
+    order = np.argsort(-np.abs(found.amplitude), kind="stable")
+    columns = (
+        Column("1 % more of", key="key"),
+        Column("peak (%)", form="+.3f", key="amplitude"),
+        Column("its frequency (%)", form="+.4f", key="frequency"),
+    )
+    rows = [(found.keys[i], found.amplitude[i], found.frequency[i]) for i in order]
+    frequency, amplitude = found.at
+    title = f"What moves the peak of {1e6 * amplitude:.4g} µm at {frequency:.6g} Hz"
+    return Table(title, columns, rows, key="sensitivities")
