@@ -146,8 +146,10 @@ class AmplitudeGradient:
             moved = modes.shapes @ self.motion[h]
             push = modes.shapes.conj().T @ (change @ moved)
             if h and system.damping_ratio:
+                F, ratio = modes.added_damping, system.damping_ratio
                 modal = modes.shapes.conj().T @ change @ modes.shapes
-                push = push + 1j * s * ((modal * self._mixed(modes)) @ self.motion[h])
+                each = (modal @ (F * self.motion[h][:, None])) * F
+                push = push + 2j * ratio * s * each.sum(axis=1)
             found -= float((self.by_push[h] @ (push if h else push.real)).real)
         return found
 
@@ -158,23 +160,15 @@ class AmplitudeGradient:
         pushed = (self.by_push[0] @ prepared.at(0).pull).real * prepared.stiffness
         return np.asarray(self.by_linear[:, :, 0] - pushed.reshape(-1, 3))
 
-    def _mixed(self, modes: StuckModes) -> Floats:
-        """2ζ/(ω_i + ω_j), (n, n) s; zero of motions without mass."""
-        with np.errstate(divide="ignore"):
-            omega = np.sqrt(modes.static / modes.compliance)
-        both = omega[:, None] + omega
-        ratio = self.structure.system.damping_ratio or 0.0
-        return np.asarray(2 * ratio * np.divide(1.0, both, out=np.zeros_like(both), where=both > 0))
-
     def _by_spring_damping(self, harmonic: int) -> Floats:
         """(3c,) dA by the modal damping that comes with a contact's spring of 1 N/m."""
         modes = self.structure.at(harmonic)
-        closed = np.setdiff1d(np.arange(len(modes.rows)), modes.opened)
-        left = modes.pull[:, closed].T * self.by_push[harmonic]
-        right = modes.rows[closed] * self.motion[harmonic]
-        found = np.zeros(len(modes.rows))
-        found[closed] = np.einsum("ij,ij->i", left @ self._mixed(modes), right).imag
-        return harmonic * self.omega * found
+        F, ratio = modes.added_damping, self.structure.system.damping_ratio or 0.0
+        left = modes.pull.T @ (F * self.by_push[harmonic][:, None])
+        right = modes.rows @ (F * self.motion[harmonic][:, None])
+        found = (left * right).sum(axis=1).imag
+        found[modes.opened] = 0.0
+        return np.asarray(2 * ratio * harmonic * self.omega * found)
 
 
 def amplitude_gradient(
@@ -274,6 +268,8 @@ def _by_motion(
 
 def _transposed(modes: StuckModes, s: float, row: Array) -> Array:
     """A row (n,) times the inverse of the modal dynamic stiffness at s, rad/s."""
+    if modes.springs is None and modes.coupled_damping is None:  # diagonal
+        return modes.solve(s, row)
     return modes.conjugate().solve(s, row[:, None])[:, 0]
 
 

@@ -38,7 +38,7 @@ def test_marched_friction_converges_to_located_events(harmonics: int, friction: 
 
 
 def test_peer_says_what_it_needs() -> None:
-    command = [sys.executable, "-m", "benchmarks.solver.peer"]
+    command = [sys.executable, "-m", "benchmarks.peers.peer"]
     done = subprocess.run(command, capture_output=True, text=True, check=False, cwd=ROOT)
     assert done.returncode == 1
     assert done.stderr.startswith("--peer-python: not given: needs the interpreter")

@@ -138,7 +138,7 @@ def test_no_peak_is_one_line() -> None:
 def test_gradients_obey_dimensional_analysis(kind: str, coupling: str) -> None:
     """Loads and interference scale the motion; stiffness and loads the square of the frequency."""
     system, near = slipping(0, kind)
-    rest = Force(0.2 * np.random.default_rng(1).normal(size=3).astype(complex))
+    rest = Force(np.asarray(0.2 * np.random.default_rng(1).normal(size=3), complex))
     system = replace(system, force={**system.force, 0: rest})
     found = peak_gradient(system, near, Options(3, coupling=coupling), frequency=True)
     contacts = system.contacts
@@ -146,11 +146,12 @@ def test_gradients_obey_dimensional_analysis(kind: str, coupling: str) -> None:
 
     def lengths(each: AmplitudeGradient) -> float:
         interference = float(contacts.v0 @ each.by_interference())
-        return each.by_force() + each.by_rest_force() + interference
+        return float(each.by_force() + each.by_rest_force() + interference)
 
     def forces(each: AmplitudeGradient) -> float:
         springs = float(np.vdot(contacts.stiffness, each.by_contact_stiffness()))
-        return each.by_force() + each.by_rest_force() + springs + each.by_stiffness(every)
+        resists = springs + each.by_stiffness(every)
+        return float(each.by_force() + each.by_rest_force() + resists)
 
     assert lengths(found.at_peak) == pytest.approx(found.amplitude, rel=1e-8)
     # The frequency scales with them, which counts for nothing but at the exact extremum.

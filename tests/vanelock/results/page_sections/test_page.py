@@ -14,6 +14,7 @@ from vanelock import compare_runs, nonlinear, parse_study, run_study
 from vanelock.common.errors import InputError
 from vanelock.nonlinear import Response
 from vanelock.pipeline.progress import Done, Event, Notice
+from vanelock.quantities.sensitivities import Sensitivities
 from vanelock.rom import System
 
 pytestmark = pytest.mark.slow
@@ -25,7 +26,7 @@ size = "coarse"
 [joints.interlock]
 wear_coefficient = 2e-15
 [response]
-frequencies = [260, 264, 266, 267, 268, 269, 271, 275]
+frequencies = [246, 250, 253, 256, 260, 264, 269, 275]
 harmonics = 2
 [outputs]
 shapes = false
@@ -105,6 +106,22 @@ def test_contacts_dissipate_what_the_response_says_and_wear_by_archard(folder):
     for row in rows:
         depth = float(row["worn volume (mm^3/h)"]) / float(row["area (mm^2)"]) * 1e3
         assert float(row["worn depth (µm/h)"]) == pytest.approx(depth, rel=1e-4)
+
+
+def test_what_moves_the_peak_obeys_dimensional_analysis(folder):
+    """Moduli and springs with the load raise the square of the frequency in proportion."""
+    with h5py.File(folder / "results.h5") as file:
+        found = Sensitivities.load(file["response/nominal/sensitivities"])
+    assert not found.reason
+    amplitude = dict(zip(found.keys, found.amplitude, strict=True))
+    frequency = dict(zip(found.keys, found.frequency, strict=True))
+    interference = [key for key in found.keys if key.endswith("interference")]
+    displaces = ["excitation", *interference]
+    resists = ["excitation", *(k for k in found.keys if k.endswith((".E", ".kn", ".kt")))]
+    assert len(resists) == 7
+    assert sum(amplitude[key] for key in displaces) == pytest.approx(1, abs=1e-6)
+    assert sum(amplitude[key] for key in resists) == pytest.approx(0, abs=1e-6)
+    assert sum(frequency[key] for key in resists) == pytest.approx(0.5, abs=1e-4)
 
 
 def test_page_holds_the_answers_and_every_section(folder):

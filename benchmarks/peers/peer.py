@@ -1,6 +1,6 @@
 """Our cost and error against the Python harmonic balance pyHarm's, on identical matrices.
 
-    python -m benchmarks.solver.peer --peer-python PATH [--quick] [--write]
+    python -m benchmarks.peers.peer --peer-python PATH [--quick] [--write]
 
 PATH is the interpreter of an environment of its own in which `pip install pyHarm-os==1.2.2` was
 run. The problem is friction under a constant normal load (`jenkins.py`), which both can solve.

@@ -1,6 +1,6 @@
 """Two masses and a friction damper, in pyHarm and here: how far the curves differ, and their cost.
 
-    python -m benchmarks.solver.two_masses --peer-python PATH [--instants 1024 4096]
+    python -m benchmarks.peers.two_masses --peer-python PATH [--instants 1024 4096]
 
 PATH as in `peer.py`. Masses, springs, damping, load and band are those of pyHarm's tutorial on
 friction; the friction is that of a Jenkins element, which both programs have.
@@ -16,7 +16,7 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.solver.peer import ONE_THREAD
+from benchmarks.peers.peer import ONE_THREAD
 from vanelock.nonlinear import Contact, Options, System, frequency_response
 
 PEER = Path(__file__).with_name("two_masses_pyharm.py")
