@@ -127,29 +127,19 @@ class AmplitudeGradient:
         return np.where(contacts.springs[:, None], found, 0.0)
 
     def by_stiffness(self, changes: Mapping[int, Array]) -> float:
-        """dA, m, by small changes of the stiffness.
+        """dA, m, by small changes of the stiffness, see `modal_stiffness`."""
+        return self.by_modal_stiffness(modal_stiffness(self.structure, changes))
 
-        Parameters
-        ----------
-        changes : dict of int to (n, n)
-            Hermitian dK, N/m, by nodal diameter; of N - k the conjugate counts where only k is
-            given.
-        """
-        found, system = 0.0, self.structure.system
-        for h, k in enumerate(self.structure.nodal_diameters):
-            change = changes.get(k)
-            if change is None and (mirrored := changes.get(-k % system.sectors)) is not None:
-                change = mirrored.conj()
-            if change is None:
-                continue
-            modes, s = self.structure.at(h), h * self.omega
-            moved = modes.shapes @ self.motion[h]
-            push = modes.shapes.conj().T @ (change @ moved)
-            if h and system.damping_ratio:
-                F, ratio = modes.added_damping, system.damping_ratio
-                modal = modes.shapes.conj().T @ change @ modes.shapes
-                each = (modal @ (F * self.motion[h][:, None])) * F
-                push = push + 2j * ratio * s * each.sum(axis=1)
+    def by_modal_stiffness(self, modal: Mapping[int, Array]) -> float:
+        """dA, m, by small changes of the modal stiffness (n_h, n_h) of each harmonic."""
+        found, ratio = 0.0, self.structure.system.damping_ratio or 0.0
+        for h, change in modal.items():
+            modes, motion = self.structure.at(h), self.motion[h]
+            push = change @ motion
+            if h and ratio:
+                F = modes.added_damping
+                each = (change @ (F * motion[:, None])) * F
+                push = push + 2j * ratio * h * self.omega * each.sum(axis=1)
             found -= float((self.by_push[h] @ (push if h else push.real)).real)
         return found
 
@@ -169,6 +159,30 @@ class AmplitudeGradient:
         found = (left * right).sum(axis=1).imag
         found[modes.opened] = 0.0
         return np.asarray(2 * ratio * harmonic * self.omega * found)
+
+
+def modal_stiffness(prepared: Structure, changes: Mapping[int, Array]) -> dict[int, Array]:
+    """Changes of the stiffness by harmonic, in its modes.
+
+    Parameters
+    ----------
+    prepared : Structure
+    changes : dict of int to (n, n)
+        Hermitian dK, N/m, by nodal diameter; of N - k the conjugate counts where only k is given.
+    """
+    found: dict[int, Array] = {}
+    known: dict[int, Array] = {}
+    for h, k in enumerate(prepared.nodal_diameters):
+        change = changes.get(k)
+        if change is None and (mirrored := changes.get(-k % prepared.system.sectors)) is not None:
+            change = mirrored.conj()
+        if change is None:
+            continue
+        shapes = prepared.at(h).shapes
+        if id(shapes) not in known:
+            known[id(shapes)] = shapes.conj().T @ (change @ shapes)
+        found[h] = known[id(shapes)]
+    return found
 
 
 def amplitude_gradient(

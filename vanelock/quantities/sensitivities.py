@@ -1,32 +1,35 @@
 """What moves the peak of a case: amplitude and frequency by each of its keys, to first order."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
-from vanelock import nonlinear, rom
+from vanelock import nonlinear
 from vanelock.common.cyclic import folded
 from vanelock.common.errors import InputError
 from vanelock.common.product import Product
 from vanelock.common.tables import Column, Table
-from vanelock.input.schema.study import Study
 from vanelock.nonlinear import AmplitudeGradient, HarmonicModes, PeakGradient, Response
+from vanelock.nonlinear.following.amplitude_gradient import modal_stiffness
 from vanelock.pipeline.cache import key_of
 from vanelock.pipeline.step import Stages, Step
-from vanelock.rom import System
+from vanelock.rom import Component, MeshExcess, System, joined_stiffness
 from vanelock.stages.parts.components import PARTS
 from vanelock.stages.parts.systems import excess_steps
 from vanelock.stages.plan import Planned
 from vanelock.stages.response.monitor import Monitor
 from vanelock.stages.response.summary import Peak
 
+Array = NDArray[Any]
 Floats = NDArray[np.float64]
-Moduli: TypeAlias = dict[str, dict[int, NDArray[np.complex128]]]
+Moduli: TypeAlias = dict[str, dict[int, Array]]
 """What a part's modulus adds to the stiffness, by key and nodal diameter."""
 
+EXCITATION = "excitation"
+"""The key of a factor on all that excites."""
 NARROW = 1e-3
 """Half-width of a peak, of its frequency, where its curve does not show it."""
 
@@ -101,29 +104,20 @@ def _half_width(response: Response, watched: Monitor, point: int) -> float:
 
 def _relative(found: PeakGradient, planned: Planned, moduli: Moduli) -> Sensitivities:
     """Per cent per per cent of every key that is not zero."""
-    system = found.at_peak.structure.system
-    place = "joints" if isinstance(planned.case.given, Study) else "contacts"
-
-    def amounts(gradient: AmplitudeGradient) -> dict[str, float]:
-        """P dA/dp by key, m."""
-        rest = gradient.by_rest_force()
-        every = {
-            "excitation": gradient.by_force(),
-            "loads at rest": rest,
-            "damping.ratio": (system.damping_ratio or 0.0) * gradient.by_damping(),
-            **dict(_of_joints(gradient, place)),
-            **{key: gradient.by_stiffness(changes) for key, changes in moduli.items()},
-        }
-        return {key: value for key, value in every.items() if value or key == "excitation"}
-
-    by_amplitude = amounts(found.at_peak)
+    prepared = found.at_peak.structure
+    modal = {key: modal_stiffness(prepared, each) for key, each in moduli.items()}
+    joints = "joints" if planned.meshes else "contacts"
+    by_amplitude = {
+        key: value
+        for key, value in effects(found.at_peak, joints, modal).items()
+        if value or key == EXCITATION
+    }
     frequency = np.full(len(by_amplitude), np.nan)
     if found.beside:
-        keys = by_amplitude
 
         def each(gradient: AmplitudeGradient) -> Floats:
-            known = amounts(gradient)
-            return np.array([known.get(key, 0.0) for key in keys])
+            known = effects(gradient, joints, modal)
+            return np.array([known[key] for key in by_amplitude])
 
         frequency = found.of_frequency(each) / found.frequency
     return Sensitivities(
@@ -134,20 +128,43 @@ def _relative(found: PeakGradient, planned: Planned, moduli: Moduli) -> Sensitiv
     )
 
 
-def _of_joints(gradient: AmplitudeGradient, place: str) -> Iterator[tuple[str, float]]:
-    """P dA/dp of the keys of each joint."""
+def effects(
+    gradient: AmplitudeGradient, joints: str, modal: Mapping[str, Mapping[int, Array]]
+) -> dict[str, float]:
+    """By key p its effect p dA/dp on an amplitude, m.
+
+    Parameters
+    ----------
+    gradient : AmplitudeGradient
+    joints : str
+        What keys of joints begin with.
+    modal : dict of str to dict of int to (n, n)
+        What moduli add to the modal stiffness of each harmonic, by key, N/m.
+    """
+    ratio = gradient.structure.system.damping_ratio or 0.0
+    return {
+        EXCITATION: gradient.by_force(),
+        "loads at rest": gradient.by_rest_force(),
+        "damping.ratio": ratio * gradient.by_damping(),
+        **dict(_of_joints(gradient, joints)),
+        **{key: gradient.by_modal_stiffness(each) for key, each in modal.items()},
+    }
+
+
+def _of_joints(gradient: AmplitudeGradient, joints: str) -> Iterator[tuple[str, float]]:
+    """Effects of the keys of each joint."""
     contacts = gradient.structure.system.contacts
-    stiffness = gradient.by_contact_stiffness()
+    stiffness = contacts.stiffness * gradient.by_contact_stiffness()
     by_contact = {
         "mu": gradient.by_friction(),
         "interference": contacts.v0 * gradient.by_interference(),
-        "kn": contacts.kn * stiffness[:, 0],
-        "kt": (contacts.kt * stiffness[:, 1:]).sum(axis=1),
+        "kn": stiffness[:, 0],
+        "kt": stiffness[:, 1:].sum(axis=1),
     }
     for joint in contacts.joints or ("",):
         mask = contacts.of(joint) if joint else np.ones(contacts.count, bool)
         for name, values in by_contact.items():
-            yield ".".join(filter(None, (place, joint, name))), float(values[mask].sum())
+            yield ".".join(filter(None, (joints, joint, name))), float(values[mask].sum())
 
 
 def _moduli(planned: Planned, top: Response, stages: Stages) -> Moduli:
@@ -155,15 +172,38 @@ def _moduli(planned: Planned, top: Response, stages: Stages) -> Moduli:
     if not planned.meshes:
         return {}
     study, own = planned.case.study, planned.rom["vane"]
-    found: Moduli = {f"material.{part}.E": {} for part in PARTS}
+    parts, excess = [], []
     for k in {folded(int(k), study.ring.sectors) for k in top.harmonic_diameters}:
         casing = planned.part("casing", k)
-        stiffness = list(rom.joined_stiffness(stages.get(own), stages.get(casing), k))
-        for step in excess_steps(study, own, [casing], planned.base):
-            excess = stages.get(step).diameters[k].stiffness
-            stiffness = [K - each for K, each in zip(stiffness, excess, strict=True)]
-        for part, K in zip(PARTS, stiffness, strict=True):
-            found[f"material.{part}.E"][k] = K
+        parts.append((k, stages.get(casing)))
+        found = [stages.get(each) for each in excess_steps(study, own, [casing], planned.base)]
+        excess.append(found[0] if found else None)
+    return by_moduli(stages.get(own), parts, excess)
+
+
+def by_moduli(
+    vane: Component,
+    casings: Sequence[tuple[int, Component]],
+    excess: Sequence[MeshExcess | None],
+    factors: Sequence[float] = (1.0, 1.0),
+) -> Moduli:
+    """What the moduli of vane and casing add to the stiffness, p dK/dp.
+
+    Parameters
+    ----------
+    vane : Component
+    casings : sequence of (int, Component)
+        Nodal diameters, and a casing that holds each.
+    excess : sequence of MeshExcess or None
+        What the meshes add there, which is taken off.
+    factors : sequence of float
+        Moduli over those that the excess was found with.
+    """
+    found: Moduli = {f"material.{part}.E": {} for part in PARTS}
+    for (k, casing), added in zip(casings, excess, strict=True):
+        for i, (part, K) in enumerate(zip(PARTS, joined_stiffness(vane, casing, k), strict=True)):
+            less = 0.0 if added is None else factors[i] * added.diameters[k].stiffness[i]
+            found[f"material.{part}.E"][k] = K - less
     return found
 
 
