@@ -11,6 +11,7 @@ _modules = {
     "Recovery": "full_fields.recover",
     "Reduced": "component",
     "join": "joining.vane_and_casing",
+    "joined_dofs": "joining.vane_and_casing",
     "joined_stiffness": "joining.vane_and_casing",
     "free_motions": "joining.linear_modes",
     "linear_damping": "joining.linear_modes",

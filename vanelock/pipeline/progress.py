@@ -88,12 +88,17 @@ class Tasks:
 
 @dataclass(frozen=True)
 class Trial:
-    """A response of a fit: how many so far, misfits now and at best, and what they are in."""
+    """A response of a fit: how many so far, and about how many in all; seconds left.
+
+    Misfits now and at best, and what they are in.
+    """
 
     response: int
     misfit: float
     least: float
     unit: str
+    total: int
+    left: float
 
 
 @dataclass(frozen=True)

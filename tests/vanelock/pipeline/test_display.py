@@ -201,9 +201,9 @@ def test_a_fit_says_its_responses(
     """One at once on a terminal, now and then elsewhere."""
     lines = PlainLines()
     monkeypatch.setattr(lines, "interval", 0.0)
-    trial = Trial(7, 1.25, 1.125, "standard deviations")
+    trial = Trial(7, 1.25, 1.125, "standard deviations", 22, 75.0)
     lines(trial)
-    said = "response 7, misfit 1.25 standard deviations, least so far 1.12"
+    said = "response 7 of about 22, misfit 1.25 standard deviations, least so far 1.12, 1:15 left"
     assert capsys.readouterr().err == f"  {said}\n"
     bar, shown = bars()
     bar(trial)

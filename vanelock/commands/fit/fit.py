@@ -3,7 +3,8 @@
 import json
 import os
 import time
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -43,6 +44,8 @@ Floats = NDArray[np.float64]
 NAME = "fit"
 FINE = 160
 """Frequencies of the curves drawn, beside the measured ones."""
+MISSED = 0.5
+"""Standard deviations of a point that neglected harmonics may change it by without a word."""
 DIGITS = 6
 """Of the values written to the study's text."""
 
@@ -89,6 +92,7 @@ def fit_study(
         stages = Stages(Cache(path / "cache", lambda message: listener(Notice(message))), listener)
         model = rejoined(study, stages, listener)
         found = _fitted(model, curves, parameters, starts, listener)
+        found = replace(found, remarks=tuple(remarks(model, curves, found)))
         listener(fit_table(found, study.name))
         files = _files(path, model, curves, found, text, Path(beside), listener)
     summary = {"fitted": json_of(found), "files": [str(each) for each in files]}
@@ -144,6 +148,10 @@ def _fitted(
         chosen = dict(zip(keys, values.tolist(), strict=True))
         return np.concatenate([model.amplitudes(chosen, curve) for curve in curves])
 
+    def slopes(values: Floats) -> Floats:
+        chosen = dict(zip(keys, values.tolist(), strict=True))
+        return np.concatenate([model.slopes(chosen, keys, curve) for curve in curves])
+
     def progress(number: int, start: Start) -> None:
         where = ", ".join(
             f"{shown(key)} {value:.4g}" for key, value in zip(keys, start.value, strict=True)
@@ -156,9 +164,12 @@ def _fitted(
             )
         )
 
-    def tried(count: int, misfit: float, least: float) -> None:
+    began = time.perf_counter()
+
+    def tried(count: int, total: int, misfit: float, least: float) -> None:
         factor, unit = (1, "standard deviations") if sigma else (100, "% of the largest amplitude")
-        listener(Trial(count, factor * misfit, factor * least, unit))
+        left = (time.perf_counter() - began) / count * (total - count)
+        listener(Trial(count, factor * misfit, factor * least, unit, total, left))
 
     def named(curve: Measured, hertz: float) -> str:
         return f"{hertz:.6g} Hz" + (f" of {curve.label}" if len(curves) > 1 else "")
@@ -178,7 +189,31 @@ def _fitted(
         progress,
         tried,
         [[named(each, f) for f in each.frequency] for each in curves],
+        slopes,
     )
+
+
+def remarks(model: Rejoined, curves: Sequence[Measured], found: FitSolution) -> Iterator[str]:
+    """Jumps among the points, and harmonics that are missed by more than the points scatter."""
+    keys = [each.key for each in found.parameters]
+    after = dict(zip(keys, found.value.tolist(), strict=True))
+    for curve in curves:
+        for low, high in map(sorted, model.jumps(after, curve)):
+            yield (
+                f"A JUMP LIES AMONG THE POINTS: the fitted {curve.label} jumps between {low:.6g} "
+                f"and {high:.6g} Hz: points there decide by the side that they are on"
+            )
+        if curve.quantity != DISPLACEMENT:
+            continue
+        spread = curve.amplitude.max() if curve.sigma is None else curve.sigma
+        missed = model.neglected(after, curve) * curve.amplitude / (found.scale * spread)
+        worst = int(np.nan_to_num(missed).argmax())
+        if missed[worst] > MISSED:
+            yield (
+                f"HARMONICS ARE TOO FEW: those above {model.study.response.harmonics} change the "
+                f"fitted {curve.label} at {curve.frequency[worst]:.6g} Hz by {missed[worst]:.2g} "
+                "standard deviations of the points: raise response.harmonics"
+            )
 
 
 def _files(

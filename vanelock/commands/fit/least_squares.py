@@ -30,6 +30,10 @@ from vanelock.common.errors import InputError
 Floats = NDArray[np.float64]
 Predict = Callable[[Floats], Floats]
 """Model values (n,) at parameters θ (p,); NaN where there is none."""
+Slopes = Callable[[Floats], Floats]
+"""Their (n, p) θ dA/dθ; NaN where it is not known."""
+
+Tried = Callable[[int, int, float, float], None]
 
 STEP = 2e-4
 """Of x, for differences: forward on the way, to both sides for the errors. A modulus moves a peak
@@ -38,6 +42,8 @@ STOP = 1e-5
 """Relative change of misfit or parameters at which a fit ends."""
 MOST = 60
 """Steps of a fit."""
+USUAL = 8
+"""Of them, before any is known."""
 UNKNOWN = 100.0
 """Standard error of x that stands for any larger one, and for none at all."""
 BOUND = 1e-2
@@ -54,8 +60,9 @@ def fit(
     starts: int = 1,
     weights: Floats | None = None,
     progress: Callable[[int, Start], None] = lambda number, start: None,
-    tried: Callable[[int, float, float], None] = lambda count, misfit, least: None,
+    tried: Tried = lambda count, total, misfit, least: None,
     curves: Sequence[Sequence[str]] | None = None,
+    slopes: Slopes | None = None,
 ) -> FitSolution:
     """Fit parameters to data.
 
@@ -77,9 +84,12 @@ def fit(
     progress : callable
         Called with each start when it has ended.
     tried : callable
-        Called with each evaluation of the model: their number, the misfit, and the least so far.
+        Called with each evaluation of the model: their number, about how many there will be, the
+        misfit, and the least so far.
     curves : sequence of sequence of str, optional
         Names of the points of each curve, one after the other in `data`; default: one curve.
+    slopes : callable, optional
+        The model's derivatives; differences take their place where they are not known.
 
     Raises
     ------
@@ -89,11 +99,12 @@ def fit(
     n, p = len(data), len(parameters)
     enough(n, p)
     spread = np.asarray(sigma if sigma is not None else np.ones(n) if weights is None else weights)
-    problem = _Problem(predict, data, spread, tuple(parameters), tried)
+    problem = _Problem(predict, slopes, data, spread, tuple(parameters), tried)
     curves = curves or [[f"point {i + 1}" for i in range(n)]]
     found: list[tuple[Start, Floats]] = []
     for number, x in enumerate(problem.begins(starts), 1):
         begun = problem.evaluations
+        problem.expect(starts - number + 1, [start.evaluations for start, _ in found])
         before = problem.misfit(x)
         if not np.isfinite(before):
             progress(number, Start(problem.outer(x), problem.outer(x), before, before, 0, 1))
@@ -118,6 +129,7 @@ def fit(
     if not found:
         raise InputError("fit: the model has no solution at any start: change the start or bounds")
     best = min(found, key=lambda each: each[0].after)[1]
+    problem.expect(0, [])
     return _assessed(problem, best, sigma is not None, curves, tuple(start for start, _ in found))
 
 
@@ -141,13 +153,16 @@ class _Problem:
     def __init__(
         self,
         predict: Predict,
+        slopes: Slopes | None,
         data: Floats,
         sigma: Floats,
         parameters: tuple[FitParameter, ...],
-        tried: Callable[[int, float, float], None],
+        tried: Tried,
     ) -> None:
         self.predict, self.data, self.sigma, self.parameters = predict, data, sigma, parameters
+        self.slopes = slopes
         self.tried, self.evaluations, self._least = tried, 0, float("inf")
+        self.total = 0
         self._known: dict[bytes, Floats] = {}
         low = [each.inner(each.low) for each in parameters]
         high = [each.inner(each.high) for each in parameters]
@@ -166,7 +181,7 @@ class _Problem:
             self._known[key] = np.asarray(self.predict(self.outer(x)), float)
             misfit = self.misfit(x)
             self._least = min(self._least, misfit)
-            self.tried(self.evaluations, misfit, self._least)
+            self.tried(self.evaluations, max(self.total, self.evaluations), misfit, self._least)
         return self._known[key]
 
     def residuals(self, x: Floats) -> Floats:
@@ -187,9 +202,15 @@ class _Problem:
         return float(np.sqrt(np.mean(self.residuals(x) ** 2)))
 
     def jacobian(self, x: Floats, central: bool = False) -> Floats:
-        """(n, p) derivatives of the residuals; 0 where either has no value."""
-        base, columns = self.model(x), []
+        """(n, p) derivatives of the residuals; 0 where there is none.
+
+        By the model's slopes, else by differences, forward or `central`.
+        """
+        base, columns, known = self.model(x), [], self._slopes(x)
         for i in range(len(x)):
+            if np.isfinite(known[:, i]).any():
+                columns.append(np.nan_to_num(known[:, i] / self.sigma))
+                continue
             step = np.zeros(len(x))
             step[i] = STEP if x[i] + STEP <= self.bounds[1][i] else -STEP
             other = x - step if central else x
@@ -197,6 +218,20 @@ class _Problem:
             span = step[i] if behind is base else 2 * step[i]
             columns.append(np.nan_to_num((self.model(x + step) - behind) / span / self.sigma))
         return np.column_stack(columns)
+
+    def _slopes(self, x: Floats) -> Floats:
+        """(n, p) derivatives of model values by x; NaN where they are not known."""
+        if self.slopes is None:
+            return np.full((len(self.data), len(x)), np.nan)
+        values = self.outer(x)
+        stretch = [q.stretch(float(v)) for q, v in zip(self.parameters, values, strict=True)]
+        return np.asarray(self.slopes(values) * stretch)
+
+    def expect(self, starts: int, known: Sequence[int]) -> None:
+        """Estimate evaluations: of so many more starts like those known, and of the errors."""
+        p = len(self.parameters)
+        usual = float(np.mean(known)) if known else USUAL * (1 if self.slopes else 1 + p)
+        self.total = self.evaluations + round(starts * usual) + 2 * p
 
     def allowed(self, x: Floats) -> bool:
         """Whether it lies within the bounds."""
@@ -210,6 +245,8 @@ class _Problem:
             return [own]
         exponent = int(np.ceil(np.log2(2 * count + 2 * len(own))))
         spread = qmc.Sobol(len(own), seed=1).random_base2(exponent)
+        self.expect(count, [])
+        self.total += len(spread)
         tried = low + (high - low) * spread
         order = np.argsort([self.misfit(x) for x in tried], kind="stable")
         return [own, *tried[order[: count - 1]]]

@@ -39,6 +39,12 @@ class FitParameter:
         """Value of an x."""
         return float(np.exp(x)) if self.logarithmic else x * self._unit
 
+    def stretch(self, value: float) -> float:
+        """D ln θ / dx at a value: what θ dA/dθ is multiplied by; NaN at θ = 0."""
+        if self.logarithmic:
+            return 1.0
+        return self._unit / value if value else float("nan")
+
     @property
     def _unit(self) -> float:
         return max(abs(self.low), abs(self.high))

@@ -5,19 +5,26 @@ What `[fit]` may vary enters when reduced parts are scaled (`rom.stiffened`) and
 where stiffness or damping changed.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vanelock import nonlinear, rom
+from vanelock.common.cyclic import folded
 from vanelock.input.cases.values import value_at, with_values
 from vanelock.input.measured.curve import Measured
 from vanelock.input.measured.units import DISPLACEMENT
 from vanelock.input.schema.study import Study
-from vanelock.nonlinear import Response, System
+from vanelock.nonlinear import Response, System, amplitude_gradient
+from vanelock.nonlinear.following.amplitude_gradient import (
+    modal_stiffness,
+    prepared_again,
+    solution_at,
+)
+from vanelock.quantities.sensitivities import EXCITATION, Moduli, by_moduli, effects
 from vanelock.rom import Component, MeshExcess
 from vanelock.rom.system.system import common_band
 from vanelock.stages.parts.gauges import Gauges
@@ -25,6 +32,9 @@ from vanelock.stages.parts.systems import joining
 from vanelock.stages.response.monitor import Monitor
 
 Floats = NDArray[np.float64]
+
+KEPT = 8
+"""Responses that are kept, for their slopes."""
 
 
 @dataclass
@@ -53,6 +63,7 @@ class Rejoined:
     excess: MeshExcess | None = None
     _stiff: tuple[Any, ...] = ()
     _modes: Mapping[int, Any] = field(default_factory=dict)
+    _known: dict[Any, "Solved"] = field(default_factory=dict)
 
     def system(self, values: Mapping[str, float]) -> tuple[System, Component, Component]:
         """The system with some keys changed, and its parts."""
@@ -79,10 +90,18 @@ class Rejoined:
             self._stiff, self._modes = stiff, {}
         return system, *parts
 
-    def response(
-        self, values: Mapping[str, float], hertz: Floats, direction: str = "up", load: float = 1.0
-    ) -> tuple[Response, Component, Component]:
-        """Nonlinear response at frequencies (p,), Hz, to a multiple of the load, and the parts."""
+    def solved(
+        self,
+        values: Mapping[str, float],
+        hertz: Floats,
+        direction: str = "up",
+        load: float = 1.0,
+        jumps: bool = False,
+    ) -> "Solved":
+        """The response at frequencies (p,), Hz, to a multiple of the load, and what it is of."""
+        asked = (tuple(sorted(values.items())), hertz.tobytes(), direction, load, jumps)
+        if asked in self._known:
+            return self._known[asked]
         system, vane, casing = self.system(values)
         if load != 1:
             loads = {
@@ -92,7 +111,7 @@ class Rejoined:
         options = self.study.response
         if not self._modes:
             self._modes = nonlinear.harmonic_modes(system, options.harmonics).diameters
-        found = nonlinear.frequency_response(
+        response = nonlinear.frequency_response(
             system,
             hertz,
             nonlinear.Options(
@@ -105,9 +124,13 @@ class Rejoined:
                 effort=options.effort,
             ),
             modes=self._modes,
-            find_jumps=False,
+            find_jumps=jumps,
         )
-        return found, vane, casing
+        found = Solved(system, response, vane, casing, self._modes)
+        while len(self._known) >= KEPT:
+            self._known.pop(next(iter(self._known)))
+        self._known[asked] = found
+        return found
 
     def amplitudes(
         self, values: Mapping[str, float], curve: Measured, hertz: Floats | None = None
@@ -118,11 +141,75 @@ class Rejoined:
         """
         wanted = curve.frequency if hertz is None else hertz
         distinct, places = np.unique(wanted, return_inverse=True)
-        response, vane, casing = self.response(values, distinct, curve.direction, curve.load)
+        solved = self.solved(values, distinct, curve.direction, curve.load)
+        response = solved.response
         if curve.quantity == DISPLACEMENT:
             found = self.monitor.amplitude(response)
         else:
             assert self.gauges is not None
-            strain = self.gauges.read(response, vane, lambda _: casing)
+            strain = self.gauges.read(response, solved.vane, lambda _: solved.casing)
             found = np.where(response.converged, strain.amplitude[:, curve.gauge], np.nan)
         return np.asarray(found[places])
+
+    def slopes(self, values: Mapping[str, float], keys: Sequence[str], curve: Measured) -> Floats:
+        """(p, k) θ dA/dθ of these amplitudes by some keys; NaN where it is not known."""
+        distinct, places = np.unique(curve.frequency, return_inverse=True)
+        solved = self.solved(values, distinct, curve.direction, curve.load)
+        system, component = solved.system, (self.monitor.node, self.monitor.component)
+        if curve.quantity != DISPLACEMENT:
+            assert self.gauges is not None
+            assert curve.gauge is not None
+            system = self.gauges.watched(system, solved.vane, solved.casing, curve.gauge)
+            component = (0, 0)
+        ready = prepared_again(system, solved.response, solved.modes)
+        modal = {}
+        if any(key.endswith(".E") for key in keys):
+            modal = {
+                key: modal_stiffness(ready.structure, each)
+                for key, each in self._moduli(values, solved).items()
+            }
+        found = np.full((len(distinct), len(keys)), np.nan)
+        for i in np.flatnonzero(solved.response.converged):
+            solution = solution_at(ready, solved.response, int(i))
+            gradient = amplitude_gradient(ready, solution, component)
+            if gradient is not None:
+                known = effects(gradient, "joints", modal)
+                known["excitation.force"] = known[EXCITATION]
+                found[i] = [known[key] for key in keys]
+        return found[places]
+
+    def _moduli(self, values: Mapping[str, float], solved: "Solved") -> Moduli:
+        own = {key: value_at(self.study, key) for key in ("material.vane.E", "material.casing.E")}
+        factors = [values.get(key, value) / value for key, value in own.items()]
+        sectors = self.study.ring.sectors
+        wanted = {folded(int(k), sectors) for k in solved.response.harmonic_diameters}
+        parts = [(k, solved.casing) for k in sorted(wanted)]
+        return by_moduli(solved.vane, parts, [self.excess] * len(parts), factors)
+
+    def jumps(self, values: Mapping[str, float], curve: Measured) -> list[tuple[float, float]]:
+        """Neighbouring frequencies of a curve, Hz, that no curve of solutions joins."""
+        distinct = np.unique(curve.frequency)
+        found = self.solved(values, distinct, curve.direction, curve.load, jumps=True).response
+        pairs = [] if found.jump is None else found.jump
+        return [(float(found.frequency[a]), float(found.frequency[b])) for a, b in pairs]
+
+    def neglected(self, values: Mapping[str, float], curve: Measured) -> Floats:
+        """(p,) relative errors of displacements by neglected harmonics, to first order."""
+        distinct, places = np.unique(curve.frequency, return_inverse=True)
+        solved = self.solved(values, distinct, curve.direction, curve.load)
+        output = self.monitor.node, self.monitor.component
+        found = [
+            nonlinear.neglected_harmonics(solved.system, solved.response, i, output)
+            for i in range(len(distinct))
+        ]
+        return np.array(found)[places]
+
+
+class Solved(NamedTuple):
+    """A response, the system and the parts that it is of, and their modes, all contacts stuck."""
+
+    system: System
+    response: Response
+    vane: Component
+    casing: Component
+    modes: Mapping[int, Any]

@@ -81,6 +81,8 @@ class FitSolution:
         linear theory. Empty for what is not determined; one value next to a bound.
     starts : tuple of Start
         All attempts.
+    remarks : tuple of str
+        What the model at the solution says against it: jumps among the points, too few harmonics.
     """
 
     parameters: tuple[FitParameter, ...]
@@ -98,12 +100,14 @@ class FitSolution:
     tests: tuple[NoiseTest, ...]
     rises: tuple[tuple[float, ...], ...]
     starts: tuple[Start, ...]
+    remarks: tuple[str, ...] = ()
 
     def interval(self, place: int) -> tuple[float, float]:
-        """Two standard errors below and above a fitted value."""
-        parameter, x = self.parameters[place], self.parameters[place].inner(self.value[place])
-        spread = 2 * float(self.deviation[place])
-        return parameter.outer(x - spread), parameter.outer(x + spread)
+        """Two standard errors below and above a fitted value, and about any fit that is as good."""
+        parameter, spread = self.parameters[place], 2 * float(self.deviation[place])
+        values = [self.value, *(start.found for start in self.as_good())]
+        x = [parameter.inner(float(each[place])) for each in values]
+        return parameter.outer(min(x) - spread), parameter.outer(max(x) + spread)
 
     @property
     def missed(self) -> tuple[NoiseTest, ...]:

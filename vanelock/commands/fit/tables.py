@@ -83,7 +83,7 @@ def doubts(found: FitSolution) -> list[str]:
     if found.lost:
         said.append(f"{found.lost} measured points have no converged response and were left out")
     said += _as_good(found, keys)
-    return said
+    return [*said, *found.remarks]
 
 
 def _share(p: float) -> str:

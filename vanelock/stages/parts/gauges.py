@@ -1,7 +1,7 @@
 """Strain gauges of a study: where they sit, and what they read in a response."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -16,7 +16,7 @@ from vanelock.input.schema.study import GaugeKeys, Study
 from vanelock.nonlinear import Response
 from vanelock.nonlinear.forced_response.response import half_peak_to_peak
 from vanelock.pipeline.step import Step, step
-from vanelock.rom import Component
+from vanelock.rom import Component, System
 from vanelock.stages.parts.recoveries import recovery_step
 
 
@@ -38,6 +38,15 @@ class Gauges(Product):
     positions: NDArray[np.float64] = field(metadata={"unit": "m"})
     directions: NDArray[np.float64]
     rows: NDArray[np.float64] = field(metadata={"unit": "1/m"})
+
+    def watched(self, system: System, vane: Component, casing: Component, gauge: int) -> System:
+        """The system of the joined parts with a gauge's strain as its only output, direction 0."""
+        dofs, diameters = rom.joined_dofs(vane, casing), {}
+        for k, matrices in system.diameters.items():
+            output = np.zeros((1, 3, len(matrices.K)))
+            np.add.at(output[0, 0], dofs, self.rows[gauge])
+            diameters[k] = replace(matrices, output=output)
+        return replace(system, diameters=diameters, output_names=(self.names[gauge],))
 
     def read(
         self, response: Response, vane: Component, casing: Callable[[int], Component]

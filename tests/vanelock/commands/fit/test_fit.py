@@ -1,16 +1,19 @@
 """`vanelock fit` on the coarsest mesh: what it leaves behind and what it refuses."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from vanelock import fit_study, load_study, parse_study
-from vanelock.commands.fit.fit import rejoined
-from vanelock.commands.fit.parameters import fitted_parameters
+from vanelock.commands.fit.fit import rejoined, remarks
+from vanelock.commands.fit.least_squares import fit
+from vanelock.commands.fit.parameters import FitParameter, fitted_parameters
 from vanelock.common.errors import InputError
 from vanelock.common.files.csv_table import write_columns
 from vanelock.common.tables import Table
+from vanelock.input.cases.values import value_at
 from vanelock.input.measured.curve import Measured
 from vanelock.pipeline.cache import Cache
 from vanelock.pipeline.progress import Event, Notice
@@ -194,3 +197,59 @@ def test_bounds_and_starts():
 def test_a_study_without_a_fit(tmp_path):
     with pytest.raises(InputError, match=r"fit: the study has no \[fit\] table"):
         fit_study(parse_study(""), tmp_path)
+
+
+KEYS = [
+    MU,
+    *(f"joints.{joint}.{name}" for joint in ("hook", "interlock") for name in ("kn", "kt")),
+    "joints.interlock.interference",
+    "excitation.force",
+    "damping.ratio",
+    "material.vane.E",
+    "material.casing.E",
+]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("gauge", [None, 0])
+def test_slopes_are_those_of_differences(tmp_path_factory, gauge):
+    folder = tmp_path_factory.mktemp("slopes")
+    gauges = "[outputs]\ngauges = [{ aerofoil = 2, span = 0.1, chord = 0.5 }]\n"
+    study = parse_study(STUDY.partition("[[measured]]")[0] + gauges)
+    model = rejoined(study, Stages(Cache(folder / "cache", print), lambda event: None))
+    hertz = np.array([262.0, 266.0, 271.0])
+    quantity = "displacement" if gauge is None else "strain"
+    curve = Measured("rig", hertz, hertz, quantity, gauge=gauge, load=0.7)
+    values = {
+        key: study.excitation.force_per_node if key == "excitation.force" else value_at(study, key)
+        for key in KEYS
+    }
+    found = model.slopes(values, KEYS, curve)
+    size = model.amplitudes(values, curve)
+    step = 1e-4
+    for i, key in enumerate(KEYS):
+        up, down = (
+            model.amplitudes(values | {key: values[key] * (1 + sign * step)}, curve)
+            for sign in (1, -1)
+        )
+        expected = (up - down) / (2 * step)
+        np.testing.assert_allclose(found[:, i] / size, expected / size, rtol=1e-4, atol=1e-5)
+
+
+@pytest.mark.slow
+def test_jumps_and_neglected_harmonics_are_said(rig):
+    """Points of the rig scatter by a hundredth of what they do: harmonics are missed then."""
+    _, model = rig
+    size = model.amplitudes({MU: 0.2}, Measured("", HERTZ, HERTZ))
+    made = fit(
+        lambda values: model.amplitudes({MU: values[0]}, Measured("", HERTZ, HERTZ)),
+        size,
+        np.full(len(size), 1e-4 * size.max()),
+        [FitParameter(MU, 0.21, 0.1, 1.0)],
+    )
+    exact = Measured("rig", HERTZ, size, sigma=np.full(len(size), 1e-4 * size.max()))
+    said = list(remarks(model, [exact], made))
+    (harmonics,) = (text for text in said if text.startswith("HARMONICS ARE TOO FEW"))
+    assert "those above 1 change" in harmonics
+    rough = replace(exact, sigma=np.full(len(size), size.max()))
+    assert not [text for text in remarks(model, [rough], made) if text.startswith("HARM")]

@@ -195,3 +195,48 @@ def test_too_few_points():
     nothing = np.full(41, np.nan)
     with pytest.raises(InputError, match="no solution at any start"):
         fit(lambda theta: nothing, predict(TRUTH), None, parameters())
+
+
+def test_slopes_take_the_place_of_differences():
+    """The same values and errors, fewer evaluations; what is not known is found by differences."""
+    sigma = np.full(41, 0.02)
+    data = predict(TRUTH) + sigma * np.random.default_rng(4).standard_normal(41)
+
+    def slopes(theta):
+        _, place, ratio = theta
+        f, detuned = HERTZ / place, 1 - (HERTZ / place) ** 2
+        square = detuned**2 + (2 * ratio * f) ** 2
+        by_place = (-4 * f**2 * detuned + 8 * ratio**2 * f**2) / (2 * square)
+        by_ratio = 1 - 4 * ratio**2 * f**2 / square
+        found = np.column_stack([np.ones(41), by_place, by_ratio]) * predict(theta)[:, None]
+        return found
+
+    plain = fit(predict, data, sigma, parameters())
+    found = fit(predict, data, sigma, parameters(), slopes=slopes)
+    np.testing.assert_allclose(found.value, plain.value, rtol=1e-4)
+    np.testing.assert_allclose(found.deviation, plain.deviation, rtol=1e-3)
+    assert 2 * found.starts[0].evaluations < plain.starts[0].evaluations
+
+    def partly(theta):
+        known = slopes(theta)
+        known[:, 1] = np.nan
+        return known
+
+    mixed = fit(predict, data, sigma, parameters(), slopes=partly)
+    np.testing.assert_allclose(mixed.value, plain.value, rtol=1e-4)
+
+
+def test_another_fit_that_is_as_good_widens_the_interval():
+    """Only the square of the parameter counts: both signs meet the data."""
+    x = np.linspace(0, 1, 30)
+    data = 1.0 * x + 0.1 * np.random.default_rng(1).standard_normal(30)
+    found = fit(
+        lambda theta: theta[0] ** 2 * x,
+        data,
+        np.full(30, 0.1),
+        [FitParameter("joints.interlock.interference", 0.5, -2.0, 2.0)],
+        starts=4,
+    )
+    assert len(found.as_good()) >= 1
+    low, high = found.interval(0)
+    assert low < -1 < 1 < high

@@ -126,7 +126,9 @@ def test_every_response_is_listed():
         [FitParameter("joints.interlock.mu", 2.0, 0.1, 10.0), PAIR[1]],
         tried=lambda *each: heard.append(each),
     )
-    counts, misfits, least = zip(*heard, strict=True)
+    counts, totals, misfits, least = zip(*heard, strict=True)
+    assert all(total >= count for count, total in zip(counts, totals, strict=True))
+    assert totals[-1] == counts[-1]
     assert counts == tuple(range(1, len(heard) + 1))
     assert misfits[0] == pytest.approx(10)
     np.testing.assert_allclose(least, np.minimum.accumulate(misfits))
