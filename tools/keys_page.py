@@ -44,6 +44,8 @@ WORDS: dict[str, str] = {
     "unlike.frequency": SPREAD,
     **{f"unlike.joints.{name}": SPREAD for name in ("interference", "mu", "kn", "kt")},
     "fit.bounds": "`{ key = [low, high] }` of fitted keys",
+    "optimise.bounds": "`{ key = [low, high] }` of optimised keys",
+    "optimise.parameters": "a list of keys, [those that can be optimised](optimise.md)",
     "outputs.monitor": '`"<vane or casing> output <number>[, <component>]"`, the component '
     "`radial`, `circumferential` or `axial`",
     "outputs.gauges": "a list of tables, see below",

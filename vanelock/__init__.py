@@ -21,6 +21,7 @@ _modules = {
     "compare_runs": "commands.compare.compare",
     "converge_study": "commands.converge.converge",
     "fit_study": "commands.fit.fit",
+    "optimise_study": "commands.optimise.optimise",
     "is_scene": "input.read_study",
     "load": "results.reading.run",
     "load_component": "results.files.results_file",

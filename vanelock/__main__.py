@@ -202,6 +202,25 @@ def fit(
 
 
 @app.command()
+def optimise(
+    study: StudyFile,
+    output: Output = None,
+    allow_outside: Outside = False,
+    quiet: Quiet = False,
+    as_json: AsJson = False,
+) -> None:
+    """Find the friction, interference or stiffness with which the largest peak is smallest."""
+    from vanelock.commands.optimise.optimise import optimise_study
+    from vanelock.input.read_study import load_study, read_text
+    from vanelock.pipeline.progress import choose_listener
+
+    loaded = load_study(study, allow_outside)
+    folder = output or default_folder(study)
+    with _going_on_later(folder), choose_listener(quiet, as_json) as listener:
+        optimise_study(loaded, folder, listener, read_text(study), study.parent)
+
+
+@app.command()
 def check(
     file: Annotated[
         Path,

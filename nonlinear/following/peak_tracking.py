@@ -89,6 +89,18 @@ class PeakTrack:
         Of several tops all are refined that may be the highest. One that cannot be stands for
         itself.
         """
+        refined = self.tops(value, swept)
+        if not refined:
+            return None
+        found = max(refined, key=lambda peak: peak.amplitude)
+        spent = sum(each.iterations for each in (*swept, *(peak.solution for peak in refined)))
+        readings = len(swept) + sum(peak.readings for peak in refined)
+        return replace(found, solution=replace(found.solution, iterations=spent), readings=readings)
+
+    def tops(
+        self, value: float, swept: Sequence[Solution], close: float = CLOSE
+    ) -> list[PeakPoint]:
+        """The peaks among solutions by frequency that are as high as 1 - `close` of the highest."""
         assert self.component is not None
         size = self.amplitudes(value, swept)[:, *self.component]
         omegas = np.array([solution.omega for solution in swept])
@@ -100,14 +112,8 @@ class PeakTrack:
             summit = size[top] - b**2 / (4 * a)
             here = PeakPoint(swept[int(top)], float(size[top]), bend, np.inf, 0, False)
             tops.append((summit, here))
-        if not tops:
-            return None
-        enough = (1 - CLOSE) * max(here.amplitude for _, here in tops)
-        refined = [self._refined(value, here) for summit, here in tops if summit >= enough]
-        found = max(refined, key=lambda peak: peak.amplitude)
-        spent = sum(each.iterations for each in (*swept, *(peak.solution for peak in refined)))
-        readings = len(swept) + sum(peak.readings for peak in refined)
-        return replace(found, solution=replace(found.solution, iterations=spent), readings=readings)
+        enough = (1 - close) * max((here.amplitude for _, here in tops), default=0.0)
+        return [self._refined(value, here) for summit, here in tops if summit >= enough]
 
     def _refined(self, value: float, here: PeakPoint) -> PeakPoint:
         """The peak at a solution, or that solution where it has none as high."""

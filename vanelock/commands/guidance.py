@@ -73,6 +73,13 @@ do not determine them; fitted.toml is the study with the best values.""",
         ["vanelock fit my.toml"],
         "measured",
     ),
+    "optimise": (
+        "Find the joints whose largest peak is smallest.",
+        """[optimise] names the keys of joints to vary, and their bounds. The peaks of the range are
+followed by their gradients; optimised.toml is the study with the best values.""",
+        ["vanelock optimise my.toml"],
+        "optimise",
+    ),
     "check": (
         "Check a file without computing anything.",
         """Of a study or a scene: every mistake, a line each, and otherwise what would be

@@ -6,7 +6,7 @@ from pydantic import BaseModel
 from vanelock import Study, load_study, parse_study, template_text
 from vanelock.common.errors import InputError
 from vanelock.input.schema.assessment import BoundsKeys, StabilityKeys, UnlikeKeys
-from vanelock.input.schema.comparison import CampbellKeys, Fit, MeasuredCurve
+from vanelock.input.schema.comparison import CampbellKeys, Fit, MeasuredCurve, Optimise
 from vanelock.input.schema.distributions import Distribution, Scatter
 from vanelock.input.schema.loads import RestLoadKeys
 from vanelock.input.schema.published import Campaign
@@ -57,6 +57,7 @@ def test_template_mentions_every_key():
         "campbell": CampbellKeys,
         "measured": MeasuredCurve,
         "fit": Fit,
+        "optimise": Optimise,
         "scatter": Scatter,
         "scatter.keys": Distribution,
     }

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from contextlib import suppress
 from pathlib import Path
 
-from vanelock.commands.fit.parameters import fitted_parameters
+from vanelock.commands.fit.parameters import varied_parameters
 from vanelock.common.checked import NotKnown
 from vanelock.common.errors import raised
 from vanelock.common.tables import counted
@@ -47,8 +47,11 @@ def planned_study(path: Path, outside: bool) -> Iterator[Row]:
         points = counted(len(curve.frequency), "point")
         yield "measured", f"{curve.label}: {points} of {curve.quantity}"
     if study.fit is not None:
-        names = ", ".join(each.key for each in fitted_parameters(study))
+        names = ", ".join(each.key for each in varied_parameters(study, "fit"))
         yield "fit", f"{names} from {counted(study.fit.starts, 'start')}"
+    if study.optimise is not None:
+        names = ", ".join(each.key for each in varied_parameters(study, "optimise"))
+        yield "optimise", f"{names} from {counted(study.optimise.starts, 'start')}"
     yield "outputs", ", ".join(_outputs(study))
 
 
@@ -58,7 +61,9 @@ def _of_curves(study: Study, lacks: bool) -> list[str]:
     with suppress(NotKnown):
         found += curve_mistakes(study)
         if study.fit is not None and not lacks and not found:
-            found += raised(lambda: fitted_parameters(study))
+            found += raised(lambda: varied_parameters(study, "fit"))
+        if study.optimise is not None and not lacks:
+            found += raised(lambda: varied_parameters(study, "optimise"))
     return found
 
 

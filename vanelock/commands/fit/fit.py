@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from vanelock import render
 from vanelock.commands.converge.converge import pinned
 from vanelock.commands.fit.least_squares import enough, fit
-from vanelock.commands.fit.parameters import FitParameter, fitted_parameters
+from vanelock.commands.fit.parameters import FitParameter, varied_parameters
 from vanelock.commands.fit.refit_model import Rejoined
 from vanelock.commands.fit.solution import FitSolution, Start
 from vanelock.commands.fit.tables import fit_table, json_of, shown
@@ -86,7 +86,7 @@ def fit_study(
         listener(Notice("what is swept has its unswept value, of several engine orders the first"))
         orders = study.excitation.engine_orders
         study = with_values(study, {"excitation.engine_order": orders[0]} if orders else {})
-    parameters = fitted_parameters(study)
+    parameters = varied_parameters(study, "fit")
     enough(sum(len(each.amplitude) for each in curves), len(parameters))
     with claimed(path):
         stages = Stages(Cache(path / "cache", lambda message: listener(Notice(message))), listener)

@@ -4,6 +4,7 @@ Apart from the fit itself, so that checking a study need not load it.
 """
 
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 from pydantic import ValidationError
@@ -11,6 +12,7 @@ from pydantic import ValidationError
 from vanelock.common.errors import InputError
 from vanelock.input.cases.values import value_at, with_values
 from vanelock.input.messages import explain
+from vanelock.input.schema.comparison import Varied
 from vanelock.input.schema.study import Study
 
 DECADE = 10.0
@@ -50,31 +52,33 @@ class FitParameter:
         return max(abs(self.low), abs(self.high))
 
 
-def fitted_parameters(study: Study) -> list[FitParameter]:
-    """Start and bounds of each fitted key, which must be possible values of the study.
+def varied_parameters(study: Study, table: Literal["fit", "optimise"]) -> list[FitParameter]:
+    """Start and bounds of each key that a table varies, which must be possible values of the study.
 
     Raises
     ------
     InputError
         If the start lies outside of the bounds, or a bound is no possible value.
     """
-    assert study.fit is not None
+    varied: Varied | None = getattr(study, table)
+    assert varied is not None
     found = []
-    for key in study.fit.parameters:
+    for key in varied.parameters:
         start = value_at(study, key)
         start = study.excitation.force_per_node if start is None else float(start)
-        given = study.fit.bounds.get(key)
+        given = varied.bounds.get(key)
         if given is None and start <= 0:
-            raise InputError(f'fit: "{key}" starts at {start:g}: give its bounds in fit.bounds')
+            text = f'"{key}" starts at {start:g}: give its bounds in {table}.bounds'
+            raise InputError(f"{table}: {text}")
         low, high = given or _bounds(study, key, start)
         for bound in (low, high):
             try:
                 with_values(study, {key: bound})
             except ValidationError as error:
-                raise InputError(f'fit.bounds."{key}": {explain(error, {})[0]}') from None
+                raise InputError(f'{table}.bounds."{key}": {explain(error, {})[0]}') from None
         if not low <= start <= high:
             raise InputError(
-                f'fit: "{key}" starts at {start:g}, outside of its bounds {low:g} to {high:g}'
+                f'{table}: "{key}" starts at {start:g}, outside of its bounds {low:g} to {high:g}'
             )
         found.append(FitParameter(key, start, low, high))
     return found

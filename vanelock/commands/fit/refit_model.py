@@ -24,6 +24,7 @@ from vanelock.nonlinear.following.amplitude_gradient import (
     prepared_again,
     solution_at,
 )
+from vanelock.nonlinear.forced_response.options import PreparedSystem
 from vanelock.quantities.sensitivities import EXCITATION, Moduli, by_moduli, effects
 from vanelock.rom import Component, MeshExcess
 from vanelock.rom.system.system import common_band
@@ -63,7 +64,7 @@ class Rejoined:
     excess: MeshExcess | None = None
     _stiff: tuple[Any, ...] = ()
     _modes: Mapping[int, Any] = field(default_factory=dict)
-    _known: dict[Any, "Solved"] = field(default_factory=dict)
+    _known: dict[Any, "SolvedCurve"] = field(default_factory=dict)
 
     def system(self, values: Mapping[str, float]) -> tuple[System, Component, Component]:
         """The system with some keys changed, and its parts."""
@@ -97,7 +98,7 @@ class Rejoined:
         direction: str = "up",
         load: float = 1.0,
         jumps: bool = False,
-    ) -> "Solved":
+    ) -> "SolvedCurve":
         """The response at frequencies (p,), Hz, to a multiple of the load, and what it is of."""
         asked = (tuple(sorted(values.items())), hertz.tobytes(), direction, load, jumps)
         if asked in self._known:
@@ -108,29 +109,40 @@ class Rejoined:
                 h: replace(force, vector=load * force.vector) for h, force in system.force.items()
             }
             system = replace(system, force=loads)
-        options = self.study.response
-        if not self._modes:
-            self._modes = nonlinear.harmonic_modes(system, options.harmonics).diameters
+        modes, options = self._stuck(system), self._options(direction)
         response = nonlinear.frequency_response(
-            system,
-            hertz,
-            nonlinear.Options(
-                options.harmonics,
-                coupling=options.coupling,
-                samples=options.samples,
-                friction=self.study.response.friction,
-                direction=direction,
-                harmonic_diameters=options.harmonic_diameters,
-                effort=options.effort,
-            ),
-            modes=self._modes,
-            find_jumps=jumps,
+            system, hertz, options, modes=modes, find_jumps=jumps
         )
-        found = Solved(system, response, vane, casing, self._modes)
+        found = SolvedCurve(system, response, vane, casing, modes)
         while len(self._known) >= KEPT:
             self._known.pop(next(iter(self._known)))
         self._known[asked] = found
         return found
+
+    def prepared(self, values: Mapping[str, float], near: tuple[float, float]) -> PreparedSystem:
+        """The system ready to be solved over a range, Hz."""
+        system = self.system(values)[0]
+        ready: PreparedSystem = self._options("up").prepare(system, near, 1000, self._stuck(system))
+        return ready
+
+    def _stuck(self, system: System) -> Mapping[int, Any]:
+        """Modes with all contacts stuck, of the stiffness that was asked for last."""
+        if not self._modes:
+            harmonics = self.study.response.harmonics
+            self._modes = nonlinear.harmonic_modes(system, harmonics).diameters
+        return self._modes
+
+    def _options(self, direction: str) -> nonlinear.Options:
+        given = self.study.response
+        return nonlinear.Options(
+            given.harmonics,
+            coupling=given.coupling,
+            samples=given.samples,
+            friction=given.friction,
+            direction=direction,
+            harmonic_diameters=given.harmonic_diameters,
+            effort=given.effort,
+        )
 
     def amplitudes(
         self, values: Mapping[str, float], curve: Measured, hertz: Floats | None = None
@@ -178,7 +190,7 @@ class Rejoined:
                 found[i] = [known[key] for key in keys]
         return found[places]
 
-    def _moduli(self, values: Mapping[str, float], solved: "Solved") -> Moduli:
+    def _moduli(self, values: Mapping[str, float], solved: "SolvedCurve") -> Moduli:
         own = {key: value_at(self.study, key) for key in ("material.vane.E", "material.casing.E")}
         factors = [values.get(key, value) / value for key, value in own.items()]
         sectors = self.study.ring.sectors
@@ -205,7 +217,7 @@ class Rejoined:
         return np.array(found)[places]
 
 
-class Solved(NamedTuple):
+class SolvedCurve(NamedTuple):
     """A response, the system and the parts that it is of, and their modes, all contacts stuck."""
 
     system: System

@@ -1,7 +1,7 @@
 """Tables of the study file on what is compared: Campbell diagram, measured curves, fit."""
 
 from collections.abc import Iterator
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import BeforeValidator, Field, ValidationInfo, field_validator
 
@@ -103,28 +103,34 @@ def curves(value: object) -> object:
 Bounds = Annotated[tuple[Any, ...], BeforeValidator(sequence), Field(min_length=2, max_length=2)]
 
 
-class Fit(KeyTable):
-    """What `vanelock fit` varies so that the response meets the measured curves."""
+class Varied(KeyTable):
+    """Keys that are varied, between which bounds, and from how many starts."""
 
     parameters: Annotated[tuple[str, ...], BeforeValidator(sequence)] = Field(
         default=("joints.interlock.mu",),
         min_length=1,
         max_length=len(FITTED),
-        description="fitted keys",
+        description="varied keys",
     )
     bounds: dict[str, Bounds] = Field(
-        default_factory=dict, description="[low, high] of each fitted key"
+        default_factory=dict, description="[low, high] of each varied key"
     )
     starts: int = Field(default=3, ge=1, le=100, description="number of starts")
+
+    allowed: ClassVar[tuple[str, ...]] = ()
+    table: ClassVar[str] = ""
+    verb: ClassVar[str] = ""
 
     @field_validator("parameters")
     @classmethod
     def _known(cls, value: tuple[str, ...]) -> tuple[str, ...]:
         for key in value:
-            if key not in FITTED:
-                raise ValueError(f'"{key}" cannot be fitted; what can: {", ".join(FITTED)}')
+            if key not in cls.allowed:
+                raise ValueError(
+                    f'"{key}" cannot be {cls.verb}; what can: {", ".join(cls.allowed)}'
+                )
         if len(set(value)) < len(value):
-            raise ValueError("fitted keys must differ from each other")
+            raise ValueError(f"{cls.verb} keys must differ from each other")
         return value
 
     @field_validator("bounds", mode="before")
@@ -138,8 +144,8 @@ class Fit(KeyTable):
     def _low_high(cls, value: dict[str, Any], info: ValidationInfo) -> dict[str, Any]:
         found = {}
         for key, pair in value.items():
-            if key not in info.data.get("parameters", FITTED):
-                raise ValueError(f'"{key}" is not among fit.parameters')
+            if key not in info.data.get("parameters", cls.allowed):
+                raise ValueError(f'"{key}" is not among {cls.table}.parameters')
             low, high = (si(each, UNITS.get(key.rpartition(".")[2], "")) for each in pair)
             numbers = all(
                 isinstance(each, int | float) and not isinstance(each, bool) for each in (low, high)
@@ -148,6 +154,24 @@ class Fit(KeyTable):
                 raise ValueError(f'"{key}": expected [low, high] with low < high')
             found[key] = float(low), float(high)  # type: ignore[arg-type]
         return found
+
+
+class Fit(Varied):
+    """What `vanelock fit` varies so that the response meets the measured curves."""
+
+    allowed: ClassVar[tuple[str, ...]] = FITTED
+    table: ClassVar[str] = "fit"
+    verb: ClassVar[str] = "fitted"
+
+
+class Optimise(Varied):
+    """What `vanelock optimise` varies so that the largest peak is the smallest."""
+
+    starts: int = Field(default=1, ge=1, le=100, description="number of starts")
+
+    allowed: ClassVar[tuple[str, ...]] = tuple(key for key in FITTED if key.startswith("joints."))
+    table: ClassVar[str] = "optimise"
+    verb: ClassVar[str] = "optimised"
 
 
 def _has_the_gauges(study: Any) -> Iterator[str]:
@@ -165,8 +189,10 @@ def _has_measurements(study: Any) -> Iterator[str]:
 
 
 def _can_be_fitted(study: Any) -> Iterator[str]:
-    for key in () if study.fit is None else study.fit.parameters:
-        where, joint, last = f'fit.parameters: "{key}"', key.split(".")[1], key.rpartition(".")[2]
+    tables = [each for each in (study.fit, study.optimise) if each is not None]
+    for table, key in ((each, key) for each in tables for key in each.parameters):
+        where = f'{table.table}.parameters: "{key}"'
+        joint, last = key.split(".")[1], key.rpartition(".")[2]
         if joint == "interlock" and not study.joints.interlock.enabled:
             yield f"{where}: joints.interlock.enabled = false"
         elif key == "excitation.force" and study.excitation.unbalance is not None:

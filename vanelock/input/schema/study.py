@@ -27,6 +27,7 @@ from vanelock.input.schema.comparison import (
     CampbellKeys,
     Fit,
     MeasuredCurve,
+    Optimise,
     curves,
 )
 from vanelock.input.schema.distributions import Scatter
@@ -293,6 +294,7 @@ class Study(KeyTable):
         default=(), max_length=100, description="measured curves"
     )
     fit: Fit | None = Field(default=None, description="fit to the measured curves")
+    optimise: Optimise | None = Field(default=None, description="joints whose peak is smallest")
     campaign: Campaign | None = Field(default=None, description="published study")
 
     @property

@@ -9,7 +9,7 @@ import pytest
 from vanelock import fit_study, load_study, parse_study
 from vanelock.commands.fit.fit import rejoined, remarks
 from vanelock.commands.fit.least_squares import fit
-from vanelock.commands.fit.parameters import FitParameter, fitted_parameters
+from vanelock.commands.fit.parameters import FitParameter, varied_parameters
 from vanelock.common.errors import InputError
 from vanelock.common.files.csv_table import write_columns
 from vanelock.common.tables import Table
@@ -176,22 +176,22 @@ def test_what_the_study_has_not(text, expected):
 
 def test_bounds_and_starts():
     text = '[measured]\nfile = "a"\n[fit]\nparameters = ["joints.interlock.interference"]'
-    (found,) = fitted_parameters(parse_study(text))
+    (found,) = varied_parameters(parse_study(text), "fit")
     assert (found.start, found.low, found.high) == pytest.approx((2e-6, 2e-7, 2e-5))
     assert found.logarithmic
     given = text + "\nbounds = { joints.interlock.interference = ['-1 um', '5 um'] }"
-    (found,) = fitted_parameters(parse_study(given))
+    (found,) = varied_parameters(parse_study(given), "fit")
     assert (found.low, found.high) == pytest.approx((-1e-6, 5e-6))
     assert not found.logarithmic
     outside = text + "\nbounds = { joints.interlock.interference = ['3 um', '5 um'] }"
     with pytest.raises(InputError, match="starts at 2e-06, outside of its bounds 3e-06 to 5e-06"):
-        fitted_parameters(parse_study(outside))
+        varied_parameters(parse_study(outside), "fit")
     beyond = text + "\nbounds = { joints.interlock.interference = ['1 um', '5 mm'] }"
     with pytest.raises(InputError, match=r"interference must be <= 0\.001"):
-        fitted_parameters(parse_study(beyond))
+        varied_parameters(parse_study(beyond), "fit")
     gap = "[joints.interlock]\ninterference = 0\n" + text
     with pytest.raises(InputError, match="starts at 0: give its bounds in fit.bounds"):
-        fitted_parameters(parse_study(gap))
+        varied_parameters(parse_study(gap), "fit")
 
 
 def test_a_study_without_a_fit(tmp_path):

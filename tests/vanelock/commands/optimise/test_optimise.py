@@ -1,0 +1,86 @@
+"""`vanelock optimise` on the coarsest mesh: against a map of peaks, and what it leaves behind."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from vanelock import load_study, optimise_study, parse_study
+from vanelock.commands.optimise.optimise import notes
+from vanelock.common.errors import InputError
+from vanelock.common.tables import Table
+from vanelock.nonlinear import Options, peak_response
+from vanelock.pipeline.progress import Event, Trial
+
+MU = "joints.interlock.mu"
+STUDY = """
+name = "rig"
+[mesh]
+size = "coarse"
+[excitation]
+force = 3.0
+[joints.interlock]
+mu = 0.4  # a guess
+[response]
+harmonics = 1
+range = [240, 290]
+[optimise]
+parameters = ["joints.interlock.mu"]
+"""
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    where = tmp_path_factory.mktemp("rig")
+    (where / "study.toml").write_text(STUDY)
+    return where
+
+
+@pytest.mark.slow
+def test_the_optimum_is_that_of_a_map(folder):
+    """A grid of friction, each its highest peak: none is lower, and the lowest is next to it."""
+    from vanelock.commands.fit.fit import rejoined
+    from vanelock.pipeline.cache import Cache
+    from vanelock.pipeline.step import Stages
+
+    heard: list[Event] = []
+    found = optimise_study(
+        load_study(folder / "study.toml"), folder / "run", heard.append, STUDY, folder
+    )
+    assert found.settled
+    assert not any(found.held)
+    assert found.after < 0.9 * found.before
+    tried = [each for each in heard if isinstance(each, Trial)]
+    assert len(tried) == found.trials < 20
+    assert tried[-1].least == pytest.approx(1e6 * found.after)
+    (table,) = [each for each in heard if isinstance(each, Table)]
+    assert table.rows[0][0] == "interlock.mu"
+    stages = Stages(Cache(folder / "run" / "cache", print), lambda event: None)
+    model = rejoined(parse_study(STUDY), stages)
+    system = model.system({})[0]
+    output = system.output_names[model.monitor.node], model.monitor.component
+    interlock = np.array(system.contacts.joint) == "interlock"
+    grid = found.value[0] * 1.1 ** np.arange(-6, 7)
+    least = peak_response(system, "mu", grid, (240.0, 290.0), Options(1), output, joint=interlock)
+    assert least.converged.all()
+    assert int(np.argmin(least.amplitude)) == 6
+    assert found.after == pytest.approx(least.amplitude[6], rel=1e-6)
+    assert found.after < (1 + 1e-4) * least.amplitude.min()
+    again = load_study(folder / "run" / "optimised.toml", outside=True)
+    assert again.joints.interlock.mu == pytest.approx(found.value[0], rel=1e-5)
+    assert "# a guess" in (folder / "run" / "optimised.toml").read_text()
+    written = json.loads((folder / "run" / "optimise.json").read_text())
+    assert written["largest_peak"] == found.after
+    said = notes(replace(found, held=(True,), settled=False))
+    assert any("LIES ON A BOUND" in text for text in said)
+    assert any("NOT SETTLED" in text for text in said)
+
+
+def test_what_cannot_be_varied_is_one_line(folder):
+    with pytest.raises(InputError, match=r"^optimise: the study has no \[optimise\] table"):
+        optimise_study(parse_study(""), folder / "none")
+    with pytest.raises(InputError, match='"damping.ratio" cannot be optimised; what can: joints'):
+        parse_study('[optimise]\nparameters = ["damping.ratio"]')
+    with pytest.raises(InputError, match="is not among optimise.parameters"):
+        parse_study('[optimise]\nbounds = { "joints.hook.mu" = [0.1, 0.2] }')

@@ -1,0 +1,1 @@
+"""`vanelock optimise`: joints whose largest peak is the smallest."""

@@ -1,0 +1,112 @@
+"""The peaks of a study's response by the values of some keys, with their gradients."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vanelock.commands.fit.parameters import FitParameter
+from vanelock.commands.fit.refit_model import Rejoined
+from vanelock.commands.optimise.minimax import Functions
+from vanelock.nonlinear import amplitude_gradient
+from vanelock.nonlinear.following.parameters import Parameter
+from vanelock.nonlinear.following.peak import CONDITION, PeakPoint, Resonance
+from vanelock.nonlinear.following.peak_tracking import PeakTrack
+from vanelock.nonlinear.forced_response.options import PreparedSystem
+from vanelock.nonlinear.fourier.threads import one_thread
+from vanelock.nonlinear.fourier.trigonometric import TURN
+from vanelock.quantities.sensitivities import effects
+
+Floats = NDArray[np.float64]
+
+LOWEST = 0.5
+"""Of the highest peak, below which others do not count."""
+
+
+@dataclass
+class Peaks:
+    """The peaks of one output over a range of frequencies.
+
+    Attributes
+    ----------
+    model : Rejoined
+        The study.
+    parameters : sequence of FitParameter
+        What varies.
+    near : (float, float)
+        The range, Hz.
+    known : list of PeakPoint
+        Those of the last values, which the next ones are looked for from.
+    solved : int
+        Frequencies solved.
+    """
+
+    model: Rejoined
+    parameters: Sequence[FitParameter]
+    near: tuple[float, float]
+    known: list[PeakPoint] = field(default_factory=list)
+    solved: int = 0
+
+    def values(self, x: Floats) -> dict[str, float]:
+        """Values by key."""
+        pairs = zip(self.parameters, x.tolist(), strict=True)
+        return {parameter.key: parameter.outer(each) for parameter, each in pairs}
+
+    @property
+    def component(self) -> tuple[int, int]:
+        """Output node and direction."""
+        return self.model.monitor.node, self.model.monitor.component
+
+    @one_thread
+    def __call__(self, x: Floats) -> Functions | None:
+        """Amplitudes of the peaks, m, and their gradients; None where no peak is found."""
+        ready = self.model.prepared(self.values(x), self.near)
+        found = self._followed(ready) or self._swept(ready)
+        return self._functions(ready, x, found)
+
+    def afresh(self, x: Floats) -> Functions | None:
+        """The same, by the whole range."""
+        ready = self.model.prepared(self.values(x), self.near)
+        return self._functions(ready, x, self._swept(ready))
+
+    def _functions(
+        self, ready: PreparedSystem, x: Floats, found: list[PeakPoint]
+    ) -> Functions | None:
+        sizes, gradients = [], []
+        values = self.values(x)
+        stretch = [each.stretch(values[each.key]) for each in self.parameters]
+        for peak in found:
+            gradient = amplitude_gradient(ready, peak.solution, self.component)
+            if gradient is not None:
+                known = effects(gradient, "joints", {})
+                sizes.append(peak.amplitude)
+                gradients.append([known[each.key] for each in self.parameters])
+        if not sizes:
+            return None
+        self.known = found
+        return Functions(np.array(sizes), np.array(gradients) * stretch)
+
+    def _followed(self, ready: PreparedSystem) -> list[PeakPoint]:
+        """The known peaks at other values; none where one is lost."""
+        resonance = Resonance(ready.solver.family, self.component, ready.options.tolerance)
+        found = []
+        for last in self.known:
+            omega, w = last.solution.omega, last.solution.w
+            peak = resonance.peak(omega, w, last.bend, last.solution.kept)
+            if peak is None or not self.near[0] < peak.solution.omega / TURN < self.near[1]:
+                return []
+            self.solved += peak.readings
+            found.append(peak)
+        return found
+
+    def _swept(self, ready: PreparedSystem) -> list[PeakPoint]:
+        """All peaks of the range that may count."""
+        system = ready.structure.system
+        unvaried = Parameter("force", np.zeros(system.contacts.count, bool), False)
+        low, high = (TURN * each for each in self.near)
+        track = PeakTrack(lambda _: ready, unvaried, (low, high), self.component, 1.0, CONDITION)
+        swept = track.sweep(1.0)
+        found = track.tops(1.0, swept, 1 - LOWEST)
+        self.solved += len(swept) + sum(each.readings for each in found)
+        return found
