@@ -41,6 +41,9 @@ class Step:
         Depth worn in a cycle before it and at its first guess, m.
     end : Vibration
         After it.
+    jumped : bool
+        Whether the vibration changed at once: rates by more than a quarter in the shortest step, or
+        to another peak.
     solved : int
         Vibrations that were looked for.
     """
@@ -49,6 +52,7 @@ class Step:
     begin: Floats
     rates: Floats
     end: Vibration
+    jumped: bool
     solved: int
 
     def interference(self, share: float) -> Floats:
@@ -91,11 +95,13 @@ def stepped(
         if guess is not None:
             other = law.rate(guess.solution.deviation)
             largest = max(rate.max(initial=0.0), other.max(initial=0.0))
-            if last or np.abs(other - rate).max(initial=0.0) <= CHANGE * largest:
+            change = np.abs(other - rate).max(initial=0.0)
+            if last or change <= CHANGE * largest:
                 end = following(guess, begin.v0 - 0.5 * h * (rate + other))
                 solved += 1
                 if end is not None:
-                    return Step(h, begin.v0, np.array([rate, other]), end, solved)
+                    jumped = change > CHANGE * largest or guess.swept or end.swept
+                    return Step(h, begin.v0, np.array([rate, other]), end, jumped, solved)
         if last:
             return None
         h *= 0.5

@@ -44,6 +44,8 @@ class Vibration:
         Half the peak-to-peak of that output, m.
     peak : PeakPoint or None
         Where it is dwelt at one.
+    swept : bool
+        Whether that peak was found by a sweep, not by following another.
     """
 
     v0: Floats
@@ -51,6 +53,7 @@ class Vibration:
     component: tuple[int, int]
     amplitude: float
     peak: PeakPoint | None = None
+    swept: bool = False
 
     @property
     def frequency(self) -> float:
@@ -92,7 +95,7 @@ class Vibrations:
             track = self._track(way, component)
             swept = track.sweep(1.0)
             track = track.with_component(1.0, swept)
-            return _at_peak(v0, track, track.highest(1.0, swept))
+            return _at_peak(v0, track, track.highest(1.0, swept), True)
         omega = TURN * float(self.dwell.hertz[0])
         at = way.at(self.ready, 1.0)
         return self._held(v0, at, at.solver.point(omega, []), component)
@@ -103,8 +106,10 @@ class Vibrations:
         if last.peak is not None:
             track = self._track(way, last.component)
             marks = track.follow([Mark(0.0, 0.0, last.peak)], 1.0)
-            found = _at_peak(v0, track, marks[-1].peak if marks else None)
-            return found or _at_peak(v0, track, track.highest(1.0, track.sweep(1.0)))
+            found = _at_peak(v0, track, marks[-1].peak if marks else None, False)
+            if found is not None:
+                return found
+            return _at_peak(v0, track, track.highest(1.0, track.sweep(1.0)), True)
         at, omega = _by_value(way, self.ready), last.solution.omega
         family, tolerance = way.family(self.ready, omega), self.ready.options.tolerance
         begun = replace(last.solution, parameter=0.0)
@@ -148,10 +153,10 @@ def _by_value(way: Parameter, ready: PreparedSystem) -> Callable[[float], Prepar
     return lru_cache(4)(partial(way.at, ready))
 
 
-def _at_peak(v0: Floats, track: PeakTrack, peak: PeakPoint | None) -> Vibration | None:
+def _at_peak(v0: Floats, track: PeakTrack, peak: PeakPoint | None, swept: bool) -> Vibration | None:
     """A peak as a vibration; None where it is not solved."""
     if peak is None or track.component is None or not peak.solution.converged:
         return None
     if not (peak.distance < CONDITION or peak.sharp):
         return None
-    return Vibration(v0, peak.solution, track.component, peak.amplitude, peak)
+    return Vibration(v0, peak.solution, track.component, peak.amplitude, peak, swept)

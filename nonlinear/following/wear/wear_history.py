@@ -53,6 +53,10 @@ class WearHistory(Product):
         Of the excitation, Hz.
     amplitude : (s,) float
         Half the peak-to-peak of the output, m.
+    jump : (s,) bool
+        Whether the vibration changed at once on the way from the state before: the peak was lost
+        and the highest one of the range goes on, or rates changed by more than a quarter within the
+        shortest step.
     rest_load : (s, j) float
         Sum of the normal forces of each joint's contacts in a sector at rest, N.
     interference : (s, c) float
@@ -75,6 +79,7 @@ class WearHistory(Product):
     dwell: NDArray[np.int64]
     frequency: Floats = field(metadata={"unit": "Hz"})
     amplitude: Floats = field(metadata={"unit": "m"})
+    jump: NDArray[np.bool_]
     rest_load: Floats = field(metadata={"unit": "N"})
     interference: Floats = field(metadata={"unit": "m"})
     rate: Floats = field(metadata={"unit": "m"})
@@ -155,6 +160,7 @@ class _State:
     vibration: Vibration
     rate: Floats
     rest: Rest
+    jumped: bool = False
 
 
 class _History:
@@ -218,16 +224,18 @@ class _History:
             if rest.converged and (opened := self._opened(rest)).any():
                 self._opens(last, taken, opened, at, i)
                 return self.states[-1].vibration
-            if not self._add(begin + passed, i, taken.end, rest):
+            if not self._add(begin + passed, i, taken.end, rest, taken.jumped):
                 return last.vibration
 
-    def _add(self, cycles: float, dwell: int, vibration: Vibration, rest: Rest) -> bool:
+    def _add(
+        self, cycles: float, dwell: int, vibration: Vibration, rest: Rest, jumped: bool = False
+    ) -> bool:
         """One more state, where it is solved at rest, too."""
         if not rest.converged:
             self.status = LOST
             return False
         rate = self.law.rate(vibration.solution.deviation)
-        self.states.append(_State(cycles, dwell, vibration, rate, rest))
+        self.states.append(_State(cycles, dwell, vibration, rate, rest, jumped))
         if self.progress is not None:
             self.progress(cycles, self.total, vibration.frequency, vibration.amplitude)
         return True
@@ -246,7 +254,7 @@ class _History:
         found = at.following(last.vibration, v0)
         self.solved += 1
         if found is not None:
-            self._add(self.cycles_to_loss, i, found, self.preload.at(v0))
+            self._add(self.cycles_to_loss, i, found, self.preload.at(v0), taken.jumped)
             self.status = PRELOAD
 
     def _ended(self, last: _State, cycles: float) -> None:
@@ -280,6 +288,7 @@ class _History:
             dwell=np.array([each.dwell for each in self.states], np.int64),
             frequency=np.array([each.vibration.frequency for each in self.states]),
             amplitude=np.array([each.vibration.amplitude for each in self.states]),
+            jump=np.array([each.jumped for each in self.states], bool),
             rest_load=np.array([each.rest.load for each in self.states]),
             interference=np.array([each.vibration.v0 for each in self.states]),
             rate=np.array([each.rate for each in self.states]),
