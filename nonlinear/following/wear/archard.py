@@ -3,10 +3,10 @@
     dv0/dN = -(k / A) ∮ n |dw|,
 
 v0 the interference, n the normal force, w the path of the friction slider, A the contact's area, k
-the wear coefficient (J. F. Archard, Contact and rubbing of flat surfaces, J. Appl. Phys. 24 (1953)
-981-988). What both surfaces lose together counts. The friction work of the contact law is
-μ ∮ n |dw|: of the path in the tangential plane where friction is isotropic; where it is orthogonal,
-of both directions one by one, |dw| = |dw₁| + |dw₂|, which is up to √2 of the path in the plane.
+the wear coefficient of both surfaces together (J. F. Archard, J. Appl. Phys. 24 (1953) 981-988).
+The friction work of the contact law is μ ∮ n |dw|: of the path in the tangential plane where
+friction is isotropic; where it is orthogonal, of both directions one by one, |dw| = |dw₁| + |dw₂|,
+which is up to √2 of the path in the plane.
 """
 
 from dataclasses import dataclass
@@ -40,9 +40,9 @@ class Archard:
     def rate(self, deviation: Deviation) -> Floats:
         """(c,) depth worn in a period, both surfaces together, m."""
         worn = self.depth > 0
-        rubbed = np.zeros(len(worn))
-        np.divide(deviation.dissipation, self.mu, out=rubbed, where=worn)
-        return np.where(worn, self.depth * np.maximum(rubbed, 0.0), 0.0)
+        slid = np.zeros(len(worn))
+        np.divide(deviation.dissipation, self.mu, out=slid, where=worn)
+        return np.where(worn, self.depth * np.maximum(slid, 0.0), 0.0)
 
 
 def checked_archard(contacts: Contacts, coefficient: ArrayLike, area: ArrayLike) -> Archard:

@@ -49,8 +49,12 @@ class Dwell:
         if self.frequency is not None:
             object.__setattr__(self, "frequency", positive(self.frequency, "Dwell.frequency"))
         if self.near is not None:
-            low, high = checked_range(self.near, "Dwell.near").tolist()
-            object.__setattr__(self, "near", (low, high))
+            ends = as_array(self.near, "Dwell.near")
+            if ends.shape != (2,) or not (np.isfinite(ends).all() and 0 < ends[0] < ends[1]):
+                raise InputError(
+                    f"Dwell.near: given {self.near!r}: a range is (low, high), 0 < low < high, Hz"
+                )
+            object.__setattr__(self, "near", tuple(ends.tolist()))
 
     @property
     def at_peak(self) -> bool:
@@ -60,7 +64,10 @@ class Dwell:
     @property
     def hertz(self) -> Floats:
         """The frequency or the range, Hz."""
-        return checked_frequencies(self.frequency if self.near is None else self.near)
+        if self.near is not None:
+            return checked_range(self.near)
+        assert self.frequency is not None
+        return checked_frequencies(self.frequency)
 
     def continues(self, before: "Dwell") -> bool:
         """Whether the vibration goes on as in the dwell before."""

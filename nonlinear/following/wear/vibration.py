@@ -68,7 +68,7 @@ class Vibration:
         larger.
         """
         v = np.abs(to_complex(self.solution.u[:, 0])).sum(axis=0)
-        return np.maximum(np.abs(self.v0), v)
+        return np.asarray(np.maximum(np.abs(self.v0), v))
 
 
 @dataclass(frozen=True)
