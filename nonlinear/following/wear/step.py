@@ -28,7 +28,7 @@ SHORTEST = 1 / 64
 
 
 @dataclass(frozen=True)
-class Step:
+class WearStep:
     """A step.
 
     Attributes
@@ -75,7 +75,7 @@ def stepped(
     law: Archard,
     cycles: float,
     following: Callable[[Vibration, Floats], Vibration | None],
-) -> Step | None:
+) -> WearStep | None:
     """One step of so many cycles, or of fewer; None where no vibration is found after the shortest.
 
     Parameters
@@ -101,7 +101,7 @@ def stepped(
                 solved += 1
                 if end is not None:
                     jumped = change > CHANGE * largest or guess.swept or end.swept
-                    return Step(h, begin.v0, np.array([rate, other]), end, jumped, solved)
+                    return WearStep(h, begin.v0, np.array([rate, other]), end, jumped, solved)
         if last:
             return None
         h *= 0.5

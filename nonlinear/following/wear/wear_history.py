@@ -15,7 +15,7 @@ from vanelock.nonlinear.following.peak_tracking import named_component
 from vanelock.nonlinear.following.wear.archard import Archard, checked_archard
 from vanelock.nonlinear.following.wear.dwell import Dwell, checked_dwells
 from vanelock.nonlinear.following.wear.preload import Preload, Rest, preload
-from vanelock.nonlinear.following.wear.step import Step, allowed, stepped
+from vanelock.nonlinear.following.wear.step import WearStep, allowed, stepped
 from vanelock.nonlinear.following.wear.vibration import Vibration, Vibrations, vibrations
 from vanelock.nonlinear.forced_response.options import Options
 from vanelock.nonlinear.fourier.threads import one_thread
@@ -152,7 +152,7 @@ def wear_history(
 
 
 @dataclass(frozen=True)
-class _State:
+class _WornState:
     """What is known after so many cycles of a dwell."""
 
     cycles: float
@@ -176,7 +176,7 @@ class _History:
     ) -> None:
         self.law, self.preload, self.share, self.dwells = law, preload, share, dwells
         self.progress, self.total = progress, float(sum(each.cycles for each in dwells))
-        self.states: list[_State] = []
+        self.states: list[_WornState] = []
         self.status, self.cycles_to_loss, self.solved = DONE, np.nan, 0
 
     def run(self, system: System, options: Options, component: tuple[int, int] | None) -> None:
@@ -235,7 +235,7 @@ class _History:
             self.status = LOST
             return False
         rate = self.law.rate(vibration.solution.deviation)
-        self.states.append(_State(cycles, dwell, vibration, rate, rest, jumped))
+        self.states.append(_WornState(cycles, dwell, vibration, rate, rest, jumped))
         if self.progress is not None:
             self.progress(cycles, self.total, vibration.frequency, vibration.amplitude)
         return True
@@ -245,7 +245,7 @@ class _History:
         return np.asarray((self.states[0].rest.approach > 0) & (rest.approach <= 0))
 
     def _opens(
-        self, last: _State, taken: Step, opened: NDArray[np.bool_], at: Vibrations, i: int
+        self, last: _WornState, taken: WearStep, opened: NDArray[np.bool_], at: Vibrations, i: int
     ) -> None:
         """End where the first of some joints opens within a step."""
         share = self._where(taken.interference, opened)
@@ -257,7 +257,7 @@ class _History:
             self._add(self.cycles_to_loss, i, found, self.preload.at(v0), taken.jumped)
             self.status = PRELOAD
 
-    def _ended(self, last: _State, cycles: float) -> None:
+    def _ended(self, last: _WornState, cycles: float) -> None:
         """End where no vibration is found within a step: because a joint opens, or not."""
         self.status = LOST
 

@@ -28,7 +28,7 @@ def ring(seed: int) -> tuple[System, float]:
     return replace(system, contacts=replace(system.contacts, kt=kt)), float(hertz)
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", range(2))
 @pytest.mark.parametrize("friction", ["isotropic", "orthogonal"])
 def test_rates_are_those_of_loops(seed: int, friction: str) -> None:
     system, hertz = ring(seed)
@@ -36,12 +36,12 @@ def test_rates_are_those_of_loops(seed: int, friction: str) -> None:
     k, area = np.array([1e-6, 3e-6]), np.array([0.5, 2.0])
     found = wear_history(system, Dwell(1.0, frequency=hertz), k, area, options)
     response = frequency_response(system, [hertz], options)
-    loops = wear(response, 0, area, k, 1 << 14).depth_per_hour / (hertz * 3600)
+    loops = wear(response, 0, area, k, 1 << 12).depth_per_hour / (hertz * 3600)
     if friction == "isotropic":
-        np.testing.assert_allclose(found.rate[0], loops, rtol=1e-5)
+        np.testing.assert_allclose(found.rate[0], loops, rtol=1e-4)
     else:  # directions one by one
-        assert np.all(found.rate[0] > (1 - 1e-5) * loops)
-        assert np.all(found.rate[0] < (np.sqrt(2) + 1e-5) * loops)
+        assert np.all(found.rate[0] > (1 - 1e-4) * loops)
+        assert np.all(found.rate[0] < (np.sqrt(2) + 1e-4) * loops)
 
 
 def test_a_joint_opens_where_its_interference_says(tmp_path) -> None:

@@ -74,7 +74,7 @@ def test_a_jenkins_oscillator_at_constant_load_wears_linearly(kt, limit, at_peak
 
 
 def pressed(U, mu):
-    """A contact dragged to and fro by U whatever it resists, pressed by a spring."""
+    """A contact dragged by U, back and forth, whatever it resists, pressed by a spring."""
     stiff = 1e10
     contact = Contact(tangential=0, normal=1, mu=mu, kt=1.0, kn=2.0, preload=2.0)
     return System.from_matrices(np.eye(2), np.diag([stiff, 1.0]), [contact], force={0: stiff * U})
