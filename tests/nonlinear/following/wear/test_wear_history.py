@@ -1,6 +1,7 @@
 """Wear over cycles: rates against the slip of loops, where a joint opens, and what is refused."""
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -125,7 +126,7 @@ def test_what_does_not_wear_keeps_its_interference() -> None:
         ),
     ],
 )
-def test_bad_input_is_one_line(given: dict, message: str) -> None:
+def test_bad_input_is_one_line(given: dict[str, Any], message: str) -> None:
     system, hertz = ring(0)
     asked = {"dwells": Dwell(1.0, frequency=hertz), "coefficient": 1e-6, "area": 1.0}
     with pytest.raises(InputError, match=message) as caught:
@@ -151,6 +152,6 @@ def test_no_friction_no_wear_is_said() -> None:
         ({"cycles": 1.0, "frequency": 1.0, "force": "a"}, r"Dwell.force: given 'a': needs an"),
     ],
 )
-def test_bad_dwells_are_refused(given: dict, message: str) -> None:
+def test_bad_dwells_are_refused(given: dict[str, Any], message: str) -> None:
     with pytest.raises(InputError, match=message):
         Dwell(**given)
