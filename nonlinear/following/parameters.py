@@ -43,19 +43,22 @@ class Parameter:
     name : str
         "force": factor of the excitation of all harmonics h >= 1; the static load stays. "mu":
         coefficient of friction. "interference": v0, m. "slider": way from one place of the
-        sliders, 0, to another, 1.
+        sliders, 0, to another, 1. "worn": way from one interference of all contacts to another.
     contacts : (c,) bool
         Contacts whose friction or interference it is.
     logarithmic : bool
         Whether it is moved along by its logarithm.
     sliders : (2, c, 2) float, optional
         The two places, m.
+    interferences : (2, c) float, optional
+        The two interferences, m.
     """
 
     name: str
     contacts: NDArray[np.bool_]
     logarithmic: bool
     sliders: Floats | None = None
+    interferences: Floats | None = None
 
     def coordinate(self, value: float) -> float:
         """The value itself, or its logarithm."""
@@ -74,6 +77,10 @@ class Parameter:
             begin, end = self.sliders
             slider = (1 - value) * begin + value * end
             return replace(system, contacts=replace(contacts, slider=slider))
+        if self.interferences is not None:
+            begin, end = self.interferences
+            v0 = (1 - value) * begin + value * end
+            return replace(system, contacts=replace(contacts, v0=v0))
         if self.name == "mu":
             mu = np.where(self.contacts, value, contacts.mu)
             return replace(system, contacts=replace(contacts, mu=mu))

@@ -1,0 +1,157 @@
+"""Wear over cycles: rates against the slip of loops, where a joint opens, and what is refused."""
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from tests.verification.nonlinear.spring_rings import loaded, spring_ring, worst_of
+from vanelock.common.errors import InputError
+from vanelock.nonlinear import (
+    Contact,
+    Dwell,
+    Options,
+    System,
+    WearHistory,
+    frequency_response,
+    static_response,
+    wear_history,
+)
+from vanelock.quantities.contacts.wear import wear
+
+
+def ring(seed: int) -> tuple[System, float]:
+    """A ring whose friction is the same in all directions of the plane, and its peak, Hz."""
+    _, force, hertz = next(iter(worst_of(seed).values()))
+    system = loaded(spring_ring(seed), force)
+    kt = np.repeat(system.contacts.kt[:, :1], 2, axis=1)
+    return replace(system, contacts=replace(system.contacts, kt=kt)), float(hertz)
+
+
+@pytest.mark.parametrize("seed", range(2))
+@pytest.mark.parametrize("friction", ["isotropic", "orthogonal"])
+def test_rates_are_those_of_loops(seed: int, friction: str) -> None:
+    system, hertz = ring(seed)
+    options = Options(3, friction=friction)
+    k, area = np.array([1e-6, 3e-6]), np.array([0.5, 2.0])
+    found = wear_history(system, Dwell(1.0, frequency=hertz), k, area, options)
+    response = frequency_response(system, [hertz], options)
+    loops = wear(response, 0, area, k, 1 << 12).depth_per_hour / (hertz * 3600)
+    if friction == "isotropic":
+        np.testing.assert_allclose(found.rate[0], loops, rtol=1e-4)
+    else:  # directions one by one
+        assert np.all(found.rate[0] > (1 - 1e-4) * loops)
+        assert np.all(found.rate[0] < (np.sqrt(2) + 1e-4) * loops)
+
+
+def test_a_joint_opens_where_its_interference_says(tmp_path) -> None:
+    """A contact held off by a static force: n = s (v0 - v_open), s = kn ks / (kn + ks)."""
+    contact = Contact(tangential=0, normal=1, mu=0.5, kt=1.0, kn=2.0, preload=2.0, name="foot")
+    system = System.from_matrices(
+        np.eye(2),
+        np.diag([1.0, 1.0]),
+        [contact],
+        damping_ratio=0.01,
+        force={0: 1.0},
+        static_force={1: -0.2},
+    )
+    # An impact-free contact would never open; it is pushed apart by its own normal vibration.
+    system = replace(system, force={**system.force, 1: replace(system.force[1])})
+    system.force[1].vector[1] = 0.4
+    seen = []
+    found = wear_history(
+        system,
+        Dwell(1e6, frequency=0.1),
+        1e-3,
+        1.0,
+        Options(3),
+        ("x0", 0),
+        progress=lambda *now: seen.append(now),
+    )
+    assert found.status == "preload lost"
+    assert found.joints == ("foot",)
+    assert found.cycles_to_loss == found.cycles[-1] < 1e6
+    np.testing.assert_allclose(found.interference[-1], 0.2, rtol=1e-6)
+    np.testing.assert_allclose(found.rest_load[0], (1 - 0.2) * 2 / 3, rtol=1e-8)
+    np.testing.assert_allclose(found.rest_load[-1], 0.0, atol=1e-8)
+    assert len(seen) == len(found.cycles)
+    worn = replace(system, contacts=replace(system.contacts, v0=found.interference[3]))
+    np.testing.assert_allclose(
+        static_response(worn).force[0, 0, 0, 0].real, found.rest_load[3, 0], rtol=1e-9
+    )
+    again = frequency_response(worn, [0.1], Options(3))
+    assert again.amplitude[0, 0, 0] == pytest.approx(found.amplitude[3], rel=1e-8)
+    found.save(tmp_path / "wear.h5")
+    np.testing.assert_array_equal(WearHistory.load(tmp_path / "wear.h5").rate, found.rate)
+
+
+def test_force_of_a_dwell_scales_the_excitation() -> None:
+    system, hertz = ring(0)
+    dwells = [Dwell(10.0, frequency=hertz), Dwell(10.0, frequency=hertz, force=0.5)]
+    found = wear_history(system, dwells, 1e-6, 1.0, Options(1), ("masses", 0))
+    begins = int(np.argmax(found.dwell == 1))
+    assert found.cycles[begins] == found.cycles[begins - 1] == 10.0
+    half = replace(loaded(system, 0.5), contacts=system.contacts)
+    half = replace(half, contacts=replace(half.contacts, v0=found.interference[begins]))
+    expected = frequency_response(half, [hertz], Options(1)).amplitude[0, 0, 0]
+    assert found.amplitude[begins] == pytest.approx(expected, rel=1e-9)
+
+
+def test_what_does_not_wear_keeps_its_interference() -> None:
+    system, hertz = ring(1)
+    found = wear_history(system, Dwell(50.0, frequency=hertz), [1e-4, 0.0], 1.0, Options(1))
+    assert np.all(np.diff(found.interference[:, 0]) < 0)
+    np.testing.assert_array_equal(found.interference[:, 1], system.contacts.v0[1])
+    still = wear_history(system, Dwell(50.0, frequency=hertz), 0.0, 1.0, Options(1))
+    np.testing.assert_array_equal(still.interference[-1], system.contacts.v0)
+    assert still.cycles.tolist() == [0.0, 50.0]
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ({"dwells": []}, r"dwells: given \[\]: needs a Dwell"),
+        ({"dwells": [3.0]}, r"dwells\[0\]: given a float: needs a Dwell"),
+        ({"coefficient": -1.0}, r"coefficient: given -1 m²/N: must be >= 0"),
+        ({"coefficient": [1.0, 2.0, 3.0]}, r"coefficient: given shape \(3,\): needs a number"),
+        ({"area": 0.0}, r"area: given 0 m²: must be > 0"),
+        ({"area": np.nan}, r"area: given nan: must be finite"),
+        ({"step": 0.9}, r"step: given 0.9: must be one number > 0 and <= 0.5"),
+        ({"options": Options(0)}, r"harmonics: given 0: vibration needs at least 1"),
+        ({"output": ("nowhere", 0)}, r"output: given 'nowhere': allowed: masses"),
+        (
+            {"dwells": Dwell(1.0, near=(1.0, 2.0))},
+            r"dwells\[0\]: given near = \(1, 2\) Hz: no peak",
+        ),
+    ],
+)
+def test_bad_input_is_one_line(given: dict[str, Any], message: str) -> None:
+    system, hertz = ring(0)
+    asked = {"dwells": Dwell(1.0, frequency=hertz), "coefficient": 1e-6, "area": 1.0}
+    with pytest.raises(InputError, match=message) as caught:
+        wear_history(system, **{"options": Options(1), **asked, **given})
+    assert "\n" not in str(caught.value)
+
+
+def test_no_friction_no_wear_is_said() -> None:
+    system, hertz = ring(0)
+    smooth = replace(system, contacts=replace(system.contacts, mu=np.array([0.4, 0.0])))
+    with pytest.raises(InputError, match="contact 1, whose mu is 0"):
+        wear_history(smooth, Dwell(1.0, frequency=hertz), 1e-6, 1.0)
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ({"cycles": 0.0, "frequency": 1.0}, r"Dwell.cycles: given 0.0: must be one number > 0"),
+        ({"cycles": 1.0}, r"Dwell: given none of frequency and near: needs one of them"),
+        ({"cycles": 1.0, "frequency": 1.0, "near": (1.0, 2.0)}, r"Dwell: given both of frequency"),
+        ({"cycles": 1.0, "frequency": -1.0}, r"Dwell.frequency: given -1.0: must be one number"),
+        ({"cycles": 1.0, "near": (2.0, 1.0)}, r"Dwell.near: given \(2.0, 1.0\): a range is"),
+        ({"cycles": 1.0, "frequency": 1.0, "force": "a"}, r"Dwell.force: given 'a': needs an"),
+    ],
+)
+def test_bad_dwells_are_refused(given: dict[str, Any], message: str) -> None:
+    with pytest.raises(InputError, match=message):
+        Dwell(**given)
