@@ -112,8 +112,6 @@ class HeldVibration:
         Of one harmonic at least; of its forces the static one alone acts.
     shape : (n,) complex
         VᴴMφ of the fundamental's modes.
-    amplitude : float
-        a, kg^½ m.
     omega : float
         rad/s.
     xi : float
@@ -124,7 +122,6 @@ class HeldVibration:
 
     structure: Structure
     shape: Array
-    amplitude: float
     omega: float
     xi: float
     mean: Floats | None = None
@@ -140,76 +137,81 @@ class HeldVibration:
         ]
 
     @cached_property
-    def balance(self) -> Balance:
-        """The balance of the contacts."""
+    def _unit(self) -> tuple[Array, complex]:
+        """Modal amplitudes of the fundamental and Λ at a = 1 kg^½ m, all contacts stuck."""
+        found, force = self.excited[0].solve(np.zeros((len(self.shape), 1)), 1.0)
+        return found[:, 0], complex(force[0])
+
+    @cached_property
+    def direction(self) -> Floats:
+        """(c, 3, 2H + 1) dũ/da, 1/kg^½."""
         prepared = self.structure
-        modes, none = prepared.at(1), np.zeros((len(self.shape), 1))
-        still = np.zeros(len(prepared.stiffness), complex)
-        first = modes.rows @ self.excited[0].solve(none, self.amplitude)[0][:, 0]
+        moved = np.zeros((prepared.harmonics + 1, len(prepared.stiffness)), complex)
+        moved[1] = prepared.at(1).rows @ self._unit[0]
+        return self._by_contact(moved)
+
+    @cached_property
+    def still(self) -> Balance:
+        """The balance of the contacts at a = 0."""
+        prepared = self.structure
+        none = np.zeros(len(prepared.stiffness), complex)
         compute = tuple(partial(each.columns, prepared.stiffness) for each in self.excited)
-        vibrations = [first, *(still for _ in self.excited[1:])]
-        found = prepared.assembled(self.omega, vibrations, compute)
+        found = prepared.assembled(self.omega, [none for _ in self.excited], compute)
         return found if self.mean is None else found.with_mean(self.mean)
 
-    def motion(self, w: Floats) -> tuple[list[Array], complex]:
+    def balance(self, amplitude: float) -> Balance:
+        """The balance of the contacts at an amplitude a, kg^½ m."""
+        return replace(self.still, linear=self.still.linear + amplitude * self.direction)
+
+    def motion(self, amplitude: float, w: Floats) -> tuple[list[Array], complex]:
         """Modal amplitudes of the harmonics 0 to H at a deviation w, and the force Λ, kg^½ m/s²."""
-        return self._moved(w, self.amplitude, True)
-
-    def moved(self, change: Floats) -> complex:
-        """How Λ changes with w, to first order and exactly, as it is linear in w."""
-        return self._moved(change, 0.0, False)[1]
-
-    def _moved(self, w: Floats, held: float, loaded: bool) -> tuple[list[Array], complex]:
-        prepared, force = self.structure, 0j
+        prepared = self.structure
         pulled = to_complex(w.reshape(-1, w.shape[2])) * prepared.stiffness
-        amplitudes: list[Array] = []
-        if loaded:
-            modes = prepared.at(0)
-            push = prepared.modal_force(0, self.omega) + (modes.pull @ pulled[0]).real
-            amplitudes.append(modes.solve(0.0, push))
+        modes = prepared.at(0)
+        push = prepared.modal_force(0, self.omega) + (modes.pull @ pulled[0]).real
+        amplitudes, force = [modes.solve(0.0, push)], 0j
         for h, excited in enumerate(self.excited, 1):
             push = excited.modes.pull @ pulled[h]
-            found, needed = excited.solve(push[:, None], held if h == 1 else 0.0)
+            found, needed = excited.solve(push[:, None], amplitude if h == 1 else 0.0)
             amplitudes.append(found[:, 0])
-            if h == 1:
-                force = complex(needed[0])
-            if not loaded:
-                break
+            force = complex(needed[0]) if h == 1 else force
         return amplitudes, force
 
+    def force(self, amplitude: float, w: Floats) -> complex:
+        """Λ, kg^½ m/s², linear in a and w together."""
+        first = to_complex(w.reshape(-1, w.shape[2])[:, :3])[1] * self.structure.stiffness
+        push = self.excited[0].modes.pull @ first
+        return complex(self.excited[0].solve(push[:, None])[1][0]) + amplitude * self._unit[1]
+
     def rates(self, amplitudes: Sequence[Array]) -> list[tuple[Floats, complex]]:
-        """Derivatives of u (c, 3, 2H + 1) and of Λ by ω and by ξ, at fixed w.
+        """Derivatives of u (c, 3, 2H + 1) and of Λ by ω and by ξ, at fixed a and w.
 
         Parameters
         ----------
         amplitudes : sequence of (n_h,)
             Modal amplitudes of the harmonics, as `motion` gives them.
         """
-        prepared, still = self.structure, np.zeros(len(self.structure.stiffness), complex)
-        force = prepared.system.force.get(0)
-        by_omega, by_xi = [still], [still]
-        if force is not None and force.omega_power and self.mean is None:
-            rate = prepared.push_rate(0, self.omega, amplitudes[0])
-            modes = prepared.at(0)
-            by_omega = [modes.rows @ modes.solve(0.0, rate)]
-        changes: list[complex] = []
+        prepared = self.structure
+        moved = np.zeros((2, prepared.harmonics + 1, len(prepared.stiffness)), complex)
+        changes = np.zeros(2, complex)
+        if self.mean is None:
+            rate, modes = prepared.push_rate(0, self.omega, amplitudes[0]), prepared.at(0)
+            if rate is not None:
+                moved[0, 0] = modes.rows @ modes.solve(0.0, rate)
         for h, (excited, y) in enumerate(zip(self.excited, amplitudes[1:], strict=True), 1):
             modes = excited.modes
             inertia = modes.compliance * y
             slower = -h * (modes.slope(h * self.omega, y) - 1j * self.xi * inertia)
             excites = 1j * h * self.omega * inertia
             found, needed = excited.solve(np.column_stack([slower, excites]))
-            both = modes.rows @ found
-            by_omega.append(both[:, 0])
-            by_xi.append(both[:, 1])
+            moved[:, h] = (modes.rows @ found).T
             if h == 1:
-                changes = [complex(each) for each in needed]
-        shape = (prepared.system.contacts.count, 3, 2 * prepared.harmonics + 1)
+                changes = needed
         return [
-            (to_real(np.stack(moved)).reshape(shape), change)
-            for moved, change in zip((by_omega, by_xi), changes, strict=True)
+            (self._by_contact(each), complex(change))
+            for each, change in zip(moved, changes, strict=True)
         ]
 
-    def at(self, omega: float, xi: float) -> "HeldVibration":
-        """The same at another frequency and self-excitation."""
-        return replace(self, omega=omega, xi=xi)
+    def _by_contact(self, moved: Array) -> Floats:
+        """(c, 3, 2H + 1) of coefficients (H + 1, 3c)."""
+        return to_real(moved).reshape(self.structure.system.contacts.count, 3, -1)

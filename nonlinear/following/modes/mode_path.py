@@ -1,26 +1,64 @@
-"""A mode followed from small to large amplitudes.
+"""A mode followed from small to large amplitudes, through folds where amplitudes turn back.
 
-Each point is held along the shape of the one before, at an amplitude some percent larger, from
-where the secant through the last two points leads. A step that fails, or whose motion is another's,
-is halved.
+Each point is held along the shape of the one before, and looked for on a plane across the path, a
+step away in units of what a drawn curve forgives. The direction of the path follows from the sign
+of the determinant of all equations' derivatives, the path's own tangent as the last row: it is
+constant along the path, through folds and across the kinks of the law. A step that fails is made
+shorter; where even the shortest fails, a contact changes its state right there, and the path goes
+on as the other state has it.
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from vanelock.nonlinear.balance.held_vibration import Array, Floats
-from vanelock.nonlinear.following.modes.mode_point import ModePoint, ModeSolver, exact
+from vanelock.nonlinear.balance.held_vibration import Floats
+from vanelock.nonlinear.following.modes.mode_point import Change, ModePoint, ModeSolver, exact
+from vanelock.nonlinear.newton.newton import CuttingPlane
 
-LONGEST = 0.2
-"""Longest step, of the logarithm of the amplitude."""
+UNIT = 0.2
+"""What a step of length 1 is: of ln a, of the contacts' vibration and mean, each as a whole, and of
+the damping ratio by its largest."""
+FASTER = 0.02
+"""The same of the frequency."""
 SHORTEST = 1e-5
 SURE = 0.95
 """Of the amplitude, what lies along the shape of the point before at least."""
-BEND = 0.02
-"""Change of frequency, relatively, and of damping ratio, of the largest so far, beside the secant's
-at which steps become shorter."""
+NEAR = 0.3
+"""How far a point may lie from where its tangent led, in steps."""
+EASY = 4
+"""Pairs (ω, ξ) tried for a point up to which the next step is longer."""
+
+
+@dataclass(frozen=True)
+class Units:
+    """Inverse of what counts as a step of length 1.
+
+    Attributes
+    ----------
+    w : (2H + 1,) float
+    amplitude, omega, xi : float
+    """
+
+    w: Floats
+    amplitude: float
+    omega: float
+    xi: float
+
+    def length(self, change: Change) -> float:
+        """Length of a change."""
+        parts = (
+            float(np.linalg.norm(change.w * self.w)),
+            change.amplitude * self.amplitude,
+            change.omega * self.omega,
+            change.xi * self.xi,
+        )
+        return float(np.linalg.norm(parts))
+
+    def plane(self, w: Floats, amplitude: float, change: Change) -> CuttingPlane:
+        """The plane through (w, a) across a change of length 1."""
+        return CuttingPlane(w, amplitude, change.w * self.w**2, change.amplitude * self.amplitude**2)
 
 
 @dataclass
@@ -30,86 +68,146 @@ class ModePath:
     Attributes
     ----------
     solver : ModeSolver
-    points : list of ModePoint
-        The last two that were found.
-    step : float
-        Of the logarithm of the amplitude, next.
-    spent : int
-        Attempts that failed.
+    last : ModePoint
+        Where the path is.
+    length : float
+        Of the next step.
+    failed : int
+        Steps that failed.
+    damped : float
+        Largest damping ratio so far.
     """
 
     solver: ModeSolver
-    points: list[ModePoint]
-    step: float = LONGEST
-    spent: int = 0
-
-    @property
-    def last(self) -> ModePoint:
-        """Where the path is."""
-        return self.points[-1]
+    last: ModePoint
+    length: float = 1.0
+    failed: int = 0
+    damped: float = 1e-4
+    _sign: float = field(default=0.0, repr=False)
+    _before: Change | None = field(default=None, repr=False)
 
     def onward(self, end: float) -> Iterator[ModePoint]:
-        """Points up to an amplitude, kg^½ m, which the last one has exactly; fewer if it is lost."""
-        while self.last.amplitude < end * (1 - 1e-12):
-            left = float(np.log(end / self.last.amplitude))
-            lands = self.step >= 0.999 * left
-            step = left if lands else min(self.step, 0.6 * left if self.step > 0.6 * left else left)
-            found = self._at(self.last.amplitude * float(np.exp(step)))
-            if found is not None and lands:
-                found = exact(self.solver, found, end)
-            if found is None:
-                self.spent += 1
-                self.step = step / 2
-                if self.step < SHORTEST:
-                    return
-                continue
-            surprise = self._surprise(found)
-            if surprise > 4 and step > 0.01 * LONGEST:
-                self.spent += 1
-                self.step = step / 2
-                continue
-            self.points = [self.last, found]
-            growth = float(np.clip(0.9 / np.sqrt(max(surprise, 1e-12)), 0.5, 2.0))
-            self.step = min(max(self.step if lands else step, step) * growth, LONGEST)
-            yield found
+        """Points until an amplitude, kg^½ m, is passed, which the last one has exactly.
 
-    def _guess(self, amplitude: float) -> tuple[float, float, Floats, Array]:
-        """ω, ξ, w expected at an amplitude, and the shape to hold."""
-        last = self.last
-        if len(self.points) < 2:
-            return last.omega, last.xi, last.solution.w, last.shape
-        before = self.points[-2]
-        ratio = np.log(amplitude / last.amplitude) / np.log(last.amplitude / before.amplitude)
-        omega = last.omega + ratio * (last.omega - before.omega)
-        xi = last.xi + ratio * (last.xi - before.xi)
-        share = (amplitude - last.amplitude) / (last.amplitude - before.amplitude)
-        w = last.solution.w + share * (last.solution.w - self._turned(before))
-        return float(omega), float(xi), w, last.shape
+        It ends before where the path is lost.
+        """
+        while self.last.amplitude < end:
+            ahead = self._ahead()
+            if ahead is None:
+                return
+            if ahead.amplitude >= end:
+                landed = self._landed(ahead, end)
+                if landed is None:
+                    self.failed += 1
+                    self.length *= 0.5
+                    if self.length < SHORTEST:
+                        return
+                    continue
+                ahead = landed
+            self.last = ahead
+            yield ahead
 
-    def _turned(self, before: ModePoint) -> Floats:
-        """W of the point before; it was held in the phase of its own predecessor, as the last is in
-        its: their phases differ by second order only."""
-        return before.solution.w
-
-    def _at(self, amplitude: float) -> ModePoint | None:
-        last = self.last
-        omega, xi, w, shape = self._guess(amplitude)
-        starts = [(omega, xi, w), (last.omega, last.xi, last.solution.w)]
-        for omega, xi, w in starts[: len(self.points)]:
-            held = self.solver.held(shape, amplitude, omega, xi)
-            found = self.solver.point(held, w, last.solution.kept)
-            if found is not None and found.amplitude * SURE < amplitude:
-                return found
+    def _landed(self, ahead: ModePoint, end: float) -> ModePoint | None:
+        """The point at an amplitude, between the last one and the one ahead."""
+        for near in (ahead, self.last):
+            found = exact(self.solver, near, end)
+            if found is not None:
+                low, high = sorted((self.last.omega, ahead.omega))
+                margin = 0.5 * (high - low) + 1e-6 * high
+                if low - margin <= found.omega <= high + margin:
+                    return found
         return None
 
-    def _surprise(self, found: ModePoint) -> float:
-        """How far a point lies from where the secant led, in units of `BEND`."""
-        omega, xi, *_ = self._guess(found.amplitude)
-        ratios = [abs(each.xi / each.omega) for each in (*self.points, found)]
-        aside = abs(found.xi / found.omega - xi / omega) / max(ratios)
-        return float(max(abs(found.omega / omega - 1), 0.2 * aside) / BEND)
+    def _ahead(self) -> ModePoint | None:
+        """The next point, its step made shorter until it is found."""
+        here = self.last.along_own()
+        units = self._units(here)
+        tangent = self._tangent(here, units)
+        if tangent is None:
+            return None
+        while self.length >= SHORTEST:
+            found = self._step(here, tangent, units, self.length)
+            if found is not None:
+                self._before = tangent
+                self.length *= float(np.clip((EASY / found.steps) ** 2, 0.5, 2.0))
+                self.length = min(self.length, 1.0)
+                return found
+            self.failed += 1
+            self.length *= 0.5
+        for push in (2.0, 8.0, 32.0):
+            turned = self._beyond(here, tangent * (push * SHORTEST), units)
+            for length in (push * SHORTEST, 4 * push * SHORTEST):
+                found = turned and self._step(here, turned, units, length)
+                if found:
+                    self._before, self.length = turned, length
+                    return found
+                self.failed += 1
+        return None
 
+    def _units(self, here: ModePoint) -> Units:
+        """What a step is measured by at a point."""
+        self.damped = max(self.damped, abs(here.damping_ratio))
+        u = here.solution.u
+        mean, moving = np.linalg.norm(u[:, :, 0]), np.linalg.norm(u[:, :, 1:])
+        w = np.full(u.shape[2], 1 / max(moving, np.finfo(float).tiny))
+        w[0] = 1 / max(mean, moving, np.finfo(float).tiny)
+        return Units(
+            w=w / UNIT,
+            amplitude=1 / (UNIT * here.amplitude),
+            omega=1 / (FASTER * here.omega),
+            xi=1 / (2 * here.omega * UNIT * self.damped),
+        )
 
-def begun(solver: ModeSolver, point: ModePoint) -> ModePath:
-    """A path from its first point."""
-    return ModePath(solver, [replace(point)])
+    def _tangent(self, here: ModePoint, units: Units) -> Change | None:
+        """Direction of the path at a point, of length 1."""
+        before = self._before
+        if before is None:
+            plane = self.solver.given(here.amplitude)
+        else:
+            before = before * (1 / units.length(replace(before, omega=0.0, xi=0.0)))
+            plane = units.plane(here.solution.w, here.amplitude, before)
+        found = self.solver.tangent(here, plane)
+        if found is None:
+            return None
+        tangent, sign = found
+        self._sign = self._sign or sign
+        return tangent * (self._sign * sign / units.length(tangent))
+
+    def _beyond(self, here: ModePoint, change: Change, units: Units) -> Change | None:
+        """Direction of the path as the state of the contacts a little further has it."""
+        w, amplitude = here.solution.w + change.w, here.amplitude + change.amplitude
+        held = replace(here.held, omega=here.omega + change.omega, xi=here.xi + change.xi)
+        u = held.balance(amplitude).displacement(w)
+        solution = replace(
+            here.solution,
+            w=w,
+            u=u,
+            parameter=amplitude,
+            deviation=self.solver.friction(u, held.omega),
+        )
+        amplitudes = held.motion(amplitude, w)[0]
+        further = replace(here, held=held, solution=solution, amplitudes=amplitudes)
+        return self._tangent(further, units)
+
+    def _step(
+        self, here: ModePoint, tangent: Change, units: Units, length: float
+    ) -> ModePoint | None:
+        """The point a step away, if one is found near there."""
+        way = tangent * length
+        start, amplitude = here.solution.w + way.w, here.amplitude + way.amplitude
+        omega, xi = here.omega + way.omega, here.xi + way.xi
+        if not (omega > 0 and amplitude > 0):
+            return None
+        held = replace(here.held, omega=omega, xi=xi)
+        plane = units.plane(start, amplitude, tangent)
+        found = self.solver.point(held, start, plane, here.solution.kept)
+        if found is None:
+            return None
+        aside = Change(
+            found.solution.w - start,
+            found.solution.parameter - amplitude,
+            found.omega - omega,
+            found.xi - xi,
+        )
+        sure = found.amplitude * SURE < found.solution.parameter
+        return found if sure and units.length(aside) < NEAR * length else None
