@@ -15,6 +15,7 @@ import numpy as np
 
 from vanelock.nonlinear.balance.held_vibration import Floats
 from vanelock.nonlinear.following.modes.mode_point import Change, ModePoint, ModeSolver, exact
+from vanelock.nonlinear.fourier.trigonometric import TURN
 from vanelock.nonlinear.newton.newton import CuttingPlane
 
 UNIT = 0.2
@@ -23,12 +24,16 @@ the damping ratio by its largest."""
 FASTER = 0.02
 """The same of the frequency."""
 SHORTEST = 1e-5
+SAME = 1e-11
+"""Relative difference of two amplitudes that are one."""
 SURE = 0.95
 """Of the amplitude, what lies along the shape of the point before at least."""
 NEAR = 0.3
 """How far a point may lie from where its tangent led, in steps."""
 EASY = 4
 """Pairs (ω, ξ) tried for a point up to which the next step is longer."""
+MOST = 3000
+"""Points of a path."""
 
 
 @dataclass(frozen=True)
@@ -58,7 +63,9 @@ class Units:
 
     def plane(self, w: Floats, amplitude: float, change: Change) -> CuttingPlane:
         """The plane through (w, a) across a change of length 1."""
-        return CuttingPlane(w, amplitude, change.w * self.w**2, change.amplitude * self.amplitude**2)
+        return CuttingPlane(
+            w, amplitude, change.w * self.w**2, change.amplitude * self.amplitude**2
+        )
 
 
 @dataclass
@@ -76,6 +83,10 @@ class ModePath:
         Steps that failed.
     damped : float
         Largest damping ratio so far.
+    count : int
+        Points found.
+    arrived : bool
+        Whether the amplitude that it went to last was reached.
     """
 
     solver: ModeSolver
@@ -83,6 +94,8 @@ class ModePath:
     length: float = 1.0
     failed: int = 0
     damped: float = 1e-4
+    count: int = 0
+    arrived: bool = False
     _sign: float = field(default=0.0, repr=False)
     _before: Change | None = field(default=None, repr=False)
 
@@ -91,7 +104,8 @@ class ModePath:
 
         It ends before where the path is lost.
         """
-        while self.last.amplitude < end:
+        self.arrived = abs(self.last.amplitude / end - 1) < SAME
+        while not self.arrived and self.count < MOST:
             ahead = self._ahead()
             if ahead is None:
                 return
@@ -103,9 +117,17 @@ class ModePath:
                     if self.length < SHORTEST:
                         return
                     continue
-                ahead = landed
+                ahead, self.arrived = landed, True
             self.last = ahead
+            self.count += 1
             yield ahead
+
+    @property
+    def where(self) -> str:
+        """Where the path is and why it ends there, in words."""
+        why = f"{MOST} points are the most" if self.count >= MOST else "no next point was found"
+        last = self.last
+        return f"at the modal amplitude {last.amplitude:g}, {last.omega / TURN:g} Hz: {why}"
 
     def _landed(self, ahead: ModePoint, end: float) -> ModePoint | None:
         """The point at an amplitude, between the last one and the one ahead."""
@@ -136,9 +158,11 @@ class ModePath:
             self.length *= 0.5
         for push in (2.0, 8.0, 32.0):
             turned = self._beyond(here, tangent * (push * SHORTEST), units)
+            if turned is None:
+                continue
             for length in (push * SHORTEST, 4 * push * SHORTEST):
-                found = turned and self._step(here, turned, units, length)
-                if found:
+                found = self._step(here, turned, units, length)
+                if found is not None:
                     self._before, self.length = turned, length
                     return found
                 self.failed += 1

@@ -18,7 +18,7 @@ from vanelock.nonlinear.balance.held_vibration import Array, Floats, HeldVibrati
 from vanelock.nonlinear.contact.law import Law
 from vanelock.nonlinear.continuation.families import Loads
 from vanelock.nonlinear.newton.law_jacobian import response_to
-from vanelock.nonlinear.newton.linearised import Border, linearise
+from vanelock.nonlinear.newton.linearised import Border, Linearised, linearise
 from vanelock.nonlinear.newton.newton import CuttingPlane, Solution, active_rows, scales, solve
 from vanelock.nonlinear.newton.preconditioner import Kept
 
@@ -174,7 +174,9 @@ class ModeSolver:
                 return best
             amplitude = found.parameter
             amplitudes, force = held.motion(amplitude, found.w)
-            here = ModePoint(held, found, amplitudes, abs(force) / (amplitude * held.omega**2), steps)
+            here = ModePoint(
+                held, found, amplitudes, abs(force) / (amplitude * held.omega**2), steps
+            )
             if best is not None and here.left >= best.left:
                 return replace(best, steps=steps)  # rounding is reached
             if here.left < self.tolerance:
@@ -218,8 +220,8 @@ class ModeSolver:
         if step is None:
             return None
         longest = float(np.abs(step).max()) / (LONGEST * here.omega)
-        one, other = (step / max(1.0, longest)).tolist()
-        return by_omega * one + by_xi * other
+        shorter = 1 / max(1.0, longest)
+        return by_omega * (shorter * float(step[0])) + by_xi * (shorter * float(step[1]))
 
     def tangent(self, here: ModePoint, plane: CuttingPlane) -> tuple[Change, float] | None:
         """Direction of the path, by 1 along the plane's normal, and the sign of the determinant.
@@ -269,7 +271,8 @@ class ModeSolver:
             for each, by in zip(moved, ((1.0, 0.0), (0.0, 1.0), (0.0, 0.0)), strict=True)
         ]
 
-    def _linearised(self, here: ModePoint, border: Border | None):
+    def _linearised(self, here: ModePoint, border: Border | None) -> Linearised:
+        """P, bordered or not, ready to be solved."""
         found, balance = here.solution, here.held.balance(here.solution.parameter)
         rows = active_rows(found.w, found.deviation)
         weight = np.broadcast_to(1 / scales(balance.linear), found.w.shape).reshape(-1)
