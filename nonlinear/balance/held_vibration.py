@@ -118,6 +118,8 @@ class HeldVibration:
         ξ, 1/s.
     mean : (c, 3) float, optional
         Mean displacement that is held whatever the contacts do, m.
+    everywhere : bool
+        Whether harmonics h > 1 are excited by themselves, too.
     """
 
     structure: Structure
@@ -125,16 +127,21 @@ class HeldVibration:
     omega: float
     xi: float
     mean: Floats | None = None
+    everywhere: bool = True
 
     @cached_property
     def excited(self) -> list[ExcitedModes]:
         """Those of the harmonics h = 1 ... H."""
         return [
-            ExcitedModes(
-                self.structure.at(h), h * self.omega, self.xi, self.shape if h == 1 else None
-            )
-            for h in range(1, self.structure.harmonics + 1)
+            ExcitedModes(self.structure.at(h), h * self.omega, xi, self.shape if h == 1 else None)
+            for h, xi in enumerate(self._by_harmonic, 1)
         ]
+
+    @property
+    def _by_harmonic(self) -> list[float]:
+        """ξ of the harmonics h = 1 ... H."""
+        others = self.xi if self.everywhere else 0.0
+        return [self.xi, *(others for _ in range(1, self.structure.harmonics))]
 
     @cached_property
     def _unit(self) -> tuple[Array, complex]:
@@ -201,8 +208,8 @@ class HeldVibration:
         for h, (excited, y) in enumerate(zip(self.excited, amplitudes[1:], strict=True), 1):
             modes = excited.modes
             inertia = modes.compliance * y
-            slower = -h * (modes.slope(h * self.omega, y) - 1j * self.xi * inertia)
-            excites = 1j * h * self.omega * inertia
+            slower = -h * (modes.slope(h * self.omega, y) - 1j * excited.xi * inertia)
+            excites = 1j * h * self.omega * inertia * (self.everywhere or h == 1)
             found, needed = excited.solve(np.column_stack([slower, excites]))
             moved[:, h] = (modes.rows @ found).T
             if h == 1:

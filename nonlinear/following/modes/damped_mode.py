@@ -28,7 +28,12 @@ from vanelock.nonlinear.following.modes.amplitudes import checked_amplitudes, fo
 from vanelock.nonlinear.following.modes.linear_start import LinearMode, linear_mode
 from vanelock.nonlinear.following.modes.mode_path import ModePath
 from vanelock.nonlinear.following.modes.mode_point import ModePoint, ModeSolver
-from vanelock.nonlinear.forced_response.options import HARMONICS, Options, PreparedSystem
+from vanelock.nonlinear.forced_response.options import (
+    HARMONICS,
+    Options,
+    PreparedSystem,
+    check_option,
+)
 from vanelock.nonlinear.forced_response.response import Response
 from vanelock.nonlinear.forced_response.static_mean import static_part
 from vanelock.nonlinear.fourier.threads import one_thread
@@ -110,6 +115,7 @@ def damped_mode(
     amplitudes: ArrayLike | tuple[float, float] | None = None,
     options: Options = Options(),
     nodal_diameter: int | None = None,
+    self_excitation: str = "all",
     progress: Progress | None = None,
     modes: Mapping[int, StuckModes] | None = None,
 ) -> DampedMode:
@@ -135,6 +141,10 @@ def damped_mode(
     nodal_diameter : int, optional
         Of the travelling wave, 0 to N - 1; by default that of the engine order. The system needs
         matrices of its multiples too, up to that of the highest harmonic.
+    self_excitation : {"all", "fundamental"}
+        Harmonics on which -ξ M q̇ acts. On all it undamps modes that a higher harmonic excites,
+        too: where one of them is near, the path may leave the mode. On the fundamental alone they
+        keep their damping, as under a force of that harmonic.
     progress : callable, optional
         Called after each point with (points done, points in all, estimated; Hz; modal amplitude).
     modes : dict of int to StuckModes, optional
@@ -156,10 +166,11 @@ def damped_mode(
         system has elements, or its state at rest is not found.
     """
     wanted = checked_amplitudes(amplitudes)
+    check_option("self_excitation", self_excitation, ("all", "fundamental"))
     system = turned(system, options, nodal_diameter)
     ready = prepared(system, options, modes)
     rest, linear = begun(ready, as_whole(mode, "mode"))
-    solver = solver_of(ready, rest)
+    solver = solver_of(ready, rest, self_excitation == "all")
     first = BEGIN * linear.onset
     if wanted is not None:
         first = min(first, float(wanted[0]))
@@ -254,11 +265,12 @@ def begun(ready: PreparedSystem, mode: int) -> tuple[Solution, LinearMode]:
     return rest, linear
 
 
-def solver_of(ready: PreparedSystem, rest: Solution) -> ModeSolver:
+def solver_of(ready: PreparedSystem, rest: Solution, everywhere: bool) -> ModeSolver:
     """What solves points, about the mean at rest where static and dynamic balance are apart."""
     mean = None if ready.options.coupling == "coupled" else rest.u[:, :, 0]
     made = ready.structure
-    return ModeSolver(made, ready.law(made.harmonics), ready.options.tolerance, mean)
+    law = ready.law(made.harmonics)
+    return ModeSolver(made, law, ready.options.tolerance, mean, everywhere)
 
 
 def smallest(solver: ModeSolver, linear: LinearMode, rest: Solution, amplitude: float) -> ModePoint:

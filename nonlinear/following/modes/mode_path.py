@@ -32,8 +32,10 @@ NEAR = 0.3
 """How far a point may lie from where its tangent led, in steps."""
 EASY = 4
 """Pairs (ω, ξ) tried for a point up to which the next step is longer."""
-MOST = 3000
+MOST = 1000
 """Points of a path."""
+BACK = 0.01
+"""Of its largest amplitude, below which a path has left its mode."""
 
 
 @dataclass(frozen=True)
@@ -87,6 +89,8 @@ class ModePath:
         Points found.
     arrived : bool
         Whether the amplitude that it went to last was reached.
+    highest : float
+        Largest amplitude so far, kg^½ m.
     """
 
     solver: ModeSolver
@@ -96,6 +100,7 @@ class ModePath:
     damped: float = 1e-4
     count: int = 0
     arrived: bool = False
+    highest: float = 0.0
     _sign: float = field(default=0.0, repr=False)
     _before: Change | None = field(default=None, repr=False)
 
@@ -105,7 +110,7 @@ class ModePath:
         It ends before where the path is lost.
         """
         self.arrived = abs(self.last.amplitude / end - 1) < SAME
-        while not self.arrived and self.count < MOST:
+        while not self.arrived and not self._stops:
             ahead = self._ahead()
             if ahead is None:
                 return
@@ -118,15 +123,23 @@ class ModePath:
                         return
                     continue
                 ahead, self.arrived = landed, True
-            self.last = ahead
-            self.count += 1
+            self.last, self.count = ahead, self.count + 1
+            self.highest = max(self.highest, ahead.amplitude)
             yield ahead
+
+    @property
+    def _stops(self) -> str:
+        """Why it goes no further though it could; empty where it may."""
+        if self.count >= MOST:
+            return f"{MOST} points are the most"
+        if self.last.amplitude < BACK * self.highest:
+            return "it has turned back, to another mode that a harmonic excites"
+        return ""
 
     @property
     def where(self) -> str:
         """Where the path is and why it ends there, in words."""
-        why = f"{MOST} points are the most" if self.count >= MOST else "no next point was found"
-        last = self.last
+        last, why = self.last, self._stops or "no next point was found"
         return f"at the modal amplitude {last.amplitude:g}, {last.omega / TURN:g} Hz: {why}"
 
     def _landed(self, ahead: ModePoint, end: float) -> ModePoint | None:

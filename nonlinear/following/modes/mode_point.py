@@ -130,16 +130,19 @@ class ModeSolver:
         Relative residual that counts as converged, of contacts and of free vibration.
     mean : (c, 3) float, optional
         Mean displacement that is held whatever the contacts do, m.
+    everywhere : bool
+        Whether harmonics h > 1 are excited by themselves, too.
     """
 
     structure: Structure
     friction: Law
     tolerance: float
     mean: Floats | None = None
+    everywhere: bool = True
 
     def held(self, shape: Array, omega: float, xi: float) -> HeldVibration:
         """The structure at ω and ξ, held along a shape VᴴMφ."""
-        return HeldVibration(self.structure, shape, omega, xi, self.mean)
+        return HeldVibration(self.structure, shape, omega, xi, self.mean, self.everywhere)
 
     def family(self, held: HeldVibration) -> Loads:
         """The contacts' problems by amplitude."""
