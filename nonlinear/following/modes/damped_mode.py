@@ -5,7 +5,8 @@ keeps up (extended periodic motion concept, Krack 2015),
 
     M q̈ + (C - ξ M) q̇ + K q + f(q, q̇) = 0,      q₁ = a φ,   φᴴMφ = 1,      D = ξ/(2ω),
 
-in all harmonics, coupled with the mean as forced vibration is.
+in all harmonics, coupled with the mean as forced vibration is. The self-excitation may be that of
+the fundamental alone: the higher harmonics are then damped as they are in forced vibration.
 """
 
 import warnings
@@ -115,7 +116,7 @@ def damped_mode(
     amplitudes: ArrayLike | tuple[float, float] | None = None,
     options: Options = Options(),
     nodal_diameter: int | None = None,
-    self_excitation: str = "all",
+    self_excitation: str = "fundamental",
     progress: Progress | None = None,
     modes: Mapping[int, StuckModes] | None = None,
 ) -> DampedMode:
@@ -141,10 +142,10 @@ def damped_mode(
     nodal_diameter : int, optional
         Of the travelling wave, 0 to N - 1; by default that of the engine order. The system needs
         matrices of its multiples too, up to that of the highest harmonic.
-    self_excitation : {"all", "fundamental"}
-        Harmonics on which -ξ M q̇ acts. On all it undamps modes that a higher harmonic excites,
-        too: where one of them is near, the path may leave the mode. On the fundamental alone they
-        keep their damping, as under a force of that harmonic.
+    self_excitation : {"fundamental", "all"}
+        Harmonics on which -ξ M q̇ acts. On the fundamental alone, higher ones keep their damping,
+        as under a force of that harmonic. On all, as Krack has it, modes that a higher harmonic
+        excites lose theirs, too: where one is near, the path may leave the mode.
     progress : callable, optional
         Called after each point with (points done, points in all, estimated; Hz; modal amplitude).
     modes : dict of int to StuckModes, optional
@@ -166,7 +167,7 @@ def damped_mode(
         system has elements, or its state at rest is not found.
     """
     wanted = checked_amplitudes(amplitudes)
-    check_option("self_excitation", self_excitation, ("all", "fundamental"))
+    check_option("self_excitation", self_excitation, ("fundamental", "all"))
     system = turned(system, options, nodal_diameter)
     ready = prepared(system, options, modes)
     rest, linear = begun(ready, as_whole(mode, "mode"))

@@ -34,7 +34,7 @@ EASY = 4
 """Pairs (ω, ξ) tried for a point up to which the next step is longer."""
 MOST = 1000
 """Points of a path."""
-BACK = 0.01
+BACK = 0.2
 """Of its largest amplitude, below which a path has left its mode."""
 
 
@@ -133,7 +133,7 @@ class ModePath:
         if self.count >= MOST:
             return f"{MOST} points are the most"
         if self.last.amplitude < BACK * self.highest:
-            return "it has turned back, to another mode that a harmonic excites"
+            return "it has turned back to small amplitudes, those of another mode"
         return ""
 
     @property

@@ -2,14 +2,15 @@
 
 import os
 from dataclasses import replace
+from time import process_time
 
 import numpy as np
 import pytest
 import scipy.linalg as la
 from scipy.interpolate import PchipInterpolator
 
-from tests.verification.nonlinear.spring_rings import MASSES, spring_ring
-from vanelock.nonlinear import Options, damped_mode, frequency_response
+from tests.verification.nonlinear.spring_rings import MASSES, loaded, spring_ring
+from vanelock.nonlinear import STUCK, Options, damped_mode, frequency_response
 from vanelock.nonlinear.balance.balance import structure
 from vanelock.nonlinear.continuation.families import fixed
 from vanelock.nonlinear.fourier.trigonometric import to_complex, to_real
@@ -251,3 +252,46 @@ def test_one_mode_alone_draws_its_resonance(force, record_property):
     assert height < 0.03
     assert shift < np.sqrt(0.03 / 2)
     assert aside < 0.03
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("force", [0.03, 0.3, 1.0] if FULL else [0.3])
+@pytest.mark.parametrize("harmonics", [1, 3] if FULL else [1])
+def test_one_mode_alone_draws_the_vanes_resonance(scene, force, harmonics, record_property):
+    system = loaded(scene.system, force)
+    found = damped_mode(system, 2, options=Options(harmonics))
+    assert found.complete
+    node, direction = np.unravel_index(
+        found.response.amplitude.max(axis=0).argmax(), found.response.amplitude.shape[1:]
+    )
+    height, shift, aside = agree(system, found, node, direction, record_property)
+    assert height < 0.03
+    assert shift < np.sqrt(0.03 / 2)
+    assert aside < 0.03
+
+
+WAVES = [(1, 1), (1, 3), (2, 1), (3, 1), (8, 1), (8, 3)] if FULL else [(1, 1)]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("nodal_diameter", "harmonics"), WAVES)
+@pytest.mark.parametrize("joints", ["open", "stuck"] if FULL else ["open"])
+def test_the_vanes_modes_are_found_from_stuck_to_gross_slip(
+    scene, joints, nodal_diameter, harmonics, record_property
+):
+    system, options = replace(scene.system, damping_joints=joints), Options(harmonics)
+    texts, points, begun = [], 0, process_time()
+    for mode in range(1, 6 if FULL else 3):
+        found = damped_mode(system, mode, None, options, nodal_diameter)
+        assert found.complete
+        assert found.converged.all()
+        assert found.residual.max() < 1e-10
+        assert np.all(found.response.state[0] == STUCK)
+        assert not np.any(found.response.state[-1][scene.interlock] == STUCK)
+        np.testing.assert_allclose(found.frequency[0], found.linear[0], rtol=1e-4)
+        hertz, most = found.frequency[[0, -1]], found.damping_ratio.max()
+        texts.append(f"{hertz[0]:.1f} to {hertz[1]:.1f} Hz, at most {most:.4f}")
+        points += len(found.amplitude)
+    record_property("modes", "; ".join(texts))
+    record_property("points", points)
+    record_property("CPU", f"{process_time() - begun:.0f} s")
