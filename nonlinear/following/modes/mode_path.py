@@ -39,7 +39,7 @@ BACK = 0.2
 
 
 @dataclass(frozen=True)
-class Units:
+class StepUnits:
     """Inverse of what counts as a step of length 1.
 
     Attributes
@@ -181,21 +181,21 @@ class ModePath:
                 self.failed += 1
         return None
 
-    def _units(self, here: ModePoint) -> Units:
+    def _units(self, here: ModePoint) -> StepUnits:
         """What a step is measured by at a point."""
         self.damped = max(self.damped, abs(here.damping_ratio))
         u = here.solution.u
         mean, moving = np.linalg.norm(u[:, :, 0]), np.linalg.norm(u[:, :, 1:])
         w = np.full(u.shape[2], 1 / max(moving, np.finfo(float).tiny))
         w[0] = 1 / max(mean, moving, np.finfo(float).tiny)
-        return Units(
+        return StepUnits(
             w=w / UNIT,
             amplitude=1 / (UNIT * here.amplitude),
             omega=1 / (FASTER * here.omega),
             xi=1 / (2 * here.omega * UNIT * self.damped),
         )
 
-    def _tangent(self, here: ModePoint, units: Units) -> Change | None:
+    def _tangent(self, here: ModePoint, units: StepUnits) -> Change | None:
         """Direction of the path at a point, of length 1."""
         before = self._before
         if before is None:
@@ -210,7 +210,7 @@ class ModePath:
         self._sign = self._sign or sign
         return tangent * (self._sign * sign / units.length(tangent))
 
-    def _beyond(self, here: ModePoint, change: Change, units: Units) -> Change | None:
+    def _beyond(self, here: ModePoint, change: Change, units: StepUnits) -> Change | None:
         """Direction of the path as the state of the contacts a little further has it."""
         w, amplitude = here.solution.w + change.w, here.amplitude + change.amplitude
         held = replace(here.held, omega=here.omega + change.omega, xi=here.xi + change.xi)
@@ -227,7 +227,7 @@ class ModePath:
         return self._tangent(further, units)
 
     def _step(
-        self, here: ModePoint, tangent: Change, units: Units, length: float
+        self, here: ModePoint, tangent: Change, units: StepUnits, length: float
     ) -> ModePoint | None:
         """The point a step away, if one is found near there."""
         way = tangent * length

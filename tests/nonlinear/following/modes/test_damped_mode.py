@@ -145,7 +145,9 @@ def test_modes_beyond_the_band_and_elements_are_refused():
 
 def test_a_frictionless_system_needs_a_range():
     smooth = replace(
-        RING, contacts=replace(RING.contacts, mu=np.zeros(2)), force={0: Force(np.zeros(MASSES))}
+        RING,
+        contacts=replace(RING.contacts, mu=np.zeros(2)),
+        force={0: Force(np.zeros(MASSES, complex))},
     )
     found = damped_mode(smooth, 1, (1e-4, 1e-2), Options(1))
     np.testing.assert_allclose(found.frequency, found.frequency[0], rtol=1e-12)
