@@ -134,11 +134,11 @@ class HeldVibration:
         """Those of the harmonics h = 1 ... H."""
         return [
             ExcitedModes(self.structure.at(h), h * self.omega, xi, self.shape if h == 1 else None)
-            for h, xi in enumerate(self._by_harmonic, 1)
+            for h, xi in enumerate(self._excitations, 1)
         ]
 
     @property
-    def _by_harmonic(self) -> list[float]:
+    def _excitations(self) -> list[float]:
         """ξ of the harmonics h = 1 ... H."""
         others = self.xi if self.everywhere else 0.0
         return [self.xi, *(others for _ in range(1, self.structure.harmonics))]

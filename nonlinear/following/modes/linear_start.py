@@ -1,7 +1,7 @@
 """Where a mode begins: the linear mode about the state at rest, and where contacts leave it.
 
-About rest, contacts that are closed act as springs, without tangential ones where there is no friction, and
-the others are open. A contact at rest under the normal force n₀ begins to slip where
+About rest, contacts that are closed act as springs, those without friction as normal ones alone,
+and the others are open. A contact at rest under the normal force n₀ begins to slip where
 
     a (k_t |u_t| + μ k_n |v|) = μ n₀,      a k_n |v| = n₀
 
