@@ -19,8 +19,8 @@ from vanelock.nonlinear.fourier.trigonometric import TURN
 from vanelock.nonlinear.newton.newton import CuttingPlane
 
 UNIT = 0.2
-"""What a step of length 1 is: of ln a, of the contacts' vibration and mean, each as a whole, and of
-the damping ratio by its largest."""
+"""What a step of length 1 is: of ln a, of the contacts' vibration as a whole, and of the damping
+ratio by its largest."""
 FASTER = 0.02
 """The same of the frequency."""
 SHORTEST = 1e-5
@@ -84,7 +84,7 @@ class ModePath:
     failed : int
         Steps that failed.
     damped : float
-        Largest damping ratio so far.
+        Largest damping ratio so far, 0.01 at least.
     count : int
         Points found.
     arrived : bool
@@ -97,7 +97,7 @@ class ModePath:
     last: ModePoint
     length: float = 1.0
     failed: int = 0
-    damped: float = 1e-4
+    damped: float = 0.01
     count: int = 0
     arrived: bool = False
     highest: float = 0.0
@@ -173,7 +173,8 @@ class ModePath:
             turned = self._beyond(here, tangent * (push * SHORTEST), units)
             if turned is None:
                 continue
-            for length in (push * SHORTEST, 4 * push * SHORTEST):
+            for longer in (1, 4, 16, 64):
+                length = longer * push * SHORTEST
                 found = self._step(here, turned, units, length)
                 if found is not None:
                     self._before, self.length = turned, length
@@ -185,11 +186,11 @@ class ModePath:
         """What a step is measured by at a point."""
         self.damped = max(self.damped, abs(here.damping_ratio))
         u = here.solution.u
-        mean, moving = np.linalg.norm(u[:, :, 0]), np.linalg.norm(u[:, :, 1:])
-        w = np.full(u.shape[2], 1 / max(moving, np.finfo(float).tiny))
-        w[0] = 1 / max(mean, moving, np.finfo(float).tiny)
+        moving = max(float(np.linalg.norm(u[:, :, 1:])), np.finfo(float).tiny)
+        w = np.full(u.shape[2], 1 / (UNIT * moving))
+        w[0] = 0.0  # friction at rest may leave sliders' mean places open
         return StepUnits(
-            w=w / UNIT,
+            w=w,
             amplitude=1 / (UNIT * here.amplitude),
             omega=1 / (FASTER * here.omega),
             xi=1 / (2 * here.omega * UNIT * self.damped),

@@ -13,6 +13,7 @@ from vanelock.nonlinear import (
     OPEN,
     SLIP_OPEN,
     STUCK,
+    Contact,
     DampedMode,
     Element,
     Options,
@@ -151,3 +152,16 @@ def test_a_frictionless_system_needs_a_range():
     )
     found = damped_mode(smooth, 1, (1e-4, 1e-2), Options(1))
     np.testing.assert_allclose(found.frequency, found.frequency[0], rtol=1e-12)
+
+
+def test_what_only_contacts_hold_together_has_the_closed_form():
+    contact = Contact(tangential=(0, 1), mu=0.5, kt=0.5, preload=0.4)
+    pair = System.from_matrices(np.eye(2), np.zeros((2, 2)), [contact])
+    found = damped_mode(pair, 1, options=Options(1))
+    assert found.complete
+    kt, slip, U = 0.5, 0.2, np.sqrt(2) * found.amplitude  # of one mass from the other
+    turn = np.arccos(1 - 2 * slip / (kt * np.maximum(U, slip / kt)))
+    omega = np.sqrt(2 * kt / np.pi * (turn - np.sin(turn) * np.cos(turn)))
+    loss = np.where(U > slip / kt, 4 * slip / (np.pi * U) * (1 - slip / (kt * U)), 0.0)
+    np.testing.assert_allclose(2 * np.pi * found.frequency, omega, rtol=1e-9)
+    np.testing.assert_allclose(found.damping_ratio, loss / omega**2, atol=1e-9)

@@ -25,7 +25,7 @@ from vanelock.nonlinear.newton.newton import solve
 from vanelock.rom.system.system import Contacts, Diameter, Force, System
 
 FULL = os.environ.get("VANELOCK_VERIFY") == "full"
-SEEDS = range(5) if FULL else range(2)
+SEEDS = range(4) if FULL else range(2)
 K, C, KT, SLIP = 1.0, 0.01, 0.25, 0.2
 
 
@@ -157,7 +157,7 @@ def in_its_place(system, found, i, excitation):
 
 
 @pytest.mark.parametrize("excitation", ["all", "fundamental"])
-@pytest.mark.parametrize("seed", SEEDS)
+@pytest.mark.parametrize("seed", SEEDS[:3])
 def test_a_force_in_its_place_keeps_up_the_same_motion(seed, excitation, record_property):
     system, options = spring_ring(seed), Options(3)
     worst, again, count, same = 0.0, 0.0, 0, 0
