@@ -184,7 +184,8 @@ def damped_mode(
         if progress is not None:
             progress(len(points), len(points) + 1, point.omega / TURN, point.amplitude)
     if not points:
-        raise InputError(f"amplitudes: given {wanted}: the path ended before: {path.where}")
+        lowest = 0.0 if wanted is None else wanted[0]
+        raise InputError(f"amplitudes: given {lowest:g}: the path ended before, {path.where}")
     ended = "" if path.arrived else f"the path ended {path.where}"
     if ended:
         warnings.warn(f"damped_mode: {ended}", RuntimeWarning, stacklevel=3)
