@@ -25,7 +25,7 @@ from vanelock.nonlinear.newton.newton import solve
 from vanelock.rom.system.system import Contacts, Diameter, Force, System
 
 FULL = os.environ.get("VANELOCK_VERIFY") == "full"
-SEEDS = range(3) if FULL else range(2)
+SEEDS = range(2)
 K, C, KT, SLIP = 1.0, 0.01, 0.25, 0.2
 RANGE = (1e-7, 1e-3)
 """Modal amplitudes of the vane, kg^½ m, beyond those of the loads that it is put under."""
@@ -159,7 +159,7 @@ def in_its_place(system, found, i, excitation):
 
 
 @pytest.mark.parametrize("excitation", ["all", "fundamental"])
-@pytest.mark.parametrize("seed", SEEDS[:2])
+@pytest.mark.parametrize("seed", SEEDS[:1])
 def test_a_force_in_its_place_keeps_up_the_same_motion(seed, excitation, record_property):
     system, options = spring_ring(seed), Options(3)
     worst, again, count, same = 0.0, 0.0, 0, 0
@@ -286,7 +286,7 @@ def largest_output(found):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("force", [0.03, 0.3, 1.0] if FULL else [0.3])
+@pytest.mark.parametrize("force", [0.3])
 def test_one_mode_alone_draws_the_vanes_resonance_under_a_force_on_it(
     scene, force, record_property
 ):
@@ -304,7 +304,7 @@ def test_one_mode_alone_draws_the_vanes_resonance_under_a_force_on_it(
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("force", [0.03, 0.3, 1.0] if FULL else [0.3])
+@pytest.mark.parametrize("force", [0.3, 1.0] if FULL else [0.3])
 def test_under_the_vanes_own_load_it_misses_what_other_modes_add(scene, force, record_property):
     system = loaded(scene.system, force)
     found = damped_mode(system, 2, RANGE, Options(1))
@@ -317,7 +317,7 @@ def test_under_the_vanes_own_load_it_misses_what_other_modes_add(scene, force, r
     assert shift < np.sqrt((0.03 + more) / 2)
 
 
-WAVES = [(1, 1, 5), (2, 1, 5), (8, 1, 5), (1, 3, 3)] if FULL else [(1, 1, 2)]
+WAVES = [(1, 1, 5), (2, 1, 5), (1, 3, 2)] if FULL else [(1, 1, 2)]
 
 
 @pytest.mark.slow
