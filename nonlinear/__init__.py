@@ -8,6 +8,8 @@ _modules = {
     "Contacts": ".rom.system.system",
     "Element": ".rom.system.element",
     "ELEMENT": "contact.law",
+    "DampedMode": "following.modes.damped_mode",
+    "damped_mode": "following.modes.damped_mode",
     "Diameter": ".rom.system.system",
     "Force": ".rom.system.system",
     "Hysteresis": "following.hysteresis",

@@ -85,7 +85,7 @@ def test_truth_lies_within_two_standard_errors(model, record_property):
 
     Every other one has no sigma. No more have their errors withheld than the level of the tests.
     """
-    seeds, hertz = (48 if FULL else 1), np.linspace(250, 277, 31)
+    seeds, hertz = (24 if FULL else 1), np.linspace(250, 277, 31)
     true = curve(model(), hertz)
     fits = [fitted(model(), hertz, true, seed, TRUTH, given=seed % 2 == 0) for seed in range(seeds)]
     distances = np.array([off(found) for found in fits])
@@ -99,7 +99,7 @@ def test_truth_lies_within_two_standard_errors(model, record_property):
     record_property("within 2 standard errors", f"mu {within[0]:.1%}, kt {within[1]:.1%}")
     spread = np.sqrt((distances**2).mean(axis=0))
     record_property("rms distance", f"mu {spread[0]:.2f}, kt {spread[1]:.2f} standard errors")
-    assert within.min() >= (0.9 if FULL else 0.5)
+    assert within.min() >= (0.83 if FULL else 0.5)
     assert np.abs(distances).max() < 4
 
 

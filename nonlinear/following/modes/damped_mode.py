@@ -1,0 +1,330 @@
+"""Damped nonlinear modes: frequency and damping ratio against amplitude, from stuck to gross slip.
+
+A mode of a structure with friction is taken as the periodic motion that a self-excitation -ξ M q̇
+keeps up (extended periodic motion concept, Krack 2015),
+
+    M q̈ + (C - ξ M) q̇ + K q + f(q, q̇) = 0,      q₁ = a φ,   φᴴMφ = 1,      D = ξ/(2ω),
+
+in all harmonics, coupled with the mean as forced vibration is. The self-excitation may be that of
+the fundamental alone: the higher harmonics are then damped as they are in forced vibration.
+"""
+
+import warnings
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any, TypeAlias
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from vanelock.common.arrays import as_whole
+from vanelock.common.cyclic import folded
+from vanelock.common.errors import InputError
+from vanelock.common.product import Product
+from vanelock.nonlinear.balance.balance import structure
+from vanelock.nonlinear.balance.stuck_modes import StuckModes
+from vanelock.nonlinear.contact.sampling import checked_samples
+from vanelock.nonlinear.continuation.globalisation import from_nothing
+from vanelock.nonlinear.following.modes.amplitudes import checked_amplitudes, followed
+from vanelock.nonlinear.following.modes.linear_start import LinearMode, linear_mode
+from vanelock.nonlinear.following.modes.mode_path import ModePath
+from vanelock.nonlinear.following.modes.mode_point import ModePoint, ModeSolver
+from vanelock.nonlinear.forced_response.options import (
+    HARMONICS,
+    Options,
+    PreparedSystem,
+    check_option,
+)
+from vanelock.nonlinear.forced_response.response import Response
+from vanelock.nonlinear.forced_response.static_mean import static_part
+from vanelock.nonlinear.fourier.threads import one_thread
+from vanelock.nonlinear.fourier.trigonometric import TURN
+from vanelock.nonlinear.newton.newton import Solution
+from vanelock.rom.system.system import System
+
+Floats = NDArray[np.float64]
+Progress: TypeAlias = Callable[[int, int, float, float], None]
+
+BEGIN = 0.1
+"""Where a mode begins, of the amplitude at which the first contact slips or opens."""
+
+
+@dataclass(frozen=True)
+class DampedMode(Product):
+    """Frequency and damping ratio of a mode at p amplitudes.
+
+    Attributes
+    ----------
+    mode : int
+        Its number, from 1, of those of the nodal diameter about the state at rest.
+    nodal_diameter : int
+        Of the fundamental.
+    amplitude : (p,) float
+        Modal amplitude a = (q₁ᴴ M q₁)^½ of the fundamental, kg^½ m.
+    frequency : (p,) float
+        Hz.
+    damping_ratio : (p,) float
+        D = ξ/(2ω): of friction, of modal damping and of a given C together.
+    linear : (2,) float
+        Frequency, Hz, and damping ratio of the mode about rest that it begins with.
+    converged : (p,) bool
+        Whether the contacts' balance and the equation of motion are solved.
+    residual : (p,) float
+        What is left of the fundamental's equation of motion: a force along the mode shape, by a ω².
+    ended : str
+        Where the path ended and why, in words; empty where it arrived.
+    failed : int
+        Steps that failed on the way; shorter ones followed.
+    response : Response
+        The whole motion at each amplitude, its phase arbitrary; at the frequency of the mode and
+        without excitation.
+    """
+
+    mode: int
+    nodal_diameter: int
+    amplitude: Floats = field(metadata={"unit": "kg^0.5 m"})
+    frequency: Floats = field(metadata={"unit": "Hz"})
+    damping_ratio: Floats
+    linear: Floats
+    converged: NDArray[np.bool_]
+    residual: Floats
+    ended: str
+    failed: int
+    response: Response
+
+    @property
+    def complete(self) -> bool:
+        """Whether the path arrived at the last amplitude."""
+        return not self.ended
+
+    @property
+    def shape(self) -> NDArray[np.complex128]:
+        """(p, n) mode shapes φ, φᴴMφ = 1, in the coordinates of the nodal diameter, kg^-½."""
+        return np.asarray(self.response.x[1] / self.amplitude[:, None])
+
+    def at(self, points: Any) -> "DampedMode":
+        """Some of the points."""
+        by_point = ("amplitude", "frequency", "damping_ratio", "converged", "residual")
+        chosen = {name: getattr(self, name)[points] for name in by_point}
+        return replace(self, response=self.response.at(points), **chosen)
+
+
+@one_thread
+def damped_mode(
+    system: System,
+    mode: int,
+    amplitudes: ArrayLike | tuple[float, float] | None = None,
+    options: Options = Options(),
+    nodal_diameter: int | None = None,
+    self_excitation: str = "fundamental",
+    progress: Progress | None = None,
+    modes: Mapping[int, StuckModes] | None = None,
+) -> DampedMode:
+    """A mode's frequency and damping ratio against its amplitude.
+
+    It is followed from the linear mode about the state at rest. Where amplitudes turn back the path
+    goes on through the fold, and the points of a range come in its order.
+
+    Parameters
+    ----------
+    system : System
+        Of its forces the static one alone acts.
+    mode : int
+        Its number, from 1, by frequency with all contacts stuck that are closed at rest; motions
+        that nothing holds do not count.
+    amplitudes : (p,) array_like or (float, float), optional
+        Modal amplitudes, kg^½ m. An array or list: where the path passes them first. A tuple (low,
+        high): a range, sampled as the curve needs it. By default from a tenth of that at which the
+        first contact leaves the linear mode to a hundred times that at which the last slips or
+        opens of the contacts that the linear limit "free" opens.
+    options : Options
+        Harmonics, one at least, coupling, friction, samples and tolerance.
+    nodal_diameter : int, optional
+        Of the travelling wave, 0 to N - 1; by default that of the engine order. The system needs
+        matrices of its multiples too, up to that of the highest harmonic.
+    self_excitation : {"fundamental", "all"}
+        Harmonics on which -ξ M q̇ acts. On the fundamental alone, higher ones keep their damping,
+        as under a force of that harmonic. On all, as Krack has it, modes that a higher harmonic
+        excites lose theirs, too: where one is near, the path may leave the mode.
+    progress : callable, optional
+        Called after each point with (points done, points in all, estimated; Hz; modal amplitude).
+    modes : dict of int to StuckModes, optional
+        As for `frequency_response`.
+
+    Returns
+    -------
+    DampedMode
+
+    Warns
+    -----
+    RuntimeWarning
+        Where the path ended and why, if it did not arrive.
+
+    Raises
+    ------
+    InputError
+        If the mode or nodal diameter is not there, an amplitude or option is not possible, the
+        system has elements, or its state at rest is not found.
+    """
+    wanted = checked_amplitudes(amplitudes)
+    check_option("self_excitation", self_excitation, ("fundamental", "all"))
+    system = turned(system, options, nodal_diameter)
+    ready = prepared(system, options, modes)
+    rest, linear = begun(ready, as_whole(mode, "mode"))
+    solver = solver_of(ready, rest, self_excitation == "all")
+    first = BEGIN * linear.onset
+    if wanted is not None:
+        first = min(first, float(wanted[0]))
+    elif not np.isfinite(first):
+        raise InputError("amplitudes: none given, and no contact can slip or open: needs a range")
+    path = ModePath(solver, smallest(solver, linear, rest, first))
+    points: list[ModePoint] = []
+    for point in followed(path, wanted, isinstance(amplitudes, tuple), linear.onset):
+        points.append(point)
+        if progress is not None:
+            progress(len(points), len(points) + 1, point.omega / TURN, point.amplitude)
+    if not points:
+        lowest = 0.0 if wanted is None else wanted[0]
+        raise InputError(f"amplitudes: given {lowest:g}: the path ended before, {path.where}")
+    ended = "" if path.arrived else f"the path ended {path.where}"
+    if ended:
+        warnings.warn(f"damped_mode: {ended}", RuntimeWarning, stacklevel=3)
+    return collected(ready, mode, points, linear, ended, path.failed)
+
+
+def turned(system: System, options: Options, nodal_diameter: int | None) -> System:
+    """The system as a wave of the nodal diameter sees it, under its static force alone.
+
+    Raises
+    ------
+    InputError
+        If there are no matrices of a nodal diameter, or elements, or options do not fit.
+    """
+    system.contacts.refuse_elements("a damped mode")
+    H = HARMONICS if options.harmonics is None else options.harmonics
+    if H == 0:
+        raise InputError("harmonics: given 0: a mode needs at least 1")
+    for name in ("direction", "static_beyond"):
+        if (given := getattr(options, name)) is not None:
+            raise InputError(f"{name}: given {given!r}: a damped mode has none: leave it out")
+    k = system.nodal_diameter(1)
+    if nodal_diameter is not None:
+        k = as_whole(nodal_diameter, "nodal_diameter")
+    if not 0 <= k < system.sectors:
+        raise InputError(f"nodal_diameter: given {k}: allowed: 0 to {system.sectors - 1}")
+    have = {folded(each, system.sectors) for each in system.diameters}
+    wave = options.harmonic_diameters == "wave"
+    for h in range(H + 1):
+        needed = k * h if wave else k * min(h, 1)
+        if folded(needed % system.sectors, system.sectors) not in have:
+            held, of = ", ".join(map(str, sorted(have))), f"harmonic {h} has nodal diameter"
+            raise InputError(
+                f"nodal_diameter: given {k}: {of} {needed % system.sectors}, "
+                f"but the system holds {held}"
+            )
+    force = {h: each for h, each in system.force.items() if h == 0}
+    return replace(system, engine_order=k, force=force)
+
+
+def prepared(
+    system: System, options: Options, modes: Mapping[int, StuckModes] | None
+) -> PreparedSystem:
+    """The system ready to be solved."""
+    H = HARMONICS if options.harmonics is None else options.harmonics
+    samples = checked_samples(options.samples, H, options.friction)
+    made = structure(system, H, options.harmonic_diameters, modes)
+    return PreparedSystem(replace(options, harmonics=H, samples=samples), made)
+
+
+def begun(ready: PreparedSystem, mode: int) -> tuple[Solution, LinearMode]:
+    """The state at rest, and the linear mode about it.
+
+    Raises
+    ------
+    InputError
+        If the state at rest is not found, there is no such mode or it lies beyond the band.
+    """
+    made, tolerance = ready.structure, ready.options.tolerance
+
+    def found(omega: float) -> tuple[Solution, LinearMode]:
+        rest = ready.rest
+        if rest is None:
+            rest = from_nothing(static_part(made).balance(omega), ready.law, tolerance)
+        if not rest.converged:
+            raise InputError("system: its state at rest was not found, about which modes vibrate")
+        return rest, linear_mode(made, mode, rest)
+
+    rest, linear = found(0.0)
+    force = made.system.force.get(0)
+    if force is not None and force.omega_power:
+        rest, linear = found(linear.omega)
+    hertz, band = linear.omega / TURN, made.system.band
+    if band is not None and hertz > band:
+        raise InputError(
+            f"mode: given {mode}: its {hertz:.6g} Hz lie beyond the {band:.6g} Hz up to which the "
+            "system's reduced parts answer (its band)"
+        )
+    return rest, linear
+
+
+def solver_of(ready: PreparedSystem, rest: Solution, everywhere: bool) -> ModeSolver:
+    """What solves points, about the mean at rest where static and dynamic balance are apart."""
+    mean = None if ready.options.coupling == "coupled" else rest.u[:, :, 0]
+    made = ready.structure
+    law = ready.law(made.harmonics)
+    return ModeSolver(made, law, ready.options.tolerance, mean, everywhere)
+
+
+def smallest(solver: ModeSolver, linear: LinearMode, rest: Solution, amplitude: float) -> ModePoint:
+    """The mode's first point.
+
+    Raises
+    ------
+    InputError
+        If it is not found.
+    """
+    held = solver.held(linear.shape, linear.omega, linear.xi)
+    w = np.zeros((*rest.w.shape[:2], 2 * solver.structure.harmonics + 1))
+    if solver.mean is None:
+        w[:, :, 0] = rest.w[:, :, 0]
+    for smaller in (1.0, 0.1, 0.01, 1e-3):
+        plane = solver.given(smaller * amplitude)
+        found = solver.point(held, w, plane)
+        if found is not None:
+            return found
+    raise InputError(
+        f"mode: no free vibration was found near {linear.omega / TURN:g} Hz at the small modal "
+        f"amplitude {amplitude:g} to begin with"
+    )
+
+
+def collected(
+    ready: PreparedSystem,
+    mode: int,
+    points: list[ModePoint],
+    linear: LinearMode,
+    ended: str,
+    failed: int,
+) -> DampedMode:
+    """Put the points into arrays."""
+    each = iter(points)
+
+    def amplitudes(omega: float, w: Floats) -> list[NDArray[Any]]:
+        """Those of the next point, static mean and all."""
+        point = next(each)
+        return point.held.motion(point.solution.parameter, w)[0]
+
+    response = ready.response([point.solution for point in points], amplitudes)
+    return DampedMode(
+        mode=mode,
+        nodal_diameter=ready.structure.nodal_diameters[1],
+        amplitude=np.array([point.amplitude for point in points]),
+        frequency=response.frequency,
+        damping_ratio=np.array([point.damping_ratio for point in points]),
+        linear=np.array([linear.omega / TURN, linear.xi / (2 * linear.omega)]),
+        converged=response.converged,
+        residual=np.array([point.left for point in points]),
+        ended=ended,
+        failed=failed,
+        response=response,
+    )

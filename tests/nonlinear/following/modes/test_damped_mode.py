@@ -1,0 +1,167 @@
+"""Damped nonlinear modes: power, amplitudes that are asked for, and what is refused."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import scipy.linalg as la
+
+from tests.verification.nonlinear.spring_rings import MASSES, spring_ring
+from vanelock import rom
+from vanelock.common.errors import InputError
+from vanelock.nonlinear import (
+    OPEN,
+    SLIP_OPEN,
+    STUCK,
+    Contact,
+    DampedMode,
+    Element,
+    Options,
+    System,
+    damped_mode,
+)
+from vanelock.rom.system.system import Force
+
+RING = spring_ring(0)
+
+
+def damping(system, k):
+    """C of the modes with all contacts stuck, by its definition."""
+    matrices, stiffness = system.at(k), system.contacts.stiffness.reshape(-1)
+    B = system.contact_rows(k).reshape(-1, MASSES)
+    omega2, V = la.eigh(matrices.K + (B.conj().T * stiffness) @ B, matrices.M)
+    MV = matrices.M @ V
+    return (MV * (2 * system.damping_ratio * np.sqrt(omega2))) @ MV.conj().T
+
+
+@pytest.mark.parametrize("excitation", ["all", "fundamental"])
+def test_self_excitation_puts_in_what_friction_and_damping_take_out(excitation):
+    found = damped_mode(RING, 2, options=Options(3), self_excitation=excitation)
+    omega = 2 * np.pi * found.frequency
+    put, taken = np.zeros(len(omega)), found.response.dissipation.sum(axis=1)
+    assert taken.max() > 0
+    for h, x in found.response.x.items():
+        if h == 0:
+            continue
+        k = RING.nodal_diameter(h)
+        for matrix, total in ((RING.at(k).M, put), (damping(RING, k), taken)):
+            square = np.einsum("pi,ij,pj->p", x.conj(), matrix, x).real
+            work = np.pi * h**2 * omega * square
+            if total is taken:
+                total += work
+            elif h == 1 or excitation == "all":
+                total += 2 * found.damping_ratio * omega * work
+    np.testing.assert_allclose(put, taken, rtol=1e-9)
+
+
+def test_shapes_and_amplitudes_are_by_mass():
+    found = damped_mode(RING, 1, options=Options(2))
+    M = RING.at(RING.nodal_diameter(1)).M
+    mass = np.einsum("pi,ij,pj->p", found.shape.conj(), M, found.shape).real
+    np.testing.assert_allclose(mass, 1.0, rtol=1e-12)
+    assert found.complete
+    assert np.all(found.response.state[0] == STUCK)
+    assert not np.any(found.response.state[-1] == STUCK)
+    assert found.residual.max() < 1e-10
+
+
+@pytest.mark.parametrize("coupling", ["coupled", "uncoupled", "constant-load"])
+def test_amplitudes_of_a_list_lie_on_the_curve_of_a_range(coupling):
+    options = Options(2, coupling=coupling)
+    curve = damped_mode(RING, 1, (0.05, 20.0), options)
+    assert curve.amplitude[[0, -1]] == pytest.approx([0.05, 20.0], rel=1e-10)
+    chosen = curve.amplitude[[3, 20, -5]]
+    listed = damped_mode(RING, 1, chosen[::-1], options)
+    np.testing.assert_allclose(listed.amplitude, chosen, rtol=1e-10)
+    np.testing.assert_allclose(listed.frequency, curve.frequency[[3, 20, -5]], rtol=1e-9)
+    np.testing.assert_allclose(listed.damping_ratio, curve.damping_ratio[[3, 20, -5]], rtol=1e-8)
+
+
+def test_every_mode_of_every_wave_begins_with_its_linear_one():
+    for k in range(RING.sectors):
+        hertz, _ = rom.linear_modes(RING, k, MASSES)
+        for mode in range(1, MASSES + 1):
+            found = damped_mode(RING, mode, [1e-4], Options(1), k)
+            assert found.nodal_diameter == k
+            np.testing.assert_allclose(found.frequency, hertz[mode - 1], rtol=1e-12)
+            np.testing.assert_allclose(found.damping_ratio, RING.damping_ratio, rtol=1e-10)
+
+
+def test_contacts_open_at_rest_leave_the_linear_mode_when_they_close():
+    apart = replace(RING, contacts=replace(RING.contacts, v0=np.array([3.0, -30.0])))
+    hertz, _ = rom.linear_modes(apart, 1, MASSES, np.array([True, False]))
+    found = damped_mode(apart, 1, (1e-4, 1e3), Options(1))
+    np.testing.assert_allclose(found.frequency[0], hertz[0], rtol=1e-4)  # C couples its modes
+    assert found.complete
+    assert found.response.state[0, 1] == OPEN
+    assert found.response.state[-1, 1] == SLIP_OPEN
+
+
+def test_it_is_saved_and_loaded(tmp_path):
+    found = damped_mode(RING, 1, [0.5, 2.0], Options(1))
+    found.save(tmp_path / "mode.h5")
+    again = DampedMode.load(tmp_path / "mode.h5")
+    np.testing.assert_array_equal(again.damping_ratio, found.damping_ratio)
+    assert again.at([1]).frequency == found.frequency[1]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        ({"mode": 0}, "mode: given 0: allowed: 1 to 3"),
+        ({"mode": 4}, "mode: given 4: allowed: 1 to 3"),
+        ({"mode": 1.5}, "mode"),
+        ({"nodal_diameter": 5}, "nodal_diameter: given 5: allowed: 0 to 4"),
+        ({"amplitudes": (2.0, 1.0)}, "amplitudes: given (2.0, 1.0): a range is (low, high)"),
+        ({"amplitudes": [1.0, -1.0]}, "amplitudes: given [1.0, -1.0]: must be > 0"),
+        ({"options": Options(0)}, "harmonics: given 0: a mode needs at least 1"),
+        ({"options": Options(1, direction="up")}, "direction: given 'up'"),
+        ({"options": Options(1, static_beyond=3.0)}, "static_beyond: given 3.0"),
+        ({"self_excitation": "some"}, "self_excitation: given 'some': allowed: fundamental, all"),
+    ],
+)
+def test_what_is_not_possible_is_said_in_a_line(arguments, words):
+    with pytest.raises(InputError) as caught:
+        damped_mode(RING, **{"mode": 1, **arguments})
+    assert str(caught.value).startswith(words)
+    assert "\n" not in str(caught.value)
+
+
+def test_matrices_of_higher_harmonics_are_asked_for():
+    some = replace(RING, diameters={k: RING.diameters[k] for k in (0, 1)})
+    words = "nodal_diameter: given 1: harmonic 2 has nodal diameter 2, but the system holds 0, 1"
+    with pytest.raises(InputError) as caught:
+        damped_mode(some, 1, options=Options(2))
+    assert str(caught.value) == words
+
+
+def test_modes_beyond_the_band_and_elements_are_refused():
+    with pytest.raises(InputError, match="mode: given 3: its .* Hz lie beyond the 0.1 Hz"):
+        damped_mode(replace(RING, band=0.1), 3)
+    spring = Element(force="cubic_spring", places=[0], parameters=[0.5])
+    system = System.from_matrices(np.eye(1), np.eye(1), elements=[spring])
+    with pytest.raises(InputError, match="elements: .* a damped mode is of contacts alone"):
+        damped_mode(system, 1)
+
+
+def test_a_frictionless_system_needs_a_range():
+    smooth = replace(
+        RING,
+        contacts=replace(RING.contacts, mu=np.zeros(2)),
+        force={0: Force(np.zeros(MASSES, complex))},
+    )
+    found = damped_mode(smooth, 1, (1e-4, 1e-2), Options(1))
+    np.testing.assert_allclose(found.frequency, found.frequency[0], rtol=1e-12)
+
+
+def test_what_only_contacts_hold_together_has_the_closed_form():
+    contact = Contact(tangential=(0, 1), mu=0.5, kt=0.5, preload=0.4)
+    pair = System.from_matrices(np.eye(2), np.zeros((2, 2)), [contact])
+    found = damped_mode(pair, 1, options=Options(1))
+    assert found.complete
+    kt, slip, U = 0.5, 0.2, np.sqrt(2) * found.amplitude  # of one mass from the other
+    turn = np.arccos(1 - 2 * slip / (kt * np.maximum(U, slip / kt)))
+    omega = np.sqrt(2 * kt / np.pi * (turn - np.sin(turn) * np.cos(turn)))
+    loss = np.where(U > slip / kt, 4 * slip / (np.pi * U) * (1 - slip / (kt * U)), 0.0)
+    np.testing.assert_allclose(2 * np.pi * found.frequency, omega, rtol=1e-9)
+    np.testing.assert_allclose(found.damping_ratio, loss / omega**2, atol=1e-9)
