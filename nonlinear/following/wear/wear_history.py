@@ -6,7 +6,6 @@ from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.optimize import brentq
 
 from vanelock.common.arrays import as_array
 from vanelock.common.errors import InputError
@@ -271,6 +270,7 @@ class _History:
 
     def _where(self, v0: Callable[[float], Floats], opened: NDArray[np.bool_]) -> float:
         """Share of a step at which the first of the joints opens that are open after it."""
+        from scipy.optimize import brentq  # loaded by those alone who ask: it loads CHOLMOD
 
         def approach(share: float) -> float:
             return float(self.preload.at(v0(share)).approach[opened].min())
