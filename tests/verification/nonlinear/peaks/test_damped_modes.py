@@ -258,7 +258,7 @@ def compared(system, found, node, direction, record_property):
     return abs(height), abs(shift), aside
 
 
-@pytest.mark.parametrize("force", [0.002, 0.01, 0.05])
+@pytest.mark.parametrize("force", [0.01, 0.05])
 def test_one_mode_alone_draws_its_resonance(force, record_property):
     system = separated(force)
     found = damped_mode(system, 1, (1e-3, 1e2), Options(3))
@@ -304,7 +304,7 @@ def test_one_mode_alone_draws_the_vanes_resonance_under_a_force_on_it(
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("force", [0.3, 1.0] if FULL else [0.3])
+@pytest.mark.parametrize("force", [0.3])
 def test_under_the_vanes_own_load_it_misses_what_other_modes_add(scene, force, record_property):
     system = loaded(scene.system, force)
     found = damped_mode(system, 2, RANGE, Options(1))
@@ -317,7 +317,7 @@ def test_under_the_vanes_own_load_it_misses_what_other_modes_add(scene, force, r
     assert shift < np.sqrt((0.03 + more) / 2)
 
 
-WAVES = [(1, 1, 5), (2, 1, 5), (1, 3, 2)] if FULL else [(1, 1, 2)]
+WAVES = [(1, 1, 5)] if FULL else [(1, 1, 2)]
 
 
 @pytest.mark.slow
