@@ -231,9 +231,9 @@ def half_power(hertz, size):
 def compared(system, found, node, direction, record_property):
     """Height, shift of the peak and largest difference of the curves: a mode alone and a sweep.
 
-    Bounds were fixed before anything was measured: the height, and the curve down to 70 % of it,
-    within e = 3 %, as one mode alone leaves out what others add. A top that is e lower moves by
-    √(e/2) of the half-power bandwidth at most: 12 %.
+    The bound of a load on the mode itself: the height, and the curve down to 70 % of it, within
+    e = 3 %, as one mode alone leaves out what others add. A top that is e lower moves by √(e/2) of
+    the half-power bandwidth at most: 12 %.
     """
     output = found.response.amplitude[:, node, direction]
     hertz, size = synthesised(found, system.force[1].vector, output)
