@@ -214,7 +214,7 @@ class _History:
                 return last.vibration
             h = allowed(last.vibration, last.rate, self.share)
             h = left if h >= (1 - ROUND_OFF) * left else h
-            taken = stepped(last.vibration, self.law, h, at.following)
+            taken = stepped(last.vibration, self.law, h, self.share, at.following)
             if taken is None:
                 self._ended(last, h)
                 return last.vibration

@@ -22,7 +22,7 @@ from vanelock.nonlinear import (
 from vanelock.nonlinear.following.peak import PeakPoint, Resonance
 
 FULL = os.environ.get("VANELOCK_VERIFY") == "full"
-RINGS, GROUPS = (12, 6) if FULL else (4, 2)
+RINGS, GROUPS = (20, 10) if FULL else (4, 2)
 STEPS = (0.2, 0.1, 0.05, 0.025, 0.0125)
 ARCHARD = 1e-3
 """k / A, 1/N, of masses and springs of order 1."""
