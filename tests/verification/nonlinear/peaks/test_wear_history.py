@@ -260,7 +260,8 @@ def test_a_sharp_peak_that_turns_smooth_is_the_one_that_a_sweep_finds(record_pro
     record_property("amplitude", f"{amplitude:.1e}")
     record_property("rate", f"{rate:.1e}")
     record_property("5 % against 1.25 %", f"{gap:.1e}")
-    assert sharp[0] and not sharp[-1]
+    assert sharp[0]
+    assert not sharp[-1]
     assert amplitude < 1e-8
     assert rate < 1e-8
     assert gap < 1e-2
