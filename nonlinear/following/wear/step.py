@@ -7,7 +7,8 @@ With r(v0) the depth worn in a cycle, the interference after h cycles is
 whose error over a given number of cycles falls with the square of h. Between both ends the
 interference is the parabola of these slopes. A step changes the interference of no contact by more
 than a share of it, or of its largest normal displacement where that is larger; and it is halved
-where the rate changes by more than a quarter, as where friction begins to slip or a peak is lost.
+where rates change by more than five times that share, at most a quarter, as near a fold, where
+friction begins to slip or where a peak is lost.
 """
 
 from collections.abc import Callable
@@ -22,7 +23,13 @@ from vanelock.nonlinear.following.wear.vibration import Vibration
 Floats = NDArray[np.float64]
 
 CHANGE = 0.25
-"""Of the largest rate: how far rates may change in a step."""
+"""Of the largest rate: how far rates may change in a step, and beyond which they jump."""
+FINER = 5.0
+"""How far rates may change at most, over the share of the interference that a step may.
+
+Near a fold rates change fast while the interference hardly does: unless what is allowed of theirs
+shrinks as well, a smaller share makes no smaller steps there.
+"""
 SHORTEST = 1 / 64
 """Of the step that the interference allows."""
 
@@ -74,6 +81,7 @@ def stepped(
     begin: Vibration,
     law: Archard,
     cycles: float,
+    share: float,
     following: Callable[[Vibration, Floats], Vibration | None],
 ) -> WearStep | None:
     """One step of so many cycles, or of fewer; None where no vibration is found after the shortest.
@@ -84,10 +92,13 @@ def stepped(
     law : Archard
     cycles : float
         Longest step.
+    share : float
+        Of the interference, that it may change by in a step.
     following : callable
         The vibration at another interference.
     """
     rate, solved, h = law.rate(begin.solution.deviation), 0, cycles
+    enough = min(CHANGE, FINER * share)
     while True:
         last = h <= SHORTEST * cycles
         guess = following(begin, begin.v0 - h * rate)
@@ -96,7 +107,7 @@ def stepped(
             other = law.rate(guess.solution.deviation)
             largest = max(rate.max(initial=0.0), other.max(initial=0.0))
             change = np.abs(other - rate).max(initial=0.0)
-            if last or change <= CHANGE * largest:
+            if last or change <= enough * largest:
                 end = following(guess, begin.v0 - 0.5 * h * (rate + other))
                 solved += 1
                 if end is not None:

@@ -54,8 +54,8 @@ class WearHistory(Product):
         Half the peak-to-peak of the output, m.
     jump : (s,) bool
         Whether the vibration changed at once on the way from the state before: the peak was lost
-        and the highest one of the range goes on, or rates changed by more than a quarter within the
-        shortest step.
+        and the highest one of the range goes on, which may be the same, or rates changed by more
+        than a quarter within the shortest step.
     rest_load : (s, j) float
         Sum of the normal forces of each joint's contacts in a sector at rest, N.
     interference : (s, c) float
@@ -213,7 +213,7 @@ class _History:
                 return last.vibration
             h = allowed(last.vibration, last.rate, self.share)
             h = left if h >= (1 - ROUND_OFF) * left else h
-            taken = stepped(last.vibration, self.law, h, at.following)
+            taken = stepped(last.vibration, self.law, h, self.share, at.following)
             if taken is None:
                 self._ended(last, h)
                 return last.vibration
