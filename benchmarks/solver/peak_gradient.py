@@ -9,15 +9,13 @@ reduced.
 import argparse
 import time
 from collections.abc import Callable
-from dataclasses import replace
 
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from benchmarks import segment
 from benchmarks.clock import page, scaled
-from benchmarks.solver.cyclic import natural, ring
-from vanelock import rom
+from benchmarks.solver.cyclic import natural
+from benchmarks.solver.unlike_rings import small, vane
 from vanelock.nonlinear import (
     AmplitudeGradient,
     Options,
@@ -47,28 +45,6 @@ preconditioner that the peak's solution leaves, and with none known, as at the f
 all. Up to 150 unknowns are solved directly either way. Medians of {repeats}, taken in turns.
 Written by `python -m benchmarks.solver.peak_gradient --write`.
 """
-
-
-def vane(size: str) -> System:
-    """The ring of the default vane under the default force, mu 0.15."""
-    vane = rom.reduce(segment.vane_model(size), segment.VANE_MASTERS)
-    casing = rom.reduce(
-        segment.casing_model(size),
-        segment.CASING_MASTERS,
-        nodal_diameters=range(6),
-        band=vane.band,
-    )
-    excitation = rom.Excitation(1, force=30.0)
-    return rom.join(vane, casing, segment.JOINTS, excitation, 0.003)
-
-
-def small() -> System:
-    """A random ring with an output."""
-    system = ring(12, 3, 8, severity=30.0)
-    diameters = {
-        k: replace(one, output=np.eye(12)[None, :3]) for k, one in system.diameters.items()
-    }
-    return replace(system, diameters=diameters, output_names=("first",))
 
 
 def seconds(compute: Callable[[], object]) -> float:

@@ -36,7 +36,7 @@ from vanelock.results.files.run_folder import claimed, record
 from vanelock.stages.parts.systems import excess_steps
 from vanelock.stages.parts.temperature_speed import with_temperature_speeds
 from vanelock.stages.parts.temperatures import described
-from vanelock.stages.plan import plan
+from vanelock.stages.plan import Planned, plan
 from vanelock.stages.response.monitor import monitor
 
 Floats = NDArray[np.float64]
@@ -82,10 +82,7 @@ def fit_study(
         raise InputError("fit: the study has no [fit] table, which names what to fit")
     path, began, starts = Path(folder), time.perf_counter(), study.fit.starts
     curves = _usable(study, load_measured(study), listener)
-    if study.sweep or study.excitation.engine_orders:
-        listener(Notice("what is swept has its unswept value, of several engine orders the first"))
-        orders = study.excitation.engine_orders
-        study = with_values(study, {"excitation.engine_order": orders[0]} if orders else {})
+    study = unswept(study, listener)
     parameters = varied_parameters(study, "fit")
     enough(sum(len(each.amplitude) for each in curves), len(parameters))
     with claimed(path):
@@ -116,8 +113,17 @@ def _usable(study: Study, curves: Sequence[Measured], listener: Listener) -> lis
     return own
 
 
-def rejoined(study: Study, stages: Stages, listener: Listener = silent) -> Rejoined:
-    """A study's reduced parts, to be joined with other values of what does not change them."""
+def unswept(study: Study, listener: Listener) -> Study:
+    """The study with its unswept values and one engine order, which is said."""
+    orders = study.excitation.engine_orders
+    if not study.sweep and not orders:
+        return study
+    listener(Notice("what is swept has its unswept value, of several engine orders the first"))
+    return with_values(study, {"excitation.engine_order": orders[0]} if orders else {})
+
+
+def planned_alone(study: Study, stages: Stages, listener: Listener = silent) -> Planned:
+    """The steps of a study's only case, its temperatures known and an accuracy's mesh chosen."""
     (case,) = with_temperature_speeds(cases(study), stages)
     if text := described(case.study):
         listener(Notice(text))
@@ -125,13 +131,24 @@ def rejoined(study: Study, stages: Stages, listener: Listener = silent) -> Rejoi
     if study.accuracy is not None:
         (case,) = cases(chosen_mesh)
     (planned,) = plan([case], lambda *_: None, [None])
+    return planned
+
+
+def rejoined(study: Study, stages: Stages, listener: Listener = silent) -> Rejoined:
+    """A study's reduced parts, to be joined with other values of what does not change them."""
+    return model_of(planned_alone(study, stages, listener), stages)
+
+
+def model_of(planned: Planned, stages: Stages) -> Rejoined:
+    """The same of a case that is planned."""
+    study = planned.case.study
     free = stages.get(planned.linear.responses["free"])
     watched = monitor(study.outputs.monitor, stages.get(planned.system), free)
     gauges = None if planned.gauges is None else stages.get(planned.gauges)
     parts = [planned.rom[part] for part in ("vane", "casing")]
     vane, casing = map(stages.get, parts)
-    excess = [stages.get(each) for each in excess_steps(case.study, parts[0], parts[1:], parts[1:])]
-    return Rejoined(case.study, vane, casing, watched, gauges, *excess)
+    excess = [stages.get(each) for each in excess_steps(study, parts[0], parts[1:], parts[1:])]
+    return Rejoined(study, vane, casing, watched, gauges, *excess)
 
 
 def _fitted(

@@ -12,20 +12,18 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import qmc
 
-from vanelock.commands.fit.fit import fitted_text, rejoined
+from vanelock.commands.fit.fit import fitted_text, model_of, planned_alone, unswept
 from vanelock.commands.fit.parameters import FitParameter, varied_parameters
 from vanelock.commands.fit.tables import UNITS, shown
 from vanelock.commands.optimise.minimax import Minimax, best, minimax
 from vanelock.commands.optimise.peaks import Peaks
 from vanelock.common.errors import InputError
 from vanelock.common.tables import Cell, Column, Table, counted
-from vanelock.input.cases.values import with_values
 from vanelock.input.schema.study import Study
 from vanelock.pipeline.cache import Cache
 from vanelock.pipeline.progress import Begun, Finished, Listener, Notice, Trial, silent
 from vanelock.pipeline.step import Stages
 from vanelock.results.files.run_folder import claimed, record
-from vanelock.stages.plan import plan
 from vanelock.stages.response.limits import frequencies
 
 Floats = NDArray[np.float64]
@@ -110,14 +108,14 @@ def optimise_study(
     if study.optimise is None:
         raise InputError("optimise: the study has no [optimise] table, which names what to vary")
     path, began, starts = Path(folder), time.perf_counter(), study.optimise.starts
-    if study.sweep or study.excitation.engine_orders:
-        listener(Notice("what is swept has its unswept value, of several engine orders the first"))
-        orders = study.excitation.engine_orders
-        study = with_values(study, {"excitation.engine_order": orders[0]} if orders else {})
+    study = unswept(study, listener)
     parameters = varied_parameters(study, "optimise")
     with claimed(path):
         stages = Stages(Cache(path / "cache", lambda message: listener(Notice(message))), listener)
-        model, near = rejoined(study, stages, listener), _range(study, stages)
+        planned = planned_alone(study, stages, listener)
+        wanted = np.asarray(frequencies(study, stages.get(planned.linear.limits)))
+        near = float(wanted.min()), float(wanted.max())
+        model = model_of(planned, stages)
         listener(Begun(f"largest peak over {counted(len(parameters), 'parameter')}"))
         found = optimum(Peaks(model, parameters, near), starts, listener)
         listener(optimum_table(found, study.name))
@@ -125,15 +123,6 @@ def optimise_study(
     summary = {"optimum": json_of(found), "files": [str(each) for each in files]}
     listener(Finished(str(path), time.perf_counter() - began, summary))
     return found
-
-
-def _range(study: Study, stages: Stages) -> tuple[float, float]:
-    """Frequencies among which the peak lies, Hz."""
-    from vanelock.input.cases.sweep import cases
-
-    (planned,) = plan(cases(study)[:1], lambda *_: None, [None])
-    wanted = np.asarray(frequencies(study, stages.get(planned.linear.limits)))
-    return float(wanted.min()), float(wanted.max())
 
 
 def optimum(peaks: Peaks, starts: int = 1, listener: Listener = silent) -> Optimum:
