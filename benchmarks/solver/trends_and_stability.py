@@ -15,7 +15,7 @@ import numpy as np
 
 from benchmarks.clock import page
 from vanelock import cases, load_study, nonlinear, parse_study, render
-from vanelock.input.schema.assessment import StabilityKeys
+from vanelock.input.schema.assessment.bounds_and_stability import StabilityKeys
 from vanelock.nonlinear import HarmonicModes, Options, Stability, System
 from vanelock.pipeline.cache import Cache
 from vanelock.pipeline.step import Stages

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from vanelock import mesh, render
 from vanelock.input.cases.sweep import cases
-from vanelock.input.schema.own_mesh import refuse_without_areas
+from vanelock.input.schema.structure.own_mesh import refuse_without_areas
 from vanelock.input.schema.study import Study
 from vanelock.mesh import CasingDimensions, Part, VaneDimensions
 from vanelock.pipeline.cache import Cache

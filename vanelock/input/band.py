@@ -11,7 +11,7 @@ from typing import Any
 
 from vanelock.common.checked import Check
 from vanelock.common.errors import InputError
-from vanelock.input.schema.temperature import PARTS
+from vanelock.input.schema.structure.temperature import PARTS
 from vanelock.rom.system.system import MARGIN, wider_band
 
 STEPS = 3

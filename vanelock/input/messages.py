@@ -13,7 +13,7 @@ from vanelock.common.checked import Disagreement
 from vanelock.common.errors import MOST_MISTAKES, cut_short, printable
 from vanelock.common.quantities import bounds, meant, typical
 from vanelock.common.tables import counted
-from vanelock.input.schema.own_mesh import DIMENSIONS, OWN
+from vanelock.input.schema.structure.own_mesh import DIMENSIONS, OWN
 from vanelock.input.schema.study import Study
 
 Location = tuple[int | str, ...]

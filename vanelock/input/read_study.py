@@ -15,7 +15,7 @@ from vanelock.common.toml import LARGEST, toml_tables
 from vanelock.input.cases.sweep import cases, list_mistakes, misfits
 from vanelock.input.cases.values import Given
 from vanelock.input.messages import Order, described, dotted, mistakes
-from vanelock.input.schema.loads import files_named
+from vanelock.input.schema.structure.loads import files_named
 from vanelock.input.schema.study import Study
 
 S = TypeVar("S", bound=Checked)

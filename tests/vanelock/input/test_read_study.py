@@ -5,11 +5,12 @@ from pydantic import BaseModel
 
 from vanelock import Study, load_study, parse_study, template_text
 from vanelock.common.errors import InputError
-from vanelock.input.schema.assessment import BoundsKeys, StabilityKeys, UnlikeKeys
+from vanelock.input.schema.assessment.bounds_and_stability import BoundsKeys, StabilityKeys
+from vanelock.input.schema.assessment.unlike import UnlikeKeys
 from vanelock.input.schema.comparison import CampbellKeys, Fit, MeasuredCurve, Optimise
 from vanelock.input.schema.distributions import Distribution, Scatter
-from vanelock.input.schema.loads import RestLoadKeys
 from vanelock.input.schema.published import Campaign
+from vanelock.input.schema.structure.loads import RestLoadKeys
 
 
 def complaint(text):

@@ -12,7 +12,7 @@ from vanelock.common.product import Product
 from vanelock.input.cases.names import slug, words
 from vanelock.input.cases.sweep import cases
 from vanelock.input.cases.values import with_values
-from vanelock.input.schema.structure import leaves
+from vanelock.input.schema.structure.structure import leaves
 from vanelock.pipeline.cache import Cache, key_of
 from vanelock.pipeline.progress import silent
 from vanelock.pipeline.step import Stages, step

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from vanelock.common.product import Product
-from vanelock.input.schema.own_mesh import OwnVane, refuse_without_areas
+from vanelock.input.schema.structure.own_mesh import OwnVane, refuse_without_areas
 from vanelock.input.schema.study import Study
 from vanelock.mesh import Part
 from vanelock.pipeline.cache import Cache, Entry

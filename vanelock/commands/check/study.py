@@ -12,7 +12,7 @@ from vanelock.input.cases.sweep import Case, cases
 from vanelock.input.measured.curve import curve_mistakes, load_measured
 from vanelock.input.plausible import unusual
 from vanelock.input.read_study import load_study
-from vanelock.input.schema.own_mesh import OwnCasing, OwnVane
+from vanelock.input.schema.structure.own_mesh import OwnCasing, OwnVane
 from vanelock.input.schema.study import Study
 from vanelock.stages.accuracy.budget import SOURCES, pins
 from vanelock.stages.accuracy.cost_estimate import estimated

@@ -14,7 +14,7 @@ from pydantic import ValidationError
 from vanelock.common.errors import InputError
 from vanelock.input.cases.values import value_at, with_values
 from vanelock.input.messages import show
-from vanelock.input.schema.structure import ACCURACY, MODES
+from vanelock.input.schema.structure.structure import ACCURACY, MODES
 from vanelock.input.schema.study import Study
 from vanelock.mesh.geometry.dimensions import CasingDimensions, VaneDimensions
 from vanelock.mesh.geometry.element_size import LARGEST, SMALLEST, element_size

@@ -27,7 +27,7 @@ from vanelock.input.cases.values import with_values
 from vanelock.input.measured.curve import Measured, load_measured
 from vanelock.input.measured.units import DISPLACEMENT
 from vanelock.input.rewrite import rewritten
-from vanelock.input.schema.loads import files_named
+from vanelock.input.schema.structure.loads import files_named
 from vanelock.input.schema.study import Study
 from vanelock.pipeline.cache import Cache
 from vanelock.pipeline.progress import Begun, Finished, Listener, Notice, Trial, silent

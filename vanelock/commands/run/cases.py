@@ -12,7 +12,7 @@ from vanelock.input.cases.sweep import Case, cases
 from vanelock.input.cases.values import Given
 from vanelock.input.measured.curve import load_measured
 from vanelock.input.plausible import unusual
-from vanelock.input.schema.own_mesh import OwnVane, refuse_without_areas
+from vanelock.input.schema.structure.own_mesh import OwnVane, refuse_without_areas
 from vanelock.input.schema.study import Study
 from vanelock.nonlinear import Response
 from vanelock.pipeline.cache import Cache

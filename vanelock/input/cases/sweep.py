@@ -18,8 +18,8 @@ from vanelock.common.errors import InputError
 from vanelock.input.cases.names import valued
 from vanelock.input.cases.values import Given, path_of, value_at, with_values
 from vanelock.input.messages import dotted, explain, field_at, mistakes, reason, show, unknown
-from vanelock.input.schema.loads import files_named
-from vanelock.input.schema.own_mesh import OwnCasing, OwnVane
+from vanelock.input.schema.structure.loads import files_named
+from vanelock.input.schema.structure.own_mesh import OwnCasing, OwnVane
 from vanelock.input.schema.study import Study
 from vanelock.input.settings import unit_of
 from vanelock.mesh.checks.dimensions import (

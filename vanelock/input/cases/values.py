@@ -9,7 +9,7 @@ from vanelock.common.errors import InputError
 from vanelock.common.files.hdf5 import opened
 from vanelock.input.messages import Location, dotted
 from vanelock.input.schema.scene import Scene
-from vanelock.input.schema.structure import KeyTable
+from vanelock.input.schema.structure.structure import KeyTable
 from vanelock.input.schema.study import Study
 
 Given: TypeAlias = Study | Scene

@@ -7,7 +7,7 @@ from pydantic import BeforeValidator, Field, ValidationInfo, field_validator
 
 from vanelock.common.checked import Check
 from vanelock.common.quantities import Force, Frequency, Revolutions, si
-from vanelock.input.schema.structure import KeyTable, leaves, sequence
+from vanelock.input.schema.structure.structure import KeyTable, leaves, sequence
 
 FITTED = (
     "joints.interlock.mu",

@@ -6,7 +6,7 @@ from typing import Annotated, Any, ClassVar, Literal
 from pydantic import BeforeValidator, Field
 
 from vanelock.common.checked import Check
-from vanelock.input.schema.structure import KeyTable
+from vanelock.input.schema.structure.structure import KeyTable
 
 
 def _quantity(value: object) -> object:

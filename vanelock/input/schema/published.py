@@ -8,7 +8,7 @@ from pydantic import BeforeValidator, Field
 
 from vanelock.common.checked import Check
 from vanelock.common.quantities import Length
-from vanelock.input.schema.structure import KeyTable, sequence
+from vanelock.input.schema.structure.structure import KeyTable, sequence
 
 
 def _ascending(*values: float) -> bool:

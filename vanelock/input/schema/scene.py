@@ -11,16 +11,14 @@ from pydantic import AfterValidator, BeforeValidator, Field
 from vanelock.common.checked import Check
 from vanelock.common.quantities import Angle, Force, Frequency, Length, Stiffness
 from vanelock.input.band import asked_for, too_narrow
-from vanelock.input.schema.assessment import (
-    BoundsKeys,
-    JointUnlikeKeys,
-    StabilityKeys,
-    can_be_assessed,
-)
+from vanelock.input.schema.assessment.bounds_and_stability import BoundsKeys, StabilityKeys
+from vanelock.input.schema.assessment.checks import can_be_assessed
+from vanelock.input.schema.assessment.unlike import JointUnlikeKeys
 from vanelock.input.schema.comparison import MeasuredCurve, curves
 from vanelock.input.schema.distributions import Scatter
-from vanelock.input.schema.structure import SPRING, KeyTable, sequence
-from vanelock.input.schema.study import Lists, Order, ResponseKeys
+from vanelock.input.schema.response import Order, ResponseKeys
+from vanelock.input.schema.structure.structure import SPRING, KeyTable, sequence
+from vanelock.input.schema.study import Lists
 
 GROUND = "ground"
 """What a contact's second component is called where there is none."""

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from vanelock import render
 from vanelock.input.cases.values import Given
-from vanelock.input.schema.study import Outputs
+from vanelock.input.schema.outputs import Outputs
 from vanelock.pipeline.progress import Notice
 from vanelock.pipeline.step import Stages
 from vanelock.quantities.answers import CaseAnswers, answers, balances

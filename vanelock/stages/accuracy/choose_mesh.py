@@ -13,7 +13,7 @@ from pydantic import ValidationError
 
 from vanelock.common.errors import InputError
 from vanelock.input.cases.values import with_values
-from vanelock.input.schema.own_mesh import OwnVane, refuse_without_areas
+from vanelock.input.schema.structure.own_mesh import OwnVane, refuse_without_areas
 from vanelock.input.schema.study import Study
 from vanelock.mesh.geometry.element_size import SIZES, SMALLEST, element_size
 from vanelock.pipeline.step import Stages

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from vanelock import fem, rom
 from vanelock.common.product import Product
 from vanelock.common.tables import Cell, Column, Table, heads
-from vanelock.input.schema.own_mesh import OwnCasing, OwnVane
+from vanelock.input.schema.structure.own_mesh import OwnCasing, OwnVane
 from vanelock.mesh import Part
 from vanelock.pipeline.step import Step, step
 from vanelock.rom import Component, System

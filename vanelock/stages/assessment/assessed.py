@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, replace
 
-from vanelock.input.schema.assessment import assessable
+from vanelock.input.schema.assessment.checks import assessable
 from vanelock.nonlinear import Stability
 from vanelock.pipeline.step import Stages
 from vanelock.stages.assessment.bounds import HIGH, LOW, BoundedPeak, Count, bounds_step

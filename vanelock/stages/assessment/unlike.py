@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from vanelock import nonlinear
 from vanelock.common.product import Product
-from vanelock.input.schema.assessment import JointUnlikeKeys, UnlikeKeys
+from vanelock.input.schema.assessment.unlike import JointUnlikeKeys, UnlikeKeys
 from vanelock.nonlinear import HarmonicModes, Options, Response, SectorModes, Unlike
 from vanelock.pipeline.step import Step, step
 from vanelock.rom import Component, System

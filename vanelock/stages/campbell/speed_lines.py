@@ -18,8 +18,8 @@ from vanelock.common.cyclic import folded
 from vanelock.common.errors import InputError
 from vanelock.common.product import Product
 from vanelock.input.schema.comparison import CampbellKeys
+from vanelock.input.schema.structure.temperature import PARTS
 from vanelock.input.schema.study import Study
-from vanelock.input.schema.temperature import PARTS
 from vanelock.pipeline.step import Stages, Step, step
 from vanelock.rom import Component, System
 from vanelock.stages.campbell.frequencies import ModesOverSpeed, grid

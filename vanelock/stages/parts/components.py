@@ -13,7 +13,7 @@ from vanelock.common.cyclic import folded
 from vanelock.fem import Model
 from vanelock.input.band import LEAST, asked_by, least_band, softest
 from vanelock.input.cases.values import Given
-from vanelock.input.schema.structure import Rom
+from vanelock.input.schema.structure.structure import Rom
 from vanelock.input.schema.study import Study
 from vanelock.mesh import Part, VaneDimensions
 from vanelock.pipeline.step import SHARED, Step, step

@@ -12,7 +12,8 @@ from vanelock import fem, mesh, rom
 from vanelock.common.errors import InputError
 from vanelock.common.product import Product
 from vanelock.fem.stresses.skin import skin
-from vanelock.input.schema.study import GaugeKeys, Study
+from vanelock.input.schema.outputs import GaugeKeys
+from vanelock.input.schema.study import Study
 from vanelock.nonlinear import Response
 from vanelock.nonlinear.forced_response.response import half_peak_to_peak
 from vanelock.pipeline.step import Step, step

@@ -23,9 +23,9 @@ from vanelock.common.errors import InputError
 from vanelock.fem import Model
 from vanelock.fem.loads.pressure import faces_of
 from vanelock.fem.loads.traction import centroid
-from vanelock.input.schema.loads import GAS, grows
+from vanelock.input.schema.structure.loads import GAS, grows
+from vanelock.input.schema.structure.temperature import PARTS
 from vanelock.input.schema.study import Study
-from vanelock.input.schema.temperature import PARTS
 from vanelock.mesh import Part, VaneDimensions
 from vanelock.mesh.files.nodal_field import nodal_field
 from vanelock.mesh.geometry.aerofoil_faces import aerofoil_faces

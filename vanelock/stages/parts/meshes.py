@@ -6,7 +6,7 @@ from typing import Any
 
 from vanelock import mesh
 from vanelock.common.errors import InputError
-from vanelock.input.schema.own_mesh import Casing, OwnCasing, OwnVane, Vane, chosen_sets
+from vanelock.input.schema.structure.own_mesh import Casing, OwnCasing, OwnVane, Vane, chosen_sets
 from vanelock.input.schema.study import Study
 from vanelock.mesh import Mates, OwnPart, Part
 from vanelock.mesh.matching.own_part import own_part

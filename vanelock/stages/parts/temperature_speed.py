@@ -13,10 +13,10 @@ import numpy as np
 from vanelock.common.errors import InputError
 from vanelock.input.cases.sweep import Case
 from vanelock.input.cases.values import with_values
-from vanelock.input.schema.piecewise import ends
 from vanelock.input.schema.scene import Scene
+from vanelock.input.schema.structure.piecewise import ends
+from vanelock.input.schema.structure.temperature import PARTS
 from vanelock.input.schema.study import Study
-from vanelock.input.schema.temperature import PARTS
 from vanelock.pipeline.step import Stages
 from vanelock.rom import Component, System
 from vanelock.stages.campbell.frequencies import Meeting, ModesOverSpeed, grid

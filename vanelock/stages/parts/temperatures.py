@@ -1,9 +1,9 @@
 """Young's modulus of the parts at their temperatures."""
 
 from vanelock.common.errors import InputError
-from vanelock.input.schema.piecewise import at
+from vanelock.input.schema.structure.piecewise import at
+from vanelock.input.schema.structure.temperature import PARTS
 from vanelock.input.schema.study import Study
-from vanelock.input.schema.temperature import PARTS
 
 
 def modulus(study: Study, part: str, speed: float | None = None) -> float:

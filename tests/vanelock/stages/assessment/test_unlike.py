@@ -11,7 +11,7 @@ from tests.nonlinear.forced_response.ring.test_ring_response import damped
 from vanelock import load_scene, nonlinear, parse_study, run_scene
 from vanelock.common.errors import InputError
 from vanelock.input.cases.sweep import cases
-from vanelock.input.schema.assessment import UnlikeKeys
+from vanelock.input.schema.assessment.unlike import UnlikeKeys
 from vanelock.pipeline.cache import Cache
 from vanelock.pipeline.step import Stages
 from vanelock.quantities.assessment_warnings import unlike

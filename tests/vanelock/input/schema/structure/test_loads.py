@@ -5,7 +5,7 @@ import pytest
 from vanelock import load_study, parse_study
 from vanelock.common.errors import InputError
 from vanelock.input.cases.sweep import cases
-from vanelock.input.schema.loads import files_named
+from vanelock.input.schema.structure.loads import files_named
 
 OWN = '[vane]\nmesh = "vane.inp"\n'
 HEAT = "[material.vane]\nexpansion = 1.3e-5\n[material.casing]\nexpansion = 1.2e-5\n"

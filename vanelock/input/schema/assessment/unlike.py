@@ -1,35 +1,17 @@
-"""Tables on what a response is worth: bounds over static friction, stability, unlike segments."""
+"""Tables on rings of unlike segments: by how much they differ, and how many rings."""
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 from pydantic import BeforeValidator, Field, field_validator
 
 from vanelock.common.checked import Check
 from vanelock.common.quantities import Frequency
-from vanelock.input.schema.structure import KeyTable, sequence
+from vanelock.input.schema.structure.structure import KeyTable, sequence
 
 if TYPE_CHECKING:
     from vanelock.input.schema.scene import Scene
-    from vanelock.input.schema.study import ResponseKeys, Study
-
-
-class BoundsKeys(KeyTable):
-    """Between which values static friction, which no model determines, may move the peak."""
-
-    joints: (
-        Annotated[tuple[Annotated[str, Field(min_length=1)], ...], BeforeValidator(sequence)] | None
-    ) = Field(default=None, min_length=1, description="joints of undetermined static friction")
-    share: float = Field(default=1.0, ge=0, le=1, description="share of Coulomb's limit")
-    starts: int = Field(default=4, ge=0, le=1000, description="number of random starts")
-    seed: int = Field(default=1, ge=0, le=2**31 - 1, description="seed")
-
-
-class StabilityKeys(KeyTable):
-    """Whether the ring stays with the periodic wave, all nodal diameters considered."""
-
-    points: Literal["peaks", "all"] = Field(default="peaks", description="points of the response")
-    follow: bool = Field(default=False, description="follow an unstable peak in time")
+    from vanelock.input.schema.study import Study
 
 
 def _deviation(value: object) -> object:
@@ -116,43 +98,7 @@ class UnlikeKeys(JointUnlikeKeys):
         return found if self.frequency is None else {**found, "frequency": self.frequency}
 
 
-ALLOWED = {"coupling": "coupled", "samples": None, "harmonic_diameters": "wave"}
-"""What all take of `response`."""
-
-
-def assessable(response: "ResponseKeys") -> bool:
-    """Whether responses of this kind have bounds, stability, and rings of unlike segments."""
-    return all(getattr(response, key) == allowed for key, allowed in ALLOWED.items())
-
-
-def can_be_assessed(given: "Study | Scene") -> Iterator[str]:
-    """What keeps these tables from being used; cases of a campaign may lack them."""
-    response = given.response
-    yield from _can_be_unlike(given)
-    for table in ("bounds", "stability", "unlike"):
-        if getattr(given, table) is None or getattr(given, "campaign", None) is not None:
-            continue
-        if getattr(given, "elements", None) and table != "unlike":
-            yield f"elements: [{table}] is of contacts alone: leave one of them out"
-        for key, allowed in ALLOWED.items():
-            value = getattr(response, key)
-            if value != allowed:
-                must = "leave it out" if allowed is None else f'must be "{allowed}"'
-                text = value if isinstance(value, int) else f'"{value}"'
-                yield f"response.{key} = {text}: {must} for [{table}]"
-    if given.stability is not None and given.stability.points == "all":
-        if getattr(given, "accuracy", None) is not None:
-            yield 'stability.points = "all": with an accuracy choose "peaks"'
-    if given.bounds is not None:
-        known = given.joint_names
-        for name in given.bounds.joints or ():
-            if known and name not in known:
-                yield f'bounds.joints: given "{name}": allowed are {", ".join(known)}'
-        if response.frequencies is not None and len(response.frequencies) < 2:
-            yield "response.frequencies: given one: [bounds] is of a peak, which takes a range"
-
-
-def _can_be_unlike(given: "Study | Scene") -> Iterator[str]:
+def can_be_unlike(given: "Study | Scene") -> Iterator[str]:
     """What keeps segments from differing."""
     if (keys := given.unlike) is None:
         return

@@ -8,7 +8,7 @@ from pydantic import BeforeValidator, Discriminator, Field, Tag, model_validator
 from vanelock.common.checked import Check
 from vanelock.common.errors import InputError
 from vanelock.common.quantities import Length
-from vanelock.input.schema.structure import KeyTable
+from vanelock.input.schema.structure.structure import KeyTable
 from vanelock.mesh import Part
 from vanelock.mesh.files.read import metres
 from vanelock.mesh.geometry.dimensions import CasingDimensions, HookDimensions, VaneDimensions

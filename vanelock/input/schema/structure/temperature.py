@@ -16,8 +16,8 @@ from pydantic import BeforeValidator, Field
 from vanelock.common.checked import Check
 from vanelock.common.errors import InputError
 from vanelock.common.quantities import Revolutions
-from vanelock.input.schema.piecewise import at, ends
-from vanelock.input.schema.structure import KeyTable
+from vanelock.input.schema.structure.piecewise import at, ends
+from vanelock.input.schema.structure.structure import KeyTable
 
 PARTS = ("vane", "casing")
 

@@ -8,8 +8,8 @@ from pydantic import BeforeValidator, Field
 from vanelock.common.checked import Check
 from vanelock.common.errors import printable
 from vanelock.common.quantities import Force, quantity, si
-from vanelock.input.schema.own_mesh import OwnVane
-from vanelock.input.schema.structure import KeyTable
+from vanelock.input.schema.structure.own_mesh import OwnVane
+from vanelock.input.schema.structure.structure import KeyTable
 
 GAS = ("axial", "tangential", "torque")
 

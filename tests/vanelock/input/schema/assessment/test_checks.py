@@ -4,7 +4,7 @@ import pytest
 
 from vanelock import parse_study
 from vanelock.common.errors import InputError
-from vanelock.input.schema.assessment import BoundsKeys, StabilityKeys
+from vanelock.input.schema.assessment.bounds_and_stability import BoundsKeys, StabilityKeys
 
 
 def test_the_name_of_a_table_alone_is_enough() -> None:

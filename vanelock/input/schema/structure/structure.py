@@ -18,7 +18,7 @@ from vanelock.common.quantities import (
     quantity,
     si,
 )
-from vanelock.input.schema.piecewise import ByTemperature
+from vanelock.input.schema.structure.piecewise import ByTemperature
 from vanelock.mesh.checks.dimensions import FEWEST, MOST
 from vanelock.mesh.generate.stretch import MOST as STRETCH
 from vanelock.mesh.geometry.element_size import LARGEST, SIZES, SMALLEST
