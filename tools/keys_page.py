@@ -50,6 +50,8 @@ WORDS: dict[str, str] = {
     "`radial`, `circumferential` or `axial`",
     "outputs.gauges": "a list of tables, see below",
     "measured": "tables, see below",
+    "damped_modes.influence": "a list of `[segment, real, imaginary]`",
+    "wear.dwells": "a list of tables, see below",
     "fit.parameters": "a list of keys, [those that can be fitted](measured.md)",
 }
 """What is allowed where the schema checks by a function of its own."""

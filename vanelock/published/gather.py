@@ -19,7 +19,7 @@ from vanelock.published.evidence import Evidence
 from vanelock.published.maps.maps import Maps, PeakMap, ends, planned_maps
 from vanelock.published.maps.plane import Plane
 from vanelock.published.sheets import COUPLINGS, Plan, case_of, load_of, planned_sheets
-from vanelock.stages.parts.temperature_speed import with_temperature_speeds
+from vanelock.stages.campbell.temperature_speed import with_temperature_speeds
 from vanelock.stages.plan import Planned, plan
 from vanelock.stages.response.monitor import monitor
 from vanelock.stages.response.responses import silent_progress

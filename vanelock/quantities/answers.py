@@ -9,7 +9,6 @@ from vanelock.nonlinear import Audit, Response
 from vanelock.pipeline.cache import key_of
 from vanelock.pipeline.step import Stages, Step
 from vanelock.quantities.contacts.energy import EnergyBalance, balance, bandwidth_ratio
-from vanelock.quantities.contacts.places import Places, places
 from vanelock.quantities.contacts.wear import Wear, wear
 from vanelock.quantities.curves_and_fields import Drawn, RunData
 from vanelock.quantities.selection import lowest_first, named, sampled
@@ -18,6 +17,8 @@ from vanelock.quantities.stress.cycles import Stressed, stressed_step
 from vanelock.quantities.stress.locations import SurfaceLocations, locations_of
 from vanelock.quantities.stress.margins import Margins, margins
 from vanelock.stages.assessment.bounds import HIGH, high_end
+from vanelock.stages.assessment.wear import worn_end
+from vanelock.stages.parts.places import Places, places
 from vanelock.stages.plan import Planned
 from vanelock.stages.response.solved import as_solved
 from vanelock.stages.response.summary import Peak
@@ -59,6 +60,8 @@ class CaseAnswers:
         What moves the peak; None at the largest by static friction.
     high : CaseAnswers or None
         The same at the largest peak that static friction allows, where bounds are asked for.
+    worn : CaseAnswers or None
+        The same after all cycles of its dwells, where wear is followed.
     """
 
     name: str
@@ -74,6 +77,7 @@ class CaseAnswers:
     audit: Audit | None = None
     sensitivities: Sensitivities | None = None
     high: "CaseAnswers | None" = None
+    worn: "CaseAnswers | None" = None
 
     @property
     def stress(self) -> Margins:
@@ -98,6 +102,8 @@ class CaseAnswers:
         if self.high is not None:
             reserve = self.high.stress.governing.reserve
             found["goodman_reserve_at_largest_peak"] = (reserve, "1")
+        if self.worn is not None:
+            found["goodman_reserve_worn"] = (self.worn.stress.governing.reserve, "1")
         m, gauges = self.margins.governing, self.margins.gauges
         found |= {
             "alternating_stress": (m.amplitude, "Pa"),
@@ -143,9 +149,13 @@ def answers(run_data: RunData) -> dict[str, CaseAnswers]:
         audit = _audited(planned, of.top, of.peak.point, stages)
         of = replace(of, audit=audit, sensitivities=moved)
         if planned.bounds is not None and (high := stages.get(planned.bounds).peak(HIGH)):
-            planned = high_end(planned, planned.bounds)
-            at = replace(high, point=0)
-            of = replace(of, high=_answers(run_data, planned, known, at, shown.ends[name][1]))
+            at_high, at = high_end(planned, planned.bounds), replace(high, point=0)
+            of = replace(of, high=_answers(run_data, at_high, known, at, shown.ends[name][1]))
+        if planned.wear is not None and (history := stages.get(planned.wear).history) is not None:
+            at = Peak(0, float(history.frequency[-1]), float(history.amplitude[-1]), at_edge=False)
+            alone = history.frequency[-1:], history.amplitude[-1:], np.array([True])
+            worn = _answers(run_data, worn_end(planned, planned.wear), known, at, alone)
+            of = replace(of, worn=worn)
         found[name] = of
     return found
 

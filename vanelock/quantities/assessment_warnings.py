@@ -1,7 +1,11 @@
-"""What to know of a peak's bounds, its stability and rings of unlike segments, in words."""
+"""What to know of whatever was asked for beyond the responses of a case, in words."""
+
+from collections.abc import Sequence
 
 from vanelock.stages.assessment.bounds import HIGH, LOW, NOMINAL, BoundedPeak
+from vanelock.stages.assessment.damped_modes import FollowedMode
 from vanelock.stages.assessment.unlike import UnlikeRings
+from vanelock.stages.assessment.wear import WornCase
 from vanelock.stages.response.summary import Peak, Summary
 
 APART = 0.01
@@ -49,6 +53,39 @@ def wave(found: Summary) -> list[str]:
     return [
         f"the stability of the periodic wave at the peak is UNDECIDED: {verdict.reason}{growth}"
     ]
+
+
+def damped_modes(found: Sequence[FollowedMode]) -> list[str]:
+    """Which damped modes were not followed to gross slip, and which waves grow from rest."""
+    lines = []
+    for each in found:
+        called = f"mode {each.number} of nodal diameter {each.nodal_diameter}"
+        if each.mode is None:
+            lines.append(f"{called} was NOT FOLLOWED: {each.reason}")
+        elif each.mode.ended:
+            lines.append(f"{called} was not followed to gross slip: {each.mode.ended}")
+        if each.driven is not None and each.driven.linear_damping < 0:
+            ratio = 100 * each.driven.linear_damping
+            lines.append(f"{called} FLUTTERS: with the air its damping ratio is {ratio:.2g} %")
+    return lines
+
+
+def wear(found: WornCase | None) -> list[str]:
+    """What keeps wear over cycles from being taken as it is."""
+    if found is None:
+        return []
+    if (history := found.history) is None:
+        return [f"no wear over cycles: {found.reason}"]
+    lines = []
+    if history.status == "preload lost":
+        lines.append(f"wear opens a joint at rest after {history.cycles_to_loss:.3g} cycles")
+    elif history.status != "cycles done":
+        at = f"{history.cycles[-1]:.3g} cycles"
+        lines.append(f"wear is known up to {at} only: no vibration was found beyond")
+    if history.jump.any():
+        at = ", ".join(f"{each:.3g}" for each in history.cycles[history.jump][:3])
+        lines.append(f"the vibration JUMPS while joints wear, at {at} cycles")
+    return lines
 
 
 def unlike(found: UnlikeRings | None, peak: Peak) -> list[str]:

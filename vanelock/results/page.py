@@ -10,25 +10,27 @@ from vanelock.common.files.digests import file_digest
 from vanelock.pipeline.cache import code_of
 from vanelock.report import Page, Section, write_page
 from vanelock.report.blocks import Single
+from vanelock.results.figures.contacts.worn import WORN
 from vanelock.results.figures.curves import RESPONSE
+from vanelock.results.figures.damped_modes import DAMPED
 from vanelock.results.figures.fatigue import HAIGH
 from vanelock.results.figures.scatter import RINGS
 from vanelock.results.files.redrawn import REPORT
 from vanelock.results.page_sections.certainty import certainty, moves, scatter
 from vanelock.results.page_sections.content import PageContent
 from vanelock.results.page_sections.curves import loops
+from vanelock.results.page_sections.damped_modes import damped_modes
 from vanelock.results.page_sections.errors import convergence
 from vanelock.results.page_sections.fatigue import fatigue
 from vanelock.results.page_sections.inputs import all_inputs, inputs
-from vanelock.results.page_sections.models import models
-from vanelock.results.page_sections.provenance import provenance, written
+from vanelock.results.page_sections.models import models, provenance, written
 from vanelock.results.page_sections.summary import summary
 from vanelock.results.page_sections.view import shapes
 from vanelock.results.page_sections.wear import damping, wear
 
-ELSEWHERE = (RESPONSE, HAIGH, RINGS)
+ELSEWHERE = (RESPONSE, HAIGH, RINGS, DAMPED, WORN)
 """Titles of pictures that other sections show."""
-OPEN = ("summary", "scatter", "moves", "certainty", "shapes")
+OPEN = ("summary", "scatter", "moves", "certainty", "damped_modes", "shapes")
 """Sections that are not folded: what most readers came for."""
 
 
@@ -71,6 +73,7 @@ def sections(content: PageContent) -> list[Section]:
         inputs(content.run_data.given, [each.case.given for each in content.run_data.planned]),
         moves(content),
         certainty(content),
+        damped_modes(content),
         shapes(content),
         loops(content),
         fatigue(content),

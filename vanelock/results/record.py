@@ -155,6 +155,11 @@ class Record:
                 self._file.put(file, f"{where}/bounds", found.bounds, {})
             if found.unlike is not None:
                 self._file.put(file, f"{where}/unlike", found.unlike, {})
+            for mode in found.damped_modes:
+                named = f"mode_{mode.number}_nd_{mode.nodal_diameter}"
+                self._file.put(file, f"{where}/damped_modes/{named}", mode, {})
+            if found.wear is not None:
+                self._file.put(file, f"{where}/wear", found.wear, {})
             for each, stability in zip((where, f"{where}/lower"), found.stability, strict=False):
                 self._file.put(file, f"{each}/stability", stability, {})
             for each, followed in zip((where, f"{where}/lower"), found.settled, strict=False):

@@ -128,6 +128,10 @@ class Planned:
         Rings of unlike segments in numbers, likewise.
     rings : tuple of Step
         Each of them.
+    damped_modes : tuple of Step
+        Damped modes, likewise.
+    wear : Step or None
+        Wear over cycles, likewise.
     """
 
     case: Case
@@ -151,6 +155,8 @@ class Planned:
     settled: tuple[Step[Any], ...] = ()
     unlike: Step[Any] | None = None
     rings: tuple[Step[Any], ...] = ()
+    damped_modes: tuple[Step[Any], ...] = ()
+    wear: Step[Any] | None = None
 
     @property
     def responses(self) -> tuple[Step[Response], ...]:
@@ -165,7 +171,8 @@ class Planned:
     @property
     def assessment(self) -> tuple[Step[Any], ...]:
         """The steps that assess its responses, as far as its file asks for it."""
-        steps = (self.bounds, *self.stability, *self.settled, self.unlike)
+        more = (*self.stability, *self.settled, *self.damped_modes)
+        steps = (self.bounds, *more, self.unlike, self.wear)
         return tuple(each for each in steps if each is not None)
 
     def turned(self) -> "Planned":
@@ -175,8 +182,9 @@ class Planned:
         return replace(made, stability=self.stability[::-1], settled=self.settled[::-1])
 
     def at_end(self, system: Step[System], response: Step[Response]) -> "Planned":
-        """The same with another static friction, and the only point of a response to it."""
-        return replace(self, system=system, response=response, other=None, bounds=None)
+        """The same with other contacts, and the only point of a response to it."""
+        alone = replace(self, system=system, response=response, other=None)
+        return replace(alone, bounds=None, wear=None)
 
     def part(self, name: str, nodal_diameter: int) -> Step[Any]:
         """A reduced part that holds a nodal diameter."""

@@ -90,14 +90,13 @@ class Vibrations:
 
         Without an output and direction, that of the largest amplitude.
         """
-        way = self._way(v0, v0)
         if self.dwell.at_peak:
-            track = self._track(way, component)
+            track = self._track(self._way(v0, v0), component)
             swept = track.sweep(1.0)
             track = track.with_component(1.0, swept)
             return _at_peak(v0, track, track.highest(1.0, swept), True)
         omega = TURN * float(self.dwell.hertz[0])
-        at = way.at(self.ready, 1.0)
+        at = self.at(v0)
         return self._held(v0, at, at.solver.point(omega, []), component)
 
     def following(self, last: Vibration, v0: Floats) -> Vibration | None:
@@ -115,6 +114,10 @@ class Vibrations:
         begun = replace(last.solution, parameter=0.0)
         solution = Tracer(at, way, family, tolerance).point(1.0, [begun])
         return self._held(v0, at(1.0), solution, last.component)
+
+    def at(self, v0: Floats) -> PreparedSystem:
+        """The system at an interference, ready to be solved."""
+        return self._way(v0, v0).at(self.ready, 1.0)
 
     def _way(self, begin: Floats, end: Floats) -> Parameter:
         """The way from one interference, 0, to another, 1."""

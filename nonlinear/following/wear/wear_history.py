@@ -1,7 +1,7 @@
 """Wear over cycles: the interference that contacts lose, and how the vibration changes with it."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TypeAlias
 
 import numpy as np
@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from vanelock.common.arrays import as_array
 from vanelock.common.errors import InputError
 from vanelock.common.product import Product
+from vanelock.nonlinear.following.parameters import Parameter
 from vanelock.nonlinear.following.peak_tracking import named_component
 from vanelock.nonlinear.following.wear.archard import Archard, checked_archard
 from vanelock.nonlinear.following.wear.dwell import Dwell, checked_dwells
@@ -17,6 +18,7 @@ from vanelock.nonlinear.following.wear.preload import Preload, Rest, preload
 from vanelock.nonlinear.following.wear.step import WearStep, allowed, stepped
 from vanelock.nonlinear.following.wear.vibration import Vibration, Vibrations, vibrations
 from vanelock.nonlinear.forced_response.options import Options
+from vanelock.nonlinear.forced_response.response import Response
 from vanelock.nonlinear.fourier.threads import one_thread
 from vanelock.rom.system.system import System
 
@@ -69,6 +71,10 @@ class WearHistory(Product):
         Cycles after which the first joint is open at rest; nan where none was met.
     solved : int
         Vibrations that were looked for.
+    force : (s,) float
+        Factor of the excitation.
+    response : Response
+        The whole vibration of the last state, of one frequency; `system_at` gives its system.
     """
 
     output: str
@@ -85,6 +91,21 @@ class WearHistory(Product):
     status: str
     cycles_to_loss: float
     solved: int
+    force: Floats
+    response: Response
+
+    @property
+    def seconds(self) -> Floats:
+        """(s,) how long the cycles so far take, s."""
+        period = 1 / self.frequency
+        return np.append(0.0, np.cumsum(np.diff(self.cycles) * (period[1:] + period[:-1]) / 2))
+
+    def system_at(self, system: System, state: int) -> System:
+        """The system as worn, under the excitation of that state's dwell."""
+        worn = replace(system.contacts, v0=self.interference[state])
+        none = np.zeros(worn.count, bool)
+        loaded = Parameter("force", none, True).system(system, float(self.force[state]))
+        return replace(loaded, contacts=worn)
 
 
 @one_thread
@@ -147,7 +168,7 @@ def wear_history(
     component = named_component(system.output_names, output)
     found = _History(law, preload(system, options), float(share), given, progress)
     found.run(system, options, component)
-    return found.collected(system)
+    return found.collected(system, options)
 
 
 @dataclass(frozen=True)
@@ -277,9 +298,11 @@ class _History:
 
         return float(brentq(approach, 0.0, 1.0, xtol=1e-10)) if approach(0.0) > 0 else 0.0
 
-    def collected(self, system: System) -> WearHistory:
+    def collected(self, system: System, options: Options) -> WearHistory:
         """The states as arrays."""
         node, direction = self.states[0].vibration.component
+        last = self.states[-1]
+        ready = vibrations(system, self.dwells[last.dwell], options).at(last.vibration.v0)
         return WearHistory(
             output=system.output_names[node],
             direction=direction,
@@ -295,6 +318,8 @@ class _History:
             status=self.status,
             cycles_to_loss=self.cycles_to_loss,
             solved=self.solved,
+            force=np.array([self.dwells[each.dwell].force for each in self.states]),
+            response=ready.response([last.vibration.solution]),
         )
 
 

@@ -6,7 +6,9 @@ from pydantic import BaseModel
 from vanelock import Study, load_study, parse_study, template_text
 from vanelock.common.errors import InputError
 from vanelock.input.schema.assessment.bounds_and_stability import BoundsKeys, StabilityKeys
+from vanelock.input.schema.assessment.damped_modes import DampedModeKeys
 from vanelock.input.schema.assessment.unlike import UnlikeKeys
+from vanelock.input.schema.assessment.wear import WearKeys
 from vanelock.input.schema.comparison import CampbellKeys, Fit, MeasuredCurve, Optimise
 from vanelock.input.schema.distributions import Distribution, Scatter
 from vanelock.input.schema.published import Campaign
@@ -55,6 +57,8 @@ def test_template_mentions_every_key():
         "bounds": BoundsKeys,
         "stability": StabilityKeys,
         "unlike": UnlikeKeys,
+        "damped_modes": DampedModeKeys,
+        "wear": WearKeys,
         "campbell": CampbellKeys,
         "measured": MeasuredCurve,
         "fit": Fit,

@@ -6,7 +6,7 @@ from matplotlib.colors import to_hex
 
 from vanelock.common.errors import InputError
 from vanelock.render import loop_picture, preload_picture, style
-from vanelock.render.plots import loops, preload
+from vanelock.render.plots.contacts import loops, preload
 
 KT, MU, LOAD, AMPLITUDE = 1e6, 0.3, 10.0, 8e-6
 LIMIT = MU * LOAD

@@ -9,7 +9,7 @@ from PIL.GifImagePlugin import GifImageFile
 
 from vanelock.common.errors import InputError
 from vanelock.render import loop_animation
-from vanelock.render.plots import loops, tracing
+from vanelock.render.plots.contacts import loops, tracing
 
 STEPS = 48
 TIME = 2 * np.pi * np.arange(STEPS) / STEPS

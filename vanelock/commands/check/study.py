@@ -123,6 +123,8 @@ def _outputs(study: Study) -> Iterator[str]:
         "bounds over static friction": study.bounds is not None,
         "stability": study.stability is not None,
         "rings of unlike segments": study.unlike is not None,
+        "damped modes": study.damped_modes is not None,
+        "wear over cycles": study.wear is not None,
         "Campbell diagram": study.campbell is not None,
         "campaign": study.campaign is not None,
         "report.html": wanted.report,

@@ -10,7 +10,7 @@ from vanelock.input.cases.names import fixed, words
 from vanelock.render import Curve
 from vanelock.report import Answer, Answers, Page, Plot, Section, Text, curve_plot
 from vanelock.report.blocks import Block
-from vanelock.results.page_sections.provenance import written
+from vanelock.results.page_sections.models import written
 
 CARDS = {
     "peak": "Peak",

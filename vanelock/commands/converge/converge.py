@@ -30,9 +30,9 @@ from vanelock.pipeline.progress import Finished, Listener, Notice, silent
 from vanelock.pipeline.step import Stages, Step
 from vanelock.results.files.run_folder import claimed, record
 from vanelock.stages.accuracy.choose_mesh import choose_mesh
+from vanelock.stages.campbell.temperature_speed import with_temperature_speeds
 from vanelock.stages.parts.nodal_diameters import LinearSteps, linear_steps
 from vanelock.stages.parts.systems import united_step, without_load
-from vanelock.stages.parts.temperature_speed import with_temperature_speeds
 from vanelock.stages.plan import plan
 from vanelock.stages.response.monitor import monitor
 from vanelock.stages.response.responses import (

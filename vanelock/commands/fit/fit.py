@@ -33,8 +33,8 @@ from vanelock.pipeline.cache import Cache
 from vanelock.pipeline.progress import Begun, Finished, Listener, Notice, Trial, silent
 from vanelock.pipeline.step import Stages
 from vanelock.results.files.run_folder import claimed, record
+from vanelock.stages.campbell.temperature_speed import with_temperature_speeds
 from vanelock.stages.parts.systems import excess_steps
-from vanelock.stages.parts.temperature_speed import with_temperature_speeds
 from vanelock.stages.parts.temperatures import described
 from vanelock.stages.plan import Planned, plan
 from vanelock.stages.response.monitor import monitor

@@ -33,7 +33,7 @@ from vanelock.quantities.scatter import (
 )
 from vanelock.report import Picture
 from vanelock.results import listing
-from vanelock.results.assessment import assessment_tables
+from vanelock.results.assessment.every import assessment_tables
 from vanelock.results.case_table import response_table
 from vanelock.results.figures.campbell import crossings_table
 from vanelock.results.figures.pictures import Pictures, Shown
@@ -54,10 +54,10 @@ from vanelock.stages.assessment.assessed import (
 )
 from vanelock.stages.campbell.campbell import Campbell, campbell
 from vanelock.stages.campbell.speed_lines import lines_step
+from vanelock.stages.campbell.temperature_speed import with_temperature_speeds
 from vanelock.stages.matrices.steps import at_rest, motions_step
 from vanelock.stages.parts.by_cause import by_cause_step
 from vanelock.stages.parts.gauges import Strain
-from vanelock.stages.parts.temperature_speed import with_temperature_speeds
 from vanelock.stages.parts.temperatures import described
 from vanelock.stages.plan import Linear, Planned, plan
 from vanelock.stages.response.monitor import monitor

@@ -8,8 +8,8 @@ from vanelock.input.schema.study import Study
 from vanelock.mesh import Part, VaneDimensions
 from vanelock.pipeline.step import Stages
 from vanelock.quantities import assessment_warnings, warnings
-from vanelock.quantities.contacts.places import places_on
 from vanelock.rom import Contacts
+from vanelock.stages.parts.places import places_on
 from vanelock.stages.response.limits import Limits
 from vanelock.stages.response.responses import static_bounds_step
 from vanelock.stages.response.rest import on_inertia
@@ -60,8 +60,10 @@ def doubts(
         yield from assessment_warnings.bounds(solved.assessment.bounds, peak)
         yield from assessment_warnings.wave(found)
         yield from assessment_warnings.unlike(solved.assessment.unlike, peak)
+        yield from assessment_warnings.wear(solved.assessment.wear)
         yield from warnings.large(solved.response, peak, *small, points)
         yield from warnings.beyond_band(solved.response, peak, limits.band)
+    yield from assessment_warnings.damped_modes(solved.assessment.damped_modes)
     if solved.campbell is not None:
         yield from warnings.campbell(solved.campbell.lines, limits.band)
 

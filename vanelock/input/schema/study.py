@@ -14,7 +14,9 @@ from vanelock.common.tables import counted
 from vanelock.input.band import BAND_CHECKS
 from vanelock.input.schema.assessment.bounds_and_stability import BoundsKeys, StabilityKeys
 from vanelock.input.schema.assessment.checks import can_be_assessed
+from vanelock.input.schema.assessment.damped_modes import DampedModeKeys, can_be_damped
 from vanelock.input.schema.assessment.unlike import UnlikeKeys
+from vanelock.input.schema.assessment.wear import WearKeys, can_wear
 from vanelock.input.schema.comparison import (
     COMPARISON_CHECKS,
     CampbellKeys,
@@ -89,6 +91,8 @@ class Study(KeyTable):
     bounds: BoundsKeys | None = Field(default=None, description="bounds over static friction")
     stability: StabilityKeys | None = Field(default=None, description="stability")
     unlike: UnlikeKeys | None = Field(default=None, description="rings of unlike segments")
+    damped_modes: DampedModeKeys | None = Field(default=None, description="damped modes")
+    wear: WearKeys | None = Field(default=None, description="wear over cycles")
     campbell: CampbellKeys | None = Field(default=None, description="Campbell diagram")
     measured: Annotated[tuple[MeasuredCurve, ...], BeforeValidator(curves)] = Field(
         default=(), max_length=100, description="measured curves"
@@ -189,6 +193,8 @@ class Study(KeyTable):
         _needs_error_estimates,
         _has_points_to_choose,
         can_be_assessed,
+        can_be_damped,
+        can_wear,
         *TEMPERATURE_CHECKS,
         *LOAD_CHECKS,
         *COMPARISON_CHECKS,

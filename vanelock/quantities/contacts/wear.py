@@ -2,13 +2,14 @@
 
 The friction spring of a contact ends in a slider at w = u - t/kt. Over a period the slider travels
 
-    s = ∮ |dw|,        E = ∮ t·dw,        W = ∮ n |dw|,
+    s = ∮ |dw|,        E = ∮ t·dw = μ W,        W = ∮ n |dw|,
 
-while the contact is closed (open, it follows without load). E is the friction work, E = μ W for
-Coulomb's law with |t| = μ n in the plane of both directions; of the orthogonal law, which bounds
-each direction by itself, E = μ ∮ n (|dw₁| + |dw₂|), up to √2 of that. The volume worn in a cycle
-by Archard's law is k W (J. F. Archard, Contact and rubbing of flat surfaces, J. Appl. Phys. 24
-(1953) 981-988), with a wear coefficient k in m²/N; over the contact's area it is a depth.
+while the contact is closed (open, it follows without load). E is the friction work. Coulomb's law
+bounds |t| in the plane of both directions; of the orthogonal law, which bounds each by itself, W
+counts both one by one, |dw₁| + |dw₂|, up to √2 of the path. The volume worn in a cycle by
+Archard's law is k W = k E/μ, as `nonlinear.wear_history` has it (J. F. Archard, Contact and rubbing
+of flat surfaces, J. Appl. Phys. 24 (1953) 981-988), with a wear coefficient k in m²/N; over the
+contact's area it is a depth.
 Fretting maps use E per area instead (S. Fouvry, P. Kapsa, L. Vincent, Quantification of fretting
 damage, Wear 200 (1996) 186-205). Both surfaces together lose that volume.
 """
@@ -41,7 +42,7 @@ class Wear:
         Distance that the slider travels under load, there and back, m; NaN where the loop is not
         known exactly (orthogonal friction on plain samples).
     work : (c,) float
-        Normal load times slip, ∮ n |dw|, J; NaN likewise.
+        Normal load times slip, friction work over the friction coefficient, J.
     mean_load, largest_load : (c,) float
         Normal force, N.
     area : (c,) float
@@ -119,15 +120,17 @@ def wear(
     """
     count = len(response.mu)
     unknown = np.full(count, np.nan)
-    slip, work = unknown.copy(), unknown.copy()
+    slip, touching = unknown.copy(), response.state[point] != ELEMENT
+    slides_on = touching & (response.mu > 0)
+    work = np.where(touching, 0.0, np.nan)
+    np.divide(response.dissipation[point], response.mu, out=work, where=slides_on)
     mean, largest = _loads(response, point)
     if exact(response):
-        touching = response.state[point] != ELEMENT
-        slip[touching] = work[touching] = 0.0
+        slip[touching] = 0.0
         slides = touching & (response.dissipation[point] > 0)  # the others only round off
         for i in np.flatnonzero(slides):
             displacement, force = contact_loop(response, point, i, samples)
-            slip[i], work[i] = travel(displacement, force, response.stiffness[i])
+            slip[i] = travel(displacement, force, response.stiffness[i])
             mean[i], largest[i] = force[:, 0].mean(), force[:, 0].max()
     return Wear(
         frequency=float(response.frequency[point]),
@@ -146,8 +149,8 @@ def exact(response: Response) -> bool:
     return not (response.samples > 0 and response.friction == "orthogonal")
 
 
-def travel(displacement: Floats, force: Floats, stiffness: Floats) -> tuple[float, float]:
-    """Slip distance ∮ |dw|, m, and ∮ n |dw|, J, of a contact's loop.
+def travel(displacement: Floats, force: Floats, stiffness: Floats) -> float:
+    """Slip distance ∮ |dw| under load of a contact's loop, m.
 
     Parameters
     ----------
@@ -160,9 +163,7 @@ def travel(displacement: Floats, force: Floats, stiffness: Floats) -> tuple[floa
     n = force[:, 0]
     moved = np.linalg.norm(np.roll(w, -1, axis=0) - w, axis=1)
     after = np.roll(n, -1)
-    closed = (n > 0) & (after > 0)
-    load = 0.5 * (n + after)
-    return float(moved[closed].sum()), float((load * moved)[closed].sum())
+    return float(moved[(n > 0) & (after > 0)].sum())
 
 
 def _loads(response: Response, point: int) -> tuple[Floats, Floats]:

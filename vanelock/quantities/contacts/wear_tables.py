@@ -5,8 +5,8 @@ from collections.abc import Callable, Mapping
 import numpy as np
 
 from vanelock.common.tables import Cell, Column, Table, heads
-from vanelock.quantities.contacts.places import Places
 from vanelock.quantities.contacts.wear import Floats, Wear
+from vanelock.stages.parts.places import Places
 
 INDICATORS: dict[Column, Callable[[Floats], np.float64]] = {
     Column("energy", "µJ/cycle"): np.sum,

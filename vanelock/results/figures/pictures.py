@@ -18,12 +18,14 @@ from vanelock.quantities.scatter import Scattered
 from vanelock.quantities.selection import in_words, named
 from vanelock.report import Picture
 from vanelock.results.figures.campbell import campbells
-from vanelock.results.figures.contacts import contacts
+from vanelock.results.figures.contacts.contacts import contacts
+from vanelock.results.figures.contacts.loops import loops
+from vanelock.results.figures.contacts.preload import preloads
+from vanelock.results.figures.contacts.worn import worn
 from vanelock.results.figures.curves import curves
+from vanelock.results.figures.damped_modes import damped_modes
 from vanelock.results.figures.fatigue import haigh, wear_table
-from vanelock.results.figures.loops import loops
 from vanelock.results.figures.mesh_errors import mesh_errors
-from vanelock.results.figures.preload import preloads
 from vanelock.results.figures.scatter import scatters, unlike_rings
 from vanelock.results.figures.shapes import all_modes, mesh, response, stress
 from vanelock.results.files.redrawn import REPORT, OutputFiles
@@ -89,6 +91,7 @@ class Pictures:
                 made += _own(each, [stress(run_data, each), contacts(run_data, each)])
         for each in detailed:
             made += _own(each, unlike_rings(run_data, each))
+            made += _own(each, [*damped_modes(run_data, each), *worn(run_data, each)])
         return made
 
     @cached_property

@@ -19,6 +19,8 @@
                          one then is that of the higher peak. jumps, (j, 4): where it jumps
                          settled: SettledResponse, what the ring does instead, likewise
                          unlike: UnlikeRings, rings of unlike segments, where asked for
+                         damped_modes/mode_<n>_nd_<k>: FollowedMode, a DampedMode or LimitCycles,
+                         wear: WornCase, a WearHistory, likewise
                          answers: damping ratios, energy and fatigue margin at the peak
                          sensitivities: Sensitivities, by how much each key moves the peak, likewise
     /response/free, stuck

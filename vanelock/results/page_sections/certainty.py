@@ -5,7 +5,12 @@ from vanelock.quantities.scatter import percentile_table, sensitivity_table
 from vanelock.quantities.sensitivities import sensitivities_table
 from vanelock.report import Section, Text
 from vanelock.report.blocks import Block, Single
-from vanelock.results.assessment import bounds_table, settled_table, stability_table, unlike_table
+from vanelock.results.assessment.peaks import (
+    bounds_table,
+    settled_table,
+    stability_table,
+    unlike_table,
+)
 from vanelock.results.figures.scatter import RINGS
 from vanelock.results.page_sections.content import PageContent
 

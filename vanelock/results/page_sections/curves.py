@@ -8,14 +8,14 @@ import numpy as np
 from vanelock.input.cases.names import words
 from vanelock.nonlinear import ELEMENT
 from vanelock.quantities.answers import CaseAnswers
-from vanelock.quantities.contacts.places import tangents
 from vanelock.quantities.contacts.wear import exact
 from vanelock.quantities.selection import band
 from vanelock.render.plots.curve import Curve, converged
 from vanelock.report import Plot, Section, Trace, curve_plot
+from vanelock.results.figures.contacts.loops import Loop
 from vanelock.results.figures.curves import all_curves, key_to_lines
-from vanelock.results.figures.loops import Loop
 from vanelock.results.page_sections.content import PageContent
+from vanelock.stages.parts.places import tangents
 
 MOST_GAUGES = 6
 """Gauges whose curves are on the page."""

@@ -12,7 +12,9 @@ from vanelock.quantities.answers import CaseAnswers
 from vanelock.quantities.warnings import by_text, without_effect
 from vanelock.report import Answer, Answers, Section, Text
 from vanelock.report.blocks import Block
+from vanelock.results.assessment.damped_modes import settles
 from vanelock.results.case_table import case_row, case_table
+from vanelock.results.figures.damped_modes import called_of
 from vanelock.results.listing import by_cause_tables
 from vanelock.results.page_sections.content import PageContent
 from vanelock.results.page_sections.curves import response_plot
@@ -76,7 +78,7 @@ def answers_of(content: PageContent) -> list[Answer]:
     main = content.main
     if main is not None:
         found += _of_case(main)
-    found += best_friction(content)
+    found += [*_worn(content), *_flutter(content), *best_friction(content)]
     return found
 
 
@@ -130,6 +132,46 @@ def _unlike(content: PageContent, most: Summary) -> list[Answer]:
     )
     verdict = "warn" if found.lost.any() or found.at_edge.any() else ""
     return [Answer("Unlike segments", f"{found.amplification[place]:.3f} times", note, verdict)]
+
+
+def _worn(content: PageContent) -> list[Answer]:
+    """What becomes of the case that is looked into while its joints wear."""
+    main = content.main
+    if main is None or main.worn is None or (worn := content.assessments[main.name].wear) is None:
+        return []
+    found = worn.history
+    assert found is not None
+    loads = [
+        f"{joint} at rest {first:.3g} → {last:.3g} N"
+        for joint, first, last in zip(found.joints, *found.rest_load[[0, -1]], strict=True)
+        if abs(last - first) > SAME * first
+    ]
+    texts = [f"amplitude from {1e6 * found.amplitude[0]:.3g} µm", *loads]
+    if main.worn.margins is not None:
+        texts.append(f"{HCF} then n = {main.worn.stress.governing.reserve:.3g}")
+    done = found.status == "cycles done"
+    if not done:
+        texts.append(f"**{found.status}**, so that it ends there")
+    title = f"After {found.cycles[-1]:.3g} cycles of wear"
+    size = f"{1e6 * found.amplitude[-1]:.3g} µm"
+    return [Answer(title, size, "; ".join(texts), "" if done else "warn")]
+
+
+def _flutter(content: PageContent) -> list[Answer]:
+    """Whether the air makes a wave of the case that is looked into grow from rest."""
+    main = content.main
+    found = content.assessments[main.name].damped_modes if main is not None else ()
+    driven = [(each, each.driven) for each in found if each.driven is not None]
+    if not driven:
+        return []
+    worst, of = min(driven, key=lambda each: each[1].linear_damping)
+    note = f"of structure and air at small amplitudes: {called_of(worst)}"
+    if of.linear_damping >= 0:
+        return [Answer("Least damping", f"{100 * of.linear_damping:.2g} %", note, "good")]
+    cycle = settles(worst)
+    ends = "nothing holds it" if cycle is None else f"it settles at {1e6 * cycle[0]:.3g} µm"
+    verdict = "bad" if cycle is None else "warn"
+    return [Answer("Flutter", f"{100 * of.linear_damping:.2g} %", f"{note}; {ends}", verdict)]
 
 
 def _of_linear(most: Summary) -> str:

@@ -3,12 +3,15 @@
 from dataclasses import dataclass, replace
 
 from vanelock.input.schema.assessment.checks import assessable
+from vanelock.input.schema.study import Study
 from vanelock.nonlinear import Stability
 from vanelock.pipeline.step import Stages
 from vanelock.stages.assessment.bounds import HIGH, LOW, BoundedPeak, Count, bounds_step
+from vanelock.stages.assessment.damped_modes import FollowedMode, damped_mode_steps
 from vanelock.stages.assessment.settled import FollowedPeak, settled_step
 from vanelock.stages.assessment.stability import stability_step, verdict_at, whole_step
 from vanelock.stages.assessment.unlike import UnlikeRings, unlike_step
+from vanelock.stages.assessment.wear import WornCase, wear_step
 from vanelock.stages.plan import Planned
 from vanelock.stages.response.summary import Summary
 
@@ -27,12 +30,17 @@ class Assessment:
         What the ring does at the peaks of these responses, where it is followed.
     unlike : UnlikeRings or None
         Rings of unlike segments.
+    damped_modes : tuple of FollowedMode
+    wear : WornCase or None
+        Wear over cycles.
     """
 
     bounds: BoundedPeak | None = None
     stability: tuple[Stability, ...] = ()
     settled: tuple[FollowedPeak, ...] = ()
     unlike: UnlikeRings | None = None
+    damped_modes: tuple[FollowedMode, ...] = ()
+    wear: WornCase | None = None
 
     def shortened(self) -> "Assessment":
         """The same without what only curves and files show."""
@@ -44,7 +52,7 @@ def silent_count(done: int, total: int | None, amplitude: float) -> None:
 
 
 def assessed(planned: Planned, first: Planned, count: Count) -> Planned:
-    """A case with the steps of its bounds, its stability and its rings of unlike segments.
+    """A case with the steps of all that its file asks for beyond its responses.
 
     Parameters
     ----------
@@ -73,6 +81,18 @@ def assessed(planned: Planned, first: Planned, count: Count) -> Planned:
     if given.unlike is not None:
         unlike, rings = unlike_step(planned, first, whole_step(planned), count)
         planned = replace(planned, unlike=unlike, rings=rings)
+    if isinstance(given, Study):
+        planned = _of_a_study(planned, given, first, count)
+    return planned
+
+
+def _of_a_study(planned: Planned, study: Study, first: Planned, count: Count) -> Planned:
+    """A case with the steps that a study alone has."""
+    if study.damped_modes is not None:
+        steps = tuple(damped_mode_steps(planned, first, whole_step(planned), count))
+        planned = replace(planned, damped_modes=steps)
+    if study.wear is not None:
+        planned = replace(planned, wear=wear_step(planned, first, count))
     return planned
 
 
@@ -83,6 +103,8 @@ def assessment_of(planned: Planned, stages: Stages) -> Assessment:
         stability=tuple(map(stages.get, planned.stability)),
         settled=tuple(map(stages.get, planned.settled)),
         unlike=None if planned.unlike is None else stages.get(planned.unlike),
+        damped_modes=tuple(map(stages.get, planned.damped_modes)),
+        wear=None if planned.wear is None else stages.get(planned.wear),
     )
 
 

@@ -18,8 +18,8 @@ from vanelock.input.schema.study import Study
 from vanelock.pipeline.step import Stages, Step, step
 from vanelock.rom import Component, MeshExcess, System
 from vanelock.stages.campbell.speed_lines import Lines, at_diameter, casings, lines_step
+from vanelock.stages.campbell.temperature_speed import factors
 from vanelock.stages.parts.systems import Joining, excess_steps, joining, without_friction
-from vanelock.stages.parts.temperature_speed import factors
 from vanelock.stages.parts.temperatures import modulus
 from vanelock.stages.plan import Planned
 from vanelock.stages.response.limits import fine

@@ -23,9 +23,9 @@ from vanelock.input.schema.study import Study
 from vanelock.pipeline.step import Stages, Step, step
 from vanelock.rom import Component, System
 from vanelock.stages.campbell.frequencies import ModesOverSpeed, grid
+from vanelock.stages.campbell.temperature_speed import bends, factors
 from vanelock.stages.parts.components import rom_step, shared_step
 from vanelock.stages.parts.systems import excess_steps, joints, without_friction
-from vanelock.stages.parts.temperature_speed import bends, factors
 from vanelock.stages.parts.temperatures import modulus
 from vanelock.stages.plan import Planned
 from vanelock.stages.response.limits import Limits

@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from vanelock.input.cases.sweep import Case
+from vanelock.input.schema.assessment.checks import is_assessed
 from vanelock.input.schema.scene import Scene
 from vanelock.pipeline.cache import Cache
 from vanelock.pipeline.executor.tasks import Task, Work
@@ -50,8 +51,8 @@ class CaseWork:
 
     def planned(self) -> Planned:
         """All steps to what a run shows of it."""
-        own, given = self._planned(), self.case.given
-        if (given.bounds, given.stability, given.unlike) == (None, None, None):
+        own = self._planned()
+        if not is_assessed(self.case.given):
             return own
         first = own if self.first is None else self.first._planned()
         return assessed(own, first, silent_count)

@@ -12,13 +12,13 @@ import pytest
 from vanelock import fem, load_component, mesh, nonlinear, parse_study, rom, run_study
 from vanelock.nonlinear import Response, static_response
 from vanelock.pipeline.progress import Event, Finished
-from vanelock.quantities.contacts.places import TANGENTS
 from vanelock.quantities.curves_and_fields import Around
 from vanelock.render.scenes import offscreen
 from vanelock.report import Picture
-from vanelock.results.figures.contacts import columns as contact_columns
-from vanelock.results.figures.loops import Loop
-from vanelock.results.figures.preload import columns as preload_columns
+from vanelock.results.figures.contacts.contacts import columns as contact_columns
+from vanelock.results.figures.contacts.loops import Loop
+from vanelock.results.figures.contacts.preload import columns as preload_columns
+from vanelock.stages.parts.places import TANGENTS
 
 STUDY = """
 [mesh]

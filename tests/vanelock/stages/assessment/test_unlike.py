@@ -15,7 +15,7 @@ from vanelock.input.schema.assessment.unlike import UnlikeKeys
 from vanelock.pipeline.cache import Cache
 from vanelock.pipeline.step import Stages
 from vanelock.quantities.assessment_warnings import unlike
-from vanelock.results.assessment import unlike_table
+from vanelock.results.assessment.peaks import unlike_table
 from vanelock.rom import System
 from vanelock.stages.assessment.assessed import Assessment
 from vanelock.stages.assessment.stability import whole_step

@@ -4,8 +4,8 @@ import pytest
 
 from vanelock import cases, parse_study
 from vanelock.common.errors import InputError
+from vanelock.stages.campbell.temperature_speed import bends
 from vanelock.stages.parts.components import model_step, rom_step
-from vanelock.stages.parts.temperature_speed import bends
 from vanelock.stages.parts.temperatures import described, modulus, reference
 
 METAL = """

@@ -1,4 +1,4 @@
-"""What keeps a study or a scene from being assessed: bounds, stability, unlike segments."""
+"""What keeps the responses of a study or a scene from being assessed."""
 
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
@@ -10,21 +10,27 @@ if TYPE_CHECKING:
     from vanelock.input.schema.scene import Scene
     from vanelock.input.schema.study import Study
 
+TABLES = ("bounds", "stability", "unlike", "damped_modes", "wear")
 ALLOWED = {"coupling": "coupled", "samples": None, "harmonic_diameters": "wave"}
 """What all take of `response`."""
 
 
 def assessable(response: ResponseKeys) -> bool:
-    """Whether responses of this kind have bounds, stability, and rings of unlike segments."""
+    """Whether responses of this kind can be assessed."""
     return all(getattr(response, key) == allowed for key, allowed in ALLOWED.items())
+
+
+def is_assessed(given: "Study | Scene") -> bool:
+    """Whether anything is asked for beyond the responses."""
+    return any(getattr(given, table, None) is not None for table in TABLES)
 
 
 def can_be_assessed(given: "Study | Scene") -> Iterator[str]:
     """What keeps these tables from being used; cases of a campaign may lack them."""
     response = given.response
     yield from can_be_unlike(given)
-    for table in ("bounds", "stability", "unlike"):
-        if getattr(given, table) is None or getattr(given, "campaign", None) is not None:
+    for table in TABLES:
+        if getattr(given, table, None) is None or getattr(given, "campaign", None) is not None:
             continue
         if getattr(given, "elements", None) and table != "unlike":
             yield f"elements: [{table}] is of contacts alone: leave one of them out"

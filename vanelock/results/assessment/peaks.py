@@ -1,6 +1,6 @@
 """Tables of what responses are worth: bounds over static friction, stability, unlike segments."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from itertools import islice
 
 import numpy as np
@@ -24,12 +24,6 @@ FOUND = (
     "found, not proved: the search starts at extreme loads and at random places and follows the "
     "peak's gradient; stationary: the gradient leads no further"
 )
-
-
-def assessment_tables(found: Mapping[str, Assessment]) -> Iterator[Table]:
-    """Those that there is something for."""
-    made = bounds_table, stability_table, settled_table, unlike_table
-    return (table for each in made if (table := each(found)) is not None)
 
 
 def bounds_table(assessments: Mapping[str, Assessment]) -> Table | None:

@@ -9,7 +9,7 @@ import pytest
 from tests.vanelock.pipeline.test_progress import summary
 from vanelock.nonlinear import STABLE, UNDECIDED, UNSTABLE, Stability
 from vanelock.quantities.assessment_warnings import wave
-from vanelock.results.assessment import MOST, bounds_table, stability_table
+from vanelock.results.assessment.peaks import MOST, bounds_table, stability_table
 from vanelock.results.page_sections.summary import _wave
 from vanelock.stages.assessment.assessed import Assessment
 from vanelock.stages.assessment.stability import verdict_at

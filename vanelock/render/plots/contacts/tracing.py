@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 from numpy.typing import ArrayLike, NDArray
 
 from vanelock.render import style
-from vanelock.render.plots import loops
+from vanelock.render.plots.contacts import loops
 from vanelock.render.scenes import gif
 
 Real = NDArray[np.float64]

@@ -10,7 +10,7 @@ from vanelock import render
 from vanelock.input.cases.names import of_case, slug, words
 from vanelock.quantities.curves_and_fields import Around, Floats, RunData
 from vanelock.report import Picture
-from vanelock.results.figures.preload import numbers
+from vanelock.results.figures.contacts.preload import numbers
 from vanelock.rom.joining.elements import properties
 from vanelock.rom.joining.pairs import contact_pairs
 from vanelock.stages.parts.components import PARTS

@@ -9,10 +9,10 @@ from numpy.typing import ArrayLike
 from vanelock import nonlinear, render
 from vanelock.input.cases.names import of_case, slug, words
 from vanelock.nonlinear import Response
-from vanelock.quantities.contacts.places import tangents
 from vanelock.quantities.curves_and_fields import RunData
 from vanelock.quantities.selection import DETAILED, named
 from vanelock.report import Picture
+from vanelock.stages.parts.places import tangents
 from vanelock.stages.plan import Planned
 
 

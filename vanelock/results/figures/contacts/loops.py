@@ -12,10 +12,10 @@ from numpy.typing import ArrayLike
 from vanelock import nonlinear, render
 from vanelock.input.cases.names import of_case, slug, words
 from vanelock.nonlinear import Response
-from vanelock.quantities.contacts.places import tangents
 from vanelock.quantities.contacts.wear import exact
 from vanelock.quantities.curves_and_fields import Floats, RunData
 from vanelock.report import Picture
+from vanelock.stages.parts.places import tangents
 from vanelock.stages.plan import Planned
 
 

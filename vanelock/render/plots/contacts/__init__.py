@@ -1,0 +1,1 @@
+"""Plots of contacts: hysteresis loops, and the state at rest."""

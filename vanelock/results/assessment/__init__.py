@@ -1,0 +1,1 @@
+"""Tables of what responses are worth and of what follows from them."""

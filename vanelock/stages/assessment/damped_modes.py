@@ -1,0 +1,121 @@
+"""The steps that follow damped modes of a case, and find where the air keeps them going."""
+
+import warnings
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from vanelock import nonlinear
+from vanelock.common.cyclic import folded
+from vanelock.common.errors import InputError
+from vanelock.common.product import Product
+from vanelock.nonlinear import DampedMode, LimitCycles, Options, Response
+from vanelock.pipeline.step import Step, step
+from vanelock.rom import System
+from vanelock.stages.assessment.bounds import Count
+from vanelock.stages.plan import Planned
+from vanelock.stages.response.monitor import monitor
+
+
+@dataclass(frozen=True)
+class FollowedMode(Product):
+    """A damped mode of a case; without one, why there is none.
+
+    Attributes
+    ----------
+    number : int
+        The mode's, from 1.
+    nodal_diameter : int
+        Of the wave, -N/2 to N/2.
+    node, component : int
+        The monitored displacement among the outputs.
+    alone : DampedMode or None
+        Where no air is given.
+    driven : LimitCycles or None
+        Where it is; `mode` is the same without it.
+    reason : str
+    """
+
+    number: int
+    nodal_diameter: int
+    node: int
+    component: int
+    alone: DampedMode | None = None
+    driven: LimitCycles | None = None
+    reason: str = ""
+
+    @property
+    def mode(self) -> DampedMode | None:
+        """The mode without the air."""
+        return self.alone if self.driven is None else self.driven.mode
+
+
+def damped_mode_steps(
+    planned: Planned, first: Planned, whole: Step[System], count: Count
+) -> Iterator[Step[FollowedMode]]:
+    """One for each mode of each nodal diameter.
+
+    Parameters
+    ----------
+    planned : Planned
+        The case.
+    first : Planned
+        The one whose linear response says which displacement is monitored.
+    whole : Step
+        The system with all nodal diameters.
+    count : callable
+        Called with each amplitude solved.
+    """
+    study = planned.case.study
+    keys = study.damped_modes
+    assert keys is not None
+    own = study.excitation.engine_order
+    N = study.ring.sectors
+    wave = own % N if 2 * (own % N) <= N else own % N - N
+    for k in keys.nodal_diameters or (wave,):
+        held = all(folded(h * k, N) in planned.held for h in range(study.response.harmonics + 1))
+        system = planned.system if held else whole
+        for number in keys.modes or (study.response.mode,):
+            yield _step(planned, first, system, number, k, count)
+
+
+def _step(
+    planned: Planned, first: Planned, system: Step[System], number: int, k: int, count: Count
+) -> Step[FollowedMode]:
+    """One mode of one nodal diameter."""
+    study = planned.case.study
+    assert study.damped_modes is not None
+    influence, N = study.damped_modes.influence, study.ring.sectors
+    options = Options(harmonics=study.response.harmonics, friction=study.response.friction)
+    inputs = {
+        "mode": number,
+        "nodal_diameter": k,
+        "influence": influence,
+        "harmonics": options.harmonics,
+        "friction": options.friction,
+        "monitor": study.outputs.monitor,
+    }
+    free = first.linear.responses["free"]
+
+    def compute(system: System, base: System, free: Response) -> FollowedMode:
+        watched = monitor(study.outputs.monitor, base, free)
+        at = number, k, watched.node, watched.component
+
+        def progress(done: int, total: int, hertz: float, amplitude: float) -> None:
+            count(done, total, float("nan"))
+
+        with warnings.catch_warnings(category=RuntimeWarning, action="ignore"):  # `ended` says it
+            try:
+                if influence is None:
+                    found = nonlinear.damped_mode(
+                        system, number, None, options, k % N, progress=progress
+                    )
+                    return FollowedMode(*at, alone=found)
+                air = {m: complex(real, imaginary) for m, real, imaginary in influence}
+                driven = nonlinear.limit_cycles(system, number, air, None, options, k % N)
+            except InputError as error:
+                return FollowedMode(*at, reason=str(error))
+        return FollowedMode(*at, driven=driven)
+
+    needs = (system, first.linear.system, free)
+    of = f"{planned.case.name} mode {number} ND {k}"
+    return step("damped mode", "nonlinear", inputs, FollowedMode, needs, compute, of=of)
