@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from vanelock import nonlinear
-from vanelock.nonlinear import Audit, Response
+from vanelock.nonlinear import Audit, Response, WearHistory
 from vanelock.pipeline.cache import key_of
 from vanelock.pipeline.step import Stages, Step
 from vanelock.quantities.contacts.energy import EnergyBalance, balance, bandwidth_ratio
@@ -17,7 +17,7 @@ from vanelock.quantities.stress.cycles import Stressed, stressed_step
 from vanelock.quantities.stress.locations import SurfaceLocations, locations_of
 from vanelock.quantities.stress.margins import Margins, margins
 from vanelock.stages.assessment.bounds import HIGH, high_end
-from vanelock.stages.assessment.wear import worn_end
+from vanelock.stages.assessment.wear import shown_states, worn_at
 from vanelock.stages.parts.places import Places, places
 from vanelock.stages.plan import Planned
 from vanelock.stages.response.solved import as_solved
@@ -60,8 +60,8 @@ class CaseAnswers:
         What moves the peak; None at the largest by static friction.
     high : CaseAnswers or None
         The same at the largest peak that static friction allows, where bounds are asked for.
-    worn : CaseAnswers or None
-        The same after all cycles of its dwells, where wear is followed.
+    worn : tuple of CaseAnswers
+        The same at the states of its wear that are shown, the last after all cycles of its dwells.
     """
 
     name: str
@@ -77,7 +77,7 @@ class CaseAnswers:
     audit: Audit | None = None
     sensitivities: Sensitivities | None = None
     high: "CaseAnswers | None" = None
-    worn: "CaseAnswers | None" = None
+    worn: "tuple[CaseAnswers, ...]" = ()
 
     @property
     def stress(self) -> Margins:
@@ -102,8 +102,8 @@ class CaseAnswers:
         if self.high is not None:
             reserve = self.high.stress.governing.reserve
             found["goodman_reserve_at_largest_peak"] = (reserve, "1")
-        if self.worn is not None:
-            found["goodman_reserve_worn"] = (self.worn.stress.governing.reserve, "1")
+        if self.worn:
+            found["goodman_reserve_worn"] = (self.worn[-1].stress.governing.reserve, "1")
         m, gauges = self.margins.governing, self.margins.gauges
         found |= {
             "alternating_stress": (m.amplitude, "Pa"),
@@ -152,10 +152,11 @@ def answers(run_data: RunData) -> dict[str, CaseAnswers]:
             at_high, at = high_end(planned, planned.bounds), replace(high, point=0)
             of = replace(of, high=_answers(run_data, at_high, known, at, shown.ends[name][1]))
         if planned.wear is not None and (history := stages.get(planned.wear).history) is not None:
-            at = Peak(0, float(history.frequency[-1]), float(history.amplitude[-1]), at_edge=False)
-            alone = history.frequency[-1:], history.amplitude[-1:], np.array([True])
-            worn = _answers(run_data, worn_end(planned, planned.wear), known, at, alone)
-            of = replace(of, worn=worn)
+            worn = (
+                _worn(run_data, worn_at(planned, planned.wear, i), history, i, known)
+                for i in shown_states(history)
+            )
+            of = replace(of, worn=tuple(worn))
         found[name] = of
     return found
 
@@ -189,6 +190,19 @@ def _answers(
         balance=balance(system, top),
         bandwidth=bandwidth_ratio(frequency, np.where(converged, amplitude, np.nan)),
     )
+
+
+def _worn(
+    run_data: RunData,
+    planned: Planned,
+    history: WearHistory,
+    state: int,
+    known: dict[str, SurfaceLocations],
+) -> CaseAnswers:
+    """Of a case, `solved`, as worn at a state of its history."""
+    frequency, amplitude = history.frequency[[state]], history.amplitude[[state]]
+    peak = Peak(0, float(frequency[0]), float(amplitude[0]), at_edge=False)
+    return _answers(run_data, planned, known, peak, (frequency, amplitude, np.array([True])))
 
 
 def _stress(

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from vanelock.common.arrays import as_array
 from vanelock.common.errors import InputError
 from vanelock.common.product import Product
+from vanelock.nonlinear.following.parameter_response import joined
 from vanelock.nonlinear.following.parameters import Parameter
 from vanelock.nonlinear.following.peak_tracking import named_component
 from vanelock.nonlinear.following.wear.archard import Archard, checked_archard
@@ -74,7 +75,7 @@ class WearHistory(Product):
     force : (s,) float
         Factor of the excitation.
     response : Response
-        The whole vibration of the last state, of one frequency; `system_at` gives its system.
+        The whole vibration of each state; `system_at` gives the systems that they are of.
     """
 
     output: str
@@ -168,7 +169,7 @@ def wear_history(
     component = named_component(system.output_names, output)
     found = _History(law, preload(system, options), float(share), given, progress)
     found.run(system, options, component)
-    return found.collected(system, options)
+    return found.collected(system)
 
 
 @dataclass(frozen=True)
@@ -180,6 +181,7 @@ class _WornState:
     vibration: Vibration
     rate: Floats
     rest: Rest
+    response: Response
     jumped: bool = False
 
 
@@ -217,7 +219,7 @@ class _History:
                     self.status = LOST
                     return
                 cycles = self.states[-1].cycles if self.states else 0.0
-                if not self._add(cycles, i, begun, self.preload.at(begun.v0)):
+                if not self._add(cycles, i, begun, self.preload.at(begun.v0), at):
                     return
                 now = begun
             now = self._dwelt(i, dwell, at)
@@ -244,18 +246,25 @@ class _History:
             if rest.converged and (opened := self._opened(rest)).any():
                 self._opens(last, taken, opened, at, i)
                 return self.states[-1].vibration
-            if not self._add(begin + passed, i, taken.end, rest, taken.jumped):
+            if not self._add(begin + passed, i, taken.end, rest, at, taken.jumped):
                 return last.vibration
 
     def _add(
-        self, cycles: float, dwell: int, vibration: Vibration, rest: Rest, jumped: bool = False
+        self,
+        cycles: float,
+        dwell: int,
+        vibration: Vibration,
+        rest: Rest,
+        at: Vibrations,
+        jumped: bool = False,
     ) -> bool:
         """One more state, where it is solved at rest, too."""
         if not rest.converged:
             self.status = LOST
             return False
         rate = self.law.rate(vibration.solution.deviation)
-        self.states.append(_WornState(cycles, dwell, vibration, rate, rest, jumped))
+        whole = at.at(vibration.v0).response([vibration.solution])
+        self.states.append(_WornState(cycles, dwell, vibration, rate, rest, whole, jumped))
         if self.progress is not None:
             self.progress(cycles, self.total, vibration.frequency, vibration.amplitude)
         return True
@@ -274,7 +283,7 @@ class _History:
         found = at.following(last.vibration, v0)
         self.solved += 1
         if found is not None:
-            self._add(self.cycles_to_loss, i, found, self.preload.at(v0), taken.jumped)
+            self._add(self.cycles_to_loss, i, found, self.preload.at(v0), at, taken.jumped)
             self.status = PRELOAD
 
     def _ended(self, last: _WornState, cycles: float) -> None:
@@ -298,11 +307,10 @@ class _History:
 
         return float(brentq(approach, 0.0, 1.0, xtol=1e-10)) if approach(0.0) > 0 else 0.0
 
-    def collected(self, system: System, options: Options) -> WearHistory:
+    def collected(self, system: System) -> WearHistory:
         """The states as arrays."""
         node, direction = self.states[0].vibration.component
-        last = self.states[-1]
-        ready = vibrations(system, self.dwells[last.dwell], options).at(last.vibration.v0)
+        each = [state.response for state in self.states]
         return WearHistory(
             output=system.output_names[node],
             direction=direction,
@@ -319,7 +327,7 @@ class _History:
             cycles_to_loss=self.cycles_to_loss,
             solved=self.solved,
             force=np.array([self.dwells[each.dwell].force for each in self.states]),
-            response=ready.response([last.vibration.solution]),
+            response=joined(each, system.contacts.mu)[0],
         )
 
 

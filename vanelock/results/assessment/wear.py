@@ -1,22 +1,24 @@
 """Table of wear over cycles: peak, preload and worn depth at some of the states."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from itertools import islice
-
-import numpy as np
 
 from vanelock.common.tables import Cell, Column, Flag, Table
 from vanelock.nonlinear import WearHistory
 from vanelock.results.assessment.peaks import MOST
 from vanelock.stages.assessment.assessed import Assessment
+from vanelock.stages.assessment.wear import shown_states
 
-SHOWN = 8
-"""States of a case in the table, about."""
 HOUR = 3600.0
 
 
-def wear_table(assessments: Mapping[str, Assessment]) -> Table | None:
-    """Each case's vibration and preload from new to the end of its dwells."""
+def wear_table(
+    assessments: Mapping[str, Assessment], reserves: Mapping[str, Sequence[float]] = {}
+) -> Table | None:
+    """Each case's vibration and preload from new to the end of its dwells.
+
+    `reserves` has safety factors of the states shown, where they are known.
+    """
     worn = {name: each.wear for name, each in assessments.items() if each.wear is not None}
     known = {name: each.history for name, each in worn.items() if each.history is not None}
     if not known:
@@ -31,13 +33,16 @@ def wear_table(assessments: Mapping[str, Assessment]) -> Table | None:
         Column("at", "Hz", ".6g", "frequency_hz"),
         *(Column(f"{joint} at rest", "N", ".4g", f"{joint}_rest_n") for joint in joints),
         Column("deepest wear", "µm", ".3g", "worn_um"),
+        Column("HCF safety factor", form=".3g", key="reserve"),
         Column("", key="event"),
     )
     rows: list[tuple[Cell, ...]] = []
     flags: list[Flag] = []
     for name, each in islice(known.items(), MOST):
         hours, worn_depth = each.seconds / HOUR, (each.interference[0] - each.interference)
-        for i in shown_states(each):
+        shown = shown_states(each)
+        safety: Sequence[float | None] = reserves.get(name) or [None] * len(shown)
+        for i, reserve in zip(shown, safety, strict=True):
             own = dict(zip(each.joints, each.rest_load[i].tolist(), strict=True))
             event = _event(each, i)
             rows.append(
@@ -50,6 +55,7 @@ def wear_table(assessments: Mapping[str, Assessment]) -> Table | None:
                     each.frequency[i],
                     *(own.get(joint) for joint in joints),
                     float(worn_depth[i].max()),
+                    reserve,
                     event or None,
                 )
             )
@@ -58,23 +64,11 @@ def wear_table(assessments: Mapping[str, Assessment]) -> Table | None:
         "at rest: total normal force of a joint in one sector; wear: depth that both surfaces "
         "lose together, of the contact that loses most",
     ]
-    made = Table("Wear over cycles", columns, rows, notes, "wear", flags).without_empty("event")
-    made = (
-        made
-        if max(row[1] for row in rows if isinstance(row[1], int)) > 1
-        else made.without("dwell")
-    )
+    made = Table("Wear over cycles", columns, rows, notes, "wear", flags)
+    made = made.without_empty("event", "reserve")
+    if not any(each.dwell[-1] for each in known.values()):
+        made = made.without("dwell")
     return made.without("case") if len(known) == 1 else made
-
-
-def shown_states(history: WearHistory) -> list[int]:
-    """States of a history that a table shows: both ends of each dwell, jumps, some between."""
-    last = len(history.cycles) - 1
-    even = np.interp(np.linspace(0, history.cycles[-1], SHOWN), history.cycles, np.arange(last + 1))
-    ends = np.flatnonzero(np.diff(history.dwell))
-    jumps = np.flatnonzero(history.jump)[:SHOWN]
-    every = (np.round(even).astype(int), ends, ends + 1, jumps)
-    return sorted(set(np.concatenate(every).tolist()))
 
 
 def _event(history: WearHistory, i: int) -> str:

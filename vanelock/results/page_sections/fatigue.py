@@ -138,8 +138,8 @@ def _case(found: CaseAnswers) -> list[Single]:
     blocks: list[Single] = [_worst(found, "peak")]
     if found.high is not None:
         blocks.append(_worst(found.high, "upper bound of the peak over static friction"))
-    if found.worn is not None:
-        blocks.append(_worst(found.worn, "worn, after all cycles"))
+    if found.worn:
+        blocks.append(_worst(found.worn[-1], "worn, after all cycles"))
     every = [(part, m) for part in PARTS for m in found.stress.features[part]]
     rows = [_row(found, m, part, m.where) for part, m in every]
     flags = [case_flag(found, m.reserve, part) for part, m in every]

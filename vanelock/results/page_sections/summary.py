@@ -137,7 +137,7 @@ def _unlike(content: PageContent, most: Summary) -> list[Answer]:
 def _worn(content: PageContent) -> list[Answer]:
     """What becomes of the case that is looked into while its joints wear."""
     main = content.main
-    if main is None or main.worn is None or (worn := content.assessments[main.name].wear) is None:
+    if main is None or not main.worn or (worn := content.assessments[main.name].wear) is None:
         return []
     found = worn.history
     assert found is not None
@@ -147,8 +147,8 @@ def _worn(content: PageContent) -> list[Answer]:
         if abs(last - first) > SAME * first
     ]
     texts = [f"amplitude from {1e6 * found.amplitude[0]:.3g} µm", *loads]
-    if main.worn.margins is not None:
-        texts.append(f"{HCF} then n = {main.worn.stress.governing.reserve:.3g}")
+    if (end := main.worn[-1]).margins is not None:
+        texts.append(f"{HCF} then n = {end.stress.governing.reserve:.3g}")
     done = found.status == "cycles done"
     if not done:
         texts.append(f"**{found.status}**, so that it ends there")

@@ -91,8 +91,8 @@ def wear(content: PageContent) -> Section:
         by_case[name] = found.places, found.wear
         if found.high is not None:
             by_case[f"{name}, upper bound over static friction"] = found.places, found.high.wear
-        if found.worn is not None:
-            by_case[f"{name}, worn"] = found.places, found.worn.wear
+        if found.worn:
+            by_case[f"{name}, worn"] = found.places, found.worn[-1].wear
     blocks: list[Block] = [Text(_method()), joint_table(title, by_case).without(*NOT_SHOWN)]
     cases = (each for each in content.answers.values() if each.wear.energy.any())
     blocks += content.of_cases({each.name: [_contacts(each, content)] for each in cases})
@@ -103,7 +103,13 @@ def wear(content: PageContent) -> Section:
 def _over_cycles(content: PageContent) -> list[Block]:
     """How vibration and preload change while the joints wear, where it is asked for."""
     blocks: list[Block] = []
-    if (table := wear_table({words(k): e for k, e in content.assessments.items()})) is not None:
+    reserves = {
+        words(name): [each.stress.governing.reserve for each in found.worn]
+        for name, found in content.answers.items()
+        if found.margins is not None
+    }
+    worn = {words(name): each for name, each in content.assessments.items()}
+    if (table := wear_table(worn, reserves)) is not None:
         blocks += [Text(OVER_CYCLES), table]
     drawn = [each for each in content.pictures if each.title == WORN]
     return [*blocks, *content.of_cases({each.case: [each] for each in drawn})]

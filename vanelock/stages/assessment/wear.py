@@ -21,8 +21,8 @@ from vanelock.stages.response.responses import frequency_keys
 from vanelock.stages.response.solved import as_solved
 from vanelock.stages.response.summary import by_height, peak_of
 
-END = "worn"
-"""The end of a history, among the ends of a case."""
+SHOWN = 8
+"""States of a history in a table, about."""
 
 
 @dataclass(frozen=True)
@@ -111,20 +111,28 @@ def _dwell(keys: DwellKeys, ends: tuple[float, float]) -> Dwell:
     return Dwell(keys.cycles, near=(low, high), force=keys.load)
 
 
-def worn_end(planned: Planned, wear: Step[WornCase]) -> Planned:
-    """The case as worn at the end of its dwells, with the vibration there as its only point."""
+def shown_states(history: WearHistory) -> list[int]:
+    """States of a history that tables show: both ends of each dwell, jumps, some between."""
+    last = len(history.cycles) - 1
+    even = np.interp(np.linspace(0, history.cycles[-1], SHOWN), history.cycles, np.arange(last + 1))
+    ends = np.flatnonzero(np.diff(history.dwell))
+    jumps = np.flatnonzero(history.jump)[:SHOWN]
+    every = (np.round(even).astype(int), ends, ends + 1, jumps)
+    return sorted(set(np.concatenate(every).tolist()))
 
-    def last(system: System, worn: WornCase) -> System:
+
+def worn_at(planned: Planned, wear: Step[WornCase], state: int) -> Planned:
+    """The case as worn at a state of its history, with the vibration there as its only point."""
+
+    def worn_system(system: System, worn: WornCase) -> System:
         assert worn.history is not None
-        return worn.history.system_at(system, -1)
+        return worn.history.system_at(system, state)
 
     def vibration(worn: WornCase) -> Response:
         assert worn.history is not None
-        return worn.history.response
+        return worn.history.response.at([state])
 
-    base = planned.system
-    system = step("system", "rom", {"end": END}, System, (base, wear), last, False, True)
-    response = step(
-        "response", "nonlinear", {"end": END}, Response, (wear,), vibration, False, True
-    )
+    base, at = planned.system, {"worn": state}
+    system = step("system", "rom", at, System, (base, wear), worn_system, False, True)
+    response = step("response", "nonlinear", at, Response, (wear,), vibration, False, True)
     return planned.at_end(system, response)

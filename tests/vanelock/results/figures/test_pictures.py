@@ -37,6 +37,8 @@ def run_data(text, limits=(), linear=None):
         SimpleNamespace(
             case=case,
             unlike=None,
+            damped_modes=(),
+            wear=None,
             rom={part: SimpleNamespace(key=part) for part in ("vane", "casing")},
             linear=SimpleNamespace(limits=found, system=None),
         )

@@ -99,6 +99,8 @@ def test_worn_joints_vibrate_as_the_history_says(run: tuple[Path, Any, list[Any]
     hour = HOUR * history.frequency[0] * history.rate[0].max()
     assert max(float(line[depth] or 0) for line in lines[1:]) == pytest.approx(1e6 * hour, rel=2e-2)
     assert answers["goodman_reserve_worn"] < answers["goodman_reserve"]
+    last = nonlinear.audit_response(worn, history.response.at([-1]), samples=1 << 12)
+    assert last.residual[0] < 1e-3
     rows = {each.key: each.record()["rows"] for each in events if hasattr(each, "columns")}
     assert rows["wear"][-1]["amplitude_um"] == pytest.approx(1e6 * history.amplitude[-1])
     page = (folder / "report.html").read_text("utf-8")
