@@ -107,8 +107,9 @@ def estimated(
 
 
 def _further(study: Study) -> int:
-    """Nodal diameters that stability and unlike segments take in addition."""
-    if study.stability is None and study.unlike is None:
+    """Nodal diameters that are reduced for what is asked for beyond the responses."""
+    others = study.damped_modes is not None and study.damped_modes.nodal_diameters is not None
+    if study.stability is None and study.unlike is None and not others:
         return 0
     from vanelock.stages.parts.components import diameters  # and all that reduces
 
@@ -116,15 +117,20 @@ def _further(study: Study) -> int:
 
 
 def _assessment(study: Study) -> float:
-    """Seconds of bounds, stability and rings of unlike segments of a case."""
-    seconds = 0.0 if study.bounds is None else CURVES * POINTS * work(study)
+    """Seconds of what is asked for beyond the responses of a case."""
+    curve = POINTS * work(study)
+    seconds = 0.0 if study.bounds is None else CURVES * curve
     if study.stability is not None:
         listed = study.response.frequencies
         points = len(listed) if listed else study.response.points or TYPICAL
         count = points if study.stability.points == "all" else 1
         seconds += count * (STABLE + HARMONICS * (2 * study.response.harmonics + 1) ** 1.5)
     if study.unlike is not None:  # about one point of alike segments for each that is not
-        seconds += study.unlike.count * study.ring.sectors * POINTS * work(study)
+        seconds += study.unlike.count * study.ring.sectors * curve
+    if (keys := study.damped_modes) is not None:  # each about as long as a curve
+        seconds += len(keys.modes or (0,)) * len(keys.nodal_diameters or (0,)) * curve
+    if study.wear is not None:  # a sweep to begin with, and some peaks
+        seconds += len(study.wear.dwells) * curve
     return seconds
 
 

@@ -1,0 +1,110 @@
+"""The least peak over the interlock's friction and interference: by gradients, and by a map.
+
+    python -m benchmarks.solver.optimum [--size coarse] [--write]
+
+The map has the campaign's default values, each cell a response over the study's range; the search
+of `vanelock optimise` begins at the study's own values, on the same reduced parts and within the
+ends of the map. Printed are the least peak of both, how many frequencies each solved, and the
+peaks at the search's optimum and at the cells around it.
+"""
+
+import argparse
+import tempfile
+from pathlib import Path
+
+import numpy as np
+
+from benchmarks.clock import page
+from vanelock import parse_study
+from vanelock.commands.fit.fit import model_of, planned_alone
+from vanelock.commands.fit.parameters import varied_parameters
+from vanelock.commands.optimise.optimise import Optimum, optimum
+from vanelock.commands.optimise.peaks import Peaks
+from vanelock.input.schema.published import Campaign
+from vanelock.pipeline.cache import Cache
+from vanelock.pipeline.step import Stages
+from vanelock.published.maps.plane import Method, Plane, changed, joined, of_point, peak
+from vanelock.stages.response.limits import frequencies
+
+MU, INTERFERENCE = Campaign().map_mu, Campaign().map_interference
+
+
+def both(size: str, harmonics: int, force: float) -> tuple[Plane, Optimum]:
+    """The map and the optimum of the default study with a mesh, harmonics and load, N."""
+    ends = [f"[{each[0]:g}, {each[-1]:g}]" for each in (MU, INTERFERENCE)]
+    keys = [f"joints.interlock.{name}" for name in ("mu", "interference")]
+    bounds = ", ".join(f"{key} = {each}" for key, each in zip(keys, ends, strict=True))
+    study = parse_study(
+        f'[mesh]\nsize = "{size}"\n[excitation]\nforce = {force:g}\n'
+        f"[response]\nharmonics = {harmonics}\n"
+        f"[optimise]\nparameters = {keys}\nbounds = {{ {bounds} }}".replace("'", '"')
+    )
+    with tempfile.TemporaryDirectory() as folder:
+        stages = Stages(Cache(Path(folder), print), lambda event: None)
+        planned = planned_alone(study, stages)
+        wanted = np.asarray(frequencies(study, stages.get(planned.linear.limits)))
+        near = float(wanted.min()), float(wanted.max())
+        model = model_of(planned, stages)
+        system, modes = stages.get(planned.system), stages.get(planned.modes)
+    output, method = (model.monitor.node, model.monitor.component), Method(harmonics)
+    found = optimum(Peaks(model, varied_parameters(study, "optimise"), near))
+    points = []
+    for mu in MU:
+        for value in INTERFERENCE:
+            other = changed(system, mu, "interference", value)
+            row = peak(other, method, near, output, modes)
+            points.append(of_point("interference", mu, value, [method], [row]))
+        print(f"map, mu {mu:g}", flush=True)
+    return joined(points, MU, INTERFERENCE), found
+
+
+def line(plane: Plane, found: Optimum, force: float, harmonics: int) -> str:
+    """A row of the table."""
+    size = np.where(np.isnan(plane.amplitude[:, :, 0]), np.inf, plane.amplitude[:, :, 0])
+    i, j = np.unravel_index(int(size.argmin()), size.shape)
+    mu, interference = found.value
+    near = beside(MU, int(i), float(mu)) and beside(INTERFERENCE, int(j), float(interference))
+    solved, by_map = found.solved, int(plane.points.sum())
+    return (
+        f"| {force:g} | {harmonics} | {plane.mu[i]:g}, {1e6 * plane.value[j]:g} "
+        f"| {1e6 * size[i, j]:.3f} | {mu:.3f}, {1e6 * interference:.2f} | {1e6 * found.after:.3f} "
+        f"| {'yes' if near else 'no'} | {by_map} | {solved} | {by_map / solved:.1f} |"
+    )
+
+
+def beside(values: tuple[float, ...], place: int, found: float) -> bool:
+    """Whether a value lies between the neighbours of a map's place."""
+    low, high = values[max(place - 1, 0)], values[min(place + 1, len(values) - 1)]
+    return low <= found <= high
+
+
+def main() -> None:
+    """Print the table, or write the page."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--size", default="medium")
+    parser.add_argument("--harmonics", type=int, default=3)
+    parser.add_argument("--force", type=float, nargs="+", default=[30.0])
+    parser.add_argument("--write", action="store_true")
+    given = parser.parse_args()
+    lines = [
+        "Made by `python -m benchmarks.solver.optimum --write`.",
+        "",
+        "The default vane's least peak over friction and interference of the interlock: of a map "
+        f"of {len(MU)} by {len(INTERFERENCE)} responses with the campaign's values, and by "
+        "`vanelock optimise` from the study's own values within the map's ends. Beside: whether "
+        "the optimum lies between the neighbours of the map's least cell.",
+        "",
+        "| N a node | H | map: mu, µm | peak, µm | optimum: mu, µm | peak, µm | beside "
+        "| frequencies, map | optimise | ratio |",
+        "|---:|---:|---|---:|---|---:|---|---:|---:|---:|",
+    ]
+    print("\n".join(lines))
+    for force in given.force:
+        plane, found = both(given.size, given.harmonics, force)
+        lines.append(line(plane, found, force, given.harmonics))
+        print(lines[-1], flush=True)
+    page("optimum", "The least peak by gradients and by a map", lines, given.write)
+
+
+if __name__ == "__main__":
+    main()
