@@ -49,6 +49,8 @@ FINE = 64
 """Amplitudes between two points of a mode at which a curve is looked for."""
 SIDE = 200
 """Points of a curve on each side of a peak."""
+SLOWEST = 1e-3
+"""Lowest frequency that counts, of the mode's: a load that is static moves it more than that."""
 FASTER = 0.1
 """Change of the frequency that counts as much as one of the amplitude by a factor of e."""
 
@@ -176,7 +178,7 @@ class ModalSynthesis(Product):
             )
             swap = (second[1] > first[1]) if side < 0 else (second[1] < first[1])
             theta, held = (np.where(swap, *pair) for pair in zip(second, first, strict=True))
-            following = np.sqrt(np.maximum(omega**2 - held / a, (1e-3 * omega) ** 2))
+            following = np.sqrt(np.maximum(omega**2 - held / a, (SLOWEST * omega) ** 2))
             done = np.abs(following - now).max(initial=0.0) < 1e-12 * omega.max()
             now = following
             if done:
@@ -201,6 +203,7 @@ class ModalSynthesis(Product):
     def _side(self, places: Floats, scale: float, side: int) -> SynthesisedCurve:
         """One side of a peak, where other modes move the contacts less than the mode."""
         omega, theta, _ = self._at(places, scale, side)
+        own = TURN * self._between("frequency", places)
         grown = scale * omega**self.omega_power
         turned = np.exp(1j * theta)
         contact = self._between("contact", places)
@@ -212,7 +215,7 @@ class ModalSynthesis(Product):
         phase = (grown * turned)[:, None, None], (grown / turned)[:, None, None]
         output = self._between("output", places) + phase[0] * more[:, 0] + phase[1] * more[:, 1]
         return SynthesisedCurve(
-            frequency=omega / TURN,
+            frequency=np.where(omega > 1.01 * SLOWEST * own, omega, np.nan) / TURN,
             amplitude=self._between("amplitude", places),
             output=output / turned[:, None, None],
             others=aside,

@@ -36,8 +36,9 @@ class SynthesisedCurve:
 
 
 def small_parts(curve: SynthesisedCurve) -> list[SynthesisedCurve]:
-    """Stretches where other modes move the contacts less than the mode does."""
-    small = np.concatenate([[False], curve.others <= 1, [False]])
+    """Stretches that have a frequency, where other modes move the contacts less than the mode."""
+    sound = (curve.others <= 1) & np.isfinite(curve.frequency)
+    small = np.concatenate([[False], sound, [False]])
     begin, end = (np.flatnonzero(np.diff(small.astype(int)) == sign) for sign in (1, -1))
     return [taken(curve, slice(*each)) for each in zip(begin, end, strict=True)]
 
