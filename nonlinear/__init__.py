@@ -18,7 +18,7 @@ _modules = {
     "Force": ".rom.system.system",
     "Hysteresis": "following.hysteresis",
     "Journal": "forced_response.replay",
-    "ModalSynthesis": "following.modes.modal_synthesis",
+    "ModalSynthesis": "following.modes.synthesised_curve",
     "SynthesisedCurve": "following.modes.synthesised_curve",
     "modal_synthesis": "following.modes.modal_synthesis",
     "OPEN": "contact.law",

@@ -31,7 +31,7 @@ EXACT = 1e-9
 
 
 @dataclass(frozen=True)
-class Rest:
+class OtherModes:
     """What the rest of a load f e^{iθ} does, each as its parts along e^{iθ} and e^{-iθ}.
 
     Attributes
@@ -59,7 +59,7 @@ class Rest:
     damping: float
 
 
-def rest_of(
+def other_modes(
     structure: Structure,
     friction: Law,
     held: HeldVibration,
@@ -67,7 +67,7 @@ def rest_of(
     w: Floats,
     load: Array,
     counted: NDArray[np.bool_],
-) -> Rest:
+) -> OtherModes:
     """What the rest of a load does to a mode's motion.
 
     Parameters
@@ -131,7 +131,7 @@ def rest_of(
         return float((by_stiffness * a[:, :, 1:] * b[:, :, 1:]).sum())
 
     slope = modes.slope(held.omega, unit)
-    return Rest(
+    return OtherModes(
         driving=driving,
         force=np.array([forces[0] - 1j * forces[1], forces[0] + 1j * forces[1]]) / 2,
         output=np.array([even - 1j * odd, even + 1j * odd]) / 2,
