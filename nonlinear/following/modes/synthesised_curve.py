@@ -1,4 +1,4 @@
-"""A damped mode under a load, to be drawn at any level of it; the equations are in `modal_synthesis`."""
+"""A damped mode under a load, to be drawn at any level of it (`modal_synthesis`)."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, fields, replace
