@@ -49,11 +49,8 @@ def curve(model, hertz):
     return model.amplitudes(TRUTH, Measured("rig", hertz, hertz))
 
 
-def fitted(model, hertz, true, seed, starts, given=True, by_slopes=True, count=None, **fixed):
-    """A fit to a curve with scatter of a seed, given or not, from the starts given by key.
-
-    By slopes or by differences; `count` is called with the number of responses.
-    """
+def fitted(model, hertz, true, seed, starts, given=True, **fixed):
+    """A fit to a curve with scatter of a seed, given or not, from the starts given by key."""
     sigma = np.full(len(true), SCATTER * true.max())
     data = true + sigma * np.random.default_rng(seed).standard_normal(len(true))
     parameters = [
@@ -67,22 +64,14 @@ def fitted(model, hertz, true, seed, starts, given=True, by_slopes=True, count=N
     ]
     rig = Measured("rig", hertz, data)
 
-    tried = []
-
     def predict(values):
-        tried.append(values)
         return model.amplitudes(fixed | dict(zip(starts, values.tolist(), strict=True)), rig)
 
     def slopes(values):
         chosen = fixed | dict(zip(starts, values.tolist(), strict=True))
         return model.slopes(chosen, list(starts), rig)
 
-    found = fit(
-        predict, data, sigma if given else None, parameters, slopes=slopes if by_slopes else None
-    )
-    if count:
-        count(len(tried))
-    return found
+    return fit(predict, data, sigma if given else None, parameters, slopes=slopes)
 
 
 def off(found):
@@ -91,70 +80,27 @@ def off(found):
     return np.array(x) / found.deviation
 
 
-@pytest.fixture(scope="module")
-def covered():
-    """By seed: distances from the truth, and whether the interval of each parameter holds it."""
-    return {}
+def test_truth_lies_within_two_standard_errors(model, record_property):
+    """Of fits with many seeds; a normal distribution has 95.4 % there.
 
-
-@pytest.mark.parametrize("half", ["first", "second"])
-def test_intervals_of_95_percent_hold_the_truth(model, covered, half, record_property):
-    """Of 24 seeds in each half, every other one without sigma; the second half counts all 48.
-
-    The intervals are those of two standard errors that a fit prints. No more fits have their
-    errors withheld than the level of the tests.
+    Every other one has no sigma. No more have their errors withheld than the level of the tests.
     """
-    count, hertz = (24 if FULL else 1), np.linspace(250, 277, 31)
-    seeds = range(count) if half == "first" else range(count, 2 * count)
-    true, fits = curve(model(), hertz), []
-    for seed in seeds:
-        found = fitted(model(), hertz, true, seed, TRUTH, given=seed % 2 == 0)
-        fits.append(found)
-        ends = [found.interval(i) for i in range(len(TRUTH))]
-        held = [low < TRUTH[key] < high for key, (low, high) in zip(TRUTH, ends, strict=True)]
-        covered[seed] = off(found), held
-        print(seed, *covered[seed], found.starts[0].evaluations, flush=True)
+    seeds, hertz = (24 if FULL else 1), np.linspace(250, 277, 31)
+    true = curve(model(), hertz)
+    fits = [fitted(model(), hertz, true, seed, TRUTH, given=seed % 2 == 0) for seed in range(seeds)]
+    distances = np.array([off(found) for found in fits])
     withheld = sum(not found.carried for found in fits)
     rises = np.array([rise for found in fits for each in found.rises for rise in each])
-    record_property("seeds", f"{seeds[0]} to {seeds[-1]}")
-    record_property("errors withheld", f"{withheld} of {count}")
+    record_property("errors withheld", f"{withheld} of {seeds}")
     record_property("rise at one standard error", f"{rises.min():.2f} to {rises.max():.2f}")
-    assert withheld <= binom.ppf(0.99, count, LEVEL)
-    distances, held = (np.array(each) for each in zip(*covered.values(), strict=True))
-    mu, kt = held.mean(axis=0)
-    record_property(
-        f"95 % intervals that hold the truth, of {len(held)} seeds",
-        f"{held.mean():.1%} (mu {mu:.1%}, kt {kt:.1%})",
-    )
+    assert withheld <= binom.ppf(0.99, seeds, LEVEL)
+    within = (np.abs(distances) < 2).mean(axis=0)
+    record_property("seeds", str(seeds))
+    record_property("within 2 standard errors", f"mu {within[0]:.1%}, kt {within[1]:.1%}")
     spread = np.sqrt((distances**2).mean(axis=0))
     record_property("rms distance", f"mu {spread[0]:.2f}, kt {spread[1]:.2f} standard errors")
+    assert within.min() >= (0.83 if FULL else 0.5)
     assert np.abs(distances).max() < 4
-    if len(held) == 48:
-        for share in (held.mean(), mu, kt):
-            assert 0.90 <= share <= 0.99
-
-
-def test_slopes_take_a_third_of_the_responses_of_differences(model, record_property):
-    """Of the search for the best fit; the check of its errors takes the same four of both."""
-    seeds, hertz = (3 if FULL else 1), np.linspace(250, 277, 31)
-    true, searches, totals = curve(model(), hertz), [], []
-    for seed in range(seeds):
-        pair = [
-            fitted(model(), hertz, true, seed, TRUTH, by_slopes=each, count=totals.append)
-            for each in (True, False)
-        ]
-        searches.append([found.starts[0].evaluations for found in pair])
-        assert np.all(np.abs(np.log(pair[0].value / pair[1].value)) < 0.02 * pair[0].deviation)
-    by_slopes, by_differences = np.sum(searches, axis=0)
-    record_property("seeds", str(seeds))
-    record_property(
-        "responses of the search", f"{by_slopes} by slopes, {by_differences} by differences"
-    )
-    record_property(
-        "with the check of errors",
-        f"{sum(totals[::2])} by slopes, {sum(totals[1::2])} by differences",
-    )
-    assert 3 * by_slopes <= by_differences
 
 
 def test_a_far_start_finds_the_truth_of_a_model_with_more_harmonics(model, record_property):
@@ -162,9 +108,7 @@ def test_a_far_start_finds_the_truth_of_a_model_with_more_harmonics(model, recor
     seeds, hertz = (3 if FULL else 1), np.linspace(250, 277, 31)
     true = curve(model(harmonics=5), hertz)
     starts = {MU: 0.4, KT: 1e6}
-    distances = [
-        off(fitted(model(harmonics=3), hertz, true, seed, starts)) for seed in range(seeds)
-    ]
+    distances = [off(fitted(model(harmonics=3), hertz, true, seed, starts)) for seed in range(seeds)]
     record_property("seeds", str(seeds))
     worst = np.abs(distances).max(axis=0)
     record_property("largest distance", f"mu {worst[0]:.2f}, kt {worst[1]:.2f} standard errors")
