@@ -126,7 +126,7 @@ class Peaks:
         """Peaks near known ones; none where one is lost."""
         family, tolerance = ready.solver.family, ready.options.tolerance
         resonance = CountedResonance(family, self.component, tolerance)
-        found = []
+        found: list[PeakPoint] = []
         for last in known:
             omega, w = last.solution.omega, last.solution.w
             peak = resonance.peak(omega, w, last.bend, last.solution.kept)
