@@ -321,7 +321,7 @@ WAVES = [(1, 1, 5), (8, 1, 5)] if FULL else [(1, 1, 2)]
 
 
 def unbalanced(system, found, opens):
-    """Work that friction and damping take out in a period over what self-excitation puts in, less 1.
+    """Work that friction and damping take out in a period over that of self-excitation, less 1.
 
     πωξ a² = ΣW + Σ_h πh²ω q_hᴴ C q_h, C that of the modes with some contacts open, others stuck.
     """
