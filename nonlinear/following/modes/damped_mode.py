@@ -173,11 +173,12 @@ def damped_mode(
     rest, linear = begun(ready, as_whole(mode, "mode"))
     solver = solver_of(ready, rest, self_excitation == "all")
     first = BEGIN * linear.onset
+    floor = first if np.isfinite(first) else 0.0
     if wanted is not None:
         first = min(first, float(wanted[0]))
     elif not np.isfinite(first):
         raise InputError("amplitudes: none given, and no contact can slip or open: needs a range")
-    path = ModePath(solver, smallest(solver, linear, rest, first))
+    path = ModePath(solver, smallest(solver, linear, rest, first), floor)
     points: list[ModePoint] = []
     for point in followed(path, wanted, isinstance(amplitudes, tuple), linear.onset):
         points.append(point)

@@ -34,8 +34,6 @@ EASY = 4
 """Pairs (ω, ξ) tried for a point up to which the next step is longer."""
 MOST = 1000
 """Points of a path."""
-BACK = 0.2
-"""Of its largest amplitude, below which a path has left its mode."""
 
 
 @dataclass(frozen=True)
@@ -79,6 +77,9 @@ class ModePath:
     solver : ModeSolver
     last : ModePoint
         Where the path is.
+    floor : float
+        Amplitude below which no contact slips or opens in the mode, kg^½ m: a path that turns back
+        to less has left it.
     length : float
         Of the next step.
     failed : int
@@ -95,6 +96,7 @@ class ModePath:
 
     solver: ModeSolver
     last: ModePoint
+    floor: float = 0.0
     length: float = 1.0
     failed: int = 0
     damped: float = 0.01
@@ -132,8 +134,8 @@ class ModePath:
         """Why it goes no further though it could; empty where it may."""
         if self.count >= MOST:
             return f"{MOST} points are the most"
-        if self.last.amplitude < BACK * self.highest:
-            return "it has turned back to small amplitudes, those of another mode"
+        if self.last.amplitude < min(self.floor, self.highest):
+            return "it has turned back to where nothing slips in the mode: it is another one's"
         return ""
 
     @property

@@ -6,7 +6,6 @@ from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import PchipInterpolator
 
 from vanelock.common.errors import InputError
 from vanelock.common.product import Product
@@ -168,6 +167,8 @@ class ModalSynthesis(Product):
 
     def _between(self, name: str, places: Floats) -> NDArray[np.float64]:
         """An attribute between the points of the mode."""
+        from scipy.interpolate import PchipInterpolator  # it loads CHOLMOD: when asked for
+
         values, path = getattr(self, name), self._path
         if not np.iscomplexobj(values):
             return np.asarray(PchipInterpolator(path, values)(places))

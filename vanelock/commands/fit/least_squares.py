@@ -164,6 +164,7 @@ class _Problem:
         self.tried, self.evaluations, self._least = tried, 0, float("inf")
         self.total = 0
         self._known: dict[bytes, Floats] = {}
+        self._sloped: dict[bytes, Floats] = {}
         low = [each.inner(each.low) for each in parameters]
         high = [each.inner(each.high) for each in parameters]
         self.bounds = np.array(low), np.array(high)
@@ -223,9 +224,12 @@ class _Problem:
         """(n, p) derivatives of model values by x; NaN where they are not known."""
         if self.slopes is None:
             return np.full((len(self.data), len(x)), np.nan)
-        values = self.outer(x)
-        stretch = [q.stretch(float(v)) for q, v in zip(self.parameters, values, strict=True)]
-        return np.asarray(self.slopes(values) * stretch)
+        key = np.asarray(x).tobytes()
+        if key not in self._sloped:
+            values = self.outer(x)
+            stretch = [q.stretch(float(v)) for q, v in zip(self.parameters, values, strict=True)]
+            self._sloped[key] = np.asarray(self.slopes(values) * stretch)
+        return self._sloped[key]
 
     def expect(self, starts: int, known: Sequence[int]) -> None:
         """Estimate evaluations: of so many more starts like those known, and of the errors."""

@@ -168,9 +168,16 @@ def optimum(peaks: Peaks, starts: int = 1, listener: Listener = silent) -> Optim
                 found.append(each)
                 break
             x = each.x
+        else:  # a higher peak was met each time: of the start and the last place, the lower one
+            for place in (begin, x):
+                there = peaks.afresh(place)
+                if there is not None:
+                    found.append(Minimax(place, there, (), False))
     chosen = best(found)
     if chosen is None:
         raise InputError("optimise: no peak lies in the range of frequencies at any start")
+    if not chosen.settled:
+        peaks.known = []
     peaks(chosen.x)
     top = chosen.functions.largest
     order = [each for each in peaks.known if each.amplitude > (1 - EQUAL) * top]

@@ -11,17 +11,32 @@ from vanelock.commands.fit.refit_model import Rejoined
 from vanelock.commands.optimise.minimax import Functions
 from vanelock.nonlinear import amplitude_gradient
 from vanelock.nonlinear.following.parameters import Parameter
-from vanelock.nonlinear.following.peak import CONDITION, PeakPoint, Resonance
+from vanelock.nonlinear.following.peak import CONDITION, PeakPoint, Reading, Resonance
 from vanelock.nonlinear.following.peak_tracking import PeakTrack
 from vanelock.nonlinear.forced_response.options import PreparedSystem
 from vanelock.nonlinear.fourier.threads import one_thread
 from vanelock.nonlinear.fourier.trigonometric import TURN
+from vanelock.nonlinear.newton.preconditioner import Kept
 from vanelock.quantities.sensitivities import effects
 
 Floats = NDArray[np.float64]
 
 LOWEST = 0.5
 """Of the highest peak, below which others do not count."""
+HALVINGS = 2
+"""Of a step on which a peak is lost, before the range is swept."""
+
+
+@dataclass(frozen=True)
+class CountedResonance(Resonance):
+    """A resonance that keeps where it was solved, rad/s, whether a peak was found or lost."""
+
+    read_at: list[float] = field(default_factory=list)
+
+    def read(self, omega: float, start: Floats, kept: Kept | None = None) -> Reading | None:
+        """Solve at a frequency, rad/s; None if that fails."""
+        self.read_at.append(omega)
+        return super().read(omega, start, kept)
 
 
 @dataclass
@@ -38,6 +53,8 @@ class Peaks:
         The range, Hz.
     known : list of PeakPoint
         Those of the last values, which the next ones are looked for from.
+    place : (p,) float
+        The last values, x.
     solved : int
         Frequencies solved.
     """
@@ -46,6 +63,7 @@ class Peaks:
     parameters: Sequence[FitParameter]
     near: tuple[float, float]
     known: list[PeakPoint] = field(default_factory=list)
+    place: Floats = field(default_factory=lambda: np.zeros(0))
     solved: int = 0
 
     def values(self, x: Floats) -> dict[str, float]:
@@ -62,7 +80,7 @@ class Peaks:
     def __call__(self, x: Floats) -> Functions | None:
         """Amplitudes of the peaks, m, and their gradients; None where no peak is found."""
         ready = self.model.prepared(self.values(x), self.near)
-        found = self._followed(ready) or self._swept(ready)
+        found = self._followed(self.place, x, ready, self.known) or self._swept(ready)
         return self._functions(ready, x, found)
 
     def afresh(self, x: Floats) -> Functions | None:
@@ -84,20 +102,39 @@ class Peaks:
                 gradients.append([known[each.key] for each in self.parameters])
         if not sizes:
             return None
-        self.known = found
+        self.known, self.place = found, x
         return Functions(np.array(sizes), np.array(gradients) * stretch)
 
-    def _followed(self, ready: PreparedSystem) -> list[PeakPoint]:
-        """The known peaks at other values; none where one is lost."""
-        resonance = Resonance(ready.solver.family, self.component, ready.options.tolerance)
-        found = []
-        for last in self.known:
+    def _followed(
+        self,
+        begin: Floats,
+        end: Floats,
+        ready: PreparedSystem,
+        known: list[PeakPoint],
+        halvings: int = HALVINGS,
+    ) -> list[PeakPoint]:
+        """Known peaks at the end of a step, halved where one is lost; none if one stays lost."""
+        found = self._stepped(ready, known)
+        if found or not known or not halvings:
+            return found
+        middle = (begin + end) / 2
+        between = self.model.prepared(self.values(middle), self.near)
+        half = self._followed(begin, middle, between, known, halvings - 1)
+        return self._followed(middle, end, ready, half, halvings - 1) if half else []
+
+    def _stepped(self, ready: PreparedSystem, known: list[PeakPoint]) -> list[PeakPoint]:
+        """Peaks near known ones; none where one is lost."""
+        family, tolerance = ready.solver.family, ready.options.tolerance
+        resonance = CountedResonance(family, self.component, tolerance)
+        found: list[PeakPoint] = []
+        for last in known:
             omega, w = last.solution.omega, last.solution.w
             peak = resonance.peak(omega, w, last.bend, last.solution.kept)
             if peak is None or not self.near[0] < peak.solution.omega / TURN < self.near[1]:
-                return []
-            self.solved += peak.readings
+                found = []
+                break
             found.append(peak)
+        self.solved += len(resonance.read_at)
         return found
 
     def _swept(self, ready: PreparedSystem) -> list[PeakPoint]:

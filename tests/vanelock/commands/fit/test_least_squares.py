@@ -201,8 +201,10 @@ def test_slopes_take_the_place_of_differences():
     """The same values and errors, fewer evaluations; what is not known is found by differences."""
     sigma = np.full(41, 0.02)
     data = predict(TRUTH) + sigma * np.random.default_rng(4).standard_normal(41)
+    asked = []
 
     def slopes(theta):
+        asked.append(tuple(theta))
         _, place, ratio = theta
         f, detuned = HERTZ / place, 1 - (HERTZ / place) ** 2
         square = detuned**2 + (2 * ratio * f) ** 2
@@ -216,6 +218,7 @@ def test_slopes_take_the_place_of_differences():
     np.testing.assert_allclose(found.value, plain.value, rtol=1e-4)
     np.testing.assert_allclose(found.deviation, plain.deviation, rtol=1e-3)
     assert 2 * found.starts[0].evaluations < plain.starts[0].evaluations
+    assert len(asked) == len(set(asked))  # the search's last place is that of the errors
 
     def partly(theta):
         known = slopes(theta)
