@@ -158,8 +158,8 @@ def optimum(peaks: Peaks, starts: int = 1, listener: Listener = silent) -> Optim
     found: list[Minimax | None] = []
     for begin in begins:
         x = begin
+        peaks.known = []
         for _ in range(ROUNDS):
-            peaks.known = []
             each = minimax(evaluate, x, (low, high))
             if each is None:
                 break

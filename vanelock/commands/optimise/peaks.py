@@ -23,6 +23,10 @@ Floats = NDArray[np.float64]
 
 LOWEST = 0.5
 """Of the highest peak, below which others do not count."""
+SAME = 0.1
+"""Distance in half-widths below which two peaks are one."""
+NEAR = 1.0
+"""Distance in x, of logarithms mostly, from where a peak was met within which it is looked for."""
 HALVINGS = 2
 """Of a step on which a peak is lost, before the range is swept."""
 
@@ -55,6 +59,8 @@ class Peaks:
         Those of the last values, which the next ones are looked for from.
     place : (p,) float
         The last values, x.
+    met : list of ((p,) float, PeakPoint)
+        Places at which the range had a peak that none had followed, and that peak.
     solved : int
         Frequencies solved.
     """
@@ -64,6 +70,7 @@ class Peaks:
     near: tuple[float, float]
     known: list[PeakPoint] = field(default_factory=list)
     place: Floats = field(default_factory=lambda: np.zeros(0))
+    met: list[tuple[Floats, PeakPoint]] = field(default_factory=list)
     solved: int = 0
 
     def values(self, x: Floats) -> dict[str, float]:
@@ -81,12 +88,24 @@ class Peaks:
         """Amplitudes of the peaks, m, and their gradients; None where no peak is found."""
         ready = self.model.prepared(self.values(x), self.near)
         found = self._followed(self.place, x, ready, self.known) or self._swept(ready)
+        for place, peak in self.met:
+            if np.abs(x - place).max() < NEAR:
+                again = self._followed(place, x, ready, [peak])
+                found += [each for each in again if _is_new(each, found)]
         return self._functions(ready, x, found)
 
     def afresh(self, x: Floats) -> Functions | None:
-        """The same, by the whole range."""
+        """The same, by the whole range, and of the known peaks those that a sweep leaves out.
+
+        A peak that is low here may be the highest a step away; one that is met here alone is looked
+        for again wherever the search comes near this place.
+        """
         ready = self.model.prepared(self.values(x), self.near)
-        return self._functions(ready, x, self._swept(ready))
+        known = self._followed(self.place, x, ready, self.known)
+        swept = self._swept(ready)
+        self.met += [(x, each) for each in swept if _is_new(each, known)]
+        others = [each for each in known if _is_new(each, swept)]
+        return self._functions(ready, x, [*swept, *others])
 
     def _functions(
         self, ready: PreparedSystem, x: Floats, found: list[PeakPoint]
@@ -130,8 +149,9 @@ class Peaks:
         for last in known:
             omega, w = last.solution.omega, last.solution.w
             peak = resonance.peak(omega, w, last.bend, last.solution.kept)
-            if peak is None or not self.near[0] < peak.solution.omega / TURN < self.near[1]:
-                found = []
+            beyond = peak is None or not self.near[0] < peak.solution.omega / TURN < self.near[1]
+            if peak is None or beyond or not _is_new(peak, found):
+                found = []  # lost, or fallen onto another one
                 break
             found.append(peak)
         self.solved += len(resonance.read_at)
@@ -147,3 +167,10 @@ class Peaks:
         found = track.tops(1.0, swept, 1 - LOWEST)
         self.solved += len(swept) + sum(each.readings for each in found)
         return found
+
+
+def _is_new(peak: PeakPoint, others: Sequence[PeakPoint]) -> bool:
+    """Whether a peak is none of the others of the same response."""
+    omega = peak.solution.omega
+    apart = (abs(omega - each.solution.omega) / min(peak.width, each.width) for each in others)
+    return all(each > SAME for each in apart)
