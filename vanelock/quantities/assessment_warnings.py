@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 
+from vanelock.nonlinear.following.wear.wear_history import DONE, PRELOAD
 from vanelock.stages.assessment.bounds import HIGH, LOW, NOMINAL, BoundedPeak
 from vanelock.stages.assessment.damped_modes import FollowedMode
 from vanelock.stages.assessment.unlike import UnlikeRings
@@ -77,9 +78,9 @@ def wear(found: WornCase | None) -> list[str]:
     if (history := found.history) is None:
         return [f"no wear over cycles: {found.reason}"]
     lines = []
-    if history.status == "preload lost":
+    if history.status == PRELOAD:
         lines.append(f"wear opens a joint at rest after {history.cycles_to_loss:.3g} cycles")
-    elif history.status != "cycles done":
+    elif history.status != DONE:
         at = f"{history.cycles[-1]:.3g} cycles"
         lines.append(f"wear is known up to {at} only: no vibration was found beyond")
     if history.jump.any():

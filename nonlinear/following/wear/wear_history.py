@@ -96,6 +96,11 @@ class WearHistory(Product):
     response: Response
 
     @property
+    def worn(self) -> Floats:
+        """(s, c) depth that each contact has lost, of both surfaces together, m."""
+        return np.asarray(self.interference[0] - self.interference)
+
+    @property
     def seconds(self) -> Floats:
         """(s,) how long the cycles so far take, s."""
         period = 1 / self.frequency

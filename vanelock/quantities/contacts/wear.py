@@ -121,9 +121,9 @@ def wear(
     count = len(response.mu)
     unknown = np.full(count, np.nan)
     slip, touching = unknown.copy(), response.state[point] != ELEMENT
-    slides_on = touching & (response.mu > 0)
+    has_friction = touching & (response.mu > 0)
     work = np.where(touching, 0.0, np.nan)
-    np.divide(response.dissipation[point], response.mu, out=work, where=slides_on)
+    np.divide(response.dissipation[point], response.mu, out=work, where=has_friction)
     mean, largest = _loads(response, point)
     if exact(response):
         slip[touching] = 0.0

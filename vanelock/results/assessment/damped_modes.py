@@ -108,7 +108,7 @@ def flutter_table(assessments: Mapping[str, Assessment]) -> Table | None:
 
 
 def settles(mode: FollowedMode) -> tuple[float, float] | None:
-    """M and Hz of the cycle that a wave from rest, or the least kick, settles at."""
+    """Amplitude, m, and frequency, Hz, of the cycle at which a wave from rest settles."""
     driven = mode.driven
     if driven is None or not driven.stable.any():
         return None
@@ -117,7 +117,7 @@ def settles(mode: FollowedMode) -> tuple[float, float] | None:
 
 
 def grows_beyond(mode: FollowedMode) -> float | None:
-    """M from which vibration grows without end; None where none is known."""
+    """Amplitude, m, from which vibration grows without end; None where none is known."""
     driven = mode.driven
     if driven is None or np.isinf(driven.critical_kick):
         return None

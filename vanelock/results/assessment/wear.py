@@ -5,11 +5,11 @@ from itertools import islice
 
 from vanelock.common.tables import Cell, Column, Flag, Table
 from vanelock.nonlinear import WearHistory
+from vanelock.nonlinear.following.wear.wear_history import DONE
+from vanelock.quantities.contacts.wear import HOUR
 from vanelock.results.assessment.peaks import MOST
 from vanelock.stages.assessment.assessed import Assessment
 from vanelock.stages.assessment.wear import shown_states
-
-HOUR = 3600.0
 
 
 def wear_table(
@@ -39,7 +39,7 @@ def wear_table(
     rows: list[tuple[Cell, ...]] = []
     flags: list[Flag] = []
     for name, each in islice(known.items(), MOST):
-        hours, worn_depth = each.seconds / HOUR, (each.interference[0] - each.interference)
+        hours, worn_depth = each.seconds / HOUR, each.worn
         shown = shown_states(each)
         safety: Sequence[float | None] = reserves.get(name) or [None] * len(shown)
         for i, reserve in zip(shown, safety, strict=True):
@@ -73,6 +73,6 @@ def wear_table(
 
 def _event(history: WearHistory, i: int) -> str:
     """What happens at a state."""
-    if i == len(history.cycles) - 1 and history.status != "cycles done":
+    if i == len(history.cycles) - 1 and history.status != DONE:
         return str(history.status)
     return "jump" if history.jump[i] else ""

@@ -80,11 +80,10 @@ def amplitude(mode: FollowedMode, curve: DampedMode) -> NDArray[np.float64]:
 def _air(each: Planned, mode: FollowedMode, curve: DampedMode) -> NDArray[np.float64] | None:
     """(p,) damping ratio that the air takes away; None where none is given."""
     keys, N = each.case.study.damped_modes, each.case.study.ring.sectors
-    if keys is None or keys.influence is None:
+    if keys is None or (air := keys.air) is None:
         return None
-    influence = {m: complex(real, imaginary) for m, real, imaginary in keys.influence}
     at = mode.nodal_diameter % N
-    by = [-aerodynamic_damping(influence, N, float(hertz))[at] for hertz in curve.frequency]
+    by = [-aerodynamic_damping(air, N, float(hertz))[at] for hertz in curve.frequency]
     return np.array(by)
 
 

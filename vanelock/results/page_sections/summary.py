@@ -8,6 +8,7 @@ from vanelock.common.tables import Table
 from vanelock.input.cases.names import fixed, words
 from vanelock.input.cases.values import ring_of
 from vanelock.input.schema.study import Study
+from vanelock.nonlinear.following.wear.wear_history import DONE
 from vanelock.quantities.answers import CaseAnswers
 from vanelock.quantities.warnings import by_text, without_effect
 from vanelock.report import Answer, Answers, Section, Text
@@ -149,7 +150,7 @@ def _worn(content: PageContent) -> list[Answer]:
     texts = [f"amplitude from {1e6 * found.amplitude[0]:.3g} µm", *loads]
     if (end := main.worn[-1]).margins is not None:
         texts.append(f"{HCF} then n = {end.stress.governing.reserve:.3g}")
-    done = found.status == "cycles done"
+    done = found.status == DONE
     if not done:
         texts.append(f"**{found.status}**, so that it ends there")
     title = f"After {found.cycles[-1]:.3g} cycles of wear"

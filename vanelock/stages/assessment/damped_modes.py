@@ -84,12 +84,12 @@ def _step(
     """One mode of one nodal diameter."""
     study = planned.case.study
     assert study.damped_modes is not None
-    influence, N = study.damped_modes.influence, study.ring.sectors
+    air, N = study.damped_modes.air, study.ring.sectors
     options = Options(harmonics=study.response.harmonics, friction=study.response.friction)
     inputs = {
         "mode": number,
         "nodal_diameter": k,
-        "influence": influence,
+        "influence": study.damped_modes.influence,
         "harmonics": options.harmonics,
         "friction": options.friction,
         "monitor": study.outputs.monitor,
@@ -105,12 +105,11 @@ def _step(
 
         with warnings.catch_warnings(category=RuntimeWarning, action="ignore"):  # `ended` says it
             try:
-                if influence is None:
+                if air is None:
                     found = nonlinear.damped_mode(
                         system, number, None, options, k % N, progress=progress
                     )
                     return FollowedMode(*at, alone=found)
-                air = {m: complex(real, imaginary) for m, real, imaginary in influence}
                 driven = nonlinear.limit_cycles(system, number, air, None, options, k % N)
             except InputError as error:
                 return FollowedMode(*at, reason=str(error))

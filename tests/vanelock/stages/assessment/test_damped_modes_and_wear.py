@@ -7,22 +7,12 @@ import h5py
 import numpy as np
 import pytest
 
+from tests.vanelock.stages.assessment.test_study import STUDY as PLAIN
 from vanelock import nonlinear, parse_study, run_study
 from vanelock.stages.assessment.damped_modes import FollowedMode
 from vanelock.stages.assessment.wear import WornCase
 
 N, K, HOUR = 8, 1e-13, 3600.0
-PLAIN = """
-[mesh]
-size = "coarse"
-[ring]
-sectors = 8
-[response]
-harmonics = 1
-[outputs]
-shapes = false
-loops = false
-"""
 STUDY = f"""{PLAIN}
 [joints.interlock]
 wear_coefficient = {K}

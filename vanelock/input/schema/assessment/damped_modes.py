@@ -45,6 +45,13 @@ class DampedModeKeys(KeyTable):
             if given is not None and len(set(given)) < len(given):
                 yield f"{name} = {list(given)}: must differ from each other"
 
+    @property
+    def air(self) -> dict[int, complex] | None:
+        """Influence coefficients by segment, 1/s²; None where none are given."""
+        if self.influence is None:
+            return None
+        return {m: complex(real, imaginary) for m, real, imaginary in self.influence}
+
     checks: ClassVar[tuple[Check, ...]] = (_distinct,)
 
 

@@ -6,13 +6,11 @@ from typing import TYPE_CHECKING, Annotated, ClassVar
 from pydantic import BeforeValidator, Field, field_validator
 
 from vanelock.common.checked import Check
-from vanelock.common.quantities import Frequency
+from vanelock.input.schema.comparison import Hertz, ascending
 from vanelock.input.schema.structure.structure import KeyTable, sequence
 
 if TYPE_CHECKING:
     from vanelock.input.schema.study import Study
-
-Hertz = Annotated[Frequency, Field(gt=0, le=1e6, description="frequency [Hz]")]
 
 
 class DwellKeys(KeyTable):
@@ -28,9 +26,7 @@ class DwellKeys(KeyTable):
     @field_validator("range")
     @classmethod
     def _low_high(cls, value: tuple[float, ...] | None) -> tuple[float, ...] | None:
-        if value is not None and value[0] >= value[1]:
-            raise ValueError("must be [low, high] with low < high")
-        return value
+        return ascending(value)
 
     def _one_place(self) -> Iterator[str]:
         if self.frequency is not None and self.range is not None:

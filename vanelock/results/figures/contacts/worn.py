@@ -6,13 +6,14 @@ from numpy.typing import ArrayLike
 from vanelock import render
 from vanelock.input.cases.names import of_case, slug
 from vanelock.nonlinear import WearHistory
+from vanelock.nonlinear.following.wear.wear_history import DONE
+from vanelock.quantities.contacts.wear import HOUR
 from vanelock.quantities.curves_and_fields import RunData
 from vanelock.report import Picture
 from vanelock.stages.plan import Planned
 
 WORN = "Wear over cycles"
 """Title of these pictures."""
-HOUR = 3600.0
 
 
 def worn(run_data: RunData, each: Planned) -> list[Picture]:
@@ -21,10 +22,10 @@ def worn(run_data: RunData, each: Planned) -> list[Picture]:
         return []
     name = each.case.name
     title = f"Wear over cycles{of_case(name)}"
-    ended = "" if found.status == "cycles done" else f"; {found.status} at the end"
+    ended = "" if found.status == DONE else f"; {found.status} at the end"
     subtitle = f"{run_data.shown.monitor.name}{ended}"
     shows = [each.wear.key, title, subtitle]
-    depth = 1e6 * (found.interference[0] - found.interference)
+    depth = 1e6 * found.worn
 
     def curve(name: str, y: ArrayLike) -> render.PanelCurve:
         return render.PanelCurve(name, found.cycles, y)
@@ -63,7 +64,7 @@ def _worn_mean(depth: np.ndarray) -> np.ndarray:
 
 
 def _columns(found: WearHistory) -> dict[str, ArrayLike]:
-    depth = 1e6 * (found.interference[0] - found.interference)
+    depth = 1e6 * found.worn
     return {
         "cycles": found.cycles,
         "time (h)": found.seconds / HOUR,
