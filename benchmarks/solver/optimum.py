@@ -18,7 +18,7 @@ from benchmarks.clock import page
 from vanelock import parse_study
 from vanelock.commands.fit.fit import model_of, planned_alone
 from vanelock.commands.fit.parameters import varied_parameters
-from vanelock.commands.optimise.optimise import Optimum, optimum
+from vanelock.commands.optimise.search import Optimum, optimum
 from vanelock.commands.optimise.peaks import Peaks
 from vanelock.input.schema.published import Campaign
 from vanelock.pipeline.cache import Cache

@@ -78,9 +78,9 @@ class PeakTrack:
         asked = value, omega, near.bend, w
         return ready.replay("peak", asked, lambda: find(omega, w, near.bend, near.solution.kept))
 
-    def sweep(self, value: float) -> list[Solution]:
+    def sweep(self, value: float, loose: float = 1.0) -> list[Solution]:
         """Solutions over the range of frequencies; unless all are, without the unconverged ones."""
-        explored = list(self.at(value).solver.explore(*self.range))
+        explored = list(self.at(value).solver.explore(*self.range, loose))
         return [solution for solution in explored if solution.converged] or explored
 
     def highest(self, value: float, swept: Sequence[Solution]) -> PeakPoint | None:

@@ -73,35 +73,37 @@ class PointSolver:
             if found.converged:
                 history = [*history, found][-2:]
 
-    def explore(self, begin: float, end: float) -> Iterator[Solution]:
+    def explore(self, begin: float, end: float, loose: float = 1.0) -> Iterator[Solution]:
         """Solve from `begin` to `end`, rad/s, at steps that follow the curve.
 
-        Steps are at most a fortieth of the range, at least an 80th of the half-power bandwidth.
+        Steps are at most a fortieth of the range, at least an 80th of the half-power bandwidth;
+        `loose` of them where tops are looked for that are refined afterwards.
         """
+        bend = BEND * loose
         span, sign = abs(end - begin), np.sign(end - begin)
         ratio = self.family.structure.system.damping_ratio or 0.0
-        finest = max(2 * ratio * min(begin, end) / 80, span / 5000)
+        finest = max(2 * ratio * min(begin, end) / 80 * loose, span / 5000)
         history = [self.point(begin, [])]
         yield history[0]
-        step = span / 200
+        step = loose * span / 200
         while history[-1].omega != end:
             last = history[-1]
             left = abs(end - last.omega)
             omega = end if step >= 0.999 * left else last.omega + sign * step
             known = [point for point in history if point.converged]
             smooth = self.easily(omega, known)
-            if smooth is None and known and step > max(finest, span / JUMP):
+            if smooth is None and known and step > max(finest, loose * span / JUMP):
                 step = max(finest, 0.3 * step)
                 continue
             found = self.point(omega, known) if smooth is None else smooth
             error = 0.0 if smooth is None else self._bend(history, found)
-            if error > BEND and step > finest:
-                step = max(finest, step * max(0.3, 0.8 * np.sqrt(BEND / error)))
+            if error > bend and step > finest:
+                step = max(finest, step * max(0.3, 0.8 * np.sqrt(bend / error)))
                 continue
             yield found
             history = [found] if smooth is None else [*history, found][-2:]
-            growth = 0.9 * np.sqrt(BEND / max(error, 1e-12))
-            step = float(np.clip(step * min(1.5, growth), finest, span / 40))
+            growth = 0.9 * np.sqrt(bend / max(error, 1e-12))
+            step = float(np.clip(step * min(1.5, growth), finest, loose * span / 40))
 
     def _bend(self, history: list[Solution], found: Solution) -> float:
         """Relative distance of a new amplitude from the line through the last two."""

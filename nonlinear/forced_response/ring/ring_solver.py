@@ -35,9 +35,9 @@ class RingSolver(PointSolver):
         """Solve at each frequency; what the next ones start from goes when they are done."""
         return (replace(each, kept=None) for each in super().sweep(omegas))
 
-    def explore(self, begin: float, end: float) -> Iterator[Solution]:
+    def explore(self, begin: float, end: float, loose: float = 1.0) -> Iterator[Solution]:
         """Solve from `begin` to `end`; what the next points start from goes when they are done."""
-        return (replace(each, kept=None) for each in super().explore(begin, end))
+        return (replace(each, kept=None) for each in super().explore(begin, end, loose))
 
     def _point(self, omega: float, history: list[Solution]) -> Solution:
         tried = self._newton(omega, history) if history else []

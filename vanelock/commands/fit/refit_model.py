@@ -125,6 +125,11 @@ class Rejoined:
         ready: PreparedSystem = self._options("up").prepare(system, near, 1000, self._stuck(system))
         return ready
 
+    def with_harmonics(self, highest: int) -> "Rejoined":
+        """The same case with another highest harmonic."""
+        study = with_values(self.study, {"response.harmonics": highest})
+        return replace(self, study=study, _stiff=(), _modes={}, _known={})
+
     def _stuck(self, system: System) -> Mapping[int, Any]:
         """Modes with all contacts stuck, of the stiffness that was asked for last."""
         if not self._modes:

@@ -183,9 +183,3 @@ def _updated(B: Floats, here: Functions, there: Functions, d: Floats) -> Floats:
         share = 0.8 * curved / (curved - float(d @ y))
     y = share * y + (1 - share) * Bd
     return np.asarray(B - np.outer(Bd, Bd) / curved + np.outer(y, y) / float(d @ y))
-
-
-def best(found: Sequence[Minimax | None]) -> Minimax | None:
-    """The smallest of several."""
-    known = [each for each in found if each is not None]
-    return min(known, key=lambda each: each.functions.largest) if known else None

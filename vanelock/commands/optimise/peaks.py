@@ -29,6 +29,12 @@ NEAR = 1.0
 """Distance in x, of logarithms mostly, from where a peak was met within which it is looked for."""
 HALVINGS = 2
 """Of a step on which a peak is lost, before the range is swept."""
+LOOSE = 4.0
+"""Steps of that sweep, beside those of a curve that is drawn: its tops are refined."""
+ENOUGH = 1e-4
+"""Distance from a peak, in half-widths: its amplitude is right to the square of that."""
+Rate = tuple[float, Floats]
+"""What a peak's circular frequency, rad/s, and w, m, change by over a step."""
 
 
 @dataclass(frozen=True)
@@ -77,6 +83,10 @@ class Peaks:
         """Values by key."""
         pairs = zip(self.parameters, x.tolist(), strict=True)
         return {parameter.key: parameter.outer(each) for parameter, each in pairs}
+
+    def with_one_harmonic(self) -> "Peaks":
+        """The same study with one harmonic."""
+        return Peaks(self.model.with_harmonics(1), self.parameters, self.near)
 
     @property
     def component(self) -> tuple[int, int]:
@@ -129,26 +139,41 @@ class Peaks:
         begin: Floats,
         end: Floats,
         ready: PreparedSystem,
-        known: list[PeakPoint],
+        known: Sequence[PeakPoint],
+        rates: Sequence[Rate] = (),
         halvings: int = HALVINGS,
     ) -> list[PeakPoint]:
         """Known peaks at the end of a step, halved where one is lost; none if one stays lost."""
-        found = self._stepped(ready, known)
+        found = self._stepped(ready, known, rates)
         if found or not known or not halvings:
             return found
         middle = (begin + end) / 2
         between = self.model.prepared(self.values(middle), self.near)
-        half = self._followed(begin, middle, between, known, halvings - 1)
-        return self._followed(middle, end, ready, half, halvings - 1) if half else []
+        slower = [(omega / 2, w / 2) for omega, w in rates]
+        half = self._followed(begin, middle, between, known, slower, halvings - 1)
+        if not half:
+            return []
+        gone = [
+            (b.solution.omega - a.solution.omega, b.solution.w - a.solution.w)
+            for a, b in zip(known, half, strict=True)
+        ]
+        return self._followed(middle, end, ready, half, gone, halvings - 1)
 
-    def _stepped(self, ready: PreparedSystem, known: list[PeakPoint]) -> list[PeakPoint]:
-        """Peaks near known ones; none where one is lost."""
+    def _stepped(
+        self, ready: PreparedSystem, known: Sequence[PeakPoint], rates: Sequence[Rate]
+    ) -> list[PeakPoint]:
+        """Peaks near known ones, or where their rates lead; none where one is lost."""
         family, tolerance = ready.solver.family, ready.options.tolerance
-        resonance = CountedResonance(family, self.component, tolerance)
+        resonance = CountedResonance(family, self.component, tolerance, ENOUGH)
+        still: list[Rate] = [(0.0, np.zeros(1))]
         found: list[PeakPoint] = []
-        for last in known:
+        for i, last in enumerate(known):
             omega, w = last.solution.omega, last.solution.w
-            peak = resonance.peak(omega, w, last.bend, last.solution.kept)
+            peak = None
+            for faster, moved in [*rates[i : i + 1], *still]:
+                peak = resonance.peak(omega + faster, w + moved, last.bend, last.solution.kept)
+                if peak is not None:
+                    break
             beyond = peak is None or not self.near[0] < peak.solution.omega / TURN < self.near[1]
             if peak is None or beyond or not _is_new(peak, found):
                 found = []  # lost, or fallen onto another one
@@ -163,7 +188,7 @@ class Peaks:
         unvaried = Parameter("force", np.zeros(system.contacts.count, bool), False)
         low, high = (TURN * each for each in self.near)
         track = PeakTrack(lambda _: ready, unvaried, (low, high), self.component, 1.0, CONDITION)
-        swept = track.sweep(1.0)
+        swept = track.sweep(1.0, LOOSE)
         found = track.tops(1.0, swept, 1 - LOWEST)
         self.solved += len(swept) + sum(each.readings for each in found)
         return found

@@ -167,7 +167,7 @@ class Fit(Varied):
 class Optimise(Varied):
     """What `vanelock optimise` varies so that the largest peak is the smallest."""
 
-    starts: int = Field(default=1, ge=1, le=100, description="number of starts")
+    starts: int = Field(default=32, ge=0, le=1000, description="number of starts")
 
     allowed: ClassVar[tuple[str, ...]] = tuple(key for key in FITTED if key.startswith("joints."))
     table: ClassVar[str] = "optimise"

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from vanelock.commands.optimise.minimax import Functions, best, minimax
+from vanelock.commands.optimise.minimax import Functions, minimax
 
 WIDE = np.full(2, -3.0), np.full(2, 3.0)
 
@@ -69,4 +69,3 @@ def test_bounds_hold_and_lost_places_are_left():
     )
     assert high.x[0] == 2.5
     assert minimax(lambda x: None, np.array([1.0]), (np.zeros(1), np.ones(1))) is None
-    assert best([None, high, found]) is found

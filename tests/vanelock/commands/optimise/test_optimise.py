@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from vanelock import load_study, optimise_study, parse_study
-from vanelock.commands.optimise.optimise import notes
+from vanelock.commands.optimise.tables import notes
 from vanelock.common.errors import InputError
 from vanelock.common.tables import Table
 from vanelock.nonlinear import Options, peak_response
@@ -27,6 +27,7 @@ harmonics = 1
 range = [240, 290]
 [optimise]
 parameters = ["joints.interlock.mu"]
+starts = 4
 """
 
 
@@ -52,7 +53,8 @@ def test_the_optimum_is_that_of_a_map(folder):
     assert not any(found.held)
     assert found.after < 0.9 * found.before
     tried = [each for each in heard if isinstance(each, Trial)]
-    assert len(tried) == found.trials < 20
+    assert len(tried) == found.trials + 4  # starts, with one harmonic
+    assert found.trials < 20
     assert tried[-1].least == pytest.approx(1e6 * found.after)
     (table,) = [each for each in heard if isinstance(each, Table)]
     assert table.rows[0][0] == "interlock.mu"
@@ -66,7 +68,7 @@ def test_the_optimum_is_that_of_a_map(folder):
     assert least.converged.all()
     assert int(np.argmin(least.amplitude)) == 6
     assert found.after == pytest.approx(least.amplitude[6], rel=1e-6)
-    assert found.after < (1 + 1e-4) * least.amplitude.min()
+    assert found.after < (1 + 1e-3) * least.amplitude.min()
     again = load_study(folder / "run" / "optimised.toml", outside=True)
     assert again.joints.interlock.mu == pytest.approx(found.value[0], rel=1e-5)
     assert "# a guess" in (folder / "run" / "optimised.toml").read_text()

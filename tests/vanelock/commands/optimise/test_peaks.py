@@ -1,0 +1,152 @@
+"""How peaks are followed from one place to the next: by halves of a step, and those met before."""
+
+from dataclasses import dataclass, replace
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from vanelock.commands.fit.parameters import FitParameter
+from vanelock.commands.optimise.minimax import Functions
+from vanelock.commands.optimise.peaks import NEAR, Peaks
+from vanelock.commands.optimise.search import Progress, optimum, searched, spread
+from vanelock.common.errors import InputError
+from vanelock.nonlinear.following.peak import PeakPoint
+
+
+@dataclass(frozen=True)
+class Place:
+    """What a solution has that counts here."""
+
+    omega: float
+    w: np.ndarray[Any, Any]
+
+
+def peak(omega, amplitude):
+    return PeakPoint(Place(omega, np.array([omega])), amplitude, -1.0, 0.0, 1, False)  # type: ignore[arg-type]
+
+
+class Hills(Peaks):
+    """Peaks at circular frequencies that follow x; those close enough to be found are found.
+
+    Attributes
+    ----------
+    reach : float
+        Farthest step, of x or beyond where rates lead, on which a peak is found.
+    hills : list of (frequency at x, amplitude at x, where it exists)
+    """
+
+    reach = 0.3
+    hills = ((lambda x: 100 + 10 * x, lambda x: 1 + (x - 1) ** 2, lambda x: True),)
+
+    def _stepped(self, ready, known, rates):
+        x, found = np.log(ready["mu"]), []
+        for i, last in enumerate(known):
+            omega = last.solution.omega + (rates[i][0] if rates else 0.0)
+            for where, size, lives in self.hills:
+                if lives(x) and abs(where(x) - omega) < 10 * self.reach:
+                    found.append(peak(where(x), size(x)))
+                    break
+            else:
+                return []
+        self.solved += len(found)
+        return found
+
+    def _swept(self, ready):
+        self.sweeps = getattr(self, "sweeps", 0) + 1
+        x = np.log(ready["mu"])
+        every = [peak(where(x), size(x)) for where, size, lives in self.hills if lives(x)]
+        highest = max((each.amplitude for each in every), default=0.0)
+        return [each for each in every if each.amplitude > 0.5 * highest]
+
+    def _functions(self, ready, x, found):
+        if not found:
+            return None
+        self.known, self.place = found, x
+        sizes = [each.amplitude for each in found]
+        step, slopes = 1e-6, []
+        for each in found:
+            size = min(self.hills, key=lambda hill: abs(hill[0](x[0]) - each.solution.omega))[1]
+            slopes.append([(size(x[0] + step) - size(x[0] - step)) / (2 * step)])
+        return Functions(np.array(sizes), np.array(slopes))
+
+    def with_one_harmonic(self):
+        return replace(self)
+
+
+def hills(**attributes):
+    kind = type("Hills", (Hills,), attributes)
+    model = SimpleNamespace(prepared=lambda values, near: values)
+    return kind(model, (FitParameter("mu", 1.0, np.exp(-4.0), np.exp(4.0)),), (0.0, 100.0))
+
+
+def at(x):
+    return np.array([float(x)])
+
+
+def test_a_step_too_long_is_halved_and_the_second_half_begins_where_the_first_leads():
+    one = hills()
+    one(at(0.0))
+    one(at(1.1))  # 0.275 a quarter: the first quarter by itself, the others by its rate
+    assert one.sweeps == 1
+    assert one.known[0].solution.omega == pytest.approx(111.0)
+    assert one.solved == 3  # quarter, quarter, and by their rate the half that is left
+    one(at(2.4))  # 0.325 a quarter
+    assert one.sweeps == 2
+
+
+def test_a_peak_that_a_sweep_met_is_looked_for_again_near_there():
+    low = (lambda x: 100.0, lambda x: 1 + 0.01 * x, lambda x: True)
+    high = (lambda x: 200.0, lambda x: 5.0, lambda x: x > 1)
+    two = hills(hills=(low, high), reach=1.0)
+    assert two(at(0.0)).value.tolist() == [1.0]
+    assert two(at(1.2)).value.tolist() == [pytest.approx(1.012)]  # follows the low one alone
+    assert two.afresh(at(1.2)).value.tolist() == [5.0, pytest.approx(1.012)]
+    two.known = [each for each in two.known if each.amplitude < 2]
+    assert two(at(1.2 + 0.9 * NEAR)).value.tolist() == [pytest.approx(1.021), 5.0]
+    two.known = [each for each in two.known if each.amplitude < 2]
+    assert two(at(1.2 + 1.1 * NEAR)).value.tolist() == [pytest.approx(1.023)]
+    assert two(at(0.9)) is not None  # where it does not live no step fails for it
+    assert two.sweeps == 2
+
+
+def test_the_lowest_of_many_starts_leads_to_the_lowest_minimum():
+    """Two valleys, that of the study's own values the higher one."""
+
+    def size(x):
+        return min(2 + (x - 0.5) ** 2, 1 + (x + 3) ** 2)
+
+    valleys = hills(hills=((lambda x: 100 + x, size, lambda x: True),), reach=9.0)
+    assert optimum(valleys).after == pytest.approx(2.0, rel=1e-3)
+    valleys.known = []
+    found = optimum(valleys, 8)
+    assert found.after == pytest.approx(1.0, rel=1e-3)
+    assert found.before == pytest.approx(2.25)
+    assert np.log(found.value[0]) == pytest.approx(-3, abs=0.05)
+    assert found.settled
+
+
+def test_a_search_that_keeps_meeting_higher_peaks_is_not_settled():
+    class Endless(Hills):
+        def afresh(self, x):
+            return Functions(np.array([9.0]), np.array([[0.0]]))
+
+    model = SimpleNamespace(prepared=lambda values, near: values)
+    parameters = (FitParameter("mu", 1.0, 0.1, 10.0),)
+    endless = Endless(model, parameters, (0.0, 100.0))
+    found = searched(endless, at(0.0), Progress(lambda event: None, 1))
+    assert found is not None
+    assert not found.settled
+    nothing = hills(hills=())
+    with pytest.raises(InputError, match="no peak lies in the range"):
+        optimum(nothing)
+
+
+def test_starts_spread_over_the_bounds():
+    low, high = np.array([0.0, 10.0]), np.array([1.0, 30.0])
+    places = spread(low, high, 30)
+    assert ((low < places) & (places < high)).all()
+    share = (places - low) / (high - low)
+    quarters = 2 * (share[:, 0] > 0.5) + (share[:, 1] > 0.5)
+    assert np.bincount(quarters.astype(int), minlength=4).min() >= 6

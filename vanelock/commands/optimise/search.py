@@ -1,0 +1,208 @@
+"""The smallest largest peak over some parameters: where to start, and the search from there.
+
+The largest peak has many minima, and jumps where a peak vanishes. So places all over the bounds are
+tried with one harmonic, which takes a tenth of the time; the lowest of them with all harmonics; and
+the search follows the peaks of the lowest of these.
+"""
+
+import time
+import warnings
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.stats import qmc
+
+from vanelock.commands.fit.parameters import FitParameter
+from vanelock.commands.optimise.minimax import Functions, Minimax, minimax
+from vanelock.commands.optimise.peaks import Peaks
+from vanelock.common.errors import InputError
+from vanelock.pipeline.progress import Listener, Trial, silent
+
+Floats = NDArray[np.float64]
+
+LOWEST = 3
+"""Of the starts, that are tried with all harmonics."""
+TOLERANCE = 1e-3
+"""Relative fall of the largest peak that is not worth a step; no mesh is that exact."""
+ROUNDS = 4
+"""Searches, each after a peak that none had followed was met."""
+HIGHER = 1e-3
+"""How much higher, relatively, a peak must be to be another one."""
+BOUND = 1e-3
+"""Of the range: closer to a bound a value lies on it."""
+EQUAL = 1e-3
+"""Relative difference of two peaks that are equally high."""
+TRIALS = 10
+"""Of a search, before any is known."""
+
+
+@dataclass(frozen=True)
+class Optimum:
+    """Where the largest peak is smallest.
+
+    Attributes
+    ----------
+    parameters : tuple of FitParameter
+    value : (p,) float
+    before, after : float
+        Largest peak with the study's values and with these, m.
+    frequencies : (j,) float
+        Of the peaks that count there, Hz.
+    amplitudes : (j,) float
+        Theirs, m.
+    trials : int
+        Places that were tried.
+    solved : int
+        Frequencies solved with all harmonics.
+    screened : int
+        With one harmonic, to find where to start.
+    settled : bool
+        Whether no step promised a lower peak.
+    held : tuple of bool
+        Whether each parameter lies on a bound.
+    """
+
+    parameters: tuple[FitParameter, ...]
+    value: Floats
+    before: float
+    after: float
+    frequencies: Floats
+    amplitudes: Floats
+    trials: int
+    solved: int
+    screened: int
+    settled: bool
+    held: tuple[bool, ...]
+
+
+@dataclass
+class Progress:
+    """Counts the places that are tried and tells a listener.
+
+    Attributes
+    ----------
+    listener : callable
+    likely : int
+        How many places there will be, as far as is known.
+    trials : int
+        Those so far.
+    least : float
+        Smallest largest peak so far, m.
+    """
+
+    listener: Listener
+    likely: int
+    trials: int = 0
+    least: float = np.inf
+
+    def __post_init__(self) -> None:
+        """Begin to measure time."""
+        self._began = time.perf_counter()
+
+    def __call__(self, peaks: Peaks, x: Floats) -> Functions | None:
+        """Try a place."""
+        found = peaks(x)
+        size = np.inf if found is None else found.largest
+        self.trials, self.least = self.trials + 1, min(self.least, size)
+        total = max(self.trials, self.likely)
+        left = (time.perf_counter() - self._began) / self.trials * (total - self.trials)
+        self.listener(Trial(self.trials, 1e6 * size, 1e6 * self.least, "um", total, left))
+        return found
+
+
+def optimum(peaks: Peaks, starts: int = 0, listener: Listener = silent) -> Optimum:
+    """The smallest largest peak: from the parameters' own values, or the lowest of other starts.
+
+    Parameters
+    ----------
+    peaks : Peaks
+    starts : int
+        How many places all over the bounds are tried with one harmonic.
+    listener : callable
+        As of `optimise_study`.
+
+    Raises
+    ------
+    InputError
+        If no peak lies in the range at any start.
+    """
+    parameters = peaks.parameters
+    low, high = bounds_of(parameters)
+    begins = [np.array([each.inner(each.start) for each in parameters])]
+    single = peaks.with_one_harmonic()
+    if starts:
+        progress = Progress(listener, starts)
+        places = spread(low, high, starts)
+        sizes = [_swept(progress, single, x) for x in places]
+        begins += [places[i] for i in np.argsort(sizes)[:LOWEST]]
+    progress = Progress(listener, len(begins) + TRIALS)
+    tried = [(_swept(progress, peaks, x), x, peaks.known) for x in begins]
+    _, begin, peaks.known = min(tried, key=lambda each: each[0])
+    peaks.place = begin
+    chosen = searched(peaks, begin, progress)
+    if chosen is None:
+        raise InputError("optimise: no peak lies in the range of frequencies at any start")
+    if not chosen.settled:
+        peaks.known = []
+    peaks(chosen.x)
+    top = chosen.functions.largest
+    order = [each for each in peaks.known if each.amplitude > (1 - EQUAL) * top]
+    margin = BOUND * (high - low)
+    return Optimum(
+        parameters=tuple(parameters),
+        value=np.array(list(peaks.values(chosen.x).values())),
+        before=tried[0][0],
+        after=top,
+        frequencies=np.array([each.solution.omega for each in order]) / (2 * np.pi),
+        amplitudes=np.array([each.amplitude for each in order]),
+        trials=progress.trials,
+        solved=peaks.solved,
+        screened=single.solved,
+        settled=chosen.settled,
+        held=tuple(bool(each) for each in (chosen.x < low + margin) | (chosen.x > high - margin)),
+    )
+
+
+def searched(peaks: Peaks, begin: Floats, progress: Progress) -> Minimax | None:
+    """The search from a place, whose peaks are known; None where it has none."""
+    low, high = bounds_of(peaks.parameters)
+    x = begin
+    for _ in range(ROUNDS):
+        found = minimax(lambda place: progress(peaks, place), x, (low, high), TOLERANCE)
+        if found is None:
+            return None
+        afresh = peaks.afresh(found.x)
+        if afresh is None or afresh.largest < (1 + HIGHER) * found.functions.largest:
+            return found
+        x = found.x
+    # A higher peak was met each time: of the start and the last place, the lower one.
+    ends = [(place, there) for place in (begin, x) if (there := peaks.afresh(place)) is not None]
+    if not ends:
+        return None
+    place, there = min(ends, key=lambda each: each[1].largest)
+    return Minimax(place, there, (), False)
+
+
+def _swept(progress: Progress, peaks: Peaks, x: Floats) -> float:
+    """The largest peak at a place, m, of the whole range; infinite where there is none."""
+    peaks.known = []
+    found = progress(peaks, x)
+    return np.inf if found is None else found.largest
+
+
+def bounds_of(parameters: tuple[FitParameter, ...]) -> tuple[Floats, Floats]:
+    """(p,) lowest and highest x."""
+    low, high = (
+        np.array([each.inner(getattr(each, end)) for each in parameters]) for end in ("low", "high")
+    )
+    return low, high
+
+
+def spread(low: Floats, high: Floats, count: int) -> Floats:
+    """(count, p) places within bounds, of a Sobol sequence behind its corner and its middle."""
+    sequence = qmc.Sobol(len(low), scramble=False)
+    sequence.fast_forward(2)
+    with warnings.catch_warnings():
+        warnings.filterwarnings("ignore", "The balance properties", UserWarning)
+        return np.asarray(low + (high - low) * sequence.random(count))

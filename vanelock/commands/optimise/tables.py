@@ -1,0 +1,69 @@
+"""What an optimum comes to: its table, the notes below, and the same for machines."""
+
+from typing import Any
+
+from vanelock.commands.fit.tables import UNITS, shown
+from vanelock.commands.optimise.search import Optimum
+from vanelock.common.tables import Cell, Column, Table, counted
+
+NAME = "optimise"
+
+
+def optimum_table(found: Optimum, name: str) -> Table:
+    """One line for each parameter, what became of the peak below."""
+    columns = (
+        Column("parameter"),
+        Column("study", form=".5g", key="start"),
+        Column("optimum", form=".5g", key="value"),
+        Column("unit"),
+        Column("bounds"),
+    )
+    rows: list[tuple[Cell, ...]] = []
+    for parameter, value in zip(found.parameters, found.value, strict=True):
+        unit = UNITS.get(parameter.key.rpartition(".")[2], "-")
+        bounds = f"{parameter.low:.3g} to {parameter.high:.3g}"
+        rows.append((shown(parameter.key), parameter.start, float(value), unit, bounds))
+    return Table(f"Smallest largest peak: {name}", columns, rows, notes(found), NAME)
+
+
+def notes(found: Optimum) -> list[str]:
+    """What became of the peak, and what should keep one from believing it."""
+    places = " and ".join(f"{each:.6g} Hz" for each in found.frequencies)
+    said = [
+        f"largest peak: {1e6 * found.before:.4g} um with the study's values, "
+        f"{1e6 * found.after:.4g} um at {places}; {counted(found.trials, 'place')}, "
+        f"{found.solved:,} frequencies solved"
+        + (f", {found.screened:,} with one harmonic before" if found.screened else "")
+    ]
+    if len(found.frequencies) > 1:
+        said.append("several peaks are equally high there: to lower one raises another")
+    for parameter, on in zip(found.parameters, found.held, strict=True):
+        if on:
+            said.append(f"{shown(parameter.key)} LIES ON A BOUND: beyond it the peak may be lower")
+    if not found.settled:
+        said.append("NOT SETTLED: the search ended before steps promised nothing more")
+    return said
+
+
+def json_of(found: Optimum) -> dict[str, Any]:
+    """An optimum for machines."""
+    return {
+        "parameters": [
+            {
+                "key": each.key,
+                "start": each.start,
+                "bounds": [each.low, each.high],
+                "value": float(value),
+                "on_bound": on,
+            }
+            for each, value, on in zip(found.parameters, found.value, found.held, strict=True)
+        ],
+        "largest_peak_before": found.before,
+        "largest_peak": found.after,
+        "frequencies": found.frequencies.tolist(),
+        "amplitudes": found.amplitudes.tolist(),
+        "places": found.trials,
+        "frequencies_solved": found.solved,
+        "frequencies_solved_with_one_harmonic": found.screened,
+        "settled": found.settled,
+    }
