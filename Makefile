@@ -24,7 +24,7 @@ test-fast: $(MADE)
 
 # Every verification at full count; rewrites docs/verification.
 verify: $(MADE)
-	VANELOCK_VERIFY=full $(PYTEST) --everything tests/verification
+	VANELOCK_VERIFY=full $(PYTEST) -o faulthandler_timeout=3600 --everything tests/verification
 
 # The manual, into build/docs; a warning is an error.
 docs: $(MADE)

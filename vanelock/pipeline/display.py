@@ -173,7 +173,7 @@ class Bar:
                 said = f"{printable(event.case)}: {_progress(event)}"
                 self._move(self._stage, event.done, event.total, said)
             case Trial() if self._stage:
-                self._move(self._stage, event.response, event.total, _trial(event))
+                self._move(self._stage, event.count, event.total, _trial(event))
             case Tasks():
                 self._move("cases", event.done, event.total, _tasks(event))
             case Done():
@@ -250,7 +250,7 @@ def _tasks(tasks: Tasks) -> str:
 
 
 def _trial(trial: Trial) -> str:
-    said = f"response {trial.response} of about {trial.total}, misfit {trial.misfit:.3g}"
+    said = f"response {trial.count} of about {trial.total}, {trial.name} {trial.value:.3g}"
     return f"{said} {trial.unit}, least so far {trial.least:.3g}{_clock(trial.left)}"
 
 

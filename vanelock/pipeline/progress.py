@@ -88,17 +88,18 @@ class Tasks:
 
 @dataclass(frozen=True)
 class Trial:
-    """A response of a fit: how many so far, and about how many in all; seconds left.
+    """Values that were tried: how many so far, and about how many in all; seconds left.
 
-    Misfits now and at best, and what they are in.
+    What is to be small, now and at best, what it is called and what it is in.
     """
 
-    response: int
-    misfit: float
+    count: int
+    value: float
     least: float
     unit: str
     total: int
     left: float
+    name: str = "misfit"
 
 
 @dataclass(frozen=True)

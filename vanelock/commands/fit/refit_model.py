@@ -119,9 +119,13 @@ class Rejoined:
         self._known[asked] = found
         return found
 
-    def prepared(self, values: Mapping[str, float], near: tuple[float, float]) -> PreparedSystem:
-        """The system ready to be solved over a range, Hz."""
+    def prepared(
+        self, values: Mapping[str, float], near: tuple[float, float], slider: Floats | None = None
+    ) -> PreparedSystem:
+        """The system ready to be solved over a range, Hz, sliders (c, 2) m assembled elsewhere."""
         system = self.system(values)[0]
+        if slider is not None:
+            system = replace(system, contacts=replace(system.contacts, slider=slider))
         ready: PreparedSystem = self._options("up").prepare(system, near, 1000, self._stuck(system))
         return ready
 

@@ -10,7 +10,7 @@ smooth this is a quasi-Newton method; where several are equal it goes along thei
 derivative that does not exist. Δ follows how well the steps are predicted.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np

@@ -4,15 +4,22 @@ import json
 import os
 import time
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 from vanelock.commands.fit.fit import fitted_text, model_of, planned_alone, unswept
 from vanelock.commands.fit.parameters import varied_parameters
+from vanelock.commands.optimise.front import front
 from vanelock.commands.optimise.peaks import Peaks
 from vanelock.commands.optimise.search import Optimum, optimum
-from vanelock.commands.optimise.tables import NAME, json_of, optimum_table
+from vanelock.commands.optimise.tables import (
+    NAME,
+    front_table,
+    json_of,
+    optimum_table,
+)
 from vanelock.common.errors import InputError
 from vanelock.common.tables import counted
 from vanelock.input.schema.study import Study
@@ -53,7 +60,8 @@ def optimise_study(
     """
     if study.optimise is None:
         raise InputError("optimise: the study has no [optimise] table, which names what to vary")
-    path, began, starts = Path(folder), time.perf_counter(), study.optimise.starts
+    path, began = Path(folder), time.perf_counter()
+    starts, points = study.optimise.starts, study.optimise.front
     study = unswept(study, listener)
     parameters = varied_parameters(study, "optimise")
     with claimed(path):
@@ -63,8 +71,14 @@ def optimise_study(
         near = float(wanted.min()), float(wanted.max())
         model = model_of(planned, stages)
         listener(Begun(f"largest peak over {counted(len(parameters), 'parameter')}"))
-        found = optimum(Peaks(model, parameters, near), starts, listener)
+        peaks = Peaks(model, parameters, near)
+        found = optimum(peaks, starts, listener)
         listener(optimum_table(found, study.name))
+        if points:
+            listener(Begun(f"front of largest peak against wear, {counted(points, 'point')}"))
+            asked = study.wear_coefficients, points, starts
+            found = replace(found, front=tuple(front(peaks, found, *asked, listener)))
+            listener(front_table(found, study.name))
         files = _files(path, found, text, Path(beside), listener)
     summary = {"optimum": json_of(found), "files": [str(each) for each in files]}
     listener(Finished(str(path), time.perf_counter() - began, summary))

@@ -61,6 +61,8 @@ class Peaks:
         What varies.
     near : (float, float)
         The range, Hz.
+    slider : (c, 2) float, optional
+        Where sliders are assembled, m; those that stick for good are held there.
     known : list of PeakPoint
         Those of the last values, which the next ones are looked for from.
     place : (p,) float
@@ -74,6 +76,7 @@ class Peaks:
     model: Rejoined
     parameters: Sequence[FitParameter]
     near: tuple[float, float]
+    slider: Floats | None = None
     known: list[PeakPoint] = field(default_factory=list)
     place: Floats = field(default_factory=lambda: np.zeros(0))
     met: list[tuple[Floats, PeakPoint]] = field(default_factory=list)
@@ -88,6 +91,13 @@ class Peaks:
         """The same study with one harmonic."""
         return Peaks(self.model.with_harmonics(1), self.parameters, self.near)
 
+    def assembled_at(self, slider: Floats) -> "Peaks":
+        """The same study with its sliders, (c, 2) m, assembled elsewhere."""
+        return Peaks(self.model, self.parameters, self.near, slider)
+
+    def _ready(self, x: Floats) -> PreparedSystem:
+        return self.model.prepared(self.values(x), self.near, self.slider)
+
     @property
     def component(self) -> tuple[int, int]:
         """Output node and direction."""
@@ -96,7 +106,7 @@ class Peaks:
     @one_thread
     def __call__(self, x: Floats) -> Functions | None:
         """Amplitudes of the peaks, m, and their gradients; None where no peak is found."""
-        ready = self.model.prepared(self.values(x), self.near)
+        ready = self._ready(x)
         found = self._followed(self.place, x, ready, self.known) or self._swept(ready)
         for place, peak in self.met:
             if np.abs(x - place).max() < NEAR:
@@ -110,21 +120,26 @@ class Peaks:
         A peak that is low here may be the highest a step away; one that is met here alone is looked
         for again wherever the search comes near this place.
         """
-        ready = self.model.prepared(self.values(x), self.near)
+        ready = self._ready(x)
         known = self._followed(self.place, x, ready, self.known)
         swept = self._swept(ready)
         self.met += [(x, each) for each in swept if _is_new(each, known)]
         others = [each for each in known if _is_new(each, swept)]
         return self._functions(ready, x, [*swept, *others])
 
+    def moved(self, x: Floats) -> list[PeakPoint]:
+        """The known peaks at x, which is close; none where one is lost."""
+        ready = self._ready(x)
+        return self._followed(self.place, x, ready, self.known)
+
     def _functions(
         self, ready: PreparedSystem, x: Floats, found: list[PeakPoint]
     ) -> Functions | None:
         sizes, gradients = [], []
-        values = self.values(x)
+        values, held = self.values(x), self.slider is not None
         stretch = [each.stretch(values[each.key]) for each in self.parameters]
         for peak in found:
-            gradient = amplitude_gradient(ready, peak.solution, self.component)
+            gradient = amplitude_gradient(ready, peak.solution, self.component, held)
             if gradient is not None:
                 known = effects(gradient, "joints", {})
                 sizes.append(peak.amplitude)
@@ -148,7 +163,7 @@ class Peaks:
         if found or not known or not halvings:
             return found
         middle = (begin + end) / 2
-        between = self.model.prepared(self.values(middle), self.near)
+        between = self._ready(middle)
         slower = [(omega / 2, w / 2) for omega, w in rates]
         half = self._followed(begin, middle, between, known, slower, halvings - 1)
         if not half:

@@ -7,7 +7,9 @@ the search follows the peaks of the lowest of these.
 
 import time
 import warnings
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,7 +25,7 @@ Floats = NDArray[np.float64]
 
 LOWEST = 3
 """Of the starts, that are tried with all harmonics."""
-TOLERANCE = 1e-3
+TOLERANCE = 3e-4
 """Relative fall of the largest peak that is not worth a step; no mesh is that exact."""
 ROUNDS = 4
 """Searches, each after a peak that none had followed was met."""
@@ -35,6 +37,27 @@ EQUAL = 1e-3
 """Relative difference of two peaks that are equally high."""
 TRIALS = 10
 """Of a search, before any is known."""
+
+
+@dataclass(frozen=True)
+class FrontPoint:
+    """Values of which neither peak nor wear becomes less without the other becoming more.
+
+    Attributes
+    ----------
+    value : (p,) float
+    peak : float
+        The largest, m.
+    wear : float
+        The most worn at one of the peaks that count, m³/s.
+    settled : bool
+        Whether no step promised less.
+    """
+
+    value: Floats
+    peak: float
+    wear: float
+    settled: bool
 
 
 @dataclass(frozen=True)
@@ -61,6 +84,8 @@ class Optimum:
         Whether no step promised a lower peak.
     held : tuple of bool
         Whether each parameter lies on a bound.
+    front : tuple of FrontPoint
+        Of largest peak against wear, where it was asked for.
     """
 
     parameters: tuple[FitParameter, ...]
@@ -74,6 +99,21 @@ class Optimum:
     screened: int
     settled: bool
     held: tuple[bool, ...]
+    front: tuple[FrontPoint, ...] = ()
+
+
+class Followed(Protocol):
+    """Functions of x, of peaks that are followed to x or, afresh, of those of the whole range."""
+
+    @property
+    def parameters(self) -> Sequence[FitParameter]:
+        """What varies."""
+
+    def __call__(self, x: Floats) -> Functions | None:
+        """Where it goes on from the place before; None where no peak is found."""
+
+    def afresh(self, x: Floats) -> Functions | None:
+        """By a sweep."""
 
 
 @dataclass
@@ -85,14 +125,19 @@ class Progress:
     listener : callable
     likely : int
         How many places there will be, as far as is known.
+    name, unit, scale : str, str, float
+        What is to be small, the unit it is told in, and how many of these are one of the functions.
     trials : int
         Those so far.
     least : float
-        Smallest largest peak so far, m.
+        Smallest largest function so far.
     """
 
     listener: Listener
     likely: int
+    name: str = "largest peak"
+    unit: str = "um"
+    scale: float = 1e6
     trials: int = 0
     least: float = np.inf
 
@@ -100,14 +145,15 @@ class Progress:
         """Begin to measure time."""
         self._began = time.perf_counter()
 
-    def __call__(self, peaks: Peaks, x: Floats) -> Functions | None:
+    def __call__(self, peaks: Followed, x: Floats) -> Functions | None:
         """Try a place."""
         found = peaks(x)
         size = np.inf if found is None else found.largest
         self.trials, self.least = self.trials + 1, min(self.least, size)
         total = max(self.trials, self.likely)
         left = (time.perf_counter() - self._began) / self.trials * (total - self.trials)
-        self.listener(Trial(self.trials, 1e6 * size, 1e6 * self.least, "um", total, left))
+        sizes = self.scale * size, self.scale * self.least
+        self.listener(Trial(self.trials, *sizes, self.unit, total, left, self.name))
         return found
 
 
@@ -148,7 +194,6 @@ def optimum(peaks: Peaks, starts: int = 0, listener: Listener = silent) -> Optim
     peaks(chosen.x)
     top = chosen.functions.largest
     order = [each for each in peaks.known if each.amplitude > (1 - EQUAL) * top]
-    margin = BOUND * (high - low)
     return Optimum(
         parameters=tuple(parameters),
         value=np.array(list(peaks.values(chosen.x).values())),
@@ -160,11 +205,11 @@ def optimum(peaks: Peaks, starts: int = 0, listener: Listener = silent) -> Optim
         solved=peaks.solved,
         screened=single.solved,
         settled=chosen.settled,
-        held=tuple(bool(each) for each in (chosen.x < low + margin) | (chosen.x > high - margin)),
+        held=tuple(on_bounds(parameters, chosen.x)),
     )
 
 
-def searched(peaks: Peaks, begin: Floats, progress: Progress) -> Minimax | None:
+def searched(peaks: Followed, begin: Floats, progress: Progress) -> Minimax | None:
     """The search from a place, whose peaks are known; None where it has none."""
     low, high = bounds_of(peaks.parameters)
     x = begin
@@ -191,7 +236,14 @@ def _swept(progress: Progress, peaks: Peaks, x: Floats) -> float:
     return np.inf if found is None else found.largest
 
 
-def bounds_of(parameters: tuple[FitParameter, ...]) -> tuple[Floats, Floats]:
+def on_bounds(parameters: Sequence[FitParameter], x: Floats) -> list[bool]:
+    """Whether each value lies on a bound."""
+    low, high = bounds_of(parameters)
+    margin = BOUND * (high - low)
+    return [bool(each) for each in (x < low + margin) | (x > high - margin)]
+
+
+def bounds_of(parameters: Sequence[FitParameter]) -> tuple[Floats, Floats]:
     """(p,) lowest and highest x."""
     low, high = (
         np.array([each.inner(getattr(each, end)) for each in parameters]) for end in ("low", "high")

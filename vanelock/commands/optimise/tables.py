@@ -2,9 +2,12 @@
 
 from typing import Any
 
+import numpy as np
+
 from vanelock.commands.fit.tables import UNITS, shown
-from vanelock.commands.optimise.search import Optimum
+from vanelock.commands.optimise.search import Optimum, on_bounds
 from vanelock.common.tables import Cell, Column, Table, counted
+from vanelock.quantities.contacts.wear import HOUR
 
 NAME = "optimise"
 
@@ -45,6 +48,38 @@ def notes(found: Optimum) -> list[str]:
     return said
 
 
+def front_table(found: Optimum, name: str) -> Table:
+    """A line for each point of the front."""
+    columns = (
+        Column("largest peak", "µm", ".4g"),
+        Column("worn volume", "mm³/h", ".4g"),
+        *(
+            Column(shown(each.key), UNITS.get(each.key.rpartition(".")[2], "-"), ".4g")
+            for each in found.parameters
+        ),
+    )
+    rows = [(p.peak, HOUR * p.wear, *p.value.tolist()) for p in found.front]
+    return Table(f"Largest peak against wear: {name}", columns, rows, front_notes(found), "front")
+
+
+def front_notes(found: Optimum) -> list[str]:
+    """What a front is, and what should keep one from believing its points."""
+    said = [
+        "worn volume: while the vane vibrates at the peak; no values were found with less of both"
+    ]
+    for i, point in enumerate(found.front):
+        x = np.array([each.inner(v) for each, v in zip(found.parameters, point.value, strict=True)])
+        held = zip(found.parameters, on_bounds(found.parameters, x), strict=True)
+        names = [shown(each.key) for each, on in held if on]
+        if names:
+            said.append(f"line {i + 1}: {' and '.join(names)} ON A BOUND")
+        if not point.settled:
+            said.append(f"line {i + 1}: NOT SETTLED")
+    if len(found.front) == 1:
+        said.append("nothing near wears less: there is no front")
+    return said
+
+
 def json_of(found: Optimum) -> dict[str, Any]:
     """An optimum for machines."""
     return {
@@ -66,4 +101,13 @@ def json_of(found: Optimum) -> dict[str, Any]:
         "frequencies_solved": found.solved,
         "frequencies_solved_with_one_harmonic": found.screened,
         "settled": found.settled,
+        "front": [
+            {
+                "values": point.value.tolist(),
+                "largest_peak": point.peak,
+                "worn_volume_per_second": point.wear,
+                "settled": point.settled,
+            }
+            for point in found.front
+        ],
     }

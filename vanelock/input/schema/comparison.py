@@ -168,6 +168,9 @@ class Optimise(Varied):
     """What `vanelock optimise` varies so that the largest peak is the smallest."""
 
     starts: int = Field(default=32, ge=0, le=1000, description="number of starts")
+    front: int = Field(
+        default=0, ge=0, le=50, description="number of points of the front of peak against wear"
+    )
 
     allowed: ClassVar[tuple[str, ...]] = tuple(key for key in FITTED if key.startswith("joints."))
     table: ClassVar[str] = "optimise"

@@ -107,6 +107,12 @@ class Study(KeyTable):
         return ("hook", "interlock")[: 1 + self.joints.interlock.enabled]
 
     @property
+    def wear_coefficients(self) -> dict[str, float]:
+        """Of the joints that wear, m²/N."""
+        known = {name: getattr(self.joints, name).wear_coefficient for name in self.joint_names}
+        return {name: k for name, k in known.items() if k is not None}
+
+    @property
     def stretch(self) -> int:
         """Of the casing's elements; by default 3, and 1 where no other is allowed."""
         if isinstance(self.casing, CasingDimensions):

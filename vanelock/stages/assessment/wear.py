@@ -54,9 +54,8 @@ def wear_step(planned: Planned, first: Planned, count: Count) -> Step[WornCase]:
     study = planned.case.study
     keys = study.wear
     assert keys is not None
-    worn = {name: getattr(study.joints, name).wear_coefficient for name in study.joint_names}
     own = {"monitor": study.outputs.monitor, "direction": study.response.direction}
-    inputs = {**keys.model_dump(), **worn, **frequency_keys(study), **own}
+    inputs = {**keys.model_dump(), **study.wear_coefficients, **frequency_keys(study), **own}
     free, mesh = first.linear.responses["free"], planned.meshes["vane"]
 
     def compute(get: Callable[[Step[Any]], Any]) -> WornCase:

@@ -22,12 +22,14 @@ size = "coarse"
 force = 3.0
 [joints.interlock]
 mu = 0.4  # a guess
+wear_coefficient = 1e-13
 [response]
 harmonics = 1
 range = [240, 290]
 [optimise]
 parameters = ["joints.interlock.mu"]
 starts = 4
+front = 4
 """
 
 
@@ -53,11 +55,13 @@ def test_the_optimum_is_that_of_a_map(folder):
     assert not any(found.held)
     assert found.after < 0.9 * found.before
     tried = [each for each in heard if isinstance(each, Trial)]
+    tried = [each for each in tried if each.name == "largest peak"][:-4]  # the front's starts
     assert len(tried) == found.trials + 4  # starts, with one harmonic
     assert found.trials < 20
     assert tried[-1].least == pytest.approx(1e6 * found.after)
-    (table,) = [each for each in heard if isinstance(each, Table)]
+    table, front = [each for each in heard if isinstance(each, Table)]
     assert table.rows[0][0] == "interlock.mu"
+    assert len(front.rows) == len(found.front)
     stages = Stages(Cache(folder / "run" / "cache", print), lambda event: None)
     model = rejoined(parse_study(STUDY), stages)
     system = model.system({})[0]
@@ -69,11 +73,24 @@ def test_the_optimum_is_that_of_a_map(folder):
     assert int(np.argmin(least.amplitude)) == 6
     assert found.after == pytest.approx(least.amplitude[6], rel=1e-6)
     assert found.after < (1 + 1e-3) * least.amplitude.min()
+    values = np.array([each.value[0] for each in found.front])
+    every = np.sort(np.unique([*values, *np.geomspace(0.04, 4, 30)]))
+    along = peak_response(system, "mu", every, (240.0, 290.0), Options(1), output, joint=interlock)
+    work = along.response.dissipation[:, interlock].sum(axis=1)
+    wear = 1e-13 * work / along.parameter * along.frequency
+    assert len(values) > 1
+    for point in found.front:
+        at = int(np.argmin(np.abs(every - point.value[0])))
+        assert point.peak == pytest.approx(along.amplitude[at], rel=1e-5)
+        assert point.wear == pytest.approx(wear[at], rel=1e-3)
+        less = (along.amplitude < 0.999 * point.peak) & (wear < 0.99 * point.wear)
+        assert not less[along.converged].any()
     again = load_study(folder / "run" / "optimised.toml", outside=True)
     assert again.joints.interlock.mu == pytest.approx(found.value[0], rel=1e-5)
     assert "# a guess" in (folder / "run" / "optimised.toml").read_text()
     written = json.loads((folder / "run" / "optimise.json").read_text())
     assert written["largest_peak"] == found.after
+    assert [each["largest_peak"] for each in written["front"]] == [p.peak for p in found.front]
     said = notes(replace(found, held=(True,), settled=False))
     assert any("LIES ON A BOUND" in text for text in said)
     assert any("NOT SETTLED" in text for text in said)
@@ -84,5 +101,9 @@ def test_what_cannot_be_varied_is_one_line(folder):
         optimise_study(parse_study(""), folder / "none")
     with pytest.raises(InputError, match='"damping.ratio" cannot be optimised; what can: joints'):
         parse_study('[optimise]\nparameters = ["damping.ratio"]')
+    with pytest.raises(
+        InputError, match="front: no joint wears: give one of joints.hook"
+    ):
+        parse_study("[optimise]\nfront = 3")
     with pytest.raises(InputError, match="is not among optimise.parameters"):
         parse_study('[optimise]\nbounds = { "joints.hook.mu" = [0.1, 0.2] }')

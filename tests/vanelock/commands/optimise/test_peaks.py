@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from vanelock.commands.fit.parameters import FitParameter
+from vanelock.commands.optimise.front import front, undominated
 from vanelock.commands.optimise.minimax import Functions
 from vanelock.commands.optimise.peaks import NEAR, Peaks
 from vanelock.commands.optimise.search import Progress, optimum, searched, spread
@@ -71,13 +72,13 @@ class Hills(Peaks):
             slopes.append([(size(x[0] + step) - size(x[0] - step)) / (2 * step)])
         return Functions(np.array(sizes), np.array(slopes))
 
-    def with_one_harmonic(self):
+    def with_one_harmonic(self):  # noqa: D102
         return replace(self)
 
 
 def hills(**attributes):
     kind = type("Hills", (Hills,), attributes)
-    model = SimpleNamespace(prepared=lambda values, near: values)
+    model = SimpleNamespace(prepared=lambda values, near, slider: values)
     return kind(model, (FitParameter("mu", 1.0, np.exp(-4.0), np.exp(4.0)),), (0.0, 100.0))
 
 
@@ -132,7 +133,7 @@ def test_a_search_that_keeps_meeting_higher_peaks_is_not_settled():
         def afresh(self, x):
             return Functions(np.array([9.0]), np.array([[0.0]]))
 
-    model = SimpleNamespace(prepared=lambda values, near: values)
+    model = SimpleNamespace(prepared=lambda values, near, slider: values)
     parameters = (FitParameter("mu", 1.0, 0.1, 10.0),)
     endless = Endless(model, parameters, (0.0, 100.0))
     found = searched(endless, at(0.0), Progress(lambda event: None, 1))
@@ -141,6 +142,32 @@ def test_a_search_that_keeps_meeting_higher_peaks_is_not_settled():
     nothing = hills(hills=())
     with pytest.raises(InputError, match="no peak lies in the range"):
         optimum(nothing)
+
+
+def test_a_front_leads_from_the_least_peak_to_the_least_wear(monkeypatch):
+    """A = 1 + (x - 1)², W = 1 + (x + 1)²: a front is where -1 < x < 1."""
+
+    def worn(peaks, x, known, coefficient):
+        return np.array([1 + (x[0] + 1) ** 2 for _ in known])
+
+    monkeypatch.setattr("vanelock.commands.optimise.front.worn", worn)
+    one = hills(reach=9.0)
+    begun = optimum(one)
+    heard: list[Any] = []
+    found = front(one, begun, {}, 12, 8, heard.append)
+    x = np.array([np.log(point.value[0]) for point in found])
+    assert len(found) > 4
+    assert x[0] == pytest.approx(1.0, abs=0.05)
+    assert (np.diff(x) < 0).all()
+    assert x[-1] == pytest.approx(-1.0, abs=0.05)
+    np.testing.assert_allclose([point.peak for point in found], 1 + (x - 1) ** 2)
+    for i, point in enumerate(found[1:3], 1):  # both are equal there
+        ratio = np.sqrt(2.0) ** i
+        assert point.peak / found[0].peak == pytest.approx(
+            ratio * point.wear / found[0].wear, rel=1e-2
+        )
+    assert undominated([*found, replace(found[2], peak=9.0)]) == found
+    assert heard[-1].name == "peak or wear"
 
 
 def test_starts_spread_over_the_bounds():

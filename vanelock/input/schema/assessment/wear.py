@@ -48,13 +48,8 @@ class WearKeys(KeyTable):
 
 def can_wear(study: "Study") -> Iterator[str]:
     """What keeps joints from wearing."""
-    if study.wear is None:
-        return
-    worn = [
-        name
-        for name in study.joint_names
-        if getattr(study.joints, name).wear_coefficient is not None
-    ]
-    if not worn:
-        keys = ", ".join(f"joints.{name}.wear_coefficient" for name in study.joint_names)
-        yield f"wear: no joint wears: give one of {keys}"
+    front = study.optimise is not None and study.optimise.front
+    for asks, table in ((study.wear is not None, "wear"), (front, "optimise.front")):
+        if asks and not study.wear_coefficients:
+            keys = ", ".join(f"joints.{name}.wear_coefficient" for name in study.joint_names)
+            yield f"{table}: no joint wears: give one of {keys}"
