@@ -17,8 +17,9 @@ from vanelock.common.cyclic import folded
 from vanelock.input.cases.values import value_at, with_values
 from vanelock.input.measured.curve import Measured
 from vanelock.input.measured.units import DISPLACEMENT
+from vanelock.input.schema.assessment.bounds_and_stability import BoundsKeys
 from vanelock.input.schema.study import Study
-from vanelock.nonlinear import Response, System, amplitude_gradient
+from vanelock.nonlinear import PeakBounds, Response, System, amplitude_gradient
 from vanelock.nonlinear.following.amplitude_gradient import (
     modal_stiffness,
     prepared_again,
@@ -128,6 +129,23 @@ class Rejoined:
             system = replace(system, contacts=replace(system.contacts, slider=slider))
         ready: PreparedSystem = self._options("up").prepare(system, near, 1000, self._stuck(system))
         return ready
+
+    def bounds(
+        self, values: Mapping[str, float], near: tuple[float, float], keys: BoundsKeys
+    ) -> PeakBounds:
+        """Between which values static friction may move the peak of a range, Hz."""
+        system = self.system(values)[0]
+        return nonlinear.peak_bounds(
+            system,
+            near,
+            self._options("up"),
+            (system.output_names[self.monitor.node], self.monitor.component),
+            keys.joints or "all",
+            keys.share,
+            keys.starts,
+            seed=keys.seed,
+            modes=self._stuck(system),
+        )
 
     def with_harmonics(self, highest: int) -> "Rejoined":
         """The same case with another highest harmonic."""

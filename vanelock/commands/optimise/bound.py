@@ -19,6 +19,7 @@ from vanelock.commands.optimise.peaks import Peaks
 from vanelock.commands.optimise.search import TRIALS, Optimum, Progress, on_bounds, searched
 from vanelock.nonlinear import PeakBounds
 from vanelock.pipeline.progress import Listener, silent
+from vanelock.stages.assessment.bounds import HIGH
 
 Floats = NDArray[np.float64]
 
@@ -26,8 +27,7 @@ AGREE = 1e-2
 """Relative difference between bound and known peaks that ends the search; bounds are that exact."""
 ADDED = 8
 """Places of sliders, at most."""
-HIGH = 2
-"""Place of the largest peak in `PeakBounds`."""
+BOUND = "upper bound"
 
 
 class WorstPeaks:
@@ -91,7 +91,7 @@ def least_bound(
     own = np.array([each.inner(each.start) for each in peaks.parameters])
     before = float(bounds(own).amplitude[HIGH])
     worst, largest = WorstPeaks([peaks]), begun.after
-    progress = Progress(listener, TRIALS, "upper bound")
+    progress = Progress(listener, TRIALS, BOUND)
     best, settled = None, False
     for _ in range(ADDED):
         there = bounds(x)
@@ -118,4 +118,5 @@ def least_bound(
         solved=sum(each.solved for each in worst.every),
         settled=settled,
         held=tuple(on_bounds(peaks.parameters, x)),
+        of=BOUND,
     )

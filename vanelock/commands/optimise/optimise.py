@@ -11,6 +11,7 @@ import numpy as np
 
 from vanelock.commands.fit.fit import fitted_text, model_of, planned_alone, unswept
 from vanelock.commands.fit.parameters import varied_parameters
+from vanelock.commands.optimise.bound import BOUND, least_bound
 from vanelock.commands.optimise.front import front
 from vanelock.commands.optimise.peaks import Peaks
 from vanelock.commands.optimise.search import Optimum, optimum
@@ -18,10 +19,12 @@ from vanelock.commands.optimise.tables import (
     NAME,
     front_table,
     json_of,
+    notes,
     optimum_table,
 )
 from vanelock.common.errors import InputError
 from vanelock.common.tables import counted
+from vanelock.input.schema.assessment.bounds_and_stability import BoundsKeys
 from vanelock.input.schema.study import Study
 from vanelock.pipeline.cache import Cache
 from vanelock.pipeline.progress import Begun, Finished, Listener, Notice, silent
@@ -61,7 +64,7 @@ def optimise_study(
     if study.optimise is None:
         raise InputError("optimise: the study has no [optimise] table, which names what to vary")
     path, began = Path(folder), time.perf_counter()
-    starts, points = study.optimise.starts, study.optimise.front
+    keys = study.optimise
     study = unswept(study, listener)
     parameters = varied_parameters(study, "optimise")
     with claimed(path):
@@ -72,12 +75,22 @@ def optimise_study(
         model = model_of(planned, stages)
         listener(Begun(f"largest peak over {counted(len(parameters), 'parameter')}"))
         peaks = Peaks(model, parameters, near)
-        found = optimum(peaks, starts, listener)
+        found = optimum(peaks, keys.starts, listener)
+        if keys.of == BOUND:
+            asked = study.bounds or BoundsKeys()
+            listener(Notice(f"with assembled joints: {notes(found)[0]}"))
+            listener(Begun("upper bound of the peak"))
+            found = least_bound(
+                peaks,
+                found,
+                lambda x: model.bounds(peaks.values(x), near, asked),
+                listener,
+            )
         listener(optimum_table(found, study.name))
-        if points:
-            listener(Begun(f"front of largest peak against wear, {counted(points, 'point')}"))
-            asked = study.wear_coefficients, points, starts
-            found = replace(found, front=tuple(front(peaks, found, *asked, listener)))
+        if keys.front:
+            listener(Begun(f"front of largest peak against wear, {counted(keys.front, 'point')}"))
+            known = study.wear_coefficients, keys.front, keys.starts
+            found = replace(found, front=tuple(front(peaks, found, *known, listener)))
             listener(front_table(found, study.name))
         files = _files(path, found, text, Path(beside), listener)
     summary = {"optimum": json_of(found), "files": [str(each) for each in files]}

@@ -1,7 +1,7 @@
 """The peaks of a study's response by the values of some keys, with their gradients."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -102,6 +102,15 @@ class Peaks:
     def component(self) -> tuple[int, int]:
         """Output node and direction."""
         return self.model.monitor.node, self.model.monitor.component
+
+    def led_by(self, peaks: Sequence[PeakPoint], x: Floats) -> None:
+        """Begin with peaks of fewer harmonics at x, the others zero."""
+        self.known, self.place = [], x
+        length = 2 * self.model.study.response.harmonics + 1
+        for peak in peaks:
+            w = np.zeros((*peak.solution.w.shape[:2], length))
+            w[:, :, : peak.solution.w.shape[2]] = peak.solution.w
+            self.known.append(replace(peak, solution=replace(peak.solution, w=w, kept=None)))
 
     @one_thread
     def __call__(self, x: Floats) -> Functions | None:

@@ -69,7 +69,7 @@ class Optimum:
     parameters : tuple of FitParameter
     value : (p,) float
     before, after : float
-        Largest peak with the study's values and with these, m.
+        What is smallest with the study's values and with these, m.
     frequencies : (j,) float
         Of the peaks that count there, Hz.
     amplitudes : (j,) float
@@ -84,6 +84,8 @@ class Optimum:
         Whether no step promised a lower peak.
     held : tuple of bool
         Whether each parameter lies on a bound.
+    of : str
+        What is smallest: "largest peak", or "upper bound" of it over static friction.
     front : tuple of FrontPoint
         Of largest peak against wear, where it was asked for.
     """
@@ -99,6 +101,7 @@ class Optimum:
     screened: int
     settled: bool
     held: tuple[bool, ...]
+    of: str = "largest peak"
     front: tuple[FrontPoint, ...] = ()
 
 
@@ -175,15 +178,16 @@ def optimum(peaks: Peaks, starts: int = 0, listener: Listener = silent) -> Optim
     """
     parameters = peaks.parameters
     low, high = bounds_of(parameters)
-    begins = [np.array([each.inner(each.start) for each in parameters])]
-    single = peaks.with_one_harmonic()
-    if starts:
-        progress = Progress(listener, starts)
-        places = spread(low, high, starts)
-        sizes = [_swept(progress, single, x) for x in places]
-        begins += [places[i] for i in np.argsort(sizes)[:LOWEST]]
-    progress = Progress(listener, len(begins) + TRIALS)
-    tried = [(_swept(progress, peaks, x), x, peaks.known) for x in begins]
+    own = np.array([each.inner(each.start) for each in parameters])
+    single, progress = peaks.with_one_harmonic(), Progress(listener, starts)
+    places = spread(low, high, starts) if starts else np.zeros((0, len(own)))
+    begins = [(_swept(progress, single, x), x, single.known) for x in places]
+    progress = Progress(listener, 1 + LOWEST * bool(starts) + TRIALS)
+    tried = [(_swept(progress, peaks, own), own, peaks.known)]
+    for _, x, known in sorted(begins, key=lambda each: each[0])[:LOWEST]:
+        peaks.led_by(known, x)
+        found = progress(peaks, x)
+        tried.append((np.inf if found is None else found.largest, x, peaks.known))
     _, begin, peaks.known = min(tried, key=lambda each: each[0])
     peaks.place = begin
     chosen = searched(peaks, begin, progress)
@@ -191,8 +195,8 @@ def optimum(peaks: Peaks, starts: int = 0, listener: Listener = silent) -> Optim
         raise InputError("optimise: no peak lies in the range of frequencies at any start")
     if not chosen.settled:
         peaks.known = []
-    peaks(chosen.x)
-    top = chosen.functions.largest
+    there = peaks(chosen.x) or chosen.functions
+    top = there.largest
     order = [each for each in peaks.known if each.amplitude > (1 - EQUAL) * top]
     return Optimum(
         parameters=tuple(parameters),

@@ -26,18 +26,20 @@ def optimum_table(found: Optimum, name: str) -> Table:
         unit = UNITS.get(parameter.key.rpartition(".")[2], "-")
         bounds = f"{parameter.low:.3g} to {parameter.high:.3g}"
         rows.append((shown(parameter.key), parameter.start, float(value), unit, bounds))
-    return Table(f"Smallest largest peak: {name}", columns, rows, notes(found), NAME)
+    return Table(f"Smallest {found.of}: {name}", columns, rows, notes(found), NAME)
 
 
 def notes(found: Optimum) -> list[str]:
     """What became of the peak, and what should keep one from believing it."""
     places = " and ".join(f"{each:.6g} Hz" for each in found.frequencies)
     said = [
-        f"largest peak: {1e6 * found.before:.4g} um with the study's values, "
+        f"{found.of}: {1e6 * found.before:.4g} um with the study's values, "
         f"{1e6 * found.after:.4g} um at {places}; {counted(found.trials, 'place')}, "
         f"{found.solved:,} frequencies solved"
         + (f", {found.screened:,} with one harmonic before" if found.screened else "")
     ]
+    if found.of != "largest peak":
+        said.append("of the peaks that static friction, which the model leaves open, allows")
     if len(found.frequencies) > 1:
         said.append("several peaks are equally high there: to lower one raises another")
     for parameter, on in zip(found.parameters, found.held, strict=True):
@@ -93,6 +95,7 @@ def json_of(found: Optimum) -> dict[str, Any]:
             }
             for each, value, on in zip(found.parameters, found.value, found.held, strict=True)
         ],
+        "of": found.of,
         "largest_peak_before": found.before,
         "largest_peak": found.after,
         "frequencies": found.frequencies.tolist(),

@@ -164,9 +164,16 @@ class Fit(Varied):
     verb: ClassVar[str] = "fitted"
 
 
+def _has_a_front_of_the_peak(table: Any) -> Iterator[str]:
+    """A front is of what the peak is and wears."""
+    if table.front and table.of != "peak":
+        yield f'front: given {table.front}: it is of the peak against wear: needs of = "peak"'
+
+
 class Optimise(Varied):
     """What `vanelock optimise` varies so that the largest peak is the smallest."""
 
+    of: Literal["peak", "upper bound"] = Field(default="peak", description="what is made smallest")
     starts: int = Field(default=32, ge=0, le=1000, description="number of starts")
     front: int = Field(
         default=0, ge=0, le=50, description="number of points of the front of peak against wear"
@@ -175,6 +182,7 @@ class Optimise(Varied):
     allowed: ClassVar[tuple[str, ...]] = tuple(key for key in FITTED if key.startswith("joints."))
     table: ClassVar[str] = "optimise"
     verb: ClassVar[str] = "optimised"
+    checks: ClassVar[tuple[Check, ...]] = (_has_a_front_of_the_peak,)
 
 
 def _has_the_gauges(study: Any) -> Iterator[str]:

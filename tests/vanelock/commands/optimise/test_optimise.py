@@ -101,9 +101,7 @@ def test_what_cannot_be_varied_is_one_line(folder):
         optimise_study(parse_study(""), folder / "none")
     with pytest.raises(InputError, match='"damping.ratio" cannot be optimised; what can: joints'):
         parse_study('[optimise]\nparameters = ["damping.ratio"]')
-    with pytest.raises(
-        InputError, match="front: no joint wears: give one of joints.hook"
-    ):
+    with pytest.raises(InputError, match="front: no joint wears: give one of joints.hook"):
         parse_study("[optimise]\nfront = 3")
     with pytest.raises(InputError, match="is not among optimise.parameters"):
         parse_study('[optimise]\nbounds = { "joints.hook.mu" = [0.1, 0.2] }')

@@ -8,10 +8,12 @@ import numpy as np
 import pytest
 
 from vanelock.commands.fit.parameters import FitParameter
+from vanelock.commands.optimise.bound import least_bound
 from vanelock.commands.optimise.front import front, undominated
 from vanelock.commands.optimise.minimax import Functions
 from vanelock.commands.optimise.peaks import NEAR, Peaks
 from vanelock.commands.optimise.search import Progress, optimum, searched, spread
+from vanelock.commands.optimise.tables import notes
 from vanelock.common.errors import InputError
 from vanelock.nonlinear.following.peak import PeakPoint
 
@@ -22,10 +24,17 @@ class Place:
 
     omega: float
     w: np.ndarray[Any, Any]
+    kept: Any = None
 
 
 def peak(omega, amplitude):
-    return PeakPoint(Place(omega, np.array([omega])), amplitude, -1.0, 0.0, 1, False)  # type: ignore[arg-type]
+    where = Place(omega, np.full((2, 3, 3), omega), "a preconditioner")
+    return PeakPoint(where, amplitude, -1.0, 0.0, 1, False)  # type: ignore[arg-type]
+
+
+def model(harmonics=1):
+    study = SimpleNamespace(response=SimpleNamespace(harmonics=harmonics))
+    return SimpleNamespace(study=study, prepared=lambda values, near, slider: values)
 
 
 class Hills(Peaks):
@@ -78,8 +87,7 @@ class Hills(Peaks):
 
 def hills(**attributes):
     kind = type("Hills", (Hills,), attributes)
-    model = SimpleNamespace(prepared=lambda values, near, slider: values)
-    return kind(model, (FitParameter("mu", 1.0, np.exp(-4.0), np.exp(4.0)),), (0.0, 100.0))
+    return kind(model(), (FitParameter("mu", 1.0, np.exp(-4.0), np.exp(4.0)),), (0.0, 100.0))
 
 
 def at(x):
@@ -112,6 +120,18 @@ def test_a_peak_that_a_sweep_met_is_looked_for_again_near_there():
     assert two.sweeps == 2
 
 
+def test_peaks_of_fewer_harmonics_lead_those_of_more():
+    one = Hills(model(3), (FitParameter("mu", 1.0, 0.1, 9.0),), (0.0, 100.0))
+    one.led_by([peak(100.0, 2.0)], at(0.0))
+    (begun,) = one.known
+    assert begun.solution.w.shape == (2, 3, 7)
+    assert (begun.solution.w[:, :, :3] == 100.0).all()
+    assert not begun.solution.w[:, :, 3:].any()
+    assert begun.solution.kept is None
+    assert one(at(0.0)).value.tolist() == [2.0]
+    assert not hasattr(one, "sweeps")
+
+
 def test_the_lowest_of_many_starts_leads_to_the_lowest_minimum():
     """Two valleys, that of the study's own values the higher one."""
 
@@ -133,9 +153,8 @@ def test_a_search_that_keeps_meeting_higher_peaks_is_not_settled():
         def afresh(self, x):
             return Functions(np.array([9.0]), np.array([[0.0]]))
 
-    model = SimpleNamespace(prepared=lambda values, near, slider: values)
     parameters = (FitParameter("mu", 1.0, 0.1, 10.0),)
-    endless = Endless(model, parameters, (0.0, 100.0))
+    endless = Endless(model(), parameters, (0.0, 100.0))
     found = searched(endless, at(0.0), Progress(lambda event: None, 1))
     assert found is not None
     assert not found.settled
@@ -168,6 +187,37 @@ def test_a_front_leads_from_the_least_peak_to_the_least_wear(monkeypatch):
         )
     assert undominated([*found, replace(found[2], peak=9.0)]) == found
     assert heard[-1].name == "peak or wear"
+
+
+def test_the_least_bound_is_where_peaks_of_unlike_sliders_cross():
+    """A = 1 + (x - s)², s from -1 to 2: J = 1 + max((x + 1)², (x - 2)²), least at 1/2."""
+    peaks = hills(hills=((lambda x: 100.0, lambda x: 1 + x**2, lambda x: True),), reach=9.0)
+    asked = []
+
+    def assembled_at(slider):
+        (s,) = slider
+        return hills(
+            hills=((lambda x: 100.0, lambda x: 1 + (x - s) ** 2, lambda x: True),), reach=9.0
+        )
+
+    def bounds(x):
+        asked.append(x[0])
+        s = max((-1.0, 2.0), key=lambda s: abs(x[0] - s))
+        size = np.array([1.0, 1 + x[0] ** 2, 1 + (x[0] - s) ** 2])
+        return SimpleNamespace(
+            amplitude=size, frequency=np.full(3, 16.0), slider=np.array([[0.0], [0.0], [s]])
+        )
+
+    peaks.assembled_at = assembled_at
+    begun = optimum(peaks)
+    found = least_bound(peaks, begun, bounds)
+    assert found.before == pytest.approx(5.0)
+    assert found.after == pytest.approx(1 + 1.5**2, rel=1e-2)
+    assert np.log(found.value[0]) == pytest.approx(0.5, abs=0.01)
+    assert found.settled
+    assert found.of == "upper bound"
+    assert len(asked) == 4  # the study's own, the peak's optimum, and one more for each place
+    assert any("static friction" in text for text in notes(found))
 
 
 def test_starts_spread_over_the_bounds():
