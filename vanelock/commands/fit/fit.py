@@ -3,7 +3,7 @@
 import json
 import os
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -116,9 +116,9 @@ def _usable(study: Study, curves: Sequence[Measured], listener: Listener) -> lis
 def unswept(study: Study, listener: Listener) -> Study:
     """The study with its unswept values and one engine order, which is said."""
     orders = study.excitation.engine_orders
-    if not study.sweep and not orders:
+    if not (study.sweep or study.rows or study.scatter or orders):
         return study
-    listener(Notice("what is swept has its unswept value, of several engine orders the first"))
+    listener(Notice("keys that vary have their own value, of several engine orders the first"))
     return with_values(study, {"excitation.engine_order": orders[0]} if orders else {})
 
 
@@ -275,10 +275,11 @@ def _files(
     return [*files, path / "fitted.toml"]
 
 
-def fitted_text(text: str, values: dict[str, float], beside: Path, folder: Path) -> str:
+def fitted_text(text: str, values: Mapping[str, float | str], beside: Path, folder: Path) -> str:
     """The study's text with fitted values, its files reachable from another folder."""
     changes: dict[Any, float | str] = {
-        key: float(f"{value:.{DIGITS}g}") for key, value in values.items()
+        key: value if isinstance(value, str) else float(f"{value:.{DIGITS}g}")
+        for key, value in values.items()
     }
     for location, file in files_named(toml_tables(text, "study")):
         if not os.path.isabs(file):

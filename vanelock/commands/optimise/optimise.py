@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from vanelock.commands.fit.fit import fitted_text, model_of, planned_alone, unswept
+from vanelock.commands.fit.fit import fitted_text, model_of, planned_alone
 from vanelock.commands.fit.parameters import varied_parameters
 from vanelock.commands.optimise.bound import BOUND, least_bound
 from vanelock.commands.optimise.front import front
@@ -17,6 +17,7 @@ from vanelock.commands.optimise.peaks import Peaks
 from vanelock.commands.optimise.search import Optimum, optimum
 from vanelock.commands.optimise.tables import (
     NAME,
+    cases_table,
     front_table,
     json_of,
     notes,
@@ -24,10 +25,11 @@ from vanelock.commands.optimise.tables import (
 )
 from vanelock.common.errors import InputError
 from vanelock.common.tables import counted
+from vanelock.input.cases.sweep import Case, cases
 from vanelock.input.schema.assessment.bounds_and_stability import BoundsKeys
 from vanelock.input.schema.study import Study
 from vanelock.pipeline.cache import Cache
-from vanelock.pipeline.progress import Begun, Finished, Listener, Notice, silent
+from vanelock.pipeline.progress import Begun, Failed, Finished, Listener, Notice, silent
 from vanelock.pipeline.step import Stages
 from vanelock.results.files.run_folder import claimed, record
 from vanelock.stages.response.limits import frequencies
@@ -45,7 +47,7 @@ def optimise_study(
     Parameters
     ----------
     study : Study
-        The study; of swept keys the unswept values count.
+        The study; each of its cases has an optimum of its own.
     folder : path
         A run's folder; meshes and reduced parts there are used again. `optimise.json` and
         `optimised.toml` go there.
@@ -56,6 +58,11 @@ def optimise_study(
     beside : path
         The folder that files named in the text are relative to.
 
+    Returns
+    -------
+    Optimum
+        The smallest one, of several cases.
+
     Raises
     ------
     InputError
@@ -64,50 +71,90 @@ def optimise_study(
     if study.optimise is None:
         raise InputError("optimise: the study has no [optimise] table, which names what to vary")
     path, began = Path(folder), time.perf_counter()
-    keys = study.optimise
-    study = unswept(study, listener)
-    parameters = varied_parameters(study, "optimise")
+    every = cases(study)
+    for key in study.optimise.parameters:
+        if key in every[0].values:
+            raise InputError(f"optimise.parameters: {key} is swept, too: it needs one of both")
+    found: list[tuple[Case, Optimum]] = []
     with claimed(path):
         stages = Stages(Cache(path / "cache", lambda message: listener(Notice(message))), listener)
-        planned = planned_alone(study, stages, listener)
-        wanted = np.asarray(frequencies(study, stages.get(planned.linear.limits)))
-        near = float(wanted.min()), float(wanted.max())
-        model = model_of(planned, stages)
-        listener(Begun(f"largest peak over {counted(len(parameters), 'parameter')}"))
-        peaks = Peaks(model, parameters, near)
-        found = optimum(peaks, keys.starts, listener)
-        if keys.of == BOUND:
-            asked = study.bounds or BoundsKeys()
-            listener(Notice(f"with assembled joints: {notes(found)[0]}"))
-            listener(Begun("upper bound of the peak"))
-            found = least_bound(
-                peaks,
-                found,
-                lambda x: model.bounds(peaks.values(x), near, asked),
-                listener,
-            )
-        listener(optimum_table(found, study.name))
-        if keys.front:
-            listener(Begun(f"front of largest peak against wear, {counted(keys.front, 'point')}"))
-            known = study.wear_coefficients, keys.front, keys.starts
-            found = replace(found, front=tuple(front(peaks, found, *known, listener)))
-            listener(front_table(found, study.name))
+        for case in every:
+            try:
+                found.append((case, case_optimum(case, stages, listener)))
+            except InputError as error:
+                if len(every) == 1:
+                    raise
+                listener(Failed(case.name, str(error), 1))
+        if not found:
+            raise InputError("optimise: no case has a peak in its range of frequencies")
+        if len(found) > 1:
+            listener(cases_table(found, study.name))
         files = _files(path, found, text, Path(beside), listener)
-    summary = {"optimum": json_of(found), "files": [str(each) for each in files]}
+    best = lowest(found)[1]
+    summary = {"optimum": json_of(best), "files": [str(each) for each in files]}
     listener(Finished(str(path), time.perf_counter() - began, summary))
+    return best
+
+
+def case_optimum(case: Case, stages: Stages, listener: Listener = silent) -> Optimum:
+    """The optimum of a case; its tables go to the listener.
+
+    Raises
+    ------
+    InputError
+        If no peak lies in the range.
+    """
+    study = case.study
+    keys, name = study.optimise, ", ".join([study.name, *[case.name] * bool(case.values)])
+    assert keys is not None
+    parameters = varied_parameters(study, "optimise")
+    planned = planned_alone(study, stages, listener)
+    wanted = np.asarray(frequencies(study, stages.get(planned.linear.limits)))
+    near = float(wanted.min()), float(wanted.max())
+    model = model_of(planned, stages)
+    listener(Begun(f"largest peak over {counted(len(parameters), 'parameter')}"))
+    peaks = Peaks(model, parameters, near)
+    found = optimum(peaks, keys.starts, listener)
+    if keys.of == BOUND:
+        asked = study.bounds or BoundsKeys()
+        listener(Notice(f"with assembled joints: {notes(found)[0]}"))
+        listener(Begun("upper bound of the peak"))
+        found = least_bound(
+            peaks, found, lambda x: model.bounds(peaks.values(x), near, asked), listener
+        )
+    listener(optimum_table(found, name))
+    if keys.front:
+        listener(Begun(f"front of largest peak against wear, {counted(keys.front, 'point')}"))
+        known = study.wear_coefficients, keys.front, keys.starts
+        found = replace(found, front=tuple(front(peaks, found, *known, listener)))
+        listener(front_table(found, name))
     return found
 
 
+def lowest(found: Sequence[tuple[Case, Optimum]]) -> tuple[Case, Optimum]:
+    """The case whose optimum is the smallest."""
+    return min(found, key=lambda each: each[1].after)
+
+
 def _files(
-    path: Path, found: Optimum, text: str, beside: Path, listener: Listener
+    path: Path,
+    found: Sequence[tuple[Case, Optimum]],
+    text: str,
+    beside: Path,
+    listener: Listener,
 ) -> Sequence[Path]:
-    """What an optimum leaves behind."""
-    keys = [each.key for each in found.parameters]
-    record(path / f"{NAME}.json", json.dumps(json_of(found), indent=1))
+    """What optima leave behind: all of them, and the text of the study with the smallest."""
+    case, best = lowest(found)
+    content = json_of(best)
+    if len(found) > 1:
+        every = [{"case": each.name, **json_of(optimum)} for each, optimum in found]
+        content = {"case": case.name, **content, "cases": every}
+    record(path / f"{NAME}.json", json.dumps(content, indent=1))
     files = [path / f"{NAME}.json"]
+    keys = [each.key for each in best.parameters]
+    values = {**case.values, **dict(zip(keys, best.value.tolist(), strict=True))}
     try:
-        made = fitted_text(text, dict(zip(keys, found.value.tolist(), strict=True)), beside, path)
-        record(path / "optimised.toml", made)
+        record(path / "optimised.toml", fitted_text(text, values, beside, path))
     except InputError as error:
         listener(Notice(f"optimised.toml is not written: {error}"))
         return files

@@ -121,7 +121,7 @@ class Followed(Protocol):
 
 @dataclass
 class Progress:
-    """Counts the places that are tried and tells a listener.
+    """Counts the places that are tried and reports them to a listener.
 
     Attributes
     ----------
@@ -129,7 +129,7 @@ class Progress:
     likely : int
         How many places there will be, as far as is known.
     name, unit, scale : str, str, float
-        What is to be small, the unit it is told in, and how many of these are one of the functions.
+        What is to be small, the unit it is reported in, and how many of these are one of the functions.
     trials : int
         Those so far.
     least : float

@@ -1,5 +1,6 @@
 """What an optimum comes to: its table, the notes below, and the same for machines."""
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -7,6 +8,7 @@ import numpy as np
 from vanelock.commands.fit.tables import UNITS, shown
 from vanelock.commands.optimise.search import Optimum, on_bounds
 from vanelock.common.tables import Cell, Column, Table, counted
+from vanelock.input.cases.sweep import Case
 from vanelock.quantities.contacts.wear import HOUR
 
 NAME = "optimise"
@@ -50,15 +52,40 @@ def notes(found: Optimum) -> list[str]:
     return said
 
 
+def cases_table(found: Sequence[tuple[Case, Optimum]], name: str) -> Table:
+    """A line for each case of a sweep."""
+    first = found[0][1]
+    columns = (
+        Column("case"),
+        *_values(first),
+        Column("before", "µm", ".4g"),
+        Column(f"smallest {first.of}", "µm", ".4g", "after"),
+    )
+    rows = [(case.name, *each.value.tolist(), each.before, each.after) for case, each in found]
+    said = []
+    for case, each in found:
+        held = zip(each.parameters, each.held, strict=True)
+        if names := [shown(parameter.key) for parameter, on in held if on]:
+            said.append(f"{case.name}: {' and '.join(names)} ON A BOUND")
+        if not each.settled:
+            said.append(f"{case.name}: NOT SETTLED")
+    return Table(f"Optima of all cases: {name}", columns, rows, said, "optima")
+
+
+def _values(found: Optimum) -> tuple[Column, ...]:
+    """A column for each parameter."""
+    return tuple(
+        Column(shown(each.key), UNITS.get(each.key.rpartition(".")[2], "-"), ".4g")
+        for each in found.parameters
+    )
+
+
 def front_table(found: Optimum, name: str) -> Table:
     """A line for each point of the front."""
     columns = (
         Column("largest peak", "µm", ".4g"),
         Column("worn volume", "mm³/h", ".4g"),
-        *(
-            Column(shown(each.key), UNITS.get(each.key.rpartition(".")[2], "-"), ".4g")
-            for each in found.parameters
-        ),
+        *_values(found),
     )
     rows = [(p.peak, HOUR * p.wear, *p.value.tolist()) for p in found.front]
     return Table(f"Largest peak against wear: {name}", columns, rows, front_notes(found), "front")

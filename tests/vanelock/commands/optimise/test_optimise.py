@@ -105,3 +105,52 @@ def test_what_cannot_be_varied_is_one_line(folder):
         parse_study("[optimise]\nfront = 3")
     with pytest.raises(InputError, match="is not among optimise.parameters"):
         parse_study('[optimise]\nbounds = { "joints.hook.mu" = [0.1, 0.2] }')
+
+
+def test_a_swept_key_cannot_be_varied(folder):
+    study = parse_study("[optimise]\n[sweep]\njoints.interlock.mu = [0.1, 0.2]")
+    with pytest.raises(InputError, match="joints.interlock.mu is swept, too"):
+        optimise_study(study, folder / "swept")
+
+
+@pytest.mark.slow
+def test_each_case_of_a_sweep_has_an_optimum(folder):
+    """Of two loads; the smallest is written."""
+    text = STUDY.replace("front = 4\n", "") + "[sweep]\nexcitation.force = [6.0, 3.0]\n"
+    heard: list[Event] = []
+    found = optimise_study(parse_study(text), folder / "run", heard.append, text, folder)
+    first, *_, both = [each for each in heard if isinstance(each, Table)]
+    assert "force=6" in first.title
+    assert [row[0] for row in both.rows] == ["force=6N", "force=3N"]
+    written = json.loads((folder / "run" / "optimise.json").read_text())
+    sizes = [each["largest_peak"] for each in written["cases"]]
+    assert found.after == written["largest_peak"] == min(sizes) == sizes[1]
+    assert sizes[0] == pytest.approx(2 * sizes[1], rel=0.2)  # friction follows the load
+    again = load_study(folder / "run" / "optimised.toml", outside=True)
+    assert again.excitation.force == 3.0
+    assert again.joints.interlock.mu == pytest.approx(found.value[0], rel=1e-5)
+
+
+@pytest.mark.slow
+def test_the_least_upper_bound_is_that_of_a_map(folder):
+    """Bounds at less and at more friction are higher: there are two peaks, which cross."""
+    from vanelock.commands.fit.fit import rejoined
+    from vanelock.pipeline.cache import Cache
+    from vanelock.pipeline.step import Stages
+
+    text = STUDY.replace("front = 4\n", 'of = "upper bound"\n')
+    study = parse_study(text + "[bounds]\nstarts = 0\nshare = 0.2\n")
+    found = optimise_study(study, folder / "run", text="", listener=lambda event: None)
+    assert found.settled
+    assert found.of == "upper bound"
+    assert found.after < 0.98 * found.before
+    stages = Stages(Cache(folder / "run" / "cache", print), lambda event: None)
+    model = rejoined(study, stages)
+    for factor in (0.8, 1.0, 1.25):
+        values = {MU: factor * float(found.value[0])}
+        assert study.bounds is not None
+        bound = model.bounds(values, (240.0, 290.0), study.bounds).amplitude[2]
+        if factor == 1.0:
+            assert bound == pytest.approx(found.after, rel=1e-6)
+        else:
+            assert bound > 1.03 * found.after
