@@ -171,7 +171,7 @@ class _Drawn(PeakTrack):
         made = self._made(place, 10.0, 1.0) if first else self._made(place, 20.0, 2.0)
         return Mark(place, value, made)
 
-    def sweep(self, value: float) -> list[Solution]:
+    def sweep(self, value: float, loose: float = 1.0) -> list[Solution]:
         return [solution_at(5.0), solution_at(6.0)]
 
     def amplitudes(self, value: float, swept: Sequence[Solution]) -> Floats:

@@ -129,7 +129,7 @@ class Progress:
     likely : int
         How many places there will be, as far as is known.
     name, unit, scale : str, str, float
-        What is to be small, the unit it is reported in, and how many of these are one of the functions.
+        What is to be small, the unit it is reported in, how many of which one of the functions is.
     trials : int
         Those so far.
     least : float
