@@ -284,7 +284,7 @@ def _transposed(modes: StuckModes, s: float, row: Array) -> Array:
     """A row (n,) times the inverse of the modal dynamic stiffness at s, rad/s."""
     if modes.springs is None and modes.coupled_damping is None:  # diagonal
         return modes.solve(s, row)
-    return modes.conjugate().solve(s, row[:, None])[:, 0]
+    return modes.solve(-s, row.conj()[:, None])[:, 0].conj()  # D(s)ᴴ = D(-s)
 
 
 def prepared_again(

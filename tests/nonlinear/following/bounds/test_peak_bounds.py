@@ -202,9 +202,9 @@ def test_the_largest_peak_is_the_largest_that_any_search_has_met(seed: int) -> N
 def test_sweeps_pass_frequencies_as_the_options_say(monkeypatch: pytest.MonkeyPatch) -> None:
     passed, explore = [], PointSolver.explore
 
-    def recorded(solver: PointSolver, *ends: float) -> Any:
-        passed.append(ends)
-        return explore(solver, *ends)
+    def recorded(solver: PointSolver, begin: float, end: float, loose: float) -> Any:
+        passed.append((begin, end))
+        return explore(solver, begin, end, loose)
 
     monkeypatch.setattr(PointSolver, "explore", recorded)
     found = peak_bounds(held_pad(1.0), NEAR, Options(1, direction="down"), share=0.0)
