@@ -89,12 +89,14 @@ def least_bound(
     """
     x = np.array([p.inner(v) for p, v in zip(peaks.parameters, begun.value, strict=True)])
     own = np.array([each.inner(each.start) for each in peaks.parameters])
-    before = float(bounds(own).amplitude[HIGH])
+    first = bounds(own)
+    before, solved = float(first.amplitude[HIGH]), first.solved
     worst, largest = WorstPeaks([peaks]), begun.after
     progress = Progress(listener, TRIALS, BOUND)
     best, settled = None, False
     for _ in range(ADDED):
         there = bounds(x)
+        solved += there.solved
         if best is None or there.amplitude[HIGH] < best[1].amplitude[HIGH]:
             best = x, there
         if there.amplitude[HIGH] < (1 + AGREE) * largest:
@@ -115,7 +117,7 @@ def least_bound(
         frequencies=there.frequency[HIGH:],
         amplitudes=there.amplitude[HIGH:],
         trials=begun.trials + progress.trials,
-        solved=sum(each.solved for each in worst.every),
+        solved=solved + sum(each.solved for each in worst.every),
         settled=settled,
         held=tuple(on_bounds(peaks.parameters, x)),
         of=BOUND,

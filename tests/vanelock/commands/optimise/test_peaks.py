@@ -207,7 +207,10 @@ def test_the_least_bound_is_where_peaks_of_unlike_sliders_cross():
         s = max((-1.0, 2.0), key=lambda s: abs(x[0] - s))
         size = np.array([1.0, 1 + x[0] ** 2, 1 + (x[0] - s) ** 2])
         return SimpleNamespace(
-            amplitude=size, frequency=np.full(3, 16.0), slider=np.array([[0.0], [0.0], [s]])
+            amplitude=size,
+            frequency=np.full(3, 16.0),
+            slider=np.array([[0.0], [0.0], [s]]),
+            solved=7,
         )
 
     peaks.assembled_at = assembled_at
