@@ -40,8 +40,11 @@ def notes(found: Optimum) -> list[str]:
         f"{found.solved:,} frequencies solved"
         + (f", {found.screened:,} with one harmonic before" if found.screened else "")
     ]
-    if found.of != "largest peak":
-        said.append("of the peaks that static friction, which the model leaves open, allows")
+    said.append(
+        'with joints as assembled; how far static friction moves it: of = "upper bound"'
+        if found.of == "largest peak"
+        else "of the peaks that static friction, which the model leaves open, allows"
+    )
     if len(found.frequencies) > 1:
         said.append("several peaks are equally high there: to lower one raises another")
     for parameter, on in zip(found.parameters, found.held, strict=True):
