@@ -43,7 +43,7 @@ Floats = NDArray[np.float64]
 
 KEPT = 2**24  # entries of condensed springs that are kept, over frequencies
 NEAR = 0.1  # modal dynamic stiffness, of 1 at rest, of a mode told apart
-LEFT_OUT = 1e-13  # of the largest entry of a matrix, by its factors
+LEFT_OUT = 1e-10  # of the largest entry of a matrix, by its factors
 MASSLESS = (
     'with the contacts open that the limit "free" opens, and what they alone hold has no mass: '
     'damping of the structure with these open needs mass there; damping/joints = "stuck" does not'
@@ -257,7 +257,8 @@ class StuckModes(Product):
             return np.concatenate([none, self.held.solve(s, right[self.rigid :])])
         if s == 0 and self.springs is not None:
             return np.asarray(self._still @ (self._still.conj().T @ right))
-        if right.ndim == 1 and s and (self.springs is not None or self.coupled_damping is not None):
+        unknown = self.springs is not None and s not in self._last
+        if right.ndim == 1 and s and (unknown or self.coupled_damping is not None):
             return self.closed.solve(np.array([s]), right[:, None])[0][:, 0]
         diagonal = self.dynamic(s)
         if self.coupled_damping is None or s == 0:
