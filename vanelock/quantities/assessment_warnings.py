@@ -2,6 +2,8 @@
 
 from collections.abc import Sequence
 
+import numpy as np
+
 from vanelock.nonlinear.following.wear.wear_history import DONE, PRELOAD
 from vanelock.stages.assessment.bounds import HIGH, LOW, NOMINAL, BoundedPeak
 from vanelock.stages.assessment.damped_modes import FollowedMode
@@ -86,6 +88,13 @@ def wear(found: WornCase | None) -> list[str]:
     if history.jump.any():
         at = ", ".join(f"{each:.3g}" for each in history.cycles[history.jump][:3])
         lines.append(f"the vibration JUMPS while joints wear, at {at} cycles")
+    for i in np.flatnonzero(np.isfinite(history.higher_amplitude)):
+        higher, followed = 1e6 * history.higher_amplitude[i], 1e6 * history.amplitude[i]
+        lines.append(
+            f"after {history.cycles[i]:.3g} cycles of wear ANOTHER PEAK is higher, {higher:.4g} um "
+            f"at {history.higher_frequency[i]:.6g} Hz, than the one that was followed, "
+            f"{followed:.4g} um"
+        )
     return lines
 
 

@@ -32,6 +32,8 @@ COARSEST = 0.5
 DONE, PRELOAD, LOST = "cycles done", "preload lost", "solution lost"
 ROUND_OFF = 1e-9
 """Of a dwell's cycles: what is not worth a step."""
+HIGHER = 1e-3
+"""Of the amplitude of the peak that is followed, by which another is higher."""
 
 
 @dataclass(frozen=True)
@@ -76,6 +78,9 @@ class WearHistory(Product):
         Factor of the excitation.
     response : Response
         The whole vibration of each state; `system_at` gives the systems that they are of.
+    higher_amplitude, higher_frequency : (s,) float
+        At the last state of a dwell at a peak: the highest peak of its range where that is not the
+        one that was followed, m and Hz; nan elsewhere.
     """
 
     output: str
@@ -94,6 +99,8 @@ class WearHistory(Product):
     solved: int
     force: Floats
     response: Response
+    higher_amplitude: Floats = field(metadata={"unit": "m"})
+    higher_frequency: Floats = field(metadata={"unit": "Hz"})
 
     @property
     def worn(self) -> Floats:
@@ -128,7 +135,8 @@ def wear_history(
     """Interference, vibration and preload over cycles in which contacts wear by Archard's law.
 
     The vibration of every cycle is taken as settled. Its peak is followed as the interference
-    changes; one that becomes the highest of its range meanwhile goes unnoticed until that is lost.
+    changes. Another that becomes higher meanwhile is found at the end of the dwell, or where the
+    one that is followed is lost.
 
     Parameters
     ----------
@@ -188,6 +196,7 @@ class _WornState:
     rest: Rest
     response: Response
     jumped: bool = False
+    higher: Vibration | None = None
 
 
 class _History:
@@ -238,6 +247,8 @@ class _History:
             last = self.states[-1]
             left = dwell.cycles - passed
             if left <= ROUND_OFF * dwell.cycles:
+                if dwell.at_peak:
+                    self.states[-1] = replace(last, higher=self._higher(last.vibration, at))
                 return last.vibration
             h = allowed(last.vibration, last.rate, self.share)
             h = left if h >= (1 - ROUND_OFF) * left else h
@@ -273,6 +284,13 @@ class _History:
         if self.progress is not None:
             self.progress(cycles, self.total, vibration.frequency, vibration.amplitude)
         return True
+
+    def _higher(self, followed: Vibration, at: Vibrations) -> Vibration | None:
+        """The highest peak of the range where it is higher than the one that was followed."""
+        found = at.first(followed.v0, followed.component)
+        self.solved += 1
+        higher = found is not None and found.amplitude > (1 + HIGHER) * followed.amplitude
+        return found if higher else None
 
     def _opened(self, rest: Rest) -> NDArray[np.bool_]:
         """(j,) joints that are open at rest and were not at the beginning."""
@@ -316,6 +334,11 @@ class _History:
         """The states as arrays."""
         node, direction = self.states[0].vibration.component
         each = [state.response for state in self.states]
+        higher = [
+            (np.nan, np.nan) if (one := state.higher) is None else (one.amplitude, one.frequency)
+            for state in self.states
+        ]
+        higher_amplitude, higher_frequency = np.array(higher).T
         return WearHistory(
             output=system.output_names[node],
             direction=direction,
@@ -333,6 +356,8 @@ class _History:
             solved=self.solved,
             force=np.array([self.dwells[each.dwell].force for each in self.states]),
             response=joined(each, system.contacts.mu)[0],
+            higher_amplitude=higher_amplitude,
+            higher_frequency=higher_frequency,
         )
 
 

@@ -15,10 +15,12 @@ from vanelock.nonlinear import (
     OPEN,
     SLIP,
     STUCK,
+    Dwell,
     Options,
     StaticBounds,
     frequency_response,
     static_response,
+    wear_history,
 )
 from vanelock.pipeline.progress import Event
 from vanelock.quantities import assessment_warnings, warnings
@@ -27,6 +29,7 @@ from vanelock.results.listing import limits_table
 from vanelock.results.page_sections.summary import best_friction
 from vanelock.rom import Contacts, Diameter, Force, System
 from vanelock.stages.assessment.bounds import BoundedPeak
+from vanelock.stages.assessment.wear import WornCase
 from vanelock.stages.response.limits import limits
 from vanelock.stages.response.summary import Peak, peak_of
 
@@ -53,6 +56,19 @@ def oscillator(v0=1e-5, force=1.0, mu=0.3):
 
 def peak(response):
     return peak_of(response, response.amplitude[:, 0, 1])
+
+
+def test_a_higher_peak_after_wear_is_reported():
+    system, dwell = oscillator(force=0.01), Dwell(10.0, near=(70.0, 100.0))
+    worn = wear_history(system, dwell, 1e-20, 1e-6, Options(1))
+    assert assessment_warnings.wear(WornCase(worn)) == []
+    amplitude, hertz = np.full(len(worn.cycles), np.nan), np.full(len(worn.cycles), np.nan)
+    amplitude[-1], hertz[-1] = 2 * worn.amplitude[-1], 91.5
+    other = replace(worn, higher_amplitude=amplitude, higher_frequency=hertz)
+    (line,) = assessment_warnings.wear(WornCase(other))
+    assert line.startswith("after 10 cycles of wear ANOTHER PEAK is higher")
+    assert "at 91.5 Hz" in line
+    assert f"{1e6 * worn.amplitude[-1]:.4g} um" in line
 
 
 def test_motion_that_is_not_small_is_reported():

@@ -110,6 +110,43 @@ def test_force_of_a_dwell_scales_the_excitation() -> None:
     assert found.amplitude[begins] == pytest.approx(expected, rel=1e-9)
 
 
+def two_peaks() -> System:
+    """Two masses, the first of which slides; its output peaks at 0.24 Hz and, less, at 0.34 Hz."""
+    contact = Contact(tangential=0, normal=2, mu=0.5, kt=1.0, kn=2.0, preload=2.0, name="foot")
+    return System.from_matrices(
+        np.eye(3),
+        np.array([[1.5, -0.5, 0.0], [-0.5, 4.5, 0.0], [0.0, 0.0, 1.0]]),
+        [contact],
+        damping_ratio=0.01,
+        force={0: 0.02, 1: 0.15},
+    )
+
+
+def test_a_peak_that_became_higher_is_found_at_the_end_of_a_dwell() -> None:
+    """Less preload damps the first peak more: from 0.37 m to below the other one."""
+    system, near = two_peaks(), (0.18, 0.4)
+    dwells = [Dwell(1e4, near=near), Dwell(1e5, near=near)]
+    found = wear_history(system, dwells, 1e-4, 1.0, Options(3), ("x0", 0))
+    ends = np.append(np.flatnonzero(np.diff(found.dwell)), len(found.cycles) - 1)
+    assert np.isnan(found.higher_amplitude[:-1]).all()
+    assert len(ends) == 2
+    other = float(found.higher_frequency[-1])
+    assert found.amplitude[-1] < found.higher_amplitude[-1] < found.amplitude[0]
+    worn = found.system_at(system, -1)
+    response = frequency_response(worn, other * np.linspace(0.98, 1.02, 41), Options(3))
+    assert response.amplitude[:, 0, 0].max() == pytest.approx(found.higher_amplitude[-1], rel=1e-4)
+    assert other == pytest.approx(0.34, rel=0.01)
+
+
+def test_a_dwell_without_a_peak_ends_the_history() -> None:
+    dwells = [Dwell(1e4, near=(0.18, 0.4)), Dwell(1e4, near=(0.05, 0.06))]
+    found = wear_history(two_peaks(), dwells, 1e-4, 1.0, Options(1), ("x0", 0))
+    assert found.status == "solution lost"
+    assert np.isnan(found.cycles_to_loss)
+    assert found.cycles[-1] == 1e4
+    assert not found.dwell.any()
+
+
 def test_what_does_not_wear_keeps_its_interference() -> None:
     system, hertz = ring(1)
     found = wear_history(system, Dwell(50.0, frequency=hertz), [1e-4, 0.0], 1.0, Options(1))
