@@ -17,6 +17,7 @@ for good, if D grows with the amplitude there; a kick beyond where it falls grow
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import partial
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -25,7 +26,7 @@ from vanelock.common.arrays import as_array
 from vanelock.common.errors import InputError
 from vanelock.common.product import Product
 from vanelock.nonlinear.balance.stuck_modes import StuckModes
-from vanelock.nonlinear.following.modes.damped_mode import DampedMode, damped_mode
+from vanelock.nonlinear.following.modes.damped_mode import DampedMode, Progress, damped_mode
 from vanelock.nonlinear.forced_response.options import Options
 from vanelock.nonlinear.fourier.trigonometric import TURN
 from vanelock.rom.system.system import System
@@ -145,6 +146,7 @@ def limit_cycles(
     options: Options = Options(),
     nodal_diameter: int | None = None,
     modes: Mapping[int, StuckModes] | None = None,
+    progress: Progress | None = None,
 ) -> LimitCycles:
     """Limit cycles of a travelling wave, and whether each is stable, by the balance of power.
 
@@ -163,8 +165,8 @@ def limit_cycles(
     amplitudes : (float, float), optional
         Range of modal amplitudes, kg^½ m, in which cycles are looked for; by default from stuck to
         gross slip.
-    options, nodal_diameter, modes
-        As of `damped_mode`.
+    options, nodal_diameter, modes, progress
+        As of `damped_mode`; progress is of both times.
 
     Raises
     ------
@@ -172,13 +174,14 @@ def limit_cycles(
         As of `damped_mode` and `aerodynamic_coefficients`.
     """
     every = aerodynamic_coefficients(influence, system.sectors)
-    found = damped_mode(system, mode, amplitudes, options, nodal_diameter, modes=modes)
+    follow = partial(damped_mode, system, mode, modes=modes, progress=progress)
+    found = follow(amplitudes, options, nodal_diameter)
     A = complex(every[found.nodal_diameter])
     guesses = _crossings(found.amplitude, _total(found, A))
     crossed, frequency, stable, output = [], [], [], []
     if guesses:
         asked = np.unique([a * (1 + each * BESIDE) for a in guesses for each in (-1, 0, 1)])
-        near = damped_mode(system, mode, asked, options, nodal_diameter, modes=modes)
+        near = follow(asked, options, nodal_diameter)
         total = _total(near, A)
         for guess in guesses:
             beside = np.flatnonzero(np.abs(near.amplitude / guess - 1) < 1.5 * BESIDE)

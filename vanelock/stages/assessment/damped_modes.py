@@ -110,7 +110,9 @@ def _step(
                         system, number, None, options, k % N, progress=progress
                     )
                     return FollowedMode(*at, alone=found)
-                driven = nonlinear.limit_cycles(system, number, air, None, options, k % N)
+                driven = nonlinear.limit_cycles(
+                    system, number, air, None, options, k % N, progress=progress
+                )
             except InputError as error:
                 return FollowedMode(*at, reason=str(error))
         return FollowedMode(*at, driven=driven)

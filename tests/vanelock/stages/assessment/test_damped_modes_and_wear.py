@@ -9,6 +9,7 @@ import pytest
 
 from tests.vanelock.stages.assessment.test_study import STUDY as PLAIN
 from vanelock import nonlinear, parse_study, run_study
+from vanelock.pipeline.progress import Begun, PointDone
 from vanelock.stages.assessment.damped_modes import FollowedMode
 from vanelock.stages.assessment.wear import WornCase
 
@@ -58,6 +59,9 @@ def test_modes_are_those_of_the_library(run: tuple[Path, Any, list[Any]]) -> Non
     assert rows["damped_modes"][0]["rest_hz"] == mode.linear[0]
     (line,) = (line for line in run[1].warnings if "FLUTTERS" in line)
     assert "mode 2 of nodal diameter 1" in line
+    steps = [each for each in events if isinstance(each, Begun | PointDone)]
+    begun = steps.index(next(each for each in steps if "damped mode" in str(each)))
+    assert isinstance(steps[begun + 1], PointDone)
 
 
 @pytest.mark.slow
