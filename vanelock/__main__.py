@@ -197,7 +197,7 @@ def fit(
 
     loaded = load_study(study, allow_outside)
     folder = output or default_folder(study)
-    with _going_on_later(folder), choose_listener(quiet, as_json) as listener:
+    with _going_on_later(folder, study), choose_listener(quiet, as_json) as listener:
         fit_study(loaded, folder, listener, read_text(study), study.parent)
 
 
@@ -216,7 +216,7 @@ def optimise(
 
     loaded = load_study(study, allow_outside)
     folder = output or default_folder(study)
-    with _going_on_later(folder), choose_listener(quiet, as_json) as listener:
+    with _going_on_later(folder, study), choose_listener(quiet, as_json) as listener:
         optimise_study(loaded, folder, listener, read_text(study), study.parent)
 
 
@@ -241,13 +241,19 @@ def check(
 
 
 @contextmanager
-def _going_on_later(folder: Path) -> Iterator[None]:
+def _going_on_later(folder: Path, searched: Path | None = None) -> Iterator[None]:
     require_least()
     try:
         yield
     except signals.Stopped as stopped:
-        _say(f"stopped; finished work is kept in {folder}, and the same command goes on from there")
+        on = "begins the search anew, with these" if searched else "goes on from there"
+        kept = "meshes and reduced models are" if searched else "finished work is"
+        _say(f"stopped; {kept} kept in {folder}, and the same command {on}")
         raise typer.Exit(stopped.status) from None
+    except InputError as error:
+        if searched and str(error).startswith(("fit", "optimise")):
+            raise InputError(f"{searched}: {error}") from None
+        raise
 
 
 @app.command()

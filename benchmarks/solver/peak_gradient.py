@@ -81,7 +81,7 @@ def row(system: System, limits: tuple[float, float], force: float, harmonics: in
         gradients.append(seconds(lambda: whole(amplitude_gradient(ready, solution, component))))
         for steps, known in ((kept, solution.kept), (fresh, None)):
             begin = time.process_time()
-            held = fixed(family.source.balance(beside), family.friction)  # not one that is kept
+            held = fixed(family.at(beside), family.friction)
             again = solve(held, solution.w, 0.0, kept=known)
             assert again.converged
             steps.append((time.process_time() - begin) / again.iterations)

@@ -43,6 +43,7 @@ Floats = NDArray[np.float64]
 
 KEPT = 2**24  # entries of condensed springs that are kept, over frequencies
 NEAR = 0.1  # modal dynamic stiffness, of 1 at rest, of a mode told apart
+FEW = 5  # times fewer springs than modes, by which factors at each frequency are cheaper than modes
 LEFT_OUT = 1e-10  # of the largest entry of a matrix, by its factors
 MASSLESS = (
     'with the contacts open that the limit "free" opens, and what they alone hold has no mass: '
@@ -257,8 +258,8 @@ class StuckModes(Product):
             return np.concatenate([none, self.held.solve(s, right[self.rigid :])])
         if s == 0 and self.springs is not None:
             return np.asarray(self._still @ (self._still.conj().T @ right))
-        unknown = self.springs is not None and s not in self._last
-        if right.ndim == 1 and s and (unknown or self.coupled_damping is not None):
+        by_modes = self.coupled_damping is not None or FEW * len(self.opened) > len(right)
+        if right.ndim == 1 and s and by_modes:
             return self.closed.solve(np.array([s]), right[:, None])[0][:, 0]
         diagonal = self.dynamic(s)
         if self.coupled_damping is None or s == 0:

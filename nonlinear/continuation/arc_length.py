@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from vanelock.nonlinear.balance.balance import Balance
 from vanelock.nonlinear.newton.linearised import linearise
 from vanelock.nonlinear.newton.newton import (
     TOLERANCE,
@@ -91,9 +92,9 @@ class ArcStep:
     plane: CuttingPlane
 
 
-def tangent_at(family: Family, point: Solution) -> Tangent | None:
-    """Tangent of the path at a point of it; None where P is singular."""
-    balance = family.at(point.parameter)
+def tangent_at(family: Family, point: Solution, balance: Balance | None = None) -> Tangent | None:
+    """Tangent of the path at a point of it, its balance known or not; None where P is singular."""
+    balance = balance or family.at(point.parameter)
     rows = active_rows(point.w, point.deviation)
     z = np.zeros(point.w.size)
     if not len(rows):

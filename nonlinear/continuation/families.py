@@ -5,7 +5,6 @@ value of its parameter.
 """
 
 from dataclasses import dataclass, replace
-from functools import cached_property
 from typing import Protocol
 
 import numpy as np
@@ -53,18 +52,9 @@ class Frequencies:
         return self.source.structure
 
     def at(self, parameter: float) -> Balance:
-        """The balance at a circular frequency; the last is kept, with the columns that it holds."""
-        known = self._last.get(parameter)
-        if known is None:
-            known = self.source.balance(parameter)
-            known = known if self.mean is None else known.with_mean(self.mean)
-            self._last.clear()
-            self._last[parameter] = known
-        return known
-
-    @cached_property
-    def _last(self) -> dict[float, Balance]:
-        return {}
+        """The balance at a circular frequency."""
+        balance = self.source.balance(parameter)
+        return balance if self.mean is None else balance.with_mean(self.mean)
 
     def law(self, parameter: float) -> Law:
         """The law, the same at every frequency."""

@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from vanelock.nonlinear.balance.balance import Structure
+from vanelock.nonlinear.balance.balance import Balance, Structure
 from vanelock.nonlinear.continuation.arc_length import Tangent, path, tangent_at
 from vanelock.nonlinear.continuation.events import locate
 from vanelock.nonlinear.continuation.families import Frequencies, fixed
@@ -135,7 +135,8 @@ class Resonance:
 
         Slopes near zero want solutions better than others do: one more step where it may help.
         """
-        held = fixed(self.family.at(omega), self.family.friction)
+        balance = self.family.at(omega)
+        held = fixed(balance, self.family.friction)
         found = solve(held, start, 0.0, tolerance=self.tolerance, kept=kept)
         if not found.converged:
             return None
@@ -144,11 +145,11 @@ class Resonance:
             if again.residual < found.residual:
                 spent = found.iterations + again.iterations
                 found = replace(again, converged=True, iterations=spent)
-        return self.reading(replace(found, parameter=omega))
+        return self.reading(replace(found, parameter=omega), balance)
 
-    def reading(self, solution: Solution) -> Reading | None:
-        """Amplitude and slope of a solution; None where the path turns back."""
-        tangent = tangent_at(self.family, solution)
+    def reading(self, solution: Solution, balance: Balance | None = None) -> Reading | None:
+        """Amplitude and slope of a solution, its balance known or not; None where a path turns."""
+        tangent = tangent_at(self.family, solution, balance)
         if tangent is None:
             return None
         return Reading(solution, tangent, *self.measure(solution, tangent))

@@ -67,8 +67,8 @@ note says. Neither run is changed.""",
     ),
     "fit": (
         "Fit friction, stiffness, ... to measured curves.",
-        """The study needs [[measured]], the CSV files with the curves, and may have [fit], which
-keys to vary. Best values come with standard errors, and with a warning where the data
+        """The study needs [[measured]], the CSV files with the curves, and [fit], the keys to
+vary. Best values come with standard errors, and with a warning where the data
 do not determine them; fitted.toml is the study with the best values.""",
         ["vanelock fit my.toml"],
         "measured",

@@ -80,7 +80,7 @@ def page_text(name: str) -> str:
         page = place.removesuffix(".md")
         if not target.count(".md") or page not in pages():
             return words
-        same = words.removesuffix(".md").replace(" ", "_") == posixpath.basename(page)
+        same = words.removesuffix(".md").replace(" ", "_") == page
         return f"`{page}`" if same else f"{words} (`{page}`)"
 
     return _outside_code(text, lambda prose: _LINK.sub(without_link, prose))

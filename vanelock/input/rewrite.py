@@ -1,7 +1,7 @@
 """A study file's text with other values of some keys: comments, order and all else stay."""
 
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 import tomlkit
@@ -14,7 +14,7 @@ from vanelock.input.messages import dotted
 Changes = Mapping[Any, float | str]
 
 
-def rewritten(text: str, changes: Changes) -> str:
+def rewritten(text: str, changes: Changes, without: Iterable[str] = ()) -> str:
     """The text with keys set to values; what it does not hold is added to its table.
 
     Parameters
@@ -24,6 +24,8 @@ def rewritten(text: str, changes: Changes) -> str:
     changes : mapping of str or tuple to number or str
         Values by dotted key, or the names and places on the way to it: `measured[1].file` and
         `("measured", 1, "file")` are both that of the second `[[measured]]`.
+    without : iterable of str
+        Tables and keys, dotted, that are left out where the text has them.
 
     Raises
     ------
@@ -32,8 +34,10 @@ def rewritten(text: str, changes: Changes) -> str:
     """
     try:
         wanted, document = tomllib.loads(text), tomlkit.parse(text)
-        _set(wanted, changes)
-        _set(document, changes)
+        for tables in (wanted, document):
+            _set(tables, changes)
+            for key in without:
+                _leave_out(tables, key)
         made = tomlkit.dumps(document)
         said = tomllib.loads(made) == wanted
     except (TOMLKitError, ValueError, LookupError, TypeError, AttributeError):
@@ -51,3 +55,10 @@ def _set(tables: Any, changes: Changes) -> None:
         for name in path:
             table = table[name] if isinstance(name, int) else table.setdefault(name, {})
         table[last] = value
+
+
+def _leave_out(tables: Any, key: str) -> None:
+    *path, last = path_of(key)
+    for name in path:
+        tables = tables.get(name, {})
+    tables.pop(last, None)

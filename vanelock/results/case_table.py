@@ -50,7 +50,8 @@ CASE_COLUMNS = (
         "%",
         ".0f",
         "opening_percent",
-        "slip, open: share of contacts that slip, and separate, in the cycle at the peak",
+        "slip, open: share that slips, and separates, in the cycle at the peak, of the contacts "
+        "that are open in the free limit",
     ),
     Column("vibratory stress", "MPa", key="stress"),
     Column(

@@ -3,7 +3,7 @@
 import json
 import os
 import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -89,7 +89,8 @@ def fit_study(
         stages = Stages(Cache(path / "cache", lambda message: listener(Notice(message))), listener)
         model = rejoined(study, stages, listener)
         found = _fitted(model, curves, parameters, starts, listener)
-        found = replace(found, remarks=tuple(remarks(model, curves, found)))
+        said = [*remarks(model, curves, found), *_other_correction(model, curves, found, stages)]
+        found = replace(found, remarks=tuple(said))
         listener(fit_table(found, study.name))
         files = _files(path, model, curves, found, text, Path(beside), listener)
     summary = {"fitted": json_of(found), "files": [str(each) for each in files]}
@@ -233,6 +234,28 @@ def remarks(model: Rejoined, curves: Sequence[Measured], found: FitSolution) -> 
             )
 
 
+def _other_correction(
+    model: Rejoined, curves: Sequence[Measured], found: FitSolution, stages: Stages
+) -> Iterator[str]:
+    """Whether the mesh correction of the fitted joints changes points by more than they scatter."""
+    after = dict(zip((each.key for each in found.parameters), found.value.tolist(), strict=True))
+    joints = {key: value for key, value in after.items() if key.startswith("joints.")}
+    there = rejoined(with_values(model.study, joints), stages)
+    if there.excess is model.excess:
+        return
+    for curve in curves:
+        spread = curve.amplitude.max() if curve.sigma is None else curve.sigma
+        change = there.amplitudes(after, curve) - model.amplitudes(after, curve)
+        moved = np.nan_to_num(np.abs(change) / (found.scale * spread))
+        worst = int(moved.argmax())
+        if moved[worst] > MISSED:
+            yield (
+                "THE MESH CORRECTION IS THAT OF THE STUDY'S JOINTS: that of the fitted ones "
+                f"changes the fitted {curve.label} at {curve.frequency[worst]:.6g} Hz by "
+                f"{moved[worst]:.2g} standard deviations of the points: fit fitted.toml, too"
+            )
+
+
 def _files(
     path: Path,
     model: Rejoined,
@@ -275,7 +298,13 @@ def _files(
     return [*files, path / "fitted.toml"]
 
 
-def fitted_text(text: str, values: Mapping[str, float | str], beside: Path, folder: Path) -> str:
+def fitted_text(
+    text: str,
+    values: Mapping[str, float | str],
+    beside: Path,
+    folder: Path,
+    without: Iterable[str] = (),
+) -> str:
     """The study's text with fitted values, its files reachable from another folder."""
     changes: dict[Any, float | str] = {
         key: value if isinstance(value, str) else float(f"{value:.{DIGITS}g}")
@@ -284,7 +313,7 @@ def fitted_text(text: str, values: Mapping[str, float | str], beside: Path, fold
     for location, file in files_named(toml_tables(text, "study")):
         if not os.path.isabs(file):
             changes[location] = os.path.relpath(beside / file, folder).replace(os.sep, "/")
-    return rewritten(text, changes)
+    return rewritten(text, changes, without)
 
 
 def _panel(model: Rejoined, curve: Measured, after: dict[str, float]) -> render.FitPanel:

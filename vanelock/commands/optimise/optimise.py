@@ -14,7 +14,7 @@ from vanelock.commands.fit.parameters import varied_parameters
 from vanelock.commands.optimise.bound import BOUND, least_bound
 from vanelock.commands.optimise.front import front
 from vanelock.commands.optimise.peaks import Peaks
-from vanelock.commands.optimise.search import Optimum, optimum
+from vanelock.commands.optimise.search import ROUNDS, TOLERANCE, Optimum, optimum
 from vanelock.commands.optimise.tables import (
     NAME,
     cases_table,
@@ -26,6 +26,7 @@ from vanelock.commands.optimise.tables import (
 from vanelock.common.errors import InputError
 from vanelock.common.tables import counted
 from vanelock.input.cases.sweep import Case, cases
+from vanelock.input.cases.values import with_values
 from vanelock.input.schema.assessment.bounds_and_stability import BoundsKeys
 from vanelock.input.schema.study import Study
 from vanelock.pipeline.cache import Cache
@@ -33,6 +34,9 @@ from vanelock.pipeline.progress import Begun, Failed, Finished, Listener, Notice
 from vanelock.pipeline.step import Stages
 from vanelock.results.files.run_folder import claimed, record
 from vanelock.stages.response.limits import frequencies
+
+VARIED = ("sweep", "rows", "scatter", "excitation.engine_orders")
+"""What makes several cases of a study, of which the optimised one is the best."""
 
 
 def optimise_study(
@@ -74,7 +78,11 @@ def optimise_study(
     every = cases(study)
     for key in study.optimise.parameters:
         if key in every[0].values:
-            raise InputError(f"optimise.parameters: {key} is swept, too: it needs one of both")
+            raise InputError(
+                f"optimise.parameters: {key} is swept, too: sweep it or vary it here, not both"
+            )
+    for case in every:
+        varied_parameters(case.study, "optimise")
     found: list[tuple[Case, Optimum]] = []
     with claimed(path):
         stages = Stages(Cache(path / "cache", lambda message: listener(Notice(message))), listener)
@@ -111,16 +119,16 @@ def case_optimum(case: Case, stages: Stages, listener: Listener = silent) -> Opt
     planned = planned_alone(study, stages, listener)
     wanted = np.asarray(frequencies(study, stages.get(planned.linear.limits)))
     near = float(wanted.min()), float(wanted.max())
-    model = model_of(planned, stages)
     listener(Begun(f"largest peak over {counted(len(parameters), 'parameter')}"))
-    peaks = Peaks(model, parameters, near)
+    peaks = Peaks(model_of(planned, stages), parameters, near)
     found = optimum(peaks, keys.starts, listener)
+    peaks, found = corrected(peaks, found, study, stages, listener)
     if keys.of == BOUND:
         asked = study.bounds or BoundsKeys()
         listener(Notice(f"with assembled joints: {notes(found)[0]}"))
         listener(Begun("upper bound of the peak"))
         found = least_bound(
-            peaks, found, lambda x: model.bounds(peaks.values(x), near, asked), listener
+            peaks, found, lambda x: peaks.model.bounds(peaks.values(x), near, asked), listener
         )
     listener(optimum_table(found, name))
     if keys.front:
@@ -129,6 +137,42 @@ def case_optimum(case: Case, stages: Stages, listener: Listener = silent) -> Opt
         found = replace(found, front=tuple(front(peaks, found, *known, listener)))
         listener(front_table(found, name))
     return found
+
+
+def corrected(
+    peaks: Peaks, found: Optimum, study: Study, stages: Stages, listener: Listener = silent
+) -> tuple[Peaks, Optimum]:
+    """An optimum whose mesh correction is that of its own joints, and its peaks.
+
+    What a mesh adds to the stiffness depends on the stiffness of contacts, by which the shapes
+    change along which it is taken off. The search holds it; where it is another at the optimum, the
+    search goes on with that, until it leads no further.
+    """
+    for _ in range(ROUNDS):
+        values = dict(zip((each.key for each in found.parameters), found.value, strict=True))
+        there = with_values(study, {key: float(value) for key, value in values.items()})
+        model = model_of(planned_alone(there, stages), stages)
+        if model.excess is peaks.model.excess:
+            return peaks, found
+        begun = [replace(each, start=float(values[each.key])) for each in found.parameters]
+        peaks = Peaks(model, begun, peaks.near)
+        listener(Begun("largest peak with the mesh correction of these joints"))
+        try:
+            again = optimum(peaks, 0, listener)
+        except InputError:
+            listener(Notice("with the mesh correction of these joints no peak lies in the range"))
+            break
+        found = replace(
+            again,
+            parameters=found.parameters,
+            before=found.before,
+            trials=found.trials + again.trials,
+            solved=found.solved + again.solved,
+            screened=found.screened,
+        )
+        if again.after > (1 - TOLERANCE) * again.before:
+            return peaks, found
+    return peaks, replace(found, settled=False)
 
 
 def lowest(found: Sequence[tuple[Case, Optimum]]) -> tuple[Case, Optimum]:
@@ -154,7 +198,7 @@ def _files(
     keys = [each.key for each in best.parameters]
     values = {**case.values, **dict(zip(keys, best.value.tolist(), strict=True))}
     try:
-        record(path / "optimised.toml", fitted_text(text, values, beside, path))
+        record(path / "optimised.toml", fitted_text(text, values, beside, path, VARIED))
     except InputError as error:
         listener(Notice(f"optimised.toml is not written: {error}"))
         return files

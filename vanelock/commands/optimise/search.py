@@ -198,9 +198,10 @@ def optimum(peaks: Peaks, starts: int = 0, listener: Listener = silent) -> Optim
     there = peaks(chosen.x) or chosen.functions
     top = there.largest
     order = [each for each in peaks.known if each.amplitude > (1 - EQUAL) * top]
+    ends = [each.low for each in parameters], [each.high for each in parameters]
     return Optimum(
         parameters=tuple(parameters),
-        value=np.array(list(peaks.values(chosen.x).values())),
+        value=np.clip(list(peaks.values(chosen.x).values()), *ends),
         before=tried[0][0],
         after=top,
         frequencies=np.array([each.solution.omega for each in order]) / (2 * np.pi),

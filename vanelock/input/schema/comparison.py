@@ -146,12 +146,15 @@ class Varied(KeyTable):
         for key, pair in value.items():
             if key not in info.data.get("parameters", cls.allowed):
                 raise ValueError(f'"{key}" is not among {cls.table}.parameters')
-            low, high = (si(each, UNITS.get(key.rpartition(".")[2], "")) for each in pair)
+            try:
+                low, high = (si(each, UNITS.get(key.rpartition(".")[2], "")) for each in pair)
+            except ValueError as error:
+                raise ValueError(f'"{key}" = {list(pair)}: {error}') from None
             numbers = all(
                 isinstance(each, int | float) and not isinstance(each, bool) for each in (low, high)
             )
             if not numbers or not low < high:  # type: ignore[operator]
-                raise ValueError(f'"{key}": expected [low, high] with low < high')
+                raise ValueError(f'"{key}" = {list(pair)}: expected [low, high] with low < high')
             found[key] = float(low), float(high)  # type: ignore[arg-type]
         return found
 

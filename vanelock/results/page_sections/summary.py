@@ -147,15 +147,16 @@ def _worn(content: PageContent) -> list[Answer]:
         for joint, first, last in zip(found.joints, *found.rest_load[[0, -1]], strict=True)
         if abs(last - first) > SAME * first
     ]
-    texts = [f"amplitude from {1e6 * found.amplitude[0]:.3g} µm", *loads]
-    if (end := main.worn[-1]).margins is not None:
-        texts.append(f"{HCF} then n = {end.stress.governing.reserve:.3g}")
+    size = 1e6 * found.amplitude
+    top = int(size.argmax())
+    texts = [f"largest amplitude, at {found.cycles[top]:.3g}; {size[0]:.3g} µm when new", *loads]
+    if reserves := [each.stress.governing.reserve for each in main.worn if each.margins]:
+        texts.append(f"least {HCF} n = {min(reserves):.3g}")
     done = found.status == DONE
     if not done:
         texts.append(f"**{found.status}**, so that it ends there")
-    title = f"After {found.cycles[-1]:.3g} cycles of wear"
-    size = f"{1e6 * found.amplitude[-1]:.3g} µm"
-    return [Answer(title, size, "; ".join(texts), "" if done else "warn")]
+    title = f"Over {found.cycles[-1]:.3g} cycles of wear"
+    return [Answer(title, f"{size[top]:.3g} µm", "; ".join(texts), "" if done else "warn")]
 
 
 def _flutter(content: PageContent) -> list[Answer]:

@@ -128,7 +128,35 @@ def test_each_case_of_a_sweep_has_an_optimum(folder):
     assert sizes[0] == pytest.approx(2 * sizes[1], rel=0.2)  # friction follows the load
     again = load_study(folder / "run" / "optimised.toml", outside=True)
     assert again.excitation.force == 3.0
+    assert not again.sweep
     assert again.joints.interlock.mu == pytest.approx(found.value[0], rel=1e-5)
+
+
+@pytest.mark.slow
+def test_the_mesh_correction_is_that_of_the_optimum_s_joints(folder):
+    """What a mesh adds to the stiffness depends on that of contacts."""
+    from vanelock.commands.fit.fit import rejoined
+    from vanelock.pipeline.cache import Cache
+    from vanelock.pipeline.step import Stages
+
+    text = STUDY.replace("front = 4\n", "").replace("starts = 4", "starts = 0")
+    text = text.replace('["joints.interlock.mu"]', '["joints.interlock.kt"]')
+    text = text.replace("[240, 290]", "[240, 310]")
+    found = optimise_study(parse_study(text), folder / "run", text=text, beside=folder)
+    assert found.settled
+    stages = Stages(Cache(folder / "run" / "cache", print), lambda event: None)
+    study = load_study(folder / "run" / "optimised.toml", outside=True)
+    sizes = {}
+    for name, model in (
+        ("held", rejoined(parse_study(text), stages)),
+        ("own", rejoined(study, stages)),
+    ):
+        hertz = found.frequencies[0] + np.linspace(-1, 1, 201)
+        values = {"joints.interlock.kt": float(found.value[0])}
+        response = model.solved(values, hertz).response
+        sizes[name] = model.monitor.amplitude(response).max()
+    assert found.after == pytest.approx(sizes["own"], rel=1e-4)
+    assert abs(sizes["held"] / sizes["own"] - 1) > 3e-4
 
 
 @pytest.mark.slow
