@@ -103,6 +103,35 @@ def test_bad_studies(tmp_path, text, line):
     assert not (tmp_path / "runs").exists()
 
 
+@pytest.mark.parametrize(
+    ("command", "text", "line"),
+    [
+        (
+            "optimise",
+            "[optimise]\nbounds = { joints.interlock.mu = [0.5, 0.9] }",
+            'optimise: "joints.interlock.mu" starts at 0.3, outside of its bounds 0.5 to 0.9',
+        ),
+        ("optimise", "", "optimise: the study has no [optimise] table"),
+        (
+            "optimise",
+            '[optimise]\nbounds = { joints.interlock.mu = ["1 kg", 1] }',
+            "optimise.bounds: \"joints.interlock.mu\" = ['1 kg', 1]: expected a number",
+        ),
+        (
+            "optimise",
+            "[optimise]\nbounds = { joints.interlock.mu = [0.9, 0.1] }",
+            'optimise.bounds: "joints.interlock.mu" = [0.9, 0.1]: expected [low, high] with low',
+        ),
+        ("fit", "", "fit: the study has no [fit] table"),
+    ],
+)
+def test_what_cannot_be_searched(tmp_path, refused_here, command, text, line):
+    """The file is named, and no folder is left behind."""
+    (tmp_path / "a.toml").write_text(text)
+    assert refused_here(command, "a.toml").startswith(f"vanelock: a.toml: {line}")
+    assert not (tmp_path / "runs").exists()
+
+
 def test_bad_folders(tmp_path, refused_here):
     (tmp_path / "a.toml").write_text("")
     (tmp_path / "taken").write_text("a file")
