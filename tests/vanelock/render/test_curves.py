@@ -10,7 +10,16 @@ from matplotlib.colors import same_color, to_rgb
 from matplotlib.image import imread
 
 from vanelock.common.errors import InputError
-from vanelock.render import Curve, Envelope, MarkedPeak, response_curves, style
+from vanelock.render import (
+    Curve,
+    CurvePanel,
+    Envelope,
+    MarkedPeak,
+    PanelCurve,
+    panels_picture,
+    response_curves,
+    style,
+)
 from vanelock.render.plots.curve import looks, peak
 
 F = np.linspace(240.0, 260.0, 41)
@@ -291,3 +300,26 @@ def test_an_envelope_is_shaded_in_its_curves_colour(tmp_path, figures):
     assert same_color(shade.get_facecolor()[0][:3], to_rgb(axes.lines[0].get_color()))
     assert shade.get_paths()[0].get_extents().y1 == pytest.approx(80.0)
     assert line is not None
+
+
+def test_circles_of_panels_are_full_or_open_and_one_legend_serves_alike_panels(tmp_path, figures):
+    x = np.geomspace(1.0, 100.0, 9)
+    names = ["mode 1", "mode 2"]
+    above = CurvePanel("frequency ratio", [PanelCurve(name, x, 1 / x) for name in names])
+    circles = [(2.0, 0.0, True), (50.0, 0.0, False)]
+    below = CurvePanel(
+        "damping (%)",
+        [PanelCurve(names[0], x, np.log(x) - 1, circles), PanelCurve(names[1], x, x / 50)],
+        from_zero=True,
+    )
+    panels_picture(tmp_path / "a.png", [above, below], "amplitude", "Modes", logarithmic=True)
+    first, second = [axes for axes in figures[0].axes if axes.lines]
+    assert first.get_legend() is not None
+    assert second.get_legend() is None
+    marked = [line for line in second.lines if line.get_markersize() == 8]
+    assert [tuple(line.get_xydata()[0]) for line in marked] == [(2.0, 0.0), (50.0, 0.0)]
+    colour = next(line.get_color() for line in second.lines if line.get_label() == "mode 1")
+    faces = [line.get_markerfacecolor() for line in marked]
+    assert same_color(faces[0], colour)
+    assert same_color(faces[1], "white")
+    assert second.get_ylim()[0] < 0

@@ -26,13 +26,14 @@ class PanelCurve:
         In the legend.
     x, y : (p,) array_like
         In the units of the axes' labels.
-    dashed : bool
+    circles : sequence of (float, float, bool)
+        Points x, y to be marked, and whether each circle is filled.
     """
 
     name: str
     x: ArrayLike
     y: ArrayLike
-    dashed: bool = False
+    circles: Sequence[tuple[float, float, bool]] = ()
 
 
 @dataclass(frozen=True)
@@ -96,20 +97,28 @@ def panels_picture(
             bottom = 0.75 + (count - 1 - i) * (_HEIGHT + _GAP)
             axes = style.axes(figure, 1.1, bottom, 8.6, _HEIGHT)
             for each in panel.curves:
-                dashes = "--" if each.dashed else "-"
-                named = None if each.dashed else each.name
+                own = colour[each.name]
                 x, y = np.asarray(each.x, float), np.asarray(each.y, float)
-                axes.plot(x, y, dashes, color=colour[each.name], label=named)
-                axes.plot(x[-1:], y[-1:], "o", color=colour[each.name], markersize=4)
+                axes.plot(x, y, color=own, label=each.name)
+                axes.plot(x[-1:], y[-1:], "o", color=own, markersize=4)
+                for across, up, full in each.circles:
+                    inside = own if full else "white"
+                    axes.plot(
+                        across, up, "o", color=own, markerfacecolor=inside, markersize=8, zorder=3
+                    )
             for place in marks:
                 axes.axvline(place, color=style.GREY, linewidth=0.9, linestyle=":")
             if logarithmic:
                 axes.set_xscale("log")
+            else:
+                axes.ticklabel_format(axis="x", useMathText=True)
             axes.set_ylabel(panel.label)
             if panel.from_zero:
+                axes.axhline(0.0, color=style.GREY, linewidth=0.9)
                 axes.set_ylim(bottom=min(0.0, axes.get_ylim()[0]))
             axes.yaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
-            if len(panel.curves) > 1:
+            named = [each.name for each in panel.curves]
+            if len(named) > 1 and not (i and named == [each.name for each in panels[i - 1].curves]):
                 axes.legend(loc="upper left", bbox_to_anchor=(1.01, 1.02))
             if i + 1 < count:
                 axes.tick_params(labelbottom=False)

@@ -26,7 +26,7 @@ def damped_modes(run_data: RunData, each: Planned) -> list[Picture]:
     title = f"Damped modes{of_case(name)}"
     subtitle = f"over half the peak-to-peak of {run_data.shown.monitor.name}"
     shows = [*(step.key for step in steps), title, subtitle]
-    frequency, damping = list[render.PanelCurve](), list[render.PanelCurve]()
+    frequency, damping, total = (list[render.PanelCurve]() for _ in range(3))
     for mode in found:
         called, curve = called_of(mode), mode.mode
         assert curve is not None
@@ -36,12 +36,19 @@ def damped_modes(run_data: RunData, each: Planned) -> list[Picture]:
         frequency.append(render.PanelCurve(called, size[seen], ratio))
         percent = 100 * curve.damping_ratio[seen]
         damping.append(render.PanelCurve(called, size[seen], percent))
-        if (air := _air(each, mode, curve)) is not None:
-            damping.append(render.PanelCurve(called, size[seen], 100 * air[seen], dashed=True))
-    panels = (
-        render.CurvePanel("frequency, of that at rest", frequency),
+        if mode.driven is not None:
+            sizes = 1e6 * mode.driven.output[:, mode.node, mode.component]
+            cycles = [
+                (float(x), 0.0, bool(s)) for x, s in zip(sizes, mode.driven.stable, strict=True)
+            ]
+            with_air = percent + 100 * _air(each, mode, curve)[seen]
+            total.append(render.PanelCurve(called, size[seen], with_air, cycles))
+    panels = [
+        render.CurvePanel("frequency ratio", frequency),
         render.CurvePanel("damping ratio (%)", damping, from_zero=True),
-    )
+    ]
+    if total:
+        panels.append(render.CurvePanel("with the air (%)", total, from_zero=True))
     path = run_data.output_files.draw(
         f"figures/damped_modes_{slug(name)}.png",
         shows,
@@ -51,17 +58,16 @@ def damped_modes(run_data: RunData, each: Planned) -> list[Picture]:
     )
     notes = [f"{title}; {subtitle}"]
     data = run_data.table(
-        f"figures/damped_modes_{slug(name)}.csv", shows, lambda: _columns(found), notes
+        f"figures/damped_modes_{slug(name)}.csv", shows, lambda: _columns(each, found), notes
     )
-    driven = any(mode.driven is not None for mode in found)
     caption = (
         f"Natural frequency and damping ratio{of_case(name)}, of structure and friction together, "
-        "from small vibration with the contacts stuck to gross slip."
-        " The table has frequencies in Hz."
+        "from small vibration with the contacts stuck to gross slip, as far as each was followed "
+        "(dot); frequencies over those at rest. The table has them in Hz."
     ) + (
-        " Dashed: what the air takes away. Where a full line crosses its dashed one upwards the "
-        "vibration settles, where downwards a larger one grows without end."
-        if driven
+        " Below, the damping of the air is in it: where it is negative vibration grows. It settles "
+        "at full circles; beyond open ones it grows without end."
+        if total
         else ""
     )
     return [Picture(path, DAMPED, caption, (data,))]
@@ -77,26 +83,30 @@ def amplitude(mode: FollowedMode, curve: DampedMode) -> NDArray[np.float64]:
     return np.asarray(1e6 * curve.response.amplitude[:, mode.node, mode.component])
 
 
-def _air(each: Planned, mode: FollowedMode, curve: DampedMode) -> NDArray[np.float64] | None:
-    """(p,) damping ratio that the air takes away; None where none is given."""
+def _air(each: Planned, mode: FollowedMode, curve: DampedMode) -> NDArray[np.float64]:
+    """(p,) damping ratio of the air, negative where it drives; zero where none is given."""
     keys, N = each.case.study.damped_modes, each.case.study.ring.sectors
     if keys is None or (air := keys.air) is None:
-        return None
+        return np.zeros(len(curve.frequency))
     at = mode.nodal_diameter % N
-    by = [-aerodynamic_damping(air, N, float(hertz))[at] for hertz in curve.frequency]
+    by = [aerodynamic_damping(air, N, float(hertz))[at] for hertz in curve.frequency]
     return np.array(by)
 
 
-def _columns(found: list[FollowedMode]) -> dict[str, ArrayLike]:
+def _columns(each: Planned, found: list[FollowedMode]) -> dict[str, ArrayLike]:
     known = [(mode, curve) for mode in found if (curve := mode.mode) is not None]
     counts = [len(curve.frequency) for _, curve in known]
     numbers = [[mode.nodal_diameter, mode.number] for mode, _ in known]
     diameter, number = np.repeat(np.array(numbers), counts, axis=0).T
-    return {
+    columns: dict[str, ArrayLike] = {
         "nodal diameter": diameter,
         "mode": number,
         "modal amplitude (kg^0.5 m)": np.concatenate([curve.amplitude for _, curve in known]),
-        "amplitude (µm)": np.concatenate([amplitude(*each) for each in known]),
+        "amplitude (µm)": np.concatenate([amplitude(*one) for one in known]),
         "frequency (Hz)": np.concatenate([curve.frequency for _, curve in known]),
         "damping ratio (%)": np.concatenate([100 * curve.damping_ratio for _, curve in known]),
     }
+    if any(mode.driven is not None for mode in found):
+        air = [100 * _air(each, mode, curve) for mode, curve in known]
+        columns["damping ratio of the air (%)"] = np.concatenate(air)
+    return columns

@@ -53,7 +53,7 @@ def worn(run_data: RunData, each: Planned) -> list[Picture]:
         f"Wear{of_case(name)}: the amplitude of the dwell, each joint's load at rest over that "
         "when new, and the depth that both surfaces have lost, of the contact that loses most and "
         "on average over those that wear."
-    )
+    ) + (" Dotted: where the next dwell begins." if len(changes) else "")
     return [Picture(path, WORN, caption, (data,))]
 
 
