@@ -149,12 +149,12 @@ def corrected(
     search goes on with that, until it leads no further.
     """
     for _ in range(ROUNDS):
-        values = dict(zip((each.key for each in found.parameters), found.value, strict=True))
-        there = with_values(study, {key: float(value) for key, value in values.items()})
-        model = model_of(planned_alone(there, stages), stages)
+        keys = [each.key for each in found.parameters]
+        values = dict(zip(keys, found.value.tolist(), strict=True))
+        model = model_of(planned_alone(with_values(study, values), stages), stages)
         if model.excess is peaks.model.excess:
             return peaks, found
-        begun = [replace(each, start=float(values[each.key])) for each in found.parameters]
+        begun = [replace(each, start=values[each.key]) for each in found.parameters]
         peaks = Peaks(model, begun, peaks.near)
         listener(Begun("largest peak with the mesh correction of these joints"))
         try:
