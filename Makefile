@@ -2,25 +2,29 @@
 # make test     run every test
 # Each makes the environment in .venv first, once.
 
-# Files with slow tests come first (conftest.py), or one of them would run alone at the end.
-PYTEST := .venv/bin/python -m pytest -n 2 --dist loadfile --no-loadscope-reorder \
-  --durations=30 --durations-min=8
+# The files that take longest come first (conftest.py), or one of them would run alone at the end.
+PYTEST := .venv/bin/python -m pytest -n 2 --dist loadfile --no-loadscope-reorder --durations=20
 MADE := .venv/made
 
 # Children of tests and of both test processes read what one of them has compiled.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: study test test-fast verify docs wheel lint setup lock
+.PHONY: study test test-system smoke verify docs wheel lint setup lock
 
 study: $(MADE)
 	.venv/bin/vanelock run examples/vane.toml --output runs/vane
 
-# A skipped test counts as failed here: what ships is what was tested.
+# All that shows the program right. A skipped test counts as failed: what ships is what was tested.
 test: $(MADE)
-	$(PYTEST) --everything
+	$(PYTEST) --everything -m "not system"
 
-test-fast: $(MADE)
-	$(PYTEST) -m "not slow" --ignore=tests/verification
+# What needs processes, signals, kills, full disks, clusters or environments of its own.
+test-system: $(MADE)
+	$(PYTEST) --everything -m system tests
+
+# A minute: a study at the coarsest mesh, and a verification of each of the four of the physics.
+smoke: $(MADE)
+	$(PYTEST) --everything $(SMOKE)
 
 # Every verification at full count; rewrites docs/verification.
 verify: $(MADE)

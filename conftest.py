@@ -2,7 +2,9 @@
 
 import os
 import signal
+import tomllib
 from collections.abc import Generator
+from pathlib import Path
 
 import pytest
 
@@ -26,18 +28,64 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     )
 
 
+SLOW = Path(__file__).parent / "tools" / "slow.toml"
+"""Tests that may take more than `MOST` seconds of processor time, and why."""
+MOST = 10.0
+
+taken: dict[str, float] = {}
+"""Seconds of processor time of each test, its fixtures and its children included."""
+
+
+def known_slow() -> dict[str, str]:
+    """Reason by the name of a test, without its parameters."""
+    return tomllib.loads(SLOW.read_text()) if SLOW.exists() else {}
+
+
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Put files with slow tests first: the last file begun then is a short one."""
-    slow = {item.path for item in items if item.get_closest_marker("slow")}
-    items.sort(key=lambda item: item.path not in slow)
+    """Put golden runs first, then files with slow tests: the last file begun then is a short one."""
+    slow = {name.partition("::")[0] for name in known_slow()}
+
+    def place(item: pytest.Item) -> int:
+        file = item.nodeid.partition("::")[0]
+        return 0 if file.startswith("tests/golden/") else 1 if file in slow else 2
+
+    items.sort(key=place)
+
+
+def seconds() -> float:
+    """Processor time so far, that of ended children included."""
+    return sum(os.times()[:4])
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_protocol(item: pytest.Item) -> Generator[None, object, object]:
+    """Note when a test began."""
+    item.began = seconds()  # type: ignore[attr-defined]
+    return (yield)
+
+
+def pytest_runtest_logreport(report: pytest.TestReport) -> None:
+    """Keep what each test took."""
+    if report.when == "teardown":
+        taken[report.nodeid] = getattr(report, "processor_time", 0.0)
+
+
+def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
+    """Say which tests take long without a reason in `tools/slow.toml`."""
+    known = known_slow()
+    for name, time in sorted(taken.items(), key=lambda pair: -pair[1]):
+        if time > MOST and name.partition("[")[0] not in known:
+            terminalreporter.write_line(f"{name}: {time:.0f} s of processor time, see {SLOW.name}")
 
 
 @pytest.hookimpl(wrapper=True, tryfirst=True)
 def pytest_runtest_makereport(
     item: pytest.Item,
 ) -> Generator[None, pytest.TestReport, pytest.TestReport]:
-    """Turn the report of a test that did not run into a failure."""
+    """Say what a test took; turn the report of one that did not run into a failure."""
     report = yield
+    if report.when == "teardown":
+        report.processor_time = seconds() - item.began  # type: ignore[attr-defined]
     if item.config.getoption("--everything"):
         _fail_unless_run(report)
     return report

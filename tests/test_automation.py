@@ -9,7 +9,7 @@ import yaml
 
 ROOT = Path(__file__).resolve().parent.parent
 GITHUB, GITLAB = ".github/workflows/checks.yml", ".gitlab-ci.yml"
-WANTED = {"lint", "test", "docs", "wheel"}
+WANTED = {"lint", "test", "test-system", "docs", "wheel"}
 
 
 def read(name: str) -> dict[Any, Any]:

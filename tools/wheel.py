@@ -132,7 +132,7 @@ def _tests(own: Path, away: Path) -> str:
     assert Path(origin).is_relative_to(away.parent / "lib"), origin
     printed = run(
         *(own, "-m", "pytest", "-q", "--import-mode=importlib", "-p", "no:cacheprovider"),
-        *("-m", "not slow", *chosen),
+        *("-m", "not system", *chosen),
         cwd=away,
     )
     return printed.splitlines()[-1].partition(" in ")[0]

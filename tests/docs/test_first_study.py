@@ -23,7 +23,6 @@ def study() -> str:
     return str(next(text for kind, text in FENCE.findall(PAGE) if kind == "toml"))
 
 
-@pytest.mark.slow
 def test_the_tables_are_those_of_a_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     changed = study().replace("[0.15, 0.3]", "[0.15, 0.3, 0.5]")
     assert changed != study()

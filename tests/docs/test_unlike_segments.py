@@ -11,7 +11,6 @@ from vanelock.__main__ import app
 ROOT = Path(__file__).resolve().parents[2]
 
 
-@pytest.mark.slow
 def test_the_table_is_that_of_the_example(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("COLUMNS", "100")
     study, folder = ROOT / "examples" / "unlike_segments.toml", tmp_path / "run"

@@ -75,7 +75,6 @@ def test_another_s_session_is_left_alone() -> None:
         gmsh.finalize()
 
 
-@pytest.mark.slow
 def test_meshes_are_the_same_bit_for_bit_in_every_thread() -> None:
     first = vane_segment(size="coarse")
     casing_sector(size=0.03)  # another mesh between the two changes nothing
@@ -91,7 +90,6 @@ def test_meshes_are_the_same_bit_for_bit_in_every_thread() -> None:
     assert all(same(first, part) for part in parts)
 
 
-@pytest.mark.slow
 def test_meshes_are_the_same_in_every_process_and_nothing_is_printed() -> None:
     outputs = [
         subprocess.run([sys.executable, "-c", TWICE], capture_output=True, text=True, check=True)

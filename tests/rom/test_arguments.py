@@ -93,7 +93,6 @@ def test_values_of_a_wrong_kind_are_refused_by_name(ring_sector, name, value):
     assert f"{name} = " in refusal(ring_sector(), ("force",), **{name: value}, **options)
 
 
-@pytest.mark.slow
 def test_arguments_at_random_give_a_component_or_one_clear_line(ring_sector):
     """Products of good and bad values: what is not refused is a positive definite model."""
     model, rng = ring_sector(), np.random.default_rng(7)

@@ -10,8 +10,6 @@ from vanelock import fem, rom
 from vanelock.common.cyclic import turn
 from vanelock.common.errors import InputError
 
-pytestmark = pytest.mark.slow
-
 
 @pytest.mark.parametrize("route", ["cyclic", "direct", "paper"])
 def test_static_answer_to_master_loads_is_exact(scene, route):

@@ -1,12 +1,10 @@
 """The unreduced reference of the reductions' benchmark."""
 
 import numpy as np
-import pytest
 
 from benchmarks.rom import reduced
 
 
-@pytest.mark.slow
 def test_unreduced_truth_and_smaller_models() -> None:
     bench = reduced.Bench("coarse", np.linspace(60.0, 120.0, 4))
     given = {"modes": 10, "interface_modes": 10, "route": "direct"}

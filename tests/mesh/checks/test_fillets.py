@@ -56,7 +56,6 @@ def test_fillets_fill_their_corners(name: str) -> None:
             assert np.sum(np.abs(angle - expected) < 0.1) > 10, (radius, at, expected)
 
 
-@pytest.mark.slow
 def test_fillets_add_pappus_volume() -> None:
     """Area of each times its centroid's way, 0.2234 r off its cylinder, on arcs of two parabolas.
 

@@ -62,7 +62,6 @@ def test_what_does_not_fit_is_refused_by_name(changes: dict[str, Any], where: st
         check_vane(vane.model_copy(update={"root_fillet": largest}), 16)
 
 
-@pytest.mark.slow
 def test_the_largest_that_fits_is_meshed() -> None:
     part = vane_segment(VaneDimensions(root_fillet=0.00684), size=0.02)
     assert quality(part).smallest_sicn > 0.02

@@ -67,7 +67,6 @@ def test_middle_nodes_lie_where_gmsh_and_meshio_expect_them(lattice, tmp_path):
             np.testing.assert_allclose(at[:, node], (at[:, a] + at[:, b]) / 2, atol=1e-15)
 
 
-@pytest.mark.slow
 def test_sets_come_back_in_their_order(tmp_path):
     part = vane_segment(size="coarse")
     path = write_msh(tmp_path / "vane.msh", part)

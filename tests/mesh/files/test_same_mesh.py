@@ -12,7 +12,6 @@ from vanelock.mesh.matching.own_part import own_part
     ("vane", "casing"),
     [(".bdf", ".inp"), (".gmsh.msh", ".bdf"), (".inp", ".msh"), (".cdb", ".cdb")],
 )
-@pytest.mark.slow
 def test_same_frequencies_from_files(tmp_path, coarse, reference, write_mesh, vane, casing):
     """The scene's own meshes through files: sets, frames, and ten frequencies at ND 1."""
     read = []

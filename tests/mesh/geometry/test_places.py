@@ -14,7 +14,6 @@ from vanelock.mesh import (
 from vanelock.mesh.generate.extract import matching
 
 
-@pytest.mark.slow
 def test_named_nodes_stay_where_they_are_when_the_mesh_changes() -> None:
     for build, names in (
         (vane_segment, ("hook_front", "hook_rear", "key", "interlock_left", "output")),

@@ -42,7 +42,6 @@ def test_a_casing_s_is_that_of_shell_flanges_and_rails():
     assert quality(part).volume == pytest.approx(part.cad_volume, rel=1e-6)  # curved like it
 
 
-@pytest.mark.slow
 def test_a_vane_s_is_that_of_shrouds_and_aerofoils():
     vane = VaneDimensions(
         aerofoils=3,
@@ -76,7 +75,6 @@ def test_a_vane_s_is_that_of_shrouds_and_aerofoils():
     assert quality(part).volume == pytest.approx(part.cad_volume, rel=3e-3)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("twist", [0.0, 6.0])
 def test_an_aerofoil_that_leans_has_its_outer_end_at_the_larger_angle(twist):
     part = vane_segment(VaneDimensions(aerofoils=1, lean=9.0, twist=twist), size="coarse")

@@ -184,7 +184,6 @@ def test_sweeps_differ_between_the_folds_alone() -> None:
     assert higher.min() > 1.5
 
 
-@pytest.mark.slow
 def test_a_state_between_the_folds_is_left_and_the_others_are_kept() -> None:
     omega = 1.11
     found = hysteresis(gap_oscillator(), np.linspace(LOW, HIGH, 5) / TURN, Options(1))
@@ -276,7 +275,6 @@ def both_masses() -> Hysteresis:
     return hysteresis(two_masses(), [0.5 / TURN, 0.8 / TURN], Options(5))
 
 
-@pytest.mark.slow
 def test_a_contact_that_opens_wide_is_followed_in_a_few_hundred_points(
     both_masses: Hysteresis,
 ) -> None:
@@ -294,7 +292,6 @@ def test_a_contact_that_opens_wide_is_followed_in_a_few_hundred_points(
     np.testing.assert_allclose(swept.amplitude, found.branch.amplitude[picked], rtol=1e-7)
 
 
-@pytest.mark.slow
 def test_points_of_the_path_are_where_integration_in_time_is_after_a_period(
     both_masses: Hysteresis,
 ) -> None:

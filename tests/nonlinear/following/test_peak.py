@@ -261,7 +261,6 @@ def loosely_coupled(system: System) -> System:
     return replace(system, diameters=diameters)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(("seed", "harmonics"), [(1, 1), (2, 3)])
 def test_peaks_are_those_of_dense_sweeps(
     random_system: Make, first_frequency: Lowest, seed: int, harmonics: int

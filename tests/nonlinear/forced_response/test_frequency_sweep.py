@@ -34,7 +34,6 @@ Make = Callable[..., System]
 Lowest = Callable[[System], float]
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("preload", [0.1, 1.0, 10.0])
 @pytest.mark.parametrize("seed", [0, 2, 3])
 def test_every_point_from_stick_to_rattling_converges_and_is_right(

@@ -14,7 +14,6 @@ from vanelock.nonlinear import (
 )
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("seed", [0, 1])
 def test_what_grows_slowly_is_not_hidden_by_what_dies_out(seed: int) -> None:
     system, frequency = loaded(spring_ring(20), 0.7101), worst_of(20)["lift"][2]

@@ -12,7 +12,6 @@ from vanelock.rom.joining.merging import merged
 from vanelock.rom.joining.pairs import key_tie
 
 LOAD = rom.Excitation(1, force=30.0)
-pytestmark = pytest.mark.slow
 
 
 @pytest.fixture(scope="module")

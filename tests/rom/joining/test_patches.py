@@ -151,7 +151,6 @@ def test_patches_on_one_side_of_a_joint_are_refused(parts):
         key_tie(*pieces)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("k", [0, 1])
 def test_unreduced_means_move_rigidly(parts, k):
     """Springs between means leave the ring's translations along and across its axis free."""
@@ -183,7 +182,6 @@ FORTY = {"modes": 40}
 DIRECT = {"route": "direct", "interface": "followed", "interface_modes": 40}
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     ("keep", "how", "close"),
     [({"accuracy": 1e-4}, {}, 1e-4), (FORTY, DIRECT, 2e-3)],

@@ -57,13 +57,11 @@ def rows(path):
         return list(csv.DictReader(file))
 
 
-@pytest.mark.slow
 def test_every_file_is_there_and_nothing_else(made):
     folder = made[0] / "runs" / "a" / "mesh"
     assert {path.name for path in folder.iterdir()} == FILES
 
 
-@pytest.mark.slow
 def test_the_files_hold_the_parts(made, parts):
     for part in parts:
         path = made[0] / "runs" / "a" / "mesh" / part.name
@@ -76,7 +74,6 @@ def test_the_files_hold_the_parts(made, parts):
         np.testing.assert_array_equal(read.points[read.cells[0].data], part.points[part.cells])
 
 
-@pytest.mark.slow
 def test_the_tables_are_those_of_the_parts(made, parts):
     folder = made[0] / "runs" / "a" / "mesh"
     counts = {row["set"]: row for row in rows(folder / "sets.csv")}
@@ -99,7 +96,6 @@ def test_the_tables_are_those_of_the_parts(made, parts):
     assert counts["left"]["vane"] == ""
 
 
-@pytest.mark.slow
 def test_what_is_printed(made):
     out = made[1].stdout
     lines = {line.split()[0]: line.split() for line in out.splitlines() if line.strip()}
@@ -110,7 +106,6 @@ def test_what_is_printed(made):
     assert made[1].stderr.splitlines()[-1] == "results are in runs/a/mesh"
 
 
-@pytest.mark.slow
 def test_a_second_call_meshes_nothing_and_json_says_so(made, monkeypatch, capsys):
     monkeypatch.setattr("vanelock.commands.mesh._pictures", lambda *_: [])
     folder = made[0]
@@ -128,7 +123,6 @@ def test_a_second_call_meshes_nothing_and_json_says_so(made, monkeypatch, capsys
     assert written == {name for name in FILES if not name.endswith(".png")}
 
 
-@pytest.mark.slow
 def test_its_files_serve_as_own_meshes(made, tmp_path, monkeypatch):
     monkeypatch.setattr("vanelock.commands.mesh._pictures", lambda *_: [])
     before = made[0] / "runs" / "a" / "mesh"
@@ -164,7 +158,6 @@ def test_what_cannot_be_used_is_one_line(tmp_path, text, arguments, line):
     assert message.startswith(f"vanelock: {line}")
 
 
-@pytest.mark.slow
 def test_a_sweep_of_dimensions_is_not_meshed_silently(tmp_path, monkeypatch):
     monkeypatch.setattr("vanelock.commands.mesh._pictures", lambda *_: [])
     text = STUDY + '[sweep]\n"vane.chord" = [0.046, 0.047]\n'

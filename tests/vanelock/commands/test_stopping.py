@@ -80,7 +80,6 @@ def begun(tmp_path_factory):
     return folder, stopped(folder, "response mu=0.3", signal.SIGINT)
 
 
-@pytest.mark.slow
 def test_interrupted_and_killed_runs_keep_what_was_finished(begun):
     tmp_path, ended = begun
     results = tmp_path / "runs" / "a" / "results.h5"
@@ -117,7 +116,6 @@ def test_interrupted_and_killed_runs_keep_what_was_finished(begun):
     assert "\x1b" not in plain.stdout + plain.stderr
 
 
-@pytest.mark.slow
 def test_a_stopped_run_leaves_no_unfinished_file(begun, tmp_path):
     (tmp_path / "a.toml").write_text(STUDY.replace("points = 100", "points = 3"))
     moments = {

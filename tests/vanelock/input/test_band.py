@@ -24,7 +24,6 @@ from vanelock.stages.plan import fixed
 from vanelock.stages.response.limits import frequencies, limits
 
 
-@pytest.mark.slow
 def test_a_study_far_above_the_tenth_mode_answers_like_the_unreduced_sector(
     tmp_path: Path,
 ) -> None:

@@ -37,7 +37,6 @@ def refusal(path: Path) -> str:
     return lines[0]
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     ("text", "expected"),
     [

@@ -11,8 +11,6 @@ from vanelock.common.tables import Table
 from vanelock.pipeline.progress import Done, Event, Tasks
 from vanelock.published.maps.plane import Plane
 
-pytestmark = pytest.mark.slow
-
 TEXT = """
 name = "small campaign"
 [mesh]

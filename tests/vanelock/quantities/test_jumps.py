@@ -67,7 +67,6 @@ report = false
 """
 
 
-@pytest.mark.slow
 def test_a_study_is_swept_in_both_directions(tmp_path) -> None:
     heard: list[Event] = []
     (found,) = run_study(parse_study(STUDY), tmp_path, heard.append, STUDY)

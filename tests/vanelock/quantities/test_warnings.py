@@ -256,7 +256,6 @@ def test_the_friction_that_damps_best_is_withheld_where_a_peak_may_lie_beyond():
     assert "a peak may lie beyond: widen response.range" in card.note
 
 
-@pytest.mark.slow
 def test_warnings_stand_in_the_table_on_the_page_and_in_the_results(tmp_path):
     """The coarse example peaks at 268 Hz; its friction works at the interlock alone."""
     text = (

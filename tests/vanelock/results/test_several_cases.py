@@ -15,8 +15,6 @@ from vanelock.commands.run.cases import OngoingRun
 from vanelock.common.tables import Table
 from vanelock.pipeline.progress import Event
 
-pytestmark = pytest.mark.slow
-
 STUDY = """
 name = "two cases"
 [mesh]

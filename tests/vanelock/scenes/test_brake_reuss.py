@@ -72,7 +72,6 @@ def test_lap_and_mass_are_the_published_ones(folder: Path) -> None:
     assert mass == pytest.approx(7784 * volume, rel=1e-6)
 
 
-@pytest.mark.slow
 def test_frequencies_are_those_of_the_raw_matrices(
     folder: Path, summary: tuple[Summary, Path]
 ) -> None:
@@ -85,7 +84,6 @@ def test_frequencies_are_those_of_the_raw_matrices(
             assert ours[rigid:] == pytest.approx(exact, rel=1e-4)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("friction", ["orthogonal", "isotropic"])
 def test_friction_that_sticks_changes_nothing_of_what_the_bolts_press(
     summary: tuple[Summary, Path], friction: str
@@ -96,7 +94,6 @@ def test_friction_that_sticks_changes_nothing_of_what_the_bolts_press(
     np.testing.assert_allclose(found.rest_load, [[BOLTS] * 3], rtol=1e-6)
 
 
-@pytest.mark.slow
 def test_tip_moves_as_the_raw_matrices_say(folder: Path, summary: tuple[Summary, Path]) -> None:
     """The linear peak, stuck: of a mode alone, the load's and the output's node the same."""
     K, M, springs = raw(folder)
@@ -110,7 +107,6 @@ def test_tip_moves_as_the_raw_matrices_say(folder: Path, summary: tuple[Summary,
     assert found.peak.amplitude / found.of_stuck == pytest.approx(peak, rel=2e-3)
 
 
-@pytest.mark.slow
 def test_bolts_press_and_the_lap_slides_without_lift_off(summary: tuple[Summary, Path]) -> None:
     """What is open at rest stays so; the forces at rest are the bolts'."""
     with h5py.File(summary[1] / "results.h5") as file:

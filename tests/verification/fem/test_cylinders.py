@@ -37,7 +37,6 @@ def record_spectrum(record_property, found, reference):
     return error
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("nodal_diameter", range(5) if FULL else (0, 2, 4))
 def test_spectrum_of_a_thick_cylinder(
     hollow_cylinder, lowest_frequencies, cylinder_waves, record_property, nodal_diameter
@@ -88,7 +87,6 @@ def quarter_of_a_solid_cylinder(lattice, n, layers, radius, length):
     )
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("nodal_diameter", range(3))
 def test_spectrum_of_a_solid_cylinder(
     lattice, lowest_frequencies, cylinder_waves, record_property, nodal_diameter
@@ -105,7 +103,6 @@ def test_spectrum_of_a_solid_cylinder(
     assert error.max() < 5e-3
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     ("cell_type", "walls", "order"),
     [

@@ -89,7 +89,6 @@ def fluegge(n, half_waves, radius, thickness, length):
     return unit * np.sqrt(np.linalg.eigvalsh(S))
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("nodal_diameter", range(7) if FULL else (0, 3, 6))
 def test_thin_shell_between_diaphragms(
     hollow_cylinder, lowest_frequencies, cylinder_waves, record_property, nodal_diameter

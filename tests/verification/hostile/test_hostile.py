@@ -37,8 +37,6 @@ RUNS = 4
 KEPT = os.environ.get("VANELOCK_HOSTILE_KEEP")
 """Folder where files that failed are kept, to make a test of each."""
 
-pytestmark = pytest.mark.slow
-
 
 @pytest.fixture(scope="module")
 def server() -> Iterator[Server]:

@@ -19,8 +19,6 @@ import pytest
 
 from vanelock.mesh import CasingDimensions, HookDimensions, VaneDimensions
 
-pytestmark = pytest.mark.slow
-
 FULL = os.environ.get("VANELOCK_VERIFY") == "full"
 NUMBERS = range(250) if FULL else range(8)
 PATIENCE = 1800  # seconds without an outcome; the longest take ten

@@ -99,7 +99,6 @@ LARGE = [
 ]
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     ("sector", "sectors", "cell_type", "fixed"),
     SMALL + LARGE if FULL else SMALL,

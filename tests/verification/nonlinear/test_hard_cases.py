@@ -246,7 +246,6 @@ def outcomes(strong):
     ]
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("strong", [False, True], ids=["friction-to-1", "friction-to-1000"])
 @pytest.mark.parametrize("stratum", STRATA)
 def test_stratum_converges(stratum, strong, record_property):
@@ -263,7 +262,6 @@ def test_stratum_converges(stratum, strong, record_property):
     assert len(found) - len(solved) <= (allowed if FULL else np.ceil(allowed) * strong)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("strong", [False, True], ids=["friction-to-1", "friction-to-1000"])
 def test_none_is_converged_and_wrong(strong, record_property):
     errors = [each.error for each in outcomes(strong) if each.converged]
@@ -273,7 +271,6 @@ def test_none_is_converged_and_wrong(strong, record_property):
     assert max(errors) < WRONG
 
 
-@pytest.mark.slow
 def test_curves_through_hard_systems(record_property):
     points = lost = 0
     worst = 0.0

@@ -25,8 +25,6 @@ from vanelock.mesh.contact.patches import Patch, hook_patches, interlock_patches
 from vanelock.mesh.geometry import contact_places as mesh_sets
 from vanelock.rom.joining.patches import with_means
 
-pytestmark = pytest.mark.slow
-
 FULL = os.environ.get("VANELOCK_VERIFY") == "full"
 E, NU, SIDE = 210e9, 0.3, 0.02
 OVERLAP = (0.068, 0.082)

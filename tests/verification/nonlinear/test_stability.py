@@ -74,7 +74,6 @@ def moved(spring, centre, mass, damping, push, omega, state, begin, end):
     return steady(end) + la.expm(A * (end - begin)) @ (state - steady(begin))
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("omega", [1.4, 2.0, 2.6, 3.2] if FULL else [3.2])
 def test_mass_on_an_impact_spring_in_closed_form(omega, record_property):
     # Two springs, one of which cannot pull: the motion and the growth of what is beside it are
@@ -125,7 +124,6 @@ def test_mass_on_an_impact_spring_in_closed_form(omega, record_property):
     assert found.growing[0] == (np.abs(exact) > 1).sum()  # here all are real
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(24) if FULL else (1, 0, 4))
 def test_rings_against_finite_differences_of_their_motion(seed, record_property):
     _, force, frequency = worst_of(seed)["lift"]
@@ -227,7 +225,6 @@ def turns_of_determinant(system, u, frequency, diameter, harmonics):
     return round(total / (2 * np.pi))
 
 
-@pytest.mark.slow
 def test_as_many_grow_as_the_determinant_turns(record_property):
     counts = []
     for seed in range(500 if FULL else 20):
@@ -273,7 +270,6 @@ def vane(coarse):
     )
 
 
-@pytest.mark.slow
 def test_vane_at_full_load_leaves_its_wave(vane, record_property):
     # Followed in time, the ring of this vane leaves the wave by 1.774 a period.
     response = frequency_response(vane, (255.0, 280.0), Options(1))
@@ -322,7 +318,6 @@ def interlocked(system, mu, interference, load):
     return loaded(replace(system, contacts=contacts), load)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(("mu", "interference", "load"), PEAKS if FULL else PEAKS[::8])
 def test_vane_in_time_stays_or_leaves_as_predicted(vane, mu, interference, load, record_property):
     system = interlocked(vane, mu, interference, load)

@@ -95,7 +95,6 @@ SAMPLE = {"slip": (0, 3), "lift": (4, 8)}
 UNSTABLE = 1  # a ring with lift-off that leaves the wave
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["slip", "lift"])
 def test_sector_balance_is_the_steady_motion_of_the_ring(kind, record_property):
     found = []
@@ -177,7 +176,6 @@ def by_central_differences(seed, force, frequency, response, steps, periods):
     return np.array(apart)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(("seed", "kind", "periods"), [(0, "lift", 15), (UNSTABLE, "lift", 60)])
 def test_another_integrator_stays_with_the_wave_and_leaves_it_alike(
     seed, kind, periods, record_property
@@ -216,7 +214,6 @@ def peak_of(system):
 INERTIA = 60  # modes of each nodal diameter that keep their inertia
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("beside", (-1.5, 0.0, 1.5) if FULL else (0.0,))
 def test_vane_stays_with_the_balance(vane, beside, record_property):
     system = loaded(vane, GENTLE)
@@ -251,7 +248,6 @@ def test_vane_stays_with_the_balance(vane, beside, record_property):
     assert of_contacts[0] > of_contacts[1] > of_contacts[2] > of_contacts[3]
 
 
-@pytest.mark.slow
 def test_vane_at_full_force_leaves_the_balance_at_any_step(vane, record_property):
     frequency = peak_of(vane)
     response = frequency_response(vane, [frequency], Options(9))

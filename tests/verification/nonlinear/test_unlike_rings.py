@@ -50,7 +50,6 @@ def kinds_of(seeds):
     return [(seed, kind) for seed in seeds for kind in worst_of(seed)]
 
 
-@pytest.mark.slow
 def test_ring_of_alike_sectors_is_one_sector(record_property):
     worst, count = 0.0, 0
     for seed, kind in kinds_of(SEEDS):
@@ -228,7 +227,6 @@ def moved_on(ring, z, i):
         ring.push = push
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["slip", "lift"])
 def test_ring_in_time_settles_on_the_unlike_answer(kind, record_property):
     seeds = range(12) if FULL else {"slip": (0,), "lift": (4,)}[kind]

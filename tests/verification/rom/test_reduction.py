@@ -13,8 +13,6 @@ from scipy.spatial import KDTree
 from vanelock import fem, mesh, rom
 from vanelock.common.cyclic import turn
 
-pytestmark = pytest.mark.slow
-
 FULL = os.environ.get("VANELOCK_VERIFY") == "full"
 SIZE = "medium" if FULL else "coarse"
 STEEL = fem.Material(E=170e9, nu=0.3, rho=8200)

@@ -8,8 +8,6 @@ import pytest
 from benchmarks.accuracy import peaks
 from tests.verification.conftest import FULL
 
-pytestmark = pytest.mark.slow
-
 SCENES = (10, 15) if FULL else (15,)
 ACCURACIES = (3e-2, 1e-2, 1e-3) if FULL else (1e-2,)
 

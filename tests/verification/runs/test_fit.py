@@ -28,8 +28,6 @@ TRUTH = {MU: 0.22, KT: 1.4e6}
 SCATTER = 0.02
 """Standard deviation, of the largest amplitude."""
 
-pytestmark = pytest.mark.slow
-
 
 @pytest.fixture(scope="module")
 def model(tmp_path_factory):

@@ -23,20 +23,20 @@ THIN = {"chord": 0.018, "thickness": 0.0015, "edge_thickness": 0.0006, "aerofoil
     [
         ({"root_fillet": 0.003}, 16),
         pytest.param(
-            {"root_fillet": 0.0025, "twist": 6.0, "lean": -3.0}, 16, marks=pytest.mark.slow
+            {"root_fillet": 0.0025, "twist": 6.0, "lean": -3.0},
+            16,
         ),
         pytest.param(
-            {"root_fillet": 0.002, "twist": -8.0, "lean": 3.0, **THIN}, 20, marks=pytest.mark.slow
+            {"root_fillet": 0.002, "twist": -8.0, "lean": 3.0, **THIN},
+            20,
         ),
         pytest.param(
             {"root_fillet": 0.004, "stagger": -30.0, "interlock_slant": -30.0, "lean": 4.0},
             16,
-            marks=pytest.mark.slow,
         ),
         pytest.param(
             {"root_fillet": 0.001, "aerofoils": 1, "camber": 0.2, "twist": 15.0},
             24,
-            marks=pytest.mark.slow,
         ),
     ],
 )

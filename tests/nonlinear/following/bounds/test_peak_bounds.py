@@ -190,7 +190,6 @@ def test_a_peak_at_a_kink_is_no_lower_than_its_neighbours() -> None:
     assert found.amplitude[1] == pytest.approx(size[:, 0, found.direction].max(), rel=1e-9)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("seed", [80, 131])
 def test_the_largest_peak_is_the_largest_that_any_search_has_met(seed: int) -> None:
     system, near = swept(seed)

@@ -53,7 +53,6 @@ def rig(tmp_path_factory):
     return folder, model
 
 
-@pytest.mark.slow
 def test_friction_is_found_and_written(rig):
     folder, _ = rig
     heard: list[Event] = []
@@ -78,7 +77,6 @@ def test_friction_is_found_and_written(rig):
     assert header.startswith("frequency (Hz): rig,measured (µm): rig")
 
 
-@pytest.mark.slow
 def test_stuck_contacts_determine_nothing_of_friction(rig):
     """Under a thousandth of the load nothing slips, so that no friction fits worse."""
     folder, model = rig
@@ -94,7 +92,6 @@ def test_stuck_contacts_determine_nothing_of_friction(rig):
     assert found.value[0] == pytest.approx(0.4)
 
 
-@pytest.mark.slow
 def test_a_curve_may_have_a_load_of_its_own(rig):
     """It is the study's times as much; where all sticks, twice the load moves twice as far."""
     _, model = rig
@@ -112,7 +109,6 @@ def test_a_curve_may_have_a_load_of_its_own(rig):
     assert double.label == ", load × 2"
 
 
-@pytest.mark.slow
 def test_rejoined_parts_are_those_of_the_study_with_the_values(rig, tmp_path):
     """Modulus, stiffness, damping and load at once, against a study reduced and joined anew."""
     _, model = rig
@@ -210,7 +206,6 @@ KEYS = [
 ]
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("gauge", [None, 0])
 def test_slopes_are_those_of_differences(tmp_path_factory, gauge):
     folder = tmp_path_factory.mktemp("slopes")
@@ -236,7 +231,6 @@ def test_slopes_are_those_of_differences(tmp_path_factory, gauge):
         np.testing.assert_allclose(found[:, i] / size, expected / size, rtol=1e-4, atol=1e-5)
 
 
-@pytest.mark.slow
 def test_jumps_and_neglected_harmonics_are_said(rig):
     """Points of the rig scatter by a hundredth of what they do: harmonics are missed then."""
     _, model = rig

@@ -40,7 +40,6 @@ def folder(tmp_path_factory):
     return where
 
 
-@pytest.mark.slow
 def test_the_optimum_is_that_of_a_map(folder):
     """A grid of friction, each its highest peak: none is lower, and the lowest is next to it."""
     from vanelock.commands.fit.fit import rejoined
@@ -113,7 +112,6 @@ def test_a_swept_key_cannot_be_varied(folder):
         optimise_study(study, folder / "swept")
 
 
-@pytest.mark.slow
 def test_each_case_of_a_sweep_has_an_optimum(folder):
     """Of two loads; the smallest is written."""
     text = STUDY.replace("front = 4\n", "") + "[sweep]\nexcitation.force = [6.0, 3.0]\n"
@@ -132,7 +130,6 @@ def test_each_case_of_a_sweep_has_an_optimum(folder):
     assert again.joints.interlock.mu == pytest.approx(found.value[0], rel=1e-5)
 
 
-@pytest.mark.slow
 def test_the_mesh_correction_is_that_of_the_optimum_s_joints(folder):
     """What a mesh adds to the stiffness depends on that of contacts."""
     from vanelock.commands.fit.fit import rejoined
@@ -159,7 +156,6 @@ def test_the_mesh_correction_is_that_of_the_optimum_s_joints(folder):
     assert abs(sizes["held"] / sizes["own"] - 1) > 3e-4
 
 
-@pytest.mark.slow
 def test_the_least_upper_bound_is_that_of_a_map(folder):
     """Bounds at less and at more friction are higher: there are two peaks, which cross."""
     from vanelock.commands.fit.fit import rejoined

@@ -8,8 +8,6 @@ from vanelock.common.tables import Table
 from vanelock.nonlinear import STUCK, Options, Response, frequency_response
 from vanelock.pipeline.progress import Done, Event
 
-pytestmark = pytest.mark.slow
-
 HEAD = """
 [mesh]
 size = "coarse"

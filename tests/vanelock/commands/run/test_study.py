@@ -17,8 +17,6 @@ from vanelock.rom import System
 from vanelock.stages.parts.meshes import mesh_step
 from vanelock.stages.response.limits import Limits
 
-pytestmark = pytest.mark.slow
-
 STUDY = """
 [mesh]
 size = "coarse"

@@ -24,8 +24,6 @@ from vanelock.pipeline.executor import dask as clusters
 from vanelock.pipeline.executor.dask import Cluster, protected
 from vanelock.pipeline.progress import Failed, Finished, Notice, Tasks
 
-pytestmark = pytest.mark.slow
-
 STUDY = """
 [mesh]
 size = "coarse"

@@ -59,7 +59,6 @@ def test_preload_columns_are_the_state_at_rest(ring):
     assert np.isnan(found["friction utilisation |t| / (mu n) (-)"][1])
 
 
-@pytest.mark.slow
 def test_data_beside_the_pictures_are_the_results(tmp_path):
     heard: list[Event] = []
     run_study(parse_study(STUDY), tmp_path, heard.append)
@@ -135,7 +134,6 @@ def test_contacts_are_shown_at_the_peak_and_where_half_as_much_moves():
     assert np.asarray(columns["energy per cycle (µJ)"]).tolist() == [1e6, 0, 0, 1e6]
 
 
-@pytest.mark.slow
 def test_a_period_for_paraview_is_the_response_evaluated(tmp_path, monkeypatch):
     """Instants read back by VTK against harmonics recovered here from results and cache."""
     monkeypatch.setattr("vanelock.results.figures.pictures.all_modes", lambda *_: [])

@@ -17,8 +17,6 @@ from vanelock.pipeline.progress import Done, Event, Notice
 from vanelock.quantities.sensitivities import Sensitivities
 from vanelock.rom import System
 
-pytestmark = pytest.mark.slow
-
 STUDY = """
 name = "page <of> a run"
 [mesh]

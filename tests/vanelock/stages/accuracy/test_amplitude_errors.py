@@ -33,7 +33,6 @@ def errors_of(planned, stages):
     return stages.get(own)
 
 
-@pytest.mark.slow
 def test_each_part_moves_the_peak_as_a_stiffer_structure_says(tmp_path):
     stages = Stages(Cache(tmp_path, print), silent)
     planned = planned_for('mesh.size = "coarse"\nresponse.harmonics = 1')

@@ -33,7 +33,6 @@ def run(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Any, list[Any]]
     return folder, found, events
 
 
-@pytest.mark.slow
 def test_modes_are_those_of_the_library(run: tuple[Path, Any, list[Any]]) -> None:
     folder, _, events = run
     with h5py.File(folder / "results.h5") as file:
@@ -64,7 +63,6 @@ def test_modes_are_those_of_the_library(run: tuple[Path, Any, list[Any]]) -> Non
     assert isinstance(steps[begun + 1], PointDone)
 
 
-@pytest.mark.slow
 def test_worn_joints_vibrate_as_the_history_says(run: tuple[Path, Any, list[Any]]) -> None:
     folder, found, events = run
     with h5py.File(folder / "results.h5") as file:

@@ -27,7 +27,6 @@ loops = false
 """
 
 
-@pytest.mark.slow
 def test_a_study_has_both_on_its_page(tmp_path: Path) -> None:
     plain, folder = tmp_path / "plain", tmp_path / "run"
     (before,) = run_study(parse_study(STUDY), plain)

@@ -97,7 +97,6 @@ def test_given_segments_are_one_ring_which_turns_with_them(tmp_path: Path) -> No
     np.testing.assert_allclose(turned_back, found[0].amplitude, rtol=1e-8)
 
 
-@pytest.mark.slow
 def test_modes_of_a_vane_alone_are_all_its_stiffness(tmp_path: Path) -> None:
     """Σ g k gᵀ of all of them is what (1 + δ)² times the modulus adds, over (1 + δ)² - 1."""
     text = (

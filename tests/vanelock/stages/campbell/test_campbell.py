@@ -17,8 +17,6 @@ from vanelock.stages.campbell.speed_lines import at_diameter
 from vanelock.stages.parts.systems import joining
 from vanelock.stages.response.limits import Limits
 
-pytestmark = pytest.mark.slow
-
 HOT = """
 [material.vane]
 E_at = [[20, "200 GPa"], [620, "155 GPa"]]

@@ -45,7 +45,6 @@ def test_modes_at_a_few_speeds_span_those_at_all(scene, over_speed, k, stuck):
         np.testing.assert_allclose(found.frequencies(speed, stuck, 6), expected, rtol=1e-9)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("stuck", [False, True])
 def test_crossings_are_those_of_the_unreduced_sector(scene, over_speed, stuck):
     """Sparse matrices assembled with the moduli at the crossing meet its line, within 1e-4."""

@@ -89,7 +89,6 @@ def test_gauges_are_not_swept():
         cases(fewer)
 
 
-@pytest.mark.slow
 def test_a_run_writes_the_strain_of_the_recovered_field(tmp_path, monkeypatch):
     for other in ("all_modes", "response"):
         monkeypatch.setattr(f"vanelock.results.figures.pictures.{other}", lambda *_: [])

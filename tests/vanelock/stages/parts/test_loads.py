@@ -44,7 +44,6 @@ def planned_of(study):
     return plan(cases(study), lambda *_: None)[0]
 
 
-@pytest.mark.slow
 def test_joints_hold_a_segment_against_gas(stages):
     study = parse_study(COARSE + GAS)
     found = stages.get(by_cause_step(planned_of(study)))
@@ -62,7 +61,6 @@ def test_joints_hold_a_segment_against_gas(stages):
     assert np.allclose(found.normal[0], normal, rtol=1e-5)  # a reduction without static answers
 
 
-@pytest.mark.slow
 def test_a_free_vane_grows_without_stress(stages):
     study = parse_study(COARSE + HEAT + "vane = 620\n")
     planned = planned_of(study)
@@ -82,7 +80,6 @@ def test_a_free_vane_grows_without_stress(stages):
     assert growth(study, "casing", part) is None
 
 
-@pytest.mark.slow
 def test_other_sizes_reduce_nothing_again(stages):
     study = parse_study(COARSE + GAS + HEAT + "vane = 620\n")
     other = parse_study(COARSE + GAS.replace("20", "30") + HEAT + "vane = 640\n")

@@ -20,8 +20,6 @@ from vanelock.stages.parts.recoveries import recovery_step
 from vanelock.stages.parts.systems import excess_steps
 from vanelock.stages.response.limits import Limits
 
-pytestmark = pytest.mark.slow
-
 CORRECTED = HOT.replace('correction = "none"', 'correction = "modal"')
 
 

@@ -43,7 +43,6 @@ def test_each_joint_says_what_its_contacts_act_on():
         parse_study('[joints.hook]\npatch = "face"')
 
 
-@pytest.mark.slow
 def test_hooks_on_nodes_and_on_patches_side_by_side(tmp_path, coarse):
     """A run has the frequencies of either unreduced sector, to the accuracy of the reduction."""
     run_study(parse_study(STUDY), tmp_path / "run", lambda event: None, STUDY)

@@ -45,7 +45,6 @@ def loaded(system, factor):
     )
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("harmonics", ORDERS)
 def test_peaks_against_force_are_those_of_sweeps(scene, harmonics, record_property):
     values = np.geomspace(1e-3, 3.0, COUNT)
@@ -85,7 +84,6 @@ def test_peaks_against_force_are_those_of_sweeps(scene, harmonics, record_proper
     assert worst_amplitude < 1e-8
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("harmonics", ORDERS)
 def test_some_friction_damps_most(scene, harmonics, record_property):
     values = np.geomspace(0.01, 10, COUNT)
@@ -105,7 +103,6 @@ def test_some_friction_damps_most(scene, harmonics, record_property):
     assert found.amplitude[best] < 0.95 * found.amplitude[-1]
 
 
-@pytest.mark.slow
 def test_sweeps_both_ways_and_the_path_agree(scene, record_property):
     free, stuck = second_mode(scene.system)
     hertz = np.linspace(free - 3, stuck + 3, 41)

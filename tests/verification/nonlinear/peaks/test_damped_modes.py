@@ -285,7 +285,6 @@ def largest_output(found):
     return np.unravel_index(size.argmax(), size.shape)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("force", [0.3])
 def test_one_mode_alone_draws_the_vanes_resonance_under_a_force_on_it(
     scene, force, record_property
@@ -303,7 +302,6 @@ def test_one_mode_alone_draws_the_vanes_resonance_under_a_force_on_it(
     assert aside < 0.03
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("force", [0.3])
 def test_under_the_vanes_own_load_it_misses_what_other_modes_add(scene, force, record_property):
     system = loaded(scene.system, force)
@@ -341,7 +339,6 @@ def unbalanced(system, found, opens):
     return np.abs(taken / put - 1).max()
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(("nodal_diameter", "harmonics", "count"), WAVES)
 def test_the_vanes_modes_are_found_from_stuck_to_gross_slip(
     scene, nodal_diameter, harmonics, count, record_property

@@ -79,7 +79,6 @@ def marched(size, input_, count, step, stiffness, spring, slip):
     return (high - low) / 2
 
 
-@pytest.mark.slow
 def test_marching_settles_at_the_stable_cycle_and_leaves_the_other(record_property):
     """Viscous input of the same work: f = c v, c = a/(π ω), at the frequency of each cycle."""
     cycles = found(0.36, 5)

@@ -119,7 +119,6 @@ FEW = [(2, 0.5, 1)]
 MANY = [(1, 0.05, 1), (1, 0.1, 1), (2, 0.3, 1), (2, 0.5, 1), (2, 1.0, 1), (2, 0.5, 3)]
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(("number", "force", "harmonics"), MANY if FULL else FEW)
 def test_other_modes_put_the_vanes_resonance_right(
     scene, number, force, harmonics, record_property
@@ -134,7 +133,6 @@ FEW = [(2, 0.1, 1)]
 MANY = [(2, 0.05, 1), (2, 0.1, 1), (2, 0.2, 1), (2, 0.3, 3)]
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(("number", "force", "harmonics"), MANY if FULL else FEW)
 def test_where_first_order_does_not_do_the_curve_says_so(
     scene, number, force, harmonics, record_property

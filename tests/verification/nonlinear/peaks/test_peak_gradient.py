@@ -170,7 +170,6 @@ def errors(seed):
     return worst, options
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("group", range(GROUPS))
 def test_all_parameters_move_peaks_as_differences_say(group, record_property):
     seeds = range(group, COUNT, GROUPS) if FULL else range(2 * group, 2 * group + 2)

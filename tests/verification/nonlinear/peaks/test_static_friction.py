@@ -72,7 +72,6 @@ def proved_loads(system: System, chosen: np.ndarray, far: float = FAR) -> list[f
     return loads
 
 
-@pytest.mark.slow
 def test_loads_are_those_that_branch_and_bound_proves(record_property):
     by_proof, by_search = [], []
     for seed in range(200 if FULL else 12):
@@ -107,7 +106,6 @@ def peak_of(system, hertz, direction):
     return float(size[1:-1][peaks].max(initial=0.0))
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("half", [0, 1])
 def test_no_random_place_of_the_sliders_gives_a_peak_outside(half, record_property):
     """Rings of even and of odd seeds: most of the time of this page."""
@@ -142,7 +140,6 @@ def test_no_random_place_of_the_sliders_gives_a_peak_outside(half, record_proper
     assert len(widths) > 0.8 * len(seeds)
 
 
-@pytest.mark.slow
 def test_peaks_of_the_vane_that_static_friction_allows(scene, record_property):
     system = scene.system
     found = peak_bounds(system, (235.0, 300.0), Options(1), starts=2)

@@ -193,7 +193,6 @@ def record_errors(errors, shares, record_property):
     assert worst[1] < 1e-3
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("group", range(GROUPS))
 def test_rings_at_a_frequency_wear_as_integrated(group, record_property):
     errors, shares = [], []
@@ -212,7 +211,6 @@ def test_rings_at_a_frequency_wear_as_integrated(group, record_property):
     record_errors(errors, shares, record_property)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("group", range(GROUPS))
 def test_rings_at_the_peak_wear_as_integrated(group, record_property):
     errors, shares, apart = [], [], 0.0
@@ -237,7 +235,6 @@ def test_rings_at_the_peak_wear_as_integrated(group, record_property):
     assert apart < 1e-8
 
 
-@pytest.mark.slow
 def test_a_sharp_peak_that_turns_smooth_is_the_one_that_a_sweep_finds(record_property):
     """Rates of every state, each at a peak swept afresh, in place of an integration of them."""
     system, hertz, options, depth = drawn(SHARP)

@@ -172,7 +172,6 @@ def keys(study):
     return [*meshes, *(step.key for step in planned.rom.values()), planned.system.key]
 
 
-@pytest.mark.slow
 def test_cache_follows_the_contents(folder):
     """A new friction coefficient or place recomputes no mesh; a node moved by a nanometre does."""
     study = written(folder, SMALL)
@@ -202,7 +201,6 @@ def test_cache_follows_the_contents(folder):
     assert keys(written(folder, SMALL))[0] != before[0]
 
 
-@pytest.mark.slow
 def test_mesh_is_read_once(folder):
     """From the second run on both parts come matched out of the cache, the files unread."""
     study = written(folder, SMALL)
@@ -245,7 +243,6 @@ report = false
 """
 
 
-@pytest.mark.slow
 def test_same_response_from_files(folder):
     """The program's own meshes, and the same ones from files: equal peaks, contacts sliding."""
     found = []
@@ -265,7 +262,6 @@ def test_same_response_from_files(folder):
     assert 560 < radii[0] < 600  # legs and feet (docs/theory/mesh_correction.md)
 
 
-@pytest.mark.slow
 def test_areas_are_asked_for_before_the_reductions(folder):
     """Rows of nodes have no area: refused at once, with the key and the set."""
     text = SMALL + "[joints.interlock]\nkn_area = 1e11\nkt_area = 1e11\n"
