@@ -42,7 +42,7 @@ def known_slow() -> dict[str, str]:
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Put golden runs first, then files with slow tests: the last file begun then is a short one."""
+    """Put golden runs first, then files with slow tests: a short one is begun last."""
     slow = {name.partition("::")[0] for name in known_slow()}
 
     def place(item: pytest.Item) -> int:
