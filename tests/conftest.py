@@ -4,6 +4,7 @@ import os
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import lru_cache
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
@@ -11,42 +12,70 @@ import meshio
 import numpy as np
 import pytest
 
+from tests.golden.runs import GoldenRun, golden_run
 from tests.mesh.files.archives import degenerated
 from vanelock import fem, mesh, rom
 from vanelock.mesh import Part
 from vanelock.mesh.gmsh_session import session
+from vanelock.pipeline.cache import Cache
 from vanelock.pipeline.step import Stages, Step
 from vanelock.rom.joining.vane_and_casing import joined_dofs
 
 Place = Callable[[np.ndarray], np.ndarray]
 
 
+@pytest.fixture(scope="session")
+def shared(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder of this test run, the same for all of its processes."""
+    base = tmp_path_factory.getbasetemp()
+    return base.parent if "PYTEST_XDIST_WORKER" in os.environ else base
+
+
+@pytest.fixture(scope="session")
+def golden(shared: Path) -> Callable[[str], GoldenRun]:
+    """Function that gives a golden run by its name; read it, and leave its folder as it is.
+
+    VANELOCK_GOLDEN names a folder where they may be already, for work on a test.
+    """
+    place = Path(os.environ.get("VANELOCK_GOLDEN", shared / "golden"))
+    return lru_cache(lambda name: golden_run(name, place))
+
+
 @pytest.fixture(scope="session", autouse=True)
-def parts_once() -> Iterator[None]:
-    """Runs in this process compute meshes, parts and linear responses once for each key.
+def steps_once(shared: Path) -> Iterator[None]:
+    """Runs of all processes compute meshes, parts and linear responses once for each key.
 
     All else of a stage is as ever: what it needs, what it reports, and that it goes into the cache.
     """
-    names = {f"{kind} {part}" for kind in ("mesh", "rom") for part in ("vane", "casing")}
-    names |= {"linear limits", "linear response, free", "linear response, stuck"}
-    known: dict[str, Any] = {}
+    cache = Cache(shared / "steps", print)
+    recent: dict[str, Any] = {}
     computed = Stages._computed
 
     def once(stages: Stages, step: Step[Any]) -> tuple[Any, float, float]:
         def compute(*given: Any) -> Any:
-            product = known.pop(step.key) if step.key in known else step.compute(*given)
-            known[step.key] = product
-            if len(known) > MOST:
-                del known[next(iter(known))]
+            product = recent.pop(step.key) if step.key in recent else None
+            if product is None and step.kept and (there := cache.load(name, step.key, step.kind)):
+                product = there.product
+            if product is None:
+                product = step.compute(*given)
+                if step.kept:
+                    product = cache.store(name, step.key, product, 0.0).product
+            recent[step.key] = product
+            if len(recent) > MOST:
+                del recent[next(iter(recent))]
             return product
 
-        return computed(stages, replace(step, compute=compute) if step.stage in names else step)
+        name = step.stage
+        once = name.startswith(ONCE) and not (step.pulls or step.resumes)
+        return computed(stages, replace(step, compute=compute) if once else step)
 
     with pytest.MonkeyPatch.context() as patched:
         patched.setattr(Stages, "_computed", once)
         yield
 
 
+ONCE = ("mesh ", "fem ", "rom ", "linear ")
+"""How the names of the steps begin that are computed once."""
 MOST = 24
 """Products that are remembered."""
 

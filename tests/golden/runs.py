@@ -1,0 +1,168 @@
+"""Six runs at the coarsest mesh, which tests of tables, pages, pictures and files read.
+
+    default       the study of the defaults, with all pictures
+    sweep         four cases, both directions of the sweep
+    lap_joint     a scene of two blocks, with scatter
+    shrouded_ring a scene of a sector, its bounds and stability
+    accuracy      a study to an accuracy, with a strain gauge
+    everything    a study with every analysis of a case
+
+By the program's public names alone, so that what earlier states of it found is compared, too.
+"""
+
+import fcntl
+import pickle
+import shutil
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from vanelock import load_scene, parse_study, run_study
+
+EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
+FREQUENCIES = "[250, 252, 254, 256, 258, 260, 264, 268, 272]"
+
+STUDIES = {
+    "default": f"""
+name = "default"
+[mesh]
+size = "coarse"
+[response]
+frequencies = {FREQUENCIES}
+""",
+    "sweep": f"""
+name = "sweep"
+[mesh]
+size = "coarse"
+[response]
+frequencies = {FREQUENCIES}
+harmonics = 1
+direction = "both"
+[sweep]
+"joints.interlock.mu" = [0.15, 0.3]
+"excitation.force" = [10, 30]
+[outputs]
+shapes = false
+""",
+    "accuracy": """
+name = "accuracy"
+accuracy = 0.03
+[mesh]
+size = "coarse"
+[joints.interlock]
+mu = 0.15
+[outputs]
+shapes = false
+gauges = [{ aerofoil = 2, span = 0.1, chord = 0.5 }]
+""",
+    "everything": """
+name = "everything"
+[ring]
+sectors = 8
+[mesh]
+size = "coarse"
+[material.vane]
+expansion = 1.3e-5
+[material.casing]
+expansion = 1.3e-5
+[temperature]
+vane = 605
+casing = 600
+[loads]
+axial = "20 N"
+tangential = "-15 N"
+[joints.interlock]
+wear_coefficient = 1e-13
+[response]
+harmonics = 1
+range = [248, 258]
+points = 11
+[outputs]
+shapes = false
+[bounds]
+share = 0.2
+starts = 0
+[stability]
+[unlike]
+rings = 2
+range = [250, 256]
+joints.interlock.mu = 0.05
+[damped_modes]
+nodal_diameters = [1, -1]
+influence = [[0, 0, -2e3], [1, -4e4, 0], [-1, 4e4, 0]]
+[wear]
+dwells = [{ cycles = 2e6 }, { cycles = 1e6, load = 1.2 }]
+[campbell]
+speeds = [0, 20000]
+engine_orders = [1, 2]
+modes = 3
+""",
+}
+SCENES = {
+    "lap_joint": (
+        '"contacts.lap.mu" = [0.01, 0.03, 0.1, 0.3, 1.0]',
+        "",
+        ("[sweep]", "[scatter]\nsamples = 6\nseed = 1\n[scatter.keys]\n" + (
+            '"contacts.lap.mu" = { distribution = "uniform", low = 0.1, high = 0.5 }'
+        )),
+    ),
+    "shrouded_ring": (
+        '["0.05 um", "0.25 um", "1 um", "4 um", "16 um"]',
+        '["1 um", "4 um"]',
+        ("harmonics = 7", "harmonics = 3\n[bounds]\nstarts = 0\n[stability]"),
+    ),
+}  # fmt: skip
+"""Of each example the text that is replaced, by what, and another such pair."""
+NAMES = (*STUDIES, *SCENES)
+
+
+@dataclass(frozen=True)
+class GoldenRun:
+    """A run that is there: its folder, what was run, and all that it said."""
+
+    folder: Path
+    text: str
+    summaries: tuple[Any, ...]
+    events: list[Any]
+
+    def table(self, key: str) -> Any:
+        """The first table of that name."""
+        return next(event for event in self.events if getattr(event, "key", None) == key)
+
+    def rows(self, key: str) -> list[dict[str, Any]]:
+        """Rows of the first table of that name, by its columns' keys, in the units shown."""
+        found: list[dict[str, Any]] = self.table(key).record()["rows"]
+        return found
+
+
+def golden_run(name: str, place: Path) -> GoldenRun:
+    """The run of that name in a folder; made there by the first process that asks for it."""
+    place.mkdir(parents=True, exist_ok=True)
+    kept = place / f"{name}.pickle"
+    with open(place / f"{name}.lock", "w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        if not kept.exists():
+            made = _made(name, place)
+            kept.write_bytes(pickle.dumps(made))
+    found: GoldenRun = pickle.loads(kept.read_bytes())
+    return found
+
+
+def _made(name: str, place: Path) -> GoldenRun:
+    events: list[Any] = []
+    folder = place / name
+    if name in STUDIES:
+        text = STUDIES[name]
+        given: Any = parse_study(text)
+    else:
+        scene = place / f"{name}_scene"
+        shutil.copytree(EXAMPLES / name, scene)
+        old, new, (other, another) = SCENES[name]
+        text = (scene / "scene.toml").read_text()
+        assert old in text
+        assert other in text
+        text = text.replace(old, new).replace(other, another)
+        (scene / "scene.toml").write_text(text)
+        given = load_scene(scene / "scene.toml")
+    summaries = run_study(given, folder, events.append, text)
+    return GoldenRun(folder, text, summaries, events)
