@@ -80,7 +80,7 @@ points = 11
 [outputs]
 shapes = false
 [bounds]
-share = 0.2
+share = 0
 starts = 0
 [stability]
 [unlike]
