@@ -69,62 +69,48 @@ def test_a_cluster_without_dask(bare: dict[str, str], tmp_path: Path) -> None:
     assert line.startswith("vanelock: --scheduler tcp://127.0.0.1:1: needs Dask: pip install '")
 
 
-def test_a_full_file_without_its_reader(bare: dict[str, str], tmp_path: Path) -> None:
-    (tmp_path / "a.full").write_bytes(bytes(1000))
-    code = (
-        "from pathlib import Path\n"
-        "from vanelock.common.errors import InputError\n"
-        "from vanelock.fem.matrix_files import load_matrices\n"
-        "try: load_matrices(Path('a.full'), None)\n"
-        "except InputError as error: print(error)"
-    )
-    done = run(bare, tmp_path, "-c", code)
-    assert done.stderr == ""
-    (line,) = done.stdout.splitlines()
-    assert line.startswith("a.full: ")
-    assert "pip install 'vanelock[ansys]'" in line
-
-
 NEEDING = {
-    "pandas": "from vanelock.results.reading.frames import frame\nframe(Table('', (), []), {})",
-    "xarray": "from vanelock.results.reading.frames import dataset\ndataset({}, [], [], {})",
-    "pyuff": "from vanelock.input.measured.universal import read_universal\n"
-    "read_universal(Path('a.uff'), 1, None, None, None)",
-    "ansys-mapdl-reader": "from vanelock.mesh import read_mesh\nread_mesh('a.cdb')",
+    "frame(Table('', (), []), {})": ": needs pandas: pip install 'vanelock[frames]'",
+    "dataset({}, [], [], {})": ": needs xarray: pip install 'vanelock[frames]'",
+    "read_universal(Path('a.uff'), 1, None, None, None)": (
+        "a.uff: needs pyuff: pip install 'vanelock[uff]'"
+    ),
+    "read_mesh('a.cdb')": "a.cdb: needs ansys-mapdl-reader: pip install 'vanelock[ansys]'",
+    "load_matrices(Path('a.full'), None)": "pip install 'vanelock[ansys]'",
 }
-"""What needs a library."""
+"""What needs a library, and how its line ends."""
+CODE = """
+from pathlib import Path
+import numpy as np, scipy.sparse as sp
+from vanelock import fem
+from vanelock.common.errors import InputError
+from vanelock.common.tables import Table
+from vanelock.fem.matrix_files import load_matrices
+from vanelock.input.measured.universal import read_universal
+from vanelock.mesh import read_mesh
+from vanelock.results.reading.frames import dataset, frame
+print(*fem.backends())
+solve = fem.factorise(sp.csc_array([[2.0, -1.0], [-1.0, 2.0]]))
+print(*np.round(solve.solve(np.array([1.0, 0.0])), 12))
+for call in NEEDING:
+    try:
+        exec(call)
+    except InputError as error:
+        print(error)
+"""
 
 
-@pytest.mark.parametrize(
-    ("name", "extra"),
-    [("pandas", "frames"), ("xarray", "frames"), ("pyuff", "uff"), ("ansys-mapdl-reader", "ansys")],
-)
-def test_one_line_says_what_to_install(
-    bare: dict[str, str], tmp_path: Path, name: str, extra: str
+def test_superlu_takes_the_place_of_other_solvers_and_a_line_says_what_else_is_needed(
+    bare: dict[str, str], tmp_path: Path
 ) -> None:
-    for file in ("a.uff", "a.cdb"):
+    for file in ("a.uff", "a.cdb", "a.full"):
         (tmp_path / file).write_bytes(bytes(1000))
-    code = (
-        "from pathlib import Path\n"
-        "from vanelock.common.errors import InputError\n"
-        "from vanelock.common.tables import Table\n"
-        f"try: exec({NEEDING[name]!r})\n"
-        "except InputError as error: print(error)"
-    )
-    done = run(bare, tmp_path, "-c", code)
+    done = run(bare, tmp_path, "-c", f"NEEDING = {list(NEEDING)}\n{CODE}")
     assert done.stderr == ""
-    (line,) = done.stdout.splitlines()
-    assert line.endswith(f": needs {name}: pip install 'vanelock[{extra}]'")
-
-
-def test_superlu_takes_the_place_of_other_solvers(bare: dict[str, str], tmp_path: Path) -> None:
-    code = (
-        "import numpy as np, scipy.sparse as sp\n"
-        "from vanelock import fem\n"
-        "print(*fem.backends())\n"
-        "solve = fem.factorise(sp.csc_array([[2.0, -1.0], [-1.0, 2.0]]))\n"
-        "print(*np.round(solve.solve(np.array([1.0, 0.0])), 12))"
-    )
-    done = run(bare, tmp_path, "-c", code)
-    assert done.stderr == ""
-    assert done.stdout.splitlines() == ["superlu", "0.666666666667 0.333333333333"]
+    solver, solved, *lines = done.stdout.splitlines()
+    assert (solver, solved) == ("superlu", "0.666666666667 0.333333333333")
+    assert len(lines) == len(NEEDING)
+    assert [
+        line for line, end in zip(lines, NEEDING.values(), strict=True) if end not in line
+    ] == []
+    assert lines[-1].startswith("a.full: ")

@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
+pytestmark = pytest.mark.system
 PACKAGES = [f"vanelock.{name}" for name in ("mesh", "fem", "fem.matrix_files", "rom", "nonlinear")]
 PACKAGES += ["vanelock", "vanelock.render", "vanelock.report"]
 

@@ -13,8 +13,7 @@ from vanelock.nonlinear import SLIP, Options, frequency_response
 ROOT = Path(__file__).resolve().parents[3]
 
 
-@pytest.mark.parametrize("friction", ["orthogonal", "isotropic"])
-@pytest.mark.parametrize("harmonics", [1, 3])
+@pytest.mark.parametrize(("harmonics", "friction"), [(3, "orthogonal"), (1, "isotropic")])
 def test_marched_friction_converges_to_located_events(harmonics: int, friction: str) -> None:
     given = jenkins.problem(12, 2, severity=30.0)
     hertz = 0.97 * given.resonance()
