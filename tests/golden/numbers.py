@@ -1,0 +1,105 @@
+"""The numbers of a run that a user reads, and how they compare with others."""
+
+import csv
+import math
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+
+from tests.golden.runs import GoldenRun
+
+Numbers = dict[str, list[float]]
+"""By table or file and column; NaN where there is nothing."""
+
+OF_THE_MACHINE = {"stages", "time", "seconds", "cpu", "memory"}
+"""Tables and columns that tell of a machine."""
+FEW = 40
+"""Of longer columns of a file a test keeps the least, the largest and how many there are."""
+ROUND_OFF = {"error": 1e-9, "residual": 1e-9, "check": 1e-9}
+"""Below these, columns of such names are round-off of larger numbers."""
+
+
+def shown(run: GoldenRun) -> Numbers:
+    """All tables that the run gave, and the curves and lists beside its pictures."""
+    found: Numbers = {}
+    counted: dict[str, int] = {}
+    for event in run.events:
+        key = getattr(event, "key", "")
+        if hasattr(event, "columns") and key not in OF_THE_MACHINE:
+            counted[key] = counted.get(key, 0) + 1
+            rows = event.record()["rows"]
+            for name in rows[0] if rows else ():
+                keep(found, f"table {key} {counted[key]}: {name}", [row[name] for row in rows])
+    for path in sorted(run.folder.glob("figures/*.csv")):
+        with open(path, encoding="utf-8") as file:
+            lines = list(csv.reader(line for line in file if not line.startswith("#")))
+        for head, *column in zip(*lines, strict=True):
+            keep(found, f"{path.name}: {head}", column)
+    return found
+
+
+def keep(found: Numbers, name: str, column: list[Any]) -> None:
+    """Add a column if it holds numbers, and those of the model."""
+    words = set(name.rpartition(": ")[2].replace("_", " ").replace("(", " ").split())
+    values = [number(cell) for cell in column]
+    if not words & OF_THE_MACHINE and not all(map(math.isnan, values)):
+        found[name] = values
+
+
+def number(cell: Any) -> float:
+    """A cell's number, NaN where it has none."""
+    try:
+        return float(cell)
+    except (TypeError, ValueError):
+        return math.nan
+
+
+def short(numbers: Numbers) -> Numbers:
+    """The same to ten digits; of long columns the least, the largest and how many there are."""
+    return {
+        name: [float(f"{value:.10g}") for value in values]
+        if len(values) <= FEW
+        else [float(f"{value:.10g}") for value in (np.nanmin(values), np.nanmax(values))]
+        for name, values in numbers.items()
+    }
+
+
+def stored(folder: Path) -> Numbers:
+    """Every number of the results file, by the path of its array."""
+    found: Numbers = {}
+
+    def walk(group: h5py.Group, path: str) -> None:
+        for name in group:
+            item = group[name]
+            if isinstance(item, h5py.Group):
+                walk(item, f"{path}/{name}")
+            elif item.dtype.kind in "fciub":
+                array = np.atleast_1d(item[()]).reshape(-1)
+                found[f"{path}/{name}"] = array.astype(complex).view(float).tolist()
+
+    with h5py.File(folder / "results.h5") as file:
+        for name in set(file) - {"provenance"}:
+            walk(file[name], name)
+    return found
+
+
+def differences(
+    one: Mapping[str, list[float]], other: Mapping[str, list[float]], tolerance: float
+) -> Iterator[str]:
+    """A line for each column that only one has, or that differs by more than so much of itself."""
+    for name in one.keys() | other.keys():
+        a, b = np.array(one.get(name, [])), np.array(other.get(name, []))
+        if a.shape != b.shape:
+            yield f"{name}: {len(a)} numbers, {len(b)} numbers"
+            continue
+        words = name.rpartition(": ")[2].replace("_", " ").split()
+        least = max((ROUND_OFF.get(word, 0.0) for word in words), default=0.0)
+        scale = np.nanmax(np.abs(a), initial=0.0)
+        missing = np.isnan(a) != np.isnan(b)
+        apart = np.abs(a - b) > tolerance * scale + least
+        if (missing | apart).any():
+            worst = int(np.nanargmax(np.where(missing, np.inf, np.abs(a - b))))
+            yield f"{name}: {a[worst]:.12g}, {b[worst]:.12g} (place {worst} of {len(a)})"
