@@ -59,16 +59,6 @@ def test_every_optional_library_is_blocked_here() -> None:
     assert extras - {"test", "docs", "mutants"} == own
 
 
-def test_a_cluster_without_dask(bare: dict[str, str], tmp_path: Path) -> None:
-    (tmp_path / "a.toml").write_text('[mesh]\nsize = "coarse"\n')
-    done = run(
-        bare, tmp_path, "-m", "vanelock", "run", "a.toml", "--scheduler", "tcp://127.0.0.1:1"
-    )
-    assert (done.returncode, done.stdout) == (2, "")
-    (line,) = done.stderr.splitlines()
-    assert line.startswith("vanelock: --scheduler tcp://127.0.0.1:1: needs Dask: pip install '")
-
-
 NEEDING = {
     "frame(Table('', (), []), {})": ": needs pandas: pip install 'vanelock[frames]'",
     "dataset({}, [], [], {})": ": needs xarray: pip install 'vanelock[frames]'",
@@ -76,9 +66,12 @@ NEEDING = {
         "a.uff: needs pyuff: pip install 'vanelock[uff]'"
     ),
     "read_mesh('a.cdb')": "a.cdb: needs ansys-mapdl-reader: pip install 'vanelock[ansys]'",
+    "chosen_executor(1, 'tcp://127.0.0.1:1', print)": (
+        "--scheduler tcp://127.0.0.1:1: needs Dask: pip install '"
+    ),
     "load_matrices(Path('a.full'), None)": "pip install 'vanelock[ansys]'",
 }
-"""What needs a library, and how its line ends."""
+"""What needs a library, and what its line says."""
 CODE = """
 from pathlib import Path
 import numpy as np, scipy.sparse as sp
@@ -88,6 +81,7 @@ from vanelock.common.tables import Table
 from vanelock.fem.matrix_files import load_matrices
 from vanelock.input.measured.universal import read_universal
 from vanelock.mesh import read_mesh
+from vanelock.pipeline.executor.choose import chosen_executor
 from vanelock.results.reading.frames import dataset, frame
 print(*fem.backends())
 solve = fem.factorise(sp.csc_array([[2.0, -1.0], [-1.0, 2.0]]))
