@@ -12,6 +12,7 @@ import pytest
 from vanelock.commands.manual import pages
 
 ROOT = Path(__file__).resolve().parent.parent
+pytestmark = pytest.mark.system
 STAGES = ["mesh", "fem", "rom", "nonlinear"]
 
 
@@ -36,6 +37,14 @@ def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return path
 
 
+@pytest.fixture(scope="module")
+def site(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Where it is installed."""
+    site = tmp_path_factory.mktemp("installed") / "site"
+    pip("install", "--no-deps", "--no-index", "--target", site, wheel)
+    return site
+
+
 def test_wheel_holds_the_package_and_nothing_else(wheel: Path) -> None:
     modules = {str(path.relative_to(ROOT)) for path in (ROOT / "vanelock").rglob("*.py")}
     for stage in STAGES:
@@ -57,9 +66,7 @@ def test_wheel_holds_the_package_and_nothing_else(wheel: Path) -> None:
     assert {"METADATA", "LICENSE", "entry_points.txt"} <= metadata
 
 
-def test_installed_wheel_works_outside_the_tree(wheel: Path, tmp_path: Path) -> None:
-    site = tmp_path / "site"
-    pip("install", "--no-deps", "--no-index", "--target", site, wheel)
+def test_installed_wheel_works_outside_the_tree(site: Path, tmp_path: Path) -> None:
     code = (
         "import sys; sys.path.insert(0, sys.argv[1])\n"
         "import importlib\n"
@@ -81,9 +88,9 @@ def test_installed_wheel_works_outside_the_tree(wheel: Path, tmp_path: Path) -> 
     assert all(Path(file).is_relative_to(site) for file in files)
 
 
-def test_installed_command_has_its_version_manual_and_examples(wheel: Path, tmp_path: Path) -> None:
-    site = tmp_path / "site"
-    pip("install", "--no-deps", "--no-index", "--target", site, wheel)
+def test_installed_command_has_its_version_manual_and_examples(
+    wheel: Path, site: Path, tmp_path: Path
+) -> None:
     (built,) = re.findall(r"^vanelock-([^-]+)-", wheel.name)
 
     def said(*arguments: str) -> str:
